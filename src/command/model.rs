@@ -1,0 +1,302 @@
+//! The closed `Command` enum: one variant a verb, numbers already parsed and finite.
+
+use crate::memory::{DepthFormat, Rgba};
+use crate::scene::{
+    Attenuation, Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
+};
+use glam::{DMat4, DVec3};
+
+/// A rectangle in whole pixels, as the verbs give it: left, top, width, height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Rect {
+    /// Left column.
+    pub x: i32,
+    /// Top row.
+    pub y: i32,
+    /// Width in pixels; negative ones are ERANGE when run.
+    pub w: i32,
+    /// Height in pixels; negative ones are ERANGE when run.
+    pub h: i32,
+}
+
+/// A line's colours: one, or a ramp from the first to the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct RampColor {
+    /// At the first end.
+    pub from: Rgba,
+    /// At the second end, `None` for one colour all along.
+    pub to: Option<Rgba>,
+}
+
+/// A triangle's colours: one, or one a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AreaColors {
+    /// The same everywhere.
+    One(Rgba),
+    /// One at each corner.
+    Three([Rgba; 3]),
+}
+
+/// What `MESH` makes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshSource {
+    /// An OBJ file's bytes.
+    Obj(Vec<u8>),
+    /// X3D's Box: size x, y, z (default 2 2 2).
+    Box(DVec3),
+    /// X3D's Sphere: radius (default 1).
+    Sphere(f64),
+    /// X3D's Cone: bottom radius, height (default 1, 2).
+    Cone(f64, f64),
+    /// X3D's Cylinder: radius, height (default 1, 2).
+    Cylinder(f64, f64),
+    /// Newell's teapot, each patch cut `level` x `level` (default 10).
+    Teapot(u32),
+    /// The torus knot (2,3) of nu x nv quads.
+    Knot(u32, u32),
+}
+
+/// What `LOAD` loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FileKind {
+    /// `LOAD MESH name path`.
+    Mesh,
+    /// `LOAD TEX name path`.
+    Texture,
+    /// `LOAD SCENE path`.
+    Scene,
+}
+
+/// What `LIGHT i` says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightCommand {
+    /// A point light.
+    Point {
+        /// World position.
+        position: DVec3,
+        /// R, G, B.
+        color: DVec3,
+        /// Attenuation.
+        attenuation: Attenuation,
+    },
+    /// A directional light.
+    Dir {
+        /// The direction in which light travels.
+        direction: DVec3,
+        /// R, G, B.
+        color: DVec3,
+    },
+    /// A spot light.
+    Spot {
+        /// World position.
+        position: DVec3,
+        /// The direction of the axis.
+        direction: DVec3,
+        /// Half angle, radians.
+        angle_rad: f64,
+        /// Cosine power.
+        exponent: f64,
+        /// R, G, B.
+        color: DVec3,
+        /// Attenuation.
+        attenuation: Attenuation,
+    },
+    /// No light at this index.
+    Off,
+}
+
+/// The three axes' six shears: xy, xz, yx, yz, zx, zy.
+pub type Axes = [f64; 6];
+
+/// What `QUALITY` asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quality {
+    /// The exact pipeline.
+    Exact,
+    /// The cheapest one whose 99.9th percentile of colour error stays within this many 1/255 steps.
+    MaxError(f64),
+}
+
+/// Where `SNAP` writes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SnapTarget {
+    /// A file in the snapshot folder; its ending gives the format.
+    File(String),
+    /// A PNG on the connection.
+    Connection,
+}
+
+/// The target of `DRAWEYE`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DrawEyeArea {
+    /// The rectangle that the picture fills.
+    pub rect: Rect,
+}
+
+/// One command. Each variant is the verb of the same name; doc comments give its text form.
+///
+/// Numbers are parsed and finite, names are text without blanks, payloads are whole. What a command may still be
+/// refused for when it runs: ranges, names, formats of payloads, limits, permissions.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields carry the names of the text form in each variant's doc")]
+pub enum Command {
+    /// `HELP`
+    Help,
+    /// `SIZE`
+    Size,
+    /// `PX x y`
+    GetPixel { x: i32, y: i32 },
+    /// `PX x y colour`: moved by OFFSET.
+    Pixel { x: i32, y: i32, color: Rgba },
+    /// `OFFSET x y`
+    Offset { x: i32, y: i32 },
+    /// `QUIT`
+    Quit,
+    /// `STATS`
+    Stats,
+    /// Binary `PB`: not moved by OFFSET.
+    BinaryPixel { x: u16, y: u16, color: Rgba },
+    /// Binary `PXMULTI`: RGBA bytes of a run of pixels, linear from (x, y).
+    PixelRun { x: u16, y: u16, rgba: Vec<u8> },
+    /// `POKE offset hexbytes`
+    Poke { offset: i32, bytes: Vec<u8> },
+    /// `PEEK offset n`
+    Peek { offset: i32, n: i32 },
+    /// `BLIT x y w h :N`
+    Blit { rect: Rect, rgba: Vec<u8> },
+    /// `READ x y w h`
+    Read { rect: Rect },
+    /// `COPY sx sy w h dx dy`
+    Copy { source: Rect, dx: i32, dy: i32 },
+    /// `POINTS :N`: x:u16le y:u16le r g b a each.
+    Points { packed: Vec<u8> },
+    /// `CRC [x y w h]`
+    Crc { rect: Option<Rect> },
+    /// `CLEAR [colour]`
+    Clear { color: Rgba },
+    /// `LINE x0 y0 x1 y1 c0 [c1]`
+    Line { p0: [i32; 2], p1: [i32; 2], color: RampColor },
+    /// `TRI x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
+    Triangle { points: [[i32; 2]; 3], colors: AreaColors },
+    /// `FILL x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
+    Fill { points: [[f64; 2]; 3], colors: AreaColors },
+    /// `RECT x y w h c`
+    Rect { rect: Rect, color: Rgba },
+    /// `FILLRECT x y w h c`
+    FillRect { rect: Rect, color: Rgba },
+    /// `CIRCLE cx cy r c`
+    Circle { cx: i32, cy: i32, r: i32, color: Rgba },
+    /// `FILLCIRCLE cx cy r c`
+    FillCircle { cx: f64, cy: f64, r: f64, color: Rgba },
+    /// `POLY c x0 y0 x1 y1 ...`
+    Poly { color: Rgba, points: Vec<[i32; 2]> },
+    /// `FILLPOLY c x0 y0 ...`
+    FillPoly { color: Rgba, points: Vec<[f64; 2]> },
+    /// `TEXT x y c :N`
+    Text { x: i32, y: i32, color: Rgba, utf8: Vec<u8> },
+    /// `LINEAA x0 y0 x1 y1 c`
+    LineAa { p0: [f64; 2], p1: [f64; 2], color: Rgba },
+    /// `BLEND replace|over`: `over` composes source-over.
+    Blend { over: bool },
+    /// `MESH name ...`
+    Mesh { name: String, source: Box<MeshSource> },
+    /// `TEX name :N`
+    Texture { name: String, file: Vec<u8> },
+    /// `SCENE X3D :N`
+    Scene { x3d: Vec<u8> },
+    /// `EYE name :N`
+    Eye { name: String, json: Vec<u8> },
+    /// `FREE name`
+    Free { name: String },
+    /// `LOAD MESH|TEX name path`, `LOAD SCENE path` (then `name` is empty)
+    Load { kind: FileKind, name: String, path: String },
+    /// `LOOKAT ex ey ez rx ry rz ux uy uz`
+    LookAt { eye: DVec3, reference: DVec3, up: DVec3 },
+    /// `PERSPECTIVE`, `PLANE`, `FRUSTUM`, `ORTHO`, `OBLIQUE`, `ISOMETRIC`, `PSEUDOISO`, `WINDOW`
+    Projection(Box<Projection>),
+    /// `VIEWPORT x y w h [centres|corners]`
+    Viewport { rect: Rect, rule: ViewportRule },
+    /// `IDENTITY`
+    Identity,
+    /// `PUSH`
+    Push,
+    /// `POP`
+    Pop,
+    /// `TRANSLATE x y z`
+    Translate(DVec3),
+    /// `ROTATE ax ay az angle`
+    Rotate { axis: DVec3, angle_rad: f64 },
+    /// `SCALE x y z`
+    Scale(DVec3),
+    /// `SHEAR xy xz yx yz zx zy`
+    Shear(Box<Axes>),
+    /// `MATRIX m00..m33`, row by row
+    Matrix(Box<DMat4>),
+    /// `AMBIENT r g b`
+    Ambient(DVec3),
+    /// `LIGHT i ...`
+    Light { index: i32, light: Box<LightCommand> },
+    /// `MATERIAL ka kd ks n [emissive [transparency]]`
+    Material(Box<Material>),
+    /// `TEXTURE name|OFF [filter] [wrap]`; `None` is OFF
+    UseTexture { name: Option<String>, sampling: Sampling },
+    /// `SHADE wire|flat|gouraud|phong`
+    Shade(ShadeMode),
+    /// `CULL back|front|none`
+    Cull(Cull),
+    /// `HIDE zbuffer|painter|none`
+    Hide(HiddenSurface),
+    /// `DEPTH u16|u24|u32|f32|reversed`
+    Depth(DepthFormat),
+    /// `INTERP perspective|affine`
+    Interp(Interpolation),
+    /// `DRAW name`
+    Draw { name: String },
+    /// `DRAWSCENE [time] [SORTED]`
+    DrawScene { time: f64, sorted: bool },
+    /// `DRAWEYE name x y w h`
+    DrawEye { name: String, area: DrawEyeArea },
+    /// `QUALITY max-error E | exact`
+    Quality(Quality),
+    /// `DEPTHAT x y`
+    DepthAt { x: i32, y: i32 },
+    /// `PICK x y`
+    Pick { x: i32, y: i32 },
+    /// `SYNC tag`
+    Sync { tag: String },
+    /// `HELLO`
+    Hello,
+    /// `VERSION`
+    Version,
+    /// `AUTO on|off`
+    Auto(bool),
+    /// `PRESENT [wait]`
+    Present { wait: bool },
+    /// `EVENTS on|off`
+    Events(bool),
+    /// `ERRORS count|report|close`
+    Errors(ErrorMode),
+    /// `SNAP name` or `SNAP :`
+    Snap(SnapTarget),
+}
+
+/// What a connection wants to hear of its errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ErrorMode {
+    /// Count them; STATS tells.
+    Count,
+    /// Send one line each.
+    Report,
+    /// Send the first and close.
+    Close,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_queued_command_stays_small() {
+        assert!(size_of::<Command>() <= 88, "{} bytes", size_of::<Command>());
+    }
+}

@@ -1,0 +1,2 @@
+//! The `fbptr` program.
+fn main() {}

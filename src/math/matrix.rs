@@ -1,0 +1,84 @@
+//! 4x4 matrices over column vectors (p' = M p), in f64, made with the same bits on every machine.
+//!
+//! Source: Trabalho 2 / notes on linear transforms (scale, shear, translation, rotation about any axis, mirror).
+
+use glam::{DMat4, DVec3, DVec4};
+
+/// A matrix from its 16 numbers, row by row as they are written on paper.
+pub fn from_rows(rows: [f64; 16]) -> DMat4 {
+    DMat4::from_cols_array(&rows).transpose()
+}
+
+/// Moves by `t`.
+pub fn translate(t: DVec3) -> DMat4 {
+    DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, t.extend(1.0))
+}
+
+/// Scales each axis by its factor; a negative factor mirrors.
+pub fn scale(s: DVec3) -> DMat4 {
+    DMat4::from_diagonal(s.extend(1.0))
+}
+
+/// Shears: x' = x + xy*y + xz*z, y' = y + yx*x + yz*z, z' = z + zx*x + zy*y.
+pub fn shear(xy: f64, xz: f64, yx: f64, yz: f64, zx: f64, zy: f64) -> DMat4 {
+    from_rows([1.0, xy, xz, 0.0, yx, 1.0, yz, 0.0, zx, zy, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+}
+
+/// Turns by `angle_rad` about `axis` (right-hand rule, through the origin), or `None` for an axis without direction.
+///
+/// Rodrigues: R = cos I + sin [k]x + (1 - cos) k k^T. The axis is scaled before it is normalised, so neither a huge nor
+/// a tiny one overflows.
+pub fn rotate(axis: DVec3, angle_rad: f64) -> Option<DMat4> {
+    let k = unit(axis)?;
+    let (s, c) = libm::sincos(angle_rad);
+    let t = 1.0 - c;
+    Some(from_rows([
+        t * k.x * k.x + c,
+        t * k.x * k.y - s * k.z,
+        t * k.x * k.z + s * k.y,
+        0.0,
+        t * k.x * k.y + s * k.z,
+        t * k.y * k.y + c,
+        t * k.y * k.z - s * k.x,
+        0.0,
+        t * k.x * k.z - s * k.y,
+        t * k.y * k.z + s * k.x,
+        t * k.z * k.z + c,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    ]))
+}
+
+/// `v` at length 1, or `None` for the zero vector and for what is not finite. Safe for lengths from 1e-308 to 1e308.
+pub fn unit(v: DVec3) -> Option<DVec3> {
+    let m = v.abs().max_element();
+    if !(m > 0.0 && m.is_finite()) {
+        return None;
+    }
+    let v = v / m;
+    Some(v / v.dot(v).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quarter_turn_about_z_takes_x_to_y() {
+        let p = rotate(DVec3::new(0.0, 0.0, 1e-300), std::f64::consts::FRAC_PI_2)
+            .unwrap()
+            .transform_point3(DVec3::X);
+        assert!((p - DVec3::Y).length() < 1e-15);
+        assert!(rotate(DVec3::ZERO, 1.0).is_none());
+    }
+
+    #[test]
+    fn rows_are_rows() {
+        let m = shear(2.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        assert_eq!(m.transform_point3(DVec3::new(1.0, 10.0, 0.0)), DVec3::new(21.0, 10.0, 0.0));
+        assert_eq!(translate(DVec3::X) * DVec4::W, DVec4::new(1.0, 0.0, 0.0, 1.0));
+    }
+}

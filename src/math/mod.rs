@@ -1,0 +1,7 @@
+//! The numbers under everything: spaces, matrices, fixed point, exact coverage.
+//!
+//! No I/O, no threads, no clock. Nothing here uses FMA or the system's libm, so the same input gives the same bits on
+//! every machine: `+ - * / sqrt` in a fixed order, and the `libm` crate for the rest.
+
+pub mod matrix;
+pub mod polygon;

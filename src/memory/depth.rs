@@ -1,0 +1,180 @@
+//! Depth memory: one stored depth a pixel, in the format that the stream chose. Made only when a scene needs it.
+//!
+//! Depth z runs from 0 (near) to 1 (far) and is cleared to 1. A fragment passes when what it would store is strictly
+//! nearer than what is stored. Formats: u16 = round(65535 z), u24 = round((2^24-1) z), u32 = round((2^32-1) z),
+//! f32, and reversed f32, which stores 1-z computed without cancellation by the caller.
+
+/// How a depth is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum DepthFormat {
+    /// round(65535 z).
+    U16,
+    /// round((2^24 - 1) z).
+    U24,
+    /// round((2^32 - 1) z).
+    U32,
+    /// z as f32.
+    #[default]
+    F32,
+    /// 1 - z as f32, larger is nearer.
+    Reversed,
+}
+
+impl DepthFormat {
+    /// All formats, in the protocol's order.
+    pub const ALL: [DepthFormat; 5] =
+        [DepthFormat::U16, DepthFormat::U24, DepthFormat::U32, DepthFormat::F32, DepthFormat::Reversed];
+
+    /// The keyword of the command language.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            DepthFormat::U16 => "u16",
+            DepthFormat::U24 => "u24",
+            DepthFormat::U32 => "u32",
+            DepthFormat::F32 => "f32",
+            DepthFormat::Reversed => "reversed",
+        }
+    }
+
+    /// Bytes that one pixel's depth takes.
+    pub const fn bytes_per_pixel(self) -> usize {
+        match self {
+            DepthFormat::U16 => 2,
+            _ => 4,
+        }
+    }
+
+    /// The stored word for depth `z` in [0,1] and its complement `one_minus_z` (computed without cancellation):
+    /// smaller words are nearer in every format.
+    #[inline]
+    pub fn encode(self, z: f64, one_minus_z: f64) -> u32 {
+        match self {
+            DepthFormat::U16 => (z * 65535.0 + 0.5) as u32,
+            DepthFormat::U24 => (z * 16_777_215.0 + 0.5) as u32,
+            DepthFormat::U32 => (z * 4_294_967_295.0 + 0.5) as u32,
+            // The bits of non-negative floats order as the floats do.
+            DepthFormat::F32 => ((z + 0.0) as f32).to_bits(),
+            DepthFormat::Reversed => !((one_minus_z + 0.0) as f32).to_bits(),
+        }
+    }
+
+    /// The depth z in [0,1] that a stored word stands for.
+    pub fn decode(self, word: u32) -> f64 {
+        match self {
+            DepthFormat::U16 => word as f64 / 65535.0,
+            DepthFormat::U24 => word as f64 / 16_777_215.0,
+            DepthFormat::U32 => word as f64 / 4_294_967_295.0,
+            DepthFormat::F32 => f32::from_bits(word) as f64,
+            DepthFormat::Reversed => 1.0 - f32::from_bits(!word) as f64,
+        }
+    }
+}
+
+/// One stored depth a pixel, row 0 at the top, as words that order near to far in every format.
+#[derive(Clone, Debug)]
+pub struct DepthMemory {
+    width: u32,
+    height: u32,
+    format: DepthFormat,
+    words: Words,
+}
+
+#[derive(Clone, Debug)]
+enum Words {
+    Narrow(Vec<u16>),
+    Wide(Vec<u32>),
+}
+
+impl DepthMemory {
+    /// A depth memory of `width` x `height` pixels, cleared to z = 1.
+    pub fn new(width: u32, height: u32, format: DepthFormat) -> Self {
+        let len = width as usize * height as usize;
+        let far = format.encode(1.0, 0.0);
+        let words = match format {
+            DepthFormat::U16 => Words::Narrow(vec![far as u16; len]),
+            _ => Words::Wide(vec![far; len]),
+        };
+        DepthMemory { width, height, format, words }
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The format in which depths are stored.
+    pub fn format(&self) -> DepthFormat {
+        self.format
+    }
+
+    /// Bytes that this memory takes.
+    pub fn size_bytes(&self) -> usize {
+        self.width as usize * self.height as usize * self.format.bytes_per_pixel()
+    }
+
+    /// Sets every depth to 1.
+    pub fn clear(&mut self) {
+        let far = self.format.encode(1.0, 0.0);
+        match &mut self.words {
+            Words::Narrow(w) => w.fill(far as u16),
+            Words::Wide(w) => w.fill(far),
+        }
+    }
+
+    /// The stored word of pixel number `index` (= width * y + x); smaller is nearer.
+    ///
+    /// # Panics
+    /// When `index` is not a pixel of this memory.
+    #[inline]
+    pub fn word(&self, index: usize) -> u32 {
+        match &self.words {
+            Words::Narrow(w) => w[index] as u32,
+            Words::Wide(w) => w[index],
+        }
+    }
+
+    /// Stores a word that [`DepthFormat::encode`] made.
+    ///
+    /// # Panics
+    /// When `index` is not a pixel of this memory.
+    #[inline]
+    pub fn set_word(&mut self, index: usize, word: u32) {
+        match &mut self.words {
+            Words::Narrow(w) => w[index] = word as u16,
+            Words::Wide(w) => w[index] = word,
+        }
+    }
+
+    /// The depth z in [0,1] of pixel (x, y), or `None` off the frame.
+    pub fn z(&self, x: i32, y: i32) -> Option<f64> {
+        let inside = (x as u32) < self.width && (y as u32) < self.height;
+        inside.then(|| self.format.decode(self.word(self.width as usize * y as usize + x as usize)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_order_near_to_far_and_decode_within_half_a_step() {
+        for format in DepthFormat::ALL {
+            let mut last = None;
+            for i in 0..=1000 {
+                let z = i as f64 / 1000.0;
+                let word = format.encode(z, 1.0 - z);
+                assert!(last.is_none_or(|l| l < word), "{format:?} at {z}");
+                assert!((format.decode(word) - z).abs() < 0.5001 / 65535.0);
+                last = Some(word);
+            }
+            assert_eq!(format.encode(-0.0, 1.0), format.encode(0.0, 1.0), "{format:?} has one zero");
+            let far = DepthMemory::new(2, 2, format);
+            assert_eq!((far.z(1, 1), far.z(2, 0), far.z(0, -1)), (Some(1.0), None, None));
+        }
+    }
+}

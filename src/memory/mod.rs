@@ -1,0 +1,13 @@
+//! VIDEO MEMORY: the emulated frame, its byte pointer, and the depth beside it.
+//!
+//! In: bytes and pixels from every drawing room. Out: bytes to the window, files and the network.
+//! Layout (Trabalho 1, "putPixel"): width x height pixels of four bytes R, G, B, A, row 0 at the top, no padding,
+//! `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory` mutably.
+
+mod depth;
+mod fbptr;
+mod video;
+
+pub use depth::{DepthFormat, DepthMemory};
+pub use fbptr::FbPtr;
+pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

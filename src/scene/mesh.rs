@@ -1,0 +1,119 @@
+//! Meshes: n-gons as the file gave them, and the triangles that they were cut into.
+
+use super::Material;
+use glam::{DVec2, DVec3, DVec4};
+
+/// "No such attribute" in a [`Corner`] or [`Polygon`].
+pub const NONE: u32 = u32::MAX;
+
+/// One corner of a polygon: indices into the mesh's arrays, [`NONE`] where the file gives nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Corner {
+    /// Index into `positions`. Two corners are the same vertex when this is equal.
+    pub position: u32,
+    /// Index into `normals`.
+    pub normal: u32,
+    /// Index into `texcoords`.
+    pub texcoord: u32,
+    /// Index into `colors`.
+    pub color: u32,
+}
+
+/// One polygon of the file: a run of `corners`, counter-clockwise seen from its front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Polygon {
+    /// First corner in `Mesh::corners`.
+    pub first_corner: u32,
+    /// How many corners, at least 3.
+    pub corner_count: u32,
+    /// Index into `Mesh::materials`, or [`NONE`].
+    pub material: u32,
+}
+
+/// A surface in object space, with lines and points where the file has them.
+///
+/// Positions are finite. `triangles` holds three indices into `corners` each; triangle i belongs to polygon
+/// `triangle_polygon[i]`; triangles are in file order after n-gons are fanned at their first corner (concave ones cut
+/// into ears, in order), which is the order that PICK counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Object-space positions.
+    pub positions: Vec<DVec3>,
+    /// Normals that the file gives, object space, any length.
+    pub normals: Vec<DVec3>,
+    /// Texture coordinates, (0,0) at the lower left of the texture.
+    pub texcoords: Vec<DVec2>,
+    /// Vertex colours R,G,B,A; 1 is full.
+    pub colors: Vec<DVec4>,
+    /// All polygons' corners, run after run.
+    pub corners: Vec<Corner>,
+    /// The polygons.
+    pub polygons: Vec<Polygon>,
+    /// Corner indices, three a triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// The polygon of each triangle.
+    pub triangle_polygon: Vec<u32>,
+    /// Line segments, as pairs of corner indices.
+    pub lines: Vec<[u32; 2]>,
+    /// Points, as corner indices.
+    pub points: Vec<u32>,
+    /// The materials that the file names.
+    pub materials: Vec<Material>,
+}
+
+impl Mesh {
+    /// A mesh of plain triangles over shared positions, with smooth normals derived from the faces when drawn.
+    ///
+    /// # Panics
+    /// When an index is not a position.
+    pub fn from_triangles(positions: Vec<DVec3>, triangles: &[[u32; 3]]) -> Self {
+        let mut mesh = Mesh { positions, ..Mesh::default() };
+        for t in triangles {
+            assert!(t.iter().all(|&i| (i as usize) < mesh.positions.len()), "triangle index out of range");
+            let corners = t.map(|position| Corner { position, normal: NONE, texcoord: NONE, color: NONE });
+            mesh.push_polygon(&corners, NONE);
+        }
+        mesh
+    }
+
+    /// Adds a polygon, fanned at its first corner; a concave one is cut into ears in order.
+    ///
+    /// The corners' indices must be valid; fewer than three corners add nothing.
+    pub fn push_polygon(&mut self, corners: &[Corner], material: u32) {
+        if corners.len() < 3 {
+            return;
+        }
+        let first_corner = self.corners.len() as u32;
+        let polygon = self.polygons.len() as u32;
+        self.corners.extend_from_slice(corners);
+        self.polygons.push(Polygon { first_corner, corner_count: corners.len() as u32, material });
+        let points: Vec<DVec3> = corners.iter().map(|c| self.positions[c.position as usize]).collect();
+        for t in crate::math::polygon::triangulate(&points) {
+            self.triangles.push(t.map(|i| first_corner + i));
+            self.triangle_polygon.push(polygon);
+        }
+    }
+
+    /// The object-space box around all positions, or `None` for a mesh without any.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let first = *self.positions.first()?;
+        Some(self.positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
+    }
+
+    /// Bytes that the arrays take.
+    pub fn size_bytes(&self) -> usize {
+        fn of<T>(v: &[T]) -> usize {
+            std::mem::size_of_val(v)
+        }
+        of(&self.positions)
+            + of(&self.normals)
+            + of(&self.texcoords)
+            + of(&self.colors)
+            + of(&self.corners)
+            + of(&self.polygons)
+            + of(&self.triangles)
+            + of(&self.triangle_polygon)
+            + of(&self.lines)
+            + of(&self.points)
+    }
+}

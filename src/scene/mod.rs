@@ -1,0 +1,22 @@
+//! WHAT IS DRAWN, as plain data: meshes, materials, lights, cameras, textures, and the scene that holds them.
+//!
+//! In: what files and commands say. Out: what the pipeline reads. No I/O and no drawing here. World space is
+//! right-handed; the camera looks along its own -z; counter-clockwise faces are front; angles are radians; all numbers f64.
+
+mod camera;
+mod light;
+mod material;
+mod mesh;
+mod modes;
+mod scene;
+mod texture;
+
+pub use camera::{
+    Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
+};
+pub use light::{Attenuation, Light, LightKind};
+pub use material::{LightingModel, Material};
+pub use mesh::{Corner, Mesh, NONE, Polygon};
+pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode, Wrap};
+pub use scene::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
+pub use texture::{MAX_TEXTURE_SIDE, Texture, TextureError};
