@@ -6,6 +6,6 @@
 mod model;
 
 pub use model::{
-    AreaColors, Axes, Command, DrawEyeArea, ErrorMode, FileKind, LightCommand, MeshSource, Quality,
-    RampColor, Rect, SnapTarget,
+    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, Rect, Shears,
+    SnapTarget,
 };

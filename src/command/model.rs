@@ -105,8 +105,8 @@ pub enum LightCommand {
     Off,
 }
 
-/// The three axes' six shears: xy, xz, yx, yz, zx, zy.
-pub type Axes = [f64; 6];
+/// Six shears: xy, xz, yx, yz, zx, zy.
+pub type Shears = [f64; 6];
 
 /// What `QUALITY` asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,13 +124,6 @@ pub enum SnapTarget {
     File(String),
     /// A PNG on the connection.
     Connection,
-}
-
-/// The target of `DRAWEYE`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct DrawEyeArea {
-    /// The rectangle that the picture fills.
-    pub rect: Rect,
 }
 
 /// One command. Each variant is the verb of the same name; doc comments give its text form.
@@ -229,7 +222,7 @@ pub enum Command {
     /// `SCALE x y z`
     Scale(DVec3),
     /// `SHEAR xy xz yx yz zx zy`
-    Shear(Box<Axes>),
+    Shear(Box<Shears>),
     /// `MATRIX m00..m33`, row by row
     Matrix(Box<DMat4>),
     /// `AMBIENT r g b`
@@ -255,7 +248,7 @@ pub enum Command {
     /// `DRAWSCENE [time] [SORTED]`
     DrawScene { time: f64, sorted: bool },
     /// `DRAWEYE name x y w h`
-    DrawEye { name: String, area: DrawEyeArea },
+    DrawEye { name: String, rect: Rect },
     /// `QUALITY max-error E | exact`
     Quality(Quality),
     /// `DEPTHAT x y`

@@ -61,6 +61,9 @@ impl MemoryError {
     }
 }
 
+/// An empty damage range: every row is below its start and above its end.
+const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
+
 /// The emulated video memory: `width * height * 4` bytes, cleared to opaque black.
 ///
 /// Drawing that leaves the frame is clipped silently; asking for a byte or a pixel outside is an error.
@@ -212,7 +215,7 @@ impl VideoMemory {
 
     /// The rows written since the last call: one half-open range, empty when nothing was written.
     pub fn take_damage(&mut self) -> Range<u32> {
-        std::mem::replace(&mut self.damage, u32::MAX..0)
+        std::mem::replace(&mut self.damage, NO_ROWS)
     }
 
     /// Whether anything was written since the damage was last taken.

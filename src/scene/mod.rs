@@ -8,8 +8,8 @@ mod light;
 mod material;
 mod mesh;
 mod modes;
-mod scene;
 mod texture;
+mod world;
 
 pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
@@ -18,5 +18,5 @@ pub use light::{Attenuation, Light, LightKind};
 pub use material::{LightingModel, Material};
 pub use mesh::{Corner, Mesh, NONE, Polygon};
 pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode, Wrap};
-pub use scene::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
 pub use texture::{MAX_TEXTURE_SIDE, Texture, TextureError};
+pub use world::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};

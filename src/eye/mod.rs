@@ -1,0 +1,1 @@
+//! The N-dimensional eye: scenes of R^N on screens of M dimensions.
