@@ -66,7 +66,7 @@ fn imports_go_down_the_layers_only() {
             }
         }
     }
-    assert!(seen > 10, "the test found only {seen} imports: it no longer reads them");
+    assert!(seen > 3, "the test found only {seen} imports: it no longer reads them");
     assert!(upward.is_empty(), "upward imports:\n{}", upward.join("\n"));
 }
 
