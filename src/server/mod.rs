@@ -1,1 +1,5 @@
-//! THE RENDER THREAD and everything around it: sessions, the in-process client, transports.
+//! THE RENDER THREAD, sessions, transports.
+
+mod display;
+
+pub use display::{Display, EventSender, Input, InputEvent, PixelInfo, ShownFrame};

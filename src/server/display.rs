@@ -1,0 +1,448 @@
+//! THE DISPLAY: the newest frame that may be seen, shared by the render thread and the window.
+//!
+//! In: rows of video memory from the render thread ([`Display::publish`]); input from the window's thread. Out: changed
+//! rows to the window, input to the render thread. It is a copy: the video memory stays the render thread's own, and
+//! what is shown is what was published last, whole. Nothing here waits for the other side for longer than a copy.
+
+use crate::memory::{DepthMemory, FbPtr, Rgba, VideoMemory};
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How much input may wait for a busy render thread; what comes then is dropped (flags are never lost).
+const INPUT_ROOM: usize = 4096;
+
+/// What happened at the window. Its `Display` is the line that clients who asked for `EVENTS` get.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum InputEvent {
+    /// A key went down or up: `EVENT key down|up name`.
+    Key {
+        /// The key's name without blanks, lower case: `a`, `left`, `f5`, `space`.
+        name: String,
+        /// Whether it went down.
+        down: bool,
+    },
+    /// A character was typed: `EVENT text u+0041 A`; control characters carry the code alone.
+    Text(char),
+    /// The mouse moved, or a button changed: `EVENT mouse x y buttons`, frame coordinates, may be off the frame.
+    Mouse {
+        /// Column in frame pixels.
+        x: i32,
+        /// Row in frame pixels.
+        y: i32,
+        /// Buttons held: 1 left + 2 middle + 4 right.
+        buttons: u8,
+    },
+    /// The wheel turned: `EVENT wheel dx dy`, in steps.
+    Wheel {
+        /// To the right.
+        dx: i32,
+        /// Upwards.
+        dy: i32,
+    },
+    /// The window has a new size in screen pixels: `EVENT resize w h`. The frame keeps its own.
+    Resize {
+        /// Width of the window.
+        width: u32,
+        /// Height of the window.
+        height: u32,
+    },
+    /// The window was closed: `EVENT close`.
+    Close,
+}
+
+impl std::fmt::Display for InputEvent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            InputEvent::Key { name, down } => {
+                write!(f, "EVENT key {} {name}", if *down { "down" } else { "up" })
+            }
+            InputEvent::Text(c) if c.is_control() || c.is_whitespace() => {
+                write!(f, "EVENT text u+{:04x}", *c as u32)
+            }
+            InputEvent::Text(c) => write!(f, "EVENT text u+{:04x} {c}", *c as u32),
+            InputEvent::Mouse { x, y, buttons } => write!(f, "EVENT mouse {x} {y} {buttons}"),
+            InputEvent::Wheel { dx, dy } => write!(f, "EVENT wheel {dx} {dy}"),
+            InputEvent::Resize { width, height } => write!(f, "EVENT resize {width} {height}"),
+            InputEvent::Close => write!(f, "EVENT close"),
+        }
+    }
+}
+
+/// What the window tells the render thread.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Something for the clients that asked for events.
+    Event(InputEvent),
+    /// A flag changed (paused, step, closed, frame shown, probe): look at the display.
+    Look,
+}
+
+/// The window's own copy of what is shown.
+#[derive(Clone, Debug, Default)]
+pub struct ShownFrame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// RGBA rows, row 0 at the top.
+    pub bytes: Vec<u8>,
+    /// The display's version that this copy holds; 0 before the first.
+    pub version: u64,
+    /// Presents counted when it was published.
+    pub frame: u64,
+}
+
+/// One pixel under the pointer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelInfo {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// The byte offset of its R in video memory.
+    pub offset: FbPtr,
+    /// Its bytes as shown.
+    pub rgba: Rgba,
+    /// Its depth, 0 near to 1 far, where there is depth memory and the render thread has answered.
+    pub depth: Option<f64>,
+}
+
+struct Shown {
+    frame: ShownFrame,
+    /// For each row, the version in which it changed last.
+    row_versions: Vec<u64>,
+    /// The pixel that the window asks about, and its depth as last answered.
+    probe: Option<(u32, u32)>,
+    probe_depth: Option<f64>,
+}
+
+/// The newest frame that may be seen. See the module's text.
+pub struct Display {
+    width: u32,
+    height: u32,
+    shown: Mutex<Shown>,
+    version: AtomicU64,
+    frame_on_screen: AtomicU64,
+    steps_asked: AtomicUsize,
+    paused: AtomicBool,
+    closed: AtomicBool,
+    finished: AtomicBool,
+    leaving: AtomicBool,
+    listeners: AtomicUsize,
+    to_render: Sender<Input>,
+    from_window: Receiver<Input>,
+}
+
+impl std::fmt::Debug for Display {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Display({}x{}, version {})", self.width, self.height, self.version.load(Ordering::Relaxed))
+    }
+}
+
+impl Display {
+    /// A display of `width` x `height` pixels, opaque black, nothing published yet (version 0).
+    pub fn new(width: u32, height: u32) -> Arc<Display> {
+        let (to_render, from_window) = bounded(INPUT_ROOM);
+        let bytes = VideoMemory::CLEAR.repeat(width as usize * height as usize);
+        let frame = ShownFrame { width, height, bytes, version: 0, frame: 0 };
+        let row_versions = vec![0; height as usize];
+        Arc::new(Display {
+            width,
+            height,
+            shown: Mutex::new(Shown { frame, row_versions, probe: None, probe_depth: None }),
+            version: AtomicU64::new(0),
+            frame_on_screen: AtomicU64::new(0),
+            steps_asked: AtomicUsize::new(0),
+            paused: AtomicBool::new(false),
+            closed: AtomicBool::new(false),
+            finished: AtomicBool::new(false),
+            leaving: AtomicBool::new(false),
+            listeners: AtomicUsize::new(0),
+            to_render,
+            from_window,
+        })
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shown> {
+        // A copy of bytes cannot leave the frame half valid in any way that matters to a reader.
+        self.shown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    // ---- the render thread's side ----
+
+    /// Shows `rows` of `memory`, and takes `frame` as the number of presents so far.
+    ///
+    /// The memory must have the display's size; rows below it are ignored. Costs a copy of the rows.
+    pub fn publish(&self, memory: &VideoMemory, rows: Range<u32>, frame: u64, depth: Option<&DepthMemory>) {
+        debug_assert_eq!((memory.width(), memory.height()), (self.width, self.height));
+        let rows = rows.start.min(self.height)..rows.end.min(self.height);
+        let mut shown = self.lock();
+        let version = shown.frame.version + 1;
+        if rows.start < rows.end {
+            let stride = memory.stride_bytes();
+            let bytes = rows.start as usize * stride..rows.end as usize * stride;
+            shown.frame.bytes[bytes.clone()].copy_from_slice(&memory.bytes()[bytes]);
+            shown.row_versions[rows.start as usize..rows.end as usize].fill(version);
+        }
+        shown.frame.version = version;
+        shown.frame.frame = frame;
+        if let Some((x, y)) = shown.probe {
+            shown.probe_depth = depth.and_then(|d| d.z(x as i32, y as i32));
+        }
+        self.version.store(version, Ordering::Release);
+    }
+
+    /// Answers the window's question about the depth under the pointer, if it has one.
+    pub fn answer_probe(&self, depth: Option<&DepthMemory>) {
+        let mut shown = self.lock();
+        if let Some((x, y)) = shown.probe {
+            shown.probe_depth = depth.and_then(|d| d.z(x as i32, y as i32));
+        }
+    }
+
+    /// What comes from the window.
+    pub fn inputs(&self) -> Receiver<Input> {
+        self.from_window.clone()
+    }
+
+    /// The stream has ended: the window stays open with the last picture until its user closes it.
+    pub fn finish(&self) {
+        self.finished.store(true, Ordering::Release);
+    }
+
+    /// The program ends: the window is to close at once.
+    pub fn leave(&self) {
+        self.leaving.store(true, Ordering::Release);
+    }
+
+    /// How many clients asked for `EVENTS`; told by the render thread.
+    pub fn set_listeners(&self, count: usize) {
+        self.listeners.store(count, Ordering::Release);
+    }
+
+    /// Takes one step that the window asked for, if there is one.
+    pub fn take_step(&self) -> bool {
+        self.steps_asked.fetch_update(Ordering::AcqRel, Ordering::Acquire, |n| n.checked_sub(1)).is_ok()
+    }
+
+    /// The newest frame number that is on the screen.
+    pub fn frame_on_screen(&self) -> u64 {
+        self.frame_on_screen.load(Ordering::Acquire)
+    }
+
+    // ---- the window's side ----
+
+    /// Copies the rows that changed since version `last_seen` into `into` and says which; `None` when nothing is new.
+    ///
+    /// `into` is given the display's size, version and frame number; where its size differs (a fresh one), all rows
+    /// are copied. An empty range means that only the frame number is new.
+    pub fn copy_changes(&self, last_seen: u64, into: &mut ShownFrame) -> Option<Range<u32>> {
+        let is_sized = into.bytes.len() == self.width as usize * self.height as usize * 4
+            && (into.width, into.height) == (self.width, self.height);
+        if is_sized && self.version.load(Ordering::Acquire) == last_seen {
+            return None;
+        }
+        let shown = self.lock();
+        let rows = match is_sized {
+            true => {
+                let is_new = |v: &u64| *v > last_seen;
+                let start = shown.row_versions.iter().position(is_new).unwrap_or(0) as u32;
+                let end = shown.row_versions.iter().rposition(is_new).map_or(start, |last| last as u32 + 1);
+                start..end
+            }
+            false => {
+                into.bytes.clear();
+                into.bytes.resize(shown.frame.bytes.len(), 0);
+                0..self.height
+            }
+        };
+        let stride = self.width as usize * 4;
+        let bytes = rows.start as usize * stride..rows.end as usize * stride;
+        into.bytes[bytes.clone()].copy_from_slice(&shown.frame.bytes[bytes]);
+        (into.width, into.height) = (self.width, self.height);
+        (into.version, into.frame) = (shown.frame.version, shown.frame.frame);
+        Some(rows)
+    }
+
+    /// Says that `frame` (of a [`ShownFrame`]) is now on the screen: `PRESENT wait` answers then.
+    pub fn note_shown(&self, frame: u64) {
+        if self.frame_on_screen.fetch_max(frame, Ordering::AcqRel) < frame {
+            self.wake();
+        }
+    }
+
+    /// What is known of the pixel under the pointer; `None` off the frame. Call it as often as the window is drawn:
+    /// the depth comes from the render thread a moment after the first call for a pixel.
+    pub fn pixel_info(&self, x: i32, y: i32) -> Option<PixelInfo> {
+        let (x, y) = (u32::try_from(x).ok()?, u32::try_from(y).ok()?);
+        if x >= self.width || y >= self.height {
+            return None;
+        }
+        let offset = FbPtr::of_pixel(self.width, x, y);
+        let mut shown = self.lock();
+        let at = offset.offset_bytes() as usize;
+        let rgba = std::array::from_fn(|i| shown.frame.bytes[at + i]);
+        let is_new = shown.probe.replace((x, y)) != Some((x, y));
+        if is_new {
+            shown.probe_depth = None;
+        }
+        let depth = shown.probe_depth;
+        drop(shown);
+        if is_new {
+            self.wake();
+        }
+        Some(PixelInfo { x, y, offset, rgba, depth })
+    }
+
+    /// Whether streams are paused (Space).
+    pub fn is_paused(&self) -> bool {
+        self.paused.load(Ordering::Acquire)
+    }
+
+    /// Pauses the streams, or lets them go on.
+    pub fn set_paused(&self, paused: bool) {
+        self.paused.store(paused, Ordering::Release);
+        if !paused {
+            self.steps_asked.store(0, Ordering::Release);
+        }
+        self.wake();
+    }
+
+    /// Lets a paused stream do one step: up to its next `PRESENT` where `AUTO` is off, one command where it is on.
+    pub fn step(&self) {
+        self.steps_asked.fetch_add(1, Ordering::AcqRel);
+        self.wake();
+    }
+
+    /// The window is gone or going: streams stop, a server ends.
+    pub fn close(&self) {
+        if !self.closed.swap(true, Ordering::AcqRel) {
+            self.send(InputEvent::Close);
+        }
+        self.wake();
+    }
+
+    /// Whether the window was closed.
+    pub fn is_closed(&self) -> bool {
+        self.closed.load(Ordering::Acquire)
+    }
+
+    /// Whether the stream has ended.
+    pub fn is_finished(&self) -> bool {
+        self.finished.load(Ordering::Acquire)
+    }
+
+    /// Whether the window must close because the program ends.
+    pub fn is_leaving(&self) -> bool {
+        self.leaving.load(Ordering::Acquire)
+    }
+
+    /// Whether any client asked for `EVENTS`: then keys are theirs.
+    pub fn has_listeners(&self) -> bool {
+        self.listeners.load(Ordering::Acquire) > 0
+    }
+
+    /// Hands an event to the clients that asked; dropped when thousands wait already.
+    pub fn send(&self, event: InputEvent) {
+        let _ = self.to_render.try_send(Input::Event(event));
+    }
+
+    /// A handle that sends events and can be moved to another thread or a callback.
+    pub fn event_sender(self: &Arc<Self>) -> EventSender {
+        EventSender(self.clone())
+    }
+
+    fn wake(&self) {
+        // Full means that the render thread has plenty to wake it up.
+        let _ = self.to_render.try_send(Input::Look);
+    }
+}
+
+/// Sends what happens at the window to the clients that asked for `EVENTS`.
+#[derive(Clone, Debug)]
+pub struct EventSender(Arc<Display>);
+
+impl EventSender {
+    /// Hands `event` to the clients that asked.
+    pub fn send(&self, event: InputEvent) {
+        self.0.send(event);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::DepthFormat;
+
+    #[test]
+    fn the_window_gets_just_the_rows_that_changed_since_it_looked() {
+        let display = Display::new(3, 5);
+        let mut memory = VideoMemory::new(3, 5).unwrap();
+        let mut window = ShownFrame::default();
+        assert_eq!(display.copy_changes(0, &mut window), Some(0..5), "a fresh copy is filled whole");
+        assert_eq!(display.copy_changes(window.version, &mut window), None);
+        for y in [1, 3] {
+            memory.put_pixel(2, y, [1, 2, 3, 4]);
+            display.publish(&memory, y as u32..y as u32 + 1, 7, None);
+        }
+        assert_eq!(display.copy_changes(window.version, &mut window), Some(1..4));
+        assert_eq!((window.bytes.as_slice(), window.frame), (memory.bytes(), 7));
+        display.publish(&memory, 0..0, 8, None);
+        assert_eq!(display.copy_changes(window.version, &mut window), Some(0..0), "a frame number alone");
+        assert_eq!(window.frame, 8);
+    }
+
+    #[test]
+    fn the_pixel_under_the_pointer_has_offset_colour_and_depth() {
+        let display = Display::new(4, 2);
+        let mut memory = VideoMemory::new(4, 2).unwrap();
+        let depth = DepthMemory::new(4, 2, DepthFormat::F32);
+        memory.put_pixel(1, 1, [9, 8, 7, 6]);
+        display.publish(&memory, 0..2, 0, Some(&depth));
+        let info = display.pixel_info(1, 1).unwrap();
+        assert_eq!((info.offset.offset_bytes(), info.rgba, info.depth), (20, [9, 8, 7, 6], None));
+        assert_eq!(display.inputs().try_recv(), Ok(Input::Look));
+        display.answer_probe(Some(&depth));
+        assert_eq!(display.pixel_info(1, 1).unwrap().depth, Some(1.0));
+        assert_eq!(display.pixel_info(4, 1), None);
+        assert_eq!(display.pixel_info(0, -1), None);
+    }
+
+    #[test]
+    fn flags_reach_the_other_side_even_when_the_channel_is_full() {
+        let display = Display::new(1, 1);
+        for _ in 0..INPUT_ROOM * 2 {
+            display.send(InputEvent::Mouse { x: 1, y: 1, buttons: 0 });
+        }
+        display.step();
+        display.close();
+        assert!(display.is_closed() && display.take_step() && !display.take_step());
+    }
+
+    #[test]
+    fn events_are_lines_of_the_protocol() {
+        let lines = [
+            (InputEvent::Key { name: "left".into(), down: true }, "EVENT key down left"),
+            (InputEvent::Text('A'), "EVENT text u+0041 A"),
+            (InputEvent::Text('\n'), "EVENT text u+000a"),
+            (InputEvent::Mouse { x: -3, y: 7, buttons: 5 }, "EVENT mouse -3 7 5"),
+            (InputEvent::Resize { width: 640, height: 480 }, "EVENT resize 640 480"),
+            (InputEvent::Close, "EVENT close"),
+        ];
+        for (event, line) in lines {
+            assert_eq!(event.to_string(), line);
+        }
+    }
+}
