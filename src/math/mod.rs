@@ -3,5 +3,6 @@
 //! No I/O, no threads, no clock. Nothing here uses FMA or the system's libm, so the same input gives the same bits on
 //! every machine: `+ - * / sqrt` in a fixed order, and the `libm` crate for the rest.
 
+pub mod coverage;
 pub mod matrix;
 pub mod polygon;

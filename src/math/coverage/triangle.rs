@@ -1,0 +1,109 @@
+//! Exact coverage of one triangle.
+
+use super::walk::{EdgeWalk, first_row};
+use super::wide::{Wide, snap_big};
+use super::{PixelRect, Snapped, extent, snap_middle, snap_narrow, width_for};
+use num_bigint::BigInt;
+use std::cmp::Ordering;
+use std::ops::Range;
+
+/// Three corners in 1/256 pixel.
+pub(crate) type Corners<I> = [[I; 2]; 3];
+
+/// A triangle whose corners are snapped to 1/256 pixel.
+///
+/// Corners are held in i64, i128 or numbers without a limit, as their size asks; the answers do not depend on it.
+#[derive(Clone, Debug)]
+pub struct SnappedTriangle(Snapped<Corners<i64>, Corners<i128>, Box<Corners<BigInt>>>);
+
+impl SnappedTriangle {
+    /// Snaps three corners in pixels (x right, y down). A corner that is not finite makes the triangle empty.
+    pub fn new(points: [[f64; 2]; 3]) -> Self {
+        if points.iter().flatten().any(|v| !v.is_finite()) {
+            return SnappedTriangle(Snapped::Narrow([[0; 2]; 3]));
+        }
+        SnappedTriangle(match width_for(extent(&points)) {
+            Snapped::Narrow(()) => Snapped::Narrow(points.map(|p| p.map(snap_narrow))),
+            Snapped::Middle(()) => Snapped::Middle(points.map(|p| p.map(snap_middle))),
+            Snapped::Huge(()) => Snapped::Huge(Box::new(points.map(|p| p.map(snap_big)))),
+        })
+    }
+
+    /// The sign of the doubled area (x1-x0)(y2-y0) - (x2-x0)(y1-y0), with y down.
+    ///
+    /// `Greater`: clockwise as seen on the screen. `Less`: counter-clockwise. `Equal`: no area, lights nothing.
+    pub fn orientation(&self) -> Ordering {
+        match &self.0 {
+            Snapped::Narrow(p) => doubled_area(p).signum_order(),
+            Snapped::Middle(p) => doubled_area(p).signum_order(),
+            Snapped::Huge(p) => doubled_area(p).signum_order(),
+        }
+    }
+
+    /// The corners in 1/256 pixel, for those within 262,144 pixels of the origin: doubled areas are then below 2^54.
+    ///
+    /// `None` for a triangle with a corner further out.
+    pub fn corners_fixed(&self) -> Option<[[i64; 2]; 3]> {
+        match &self.0 {
+            Snapped::Narrow(p) => Some(*p),
+            _ => None,
+        }
+    }
+
+    /// The corners in the width they are held in.
+    pub(crate) fn corners(&self) -> Snapped<&Corners<i64>, &Corners<i128>, &Corners<BigInt>> {
+        match &self.0 {
+            Snapped::Narrow(p) => Snapped::Narrow(p),
+            Snapped::Middle(p) => Snapped::Middle(p),
+            Snapped::Huge(p) => Snapped::Huge(p),
+        }
+    }
+
+    /// Calls `f(y, x0..x1)` for the covered pixels of each row inside `clip`, top to bottom; empty rows are left out.
+    ///
+    /// The winding does not matter. The cost is that of the visible rows.
+    pub fn for_each_span(&self, clip: PixelRect, f: impl FnMut(i32, Range<i32>)) {
+        match &self.0 {
+            Snapped::Narrow(p) => scan_triangle(p, clip, f),
+            Snapped::Middle(p) => scan_triangle(p, clip, f),
+            Snapped::Huge(p) => scan_triangle(p, clip, f),
+        }
+    }
+}
+
+/// Twice the signed area, in 1/65536 square pixels: positive when clockwise on a screen whose y points down.
+pub(crate) fn doubled_area<I: Wide>(p: &Corners<I>) -> I {
+    let [a, b, c] = p;
+    let ab = [b[0].minus(&a[0]), b[1].minus(&a[1])];
+    let ac = [c[0].minus(&a[0]), c[1].minus(&a[1])];
+    ab[0].times(&ac[1]).minus(&ac[0].times(&ab[1]))
+}
+
+pub(crate) fn scan_triangle<I: Wide>(p: &Corners<I>, clip: PixelRect, mut f: impl FnMut(i32, Range<i32>)) {
+    if clip.is_empty() {
+        return;
+    }
+    let mut order = [&p[0], &p[1], &p[2]];
+    order.sort_by(|a, b| a[1].cmp(&b[1]));
+    let [top, middle, bottom] = order;
+    let [y0, y1, y2] = [top, middle, bottom].map(|v| first_row(&v[1], clip.y0, clip.y1));
+    if y0 == y2 {
+        return;
+    }
+    // One edge goes all the way down; the two others take turns on the other side. Which side is which shows itself.
+    let mut long = EdgeWalk::new(top, bottom, y0);
+    for (from, to, rows) in [(top, middle, y0..y1), (middle, bottom, y1..y2)] {
+        if rows.is_empty() {
+            continue;
+        }
+        let mut short = EdgeWalk::new(from, to, rows.start);
+        for y in rows {
+            let (a, b) = (long.column(clip.x0, clip.x1), short.column(clip.x0, clip.x1));
+            if a != b {
+                f(y, a.min(b)..a.max(b));
+            }
+            long.step();
+            short.step();
+        }
+    }
+}
