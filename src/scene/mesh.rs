@@ -87,6 +87,11 @@ impl Mesh {
         let polygon = self.polygons.len() as u32;
         self.corners.extend_from_slice(corners);
         self.polygons.push(Polygon { first_corner, corner_count: corners.len() as u32, material });
+        if corners.len() == 3 {
+            self.triangles.push([first_corner, first_corner + 1, first_corner + 2]);
+            self.triangle_polygon.push(polygon);
+            return;
+        }
         let points: Vec<DVec3> = corners.iter().map(|c| self.positions[c.position as usize]).collect();
         for t in crate::math::polygon::triangulate(&points) {
             self.triangles.push(t.map(|i| first_corner + i));

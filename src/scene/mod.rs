@@ -8,6 +8,7 @@ mod light;
 mod material;
 mod mesh;
 mod modes;
+pub mod shapes;
 mod texture;
 mod world;
 

@@ -1,0 +1,78 @@
+//! Meshes that the program makes itself: X3D's solids, Newell's teapot, and the torus knot of the benchmarks.
+//!
+//! Out: meshes in object space, y up, right-handed, faces counter-clockwise seen from outside, with exact normals and with
+//! texture coordinates ((0,0) at the lower left). Corners that meet share a position, so no edge can open. The same
+//! arguments give the same bits on every machine (`libm`). Source of sizes, places and texture coordinates of the solids:
+//! X3D (ISO/IEC 19775-1), Geometry3D component.
+
+mod box_;
+mod knot;
+mod newell;
+mod round;
+mod teapot;
+
+pub use box_::box_;
+pub use knot::knot;
+pub use round::{Parts, cone, cone_parts, cylinder, cylinder_parts, sphere};
+pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot};
+
+use super::{Corner, NONE};
+use crate::error::Code;
+
+/// The most triangles that a made mesh has.
+pub const MAX_FACES: u64 = 4 << 20;
+
+/// Why a shape cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// A length that is no length.
+    #[error("{what} must be positive and finite, not {value}")]
+    BadSize {
+        /// Which length.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Too few steps to bound a body.
+    #[error("{what} must be at least {least}, not {value}")]
+    TooCoarse {
+        /// Which count.
+        what: &'static str,
+        /// Its value.
+        value: u32,
+        /// The smallest that is allowed.
+        least: u32,
+    },
+    /// More faces than [`MAX_FACES`].
+    #[error("{faces} faces are over the limit of {MAX_FACES}")]
+    TooFine {
+        /// How many faces it would have.
+        faces: u64,
+    },
+}
+
+impl ShapeError {
+    /// The protocol's code for this error.
+    pub fn code(&self) -> Code {
+        match self {
+            ShapeError::BadSize { .. } | ShapeError::TooCoarse { .. } => Code::Range,
+            ShapeError::TooFine { .. } => Code::TooBig,
+        }
+    }
+}
+
+/// A length that can be used as one.
+fn length(what: &'static str, value: f64) -> Result<f64, ShapeError> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(value),
+        false => Err(ShapeError::BadSize { what, value }),
+    }
+}
+
+/// A corner of a shape, which has everything but a colour.
+fn corner(position: u32, texcoord: u32, normal: u32) -> Corner {
+    Corner { position, normal, texcoord, color: NONE }
+}
+
+#[cfg(test)]
+mod tests;

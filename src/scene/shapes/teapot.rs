@@ -1,0 +1,155 @@
+//! Newell's teapot, cut from its Bezier patches.
+//!
+//! A patch with control points p[i][j] is S(s,t) = sum B_i(s) B_j(t) p[i][j], with the cubic Bernstein polynomials B. In
+//! Newell's order dS/dt x dS/ds points outwards, in every patch. Where the whole edge s = 0 is one point (the top of the
+//! lid's knob, the middle of the base) dS/dt vanishes along it, and near it grows as s d2S/dsdt: the normal's limit is
+//! d2S/dsdt x dS/ds. Newell's z is up; here y is: (x, y, z) -> (x, z, -y), so that the spout points to +x, the base lies at
+//! y = 0, and the lid ends at y = 3.15.
+
+use super::newell::{PATCHES, POINTS};
+use super::{ShapeError, corner};
+use crate::math::matrix::unit;
+use crate::scene::{Mesh, NONE};
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// How many times each side of a patch is cut unless told.
+pub const DEFAULT_TEAPOT_LEVEL: u32 = 10;
+/// The finest level: 32 patches of 256 x 256 quads.
+pub const MAX_TEAPOT_LEVEL: u32 = 256;
+
+/// The four Bernstein polynomials of degree 3 at `t`.
+fn bernstein(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t]
+}
+
+/// Their derivatives.
+fn bernstein_slope(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [-3.0 * s * s, 3.0 * s * s - 6.0 * s * t, 6.0 * s * t - 3.0 * t * t, 3.0 * t * t]
+}
+
+/// The first number whose point is the same: where parts meet, Newell's table repeats points under new numbers.
+fn first_number(number: u16) -> u16 {
+    let point = POINTS[number as usize - 1];
+    let first = POINTS.iter().position(|p| *p == point).expect("a point equals itself");
+    first as u16 + 1
+}
+
+type Control = [[DVec3; 4]; 4];
+
+fn control_points(patch: &[u16; 16]) -> Control {
+    let point = |number: u16| {
+        let [x, y, z] = POINTS[number as usize - 1];
+        // Not -y: a zero keeps its sign.
+        DVec3::new(x, z, 0.0 - y)
+    };
+    std::array::from_fn(|i| std::array::from_fn(|j| point(patch[4 * i + j])))
+}
+
+fn sum(control: &Control, a: [f64; 4], b: [f64; 4]) -> DVec3 {
+    let row =
+        |i: usize| control[i][0] * b[0] + control[i][1] * b[1] + control[i][2] * b[2] + control[i][3] * b[3];
+    row(0) * a[0] + row(1) * a[1] + row(2) * a[2] + row(3) * a[3]
+}
+
+/// The outward unit normal.
+fn normal(control: &Control, s: f64, t: f64) -> DVec3 {
+    let along_s = sum(control, bernstein_slope(s), bernstein(t));
+    let is_pole = s == 0.0 && control[0].iter().all(|p| *p == control[0][0]);
+    let b = if is_pole { bernstein_slope(s) } else { bernstein(s) };
+    let along_t = sum(control, b, bernstein_slope(t));
+    unit(along_t.cross(along_s))
+        .expect("the patches have a tangent plane at each of their points, the poles included")
+}
+
+/// Which vertex of an edge a grid point is: the patch beside it finds it again.
+#[derive(PartialEq, Eq, Hash)]
+enum Key {
+    /// A control point.
+    Corner(u16),
+    /// Step k along the edge with these control points, from its lower-numbered end.
+    Edge([u16; 4], u32),
+}
+
+/// The grid point (i, j) of `level`, with its key if it lies on an edge of its patch.
+fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (Option<Key>, DVec3) {
+    let f = |k: u32| f64::from(k) / f64::from(level);
+    let (edge, mut k) = match (i, j) {
+        (0, k) => ([0, 1, 2, 3], k),
+        (i, k) if i == level => ([12, 13, 14, 15], k),
+        (k, 0) => ([0, 4, 8, 12], k),
+        (k, j) if j == level => ([3, 7, 11, 15], k),
+        _ => return (None, sum(control, bernstein(f(i)), bernstein(f(j)))),
+    };
+    let mut numbers: [u16; 4] = edge.map(|e: usize| patch[e]);
+    let mut points: [DVec3; 4] = edge.map(|e| control[e / 4][e % 4]);
+    if numbers.iter().all(|n| *n == numbers[0]) {
+        return (Some(Key::Corner(numbers[0])), points[0]);
+    }
+    // One direction for both patches at an edge, so that both compute the same bits.
+    if numbers[0] > numbers[3] {
+        numbers.reverse();
+        points.reverse();
+        k = level - k;
+    }
+    if k == 0 {
+        (Some(Key::Corner(numbers[0])), points[0])
+    } else if k == level {
+        (Some(Key::Corner(numbers[3])), points[3])
+    } else {
+        let b = bernstein(f(k));
+        let point = points[0] * b[0] + points[1] * b[1] + points[2] * b[2] + points[3] * b[3];
+        (Some(Key::Edge(numbers, k)), point)
+    }
+}
+
+/// The teapot, each of its 32 patches cut into `level` x `level` quads (triangles where an edge is a point), so that it
+/// has 64 level^2 - 8 level triangles.
+///
+/// Normals are those of the patches. Each patch has the whole texture once, upright on the body.
+pub fn teapot(level: u32) -> Result<Mesh, ShapeError> {
+    if level == 0 {
+        return Err(ShapeError::TooCoarse { what: "teapot level", value: level, least: 1 });
+    }
+    if level > MAX_TEAPOT_LEVEL {
+        return Err(ShapeError::TooFine { faces: u64::from(level).pow(2).saturating_mul(64) });
+    }
+    let mut mesh = Mesh::default();
+    let mut on_edges: HashMap<Key, u32> = HashMap::new();
+    let f = |k: u32| f64::from(k) / f64::from(level);
+    for i in 0..=level {
+        mesh.texcoords.extend((0..=level).map(|j| DVec2::new(1.0 - f(j), 1.0 - f(i))));
+    }
+    let mut grid = Vec::new();
+    for patch in &PATCHES {
+        let patch = &patch.map(first_number);
+        let control = control_points(patch);
+        grid.clear();
+        for i in 0..=level {
+            for j in 0..=level {
+                let (key, position) = place(patch, &control, i, j, level);
+                let next = mesh.positions.len() as u32;
+                let vertex = key.map_or(next, |key| *on_edges.entry(key).or_insert(next));
+                if vertex == next {
+                    mesh.positions.push(position);
+                }
+                grid.push(corner(vertex, i * (level + 1) + j, mesh.normals.len() as u32));
+                mesh.normals.push(normal(&control, f(i), f(j)));
+            }
+        }
+        let at = |i: u32, j: u32| grid[(i * (level + 1) + j) as usize];
+        for i in 0..level {
+            for j in 0..level {
+                let quad = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+                // At a pole the first two are one vertex: it takes its normal and texture coordinate there from the first.
+                match quad[0].position == quad[1].position {
+                    true => mesh.push_polygon(&[quad[0], quad[2], quad[3]], NONE),
+                    false => mesh.push_polygon(&quad, NONE),
+                }
+            }
+        }
+    }
+    Ok(mesh)
+}
