@@ -6,3 +6,4 @@
 pub mod coverage;
 pub mod matrix;
 pub mod polygon;
+pub mod projection;

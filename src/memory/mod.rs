@@ -6,8 +6,10 @@
 
 mod depth;
 mod fbptr;
+mod ids;
 mod video;
 
 pub use depth::{DepthFormat, DepthMemory};
 pub use fbptr::FbPtr;
+pub use ids::IdMemory;
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

@@ -208,6 +208,8 @@ pub struct CameraMatrices {
     pub projection: DMat4,
     /// The row r with r.p_view = w - z of clip space, free of cancellation: 1 - z_ndc = (r.p)/w.
     pub one_minus_z_row: DVec4,
+    /// w on the near plane (1 for parallel projections): what lies at less is never seen.
+    pub w_near: f64,
     /// Whether w is 1 everywhere: no division, V is the view axis.
     pub is_parallel: bool,
     /// The eye in world space; for parallel projections a point on the view axis.

@@ -6,6 +6,7 @@
 mod camera;
 mod light;
 mod material;
+mod matrices;
 mod mesh;
 mod modes;
 pub mod shapes;

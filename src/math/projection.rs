@@ -1,0 +1,146 @@
+//! The projection and viewing matrices of the source documents, as numbers: column vectors, each function one matrix.
+//!
+//! View space looks along -z. Clip space is -w<=x<=w, -w<=y<=w, 0<=z<=w (0 near, 1 far after the division). Sources:
+//! notes 001 (view plane at distance d, viewport), 000 (viewing transformation A B C D P, J K L M), 004 (frustum to box,
+//! oblique, isometric).
+
+use super::matrix::{from_rows, scale, shear, translate};
+use glam::{DMat4, DVec3, DVec4};
+
+/// The z row of a perspective box, for w = -z: 0 at `near`, w at `far`.
+pub fn perspective_z_row(near: f64, far: f64) -> DVec4 {
+    let a = far / (far - near);
+    DVec4::new(0.0, 0.0, -a, -near * a)
+}
+
+/// w - z of [`perspective_z_row`] without its cancellation: n (z + f) / (f - n).
+pub fn perspective_complement_row(near: f64, far: f64) -> DVec4 {
+    DVec4::new(0.0, 0.0, near / (far - near), near * (far / (far - near)))
+}
+
+/// The z row of a parallel box: 0 at distance `near`, 1 at `far`.
+pub fn parallel_z_row(near: f64, far: f64) -> DVec4 {
+    DVec4::new(0.0, 0.0, -1.0 / (far - near), -near / (far - near))
+}
+
+/// 1 - z of [`parallel_z_row`] without its cancellation.
+pub fn parallel_complement_row(near: f64, far: f64) -> DVec4 {
+    DVec4::new(0.0, 0.0, 1.0 / (far - near), far / (far - near))
+}
+
+/// A matrix from its four rows.
+pub fn with_rows(x: DVec4, y: DVec4, z: DVec4, w: DVec4) -> DMat4 {
+    DMat4::from_cols(x, y, z, w).transpose()
+}
+
+/// Source 001: projection on the view plane z = -d, w = -z/d.
+pub fn view_plane(d: f64) -> DMat4 {
+    from_rows([1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, d, 0.0, 0.0, -1.0 / d, 0.0])
+}
+
+/// Source 004: the frustum as a box of the same height, zp from -near to -far; x and y keep their size at the near plane.
+pub fn frustum_to_box(near: f64, far: f64) -> DMat4 {
+    let (n, f) = (near, far);
+    from_rows([n, 0.0, 0.0, 0.0, 0.0, n, 0.0, 0.0, 0.0, 0.0, n + f, n * f, 0.0, 0.0, -1.0, 0.0])
+}
+
+/// Source 004: the simple conical projection, zp = -d everywhere.
+pub fn simple_conical(d: f64) -> DMat4 {
+    from_rows([1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0 / d, 0.0])
+}
+
+/// Source 004: the oblique shear x' = x - l cos(a) z, y' = y - l sin(a) z, z kept (l = 1 cavalier, 1/2 cabinet).
+pub fn oblique(l: f64, angle_rad: f64) -> DMat4 {
+    let (sin, cos) = libm::sincos(angle_rad);
+    shear(0.0, -l * cos, 0.0, -l * sin, 0.0, 0.0)
+}
+
+/// Source 004: -45 degrees about y, then asin(1/sqrt 3) about x: every axis is seen at sqrt(2/3) of its length.
+pub fn isometric() -> DMat4 {
+    // The sines and cosines of both angles are square roots, so no trigonometry is needed.
+    let h = std::f64::consts::FRAC_1_SQRT_2;
+    let (s, c) = ((1.0f64 / 3.0).sqrt(), (2.0f64 / 3.0).sqrt());
+    let about_y = from_rows([h, 0.0, -h, 0.0, 0.0, 1.0, 0.0, 0.0, h, 0.0, h, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let about_x = from_rows([1.0, 0.0, 0.0, 0.0, 0.0, c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    about_x * about_y
+}
+
+/// What the pseudo-isometric view scales the isometric picture's x and y by: 1 / sqrt(2/3).
+pub fn pseudo_isometric_scale() -> f64 {
+    1.5f64.sqrt()
+}
+
+/// Source 001: S2 T1 S1, NDC to a `width` x `height` screen whose pixel centres are whole numbers, y down.
+pub fn viewport_centres(width: u32, height: u32) -> DMat4 {
+    let flip = scale(DVec3::new(1.0, -1.0, 1.0));
+    let s2 = scale(DVec3::new((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0, 1.0));
+    s2 * translate(DVec3::new(1.0, 1.0, 0.0)) * flip
+}
+
+/// Source 000: the viewing transformation's matrices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewingTransformation {
+    /// VRP to the origin.
+    pub a: DMat4,
+    /// Rows u, v, n: n into the scene, v up, u = n x v (left-handed).
+    pub b: DMat4,
+    /// Skew by -CU/DP, -CV/DP: the window's centre onto the n axis.
+    pub c: DMat4,
+    /// Scale DP/(SU F), DP/(SV F), 1/F.
+    pub d: DMat4,
+    /// h = z, z' = (F z - N) / (F - N).
+    pub p: DMat4,
+}
+
+impl ViewingTransformation {
+    /// The matrices for axes u, v, n at `vrp`, window centre and half extents on the plane at distance `dp`.
+    pub fn new(
+        vrp: DVec3,
+        [u, v, n]: [DVec3; 3],
+        center: [f64; 2],
+        half: [f64; 2],
+        dp: f64,
+        [near, far]: [f64; 2],
+    ) -> Self {
+        ViewingTransformation {
+            a: translate(-vrp),
+            b: with_rows(u.extend(0.0), v.extend(0.0), n.extend(0.0), DVec4::W),
+            c: shear(0.0, -center[0] / dp, 0.0, -center[1] / dp, 0.0, 0.0),
+            d: scale(DVec3::new(dp / (half[0] * far), dp / (half[1] * far), 1.0 / far)),
+            p: from_rows([
+                1.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                1.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                far / (far - near),
+                -near / (far - near),
+                0.0,
+                0.0,
+                1.0,
+                0.0,
+            ]),
+        }
+    }
+
+    /// M1 = P D C B A: world to clip space.
+    pub fn m1(&self) -> DMat4 {
+        self.p * self.d * self.c * self.b * self.a
+    }
+
+    /// M2 = M L K J: NDC to screen, `u` and `v` the first and last pixel, `z` the depth range; pixel centres at whole
+    /// numbers plus the half that makes truncation round.
+    pub fn m2(u: [f64; 2], v: [f64; 2], z: [f64; 2]) -> DMat4 {
+        let j = scale(DVec3::new(1.0, -1.0, 1.0));
+        let k = translate(DVec3::new(0.5, 0.5, 0.0)) * scale(DVec3::new(0.5, 0.5, 1.0));
+        let l = translate(DVec3::new(u[0], v[0], z[0]))
+            * scale(DVec3::new(u[1] - u[0], v[1] - v[0], z[1] - z[0]));
+        let m = translate(DVec3::new(0.5, 0.5, 0.0));
+        m * l * k * j
+    }
+}

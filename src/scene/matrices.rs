@@ -1,0 +1,201 @@
+//! From a camera to matrices: world to view, view to clip space.
+//!
+//! Every projection here has w that depends on view z alone, so the eye's side of space is w > 0, and z is 0 on the near
+//! plane and w on the far one.
+
+use super::camera::{Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection};
+use crate::math::matrix::{self, unit};
+use crate::math::projection::{self as proj, ViewingTransformation, with_rows};
+use glam::{DMat4, DVec3, DVec4};
+
+/// Below this sine of the angle between them, up and view are parallel.
+const PARALLEL_SINE: f64 = 1e-12;
+
+impl LookAt {
+    /// The view's axes in world space: x right, y up, z towards the viewer.
+    ///
+    /// z = (eye-ref)/|eye-ref|, x = up x z / |..|, y = z x x (sources 001 and 004).
+    pub fn axes(&self) -> Result<[DVec3; 3], CameraError> {
+        let z = unit(self.eye - self.reference).ok_or(CameraError::NoDirection)?;
+        let x = unit(self.up).map(|up| up.cross(z)).filter(|x| x.length() > PARALLEL_SINE);
+        let x = x.and_then(unit).ok_or(CameraError::BadUp)?;
+        Ok([x, z.cross(x), z])
+    }
+
+    /// World to view space: R T.
+    pub fn matrix(&self) -> Result<DMat4, CameraError> {
+        let [x, y, z] = self.axes()?;
+        let rotation = with_rows(x.extend(0.0), y.extend(0.0), z.extend(0.0), DVec4::W);
+        Ok(rotation * matrix::translate(-self.eye))
+    }
+}
+
+fn check_depth(near: f64, far: f64, nearest: f64) -> Result<(), CameraError> {
+    let sound = near > nearest
+        && near < far
+        && far.is_finite()
+        && (far - near).is_finite()
+        && 1.0 / (far - near) < f64::INFINITY;
+    if sound { Ok(()) } else { Err(CameraError::BadDepthRange { near, far }) }
+}
+
+fn check(what: &'static str, value: f64, sound: bool) -> Result<(), CameraError> {
+    if sound && value.is_finite() { Ok(()) } else { Err(CameraError::BadExtent { what, value }) }
+}
+
+/// Width and height of a window left, right, bottom, top.
+fn extents([l, r, b, t]: [f64; 4]) -> Result<[f64; 2], CameraError> {
+    let e = [r - l, t - b];
+    check("window width", e[0], e[0] != 0.0 && (1.0 / e[0]).is_finite())?;
+    check("window height", e[1], e[1] != 0.0 && (1.0 / e[1]).is_finite())?;
+    Ok(e)
+}
+
+/// The matrix of a parallel box over a window.
+fn parallel(window: [f64; 4], near: f64, far: f64) -> Result<DMat4, CameraError> {
+    let [l, r, b, t] = window;
+    let [w, h] = extents(window)?;
+    check_depth(near, far, f64::NEG_INFINITY)?;
+    Ok(with_rows(
+        DVec4::new(2.0 / w, 0.0, 0.0, -(r + l) / w),
+        DVec4::new(0.0, 2.0 / h, 0.0, -(t + b) / h),
+        proj::parallel_z_row(near, far),
+        DVec4::W,
+    ))
+}
+
+impl Camera {
+    /// The matrices for a viewport `aspect` = width / height.
+    pub fn matrices(&self, aspect: f64) -> Result<CameraMatrices, CameraError> {
+        check("aspect", aspect, aspect > 0.0)?;
+        match self.projection {
+            Projection::Perspective { fov_rad, near, far, on_smaller_side } => {
+                check("field of view", fov_rad, fov_rad > 0.0 && fov_rad < std::f64::consts::PI)?;
+                let k = 1.0 / libm::tan(fov_rad / 2.0);
+                check("field of view", fov_rad, k > 0.0 && k.is_finite())?;
+                let (kx, ky) =
+                    if on_smaller_side && aspect < 1.0 { (k, k * aspect) } else { (k / aspect, k) };
+                let (x, y) = (DVec4::X * kx, DVec4::Y * ky);
+                self.perspective(x, y, 1.0, near, far)
+            }
+            Projection::Plane { d, near, far } => {
+                check("view-plane distance", d, d > 0.0 && (1.0 / d).is_finite())?;
+                self.perspective(DVec4::X, DVec4::Y, 1.0 / d, near, far)
+            }
+            Projection::Frustum { window, near, far } => {
+                let [l, r, b, t] = window;
+                let [w, h] = extents(window)?;
+                let x = DVec4::new(2.0 * near / w, 0.0, (r + l) / w, 0.0);
+                let y = DVec4::new(0.0, 2.0 * near / h, (t + b) / h, 0.0);
+                self.perspective(x, y, 1.0, near, far)
+            }
+            Projection::Ortho { window, near, far } => {
+                let view = self.look_at.matrix()?;
+                self.parallel_matrices(view, parallel(window, near, far)?, DVec3::Z, near, far)
+            }
+            Projection::Oblique { kind, angle_rad, window, near, far } => {
+                let l = match kind {
+                    ObliqueKind::Cavalier => 1.0,
+                    ObliqueKind::Cabinet => 0.5,
+                };
+                check("angle", angle_rad, true)?;
+                let view = self.look_at.matrix()?;
+                // Sheared about the plane through the reference point, so what lies there stays where it is.
+                let shear = proj::oblique(l, angle_rad);
+                let to_reference = DVec3::Z * (self.look_at.eye - self.look_at.reference).length();
+                let about = matrix::translate(-to_reference) * shear * matrix::translate(to_reference);
+                // Points along this view vector fall together: the projection's direction, towards the viewer.
+                let along = DVec3::new(-shear.z_axis.x, -shear.z_axis.y, 1.0);
+                self.parallel_matrices(view, parallel(window, near, far)? * about, along, near, far)
+            }
+            Projection::Isometric { window, near, far } => {
+                let view = proj::isometric() * self.look_at.matrix()?;
+                self.parallel_matrices(view, parallel(window, near, far)?, DVec3::Z, near, far)
+            }
+            Projection::PseudoIsometric { window, near, far } => {
+                let view = proj::isometric() * self.look_at.matrix()?;
+                let k = proj::pseudo_isometric_scale();
+                let wider = matrix::scale(DVec3::new(k, k, 1.0));
+                self.parallel_matrices(view, parallel(window, near, far)? * wider, DVec3::Z, near, far)
+            }
+            Projection::Window { vrp, p, vup, center, half, dp, near, far } => {
+                check("window distance", dp, dp > 0.0)?;
+                check("window half width", half[0], half[0] > 0.0)?;
+                check("window half height", half[1], half[1] > 0.0)?;
+                check("window centre", center[0] + center[1], true)?;
+                check_depth(near, far, 0.0)?;
+                let n = unit(p - vrp).ok_or(CameraError::NoDirection)?;
+                let up = unit(vup).ok_or(CameraError::BadUp)?;
+                let v = Some(up - n * up.dot(n)).filter(|v| v.length() > PARALLEL_SINE);
+                let v = v.and_then(unit).ok_or(CameraError::BadUp)?;
+                let u = n.cross(v);
+                let t = ViewingTransformation::new(vrp, [u, v, n], center, half, dp, [near, far]);
+                // The pipeline's view looks along -z: n is turned there and back.
+                let turn = matrix::scale(DVec3::new(1.0, 1.0, -1.0));
+                let w_near = near / far;
+                Ok(CameraMatrices {
+                    view: turn * t.b * t.a,
+                    projection: t.p * t.d * t.c * turn,
+                    one_minus_z_row: proj::perspective_complement_row(near, far) / far,
+                    w_near,
+                    is_parallel: false,
+                    eye: vrp,
+                    to_viewer: -n,
+                })
+            }
+        }
+    }
+
+    /// A perspective camera: rows x and y, w = -z * `w_scale`.
+    fn perspective(
+        &self,
+        x: DVec4,
+        y: DVec4,
+        w_scale: f64,
+        near: f64,
+        far: f64,
+    ) -> Result<CameraMatrices, CameraError> {
+        check_depth(near, far, 0.0)?;
+        let [_, _, z] = self.look_at.axes()?;
+        Ok(CameraMatrices {
+            view: self.look_at.matrix()?,
+            projection: with_rows(
+                x,
+                y,
+                proj::perspective_z_row(near, far) * w_scale,
+                DVec4::new(0.0, 0.0, -w_scale, 0.0),
+            ),
+            one_minus_z_row: proj::perspective_complement_row(near, far) * w_scale,
+            w_near: near * w_scale,
+            is_parallel: false,
+            eye: self.look_at.eye,
+            to_viewer: z,
+        })
+    }
+
+    /// A parallel camera; `along` is the projection's direction in view space, towards the viewer.
+    fn parallel_matrices(
+        &self,
+        view: DMat4,
+        projection: DMat4,
+        along: DVec3,
+        near: f64,
+        far: f64,
+    ) -> Result<CameraMatrices, CameraError> {
+        // The view's rotation is orthonormal, so its transpose takes directions back to the world.
+        let world = DVec3::new(
+            view.x_axis.truncate().dot(along),
+            view.y_axis.truncate().dot(along),
+            view.z_axis.truncate().dot(along),
+        );
+        Ok(CameraMatrices {
+            view,
+            projection,
+            one_minus_z_row: proj::parallel_complement_row(near, far),
+            w_near: 1.0,
+            is_parallel: true,
+            eye: self.look_at.eye,
+            to_viewer: unit(world).unwrap_or(DVec3::Z),
+        })
+    }
+}
