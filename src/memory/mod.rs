@@ -7,9 +7,11 @@
 mod depth;
 mod fbptr;
 mod ids;
+mod shared;
 mod video;
 
 pub use depth::{DepthFormat, DepthMemory};
 pub use fbptr::FbPtr;
 pub use ids::IdMemory;
+pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};
