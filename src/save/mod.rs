@@ -1,1 +1,56 @@
 //! PIXELS OUT to files: snapshots (png, ppm, raw), depth as PFM, and the comparison of snapshots in tests.
+//!
+//! In: a [`VideoMemory`](crate::memory::VideoMemory) or a [`DepthMemory`](crate::memory::DepthMemory), row 0 at the top.
+//! Out: bytes to any writer, or a file that is there whole or not at all. The same picture gives the same file.
+
+mod atomic;
+mod formats;
+pub mod golden;
+
+pub use atomic::atomically;
+pub use formats::{SnapshotFormat, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
+
+use crate::error::Code;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a picture was not written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SaveError {
+    /// The file name's ending names no format.
+    #[error("{}: expected a name that ends in {expected}", .path.display())]
+    UnknownEnding {
+        /// The name.
+        path: PathBuf,
+        /// The endings there are.
+        expected: &'static str,
+    },
+    /// The system refused.
+    #[error("{}: {reason}", .path.display())]
+    Io {
+        /// The file, or `-` for a writer without a name.
+        path: PathBuf,
+        /// What kind of refusal.
+        kind: io::ErrorKind,
+        /// The system's words.
+        reason: String,
+    },
+}
+
+impl SaveError {
+    fn io(path: &Path, error: &io::Error) -> Self {
+        SaveError::Io { path: path.to_owned(), kind: error.kind(), reason: error.to_string() }
+    }
+
+    /// The protocol's code for this error.
+    pub fn code(&self) -> Code {
+        match self {
+            SaveError::UnknownEnding { .. } => Code::Args,
+            SaveError::Io { kind: io::ErrorKind::NotFound, .. } => Code::NoEnt,
+            SaveError::Io { kind: io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded, .. } => {
+                Code::Quota
+            }
+            SaveError::Io { .. } => Code::Perm,
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The formats of snapshots and of depth.
+
+use super::{SaveError, atomically};
+use crate::memory::{DepthMemory, VideoMemory};
+use image::ImageEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// How a snapshot is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SnapshotFormat {
+    /// PNG, 8 bits RGBA, alpha as it stands in memory.
+    Png,
+    /// PPM (`P6`), without alpha.
+    Ppm,
+    /// The RGBA bytes alone.
+    Raw,
+}
+
+impl SnapshotFormat {
+    /// The format that the ending of a file name asks for, in either case.
+    pub fn of_path(path: &Path) -> Result<Self, SaveError> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("png") => Ok(SnapshotFormat::Png),
+            Some("ppm") => Ok(SnapshotFormat::Ppm),
+            Some("raw") => Ok(SnapshotFormat::Raw),
+            _ => Err(SaveError::UnknownEnding { path: path.to_owned(), expected: ".png, .ppm or .raw" }),
+        }
+    }
+
+    /// Writes `memory` in this format.
+    pub fn write(self, memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
+        match self {
+            SnapshotFormat::Png => png(memory, out),
+            SnapshotFormat::Ppm => ppm(memory, out),
+            SnapshotFormat::Raw => raw(memory, out),
+        }
+    }
+}
+
+/// Writes the frame as PNG: 8 bits RGBA.
+pub fn png(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
+    PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
+        .write_image(memory.bytes(), memory.width(), memory.height(), image::ExtendedColorType::Rgba8)
+        .map_err(|e| match e {
+            image::ImageError::IoError(e) => e,
+            e => io::Error::other(e),
+        })
+}
+
+/// Writes the frame as PPM: `P6`, width, height, 255, then R, G, B bytes; alpha is left out.
+pub fn ppm(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
+    write!(out, "P6\n{} {}\n255\n", memory.width(), memory.height())?;
+    let mut row = Vec::with_capacity(memory.width() as usize * 3);
+    for rgba in memory.bytes().chunks_exact(memory.stride_bytes()) {
+        row.clear();
+        row.extend(rgba.as_chunks::<4>().0.iter().flat_map(|p| [p[0], p[1], p[2]]));
+        out.write_all(&row)?;
+    }
+    Ok(())
+}
+
+/// Writes the frame's RGBA bytes, nothing else.
+pub fn raw(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
+    out.write_all(memory.bytes())
+}
+
+/// Writes depth as PFM: `Pf`, scale -1.0 (little-endian), rows bottom-up, z in 0..1 for every depth format, 1 where
+/// nothing was drawn.
+pub fn pfm(depth: &DepthMemory, out: &mut dyn Write) -> io::Result<()> {
+    let (width, height) = (depth.width() as usize, depth.height() as usize);
+    write!(out, "Pf\n{width} {height}\n-1.0\n")?;
+    let mut row = Vec::with_capacity(width * 4);
+    for y in (0..height).rev() {
+        row.clear();
+        for x in 0..width {
+            let z = depth.format().decode(depth.word(width * y + x));
+            row.extend_from_slice(&(z as f32).to_le_bytes());
+        }
+        out.write_all(&row)?;
+    }
+    Ok(())
+}
+
+/// Writes the frame to `path` in the format of its ending, whole or not at all.
+pub fn to_path(memory: &VideoMemory, path: &Path) -> Result<(), SaveError> {
+    let format = SnapshotFormat::of_path(path)?;
+    atomically(path, |out| format.write(memory, out))
+}
+
+/// Writes depth to `path`, which must end in `.pfm`, whole or not at all.
+pub fn depth_to_path(depth: &DepthMemory, path: &Path) -> Result<(), SaveError> {
+    match path.extension() {
+        Some(e) if e.eq_ignore_ascii_case("pfm") => atomically(path, |out| pfm(depth, out)),
+        _ => Err(SaveError::UnknownEnding { path: path.to_owned(), expected: ".pfm" }),
+    }
+}
+
+/// The CRC-32 (ISO-HDLC) of the frame's RGBA bytes: what `CRC` answers.
+pub fn crc32(memory: &VideoMemory) -> u32 {
+    crc32fast::hash(memory.bytes())
+}

@@ -1,0 +1,237 @@
+//! Snapshots in tests: is a frame still the picture that was once looked at and kept?
+//!
+//! ```no_run
+//! use fbptr::memory::VideoMemory;
+//! use fbptr::save::golden::{Tolerance, assert_golden};
+//!
+//! let frame = VideoMemory::new(64, 64).unwrap();
+//! assert_golden(&frame, "tests/golden/black.png", Tolerance::EXACT);
+//! ```
+//!
+//! A test that fails leaves `black.actual.png` and, if the sizes agree, `black.diff.png` beside the golden file. With
+//! `BLESS=1` in the environment the golden file is rewritten, and the test fails all the same: a run that rewrites proves
+//! nothing.
+
+use super::{SaveError, crc32, to_path};
+use crate::memory::{MemoryError, VideoMemory};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How far a frame may be from its golden picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tolerance {
+    /// A pixel differs when one of its channels (R, G, B, A) differs by more than this.
+    pub per_channel: u8,
+    /// How many pixels may differ.
+    pub pixels: u64,
+}
+
+impl Tolerance {
+    /// Every byte the same.
+    pub const EXACT: Tolerance = Tolerance { per_channel: 0, pixels: 0 };
+}
+
+/// What to do with the golden file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Compare with it.
+    Compare,
+    /// Rewrite it, and fail.
+    Bless,
+}
+
+impl Mode {
+    /// `Bless` when the environment has `BLESS=1`.
+    pub fn from_env() -> Self {
+        match std::env::var_os("BLESS") {
+            Some(v) if v == "1" => Mode::Bless,
+            _ => Mode::Compare,
+        }
+    }
+}
+
+/// How two frames of one size differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Pixels with a channel further off than the tolerance.
+    pub pixels: u64,
+    /// The largest difference of a channel, over all pixels, within the tolerance or not.
+    pub max: u8,
+    /// The first pixel, row by row, with a channel further off than the tolerance.
+    pub first: Option<(u32, u32)>,
+}
+
+/// Why a frame did not pass.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GoldenError {
+    /// There is no golden file yet.
+    #[error("{}: no golden file; look at {}, and keep it with BLESS=1", .golden.display(), .actual.display())]
+    Missing {
+        /// The file that is not there.
+        golden: PathBuf,
+        /// Where the frame was written.
+        actual: PathBuf,
+    },
+    /// The golden file is no PNG that can be read.
+    #[error("{}: {reason}", .golden.display())]
+    Unreadable {
+        /// The file.
+        golden: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The sizes differ.
+    #[error(
+        "{}: the golden file is {}x{}, the frame {}x{}; see {}",
+        .golden.display(), .expected.0, .expected.1, .found.0, .found.1, .actual.display()
+    )]
+    Size {
+        /// The file.
+        golden: PathBuf,
+        /// Its width and height.
+        expected: (u32, u32),
+        /// The frame's width and height.
+        found: (u32, u32),
+        /// Where the frame was written.
+        actual: PathBuf,
+    },
+    /// Too many pixels differ.
+    #[error(
+        "{}: {} pixels differ by more than {} ({} may), at most by {}, first at {:?}; see {} and {}",
+        .golden.display(), .difference.pixels, .tolerance.per_channel, .tolerance.pixels, .difference.max,
+        .difference.first.unwrap_or_default(), .actual.display(), .diff.display()
+    )]
+    Differs {
+        /// The golden file.
+        golden: PathBuf,
+        /// How much.
+        difference: Difference,
+        /// What was allowed.
+        tolerance: Tolerance,
+        /// Where the frame was written.
+        actual: PathBuf,
+        /// Where the magnified difference was written.
+        diff: PathBuf,
+    },
+    /// The golden file was rewritten: run again without BLESS.
+    #[error("{}: rewritten (crc {crc:08x}); this run fails, run again without BLESS", .golden.display())]
+    Blessed {
+        /// The file.
+        golden: PathBuf,
+        /// The CRC-32 of the frame's bytes.
+        crc: u32,
+    },
+    /// A picture could not be written.
+    #[error(transparent)]
+    Save(#[from] SaveError),
+}
+
+/// Compares two frames; `None` when their sizes differ.
+pub fn compare(actual: &VideoMemory, expected: &VideoMemory, per_channel: u8) -> Option<Difference> {
+    if (actual.width(), actual.height()) != (expected.width(), expected.height()) {
+        return None;
+    }
+    let mut difference = Difference { pixels: 0, max: 0, first: None };
+    let pairs = actual.bytes().as_chunks::<4>().0.iter().zip(expected.bytes().as_chunks::<4>().0);
+    for (i, (a, b)) in (0u32..).zip(pairs) {
+        let off = distance(a, b).into_iter().max().unwrap_or(0);
+        difference.max = difference.max.max(off);
+        if off > per_channel {
+            difference.pixels += 1;
+            difference.first.get_or_insert((i % actual.width(), i / actual.width()));
+        }
+    }
+    Some(difference)
+}
+
+fn distance(a: &[u8; 4], b: &[u8; 4]) -> [u8; 4] {
+    std::array::from_fn(|c| a[c].abs_diff(b[c]))
+}
+
+/// The difference of two frames of one size as a picture: each channel's distance, scaled so that the largest is 255;
+/// alpha's distance is added as grey.
+pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMemory, MemoryError> {
+    let mut picture = VideoMemory::new(actual.width(), actual.height())?;
+    let max = compare(actual, expected, 0).map_or(0, |d| d.max).max(1) as u32;
+    let (a, b) = (actual.bytes().as_chunks::<4>().0, expected.bytes().as_chunks::<4>().0);
+    for (pixel, (a, b)) in picture.bytes_mut().as_chunks_mut::<4>().0.iter_mut().zip(a.iter().zip(b)) {
+        let d = distance(a, b);
+        for c in 0..3 {
+            pixel[c] = ((d[c] as u32 + d[3] as u32) * 255 / max).min(255) as u8;
+        }
+    }
+    Ok(picture)
+}
+
+/// Reads a PNG as a frame.
+pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
+    let unreadable = |reason: String| GoldenError::Unreadable { golden: path.to_owned(), reason };
+    let bytes = fs::read(path).map_err(|e| unreadable(e.to_string()))?;
+    let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
+        .map_err(|e| unreadable(e.to_string()))?
+        .into_rgba8();
+    let mut memory =
+        VideoMemory::new(picture.width(), picture.height()).map_err(|e| unreadable(e.to_string()))?;
+    memory.bytes_mut().copy_from_slice(picture.as_raw());
+    Ok(memory)
+}
+
+/// Holds `actual` against the golden PNG at `golden`.
+///
+/// On failure the frame goes to `NAME.actual.png` and the magnified difference to `NAME.diff.png` beside the golden file;
+/// on success what an earlier failure left there is removed.
+pub fn check(
+    actual: &VideoMemory,
+    golden: impl AsRef<Path>,
+    tolerance: Tolerance,
+    mode: Mode,
+) -> Result<(), GoldenError> {
+    let golden = golden.as_ref();
+    let (actual_path, diff_path) = (golden.with_extension("actual.png"), golden.with_extension("diff.png"));
+    // What an earlier run left would be taken for this run's.
+    for leftover in [&actual_path, &diff_path] {
+        match fs::remove_file(leftover) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(SaveError::io(leftover, &e).into());
+            }
+            _ => {}
+        }
+    }
+    if mode == Mode::Bless {
+        if let Some(folder) = golden.parent() {
+            fs::create_dir_all(folder).map_err(|e| SaveError::io(folder, &e))?;
+        }
+        to_path(actual, golden)?;
+        return Err(GoldenError::Blessed { golden: golden.to_owned(), crc: crc32(actual) });
+    }
+    let golden = golden.to_owned();
+    if !golden.exists() {
+        to_path(actual, &actual_path)?;
+        return Err(GoldenError::Missing { golden, actual: actual_path });
+    }
+    let expected = read_png(&golden)?;
+    let Some(difference) = compare(actual, &expected, tolerance.per_channel) else {
+        to_path(actual, &actual_path)?;
+        let expected = (expected.width(), expected.height());
+        let found = (actual.width(), actual.height());
+        return Err(GoldenError::Size { golden, expected, found, actual: actual_path });
+    };
+    if difference.pixels <= tolerance.pixels {
+        return Ok(());
+    }
+    to_path(actual, &actual_path)?;
+    let picture = magnified(actual, &expected).expect("a frame of this size exists already");
+    to_path(&picture, &diff_path)?;
+    Err(GoldenError::Differs { golden, difference, tolerance, actual: actual_path, diff: diff_path })
+}
+
+/// [`check`] for tests: the mode comes from the environment.
+///
+/// # Panics
+/// When the frame does not pass, with the count of pixels and the largest difference; always with `BLESS=1`.
+#[track_caller]
+pub fn assert_golden(actual: &VideoMemory, golden: impl AsRef<Path>, tolerance: Tolerance) {
+    if let Err(error) = check(actual, golden, tolerance, Mode::from_env()) {
+        panic!("{error}");
+    }
+}
