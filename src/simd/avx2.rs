@@ -1,0 +1,360 @@
+//! AVX2: 8 lanes, masks as all-ones lanes.
+
+use super::{F32, I32, Kernel, Mask, Simd};
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The token: made by [`run`] alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(());
+
+/// 8 lanes of f32.
+#[derive(Clone, Copy, Debug)]
+pub struct F(__m256);
+
+/// 8 lanes of i32.
+#[derive(Clone, Copy, Debug)]
+pub struct I(__m256i);
+
+/// 8 lanes of yes (all ones) or no (zero).
+#[derive(Clone, Copy, Debug)]
+pub struct M(__m256i);
+
+/// Runs a kernel compiled for AVX2.
+///
+/// # Safety
+/// The CPU must have AVX2.
+#[target_feature(enable = "avx2,popcnt")]
+pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Avx2(()))
+}
+
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
+// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+macro_rules! binary {
+    ($($type:ident $op:ident $method:ident $intrinsic:ident;)+) => {$(
+        impl $op for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: see the note above: holding a vector proves the features.
+                unsafe { $type($intrinsic(self.0, other.0)) }
+            }
+        }
+    )+};
+}
+
+binary! {
+    F Add add _mm256_add_ps;
+    F Sub sub _mm256_sub_ps;
+    F Mul mul _mm256_mul_ps;
+    F Div div _mm256_div_ps;
+    I Add add _mm256_add_epi32;
+    I Sub sub _mm256_sub_epi32;
+    I Mul mul _mm256_mullo_epi32;
+    I BitAnd bitand _mm256_and_si256;
+    I BitOr bitor _mm256_or_si256;
+    I BitXor bitxor _mm256_xor_si256;
+}
+
+impl Neg for F {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { F(_mm256_xor_ps(self.0, _mm256_set1_ps(-0.0))) }
+    }
+}
+
+impl BitAnd for M {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { M(_mm256_and_si256(self.0, other.0)) }
+    }
+}
+
+impl BitOr for M {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { M(_mm256_or_si256(self.0, other.0)) }
+    }
+}
+
+impl Not for M {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { M(_mm256_xor_si256(self.0, _mm256_set1_epi32(-1))) }
+    }
+}
+
+impl Mask for M {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        // SAFETY: holding a vector proves the features.
+        unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(self.0)) as u32 }
+    }
+}
+
+/// One intrinsic on self and up to one other vector.
+macro_rules! op {
+    ($self:ident => $wrap:ident, $intrinsic:ident $(::<$c:tt>)? ($($arg:expr),*)) => {
+        // SAFETY: holding a vector proves the features.
+        unsafe { $wrap($intrinsic $(::<$c>)? ($self.0 $(, $arg)*)) }
+    };
+}
+
+impl F32<Avx2> for F {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        op!(self => F, _mm256_sqrt_ps())
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        op!(self => F, _mm256_floor_ps())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { F(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        op!(self => F, _mm256_min_ps(other.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        op!(self => F, _mm256_max_ps(other.0))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M {
+        // SAFETY: holding a vector proves the features.
+        unsafe { M(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0))) }
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> M {
+        // SAFETY: holding a vector proves the features.
+        unsafe { M(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0))) }
+    }
+    #[inline(always)]
+    fn to_i32(self) -> I {
+        op!(self => I, _mm256_cvttps_epi32())
+    }
+    #[inline(always)]
+    fn bits(self) -> I {
+        op!(self => I, _mm256_castps_si256())
+    }
+}
+
+impl I32<Avx2> for I {
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        unsafe { I(_mm256_sll_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
+    }
+    #[inline(always)]
+    fn sar<const N: u32>(self) -> Self {
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        unsafe { I(_mm256_sra_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        unsafe { I(_mm256_srl_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        op!(self => I, _mm256_min_epi32(other.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        op!(self => I, _mm256_max_epi32(other.0))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M {
+        op!(self => M, _mm256_cmpeq_epi32(other.0))
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> M {
+        op!(self => M, _mm256_cmpgt_epi32(other.0))
+    }
+    #[inline(always)]
+    fn to_f32(self) -> F {
+        op!(self => F, _mm256_cvtepi32_ps())
+    }
+    #[inline(always)]
+    fn as_f32(self) -> F {
+        op!(self => F, _mm256_castsi256_ps())
+    }
+}
+
+/// For each mask the lanes that are set, in order.
+static COMPRESS: [[i32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
+            if bits >> lane & 1 == 1 {
+                table[bits][n] = lane;
+                n += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// Panics unless every set lane of `index`, read as unsigned, is below `len`.
+#[inline(always)]
+fn check(mask: M, index: I, len: usize) {
+    let len = len.min(i32::MAX as usize) as i32;
+    // SAFETY: holding a vector proves the features. Unsigned a <= b is min(a, b) == a.
+    let inside = unsafe {
+        let below = _mm256_min_epu32(index.0, _mm256_set1_epi32(len - 1));
+        M(_mm256_cmpeq_epi32(below, index.0))
+    };
+    assert!(len > 0 && !(mask & !inside).any() || !mask.any(), "gathered index outside the slice's {len}");
+}
+
+impl Simd for Avx2 {
+    const LANES: usize = 8;
+    type F = F;
+    type I = I;
+    type M = M;
+
+    #[inline(always)]
+    fn splat(self, v: f32) -> F {
+        // SAFETY: the token proves the features.
+        unsafe { F(_mm256_set1_ps(v)) }
+    }
+    #[inline(always)]
+    fn splat_i(self, v: i32) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm256_set1_epi32(v)) }
+    }
+    #[inline(always)]
+    fn iota(self) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)) }
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> F {
+        let from = &from[..8];
+        // SAFETY: the token proves the features; 8 numbers are there.
+        unsafe { F(_mm256_loadu_ps(from.as_ptr())) }
+    }
+    #[inline(always)]
+    fn load_i(self, from: &[i32]) -> I {
+        let from = &from[..8];
+        // SAFETY: the token proves the features; 8 numbers are there.
+        unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store(self, v: F, to: &mut [f32]) {
+        let to = &mut to[..8];
+        // SAFETY: the token proves the features; 8 places are there.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), v.0) }
+    }
+    #[inline(always)]
+    fn store_i(self, v: I, to: &mut [i32]) {
+        let to = &mut to[..8];
+        // SAFETY: the token proves the features; 8 places are there.
+        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), v.0) }
+    }
+    #[inline(always)]
+    fn store_masked(self, mask: M, v: F, to: &mut [f32]) {
+        let to = &mut to[..8];
+        // SAFETY: the token proves the features; 8 places are there.
+        unsafe {
+            let old = _mm256_loadu_ps(to.as_ptr());
+            // Blending beats maskmov on the CPUs that need this path.
+            _mm256_storeu_ps(to.as_mut_ptr(), _mm256_blendv_ps(old, v.0, _mm256_castsi256_ps(mask.0)))
+        }
+    }
+    #[inline(always)]
+    fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
+        let to = &mut to[..8];
+        // SAFETY: the token proves the features; 8 places are there.
+        unsafe {
+            let old = _mm256_loadu_si256(to.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
+        }
+    }
+    #[inline(always)]
+    fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
+        let to = &mut to[..8];
+        let bits = mask.bits() as usize;
+        // SAFETY: the token proves the features; 8 places are there; a table row has 8 numbers.
+        unsafe {
+            let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(v.0, order));
+        }
+        bits.count_ones() as usize
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> M {
+        // SAFETY: the token proves the features.
+        unsafe {
+            let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            M(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(bits as i32), lane), lane))
+        }
+    }
+    #[inline(always)]
+    fn select(self, mask: M, a: F, b: F) -> F {
+        // SAFETY: the token proves the features.
+        unsafe { F(_mm256_blendv_ps(b.0, a.0, _mm256_castsi256_ps(mask.0))) }
+    }
+    #[inline(always)]
+    fn select_i(self, mask: M, a: I, b: I) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm256_blendv_epi8(b.0, a.0, mask.0)) }
+    }
+    #[inline(always)]
+    fn gather_i(self, mask: M, from: &[i32], index: I) -> I {
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        unsafe { I(_mm256_mask_i32gather_epi32::<4>(_mm256_setzero_si256(), from.as_ptr(), index.0, mask.0)) }
+    }
+    #[inline(always)]
+    fn gather(self, mask: M, from: &[f32], index: I) -> F {
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        unsafe {
+            F(_mm256_mask_i32gather_ps::<4>(
+                _mm256_setzero_ps(),
+                from.as_ptr(),
+                index.0,
+                _mm256_castsi256_ps(mask.0),
+            ))
+        }
+    }
+    #[inline(always)]
+    fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
+        assert!(!from.is_empty(), "records to gather");
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        unsafe {
+            let mut at = [0i32; 8];
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
+            let record = |lane: usize| _mm_loadu_ps(from.as_ptr().add(at[lane] as usize).cast());
+            // Row r holds the records of lanes r and 4+r; a 4x4 transpose within each half finishes it.
+            let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(record(r)), record(4 + r));
+            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+            let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+            let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+            [
+                F(_mm256_shuffle_ps::<0b01_00_01_00>(ab, cd)),
+                F(_mm256_shuffle_ps::<0b11_10_11_10>(ab, cd)),
+                F(_mm256_shuffle_ps::<0b01_00_01_00>(ef, gh)),
+                F(_mm256_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+            ]
+        }
+    }
+}

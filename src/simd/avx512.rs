@@ -1,0 +1,317 @@
+//! AVX-512: 16 lanes, masks in mask registers.
+
+use super::{F32, I32, Kernel, Mask, Simd};
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The token: made by [`run`] alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(());
+
+/// 16 lanes of f32.
+#[derive(Clone, Copy, Debug)]
+pub struct F(__m512);
+
+/// 16 lanes of i32.
+#[derive(Clone, Copy, Debug)]
+pub struct I(__m512i);
+
+/// 16 bits of yes or no.
+#[derive(Clone, Copy, Debug)]
+pub struct M(__mmask16);
+
+/// Runs a kernel compiled for AVX-512.
+///
+/// # Safety
+/// The CPU must have AVX-512 F, BW, DQ and VL (and with them AVX2).
+#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
+pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Avx512(()))
+}
+
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
+// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+macro_rules! binary {
+    ($($type:ident $op:ident $method:ident $intrinsic:ident;)+) => {$(
+        impl $op for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: see the note above: holding a vector proves the features.
+                unsafe { $type($intrinsic(self.0, other.0)) }
+            }
+        }
+    )+};
+}
+
+binary! {
+    F Add add _mm512_add_ps;
+    F Sub sub _mm512_sub_ps;
+    F Mul mul _mm512_mul_ps;
+    F Div div _mm512_div_ps;
+    I Add add _mm512_add_epi32;
+    I Sub sub _mm512_sub_epi32;
+    I Mul mul _mm512_mullo_epi32;
+    I BitAnd bitand _mm512_and_si512;
+    I BitOr bitor _mm512_or_si512;
+    I BitXor bitxor _mm512_xor_si512;
+}
+
+impl Neg for F {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: holding a vector proves the features.
+        unsafe { F(_mm512_xor_ps(self.0, _mm512_set1_ps(-0.0))) }
+    }
+}
+
+impl BitAnd for M {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        M(self.0 & other.0)
+    }
+}
+
+impl BitOr for M {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        M(self.0 | other.0)
+    }
+}
+
+impl Not for M {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        M(!self.0)
+    }
+}
+
+impl Mask for M {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0 as u32
+    }
+}
+
+/// One intrinsic on self and up to one other vector.
+macro_rules! op {
+    ($self:ident => $wrap:ident, $intrinsic:ident $(::<$c:tt>)? ($($arg:expr),*)) => {
+        // SAFETY: holding a vector proves the features.
+        unsafe { $wrap($intrinsic $(::<$c>)? ($self.0 $(, $arg)*)) }
+    };
+}
+
+impl F32<Avx512> for F {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        op!(self => F, _mm512_sqrt_ps())
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        op!(self => F, _mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        op!(self => F, _mm512_abs_ps())
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        op!(self => F, _mm512_min_ps(other.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        op!(self => F, _mm512_max_ps(other.0))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> M {
+        op!(self => M, _mm512_cmp_ps_mask::<_CMP_LT_OQ>(other.0))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> M {
+        op!(self => M, _mm512_cmp_ps_mask::<_CMP_LE_OQ>(other.0))
+    }
+    #[inline(always)]
+    fn to_i32(self) -> I {
+        op!(self => I, _mm512_cvttps_epi32())
+    }
+    #[inline(always)]
+    fn bits(self) -> I {
+        op!(self => I, _mm512_castps_si512())
+    }
+}
+
+impl I32<Avx512> for I {
+    #[inline(always)]
+    fn shl<const N: u32>(self) -> Self {
+        op!(self => I, _mm512_slli_epi32::<N>())
+    }
+    #[inline(always)]
+    fn sar<const N: u32>(self) -> Self {
+        op!(self => I, _mm512_srai_epi32::<N>())
+    }
+    #[inline(always)]
+    fn shr<const N: u32>(self) -> Self {
+        op!(self => I, _mm512_srli_epi32::<N>())
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        op!(self => I, _mm512_min_epi32(other.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        op!(self => I, _mm512_max_epi32(other.0))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> M {
+        op!(self => M, _mm512_cmpeq_epi32_mask(other.0))
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> M {
+        op!(self => M, _mm512_cmpgt_epi32_mask(other.0))
+    }
+    #[inline(always)]
+    fn to_f32(self) -> F {
+        op!(self => F, _mm512_cvtepi32_ps())
+    }
+    #[inline(always)]
+    fn as_f32(self) -> F {
+        op!(self => F, _mm512_castsi512_ps())
+    }
+}
+
+/// Panics unless every set lane of `index`, read as unsigned, is below `len`.
+#[inline(always)]
+fn check(mask: M, index: I, len: usize) {
+    let len = len.min(i32::MAX as usize) as i32;
+    // SAFETY: holding a vector proves the features.
+    let outside = unsafe { _mm512_mask_cmpge_epu32_mask(mask.0, index.0, _mm512_set1_epi32(len)) };
+    assert!(outside == 0, "gathered index outside the slice's {len}");
+}
+
+impl Simd for Avx512 {
+    const LANES: usize = 16;
+    type F = F;
+    type I = I;
+    type M = M;
+
+    #[inline(always)]
+    fn splat(self, v: f32) -> F {
+        // SAFETY: the token proves the features.
+        unsafe { F(_mm512_set1_ps(v)) }
+    }
+    #[inline(always)]
+    fn splat_i(self, v: i32) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm512_set1_epi32(v)) }
+    }
+    #[inline(always)]
+    fn iota(self) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) }
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> F {
+        let from = &from[..16];
+        // SAFETY: the token proves the features; 16 numbers are there.
+        unsafe { F(_mm512_loadu_ps(from.as_ptr())) }
+    }
+    #[inline(always)]
+    fn load_i(self, from: &[i32]) -> I {
+        let from = &from[..16];
+        // SAFETY: the token proves the features; 16 numbers are there.
+        unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store(self, v: F, to: &mut [f32]) {
+        let to = &mut to[..16];
+        // SAFETY: the token proves the features; 16 places are there.
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), v.0) }
+    }
+    #[inline(always)]
+    fn store_i(self, v: I, to: &mut [i32]) {
+        let to = &mut to[..16];
+        // SAFETY: the token proves the features; 16 places are there.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), v.0) }
+    }
+    #[inline(always)]
+    fn store_masked(self, mask: M, v: F, to: &mut [f32]) {
+        let to = &mut to[..16];
+        // SAFETY: the token proves the features; 16 places are there.
+        unsafe { _mm512_mask_storeu_ps(to.as_mut_ptr(), mask.0, v.0) }
+    }
+    #[inline(always)]
+    fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
+        let to = &mut to[..16];
+        // SAFETY: the token proves the features; 16 places are there.
+        unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr(), mask.0, v.0) }
+    }
+    #[inline(always)]
+    fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
+        let to = &mut to[..16];
+        // Into a register and out whole: a compressing store is many times slower on some CPUs.
+        // SAFETY: the token proves the features; 16 places are there.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), _mm512_maskz_compress_epi32(mask.0, v.0)) }
+        mask.0.count_ones() as usize
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> M {
+        M(bits as u16)
+    }
+    #[inline(always)]
+    fn select(self, mask: M, a: F, b: F) -> F {
+        // SAFETY: the token proves the features.
+        unsafe { F(_mm512_mask_blend_ps(mask.0, b.0, a.0)) }
+    }
+    #[inline(always)]
+    fn select_i(self, mask: M, a: I, b: I) -> I {
+        // SAFETY: the token proves the features.
+        unsafe { I(_mm512_mask_blend_epi32(mask.0, b.0, a.0)) }
+    }
+    #[inline(always)]
+    fn gather_i(self, mask: M, from: &[i32], index: I) -> I {
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        unsafe {
+            I(_mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), mask.0, index.0, from.as_ptr().cast()))
+        }
+    }
+    #[inline(always)]
+    fn gather(self, mask: M, from: &[f32], index: I) -> F {
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        unsafe {
+            F(_mm512_mask_i32gather_ps::<4>(_mm512_setzero_ps(), mask.0, index.0, from.as_ptr().cast()))
+        }
+    }
+    #[inline(always)]
+    fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
+        assert!(!from.is_empty(), "records to gather");
+        check(mask, index, from.len());
+        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        unsafe {
+            let mut at = [0i32; 16];
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
+            let record = |lane: usize| _mm_loadu_ps(from.as_ptr().add(at[lane] as usize).cast());
+            // Row r holds the records of lanes r, 4+r, 8+r, 12+r; a 4x4 transpose within each quarter finishes it.
+            let row = |r: usize| {
+                let v = _mm512_castps128_ps512(record(r));
+                let v = _mm512_insertf32x4::<1>(v, record(4 + r));
+                let v = _mm512_insertf32x4::<2>(v, record(8 + r));
+                _mm512_insertf32x4::<3>(v, record(12 + r))
+            };
+            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+            let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+            let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+            [
+                F(_mm512_shuffle_ps::<0b01_00_01_00>(ab, cd)),
+                F(_mm512_shuffle_ps::<0b11_10_11_10>(ab, cd)),
+                F(_mm512_shuffle_ps::<0b01_00_01_00>(ef, gh)),
+                F(_mm512_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+            ]
+        }
+    }
+}

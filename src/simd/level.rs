@@ -1,0 +1,86 @@
+//! Which vectors this machine has, asked once, and how a kernel is run with them.
+
+use super::{Portable, Simd};
+use std::sync::OnceLock;
+
+/// A kernel: code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
+pub trait Kernel {
+    /// What it gives back.
+    type Output;
+    /// Runs with the level's token.
+    fn run<S: Simd>(self, s: S) -> Self::Output;
+}
+
+/// A width of vectors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// Arrays of 4 lanes: runs everywhere.
+    Portable,
+    /// 8 lanes (x86-64 with AVX2).
+    Avx2,
+    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL).
+    Avx512,
+}
+
+impl Level {
+    /// Every level, narrow to wide.
+    pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+
+    /// The widest level that this CPU has, found out once.
+    pub fn best() -> Level {
+        static BEST: OnceLock<Level> = OnceLock::new();
+        *BEST.get_or_init(|| {
+            Self::ALL.into_iter().rev().find(|l| l.is_available()).expect("portable is always available")
+        })
+    }
+
+    /// Whether this CPU can run it.
+    pub fn is_available(self) -> bool {
+        match self {
+            Level::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => std::is_x86_feature_detected!("avx2"),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => {
+                std::is_x86_feature_detected!("avx512f")
+                    && std::is_x86_feature_detected!("avx512bw")
+                    && std::is_x86_feature_detected!("avx512dq")
+                    && std::is_x86_feature_detected!("avx512vl")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// The name on the command line.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Level::Portable => "portable",
+            Level::Avx2 => "avx2",
+            Level::Avx512 => "avx512",
+        }
+    }
+
+    /// The level of a name on the command line.
+    pub fn from_name(name: &str) -> Option<Level> {
+        Self::ALL.into_iter().find(|l| l.as_str().eq_ignore_ascii_case(name))
+    }
+
+    /// Runs a kernel at this level, or at the widest one below it that this CPU has.
+    #[inline]
+    pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let level = self.min(Level::best());
+            if level == Level::Avx512 {
+                // SAFETY: `best` found the CPU to have every feature that the function names.
+                return unsafe { super::avx512::run(kernel) };
+            }
+            if level == Level::Avx2 {
+                // SAFETY: `best` is AVX2 or above only where the CPU has AVX2 (every CPU with AVX-512 does).
+                return unsafe { super::avx2::run(kernel) };
+            }
+        }
+        kernel.run(Portable::<4>)
+    }
+}

@@ -1,0 +1,263 @@
+//! Plain arrays of N lanes: the portable path (N = 4) and the scalar truth of the intrinsics (N = 8, 16).
+
+use super::{F32, I32, Mask, Simd};
+use std::array::from_fn;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The token of N-lane arrays.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable<const N: usize>;
+
+/// N lanes of f32.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct FloatLanes<const N: usize>([f32; N]);
+
+/// N lanes of i32.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct IntLanes<const N: usize>([i32; N]);
+
+/// N lanes of yes (all ones) or no (zero), kept as wide as the numbers so that the compiler can use vectors.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct MaskLanes<const N: usize>([i32; N]);
+
+macro_rules! lanewise {
+    ($($lanes:ident $op:ident $method:ident $f:expr;)+) => {$(
+        impl<const N: usize> $op for $lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                $lanes(from_fn(|i| $f(self.0[i], other.0[i])))
+            }
+        }
+    )+};
+}
+
+lanewise! {
+    FloatLanes Add add |a: f32, b| a + b;
+    FloatLanes Sub sub |a: f32, b| a - b;
+    FloatLanes Mul mul |a: f32, b| a * b;
+    FloatLanes Div div |a: f32, b| a / b;
+    IntLanes Add add i32::wrapping_add;
+    IntLanes Sub sub i32::wrapping_sub;
+    IntLanes Mul mul i32::wrapping_mul;
+    IntLanes BitAnd bitand |a: i32, b| a & b;
+    IntLanes BitOr bitor |a: i32, b| a | b;
+    IntLanes BitXor bitxor |a: i32, b| a ^ b;
+    MaskLanes BitAnd bitand |a: i32, b| a & b;
+    MaskLanes BitOr bitor |a: i32, b| a | b;
+}
+
+impl<const N: usize> Neg for FloatLanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        FloatLanes(self.0.map(|a| -a))
+    }
+}
+
+impl<const N: usize> Not for MaskLanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        MaskLanes(self.0.map(|a| !a))
+    }
+}
+
+#[inline(always)]
+fn yes(b: bool) -> i32 {
+    -(b as i32)
+}
+
+impl<const N: usize> F32<Portable<N>> for FloatLanes<N> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        FloatLanes(self.0.map(f32::sqrt))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        FloatLanes(self.0.map(floor))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        FloatLanes(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        FloatLanes(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        FloatLanes(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> MaskLanes<N> {
+        MaskLanes(from_fn(|i| yes(self.0[i] < other.0[i])))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> MaskLanes<N> {
+        MaskLanes(from_fn(|i| yes(self.0[i] <= other.0[i])))
+    }
+    #[inline(always)]
+    fn to_i32(self) -> IntLanes<N> {
+        IntLanes(self.0.map(truncate))
+    }
+    #[inline(always)]
+    fn bits(self) -> IntLanes<N> {
+        IntLanes(self.0.map(|a| a.to_bits() as i32))
+    }
+}
+
+/// Towards zero, as the vector units do it: what does not fit is `i32::MIN`.
+#[inline(always)]
+fn truncate(a: f32) -> i32 {
+    if (-2_147_483_648.0..2_147_483_648.0).contains(&a) { a as i32 } else { i32::MIN }
+}
+
+/// Floor without a call to the system's libm: whole numbers, infinities and NaN are themselves.
+#[inline(always)]
+fn floor(a: f32) -> f32 {
+    if a.abs() < 8_388_608.0 {
+        let t = a as i32 as f32;
+        // The sign of zero is kept: -0.0 floors to -0.0, and -0.3 truncates to 0 but floors to -1.
+        (if t > a { t - 1.0 } else { t }).copysign(a)
+    } else {
+        a
+    }
+}
+
+impl<const N: usize> I32<Portable<N>> for IntLanes<N> {
+    #[inline(always)]
+    fn shl<const B: u32>(self) -> Self {
+        IntLanes(self.0.map(|a| a << B))
+    }
+    #[inline(always)]
+    fn sar<const B: u32>(self) -> Self {
+        IntLanes(self.0.map(|a| a >> B))
+    }
+    #[inline(always)]
+    fn shr<const B: u32>(self) -> Self {
+        IntLanes(self.0.map(|a| (a as u32 >> B) as i32))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        IntLanes(from_fn(|i| self.0[i].min(other.0[i])))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        IntLanes(from_fn(|i| self.0[i].max(other.0[i])))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> MaskLanes<N> {
+        MaskLanes(from_fn(|i| yes(self.0[i] == other.0[i])))
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> MaskLanes<N> {
+        MaskLanes(from_fn(|i| yes(self.0[i] > other.0[i])))
+    }
+    #[inline(always)]
+    fn to_f32(self) -> FloatLanes<N> {
+        FloatLanes(self.0.map(|a| a as f32))
+    }
+    #[inline(always)]
+    fn as_f32(self) -> FloatLanes<N> {
+        FloatLanes(self.0.map(|a| f32::from_bits(a as u32)))
+    }
+}
+
+impl<const N: usize> Mask for MaskLanes<N> {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        (0..N).fold(0, |bits, i| bits | (self.0[i] as u32 & 1) << i)
+    }
+}
+
+impl<const N: usize> Simd for Portable<N> {
+    const LANES: usize = N;
+    type F = FloatLanes<N>;
+    type I = IntLanes<N>;
+    type M = MaskLanes<N>;
+
+    #[inline(always)]
+    fn splat(self, v: f32) -> FloatLanes<N> {
+        FloatLanes([v; N])
+    }
+    #[inline(always)]
+    fn splat_i(self, v: i32) -> IntLanes<N> {
+        IntLanes([v; N])
+    }
+    #[inline(always)]
+    fn iota(self) -> IntLanes<N> {
+        IntLanes(from_fn(|i| i as i32))
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> FloatLanes<N> {
+        let from = &from[..N];
+        FloatLanes(from_fn(|i| from[i]))
+    }
+    #[inline(always)]
+    fn load_i(self, from: &[i32]) -> IntLanes<N> {
+        let from = &from[..N];
+        IntLanes(from_fn(|i| from[i]))
+    }
+    #[inline(always)]
+    fn store(self, v: FloatLanes<N>, to: &mut [f32]) {
+        to[..N].copy_from_slice(&v.0);
+    }
+    #[inline(always)]
+    fn store_i(self, v: IntLanes<N>, to: &mut [i32]) {
+        to[..N].copy_from_slice(&v.0);
+    }
+    #[inline(always)]
+    fn store_masked(self, mask: MaskLanes<N>, v: FloatLanes<N>, to: &mut [f32]) {
+        for ((to, v), m) in to[..N].iter_mut().zip(v.0).zip(mask.0) {
+            *to = if m != 0 { v } else { *to };
+        }
+    }
+    #[inline(always)]
+    fn store_masked_i(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [i32]) {
+        for ((to, v), m) in to[..N].iter_mut().zip(v.0).zip(mask.0) {
+            *to = if m != 0 { v } else { *to };
+        }
+    }
+    #[inline(always)]
+    fn compress_i(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [i32]) -> usize {
+        let to = &mut to[..N];
+        let mut n = 0;
+        for i in 0..N {
+            to[n] = v.0[i];
+            n += (mask.0[i] != 0) as usize;
+            if n == N {
+                break;
+            }
+        }
+        n
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> MaskLanes<N> {
+        MaskLanes(from_fn(|i| yes(bits >> i & 1 != 0)))
+    }
+    #[inline(always)]
+    fn select(self, mask: MaskLanes<N>, a: FloatLanes<N>, b: FloatLanes<N>) -> FloatLanes<N> {
+        FloatLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
+    }
+    #[inline(always)]
+    fn select_i(self, mask: MaskLanes<N>, a: IntLanes<N>, b: IntLanes<N>) -> IntLanes<N> {
+        IntLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
+    }
+    #[inline(always)]
+    fn gather_i(self, mask: MaskLanes<N>, from: &[i32], index: IntLanes<N>) -> IntLanes<N> {
+        IntLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0 }))
+    }
+    #[inline(always)]
+    fn gather(self, mask: MaskLanes<N>, from: &[f32], index: IntLanes<N>) -> FloatLanes<N> {
+        FloatLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0.0 }))
+    }
+    #[inline(always)]
+    fn gather4(self, mask: MaskLanes<N>, from: &[[f32; 4]], index: IntLanes<N>) -> [FloatLanes<N>; 4] {
+        let records: [[f32; 4]; N] = from_fn(|i| from[(index.0[i] & mask.0[i]) as u32 as usize]);
+        from_fn(|c| FloatLanes(from_fn(|i| records[i][c])))
+    }
+}

@@ -1,0 +1,155 @@
+//! Each operation of each level against the same operation on plain arrays of as many lanes: the same bits.
+
+use super::*;
+use proptest::prelude::*;
+
+/// 16 floats, 16 more, 16 ints, 16 more, mask bits: what one trial feeds every operation with.
+#[derive(Clone, Debug)]
+struct Input {
+    a: [f32; 16],
+    b: [f32; 16],
+    i: [i32; 16],
+    j: [i32; 16],
+    bits: u32,
+}
+
+/// Every result of every operation, as words, over all 16 lanes (8-lane levels go twice).
+struct AllOperations(Input);
+
+impl Kernel for AllOperations {
+    type Output = Vec<i32>;
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Vec<i32> {
+        let Input { a, b, i, j, bits } = self.0;
+        let table_f: Vec<f32> = (0..64).map(|k| k as f32 * 1.5).collect();
+        let table_i: Vec<i32> = (0..64).map(|k| k * 77 - 9).collect();
+        let records: Vec<[f32; 4]> = (0..64).map(|k| [k as f32, -(k as f32), 0.5, k as f32 * 3.0]).collect();
+        let mut parts: Vec<Vec<i32>> = Vec::new();
+        for at in (0..16).step_by(S::LANES) {
+            let (x, y) = (s.load(&a[at..]), s.load(&b[at..]));
+            let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
+            let m = s.mask(bits >> at);
+            let floats = [x + y, x - y, x * y, x / y, -x, x.sqrt(), x.floor(), x.abs(), x.min(y), x.max(y)];
+            let more = [s.select(m, x, y), p.to_f32(), p.as_f32(), s.splat(a[0])];
+            let index = s.select_i(m, p & s.splat_i(63), s.splat_i(-1));
+            let gathered = s.gather4(m, &records, index);
+            let mut out = Vec::new();
+            let mut push = |v: S::I| {
+                let mut lanes = vec![0; S::LANES];
+                s.store_i(v, &mut lanes);
+                out.push(lanes);
+            };
+            for f in floats.into_iter().chain(more) {
+                // A NaN's payload is the machine's own affair: what counts is that it is one.
+                let canonical = s.select(f.lt(f) | f.le(f), f, s.splat(f32::NAN));
+                push(canonical.bits());
+            }
+            gathered.into_iter().for_each(|v| push(s.select(m, v, s.splat(0.0)).bits()));
+            let ints = [
+                p + q,
+                p - q,
+                p * q,
+                p & q,
+                p | q,
+                p ^ q,
+                p.min(q),
+                p.max(q),
+                x.to_i32(),
+                s.select_i(m, p, q),
+            ];
+            ints.into_iter().for_each(&mut push);
+            [p.shl::<0>(), p.shl::<7>(), p.sar::<9>(), p.sar::<31>(), p.shr::<3>()]
+                .into_iter()
+                .for_each(&mut push);
+            push(s.gather_i(m, &table_i, index));
+            push(s.gather(m, &table_f, index).bits());
+            push(s.iota() + s.splat_i(at as i32));
+            for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
+                push(s.select_i(mask, s.splat_i(-1), s.splat_i(0)));
+                let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));
+                assert_eq!(s.mask(lane_bits).bits(), lane_bits);
+            }
+            let mut masked = vec![5; S::LANES];
+            s.store_masked_i(m, p, &mut masked);
+            out.push(masked);
+            let mut masked = vec![5.0; S::LANES];
+            s.store_masked(m, s.splat(2.0), &mut masked);
+            out.push(masked.iter().map(|f| f.to_bits() as i32).collect());
+            parts.extend(out);
+        }
+        // Lane-major order: the parts of an 8-lane level interleave to what 16 lanes give.
+        let per_part = parts.len() * S::LANES / 16;
+        let mut words: Vec<i32> =
+            (0..per_part).flat_map(|k| parts.iter().skip(k).step_by(per_part).flatten().copied()).collect();
+        let mut packed = Vec::new();
+        for at in (0..16).step_by(S::LANES) {
+            let mut lanes = vec![0; S::LANES];
+            let n = s.compress_i(s.mask(bits >> at), s.load_i(&i[at..]), &mut lanes);
+            packed.extend_from_slice(&lanes[..n]);
+        }
+        words.extend(packed);
+        words
+    }
+}
+
+fn odd_float() -> impl Strategy<Value = f32> {
+    let special =
+        [0.0, -0.0, 1.0, -0.5, 0.99999994, 8388607.5, -8388608.5, 2147483648.0, -2147483648.0, 1e-40];
+    prop_oneof![
+        any::<f32>(),
+        -100.0f32..100.0,
+        prop::sample::select(special.to_vec()),
+        prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #[test]
+    fn every_level_gives_the_bits_of_plain_arrays(
+        a in prop::array::uniform16(odd_float()),
+        b in prop::array::uniform16(odd_float()),
+        i in prop::array::uniform16(any::<i32>()),
+        j in prop::array::uniform16(prop_oneof![any::<i32>(), -3..3i32]),
+        bits in 0u32..65536,
+    ) {
+        let input = Input { a, b, i, j, bits };
+        let truth = AllOperations(input.clone()).run(Portable::<16>);
+        prop_assert_eq!(&AllOperations(input.clone()).run(Portable::<8>), &truth);
+        for level in Level::ALL {
+            prop_assert_eq!(&level.dispatch(AllOperations(input.clone())), &truth, "{:?}", level);
+        }
+    }
+}
+
+struct GatherOutside;
+
+impl Kernel for GatherOutside {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let index = s.iota() + s.splat_i(1);
+        let fits: Vec<f32> = vec![1.0; S::LANES + 1];
+        s.gather(s.mask(u32::MAX), &fits, index);
+        s.gather(s.mask(0), &[], index);
+        let short: Vec<f32> = vec![1.0; S::LANES];
+        s.gather(s.mask(1 << (S::LANES - 1)), &short, index);
+    }
+}
+
+#[test]
+fn a_gather_outside_its_slice_panics_instead_of_reading() {
+    for level in Level::ALL {
+        let outcome = std::panic::catch_unwind(|| level.dispatch(GatherOutside));
+        assert!(outcome.is_err(), "{level:?}");
+    }
+}
+
+#[test]
+fn levels_have_names_and_the_best_one_is_available() {
+    for level in Level::ALL {
+        assert_eq!(Level::from_name(level.as_str()), Some(level));
+    }
+    assert!(Level::best().is_available() && Level::Portable.is_available());
+    assert_eq!(Level::from_name("mmx"), None);
+}
