@@ -3,9 +3,33 @@
 //! No I/O here: bytes come in as slices, commands go out as values. A typed [`Command`] is what the in-process handle
 //! sends and what the decoder makes of a stream.
 
+mod args;
+mod check;
+mod color;
+mod color_names;
+mod decoder;
+mod encode;
+mod fast;
+mod help;
+mod long_line;
 mod model;
+mod parse;
+mod scan;
+mod sink;
+mod stream_error;
+mod table;
+mod verb;
 
+pub use color::parse_color;
+pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
+pub use encode::{EncodeError, encode};
+pub use help::help_text;
 pub use model::{
     AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, Rect, Shears,
     SnapTarget,
 };
+pub use sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink, binary_pixel};
+pub use stream_error::{
+    StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
+};
+pub use verb::{Counts, Form, Group, Payload, Verb};

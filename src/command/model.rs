@@ -273,6 +273,125 @@ pub enum Command {
     Snap(SnapTarget),
 }
 
+impl Command {
+    /// The verb's name in the table.
+    pub fn verb(&self) -> &'static str {
+        match self {
+            Command::Help => "HELP",
+            Command::Size => "SIZE",
+            Command::GetPixel { .. } | Command::Pixel { .. } => "PX",
+            Command::Offset { .. } => "OFFSET",
+            Command::Quit => "QUIT",
+            Command::Stats => "STATS",
+            Command::BinaryPixel { .. } => "PB",
+            Command::PixelRun { .. } => "PXMULTI",
+            Command::Poke { .. } => "POKE",
+            Command::Peek { .. } => "PEEK",
+            Command::Blit { .. } => "BLIT",
+            Command::Read { .. } => "READ",
+            Command::Copy { .. } => "COPY",
+            Command::Points { .. } => "POINTS",
+            Command::Crc { .. } => "CRC",
+            Command::Clear { .. } => "CLEAR",
+            Command::Line { .. } => "LINE",
+            Command::Triangle { .. } => "TRI",
+            Command::Fill { .. } => "FILL",
+            Command::Rect { .. } => "RECT",
+            Command::FillRect { .. } => "FILLRECT",
+            Command::Circle { .. } => "CIRCLE",
+            Command::FillCircle { .. } => "FILLCIRCLE",
+            Command::Poly { .. } => "POLY",
+            Command::FillPoly { .. } => "FILLPOLY",
+            Command::Text { .. } => "TEXT",
+            Command::LineAa { .. } => "LINEAA",
+            Command::Blend { .. } => "BLEND",
+            Command::Mesh { .. } => "MESH",
+            Command::Texture { .. } => "TEX",
+            Command::Scene { .. } => "SCENE",
+            Command::Eye { .. } => "EYE",
+            Command::Free { .. } => "FREE",
+            Command::Load { .. } => "LOAD",
+            Command::LookAt { .. } => "LOOKAT",
+            Command::Projection(projection) => match **projection {
+                Projection::Perspective { .. } => "PERSPECTIVE",
+                Projection::Plane { .. } => "PLANE",
+                Projection::Frustum { .. } => "FRUSTUM",
+                Projection::Ortho { .. } => "ORTHO",
+                Projection::Oblique { .. } => "OBLIQUE",
+                Projection::Isometric { .. } => "ISOMETRIC",
+                Projection::PseudoIsometric { .. } => "PSEUDOISO",
+                Projection::Window { .. } => "WINDOW",
+            },
+            Command::Viewport { .. } => "VIEWPORT",
+            Command::Identity => "IDENTITY",
+            Command::Push => "PUSH",
+            Command::Pop => "POP",
+            Command::Translate(_) => "TRANSLATE",
+            Command::Rotate { .. } => "ROTATE",
+            Command::Scale(_) => "SCALE",
+            Command::Shear(_) => "SHEAR",
+            Command::Matrix(_) => "MATRIX",
+            Command::Ambient(_) => "AMBIENT",
+            Command::Light { .. } => "LIGHT",
+            Command::Material(_) => "MATERIAL",
+            Command::UseTexture { .. } => "TEXTURE",
+            Command::Shade(_) => "SHADE",
+            Command::Cull(_) => "CULL",
+            Command::Hide(_) => "HIDE",
+            Command::Depth(_) => "DEPTH",
+            Command::Interp(_) => "INTERP",
+            Command::Draw { .. } => "DRAW",
+            Command::DrawScene { .. } => "DRAWSCENE",
+            Command::DrawEye { .. } => "DRAWEYE",
+            Command::Quality(_) => "QUALITY",
+            Command::DepthAt { .. } => "DEPTHAT",
+            Command::Pick { .. } => "PICK",
+            Command::Sync { .. } => "SYNC",
+            Command::Hello => "HELLO",
+            Command::Version => "VERSION",
+            Command::Auto(_) => "AUTO",
+            Command::Present { .. } => "PRESENT",
+            Command::Events(_) => "EVENTS",
+            Command::Errors(_) => "ERRORS",
+            Command::Snap(_) => "SNAP",
+        }
+    }
+
+    /// The bytes that follow the command's head, if it is one that takes any.
+    pub fn payload(&self) -> Option<&[u8]> {
+        match self {
+            Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
+            Command::Points { packed } => Some(packed),
+            Command::Text { utf8, .. } => Some(utf8),
+            Command::Texture { file, .. } => Some(file),
+            Command::Scene { x3d } => Some(x3d),
+            Command::Eye { json, .. } => Some(json),
+            Command::Mesh { source, .. } => match &**source {
+                MeshSource::Obj(file) => Some(file),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The same bytes, to be filled in.
+    pub(super) fn payload_mut(&mut self) -> Option<&mut Vec<u8>> {
+        match self {
+            Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
+            Command::Points { packed } => Some(packed),
+            Command::Text { utf8, .. } => Some(utf8),
+            Command::Texture { file, .. } => Some(file),
+            Command::Scene { x3d } => Some(x3d),
+            Command::Eye { json, .. } => Some(json),
+            Command::Mesh { source, .. } => match &mut **source {
+                MeshSource::Obj(file) => Some(file),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
 /// What a connection wants to hear of its errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorMode {

@@ -1,0 +1,124 @@
+//! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, or a CSS colour name; the alpha is ff where none is given.
+//!
+//! A word that is hex of one of these three lengths is hex; no CSS name is.
+
+use super::color_names::NAMES;
+use crate::memory::Rgba;
+
+/// The value of one hex digit, either case.
+pub(super) const fn hex_digit(byte: u8) -> Option<u8> {
+    match byte {
+        b'0'..=b'9' => Some(byte - b'0'),
+        b'a'..=b'f' => Some(byte - b'a' + 10),
+        b'A'..=b'F' => Some(byte - b'A' + 10),
+        _ => None,
+    }
+}
+
+fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
+    let mut bytes = [0; N];
+    for (byte, pair) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
+        *byte = hex_digit(pair[0])? << 4 | hex_digit(pair[1])?;
+    }
+    Some(bytes)
+}
+
+/// The colour that a word names, or `None`.
+///
+/// ```
+/// use fbptr::command::parse_color;
+/// assert_eq!(parse_color(b"80"), Some([128, 128, 128, 255]));
+/// assert_eq!(parse_color(b"FF8000"), Some([255, 128, 0, 255]));
+/// assert_eq!(parse_color(b"ff800040"), Some([255, 128, 0, 64]));
+/// assert_eq!(parse_color(b"RebeccaPurple"), Some([102, 51, 153, 255]));
+/// assert_eq!(parse_color(b"ff80"), None);
+/// ```
+pub fn parse_color(word: &[u8]) -> Option<Rgba> {
+    let hex = match word.len() {
+        2 => hex_bytes::<1>(word).map(|[g]| [g, g, g, 255]),
+        6 => hex_bytes::<3>(word).map(|[r, g, b]| [r, g, b, 255]),
+        8 => hex_bytes::<4>(word),
+        _ => None,
+    };
+    hex.or_else(|| named(word))
+}
+
+/// A CSS name in either case. `transparent` stands for all zeros, as in CSS.
+fn named(word: &[u8]) -> Option<Rgba> {
+    let mut lower = [0; MAX_NAME];
+    let lower = lower.get_mut(..word.len())?;
+    lower.copy_from_slice(word);
+    lower.make_ascii_lowercase();
+    if lower == b"transparent" {
+        return Some([0; 4]);
+    }
+    let found = NAMES.binary_search_by(|(name, _)| name.as_bytes().cmp(lower)).ok()?;
+    let [_, r, g, b] = NAMES[found].1.to_be_bytes();
+    Some([r, g, b, 255])
+}
+
+/// The length of `lightgoldenrodyellow`, the longest name.
+const MAX_NAME: usize = 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_are_css_sorted_and_never_hex() {
+        assert_eq!(NAMES.len(), 148);
+        assert!(NAMES.windows(2).all(|w| w[0].0 < w[1].0));
+        assert_eq!(NAMES.iter().map(|n| n.0.len()).max(), Some(MAX_NAME));
+        for (name, rgb) in NAMES {
+            let [_, r, g, b] = rgb.to_be_bytes();
+            assert_eq!(parse_color(name.as_bytes()), Some([r, g, b, 255]), "{name}");
+            assert_eq!(parse_color(name.to_uppercase().as_bytes()), Some([r, g, b, 255]), "{name}");
+        }
+    }
+
+    #[test]
+    fn lengths_and_digits_decide() {
+        for (word, color) in [
+            ("00", [0, 0, 0, 255]),
+            ("aB", [0xab, 0xab, 0xab, 255]),
+            ("a1B2c3", [0xa1, 0xb2, 0xc3, 255]),
+            ("00000000", [0; 4]),
+            ("Transparent", [0; 4]),
+            ("tan", [210, 180, 140, 255]),
+        ] {
+            assert_eq!(parse_color(word.as_bytes()), Some(color), "{word}");
+        }
+        for word in [
+            "",
+            "0",
+            "000",
+            "0000",
+            "00000",
+            "0000000",
+            "000000000",
+            "#ff0000",
+            "gg",
+            "12345g",
+            "0x1234",
+            "currentcolor",
+            "+10000",
+            "é0000",
+            "rebeccapurple2rebeccapurple",
+        ] {
+            assert_eq!(parse_color(word.as_bytes()), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn every_byte_in_every_place_is_checked() {
+        for len in [2, 6, 8] {
+            for at in 0..len {
+                for byte in 0..=255u8 {
+                    let mut word = vec![b'0'; len];
+                    word[at] = byte;
+                    assert_eq!(parse_color(&word).is_some(), byte.is_ascii_hexdigit(), "{word:?}");
+                }
+            }
+        }
+    }
+}

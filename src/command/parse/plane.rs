@@ -1,0 +1,94 @@
+//! Lines and areas.
+
+use super::Parsed;
+use super::memory::rectangle;
+use crate::command::args::{Args, Refusal};
+use crate::command::model::{AreaColors, Command, RampColor};
+use crate::error::Code;
+
+pub fn line(args: &mut Args<'_>) -> Parsed {
+    let [x0, y0, x1, y1] = args.ints()?;
+    let from = args.color()?;
+    let to = if args.left() == 0 { None } else { Some(args.color()?) };
+    Ok(Command::Line { p0: [x0, y0], p1: [x1, y1], color: RampColor { from, to } })
+}
+
+fn colors(args: &mut Args<'_>) -> Result<AreaColors, Refusal> {
+    let first = args.color()?;
+    Ok(match args.left() {
+        0 => AreaColors::One(first),
+        _ => AreaColors::Three([first, args.color()?, args.color()?]),
+    })
+}
+
+pub fn tri(args: &mut Args<'_>) -> Parsed {
+    let points = [args.ints()?, args.ints()?, args.ints()?];
+    Ok(Command::Triangle { points, colors: colors(args)? })
+}
+
+pub fn fill(args: &mut Args<'_>) -> Parsed {
+    let points = [args.reals()?, args.reals()?, args.reals()?];
+    Ok(Command::Fill { points, colors: colors(args)? })
+}
+
+pub fn rect(args: &mut Args<'_>) -> Parsed {
+    Ok(Command::Rect { rect: rectangle(args)?, color: args.color()? })
+}
+
+pub fn fillrect(args: &mut Args<'_>) -> Parsed {
+    Ok(Command::FillRect { rect: rectangle(args)?, color: args.color()? })
+}
+
+pub fn circle(args: &mut Args<'_>) -> Parsed {
+    let [cx, cy, r] = args.ints()?;
+    Ok(Command::Circle { cx, cy, r, color: args.color()? })
+}
+
+pub fn fillcircle(args: &mut Args<'_>) -> Parsed {
+    let [cx, cy, r] = args.reals()?;
+    Ok(Command::FillCircle { cx, cy, r, color: args.color()? })
+}
+
+/// Coordinates come in pairs: a colour before them makes the count odd.
+fn expect_pairs(args: &Args<'_>) -> Result<usize, Refusal> {
+    match args.count() {
+        count if count % 2 == 1 => Ok(count / 2),
+        count => Err(Refusal::new(
+            Code::Args,
+            format!("takes a colour and pairs of coordinates, not {} numbers", count - 1),
+            args.nth_left(count - 1),
+        )),
+    }
+}
+
+pub fn poly(args: &mut Args<'_>) -> Parsed {
+    let pairs = expect_pairs(args)?;
+    let color = args.color()?;
+    let points = (0..pairs).map(|_| args.ints()).collect::<Result<_, _>>()?;
+    Ok(Command::Poly { color, points })
+}
+
+pub fn fillpoly(args: &mut Args<'_>) -> Parsed {
+    let pairs = expect_pairs(args)?;
+    let color = args.color()?;
+    let points = (0..pairs).map(|_| args.reals()).collect::<Result<_, _>>()?;
+    Ok(Command::FillPoly { color, points })
+}
+
+pub fn text(args: &mut Args<'_>) -> Parsed {
+    let [x, y] = args.ints()?;
+    Ok(Command::Text { x, y, color: args.color()?, utf8: Vec::new() })
+}
+
+pub fn lineaa(args: &mut Args<'_>) -> Parsed {
+    Ok(Command::LineAa { p0: args.reals()?, p1: args.reals()?, color: args.color()? })
+}
+
+pub fn blend(args: &mut Args<'_>) -> Parsed {
+    let over = args.keyword("replace or over", |word| match () {
+        () if word.eq_ignore_ascii_case("replace") => Some(false),
+        () if word.eq_ignore_ascii_case("over") => Some(true),
+        () => None,
+    })?;
+    Ok(Command::Blend { over })
+}

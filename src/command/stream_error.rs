@@ -1,0 +1,223 @@
+//! A refusal in a stream, and how it stands on the wire and on `play`'s stderr.
+//!
+//! `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, one ASCII line under 1,000 bytes. A token is cut at
+//! [`TOKEN_BYTES`] bytes; its bytes beyond printable ASCII, `"` and `\` are written as `\xNN`.
+
+use super::args::Refusal;
+use super::sink::Place;
+use super::verb::Verb;
+use crate::error::{Code, Fault};
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// How much of a token an error line shows.
+pub const TOKEN_BYTES: usize = 40;
+
+/// The length that an error line stays under, LF not counted.
+pub const LINE_BYTES: usize = 1000;
+
+/// What a refused command was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A verb of the table.
+    Known(&'static Verb),
+    /// A word that is none, at most [`TOKEN_BYTES`] of it, as it came.
+    Unknown(Vec<u8>),
+}
+
+impl Subject {
+    /// The subject of a line that begins with `word`.
+    pub(super) fn of(word: &[u8]) -> Self {
+        match Verb::find(word) {
+            Some(verb) => Subject::Known(verb),
+            None => Subject::Unknown(word[..word.len().min(TOKEN_BYTES)].to_vec()),
+        }
+    }
+
+    /// The name for an error line: one ASCII word.
+    pub fn name(&self) -> Cow<'static, str> {
+        match self {
+            Subject::Known(verb) => Cow::Borrowed(verb.name),
+            Subject::Unknown(word) if word.is_empty() => Cow::Borrowed("-"),
+            Subject::Unknown(word) => Cow::Owned(escape(word)),
+        }
+    }
+}
+
+/// A command that the decoder refuses.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", format_play_error("-", self.place, &self.subject.name(), self.code, &self.message, Some(&self.token)))]
+pub struct StreamError {
+    /// Where the command begins.
+    pub place: Place,
+    /// What it was.
+    pub subject: Subject,
+    /// Why it is refused.
+    pub code: Code,
+    /// What was expected: lower case, one line.
+    pub message: Cow<'static, str>,
+    /// What was found instead, at most [`TOKEN_BYTES`] bytes of it, as it came.
+    pub token: Vec<u8>,
+    /// Whether the stream cannot be followed any further: the connection is to be closed.
+    pub closes: bool,
+}
+
+impl StreamError {
+    pub(super) fn new(place: Place, subject: Subject, refusal: Refusal) -> Self {
+        let Refusal { code, message, mut token } = refusal;
+        token.truncate(TOKEN_BYTES);
+        StreamError { place, subject, code, message, token, closes: false }
+    }
+
+    /// Whether no verb of the table has this name.
+    pub fn is_unknown_verb(&self) -> bool {
+        matches!(self.subject, Subject::Unknown(_))
+    }
+
+    /// Whether a connection that has been Pixelflut's alone still is after this: unknown verbs do not count as used.
+    pub fn is_pixelflut(&self) -> bool {
+        match &self.subject {
+            Subject::Known(verb) => verb.is_pixelflut(),
+            Subject::Unknown(_) => true,
+        }
+    }
+
+    /// The error's line for a connection, without its LF.
+    pub fn wire_line(&self) -> String {
+        format_error(self.place, &self.subject.name(), self.code, &self.message, Some(&self.token))
+    }
+
+    /// The error's line for `play`, without its LF.
+    pub fn play_line(&self, file: &str) -> String {
+        format_play_error(file, self.place, &self.subject.name(), self.code, &self.message, Some(&self.token))
+    }
+}
+
+impl From<&StreamError> for Fault {
+    fn from(error: &StreamError) -> Self {
+        Fault {
+            code: error.code,
+            message: error.message.clone().into_owned(),
+            token: Some(String::from_utf8_lossy(&error.token).into_owned()),
+        }
+    }
+}
+
+/// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under [`LINE_BYTES`].
+pub fn format_error(place: Place, verb: &str, code: Code, message: &str, token: Option<&[u8]>) -> String {
+    with_reason(format!("ERR {} {} {code} {}", place.line, place.byte, one_word(verb)), message, token)
+}
+
+/// The wire line of a refusal by the engine.
+pub fn format_fault(place: Place, verb: &str, fault: &Fault) -> String {
+    format_error(place, verb, fault.code, &fault.message, fault.token.as_ref().map(String::as_bytes))
+}
+
+/// `FILE:LINE: CODE VERB: message, got "token"`, without LF: what `play` says on stderr. The file's name stands as given.
+pub fn format_play_error(
+    file: &str,
+    place: Place,
+    verb: &str,
+    code: Code,
+    message: &str,
+    token: Option<&[u8]>,
+) -> String {
+    format!("{file}:{}: {}", place.line, with_reason(format!("{code} {}", one_word(verb)), message, token))
+}
+
+/// `play`'s line for a refusal by the engine.
+pub fn format_play_fault(file: &str, place: Place, verb: &str, fault: &Fault) -> String {
+    format_play_error(
+        file,
+        place,
+        verb,
+        fault.code,
+        &fault.message,
+        fault.token.as_ref().map(String::as_bytes),
+    )
+}
+
+/// `head: message, got "token"`, the message cut so that the whole stays short.
+fn with_reason(head: String, message: &str, token: Option<&[u8]>) -> String {
+    let got =
+        token.map_or(String::new(), |t| format!(", got \"{}\"", escape(&t[..t.len().min(TOKEN_BYTES)])));
+    let mut line = head;
+    line.push_str(": ");
+    let room = LINE_BYTES - 1 - line.len() - got.len();
+    let mut message: Cow<'_, str> = match message.bytes().all(|b| (b' '..=b'~').contains(&b)) {
+        true => Cow::Borrowed(message),
+        false => Cow::Owned(printable(message.as_bytes())),
+    };
+    if message.len() > room {
+        message.to_mut().truncate(room - 3);
+        message.to_mut().push_str("...");
+    }
+    line.push_str(&message);
+    line.push_str(&got);
+    line
+}
+
+/// A verb's name as one printable word of bounded length.
+fn one_word(verb: &str) -> String {
+    let word: Vec<u8> =
+        verb.bytes().map(|b| if b == b' ' { b'_' } else { b }).take(4 * TOKEN_BYTES).collect();
+    printable(&word)
+}
+
+/// Printable ASCII as it is, other bytes as `\xNN`.
+fn printable(bytes: &[u8]) -> String {
+    written(bytes, |b| (b' '..=b'~').contains(&b))
+}
+
+/// Printable ASCII but `"` and `\` as it is, other bytes as `\xNN`.
+fn escape(bytes: &[u8]) -> String {
+    written(bytes, |b| (b' '..=b'~').contains(&b) && b != b'"' && b != b'\\')
+}
+
+fn written(bytes: &[u8], plain: impl Fn(u8) -> bool) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    for &b in bytes {
+        match plain(b) {
+            true => text.push(b as char),
+            false => write!(text, "\\x{b:02x}").expect("a String takes all text"),
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERE: Place = Place { line: 3, byte: 41 };
+
+    #[test]
+    fn the_line_has_the_form_of_the_specification() {
+        let line = format_error(HERE, "LINE", Code::Num, "argument 1 must be a whole number", Some(b"1.5"));
+        assert_eq!(line, "ERR 3 41 ENUM LINE: argument 1 must be a whole number, got \"1.5\"");
+        let line = format_play_error("a b.fbs", HERE, "PX", Code::Colour, "not a colour", Some(b"zz"));
+        assert_eq!(line, "a b.fbs:3: ECOLOUR PX: not a colour, got \"zz\"");
+        let fault = Fault::new(Code::NoEnt, "no such mesh");
+        assert_eq!(format_fault(HERE, "DRAW", &fault), "ERR 3 41 ENOENT DRAW: no such mesh");
+        assert_eq!(format_play_fault("-", HERE, "DRAW", &fault), "-:3: ENOENT DRAW: no such mesh");
+    }
+
+    #[test]
+    fn a_token_is_cut_at_40_bytes_and_escaped() {
+        let token = "\"\\\t\u{e9}~".repeat(20);
+        let line = format_error(HERE, "X", Code::Verb, "m", Some(token.as_bytes()));
+        let shown = r#"\x22\x5c\x09\xc3\xa9~"#.repeat(6) + r"\x22\x5c\x09\xc3";
+        assert_eq!(line, format!("ERR 3 41 EVERB X: m, got \"{shown}\""));
+    }
+
+    #[test]
+    fn the_longest_line_is_ascii_and_under_1000_bytes() {
+        let far = Place { line: u64::MAX, byte: u64::MAX };
+        let long = "é\n".repeat(4000);
+        for token in [None, Some(long.as_bytes())] {
+            let line = format_error(far, &long, Code::Colour, &long, token);
+            assert!(line.len() < LINE_BYTES && line.len() > 900, "{}", line.len());
+            assert!(line.bytes().all(|b| (b' '..=b'~').contains(&b)));
+        }
+    }
+}

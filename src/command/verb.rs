@@ -1,0 +1,278 @@
+//! A row of the verb table: what a verb is called, what it takes, how it is read, and what HELP says of it.
+
+use super::args::{Args, Refusal};
+use super::model::Command;
+use super::table::TABLE;
+
+/// How many words a verb takes after its name, `:N` not counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counts {
+    /// One of these numbers.
+    Of(&'static [usize]),
+    /// This many or more; the verb's own parser says which.
+    From(usize),
+}
+
+impl Counts {
+    /// Whether `count` words are right.
+    pub fn allows(self, count: usize) -> bool {
+        match self {
+            Counts::Of(counts) => counts.contains(&count),
+            Counts::From(least) => count >= least,
+        }
+    }
+
+    /// The counts in words, as in `takes 5 or 6 arguments`.
+    pub(super) fn in_words(self) -> String {
+        let numbers = match self {
+            Counts::From(least) => format!("{least} or more"),
+            Counts::Of([]) | Counts::Of([0]) => return "no arguments".to_owned(),
+            Counts::Of([1]) => return "1 argument".to_owned(),
+            Counts::Of(counts) => counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" or "),
+        };
+        format!("{numbers} arguments")
+    }
+}
+
+/// Whether a verb's line ends with `:N` and bytes follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Payload {
+    /// Never.
+    Never,
+    /// Always.
+    Always,
+    /// Its parser says so by the words before.
+    BySubject,
+}
+
+/// How a verb's arguments come.
+#[derive(Clone, Copy)]
+pub(super) enum Reading {
+    /// A text line, read by this function after its words were counted.
+    Text(fn(&mut Args<'_>) -> Result<Command, Refusal>),
+    /// Bytes, read by the framing.
+    Binary,
+}
+
+/// What a verb is for; HELP and the protocol page follow this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Group {
+    /// Pixelflut's own verbs.
+    Pixelflut,
+    /// Bytes and rectangles of the video memory.
+    Memory,
+    /// Lines and areas.
+    Plane,
+    /// Meshes, cameras, lights, materials.
+    Space,
+    /// Queries, frames, settings.
+    Control,
+}
+
+impl Group {
+    /// All groups in order.
+    pub const ALL: [Group; 5] = [Group::Pixelflut, Group::Memory, Group::Plane, Group::Space, Group::Control];
+
+    /// The group's title.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Group::Pixelflut => "Pixelflut",
+            Group::Memory => "Memory",
+            Group::Plane => "2-D",
+            Group::Space => "3-D",
+            Group::Control => "Queries and control",
+        }
+    }
+}
+
+/// One way to write a verb.
+#[derive(Clone, Copy, Debug)]
+pub struct Form {
+    /// The whole command as a template: words in lower case stand for arguments, `[...]` may be left out, `a|b` is a choice.
+    pub syntax: &'static str,
+    /// What it does, in one line.
+    pub about: &'static str,
+}
+
+/// One verb of the language.
+pub struct Verb {
+    /// The name, in upper case.
+    pub name: &'static str,
+    /// What it is for.
+    pub group: Group,
+    /// How many words it takes.
+    pub counts: Counts,
+    /// Whether it takes a payload.
+    pub payload: Payload,
+    /// The ways to write it, for HELP and messages.
+    pub forms: &'static [Form],
+    pub(super) reading: Reading,
+}
+
+impl std::fmt::Debug for Verb {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Verb {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Verb {}
+
+impl Verb {
+    /// All verbs, in the order of HELP.
+    pub fn all() -> &'static [Verb] {
+        &TABLE
+    }
+
+    /// The verb of a text line that begins with `word`, in either case. The binary verbs are not among them.
+    #[inline]
+    pub fn find(word: &[u8]) -> Option<&'static Verb> {
+        let mut slot = hash(word);
+        loop {
+            let verb = &TABLE[INDEX[slot].checked_sub(1)? as usize];
+            if verb.name.as_bytes().eq_ignore_ascii_case(word) {
+                return matches!(verb.reading, Reading::Text(_)).then_some(verb);
+            }
+            slot = (slot + 1) % INDEX.len();
+        }
+    }
+
+    /// The verb of this exact name, binary ones included.
+    pub fn named(name: &str) -> Option<&'static Verb> {
+        TABLE.iter().find(|v| v.name == name)
+    }
+
+    /// Whether a connection that uses this verb is still a Pixelflut one, which gets no text unasked.
+    pub fn is_pixelflut(&self) -> bool {
+        self.group == Group::Pixelflut
+    }
+}
+
+/// Rows by the hash of their names, plus one; 0 is an empty slot. Collisions go to the next slot.
+static INDEX: [u8; 512] = {
+    let mut index = [0; 512];
+    let mut row = 0;
+    while row < TABLE.len() {
+        let mut slot = hash(TABLE[row].name.as_bytes());
+        while index[slot] != 0 {
+            slot = (slot + 1) % 512;
+        }
+        index[slot] = row as u8 + 1;
+        row += 1;
+    }
+    index
+};
+
+/// A slot for a word, the same in either case: bit 5 of the letters does not count.
+const fn hash(word: &[u8]) -> usize {
+    let mut h = word.len() as u32;
+    let mut i = 0;
+    while i < word.len() && i < 12 {
+        h = (h ^ (word[i] & 0xdf) as u32).wrapping_mul(0x9e37_79b1);
+        i += 1;
+    }
+    (h >> 23) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_text_verb_is_found_in_either_case_and_no_binary_one() {
+        for verb in Verb::all() {
+            let wanted = matches!(verb.reading, Reading::Text(_)).then_some(verb);
+            assert_eq!(Verb::find(verb.name.as_bytes()), wanted, "{}", verb.name);
+            assert_eq!(Verb::find(verb.name.to_lowercase().as_bytes()), wanted, "{}", verb.name);
+            assert_eq!(Verb::named(verb.name), Some(verb));
+        }
+        for word in [
+            "",
+            "P",
+            "PXX",
+            "LIN",
+            "LINEE",
+            "@INE",
+            "LINE\0",
+            "pb",
+            "pxmulti",
+            "\u{fffd}",
+            "HELPHELPHELPHELP",
+        ] {
+            assert_eq!(Verb::find(word.as_bytes()), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn no_text_verb_begins_with_the_reserved_letters() {
+        for verb in Verb::all() {
+            let text = matches!(verb.reading, Reading::Text(_));
+            assert!(!text || !verb.name.starts_with("PB"), "{}", verb.name);
+            assert!(verb.name.bytes().all(|b| b.is_ascii_uppercase()), "{}", verb.name);
+        }
+    }
+
+    #[test]
+    fn the_pixelflut_verbs_are_those_of_the_specification() {
+        let mut names: Vec<_> = Verb::all().iter().filter(|v| v.is_pixelflut()).map(|v| v.name).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["HELP", "OFFSET", "PB", "PX", "PXMULTI", "QUIT", "SIZE", "STATS"]);
+    }
+
+    /// How many words a template allows: the least, and the most unless it goes on.
+    fn counts_of(syntax: &str) -> (usize, Option<usize>) {
+        let (mut least, mut most, mut endless, mut depth) = (0, 0, false, 0i32);
+        for word in syntax.split(' ').skip(1) {
+            if word == "|" {
+                return counts_of(&syntax[..syntax.find(" | ").unwrap()]);
+            }
+            depth += word.matches('[').count() as i32;
+            match word.trim_matches(['[', ']']) {
+                "..." => endless = true,
+                ":N" => {}
+                word => {
+                    // `ka(3)` and `m00..m33` stand for several.
+                    let n = match word.split_once('(') {
+                        Some((_, n)) => n.trim_end_matches([')', ']']).parse().unwrap(),
+                        None if word == "m00..m33" => 16,
+                        None => 1,
+                    };
+                    most += n;
+                    least += if depth == 0 { n } else { 0 };
+                }
+            }
+            depth -= word.matches(']').count() as i32;
+        }
+        (least, (!endless).then_some(most))
+    }
+
+    #[test]
+    fn the_counts_are_those_of_the_templates() {
+        for verb in Verb::all().iter().filter(|v| matches!(v.reading, Reading::Text(_))) {
+            for form in verb.forms {
+                assert_eq!(form.syntax.split(' ').next(), Some(verb.name));
+                assert!(!form.about.is_empty() && form.about.is_ascii() && form.syntax.is_ascii());
+                let (least, most) = counts_of(form.syntax);
+                assert!(verb.counts.allows(least), "{}: {least}", form.syntax);
+                assert!(most.is_none_or(|m| verb.counts.allows(m)), "{}: {most:?}", form.syntax);
+                match verb.payload {
+                    Payload::Never => assert!(!form.syntax.ends_with(":N"), "{}", form.syntax),
+                    Payload::Always => assert!(form.syntax.ends_with(":N"), "{}", form.syntax),
+                    Payload::BySubject => {}
+                }
+            }
+            let all: Vec<_> = verb.forms.iter().map(|f| counts_of(f.syntax)).collect();
+            let (least, most) = match verb.counts {
+                Counts::Of(counts) => (counts[0], counts.last().copied()),
+                Counts::From(least) => (least, None),
+            };
+            assert_eq!(all.iter().map(|c| c.0).min(), Some(least), "{}", verb.name);
+            assert!(all.iter().any(|c| c.1 == most) || all.len() > 1, "{}", verb.name);
+        }
+    }
+}
