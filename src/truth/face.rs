@@ -1,0 +1,360 @@
+//! One triangle of a draw, worked out once: where its corners go, which plane it spans, how it answers light.
+
+use super::camera::{Sight, transform};
+use super::coverage::{Coverage, Outline, distance_to_tie};
+use super::light::{Lighting, Lit, light_point};
+use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
+use super::render::Settings;
+use super::texture::Pyramid;
+use super::wide::{Wide, Wide3, Wide4, cross, narrow3};
+use crate::math::matrix::unit;
+use crate::scene::{Cull, Material, NONE, Object, Sampling, ShadeMode};
+use glam::{DVec3, DVec4};
+use std::cmp::Ordering;
+use std::rc::Rc;
+
+/// Within this of the outline of a face that is cut in front of the eye, coverage is free (pixels).
+const CUT_MARGIN_PX: f64 = 1.5 / 256.0;
+
+/// One corner of a face.
+#[derive(Clone, Debug)]
+pub struct FaceCorner {
+    /// Clip space.
+    pub clip: Wide4,
+    /// World space.
+    pub world: Wide3,
+    /// Unit world normal, turned to the viewer where the object asks for it.
+    pub normal: DVec3,
+    /// Texture coordinates.
+    pub uv: Option<[f64; 2]>,
+    /// Vertex colour; 1 1 1 1 where the file gives none.
+    pub color: DVec4,
+    /// The colours that Gouraud lights here: every right answer.
+    pub lit: Vec<Lit>,
+}
+
+/// One triangle, ready to be asked pixel by pixel.
+#[derive(Clone, Debug)]
+pub struct Face<'a> {
+    /// The corners, in the file's order.
+    pub corners: [FaceCorner; 3],
+    /// Number of its object in the scene.
+    pub object: u32,
+    /// Number of the triangle in the object, in file order.
+    pub triangle: u32,
+    /// How it answers light.
+    pub material: &'a Material,
+    /// Its texture and the rules for it.
+    pub texture: Option<(Rc<Pyramid>, Sampling)>,
+    /// How it is shaded.
+    pub shade: ShadeMode,
+    /// Unit geometric normal in the world.
+    pub normal: DVec3,
+    /// Flat shading's colours at the centroid: every right answer.
+    pub flat: Vec<Lit>,
+    /// The mean vertex colour, for flat shading.
+    pub flat_color: DVec4,
+    /// Whether it lets what lies behind shine through.
+    pub is_transparent: bool,
+    /// View z of its centroid: the painter's key, larger is nearer.
+    pub center_z: Wide,
+    /// The lights that reach it.
+    pub lighting: Rc<Lighting<'a>>,
+    /// b_i = plane[i] . (x_ndc, y_ndc, 1): sum b_i = 1/w, sum b_i w_i = 1, all >= 0 inside.
+    plane: [Wide3; 3],
+    /// Pixels per unit of NDC.
+    pixels_per_ndc: [f64; 2],
+    /// The snapped outline; `None` for a face with some w <= 0, which is decided by its plane.
+    outline: Option<Outline>,
+    /// How far each snapped corner may lie elsewhere in honest f64, in pixels; 0 where its place is certain.
+    wobble_px: [f64; 3],
+    /// Whether the true corners lie on one line, to 24 digits: only snapping gives such a face an area.
+    pub is_degenerate: bool,
+}
+
+/// b_i at a pixel's centre, and what follows from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights {
+    /// Solution of sum b_i (x_i, y_i, w_i) = (x_ndc, y_ndc, 1).
+    pub b: Wide3,
+}
+
+impl Weights {
+    /// 1/w at this point of the plane.
+    pub fn inverse_w(&self) -> Wide {
+        self.b[0] + self.b[1] + self.b[2]
+    }
+
+    /// Whether the point lies inside the true face.
+    pub fn is_inside(&self) -> bool {
+        self.b.iter().all(|&b| b >= Wide::ZERO)
+    }
+}
+
+impl<'a> Face<'a> {
+    /// The plane's weights at NDC (x, y).
+    pub fn weights(&self, [x, y]: [Wide; 2]) -> Weights {
+        Weights { b: self.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
+    }
+
+    /// The pixels that its outline can reach, x0..x1 and y0..y1, within the given box.
+    pub fn bounds(&self, clip: [i64; 4], to_screen: impl Fn(Wide, Wide) -> [Wide; 2]) -> [i64; 4] {
+        if self.outline.is_none() {
+            return clip;
+        }
+        let mut found = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+        for c in &self.corners {
+            let [x, y] = to_screen(c.clip[0] / c.clip[3], c.clip[1] / c.clip[3]).map(Wide::to_f64);
+            found = [found[0].min(x), found[1].max(x), found[2].min(y), found[3].max(y)];
+        }
+        // A pixel of room on each side for snapping and wobble; the casts saturate.
+        let low = |v: f64, lo: i64, hi: i64| ((v - 2.0).floor() as i64).clamp(lo, hi);
+        let high = |v: f64, lo: i64, hi: i64| ((v + 2.0).ceil() as i64).clamp(lo, hi);
+        [
+            low(found[0], clip[0], clip[1]),
+            high(found[1], clip[0], clip[1]),
+            low(found[2], clip[2], clip[3]),
+            high(found[3], clip[2], clip[3]),
+        ]
+    }
+
+    /// Whether the centre of pixel (x, y), at NDC `ndc`, is covered.
+    pub fn covers(&self, x: i64, y: i64, ndc: [Wide; 2]) -> Coverage {
+        let Some(outline) = &self.outline else { return self.covers_cut(ndc) };
+        let sure = match (outline.covers(x, y), self.is_degenerate) {
+            (false, _) => Coverage::No,
+            (true, false) => Coverage::Yes,
+            // A face without area that snapping opened: to draw it or not is both right.
+            (true, true) => Coverage::Maybe,
+        };
+        if self.wobble_px == [0.0; 3] {
+            return sure;
+        }
+        // A corner that may lie elsewhere moves its edges with it, in proportion along each edge.
+        let mut low = f64::INFINITY;
+        let mut high = f64::INFINITY;
+        for (i, (distance, along)) in outline.distances(x, y).into_iter().enumerate() {
+            let margin = (1.0 - along).abs() * self.wobble_px[i] + along.abs() * self.wobble_px[(i + 1) % 3];
+            low = low.min(distance - margin);
+            high = high.min(distance + margin);
+        }
+        if low <= 0.0 && high >= 0.0 { Coverage::Maybe } else { sure }
+    }
+
+    /// Coverage of a face with some w <= 0: by the signs of the weights, free near the outline.
+    fn covers_cut(&self, [x, y]: [Wide; 2]) -> Coverage {
+        let nearest = self.plane.iter().fold(f64::INFINITY, |nearest, p| {
+            let value = (p[0] * x + p[1] * y + p[2]).to_f64();
+            let slope = (p[0].to_f64() / self.pixels_per_ndc[0], p[1].to_f64() / self.pixels_per_ndc[1]);
+            let slope = (slope.0 * slope.0 + slope.1 * slope.1).sqrt();
+            let distance = if slope > 0.0 { value / slope } else { value * f64::INFINITY };
+            nearest.min(distance)
+        });
+        match nearest {
+            d if d > CUT_MARGIN_PX => Coverage::Yes,
+            d if d < -CUT_MARGIN_PX => Coverage::No,
+            _ => Coverage::Maybe,
+        }
+    }
+}
+
+/// What all faces of one object share.
+pub struct ObjectView<'a> {
+    /// Number of the object in the scene.
+    pub index: u32,
+    /// The object.
+    pub object: &'a Object,
+    /// The camera.
+    pub sight: &'a Sight,
+    /// The modes.
+    pub settings: &'a Settings,
+    /// The lights that reach it.
+    pub lighting: Rc<Lighting<'a>>,
+}
+
+impl<'a> ObjectView<'a> {
+    /// The faces of the object that can be seen, in file order.
+    pub fn faces(&self, pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>) -> Vec<Face<'a>> {
+        let mesh = &self.object.geometry.mesh;
+        let normals = Normals::new(mesh);
+        let places: Vec<Place> = mesh.positions.iter().map(|&p| self.place(p)).collect();
+        (0..mesh.triangles.len()).filter_map(|t| self.face(t, &normals, &places, pyramid)).collect()
+    }
+
+    /// Object to world, view and clip space, with a bound on what plain f64 may be off by in clip space.
+    fn place(&self, p: DVec3) -> Place {
+        let m = self.object.model;
+        let rows: [[f64; 4]; 4] = std::array::from_fn(|r| m.row(r).to_array());
+        let object: Wide4 = [p.x.into(), p.y.into(), p.z.into(), Wide::ONE];
+        let world = transform(&rows.map(|r| r.map(Wide::new)), object);
+        let view = transform(&self.sight.view, world);
+        let clip = transform(&self.sight.projection, view);
+        let magnitudes = |m: &[[Wide; 4]; 4], p: [f64; 4]| -> [f64; 4] {
+            std::array::from_fn(|r| (0..4).map(|c| m[r][c].to_f64().abs() * p[c]).sum())
+        };
+        let size = magnitudes(&rows.map(|r| r.map(Wide::new)), [p.x.abs(), p.y.abs(), p.z.abs(), 1.0]);
+        let size = magnitudes(&self.sight.projection, magnitudes(&self.sight.view, size));
+        Place {
+            world: [world[0], world[1], world[2]],
+            view,
+            clip,
+            slack: size.map(|s| 16.0 * f64::EPSILON * s),
+        }
+    }
+
+    fn face(
+        &self,
+        t: usize,
+        normals: &Normals,
+        places: &[Place],
+        pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>,
+    ) -> Option<Face<'a>> {
+        let object = self.object;
+        let mesh = &object.geometry.mesh;
+        let ids = mesh.triangles[t].map(|c| c as usize);
+        let at = ids.map(|c| &places[mesh.corners[c].position as usize]);
+        if !at.iter().all(|p| p.clip.iter().all(|c| c.is_finite())) {
+            return None;
+        }
+        // The plane through the unsnapped corners: rows (x_i, y_i, w_i), inverted by cofactors.
+        let rows: [Wide3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
+        let cofactors = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
+        let det = super::wide::dot3(rows[0], cofactors[0]);
+        let scale =
+            rows.iter().fold(1.0, |s, r| s * (0..3).fold(0.0, |m: f64, k| m.max(r[k].to_f64().abs())));
+        let is_degenerate = det.to_f64().abs() <= 1e-24 * scale;
+        let is_cut = at.iter().any(|p| p.clip[3].to_f64() <= p.slack[3]);
+        if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == Wide::ZERO {
+            return None;
+        }
+        let mut wobble_px = [0.0; 3];
+        let (outline, seen_ccw) = if is_cut {
+            (None, det > Wide::ZERO)
+        } else {
+            let screen = at.map(|p| self.sight.to_screen(p.clip[0] / p.clip[3], p.clip[1] / p.clip[3]));
+            for i in 0..3 {
+                wobble_px[i] = self.wobble(at[i], screen[i]);
+            }
+            let outline = Outline::new(screen)?;
+            let turn = outline.turn();
+            if turn == Ordering::Equal && wobble_px == [0.0; 3] {
+                return None;
+            }
+            (Some(outline), turn == Ordering::Less)
+        };
+        let is_front = seen_ccw != is_mirrored(&object.model);
+        match self.settings.cull.unwrap_or(object.cull) {
+            Cull::Back if !is_front => return None,
+            Cull::Front if is_front => return None,
+            _ => {}
+        }
+        let polygon_index = mesh.triangle_polygon[t] as usize;
+        let polygon = &mesh.polygons[polygon_index];
+        let own = (polygon.material != NONE).then_some(polygon.material as usize);
+        let material = match (&object.back_material, own) {
+            (Some(back), _) if !is_front => back,
+            (_, Some(own)) => &mesh.materials[own],
+            _ => &object.material,
+        };
+        let to_world = normal_matrix(&object.model);
+        let turn = if object.two_sided_lighting && !is_front { -1.0 } else { 1.0 };
+        let mut face_normal = normals.polygon[polygon_index];
+        if face_normal == DVec3::ZERO {
+            face_normal = area_normal(&ids.map(|c| mesh.positions[mesh.corners[c].position as usize]));
+        }
+        let world_face = turn * unit(to_world * face_normal).unwrap_or(DVec3::ZERO);
+        let corners: [FaceCorner; 3] = std::array::from_fn(|i| {
+            let c = &mesh.corners[ids[i]];
+            let n = normals.at_corner(mesh, ids[i], face_normal);
+            FaceCorner {
+                clip: at[i].clip,
+                world: at[i].world,
+                normal: unit(to_world * n).map_or(world_face, |n| n * turn),
+                uv: (c.texcoord != NONE).then(|| mesh.texcoords[c.texcoord as usize].to_array()),
+                color: if c.color == NONE { DVec4::ONE } else { mesh.colors[c.color as usize] },
+                lit: Vec::new(),
+            }
+        });
+        let own_texture = own.and_then(|m| object.geometry.textures.get(m)).and_then(Option::as_deref);
+        let rules = object.texture.as_ref().map(|t| t.1).unwrap_or_default();
+        let texture = own_texture
+            .or(object.texture.as_ref().map(|t| &*t.0))
+            .filter(|_| corners.iter().all(|c| c.uv.is_some()));
+        let is_transparent = material.transparency > 0.0
+            || texture.is_some_and(|t| t.has_alpha())
+            || corners.iter().any(|c| c.color.w < 1.0);
+        let texture = texture.map(|t| (pyramid(t), rules));
+        let center_z = (at[0].view[2] + at[1].view[2] + at[2].view[2]) / Wide::new(3.0);
+        let mut face = Face {
+            corners,
+            object: self.index,
+            triangle: t as u32,
+            material,
+            texture,
+            shade: object.shade.unwrap_or(self.settings.shade),
+            normal: world_face,
+            flat: Vec::new(),
+            flat_color: DVec4::ONE,
+            is_transparent,
+            center_z,
+            lighting: self.lighting.clone(),
+            plane: cofactors.map(|c| c.map(|v| v / det)),
+            pixels_per_ndc: self.sight.pixels_per_ndc(),
+            outline,
+            wobble_px,
+            is_degenerate,
+        };
+        self.light_ahead(&mut face, polygon, places);
+        Some(face)
+    }
+
+    /// Flat and Gouraud light once a face: at its centroid, or at its corners.
+    fn light_ahead(&self, face: &mut Face<'a>, polygon: &crate::scene::Polygon, places: &[Place]) {
+        let mesh = &self.object.geometry.mesh;
+        match face.shade {
+            ShadeMode::Flat => {
+                let run =
+                    polygon.first_corner as usize..(polygon.first_corner + polygon.corner_count) as usize;
+                let share = 1.0 / polygon.corner_count as f64;
+                let mut center = DVec3::ZERO;
+                let mut color = DVec4::ZERO;
+                for c in &mesh.corners[run] {
+                    center += share * narrow3(places[c.position as usize].world);
+                    color += share * if c.color == NONE { DVec4::ONE } else { mesh.colors[c.color as usize] };
+                }
+                face.flat_color = color;
+                face.flat = light_point(face.material, color.truncate(), center, face.normal, &face.lighting);
+            }
+            ShadeMode::Gouraud => {
+                for c in &mut face.corners {
+                    let (p, albedo) = (narrow3(c.world), c.color.truncate());
+                    c.lit = light_point(face.material, albedo, p, c.normal, &face.lighting);
+                }
+            }
+            ShadeMode::Phong | ShadeMode::Wire => {}
+        }
+    }
+
+    /// How far a snapped corner may lie elsewhere, in pixels: 0 unless a tie of the snapping is within f64's own error.
+    fn wobble(&self, place: &Place, screen: [Wide; 2]) -> f64 {
+        let w = place.clip[3].to_f64();
+        let scale = self.sight.pixels_per_ndc();
+        (0..2)
+            .map(|k| {
+                let ndc = (place.clip[k] / place.clip[3]).to_f64();
+                let off = scale[k] * (place.slack[k] + ndc.abs() * place.slack[3]) / w.abs()
+                    + 4.0 * f64::EPSILON * screen[k].to_f64().abs();
+                if distance_to_tie(screen[k]) <= off * 256.0 { off + 1.0 / 256.0 } else { 0.0 }
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// A position on its way to the screen.
+struct Place {
+    world: Wide3,
+    view: Wide4,
+    clip: Wide4,
+    /// What the plain f64 evaluation of each clip coordinate may be off by.
+    slack: [f64; 4],
+}

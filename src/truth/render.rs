@@ -1,0 +1,204 @@
+//! A whole draw: every face, in order, at every pixel of its box.
+
+use super::camera::Sight;
+use super::coverage::Coverage;
+use super::face::{Face, ObjectView};
+use super::fragment::Lens;
+use super::light::Lighting;
+use super::picture::{DepthUse, FaceKey, Layer, TruthPicture};
+use super::texture::Pyramid;
+use super::wide::Wide;
+use crate::memory::DepthFormat;
+use crate::scene::{
+    CameraError, Cull, HiddenSurface, Interpolation, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
+    ViewportRule,
+};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// When transparent faces are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Transparency {
+    /// In the stream's order, among the others: `DRAW`.
+    #[default]
+    AtOnce,
+    /// After the opaque ones: `DRAWSCENE` and files.
+    AfterOpaque(TransparencyOrder),
+}
+
+/// The modes of a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Settings {
+    /// The part of the picture to draw into; `None` is all of it, by the `corners` rule.
+    pub viewport: Option<Viewport>,
+    /// Shading of objects that bring none of their own.
+    pub shade: ShadeMode,
+    /// How hidden surfaces are found.
+    pub hide: HiddenSurface,
+    /// How values run across a face.
+    pub interpolation: Interpolation,
+    /// In place of the objects' own culling.
+    pub cull: Option<Cull>,
+    /// When transparent faces are drawn.
+    pub transparency: Transparency,
+}
+
+/// Renders a scene on a cleared picture.
+///
+/// # Errors
+/// When the scene's camera cannot be used.
+pub fn render(
+    scene: &Scene,
+    width: u32,
+    height: u32,
+    format: DepthFormat,
+    settings: &Settings,
+) -> Result<TruthPicture, CameraError> {
+    let mut picture = TruthPicture::new(width, height, format);
+    picture.draw(scene, settings)?;
+    Ok(picture)
+}
+
+/// A run of layers whose sorting keys agree to this part of their size may come in any order.
+const KEY_TURN: f64 = 1e-12;
+
+impl TruthPicture {
+    /// Draws a scene over what is there: background, then faces, each at every pixel of its box.
+    ///
+    /// # Errors
+    /// When the scene's camera cannot be used; the picture is then as it was.
+    pub fn draw(&mut self, scene: &Scene, settings: &Settings) -> Result<(), CameraError> {
+        let (width, height) = (self.width(), self.height());
+        let whole = Viewport { x: 0, y: 0, width, height, rule: ViewportRule::Corners };
+        let viewport = settings.viewport.unwrap_or(whole);
+        let sight = Sight::new(&scene.camera.unwrap_or_default(), &viewport)?;
+        let clip = [
+            (viewport.x as i64).max(0),
+            (viewport.x as i64 + viewport.width as i64).min(width as i64),
+            (viewport.y as i64).max(0),
+            (viewport.y as i64 + viewport.height as i64).min(height as i64),
+        ];
+        if let Some(color) = scene.background.color {
+            self.paint(clip, color);
+        }
+        if clip[0] >= clip[1] || clip[2] >= clip[3] {
+            return Ok(());
+        }
+        let (faces, keys) = self.faces_in_order(scene, settings, &sight);
+        let lens = Lens { sight: &sight, interpolation: settings.interpolation, fog: scene.fog };
+        let boxes: Vec<[i64; 4]> =
+            faces.iter().map(|f| f.bounds(clip, |x, y| sight.to_screen(x, y))).collect();
+        for y in clip[2]..clip[3] {
+            let row: Vec<usize> =
+                (0..faces.len()).filter(|&i| (boxes[i][2]..boxes[i][3]).contains(&y)).collect();
+            for x in clip[0]..clip[1] {
+                let ndc = sight.ndc_of_pixel(x, y);
+                let mut layers = Vec::new();
+                for &i in row.iter().filter(|&&i| (boxes[i][0]..boxes[i][1]).contains(&x)) {
+                    let coverage = faces[i].covers(x, y, ndc);
+                    if coverage == Coverage::No {
+                        continue;
+                    }
+                    if let Some(fragment) = lens.fragment(&faces[i], x, y, coverage) {
+                        let layer = Layer {
+                            fragment,
+                            face: keys[i],
+                            depth_use: depth_use(settings.hide, &faces[i]),
+                            is_transparent: faces[i].is_transparent,
+                            is_textured: faces[i].texture.is_some(),
+                        };
+                        layers.push((sort_key(settings, &faces[i]), layer));
+                    }
+                }
+                if !layers.is_empty() {
+                    self.resolve((width as i64 * y + x) as usize, &right_orders(&layers));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All faces in the order in which they are drawn, with their keys in this picture.
+    fn faces_in_order<'a>(
+        &mut self,
+        scene: &'a Scene,
+        settings: &'a Settings,
+        sight: &'a Sight,
+    ) -> (Vec<Face<'a>>, Vec<FaceKey>) {
+        let mut pyramids: HashMap<*const Texture, Rc<Pyramid>> = HashMap::new();
+        let mut pyramid = |t: &'a Texture| {
+            pyramids.entry(std::ptr::from_ref(t)).or_insert_with(|| Rc::new(Pyramid::new(t))).clone()
+        };
+        let mut faces = Vec::new();
+        for (index, object) in scene.objects.iter().enumerate() {
+            let lights = match &object.lights {
+                None => scene.lights.iter().collect(),
+                Some(some) => some.iter().filter_map(|&i| scene.lights.get(i as usize)).collect(),
+            };
+            let lighting = Rc::new(Lighting { ambient: scene.ambient, lights, viewer: sight.viewer });
+            let view = ObjectView { index: index as u32, object, sight, settings, lighting };
+            faces.extend(view.faces(&mut pyramid));
+        }
+        // Stable: opaque before transparent where asked, then by the key where there is one.
+        faces.sort_by(|a, b| {
+            let late = |f: &Face| settings.transparency != Transparency::AtOnce && f.is_transparent;
+            late(a).cmp(&late(b)).then_with(|| match (sort_key(settings, a), sort_key(settings, b)) {
+                (Some(a), Some(b)) => a.partial_cmp(&b).unwrap_or(std::cmp::Ordering::Equal),
+                _ => std::cmp::Ordering::Equal,
+            })
+        });
+        let keys = faces
+            .iter()
+            .map(|f| {
+                let name = &scene.objects[f.object as usize].name;
+                self.register(name, f.object, f.triangle, [0, 1, 2].map(|i| f.corners[i].clip))
+            })
+            .collect();
+        (faces, keys)
+    }
+}
+
+/// What a face is sorted by, if it is: view z of its centre, far (small) first.
+fn sort_key(settings: &Settings, face: &Face) -> Option<Wide> {
+    let sorted = match settings.transparency {
+        Transparency::AfterOpaque(order) if face.is_transparent => order == TransparencyOrder::Sorted,
+        _ => settings.hide == HiddenSurface::Painter,
+    };
+    sorted.then_some(face.center_z)
+}
+
+fn depth_use(hide: HiddenSurface, face: &Face) -> DepthUse {
+    match hide {
+        HiddenSurface::ZBuffer if face.is_transparent => DepthUse::Test,
+        HiddenSurface::ZBuffer => DepthUse::TestAndWrite,
+        HiddenSurface::Painter | HiddenSurface::None => DepthUse::Ignore,
+    }
+}
+
+/// The orders in which layers may be put down: as they are, and with runs of equal keys turned about.
+fn right_orders(layers: &[(Option<Wide>, Layer)]) -> Vec<Vec<&Layer>> {
+    let equal = |a: Option<Wide>, b: Option<Wide>| match (a, b) {
+        (Some(a), Some(b)) => {
+            (a - b).to_f64().abs() <= KEY_TURN * (1.0 + a.to_f64().abs().max(b.to_f64().abs()))
+        }
+        _ => false,
+    };
+    let mut orders: Vec<Vec<&Layer>> = vec![Vec::new()];
+    for run in layers.chunk_by(|a, b| equal(a.0, b.0)) {
+        // Each of the run may come last, which decides what is seen where layers are opaque.
+        let variants: Vec<Vec<&Layer>> = (0..run.len().min(6))
+            .map(|last| {
+                let mut v: Vec<&Layer> = run.iter().map(|l| &l.1).collect();
+                let moved = v.remove(run.len() - 1 - last);
+                v.push(moved);
+                v
+            })
+            .collect();
+        orders = orders
+            .iter()
+            .flat_map(|o| variants.iter().map(move |v| o.iter().chain(v).copied().collect()))
+            .take(24)
+            .collect();
+    }
+    orders
+}
