@@ -98,6 +98,8 @@ pub struct Decoder {
     /// The beginning of a command whose head is not whole.
     head: Vec<u8>,
     payload: Vec<u8>,
+    /// The sink asked for a rest.
+    paused: bool,
 }
 
 /// What the first bytes of a command tell.
@@ -134,6 +136,7 @@ impl Decoder {
             state: State::Head,
             head: Vec::new(),
             payload: Vec::new(),
+            paused: false,
         }
     }
 
@@ -153,9 +156,23 @@ impl Decoder {
     }
 
     /// Reads the next piece of the stream. After `Stop`, from the sink or because the stream cannot be followed, every
-    /// later call reads nothing and answers `Stop`.
+    /// later call reads nothing and answers `Stop`. A `Pause` is not heeded: all bytes are read.
     pub fn feed(&mut self, mut bytes: &[u8], sink: &mut impl Sink) -> Flow {
-        while !bytes.is_empty() {
+        loop {
+            match self.feed_some(bytes, sink) {
+                (used, Flow::Pause) => bytes = &bytes[used..],
+                (_, flow) => return flow,
+            }
+        }
+    }
+
+    /// Reads the next piece of the stream up to the end of the command for which the sink answered `Pause`, or all of
+    /// it. Answers how many bytes were read; the caller feeds the rest later.
+    pub fn feed_some(&mut self, bytes: &[u8], sink: &mut impl Sink) -> (usize, Flow) {
+        let all = bytes.len();
+        let mut bytes = bytes;
+        self.paused = false;
+        while !bytes.is_empty() && !self.paused {
             let used = match self.state {
                 State::Closed => break,
                 State::Head if self.head.is_empty() => self.read_whole(bytes, sink),
@@ -166,7 +183,11 @@ impl Decoder {
             };
             bytes = &bytes[used..];
         }
-        self.flow()
+        let flow = match self.flow() {
+            Flow::Continue if self.paused => Flow::Pause,
+            flow => flow,
+        };
+        (all - bytes.len(), flow)
     }
 
     /// Ends the stream: says what is left unfinished. Further calls do nothing.
@@ -210,8 +231,10 @@ impl Decoder {
     }
 
     fn obey(&mut self, flow: Flow) {
-        if flow == Flow::Stop {
-            self.state = State::Closed;
+        match flow {
+            Flow::Continue => {}
+            Flow::Pause => self.paused = true,
+            Flow::Stop => self.state = State::Closed,
         }
     }
 
@@ -230,7 +253,7 @@ impl Decoder {
     /// Answers how many bytes it took.
     fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
-        while at < bytes.len() && matches!(self.state, State::Head) {
+        while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
             let (used, lines) = fast::text_pixels(&bytes[at..], sink);
             self.here.byte += used as u64;
             self.here.line += lines;

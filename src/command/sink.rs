@@ -24,6 +24,8 @@ impl Place {
 pub enum Flow {
     /// Go on.
     Continue,
+    /// Read nothing more for now: [`super::Decoder::feed_some`] returns with what it has taken.
+    Pause,
     /// Read nothing more of this stream, ever: QUIT came, or the connection is to close.
     Stop,
 }
