@@ -1,41 +1,11 @@
 //! The closed `Command` enum: one variant a verb, numbers already parsed and finite.
 
+pub use crate::draw2d::{AreaColors, RampColor, Rect};
 use crate::memory::{DepthFormat, Rgba};
 use crate::scene::{
     Attenuation, Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
 };
 use glam::{DMat4, DVec3};
-
-/// A rectangle in whole pixels, as the verbs give it: left, top, width, height.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Rect {
-    /// Left column.
-    pub x: i32,
-    /// Top row.
-    pub y: i32,
-    /// Width in pixels; negative ones are ERANGE when run.
-    pub w: i32,
-    /// Height in pixels; negative ones are ERANGE when run.
-    pub h: i32,
-}
-
-/// A line's colours: one, or a ramp from the first to the second.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct RampColor {
-    /// At the first end.
-    pub from: Rgba,
-    /// At the second end, `None` for one colour all along.
-    pub to: Option<Rgba>,
-}
-
-/// A triangle's colours: one, or one a corner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum AreaColors {
-    /// The same everywhere.
-    One(Rgba),
-    /// One at each corner.
-    Three([Rgba; 3]),
-}
 
 /// What `MESH` makes.
 #[derive(Clone, Debug, PartialEq)]

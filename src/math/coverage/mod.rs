@@ -17,6 +17,7 @@ mod walk;
 pub(crate) mod wide;
 
 pub use triangle::SnappedTriangle;
+pub(crate) use triangle::{Corners, doubled_area, scan_triangle};
 
 use num_bigint::BigInt;
 use std::ops::Range;

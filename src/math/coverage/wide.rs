@@ -25,10 +25,8 @@ pub(crate) trait Wide: Clone + Ord {
     fn clamp_i64(&self, lo: i64, hi: i64) -> i64;
     /// Compared with 0.
     fn signum_order(&self) -> Ordering;
-    /// The lowest 64 bits of a number that is not negative.
-    fn low_u64(&self) -> u64;
-    /// a * 2^bits.
-    fn shifted_left(&self, bits: u32) -> Self;
+    /// r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the truth, never above it.
+    fn fraction_56(&self, d: &Self) -> u64;
 }
 
 macro_rules! machine_wide {
@@ -71,12 +69,11 @@ macro_rules! machine_wide {
                 self.cmp(&0)
             }
             #[inline]
-            fn low_u64(&self) -> u64 {
-                *self as u64
-            }
-            #[inline]
-            fn shifted_left(&self, bits: u32) -> Self {
-                self << bits
+            fn fraction_56(&self, d: &Self) -> u64 {
+                // The 64 leading bits of each; d rounded up, so that the fraction is not above the truth.
+                let spare = (<$int>::BITS - d.leading_zeros()).saturating_sub(64);
+                let (r, d) = ((self >> spare) as u128, (d >> spare) as u128 + u128::from(spare > 0));
+                ((r << 56) / d) as u64
             }
         }
     };
@@ -121,11 +118,11 @@ impl Wide for BigInt {
             Sign::Plus => Ordering::Greater,
         }
     }
-    fn low_u64(&self) -> u64 {
-        self.iter_u64_digits().next().unwrap_or(0)
-    }
-    fn shifted_left(&self, bits: u32) -> Self {
-        self << bits
+    fn fraction_56(&self, d: &Self) -> u64 {
+        // As above: 126 leading bits, whatever the size.
+        let spare = d.bits().saturating_sub(126);
+        let narrow = |v: &BigInt| i128::try_from(v >> spare).expect("126 bits are left");
+        narrow(self).fraction_56(&(narrow(d) + i128::from(spare > 0)))
     }
 }
 
@@ -141,15 +138,22 @@ pub(super) fn snap_big(v: f64) -> BigInt {
 
 /// A whole finite number, exactly.
 fn exact_big(v: f64) -> BigInt {
+    let (mantissa, exponent) = parts(v);
+    let shift = exponent.unsigned_abs();
+    // What a shift to the right drops is zeros, the number being whole.
+    if exponent < 0 { BigInt::from(mantissa >> shift.min(63)) } else { BigInt::from(mantissa) << shift }
+}
+
+/// The whole numbers (m, e) with v = m 2^e, for finite v; zero is (0, 0).
+pub(crate) fn parts(v: f64) -> (i64, i32) {
     let bits = v.abs().to_bits();
-    let (exponent, fraction) = ((bits >> 52) as i64, bits & ((1 << 52) - 1));
-    let (mantissa, shift) = if exponent == 0 { (0, 0) } else { (fraction | 1 << 52, exponent - 1075) };
-    let magnitude = if shift < 0 {
-        BigInt::from(mantissa) >> shift.unsigned_abs()
-    } else {
-        BigInt::from(mantissa) << shift
+    let (exponent, fraction) = ((bits >> 52) as i32, (bits & ((1 << 52) - 1)) as i64);
+    let (mantissa, exponent) = match (exponent, fraction) {
+        (0, 0) => (0, 0),
+        (0, _) => (fraction, -1074),
+        _ => (fraction | 1 << 52, exponent - 1075),
     };
-    if v < 0.0 { -magnitude } else { magnitude }
+    (if v < 0.0 { -mantissa } else { mantissa }, exponent)
 }
 
 #[cfg(test)]
@@ -167,6 +171,34 @@ mod tests {
         assert_eq!(snap_big(1e9 + 0.5), BigInt::from(256_000_000_128i64));
         // The largest f64 is (2^53 - 1) 2^971.
         assert_eq!(snap_big(-f64::MAX), -(BigInt::from((1i64 << 53) - 1) << 979u32));
+    }
+
+    #[test]
+    fn parts_make_the_number() {
+        for v in [0.0, -0.0, 1.0, -1.5, 5e-324, f64::MIN_POSITIVE, f64::MAX, -0.1] {
+            let (m, e) = parts(v);
+            // Two steps, so that neither power of two leaves the range.
+            assert_eq!(m as f64 * 2f64.powi(e / 2) * 2f64.powi(e - e / 2), v);
+        }
+    }
+
+    #[test]
+    fn fractions_are_at_most_two_ulp_below() {
+        for bits in [1u32, 5, 40, 63, 64, 65, 100, 126, 127, 300, 2000] {
+            let top = BigInt::from(1) << bits;
+            for (r, d) in [(0, 1), (1, 1), (1, 3), (2, 3), (7, 7), (999, 1000)] {
+                let (r, d): (BigInt, BigInt) = ((&top * r) / 1001, (&top * d) / 1001 + 1);
+                let exact: BigInt = (&r << 56u32) / &d;
+                let low = |f: u64| BigInt::from(f) <= exact && exact <= BigInt::from(f) + 1;
+                assert!(low(r.fraction_56(&d)), "{bits} {r} {d}");
+                if let (Ok(r), Ok(d)) = (i128::try_from(&r), i128::try_from(&d)) {
+                    assert!(low(r.fraction_56(&d)), "{bits} {r} {d}");
+                }
+                if let (Ok(r), Ok(d)) = (i64::try_from(&r), i64::try_from(&d)) {
+                    assert_eq!(BigInt::from(r.fraction_56(&d)), exact);
+                }
+            }
+        }
     }
 
     #[test]

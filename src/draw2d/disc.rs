@@ -1,0 +1,219 @@
+//! Discs about any real point, decided exactly.
+//!
+//! The exact answer: pixel (i,j) is lit when (i + 1/2 - cx)^2 + (j + 1/2 - cy)^2 < r^2. Every finite f64 is a whole number
+//! times a power of two, so the question can be asked in whole numbers. f64 answers it where its rounding cannot matter.
+
+use super::blend::Paint;
+use super::{Blend, DrawError, frame, run_mut};
+use crate::math::coverage::wide::parts;
+use crate::memory::{Rgba, VideoMemory};
+use num_bigint::BigInt;
+use std::cell::OnceCell;
+
+/// Fills the pixels whose centres are nearer than `r` to the point (cx, cy), all finite reals in pixels.
+///
+/// The cost is that of the visible rows and pixels. A negative radius is an error.
+pub fn fill_circle(
+    memory: &mut VideoMemory,
+    centre: [f64; 2],
+    r: f64,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
+    if r < 0.0 {
+        return Err(DrawError::NegativeRadius { r: r.into() });
+    }
+    let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
+    if !(centre[0].is_finite() && centre[1].is_finite() && r.is_finite()) {
+        return Ok(());
+    }
+    let clip = frame(memory);
+    let disc = Disc::new(centre, r);
+    let [cx, cy] = centre;
+    // Rows that can be met, widened by more than the rounding of the sums; `as` holds them to i32.
+    let slack = 2.0 + (cy.abs() + r) * 1e-15;
+    let first = ((cy - r - slack) as i32).clamp(0, clip.y1);
+    let last = ((cy + r + slack) as i32).clamp(-1, clip.y1 - 1);
+    let nearest = (cx.floor() as i32).clamp(0, clip.x1 - 1);
+    for y in first..=last {
+        if !disc.holds(nearest, y) {
+            continue;
+        }
+        // How far the row reaches to either side: guessed, then put right by the exact question.
+        let dy = f64::from(y) + 0.5 - cy;
+        let half = ((r - dy) * (r + dy)).max(0.0).sqrt();
+        let start = first_inside(0, nearest, cx - half - 0.5, |x| disc.holds(x, y));
+        let end = -first_inside(1 - clip.x1, -nearest, 0.5 - cx - half, |x| disc.holds(-x, y));
+        paint.run(run_mut(memory, y, start..end + 1));
+        memory.mark_row(y as u32);
+    }
+    Ok(())
+}
+
+/// The least x in `low..=inside` that holds, where `inside` holds and all between it and the answer do.
+fn first_inside(low: i32, inside: i32, guess: f64, holds: impl Fn(i32) -> bool) -> i32 {
+    let guess = (guess.ceil() as i32).clamp(low, inside);
+    let is_first = |x: i32| holds(x) && (x == low || !holds(x - 1));
+    if is_first(guess) {
+        return guess;
+    }
+    let (mut low, mut high) = (low, inside);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    high
+}
+
+/// A disc that can be asked about any pixel's centre.
+struct Disc {
+    centre: [f64; 2],
+    r: f64,
+    /// Keeps the squares of the largest numbers finite.
+    scale: f64,
+    exact: OnceCell<ExactDisc>,
+}
+
+/// The same in whole numbers, in units of a power of two.
+struct ExactDisc {
+    centre: [BigInt; 2],
+    r_squared: BigInt,
+    /// Half a pixel is 2^half_bits units.
+    half_bits: u32,
+}
+
+impl Disc {
+    fn new(centre: [f64; 2], r: f64) -> Self {
+        let extent = r.max(centre[0].abs()).max(centre[1].abs());
+        let scale = if extent > 1e150 { 2f64.powi(-600) } else { 1.0 };
+        Disc { centre, r, scale, exact: OnceCell::new() }
+    }
+
+    /// Whether the centre of pixel (x, y) lies nearer than r.
+    fn holds(&self, x: i32, y: i32) -> bool {
+        let [dx, dy] = [(x, self.centre[0]), (y, self.centre[1])]
+            .map(|(v, c)| ((f64::from(v) + 0.5) * self.scale - c * self.scale).abs());
+        let r = self.r * self.scale;
+        let (distance, radius) = (dx * dx + dy * dy, r * r);
+        // Each side is a few roundings of 2^-53 off; the constant covers what underflows.
+        let error = (distance + radius) * 2e-15 + 1e-290;
+        if (distance - radius).abs() > error {
+            return distance < radius;
+        }
+        self.exact.get_or_init(|| ExactDisc::new(self.centre, self.r)).holds(x, y)
+    }
+}
+
+impl ExactDisc {
+    fn new(centre: [f64; 2], r: f64) -> Self {
+        let (centre, r) = (centre.map(parts), parts(r));
+        // Zeros come with exponent 0. The unit divides half a pixel.
+        let unit = [centre[0].1, centre[1].1, r.1, -1].into_iter().fold(-1, i32::min);
+        let in_units =
+            |(mantissa, exponent): (i64, i32)| BigInt::from(mantissa) << (exponent - unit).unsigned_abs();
+        let r = in_units(r);
+        ExactDisc { centre: centre.map(in_units), r_squared: &r * &r, half_bits: (-1 - unit).unsigned_abs() }
+    }
+
+    fn holds(&self, x: i32, y: i32) -> bool {
+        let offset = |v: i32, c: &BigInt| (BigInt::from(2 * i64::from(v) + 1) << self.half_bits) - c;
+        let (dx, dy) = (offset(x, &self.centre[0]), offset(y, &self.centre[1]));
+        &dx * &dx + &dy * &dy < self.r_squared
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw2d::raster::{lit, memory, picture};
+    use proptest::prelude::*;
+
+    fn check(centre: [f64; 2], r: f64) {
+        let mut m = memory(13, 9);
+        fill_circle(&mut m, centre, r, [255, 255, 255, 100], Blend::Over).unwrap();
+        let exact = ExactDisc::new(centre, r);
+        let all = (0..9).flat_map(|y| (0..13).map(move |x| (x, y)));
+        let want: Vec<_> = all.filter(|&(x, y)| exact.holds(x, y)).collect();
+        assert_eq!(lit(&m, 100), want, "{centre:?} {r:e}");
+    }
+
+    fn real() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            3 => (-20..40i32).prop_map(|v| f64::from(v) / 2.0),
+            3 => -10.0..20.0,
+            1 => -1e6..1e6,
+            1 => (-1.0..1.0, -320..308i32).prop_map(|(m, e): (f64, i32)| m * 10f64.powi(e)),
+            1 => prop::sample::select(vec![f64::MAX, -f64::MAX, 5e-324, -5e-324, 0.0, f64::MIN_POSITIVE]),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 4_000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn every_disc_is_its_definition(x in real(), y in real(), r in real()) {
+            check([x, y], r.abs());
+        }
+
+        #[test]
+        fn a_rim_through_a_pixels_centre_is_decided_there(
+            x in -1e5..1e5f64, y in -1e5..1e5f64, i in 0..13i32, j in 0..9i32, ulps in -2..=2i64, half: bool,
+        ) {
+            let round = |v: f64| if half { (v * 2.0).round() / 2.0 } else { v };
+            let (x, y) = (round(x), round(y));
+            let (dx, dy) = (f64::from(i) + 0.5 - x, f64::from(j) + 0.5 - y);
+            let r = (dx * dx + dy * dy).sqrt();
+            check([x, y], f64::from_bits((r.to_bits() as i64 + if r > 0.0 { ulps } else { 0 }) as u64));
+        }
+
+        #[test]
+        fn far_discs_that_touch_the_frame(e in 3..300i32, m in 1.0..9.0f64, side in 0..4usize) {
+            let r = m * 10f64.powi(e);
+            check([[r, 4.5], [-r, 4.5], [6.5, r], [6.5, -r]][side], r);
+        }
+    }
+
+    #[test]
+    fn a_tie_lies_outside() {
+        // Centres at 3-4-5 from (0.5, 0.5) are not nearer than 5.
+        let mut m = memory(13, 9);
+        fill_circle(&mut m, [0.5, 0.5], 5.0, [255; 4], Blend::Replace).unwrap();
+        let set = lit(&m, 255);
+        assert!(!set.contains(&(3, 4)) && !set.contains(&(5, 0)) && set.contains(&(4, 2)));
+        let mut m = memory(11, 8);
+        m.take_damage();
+        fill_circle(&mut m, [5.0, 4.0], 3.0, [255; 4], Blend::Replace).unwrap();
+        assert_eq!((picture(&m).as_str(), m.take_damage()), (RADIUS_3, 1..7));
+    }
+
+    #[test]
+    fn no_radius_lights_nothing_and_a_negative_one_is_refused() {
+        let mut m = memory(4, 4);
+        m.take_damage();
+        for r in [0.0, -0.0, 5e-324] {
+            fill_circle(&mut m, [2.5, 2.5 + 1e-9], r, [255; 4], Blend::Replace).unwrap();
+        }
+        assert_eq!(
+            fill_circle(&mut m, [2.5; 2], -5e-324, [255; 4], Blend::Replace).unwrap_err().code().as_str(),
+            "ERANGE"
+        );
+        assert!(!m.is_damaged());
+        // The centre of a pixel is nearer to itself than any radius above zero.
+        fill_circle(&mut m, [2.5, 2.5], 5e-324, [255; 4], Blend::Replace).unwrap();
+        assert_eq!(lit(&m, 255), [(2, 2)]);
+    }
+
+    const RADIUS_3: &str = "
+...........
+...####....
+..######...
+..######...
+..######...
+..######...
+...####....
+...........";
+}

@@ -1,0 +1,224 @@
+//! Lines: Bresenham's, in all octants, clipped by jumping to the first visible step.
+//!
+//! In: two ends in whole pixels, anywhere in i32. Out: max(|dx|,|dy|) + 1 pixels, both ends lit, those inside the frame.
+//! The exact answer for step k of n = max(|dx|,|dy|), with m = min(|dx|,|dy|): k pixels along the major axis and
+//! ceil(k m / n - 1/2) along the minor one, so that a tie stays on the major axis, in the direction of travel.
+//! Written with whole numbers that is floor((2 k m + n - 1) / (2 n)), and stepping it is the midpoint algorithm.
+//! Because it only grows with k, the steps inside the frame are one range whose ends are given by divisions.
+//!
+//! Source: Trabalho 1 ("Bresenham"; Bresenham, "Algorithm for computer control of a digital plotter", 1965), with
+//! d0 = 2 dy - dx, |dx| and |dy| in the increments, and the first pixel drawn.
+
+use super::blend::Paint;
+use super::ramp::Ramp;
+use super::{AreaColors, Blend, RampColor, over, pixels_mut};
+use crate::memory::{Rgba, VideoMemory};
+use std::ops::Range;
+
+/// Draws the line from `p0` to `p1`, both ends lit.
+///
+/// With two colours, step k of n takes c0 + (c1 - c0) k / n, each channel rounded half up; a line of one pixel takes the
+/// first colour. The cost is that of the visible pixels.
+pub fn line(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
+    let Some(run) = VisibleRun::new(p0, p1, memory.width(), memory.height()) else { return };
+    let to = color.to.unwrap_or(color.from);
+    if to == color.from {
+        match Paint::new(color.from, blend) {
+            Some(paint) => run.paint(memory, paint),
+            None => return,
+        }
+    } else {
+        let ramp = Ramp::along_line(color.from, to, run.length, run.first, run.count);
+        match blend {
+            Blend::Replace => run.shade(memory, ramp, |pixel, color| *pixel = color),
+            Blend::Over => run.shade(memory, ramp, |pixel, color| *pixel = over(color, *pixel)),
+        }
+    }
+    memory.mark_rows(run.rows());
+}
+
+/// Draws the three lines p0p1, p1p2, p2p0; with three colours each runs between those of its ends.
+pub fn triangle_outline(memory: &mut VideoMemory, points: [[i32; 2]; 3], colors: AreaColors, blend: Blend) {
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let color = match colors {
+            AreaColors::One(from) => RampColor { from, to: None },
+            AreaColors::Three(c) => RampColor { from: c[i], to: Some(c[j]) },
+        };
+        line(memory, points[i], points[j], color, blend);
+    }
+}
+
+/// Draws the lines from each point to the next, and from the last to the first.
+pub fn poly(memory: &mut VideoMemory, points: &[[i32; 2]], color: Rgba, blend: Blend) {
+    let next = points.iter().cycle().skip(1);
+    for (&p0, &p1) in points.iter().zip(next) {
+        line(memory, p0, p1, RampColor { from: color, to: None }, blend);
+    }
+}
+
+/// The steps of a line that lie inside the frame, ready to walk.
+#[derive(Clone, Copy, Debug)]
+struct VisibleRun {
+    /// n: the steps of the whole line.
+    length: u64,
+    /// The first visible step.
+    first: u64,
+    /// How many steps are visible: one a column or a row, so at most the frame's longer side.
+    count: u32,
+    /// Index of the first visible pixel.
+    at: usize,
+    /// Added to the index by every step.
+    major: isize,
+    /// Added too when the minor coordinate changes.
+    minor: isize,
+    /// (2 k m + n - 1) mod 2 n at the first step.
+    rest: u64,
+    /// 2 m.
+    slope: u64,
+    /// First and last visible row, in the order of travel.
+    y_ends: [u32; 2],
+}
+
+/// One coordinate on its way: from `start`, in the direction of `sign`.
+#[derive(Clone, Copy)]
+struct Axis {
+    start: i64,
+    sign: i64,
+    steps: u64,
+    limit: i64,
+}
+
+impl Axis {
+    fn new(a: i32, b: i32, limit: u32) -> Self {
+        let sign = if b < a { -1 } else { 1 };
+        Axis { start: a.into(), sign, steps: a.abs_diff(b).into(), limit: limit.into() }
+    }
+
+    /// How far along the axis the frame begins and ends (half-open), from the start and in its direction.
+    fn visible(self) -> Range<i64> {
+        let range = match self.sign {
+            1 => -self.start..self.limit - self.start,
+            _ => self.start - (self.limit - 1)..self.start + 1,
+        };
+        range.start.max(0)..range.end.min(self.steps as i64 + 1)
+    }
+
+    fn at(self, step: u64) -> i64 {
+        self.start + self.sign * step as i64
+    }
+}
+
+impl VisibleRun {
+    fn new(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<Self> {
+        let (x, y) = (Axis::new(p0[0], p1[0], width), Axis::new(p0[1], p1[1], height));
+        let x_is_major = x.steps >= y.steps;
+        let (major, minor) = if x_is_major { (x, y) } else { (y, x) };
+        let (n, m) = (major.steps, minor.steps);
+        let (along, across) = (major.visible(), minor.visible());
+        if along.is_empty() || across.is_empty() {
+            return None;
+        }
+        let (mut first, mut end) = (along.start as u64, along.end as u64);
+        // The least k at which the minor coordinate has made t > 0 steps: ceil((2 n t - n + 1) / 2 m).
+        let reaches = |t: i64| {
+            let numerator = 2 * i128::from(n) * i128::from(t) - i128::from(n) + 1;
+            numerator.div_euclid(2 * i128::from(m)) + i128::from(numerator.rem_euclid(2 * i128::from(m)) != 0)
+        };
+        if across.start > 0 {
+            first = first.max(u64::try_from(reaches(across.start)).unwrap_or(u64::MAX));
+        }
+        if across.end <= m as i64 {
+            end = end.min(u64::try_from(reaches(across.end)).unwrap_or(0));
+        }
+        if first >= end {
+            return None;
+        }
+        let (made, rest) = match (n, first) {
+            (0, _) => (0, 0),
+            (_, 0) => (0, n - 1),
+            _ => {
+                let numerator = 2 * u128::from(first) * u128::from(m) + u128::from(n) - 1;
+                let divisor = 2 * u128::from(n);
+                ((numerator / divisor) as u64, (numerator % divisor) as u64)
+            }
+        };
+        let count = (end - first) as u32;
+        let last_made = if n == 0 { 0 } else { made + (rest + 2 * m * u64::from(count - 1)) / (2 * n) };
+        let (a, b, b_last) = (major.at(first), minor.at(made), minor.at(last_made));
+        let (px, py) = if x_is_major { (a, b) } else { (b, a) };
+        let stride = width as isize;
+        let (major_step, minor_step) = if x_is_major {
+            (x.sign as isize, y.sign as isize * stride)
+        } else {
+            (y.sign as isize * stride, x.sign as isize)
+        };
+        let y_last = if x_is_major { b_last } else { major.at(end - 1) };
+        Some(VisibleRun {
+            length: n,
+            first,
+            count,
+            at: py as usize * width as usize + px as usize,
+            major: major_step,
+            minor: minor_step,
+            rest,
+            slope: 2 * m,
+            y_ends: [py as u32, y_last as u32],
+        })
+    }
+
+    fn rows(&self) -> Range<u32> {
+        let [a, b] = self.y_ends;
+        a.min(b)..a.max(b) + 1
+    }
+
+    /// Calls `plot` with the index of each pixel in the order of travel.
+    #[inline]
+    fn walk(&self, mut plot: impl FnMut(usize)) {
+        let divisor = 2 * self.length;
+        let (mut at, mut rest) = (self.at, self.rest);
+        for _ in 0..self.count {
+            plot(at);
+            rest += self.slope;
+            at = at.wrapping_add_signed(self.major);
+            if rest >= divisor {
+                rest -= divisor;
+                at = at.wrapping_add_signed(self.minor);
+            }
+        }
+    }
+
+    fn paint(&self, memory: &mut VideoMemory, paint: Paint) {
+        let pixels = pixels_mut(memory);
+        if self.slope == 0 && self.major.abs() == 1 {
+            // A level line is a run of memory.
+            let back = if self.major < 0 { self.count as usize - 1 } else { 0 };
+            let start = self.at - back;
+            return paint.run(&mut pixels[start..start + self.count as usize]);
+        }
+        match paint {
+            Paint::Store(color) => self.walk(|at| {
+                if let Some(pixel) = pixels.get_mut(at) {
+                    *pixel = color;
+                }
+            }),
+            Paint::Compose(color) => self.walk(|at| {
+                if let Some(pixel) = pixels.get_mut(at) {
+                    *pixel = over(color, *pixel);
+                }
+            }),
+        }
+    }
+
+    fn shade(&self, memory: &mut VideoMemory, mut ramp: Ramp, put: impl Fn(&mut Rgba, Rgba)) {
+        let pixels = pixels_mut(memory);
+        self.walk(|at| {
+            if let Some(pixel) = pixels.get_mut(at) {
+                put(pixel, ramp.color());
+            }
+            ramp.step();
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+//! Single pixels, and packed lists of them as they come from the wire.
+
+use super::blend::{Paint, run_of_many};
+use super::{Blend, DrawError, over, pixels_mut};
+use crate::memory::{Rgba, VideoMemory};
+
+/// Lights pixel (x, y); off the frame it does nothing.
+#[doc(alias = "putPixel")]
+#[inline]
+pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: Blend) {
+    match Paint::new(color, blend) {
+        Some(Paint::Store(color)) => memory.put_pixel(x, y, color),
+        Some(Paint::Compose(color)) => {
+            if let Ok(dest) = memory.get_pixel(x, y) {
+                memory.put_pixel(x, y, over(color, dest));
+            }
+        }
+        None => {}
+    }
+}
+
+/// Lights the pixels of `POINTS`: records of 8 bytes, x:u16le y:u16le r g b a, in order.
+///
+/// Pixels off the frame are dropped. A list that ends within a record is an error, and nothing is drawn.
+pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(), DrawError> {
+    let (records, []) = packed.as_chunks::<8>() else {
+        return Err(DrawError::BrokenRecord { record: 8, found: packed.len() as u64 });
+    };
+    list(memory, records.iter().map(|&[a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend);
+    Ok(())
+}
+
+/// Lights the pixels of whole binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in order.
+///
+/// The letters are not looked at again, and the bytes of a record that is cut short are left out.
+pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) {
+    let records = records.as_chunks::<10>().0;
+    list(memory, records.iter().map(|&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend);
+}
+
+/// Stores a run of RGBA pixels linearly from (x, y), on over row ends, up to the end of the memory (`PXMULTI`).
+///
+/// Bytes behind the last whole pixel are left out.
+pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) {
+    let width = memory.width() as usize;
+    let start = width * usize::from(y) + usize::from(x);
+    let source = rgba.as_chunks::<4>().0;
+    let dest = pixels_mut(memory).get_mut(start..).unwrap_or_default();
+    let n = source.len().min(dest.len());
+    if n > 0 {
+        run_of_many(Blend::Replace, &source[..n], &mut dest[..n]);
+        memory.mark_rows((start / width) as u32..((start + n - 1) / width) as u32 + 1);
+    }
+}
+
+#[inline]
+fn xy([a, b, c, d]: [u8; 4]) -> (u32, u32) {
+    (u16::from_le_bytes([a, b]).into(), u16::from_le_bytes([c, d]).into())
+}
+
+fn list(memory: &mut VideoMemory, records: impl Iterator<Item = ((u32, u32), Rgba)>, blend: Blend) {
+    let (width, height) = (memory.width(), memory.height());
+    let pixels = pixels_mut(memory);
+    let (mut low, mut high) = (u32::MAX, 0);
+    for ((x, y), color) in records {
+        if x < width && y < height {
+            // Always found: x and y are inside the frame.
+            if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
+                *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
+            }
+            (low, high) = (low.min(y), high.max(y + 1));
+        }
+    }
+    memory.mark_rows(low..high);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw2d::raster::{golden, memory};
+
+    #[test]
+    fn the_golden_frame_holds_the_golden_bytes() {
+        let golden = golden("seed001_putpixel.json");
+        let (inputs, expected) = (&golden["inputs"], &golden["expected"]);
+        let side = |name: &str| inputs[name].as_u64().unwrap() as u32;
+        let mut m = memory(side("width"), side("height"));
+        for write in inputs["writes"].as_array().unwrap() {
+            let coordinate = |name: &str| write[name].as_i64().unwrap() as i32;
+            let color = serde_json::from_value(write["rgba"].clone()).unwrap();
+            put_pixel(&mut m, coordinate("x"), coordinate("y"), color, Blend::Replace);
+        }
+        let mut want = memory(side("width"), side("height")).bytes().to_vec();
+        assert_eq!(want.len() as u64, expected["buffer_length"].as_u64().unwrap());
+        for bytes in expected["bytes"].as_array().unwrap() {
+            let at = bytes["offset"].as_u64().unwrap() as usize;
+            let value: Rgba = serde_json::from_value(bytes["value"].clone()).unwrap();
+            want[at..at + 4].copy_from_slice(&value);
+        }
+        assert_eq!(m.bytes(), want);
+    }
+
+    #[test]
+    fn packed_lists_are_their_pixels_and_are_clipped() {
+        let list = [
+            (0u16, 0u16, [1, 2, 3, 4]),
+            (4, 0, [9; 4]),
+            (3, 2, [5; 4]),
+            (0, 3, [9; 4]),
+            (65535, 65535, [9; 4]),
+        ];
+        for blend in [Blend::Replace, Blend::Over] {
+            let (mut want, mut got, mut got_pb) = (memory(4, 3), memory(4, 3), memory(4, 3));
+            for m in [&mut got, &mut got_pb] {
+                m.take_damage();
+            }
+            let (mut packed, mut pb) = (Vec::new(), Vec::new());
+            for (x, y, color) in list {
+                put_pixel(&mut want, x.into(), y.into(), color, blend);
+                let record = [x.to_le_bytes().as_slice(), &y.to_le_bytes(), &color].concat();
+                packed.extend(&record);
+                pb.extend([b"PB".as_slice(), &record].concat());
+            }
+            points(&mut got, &packed, blend).unwrap();
+            binary_pixels(&mut got_pb, &pb, blend);
+            assert_eq!((got.bytes(), got_pb.bytes()), (want.bytes(), want.bytes()));
+            assert_eq!((got.take_damage(), got_pb.take_damage()), (0..3, 0..3));
+        }
+        let mut m = memory(4, 3);
+        let broken = points(&mut m, &[0; 15], Blend::Replace);
+        assert_eq!(broken, Err(DrawError::BrokenRecord { record: 8, found: 15 }));
+        assert_eq!(m.bytes(), memory(4, 3).bytes());
+    }
+
+    #[test]
+    fn a_run_goes_on_over_row_ends_and_stops_at_the_end_of_the_memory() {
+        let mut m = memory(3, 3);
+        m.take_damage();
+        pixel_run(&mut m, 2, 1, &[7; 8]);
+        assert_eq!(m.take_damage(), 1..3);
+        assert_eq!((m.get_pixel(2, 1), m.get_pixel(0, 2)), (Ok([7; 4]), Ok([7; 4])));
+        pixel_run(&mut m, 1, 2, &[8; 400]);
+        assert_eq!((m.get_pixel(0, 2), m.get_pixel(2, 2)), (Ok([7; 4]), Ok([8; 4])));
+        let before = m.bytes().to_vec();
+        pixel_run(&mut m, 65535, 65535, &[8; 400]);
+        pixel_run(&mut m, 0, 3, &[8; 400]);
+        pixel_run(&mut m, 0, 0, &[8; 3]);
+        assert_eq!(m.bytes(), before);
+    }
+}

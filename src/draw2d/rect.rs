@@ -1,0 +1,142 @@
+//! Rectangles in whole pixels: filled, and their borders.
+
+use super::blend::Paint;
+use super::{Blend, DrawError, Rect, clip_range, pixels_mut, run_mut};
+use crate::memory::{Rgba, VideoMemory};
+use std::ops::Range;
+
+/// Fills w x h pixels from (x, y). A size of 0 draws nothing; a negative one is an error.
+pub fn fill_rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
+    let Rect { x, y, w, h } = rect.checked()?;
+    let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+    if let Some(paint) = Paint::new(color, blend) {
+        block(memory, xs, ys, paint);
+    }
+    Ok(())
+}
+
+/// The border of [`fill_rect`]'s pixels, one pixel wide, each lit once.
+pub fn rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
+    let Rect { x, y, w, h } = rect.checked()?;
+    let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
+    let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+    // The last row and column, in i64: they may lie beyond i32.
+    let last = |start: i32, len: i32| i64::from(start) + i64::from(len) - 1;
+    let side = |at: i64, within: &Range<i32>| match i32::try_from(at) {
+        Ok(at) if within.contains(&at) => at..at + 1,
+        _ => 0..0,
+    };
+    let (top, bottom) = (side(y.into(), &ys), side(last(y, h), &ys));
+    let (left, right) = (side(x.into(), &xs), side(last(x, w), &xs));
+    block(memory, xs.clone(), top.clone(), paint);
+    if h > 1 {
+        block(memory, xs, bottom.clone(), paint);
+    }
+    // The columns between the two rows.
+    let between = ys.start + top.len() as i32..ys.end - if h > 1 { bottom.len() as i32 } else { 0 };
+    block(memory, left, between.clone(), paint);
+    if w > 1 {
+        block(memory, right, between, paint);
+    }
+    Ok(())
+}
+
+/// Paints pixels `xs` of rows `ys`, both inside the frame.
+pub(super) fn block(memory: &mut VideoMemory, xs: Range<i32>, ys: Range<i32>, paint: Paint) {
+    if xs.is_empty() || ys.is_empty() {
+        return;
+    }
+    let width = memory.width() as usize;
+    if xs.len() == width {
+        // Whole rows lie in one piece.
+        paint.run(&mut pixels_mut(memory)[width * ys.start as usize..width * ys.end as usize]);
+    } else {
+        for y in ys.clone() {
+            paint.run(run_mut(memory, y, xs.clone()));
+        }
+    }
+    memory.mark_rows(ys.start as u32..ys.end as u32);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw2d::raster::{FRAME_H, FRAME_W, extremes, lit, memory, picture};
+
+    #[test]
+    fn a_border_is_the_rim_of_the_filled_rectangle() {
+        let mut m = memory(8, 6);
+        rect(&mut m, Rect { x: 1, y: 1, w: 5, h: 4 }, [255; 4], Blend::Replace).unwrap();
+        assert_eq!(picture(&m), BORDER);
+        let mut m = memory(8, 6);
+        fill_rect(&mut m, Rect { x: -1, y: 3, w: 4, h: 9 }, [255; 4], Blend::Replace).unwrap();
+        assert_eq!(picture(&m), CUT_BLOCK);
+    }
+
+    #[test]
+    fn every_rectangle_is_its_definition_even_at_the_ends_of_i32() {
+        let frame_size = (FRAME_W as u32, FRAME_H as u32);
+        let sizes = [0, 1, 2, 3, 7, 1 << 30, i32::MAX];
+        for (x, y) in extremes().into_iter().flat_map(|x| extremes().map(|y| (x, y))) {
+            for (w, h) in sizes.into_iter().flat_map(|w| sizes.map(|h| (w, h))) {
+                let wide = |v: i32| i64::from(v);
+                let inside = |px: i64, py: i64| {
+                    (0..wide(w)).contains(&(px - wide(x))) && (0..wide(h)).contains(&(py - wide(y)))
+                };
+                let border = |px: i64, py: i64| {
+                    let rim = |v: i64, n: i32| v == 0 || v == wide(n) - 1;
+                    inside(px, py) && (rim(px - wide(x), w) || rim(py - wide(y), h))
+                };
+                // Composed over black, one that is lit twice would be brighter.
+                let mut m = memory(frame_size.0, frame_size.1);
+                fill_rect(&mut m, Rect { x, y, w, h }, [255, 255, 255, 100], Blend::Over).unwrap();
+                assert_eq!(lit(&m, 100), lit_by(inside), "fill {x} {y} {w} {h}");
+                let mut m = memory(frame_size.0, frame_size.1);
+                rect(&mut m, Rect { x, y, w, h }, [255, 255, 255, 100], Blend::Over).unwrap();
+                assert_eq!(lit(&m, 100), lit_by(border), "rect {x} {y} {w} {h}");
+            }
+        }
+    }
+
+    fn lit_by(inside: impl Fn(i64, i64) -> bool) -> Vec<(i32, i32)> {
+        let all = (0..FRAME_H).flat_map(|y| (0..FRAME_W).map(move |x| (x, y)));
+        all.filter(|&(x, y)| inside(x.into(), y.into())).collect()
+    }
+
+    #[test]
+    fn negative_sizes_are_refused_and_damage_is_what_was_drawn() {
+        let mut m = memory(8, 6);
+        m.take_damage();
+        let r = |w, h| Rect { x: 2, y: 2, w, h };
+        assert_eq!(
+            fill_rect(&mut m, r(-1, 3), [1; 4], Blend::Replace),
+            Err(DrawError::NegativeSize { w: -1, h: 3 })
+        );
+        assert_eq!(
+            rect(&mut m, r(3, i32::MIN), [1; 4], Blend::Replace).unwrap_err().code().as_str(),
+            "ERANGE"
+        );
+        fill_rect(&mut m, r(0, 3), [1; 4], Blend::Replace).unwrap();
+        rect(&mut m, r(3, 0), [1; 4], Blend::Replace).unwrap();
+        fill_rect(&mut m, r(3, 3), [1, 1, 1, 0], Blend::Over).unwrap();
+        assert!(!m.is_damaged());
+        rect(&mut m, r(3, 2), [1; 4], Blend::Replace).unwrap();
+        assert_eq!(m.take_damage(), 2..4);
+    }
+
+    const BORDER: &str = "
+........
+.#####..
+.#...#..
+.#...#..
+.#####..
+........";
+
+    const CUT_BLOCK: &str = "
+........
+........
+........
+###.....
+###.....
+###.....";
+}
