@@ -56,7 +56,7 @@ impl Ramp {
             // Fewer bits are enough, and one machine division does.
             const SHORT_BITS: u32 = 38;
             let rest = FRACTION_BITS - SHORT_BITS;
-            let value = std::array::from_fn(|i| (numerator(i) << SHORT_BITS) / d << rest);
+            let value = std::array::from_fn(|i| ((numerator(i) << SHORT_BITS) / d) << rest);
             let step = std::array::from_fn(|i| {
                 ((slope(i) << SHORT_BITS).div_euclid(d as i64) as u64).wrapping_shl(rest)
             });
