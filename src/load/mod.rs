@@ -6,6 +6,18 @@
 
 mod error;
 mod folder;
+pub mod texture;
 
 pub use folder::{Folder, FolderError};
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
+
+/// Runs a decoder that is not ours; a panic in it becomes the reason of a refusal.
+///
+/// The last net: our own checks come first, so that this one catches nothing we know of.
+fn never_panicking<T>(decode: impl FnOnce() -> T) -> Result<T, String> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode)).map_err(|panic| {
+        let text = panic.downcast_ref::<&str>().copied();
+        let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+        format!("its decoder gave up ({})", text.unwrap_or("without a word"))
+    })
+}

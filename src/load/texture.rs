@@ -1,0 +1,164 @@
+//! Pictures in: PNG, JPEG, GIF (first picture), BMP, TGA and PNM become textures.
+//!
+//! In: a whole file's bytes. Out: 8-bit RGBA texels as the file has them, row 0 at the top; grey becomes equal channels, what
+//! has no alpha is opaque, 16 bits are rounded to 8. No gamma and no colour profile is applied. Sizes are read from the
+//! header and checked before anything is unpacked, so a small file cannot ask for much memory.
+
+use super::{LoadError, LoadErrorKind, Place, never_panicking};
+use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::io::Cursor;
+use std::path::Path;
+
+/// The most texels that a texture file may have.
+pub const MAX_TEXELS: u64 = 1 << 26;
+
+/// Bytes that a decoder may use beside the picture it makes.
+const DECODER_BYTES: u64 = 1 << 28;
+
+/// A texture from a file's bytes, where the file has no name.
+pub fn decode(bytes: &[u8]) -> Result<Texture, LoadError> {
+    decode_file(bytes, "texture")
+}
+
+/// A texture from the bytes of the file `file_name`, which is named in errors.
+///
+/// The format is found in the bytes; the ending of the name is asked only where they do not tell (TGA).
+pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> {
+    let fail = |kind| LoadError::new(Place::file(file_name), kind);
+    let undecodable = |reason: String| fail(LoadErrorKind::Undecodable { format: "picture", reason });
+    if bytes.is_empty() {
+        return Err(undecodable("the file is empty".into()));
+    }
+    let format = image::guess_format(bytes)
+        .or_else(|_| ImageFormat::from_path(Path::new(file_name)))
+        .map_err(|_| undecodable("neither its bytes nor its name tell a known format".into()))?;
+    let size_error = |width: u32, height: u32| {
+        let kind = match u64::from(width.max(height)) {
+            side if side > u64::from(MAX_TEXTURE_SIDE) => {
+                LoadErrorKind::TooBig { what: "texels a side", found: side, limit: MAX_TEXTURE_SIDE.into() }
+            }
+            _ => LoadErrorKind::TooBig {
+                what: "texels",
+                found: u64::from(width) * u64::from(height),
+                limit: MAX_TEXELS,
+            },
+        };
+        fail(kind)
+    };
+    let decoded = never_panicking(|| {
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(DECODER_BYTES + MAX_TEXELS * 8);
+        reader.limits(limits);
+        let decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
+        let (width, height) = decoder.dimensions();
+        if width.max(height) > MAX_TEXTURE_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
+            return Err(size_error(width, height));
+        }
+        DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))
+    });
+    let picture = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?.into_rgba8();
+    let (width, height) = picture.dimensions();
+    Texture::new(width, height, picture.into_raw()).map_err(|e| match e {
+        TextureError::BadSize { width: 0, .. } | TextureError::BadSize { height: 0, .. } => {
+            undecodable("it has no texels".into())
+        }
+        TextureError::BadSize { width, height } => size_error(width, height),
+        e @ TextureError::BadLength { .. } => undecodable(e.to_string()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Code;
+    use image::{ExtendedColorType, ImageEncoder};
+    use proptest::prelude::*;
+
+    fn png(bytes: &[u8], width: u32, height: u32, color: ExtendedColorType) -> Vec<u8> {
+        let mut out = Vec::new();
+        image::codecs::png::PngEncoder::new(&mut out).write_image(bytes, width, height, color).unwrap();
+        out
+    }
+
+    #[test]
+    fn every_kind_of_pixel_becomes_rgba() {
+        let rgba = [1, 2, 3, 4, 250, 251, 252, 253];
+        assert_eq!(decode(&png(&rgba, 2, 1, ExtendedColorType::Rgba8)).unwrap().bytes(), rgba);
+        let t = decode(&png(&[7, 200], 1, 2, ExtendedColorType::L8)).unwrap();
+        assert_eq!((t.width(), t.height(), t.bytes()), (1, 2, &[7, 7, 7, 255, 200, 200, 200, 255][..]));
+        assert!(!t.has_alpha());
+        let wide: Vec<u8> = [0u16, 0x8080, 0xffff].iter().flat_map(|v| v.to_ne_bytes()).collect();
+        assert_eq!(decode(&png(&wide, 1, 1, ExtendedColorType::Rgb16)).unwrap().bytes(), [0, 128, 255, 255]);
+        assert_eq!(decode(b"P6 1 1 255\n\x01\x02\x03").unwrap().bytes(), [1, 2, 3, 255]);
+        let mut jpeg = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 100)
+            .write_image(&[200; 8 * 8 * 3], 8, 8, ExtendedColorType::Rgb8)
+            .unwrap();
+        let t = decode(&jpeg).unwrap();
+        assert!(
+            (t.width(), t.height()) == (8, 8) && t.bytes().iter().all(|b| *b == 255 || b.abs_diff(200) < 3)
+        );
+        let mut tga = Vec::new();
+        image::codecs::tga::TgaEncoder::new(&mut tga)
+            .write_image(&rgba, 2, 1, ExtendedColorType::Rgba8)
+            .unwrap();
+        assert_eq!(decode_file(&tga, "a.TGA").unwrap().bytes(), rgba);
+    }
+
+    #[test]
+    fn what_is_too_large_is_refused_before_it_is_unpacked() {
+        let mut bomb = png(&[0; 4], 1, 1, ExtendedColorType::Rgba8);
+        let header = |bomb: &mut Vec<u8>, width: u32, height: u32| {
+            bomb[16..20].copy_from_slice(&width.to_be_bytes());
+            bomb[20..24].copy_from_slice(&height.to_be_bytes());
+            let crc = crc32fast::hash(&bomb[12..29]);
+            bomb[29..33].copy_from_slice(&crc.to_be_bytes());
+        };
+        header(&mut bomb, 60_000, 60_000);
+        let error = decode_file(&bomb, "bomb.png").unwrap_err();
+        assert_eq!(error.code(), Code::TooBig);
+        assert_eq!(error.to_string(), "bomb.png: texels a side: 60000 is over the limit of 16384");
+        header(&mut bomb, 16_384, 16_384);
+        assert_eq!(
+            decode(&bomb).unwrap_err().to_string(),
+            "texture: texels: 268435456 is over the limit of 67108864"
+        );
+        assert_eq!(decode(b"P6 100000 100000 255\n").unwrap_err().code(), Code::TooBig);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused() {
+        for bytes in
+            [&b""[..], b"x", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF89a", b"BM", b"P6", b"P6 0 1 255\n"]
+        {
+            let error = decode(bytes).unwrap_err();
+            assert_eq!(error.code(), Code::Format, "{bytes:?}: {error}");
+        }
+        let whole = png(&[9; 64], 4, 4, ExtendedColorType::Rgba8);
+        for cut in 0..whole.len() - 12 {
+            assert!(decode(&whole[..cut]).is_err(), "cut at {cut}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(
+            magic in prop::sample::select(vec![
+                &b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"[..], b"\xff\xd8\xff\xe0", b"GIF89a", b"BM", b"P5 ", b"P6 9 9 255\n", b"",
+            ]),
+            rest in prop::collection::vec(any::<u8>(), 0..200),
+        ) {
+            let _ = decode_file(&[magic, &rest].concat(), "a.tga");
+        }
+
+        #[test]
+        fn a_picture_with_a_wrong_byte_loads_or_is_refused(at in 0usize..80, byte in any::<u8>()) {
+            let mut file = png(&[9; 64], 4, 4, ExtendedColorType::Rgba8);
+            let at = at % file.len();
+            file[at] = byte;
+            let _ = decode(&file);
+        }
+    }
+}
