@@ -14,10 +14,12 @@ mod circle;
 mod disc;
 mod error;
 mod fill;
+pub mod font;
 mod line;
 mod pixels;
 mod ramp;
 mod rect;
+mod text;
 
 pub use blend::{Blend, over};
 pub use blit::{blit, copy, read, rows};
@@ -28,6 +30,7 @@ pub use fill::{fill, fill_poly};
 pub use line::{line, poly, triangle_outline};
 pub use pixels::{binary_pixels, pixel_run, points, put_pixel};
 pub use rect::{fill_rect, rect};
+pub use text::text;
 
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};

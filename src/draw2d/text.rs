@@ -1,0 +1,124 @@
+//! Text in the built-in font.
+
+use super::blend::Paint;
+use super::font::{CELL, glyph};
+use super::{Blend, DrawError, clip_range, run_mut};
+use crate::memory::{Rgba, VideoMemory};
+
+/// Writes UTF-8 text; (x, y) is the upper left corner of the first character's 8x8 cell.
+///
+/// A line feed goes to the next line, 8 pixels down, at x again; a carriage return does nothing; what the font lacks is a
+/// box. Only the strokes are painted. Bytes that are not UTF-8 are an error, and nothing is drawn.
+pub fn text(
+    memory: &mut VideoMemory,
+    [x, y]: [i32; 2],
+    utf8: &[u8],
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
+    let text = str::from_utf8(utf8).map_err(|e| DrawError::NotUtf8 { at: e.valid_up_to() as u64 })?;
+    let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
+    let (left, height) = (i64::from(x), i64::from(memory.height()));
+    let (mut cell_x, mut cell_y) = (left, i64::from(y));
+    for character in text.chars() {
+        match character {
+            '\n' => (cell_x, cell_y) = (left, cell_y + CELL as i64),
+            '\r' => {}
+            _ => {
+                if let (Ok(x), Ok(y)) = (i32::try_from(cell_x), i32::try_from(cell_y)) {
+                    draw_cell(memory, x, y, character, paint);
+                }
+                cell_x += CELL as i64;
+            }
+        }
+        if cell_y >= height {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Paints one character whose cell begins at (x, y).
+fn draw_cell(memory: &mut VideoMemory, x: i32, y: i32, character: char, paint: Paint) {
+    let xs = clip_range(x, CELL as i32, memory.width());
+    let ys = clip_range(y, CELL as i32, memory.height());
+    if xs.is_empty() || ys.is_empty() {
+        return;
+    }
+    let rows = glyph(character);
+    for row in ys {
+        let strokes = rows[(row - y) as usize];
+        if strokes == 0 {
+            continue;
+        }
+        for (column, pixel) in xs.clone().zip(run_mut(memory, row, xs.clone())) {
+            if strokes & 0x80 >> (column - x) != 0 {
+                paint.one(pixel);
+            }
+        }
+        memory.mark_row(row as u32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw2d::raster::{extremes, lit, memory, picture};
+
+    #[test]
+    fn words_look_like_this() {
+        let mut m = memory(32, 16);
+        text(&mut m, [0, 0], "Olá,\r\n\u{1F600}ç!".as_bytes(), [255; 4], Blend::Replace).unwrap();
+        assert_eq!(picture(&m), WORDS);
+    }
+
+    #[test]
+    fn text_is_cut_at_the_frame_and_composed_once() {
+        let mut whole = memory(64, 48);
+        text(&mut whole, [20, 20], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();
+        let strokes = lit(&whole, 100);
+        for (x, y) in (-20..12).step_by(3).flat_map(|x| (-20..12).step_by(3).map(move |y| (x, y))) {
+            let mut m = memory(9, 10);
+            text(&mut m, [x, y], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();
+            let moved = strokes.iter().map(|&(px, py)| (px - 20 + x, py - 20 + y));
+            let want: Vec<_> = moved.filter(|p| (0..9).contains(&p.0) && (0..10).contains(&p.1)).collect();
+            assert_eq!(lit(&m, 100), want, "({x},{y})");
+        }
+    }
+
+    #[test]
+    fn odd_places_and_broken_bytes() {
+        let long = "Aé\n".repeat(1000) + &"w".repeat(5000);
+        for (x, y) in extremes().into_iter().flat_map(|x| extremes().map(|y| (x, y))) {
+            text(&mut memory(7, 5), [x, y], long.as_bytes(), [255; 4], Blend::Over).unwrap();
+        }
+        let mut m = memory(7, 5);
+        m.take_damage();
+        let broken = text(&mut m, [0, 0], b"ab\xff", [255; 4], Blend::Replace).unwrap_err();
+        assert_eq!(
+            (broken.to_string().as_str(), broken.code().as_str()),
+            ("utf-8 expected, broken at byte 2", "EFORMAT")
+        );
+        text(&mut m, [0, 0], b"", [255; 4], Blend::Replace).unwrap();
+        text(&mut m, [0, 0], b"  \n ", [255; 4], Blend::Replace).unwrap();
+        assert!(!m.is_damaged());
+    }
+
+    const WORDS: &str = "
+..####.....##........#..........
+.#....#.....#.......#...........
+.#....#.....#.....####..........
+.#....#.....#.........#.........
+.#....#.....#.....#####.........
+.#....#.....#....#....#....#....
+..####.....###....#####....#....
+..........................#.....
+.######............#............
+.#....#............#............
+.#....#...####.....#............
+.#....#..#....#....#............
+.#....#..#.........#............
+.#....#...#####.................
+.######.....#......#............
+..........##....................";
+}
