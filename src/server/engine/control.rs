@@ -1,0 +1,179 @@
+//! Queries about the server, frames, the display, snapshots.
+
+use super::{Effect, Engine};
+use crate::command::{SnapTarget, help_text};
+use crate::error::{Code, Fault};
+use crate::memory::SHARED_HEADER_BYTES;
+use crate::save::{self, SnapshotFormat};
+use crate::server::{Display, Session};
+use std::ops::Range;
+use std::sync::Arc;
+
+impl Engine {
+    pub(super) fn help(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(help_text().as_bytes());
+    }
+
+    pub(super) fn hello(&self, out: &mut Vec<u8>) {
+        let (w, h, stride) = (self.memory.width(), self.memory.height(), self.memory.stride_bytes());
+        out.extend_from_slice(format!("HELLO fbptr 1 {w} {h} {stride} rgba\n").as_bytes());
+    }
+
+    /// One line: this connection's counters, those of all, what there is, and where the shared file's pixels begin.
+    pub(super) fn stats(&self, s: &Session, out: &mut Vec<u8>) {
+        let mut totals = self.totals;
+        totals += s.stats - s.counted;
+        let depth_bytes = self.depth.as_ref().map_or(0, |d| d.size_bytes());
+        let id_bytes = self.ids.as_ref().map_or(0, |i| i.size_bytes());
+        let line = format!(
+            "STATS {} {} queue={} connections={} width={} height={} shm_offset={SHARED_HEADER_BYTES} shm_stride={} \
+             names={} resource_bytes={} shared_names={} shared_bytes={} memory_bytes={} depth_bytes={depth_bytes} \
+             id_bytes={id_bytes} presents={} auto={} plan={}\n",
+            s.stats.words(""),
+            totals.words("total_"),
+            self.queue_bytes,
+            self.connections,
+            self.memory.width(),
+            self.memory.height(),
+            self.memory.stride_bytes(),
+            s.names.len(),
+            s.names.size_bytes(),
+            self.shared.len(),
+            self.shared.size_bytes(),
+            self.memory.bytes().len(),
+            self.frames,
+            if self.frozen > 0 { "off" } else { "on" },
+            self.plan,
+        );
+        out.extend_from_slice(line.as_bytes());
+    }
+
+    /// Tells the engine how many bytes wait to be run, for `STATS`.
+    pub fn set_queue_bytes(&mut self, bytes: u64) {
+        self.queue_bytes = bytes;
+    }
+
+    pub(super) fn set_auto(&mut self, s: &mut Session, on: bool) {
+        match (s.auto, on) {
+            (true, false) => {
+                // What was drawn before is still seen.
+                self.show();
+                self.frozen += 1;
+            }
+            (false, true) => self.frozen -= 1,
+            _ => {}
+        }
+        s.auto = on;
+    }
+
+    pub(super) fn set_events(&mut self, s: &mut Session, on: bool) {
+        match (s.events, on) {
+            (false, true) => self.listeners += 1,
+            (true, false) => self.listeners -= 1,
+            _ => {}
+        }
+        s.events = on;
+        if let Some(display) = &self.display {
+            display.set_listeners(self.listeners);
+        }
+    }
+
+    pub(super) fn present(&mut self, s: &mut Session, wait: bool, out: &mut Vec<u8>) -> Effect {
+        self.frames += 1;
+        s.stats.frames += 1;
+        self.publish();
+        match (wait, &self.display) {
+            (true, Some(display)) if !display.is_closed() => Effect::WaitShown(self.frames),
+            (true, _) => {
+                self.answer_shown(self.frames, out);
+                Effect::Done
+            }
+            (false, _) => Effect::Done,
+        }
+    }
+
+    /// The answer to `PRESENT wait` once `frame` is shown.
+    pub fn answer_shown(&self, frame: u64, out: &mut Vec<u8>) {
+        out.extend_from_slice(format!("FRAME {frame}\n").as_bytes());
+    }
+
+    /// Whether `PRESENT wait` for `frame` can be answered.
+    pub fn is_shown(&self, frame: u64) -> bool {
+        self.display.as_ref().is_none_or(|d| d.is_closed() || d.frame_on_screen() >= frame)
+    }
+
+    /// Shows what changed, unless some connection keeps the display frozen.
+    pub fn show(&mut self) {
+        if self.frozen == 0 && self.has_unshown() {
+            self.publish();
+        }
+    }
+
+    /// Whether something was drawn that the display has not been given.
+    pub fn has_unshown(&mut self) -> bool {
+        self.collect_damage();
+        self.display.is_some() && self.unshown.start < self.unshown.end
+    }
+
+    /// Whether a connection keeps the display frozen until `PRESENT`.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen > 0
+    }
+
+    /// The display, if there is one.
+    pub fn display(&self) -> Option<&Arc<Display>> {
+        self.display.as_ref()
+    }
+
+    /// Gives the display what it has not got yet, with the frame number.
+    fn publish(&mut self) {
+        self.collect_damage();
+        let rows = std::mem::replace(&mut self.unshown, NO_ROWS);
+        if let Some(display) = &self.display {
+            display.publish(&self.memory, rows, self.frames, self.depth.as_ref());
+        }
+    }
+
+    /// Moves the memory's damage to those who wait for it.
+    pub(super) fn collect_damage(&mut self) {
+        let rows = self.memory.take_damage();
+        if rows.start < rows.end {
+            self.unshown = join(&self.unshown, &rows);
+        }
+    }
+
+    pub(super) fn snap(&self, target: SnapTarget, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let (w, h) = (self.memory.width(), self.memory.height());
+        match target {
+            SnapTarget::Connection => {
+                let mut png = Vec::new();
+                save::png(&self.memory, &mut png).expect("a Vec takes all bytes");
+                self.check_reply(png.len() as u64)?;
+                out.extend_from_slice(format!("SNAP {w} {h} png :{}\n", png.len()).as_bytes());
+                out.extend_from_slice(&png);
+            }
+            SnapTarget::File(name) => {
+                let Some(folder) = &self.snap_dir else {
+                    return Err(Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name));
+                };
+                // The folder first: what is not allowed at all is no question of formats.
+                let path = folder.path_to_write(&name)?;
+                let format = SnapshotFormat::of_path(path.as_path())
+                    .map_err(|e| Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name))?;
+                save::atomically(&path, |out| format.write(&self.memory, out))
+                    .map_err(|e| Fault::new(e.code(), "the snapshot could not be written").got(&*name))?;
+                let crc = save::crc32(&self.memory);
+                out.extend_from_slice(format!("SNAP {name} {w} {h} {crc:08x}\n").as_bytes());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// No rows: below its start and above its end.
+const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
+
+/// The smallest range that holds both.
+fn join(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+    a.start.min(b.start)..a.end.max(b.end)
+}

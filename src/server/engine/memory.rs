@@ -1,0 +1,262 @@
+//! Pixelflut's verbs, the memory verbs, and the 2-D figures.
+
+use super::Engine;
+use crate::command::{Command, Rect};
+use crate::command::{BINARY_PIXEL_BYTES, binary_pixel};
+use crate::draw2d::{self, Blend};
+use crate::error::{Code, Fault};
+use crate::memory::{FbPtr, MemoryError, Rgba};
+use crate::server::Session;
+use std::fmt::Write;
+
+impl From<MemoryError> for Fault {
+    fn from(e: MemoryError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+impl From<draw2d::DrawError> for Fault {
+    fn from(e: draw2d::DrawError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+impl Engine {
+    pub(super) fn size(&self, out: &mut Vec<u8>) {
+        let (w, h) = (self.memory.width(), self.memory.height());
+        out.extend_from_slice(format!("SIZE {w} {h}\n").as_bytes());
+    }
+
+    /// The place that a text PX means: moved by OFFSET. A sum beyond i32 stays off the frame.
+    pub(super) fn moved(s: &Session, x: i32, y: i32) -> (i32, i32) {
+        (x.saturating_add(s.offset[0]), y.saturating_add(s.offset[1]))
+    }
+
+    /// Answers with the numbers that were asked, as Pixelflut servers do, not with the moved ones.
+    pub(super) fn asked_pixel(&self, s: &Session, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let (mx, my) = Self::moved(s, x, y);
+        let [r, g, b, _] = self.memory.get_pixel(mx, my)?;
+        out.extend_from_slice(format!("PX {x} {y} {r:02x}{g:02x}{b:02x}\n").as_bytes());
+        Ok(())
+    }
+
+    /// `PX x y colour`, moved by OFFSET: the hot path of text pixels.
+    #[inline]
+    pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
+        s.stats.commands += 1;
+        let (x, y) = Self::moved(s, x, y);
+        self.pixel(s, x, y, color);
+    }
+
+    /// One pixel where it is.
+    #[inline]
+    pub(super) fn pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
+        let is_inside = (x as u32) < self.memory.width() && (y as u32) < self.memory.height();
+        s.stats.pixels += u64::from(is_inside);
+        s.stats.clipped += u64::from(!is_inside);
+        match s.blend {
+            Blend::Replace => self.memory.put_pixel(x, y, color),
+            Blend::Over => draw2d::put_pixel(&mut self.memory, x, y, color, Blend::Over),
+        }
+    }
+
+    /// Whole `PB` records of 10 bytes each: the hot path of binary pixels.
+    pub fn put_binary_pixels(&mut self, s: &mut Session, records: &[u8]) {
+        let records = records.as_chunks::<BINARY_PIXEL_BYTES>().0;
+        s.stats.commands += records.len() as u64;
+        let (width, height) = (self.memory.width(), self.memory.height());
+        let (mut top, mut bottom, mut stored) = (u32::MAX, 0, 0);
+        let pixels = self.memory.bytes_mut().as_chunks_mut::<4>().0;
+        for record in records {
+            let (x, y, color) = binary_pixel(record);
+            let (x, y) = (u32::from(x), u32::from(y));
+            let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) else { continue };
+            if x < width {
+                *pixel = match s.blend {
+                    Blend::Replace => color,
+                    Blend::Over => draw2d::over(color, *pixel),
+                };
+                (top, bottom, stored) = (top.min(y), bottom.max(y + 1), stored + 1);
+            }
+        }
+        debug_assert!(bottom <= height);
+        self.memory.mark_rows(top..bottom);
+        s.stats.pixels += stored;
+        s.stats.clipped += records.len() as u64 - stored;
+    }
+
+    /// `PXMULTI` with borrowed bytes.
+    ///
+    /// # Errors
+    /// `EFORMAT` for bytes that are no whole pixels.
+    pub fn put_pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
+        s.stats.commands += 1;
+        self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)
+    }
+
+    /// `BLIT` with borrowed bytes.
+    ///
+    /// # Errors
+    /// `ERANGE` for negative sides, `EFORMAT` for bytes that are not w x h pixels.
+    pub fn put_blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
+        s.stats.commands += 1;
+        s.has_used_other_verbs = true;
+        self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)
+    }
+
+    /// `POINTS` with borrowed bytes.
+    ///
+    /// # Errors
+    /// `EFORMAT` for bytes that are no whole records.
+    pub fn put_points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
+        s.stats.commands += 1;
+        s.has_used_other_verbs = true;
+        self.points(s, packed).inspect_err(|_| s.stats.errors += 1)
+    }
+
+    pub(super) fn pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
+        if !rgba.len().is_multiple_of(4) {
+            let message = format!("a run is whole pixels of 4 bytes, not {} bytes", rgba.len());
+            return Err(Fault::new(Code::Format, message));
+        }
+        let (w, h) = (self.memory.width() as u64, self.memory.height() as u64);
+        let (count, start) = (rgba.len() as u64 / 4, w * y as u64 + x as u64);
+        let stored = count.min((w * h).saturating_sub(start));
+        s.stats.pixels += stored;
+        s.stats.clipped += count - stored;
+        draw2d::pixel_run(&mut self.memory, x, y, rgba);
+        Ok(())
+    }
+
+    pub(super) fn poke(&mut self, s: &mut Session, offset: i32, bytes: &[u8]) -> Result<(), Fault> {
+        self.memory.poke(pointer(offset, bytes.len())?, bytes)?;
+        s.stats.pixels += bytes.len().div_ceil(4) as u64;
+        Ok(())
+    }
+
+    pub(super) fn peek(&self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let len = usize::try_from(n).map_err(|_| {
+            Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string())
+        })?;
+        let bytes = self.memory.peek(pointer(offset, len)?, len)?;
+        self.check_reply(len as u64 * 2)?;
+        let mut text = format!("PEEK {offset} ");
+        for byte in bytes {
+            write!(text, "{byte:02x}").expect("a String takes all text");
+        }
+        out.extend_from_slice(text.trim_end().as_bytes());
+        out.push(b'\n');
+        Ok(())
+    }
+
+    pub(super) fn blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
+        draw2d::blit(&mut self.memory, rect, rgba, s.blend)?;
+        let stored = self.visible(rect);
+        s.stats.pixels += stored;
+        s.stats.clipped += rgba.len() as u64 / 4 - stored;
+        Ok(())
+    }
+
+    /// How many of a rectangle's pixels are on the frame.
+    fn visible(&self, Rect { x, y, w, h }: Rect) -> u64 {
+        let side = |start: i32, len: i32, limit: u32| {
+            let (start, limit) = (i64::from(start), i64::from(limit));
+            ((start + i64::from(len)).clamp(0, limit) - start.clamp(0, limit)).max(0) as u64
+        };
+        side(x, w, self.memory.width()) * side(y, h, self.memory.height())
+    }
+
+    pub(super) fn read(&self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let rows = draw2d::rows(&self.memory, rect)?;
+        let Rect { x, y, w, h } = rect;
+        let bytes = w as u64 * h as u64 * 4;
+        self.check_reply(bytes)?;
+        out.extend_from_slice(format!("READ {x} {y} {w} {h} :{bytes}\n").as_bytes());
+        rows.for_each(|row| out.extend_from_slice(row));
+        Ok(())
+    }
+
+    pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
+        draw2d::copy(&mut self.memory, source, [dx, dy], s.blend)?;
+        s.stats.pixels += self.visible(Rect { x: dx, y: dy, ..source });
+        Ok(())
+    }
+
+    pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
+        draw2d::points(&mut self.memory, packed, s.blend)?;
+        let (w, h) = (self.memory.width(), self.memory.height());
+        let records = packed.as_chunks::<8>().0;
+        let is_inside = |r: &&[u8; 8]| {
+            let at = |i: usize| u32::from(u16::from_le_bytes([r[i], r[i + 1]]));
+            at(0) < w && at(2) < h
+        };
+        let stored = records.iter().filter(is_inside).count();
+        s.stats.pixels += stored as u64;
+        s.stats.clipped += (records.len() - stored) as u64;
+        Ok(())
+    }
+
+    pub(super) fn crc(&self, rect: Option<Rect>, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let mut crc = crc32fast::Hasher::new();
+        match rect {
+            None => crc.update(self.memory.bytes()),
+            Some(rect) => draw2d::rows(&self.memory, rect)?.for_each(|row| crc.update(row)),
+        }
+        out.extend_from_slice(format!("CRC {:08x}\n", crc.finalize()).as_bytes());
+        Ok(())
+    }
+
+    pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
+        self.memory.clear(color);
+        s.stats.pixels += self.memory.bytes().len() as u64 / 4;
+        if let Some(depth) = &mut self.depth {
+            depth.clear();
+        }
+        if let Some(ids) = &mut self.ids {
+            ids.clear();
+            self.id_names.clear();
+        }
+    }
+
+    pub(super) fn figure(&mut self, s: &mut Session, figure: Command) -> Result<(), Fault> {
+        let (memory, blend) = (&mut self.memory, s.blend);
+        match figure {
+            Command::Line { p0, p1, color } => draw2d::line(memory, p0, p1, color, blend),
+            Command::Triangle { points, colors } => draw2d::triangle_outline(memory, points, colors, blend),
+            Command::Fill { points, colors } => draw2d::fill(memory, points, colors, blend),
+            Command::Rect { rect, color } => draw2d::rect(memory, rect, color, blend)?,
+            Command::FillRect { rect, color } => draw2d::fill_rect(memory, rect, color, blend)?,
+            Command::Circle { cx, cy, r, color } => draw2d::circle(memory, [cx, cy], r, color, blend)?,
+            Command::FillCircle { cx, cy, r, color } => {
+                draw2d::fill_circle(memory, [cx, cy], r, color, blend)?;
+            }
+            Command::Poly { color, points } => draw2d::poly(memory, &points, color, blend),
+            Command::FillPoly { color, points } => draw2d::fill_poly(memory, &points, color, blend),
+            Command::Text { x, y, color, utf8 } => super::resources::not_yet((x, y, color, utf8))?,
+            Command::LineAa { p0, p1, color } => super::resources::not_yet((p0, p1, color))?,
+            _ => unreachable!("dispatch sends figures only"),
+        }
+        Ok(())
+    }
+
+    /// Refuses a reply that no client may have waiting.
+    pub(super) fn check_reply(&self, bytes: u64) -> Result<(), Fault> {
+        match bytes <= self.limits.reply_bytes as u64 {
+            true => Ok(()),
+            false => Err(self.reply_too_long(bytes)),
+        }
+    }
+
+    pub(super) fn reply_too_long(&self, bytes: u64) -> Fault {
+        let limit = self.limits.reply_bytes;
+        Fault::new(Code::Quota, format!("a reply has at most {limit} bytes here, and this one has {bytes}"))
+    }
+}
+
+/// A byte offset as the verbs give it.
+fn pointer(offset: i32, len: usize) -> Result<FbPtr, Fault> {
+    u64::try_from(offset).map(FbPtr::new).map_err(|_| {
+        let message = format!("the {len} bytes must begin at 0 or later");
+        Fault::new(Code::Range, message).got(offset.to_string())
+    })
+}

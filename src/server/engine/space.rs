@@ -1,0 +1,291 @@
+//! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
+
+use super::{Engine, IdNames};
+use crate::command::{Command, LightCommand};
+use crate::error::{Code, Fault};
+use crate::math::matrix;
+use crate::memory::{DepthFormat, IdMemory};
+use crate::pipeline::{DrawCall, DrawStats, PipelineError, Target};
+use crate::scene::{Camera, CameraError, Light, LightKind, LookAt, Sampling, Viewport};
+use crate::server::Session;
+use crate::server::names::Kind;
+use glam::{DMat4, DVec3, DVec4};
+use std::sync::Arc;
+
+/// Names that the id memory can stand for before those out of use are forgotten.
+const MAX_ID_NAMES: usize = 1 << 16;
+
+impl From<CameraError> for Fault {
+    fn from(e: CameraError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+impl From<PipelineError> for Fault {
+    fn from(e: PipelineError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+impl Engine {
+    pub(super) fn set_camera(&mut self, s: &mut Session, command: Command) -> Result<(), Fault> {
+        let camera = match command {
+            Command::LookAt { eye, reference, up } => {
+                Camera { look_at: LookAt { eye, reference, up }, ..s.camera }
+            }
+            Command::Projection(projection) => Camera { projection: *projection, ..s.camera },
+            Command::Viewport { rect, rule } => {
+                let side = |n: i32| {
+                    u32::try_from(n).map_err(|_| {
+                        Fault::new(Code::Range, "a viewport's sides are 0 or more").got(n.to_string())
+                    })
+                };
+                let (width, height) = (side(rect.w)?, side(rect.h)?);
+                s.viewport = Some(Viewport { x: rect.x, y: rect.y, width, height, rule });
+                return Ok(());
+            }
+            _ => unreachable!("dispatch sends camera verbs only"),
+        };
+        // What makes no picture is refused here, where its author can see it, not at a later DRAW.
+        camera.matrices(1.0)?;
+        s.camera = camera;
+        s.has_own_camera = true;
+        Ok(())
+    }
+
+    pub(super) fn model_matrix(&mut self, s: &mut Session, command: Command) -> Result<(), Fault> {
+        let by = match command {
+            Command::Identity => {
+                s.model = DMat4::IDENTITY;
+                return Ok(());
+            }
+            Command::Push => {
+                if !s.has_stack_room(&self.limits) {
+                    let message = format!("the matrix stack holds at most {}", self.limits.matrix_stack);
+                    return Err(Fault::new(Code::Quota, message));
+                }
+                s.stack.push(s.model);
+                return Ok(());
+            }
+            Command::Pop => {
+                s.model = s.stack.pop().ok_or_else(|| Fault::new(Code::Range, "the matrix stack is empty"))?;
+                return Ok(());
+            }
+            Command::Translate(by) => matrix::translate(by),
+            Command::Rotate { axis, angle_rad } => matrix::rotate(axis, angle_rad)
+                .ok_or_else(|| Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none"))?,
+            Command::Scale(by) => matrix::scale(by),
+            Command::Shear(by) => matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]),
+            Command::Matrix(by) => {
+                let row = by.row(3);
+                if row != DVec4::W {
+                    let found = format!("{} {} {} {}", row.x, row.y, row.z, row.w);
+                    return Err(Fault::new(Code::Range, "a model matrix's last row is 0 0 0 1").got(found));
+                }
+                *by
+            }
+            _ => unreachable!("dispatch sends matrix verbs only"),
+        };
+        let product = s.model * by;
+        if !product.is_finite() {
+            return Err(Fault::new(Code::Range, "the model matrix would hold a number that is not finite"));
+        }
+        s.model = product;
+        Ok(())
+    }
+
+    pub(super) fn set_light(&mut self, s: &mut Session, index: i32, command: LightCommand) -> Result<(), Fault> {
+        let index = usize::try_from(index).ok().filter(|&i| i < self.limits.lights).ok_or_else(|| {
+            let message = format!("a light's index is from 0 to {}", self.limits.lights - 1);
+            Fault::new(Code::Range, message).got(index.to_string())
+        })?;
+        let light = |kind, color| {
+            Some(Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false })
+        };
+        let directed = |direction: DVec3| {
+            matrix::unit(direction)
+                .ok_or_else(|| Fault::new(Code::Range, "a light's direction is not 0 0 0"))
+        };
+        let light = match command {
+            LightCommand::Off => None,
+            LightCommand::Point { position, color, attenuation } => {
+                light(LightKind::Point { position, attenuation, radius: f64::INFINITY }, color)
+            }
+            LightCommand::Dir { direction, color } => {
+                directed(direction)?;
+                light(LightKind::Directional { direction }, color)
+            }
+            LightCommand::Spot { position, direction, angle_rad, exponent, color, attenuation } => {
+                directed(direction)?;
+                light(LightKind::Spot { position, direction, angle_rad, exponent, attenuation }, color)
+            }
+        };
+        s.set_light(index, light);
+        Ok(())
+    }
+
+    pub(super) fn use_texture(
+        &mut self, s: &mut Session, name: Option<String>, sampling: Sampling,
+    ) -> Result<(), Fault> {
+        if let Some(name) = &name {
+            self.texture(s, name)?;
+        }
+        s.texture = name.map(|name| (name, sampling));
+        Ok(())
+    }
+
+    /// DEPTH is the memory's, for all connections; another format makes what was stored meaningless.
+    pub(super) fn set_depth_format(&mut self, format: DepthFormat) {
+        if format != self.depth_format {
+            self.depth_format = format;
+            self.depth = None;
+        }
+    }
+
+    pub(super) fn draw(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
+        let geometry = self.mesh(s, name)?;
+        let (texture, sampling) = match &s.texture {
+            None => (None, Sampling::default()),
+            Some((name, sampling)) => (Some(self.texture(s, name)?), *sampling),
+        };
+        let viewport = s.viewport_on(self.memory.width(), self.memory.height());
+        if viewport.width == 0 || viewport.height == 0 {
+            return Ok(());
+        }
+        let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
+        let name = self.id_of(name);
+        let call = DrawCall {
+            model: s.model,
+            camera: s.camera,
+            viewport,
+            ambient: s.ambient,
+            lights: &lights,
+            texture: texture.as_deref(),
+            sampling,
+            shade: s.shade,
+            cull: s.cull,
+            hide: s.hide,
+            interp: s.interp,
+            name,
+            ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
+        };
+        let stats = super::resources::not_yet((self.target(), &call))?;
+        self.note_draw(s, &stats);
+        Ok(())
+    }
+
+    /// The memories that a draw writes; ids are kept from the first draw on, since a PICK may come.
+    pub(super) fn target(&mut self) -> Target<'_> {
+        let (width, height) = (self.memory.width(), self.memory.height());
+        Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: self.depth_format,
+            ids: Some(self.ids.get_or_insert_with(|| IdMemory::new(width, height))),
+        }
+    }
+
+    pub(super) fn note_draw(&mut self, s: &mut Session, stats: &DrawStats) {
+        s.stats.pixels += stats.pixels_written;
+        self.plan = format!(
+            "shade:{},hide:{},depth:{},faces:{},drawn:{},tested:{},lit:{}",
+            s.shade.as_str(),
+            s.hide.as_str(),
+            self.depth.as_ref().map_or("none", |d| d.format().as_str()),
+            stats.faces,
+            stats.faces_drawn,
+            stats.pixels_tested,
+            stats.pixels_lit + stats.vertices_lit,
+        );
+    }
+
+    pub(super) fn depth_at(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        self.memory.get_pixel(x, y)?;
+        let z = self.depth.as_ref().and_then(|d| d.z(x, y)).unwrap_or(1.0);
+        out.extend_from_slice(format!("DEPTHAT {x} {y} {}\n", nine_digits(z)).as_bytes());
+        Ok(())
+    }
+
+    pub(super) fn pick(&self, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+        self.memory.get_pixel(x, y)?;
+        let hit = self.ids.as_ref().and_then(|ids| ids.get(x, y));
+        let line = match hit.and_then(|(number, t)| Some((self.id_names.names.get(number as usize)?, t))) {
+            Some((name, triangle)) => format!("PICK {x} {y} {name} {triangle}\n"),
+            None => format!("PICK {x} {y} none -1\n"),
+        };
+        out.extend_from_slice(line.as_bytes());
+        Ok(())
+    }
+
+    /// The number that stands for `name` in the id memory.
+    pub(super) fn id_of(&mut self, name: &str) -> u32 {
+        if self.id_names.names.len() >= MAX_ID_NAMES && !self.id_names.numbers.contains_key(name) {
+            self.forget_unused_ids();
+        }
+        self.id_names.number(name)
+    }
+
+    /// Keeps the names alone that some pixel stands for, under new numbers.
+    fn forget_unused_ids(&mut self) {
+        let Some(ids) = &mut self.ids else { return self.id_names.clear() };
+        let old = std::mem::take(&mut self.id_names);
+        let (width, height) = (ids.width() as usize, ids.height() as usize);
+        for index in 0..width * height {
+            if let Some((number, triangle)) = ids.get((index % width) as i32, (index / width) as i32) {
+                let name = &old.names[number as usize];
+                ids.set(index, self.id_names.number(name), triangle);
+            }
+        }
+    }
+}
+
+impl IdNames {
+    /// The number of a name, a new one if it has none.
+    fn number(&mut self, name: &str) -> u32 {
+        if let Some(&number) = self.numbers.get(name) {
+            return number;
+        }
+        let (name, number): (Arc<str>, _) = (name.into(), self.names.len() as u32);
+        self.names.push(name.clone());
+        self.numbers.insert(name, number);
+        number
+    }
+
+    /// Forgets all of them.
+    pub(super) fn clear(&mut self) {
+        *self = IdNames::default();
+    }
+}
+
+/// The refusal of a name that stands for nothing.
+pub(super) fn missing(kind: Kind, name: &str) -> Fault {
+    Fault::new(Code::NoEnt, format!("there is no {} of this name", kind.as_str())).got(name)
+}
+
+/// A number from 0 to 1 with nine significant digits, without an exponent.
+fn nine_digits(z: f64) -> String {
+    // The exponent form rounds first: 0.99999999996 is 1.00000000.
+    let rounded = format!("{z:.8e}");
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let decimals = if z == 0.0 { 8 } else { (8 - exponent).max(0) as usize };
+    format!("{z:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_have_nine_significant_digits() {
+        for (z, text) in [
+            (0.0, "0.00000000"),
+            (1.0, "1.00000000"),
+            (0.998_001_998_001_998, "0.998001998"),
+            (0.099_999_999_99, "0.100000000"),
+            (0.999_999_999_96, "1.00000000"),
+            (1.234_567_891e-5, "0.0000123456789"),
+        ] {
+            assert_eq!(nine_digits(z), text);
+        }
+    }
+}

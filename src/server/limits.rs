@@ -1,0 +1,56 @@
+//! What a server allows: every quota with its default. Each has a flag on the command line.
+
+use crate::error::{Code, Fault};
+
+/// The quotas. Bytes unless the name says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Connections at one time; one more is told `EQUOTA` and closed.
+    pub connections: usize,
+    /// A payload (`:N`, and the run of `PXMULTI`).
+    pub payload_bytes: u64,
+    /// Named resources of one connection, and of all shared names together.
+    pub names: usize,
+    /// Bytes of the resources of one connection, and of all shared names together.
+    pub resource_bytes: u64,
+    /// Bytes of a frame.
+    pub frame_bytes: u64,
+    /// Replies that a client has not read yet: beyond it its commands wait, and a single longer reply is refused.
+    pub reply_bytes: usize,
+    /// Matrices on one connection's stack.
+    pub matrix_stack: usize,
+    /// Lights of one connection: indices are below it.
+    pub lights: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            connections: 1024,
+            payload_bytes: 64 << 20,
+            names: 4096,
+            resource_bytes: 1 << 30,
+            frame_bytes: 1 << 30,
+            reply_bytes: 64 << 20,
+            matrix_stack: 1024,
+            lights: 256,
+        }
+    }
+}
+
+impl Limits {
+    /// Refuses a frame of `width` x `height` pixels that is over the limit.
+    pub fn check_frame(&self, width: u32, height: u32) -> Result<(), Fault> {
+        let bytes = width as u64 * height as u64 * 4;
+        match bytes <= self.frame_bytes {
+            true => Ok(()),
+            false => Err(Fault::new(
+                Code::TooBig,
+                format!(
+                    "a frame of {width}x{height} takes {bytes} bytes, and the limit is {}",
+                    self.frame_bytes
+                ),
+            )),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Named resources: what `MESH`, `TEX` and `EYE` made, counted against their quota.
+//!
+//! Each kind has its own names, so a mesh and its texture may share one; `FREE` frees a name in all of them. A name
+//! that is given again replaces what it stood for.
+
+use super::Limits;
+use crate::error::{Code, Fault};
+use std::collections::HashMap;
+
+use crate::scene::{Geometry, Texture};
+use std::sync::Arc;
+
+/// What a name can stand for.
+#[derive(Clone, Debug)]
+pub enum Resource {
+    /// A mesh with its textures.
+    Mesh(Arc<Geometry>),
+    /// A texture.
+    Texture(Arc<Texture>),
+}
+
+/// A kind of resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// `MESH`
+    Mesh,
+    /// `TEX`
+    Texture,
+    /// `EYE`
+    Eye,
+}
+
+impl Kind {
+    /// The kind in messages.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Kind::Mesh => "mesh",
+            Kind::Texture => "texture",
+            Kind::Eye => "eye",
+        }
+    }
+}
+
+impl Resource {
+    /// Its kind.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Resource::Mesh(_) => Kind::Mesh,
+            Resource::Texture(_) => Kind::Texture,
+        }
+    }
+
+    /// Bytes that it takes, about.
+    pub fn size_bytes(&self) -> u64 {
+        let size = match self {
+            Resource::Mesh(g) => {
+                let textures = g.textures.iter().flatten().map(|t| t.size_bytes()).sum::<usize>();
+                g.mesh.size_bytes() + textures
+            }
+            Resource::Texture(t) => t.size_bytes(),
+        };
+        size as u64
+    }
+}
+
+/// The names of one connection, or the shared ones.
+#[derive(Debug, Default)]
+pub struct Names {
+    of: HashMap<(Kind, String), (Resource, u64)>,
+    bytes: u64,
+}
+
+impl Names {
+    /// Whether `name` belongs to all connections.
+    pub fn is_shared(name: &str) -> bool {
+        name.starts_with('@')
+    }
+
+    /// What `name` stands for, of this kind.
+    pub fn get(&self, kind: Kind, name: &str) -> Option<&Resource> {
+        // A key that borrows both halves does not exist for tuples; names are short.
+        self.of.get(&(kind, name.to_owned())).map(|(resource, _)| resource)
+    }
+
+    /// Gives `name` to `resource`, in place of what had it.
+    ///
+    /// # Errors
+    /// `EQUOTA` when the names or their bytes would be over `limits`; nothing changes then.
+    pub fn insert(&mut self, name: &str, resource: Resource, limits: &Limits) -> Result<(), Fault> {
+        let key = (resource.kind(), name.to_owned());
+        let size = resource.size_bytes() + name.len() as u64;
+        let old = self.of.get(&key).map(|(_, size)| *size);
+        let whose = if Self::is_shared(name) { "shared names" } else { "names of a connection" };
+        if old.is_none() && self.of.len() >= limits.names {
+            let message = format!("no more than {} {whose}, all in use", limits.names);
+            return Err(Fault::new(Code::Quota, message).got(name));
+        }
+        let bytes = self.bytes - old.unwrap_or(0) + size;
+        if bytes > limits.resource_bytes {
+            let message =
+                format!("{whose} hold at most {} bytes, and this makes {bytes}", limits.resource_bytes);
+            return Err(Fault::new(Code::Quota, message).got(name));
+        }
+        self.bytes = bytes;
+        self.of.insert(key, (resource, size));
+        Ok(())
+    }
+
+    /// Forgets `name` in every kind; whether there was one.
+    pub fn free(&mut self, name: &str) -> bool {
+        let mut found = false;
+        for kind in [Kind::Mesh, Kind::Texture, Kind::Eye] {
+            if let Some((_, size)) = self.of.remove(&(kind, name.to_owned())) {
+                self.bytes -= size;
+                found = true;
+            }
+        }
+        found
+    }
+
+    /// How many names there are.
+    pub fn len(&self) -> usize {
+        self.of.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.of.is_empty()
+    }
+
+    /// Bytes of all of them.
+    pub fn size_bytes(&self) -> u64 {
+        self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Texture;
+
+    fn texture(side: u32) -> Resource {
+        Resource::Texture(Arc::new(Texture::new(side, 1, vec![0; side as usize * 4]).unwrap()))
+    }
+
+    #[test]
+    fn quotas_count_names_and_bytes_and_replacing_gives_back() {
+        let limits = Limits { names: 2, resource_bytes: 200, ..Limits::default() };
+        let mut names = Names::default();
+        names.insert("a", texture(1), &limits).unwrap();
+        names.insert("b", texture(1), &limits).unwrap();
+        assert_eq!(names.insert("c", texture(1), &limits).unwrap_err().code, Code::Quota);
+        names.insert("a", texture(8), &limits).unwrap();
+        assert_eq!(names.insert("a", texture(64), &limits).unwrap_err().code, Code::Quota);
+        assert!(names.get(Kind::Texture, "a").is_some() && names.get(Kind::Mesh, "a").is_none());
+        assert!(names.free("a") && !names.free("a"));
+        names.free("b");
+        assert_eq!((names.len(), names.size_bytes()), (0, 0));
+    }
+}

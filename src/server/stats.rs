@@ -1,0 +1,56 @@
+//! What `STATS` counts, for one connection or for all.
+
+use std::ops::{AddAssign, Sub};
+
+/// Counters that only grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Stream bytes decoded.
+    pub bytes: u64,
+    /// Commands run, whether they did something or were refused.
+    pub commands: u64,
+    /// Pixels stored.
+    pub pixels: u64,
+    /// Refused commands.
+    pub errors: u64,
+    /// Pixels of `PX`, `PB`, `PXMULTI`, `POINTS` and `BLIT` that fell outside.
+    pub clipped: u64,
+    /// Presents.
+    pub frames: u64,
+}
+
+impl AddAssign for Stats {
+    fn add_assign(&mut self, o: Self) {
+        self.bytes += o.bytes;
+        self.commands += o.commands;
+        self.pixels += o.pixels;
+        self.errors += o.errors;
+        self.clipped += o.clipped;
+        self.frames += o.frames;
+    }
+}
+
+impl Sub for Stats {
+    type Output = Stats;
+
+    fn sub(self, o: Self) -> Stats {
+        Stats {
+            bytes: self.bytes - o.bytes,
+            commands: self.commands - o.commands,
+            pixels: self.pixels - o.pixels,
+            errors: self.errors - o.errors,
+            clipped: self.clipped - o.clipped,
+            frames: self.frames - o.frames,
+        }
+    }
+}
+
+impl Stats {
+    /// The counters as `key=value` words, each key after `prefix`.
+    pub fn words(&self, prefix: &str) -> String {
+        format!(
+            "{prefix}bytes={} {prefix}commands={} {prefix}pixels={} {prefix}errors={} {prefix}clipped={} {prefix}frames={}",
+            self.bytes, self.commands, self.pixels, self.errors, self.clipped, self.frames
+        )
+    }
+}

@@ -1,0 +1,372 @@
+//! One connection's stream: its decoder and its session, run on the engine piece by piece.
+//!
+//! In: bytes as they come, cut anywhere, or typed commands. Out: replies in order, and beside them what the owner is to
+//! know of errors. It can be told to rest: after a time, after so many reply bytes, after one command.
+
+use super::{Audience, Effect, Engine, Session};
+use crate::command::{
+    Command, Decoder, EndOfInput, Flow, Limits as StreamLimits, Place, Rect, Sink, StreamError, format_fault,
+    format_play_fault,
+};
+use crate::error::Fault;
+use crate::memory::Rgba;
+use std::time::Instant;
+
+/// A refused command, as its owner is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Complaint {
+    /// Where the command begins.
+    pub place: Place,
+    /// Its verb.
+    pub verb: String,
+    /// Why it was refused.
+    pub fault: Fault,
+}
+
+impl Complaint {
+    /// `FILE:LINE: CODE VERB: message`, as `play` says it.
+    pub fn play_line(&self, file: &str) -> String {
+        format_play_fault(file, self.place, &self.verb, &self.fault)
+    }
+}
+
+/// What a stream answers.
+#[derive(Debug, Default)]
+pub struct Output {
+    /// For the connection, in order.
+    pub replies: Vec<u8>,
+    /// For the owner.
+    pub complaints: Vec<Complaint>,
+}
+
+/// When a stream is to rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// At this time at the latest, up to one command more.
+    pub until: Option<Instant>,
+    /// When this many reply bytes wait.
+    pub reply_bytes: usize,
+    /// After how much.
+    pub pace: Pace,
+}
+
+/// How much a stream runs at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As much as time allows.
+    Free,
+    /// One command, for stepping.
+    OneCommand,
+    /// Up to the next `PRESENT`, for stepping.
+    OneFrame,
+}
+
+impl Budget {
+    /// No rest.
+    pub const NONE: Budget = Budget { until: None, reply_bytes: usize::MAX, pace: Pace::Free };
+}
+
+/// How a stream stands after a piece of it was run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Standing {
+    /// It can go on.
+    Ready,
+    /// It can go on, and has had its share.
+    Rests,
+    /// It waits for this frame to be on the screen; then it is owed `FRAME n`.
+    WaitsFor(u64),
+    /// It is over: nothing more of it is run.
+    Ended,
+}
+
+/// The stream of one connection.
+pub struct Stream {
+    decoder: Decoder,
+    session: Session,
+}
+
+impl Stream {
+    /// The stream of connection `id`, with the engine's payload limit.
+    pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
+        let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
+        Stream { decoder: Decoder::new(limits), session: Session::new(id, audience) }
+    }
+
+    /// The session.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The session, for the end of it.
+    pub fn session_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// Bytes held for a command that is not whole.
+    pub fn pending_bytes(&self) -> usize {
+        self.decoder.pending_bytes()
+    }
+
+    /// Runs what is whole in `bytes`, until the budget is used up. Answers how many bytes were taken.
+    pub fn feed(
+        &mut self, engine: &mut Engine, bytes: &[u8], out: &mut Output, budget: Budget,
+    ) -> (usize, Standing) {
+        let (mut used, mut standing) = (0, Standing::Ready);
+        // Stepping shall end at the right pixel: those are not commands that can pause the decoder.
+        let portion = if budget.pace == Pace::OneCommand { 1 } else { usize::MAX };
+        while used < bytes.len() && standing == Standing::Ready {
+            let piece = &bytes[used..used.saturating_add(portion).min(bytes.len())];
+            let before = self.session.stats.commands;
+            let mut runner = Runner { engine, session: &mut self.session, out, budget, standing };
+            let (taken, flow) = self.decoder.feed_some(piece, &mut runner);
+            standing = match (runner.standing, flow) {
+                (Standing::Ready, Flow::Stop) => Standing::Ended,
+                (standing, _) => standing,
+            };
+            used += taken;
+            if portion == 1 && standing == Standing::Ready && self.session.stats.commands > before {
+                standing = Standing::Rests;
+            }
+        }
+        self.session.stats.bytes += used as u64;
+        (used, standing)
+    }
+
+    /// Says that no more bytes come.
+    pub fn finish(&mut self, engine: &mut Engine, end: EndOfInput, out: &mut Output) -> Standing {
+        let (session, budget) = (&mut self.session, Budget::NONE);
+        let mut runner = Runner { engine, session, out, budget, standing: Standing::Ready };
+        let _ = self.decoder.finish(end, &mut runner);
+        match runner.standing {
+            Standing::WaitsFor(frame) => Standing::WaitsFor(frame),
+            _ => Standing::Ended,
+        }
+    }
+
+    /// Runs one typed command, checked as the decoder would.
+    pub fn run(&mut self, engine: &mut Engine, command: Command, out: &mut Output, budget: Budget) -> Standing {
+        let place = Place { line: self.session.stats.commands + 1, byte: 0 };
+        let checked = command.check();
+        let session = &mut self.session;
+        let mut runner = Runner { engine, session, out, budget, standing: Standing::Ready };
+        let flow = match checked {
+            Ok(()) => runner.command(command, place),
+            Err(fault) => {
+                runner.session.stats.commands += 1;
+                runner.session.stats.errors += 1;
+                runner.refuse(place, command.verb(), fault)
+            }
+        };
+        match (runner.standing, flow) {
+            (Standing::Ready, Flow::Stop) => Standing::Ended,
+            (standing, _) => standing,
+        }
+    }
+}
+
+/// Runs what the decoder makes.
+struct Runner<'a> {
+    engine: &'a mut Engine,
+    session: &'a mut Session,
+    out: &'a mut Output,
+    budget: Budget,
+    standing: Standing,
+}
+
+impl Runner<'_> {
+    /// Tells the audience of a refusal, which is counted already.
+    fn refuse(&mut self, place: Place, verb: &str, fault: Fault) -> Flow {
+        if self.session.reports_errors() {
+            match self.session.audience {
+                Audience::Connection => {
+                    self.out.replies.extend_from_slice(format_fault(place, verb, &fault).as_bytes());
+                    self.out.replies.push(b'\n');
+                }
+                Audience::Owner => {
+                    self.out.complaints.push(Complaint { place, verb: verb.to_owned(), fault });
+                }
+            }
+        }
+        self.after_error()
+    }
+
+    fn after_error(&mut self) -> Flow {
+        match self.session.closes_on_error() {
+            true => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            false => self.rest_if_due(false),
+        }
+    }
+
+    fn rest_if_due(&mut self, has_presented: bool) -> Flow {
+        let is_due = match self.budget.pace {
+            Pace::OneCommand => true,
+            Pace::OneFrame => has_presented,
+            Pace::Free => false,
+        };
+        let is_late = || self.budget.until.is_some_and(|until| Instant::now() >= until);
+        if is_due || self.out.replies.len() >= self.budget.reply_bytes || is_late() {
+            self.standing = Standing::Rests;
+            return Flow::Pause;
+        }
+        Flow::Continue
+    }
+
+    fn after(&mut self, result: Result<Effect, Fault>, place: Place, verb: &'static str) -> Flow {
+        match result {
+            Ok(Effect::Done) => self.rest_if_due(verb == "PRESENT"),
+            Ok(Effect::Quit) => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            Ok(Effect::WaitShown(frame)) => {
+                self.standing = Standing::WaitsFor(frame);
+                Flow::Pause
+            }
+            Err(fault) => self.refuse(place, verb, fault),
+        }
+    }
+}
+
+impl Sink for Runner<'_> {
+    #[inline]
+    fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        self.engine.put_pixel(self.session, x, y, color);
+    }
+
+    fn binary_pixels(&mut self, records: &[u8]) {
+        self.engine.put_binary_pixels(self.session, records);
+    }
+
+    fn command(&mut self, command: Command, place: Place) -> Flow {
+        let verb = command.verb();
+        let result = self.engine.run(self.session, command, &mut self.out.replies);
+        self.after(result, place, verb)
+    }
+
+    fn error(&mut self, error: StreamError) -> Flow {
+        if !error.is_pixelflut() {
+            self.session.has_used_other_verbs = true;
+        }
+        self.session.stats.commands += 1;
+        self.session.stats.errors += 1;
+        let flow = match (self.session.reports_errors(), self.session.audience) {
+            (true, Audience::Connection) => {
+                // The error's own line: its token may be no text.
+                self.out.replies.extend_from_slice(error.wire_line().as_bytes());
+                self.out.replies.push(b'\n');
+                self.after_error()
+            }
+            _ => self.refuse(error.place, &error.subject.name(), Fault::from(&error)),
+        };
+        match error.closes {
+            true => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            false => flow,
+        }
+    }
+
+    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
+        let result = self.engine.put_pixel_run(self.session, x, y, rgba);
+        self.after(result.map(|()| Effect::Done), place, "PXMULTI")
+    }
+
+    fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+        let result = self.engine.put_blit(self.session, rect, rgba);
+        self.after(result.map(|()| Effect::Done), place, "BLIT")
+    }
+
+    fn points(&mut self, packed: &[u8], place: Place) -> Flow {
+        let result = self.engine.put_points(self.session, packed);
+        self.after(result.map(|()| Effect::Done), place, "POINTS")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
+        let mut engine = Engine::new(16, 8).unwrap();
+        let mut stream = Stream::new(&engine, 1, audience);
+        let mut out = Output::default();
+        for piece in script.chunks(pieces) {
+            let (used, standing) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+            if standing == Standing::Ended {
+                return (engine, out);
+            }
+            assert_eq!((used, standing), (piece.len(), Standing::Ready));
+        }
+        let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
+        (engine, out)
+    }
+
+    #[test]
+    fn any_size_of_pieces_gives_the_same_answers() {
+        let mut script = b"PX 1 1 ff0000\nOFFSET 2 2\nPX 1 1 00ff00\nPX 1 1\nLINE 0 0 9 5 0000ff\n".to_vec();
+        script.extend_from_slice(b"PB\x05\x00\x06\x00abcdPXMULTI\x0e\x00\x00\x00\x03\x00\x00\x00123456789abc");
+        script.extend_from_slice(b"BLIT 3 3 2 1 :8\n\nBLIT\n1\nCRC\nWHAT 1\nBLIT 1 1 :5\nPX 1\nSYNC end\n");
+        let (_, whole) = play(&script, script.len(), Audience::Connection);
+        let text = String::from_utf8_lossy(&whole.replies).into_owned();
+        assert!(text.starts_with("PX 1 1 00ff00\nCRC "), "{text}");
+        assert!(text.ends_with("SYNC end\n") && text.contains("EVERB WHAT") && text.contains("EARGS BLIT"), "{text}");
+        for pieces in 1..script.len() {
+            assert_eq!(play(&script, pieces, Audience::Connection).1.replies, whole.replies, "pieces of {pieces}");
+        }
+    }
+
+    #[test]
+    fn a_pixelflut_connection_hears_nothing_unasked_until_it_uses_more() {
+        let quiet = b"PX 1 1 zz\nNOPE\nPX 1\nSIZE 3\nPX 99 99\n";
+        assert_eq!(play(quiet, 5, Audience::Connection).1.replies, b"");
+        let (_, out) = play(b"NOPE\nCRC 1\nNOPE\n", 5, Audience::Connection);
+        let text = String::from_utf8(out.replies).unwrap();
+        assert_eq!(text.lines().count(), 2, "{text}");
+        assert!(text.starts_with("ERR 2 5 EARGS CRC: "), "{text}");
+        let (_, out) = play(b"ERRORS count\nLINE 1\nNOPE\n", 5, Audience::Connection);
+        assert_eq!(out.replies, b"");
+        let (_, out) = play(b"NOPE\nPX 1\n", 5, Audience::Owner);
+        assert_eq!(out.complaints.len(), 2, "the player always hears");
+    }
+
+    #[test]
+    fn errors_close_runs_nothing_after_the_error() {
+        let (engine, out) = play(b"ERRORS close\nNOPE\nPX 1 1 ff0000\nSIZE\n", 400, Audience::Connection);
+        let text = String::from_utf8(out.replies).unwrap();
+        assert_eq!(text, "ERR 2 13 EVERB NOPE: unknown verb, got \"NOPE\"\n");
+        assert_eq!(engine.memory().get_pixel(1, 1).unwrap(), [0, 0, 0, 255]);
+    }
+
+    #[test]
+    fn half_a_command_leaves_no_trace() {
+        let script = b"FILLRECT 0 0 4 4 ff0000\nBLIT 0 0 2 2 :16\n0123456789abcdef";
+        for cut in 0..script.len() {
+            let (engine, _) = play(&script[..cut], 1000, Audience::Connection);
+            let first = engine.memory().get_pixel(0, 0).unwrap();
+            let want = if cut < 24 { [0, 0, 0, 255] } else { [255, 0, 0, 255] };
+            assert_eq!(first, want, "cut at {cut}");
+        }
+    }
+
+    #[test]
+    fn a_stream_rests_when_its_budget_is_used_up() {
+        let mut engine = Engine::new(16, 8).unwrap();
+        let mut stream = Stream::new(&engine, 1, Audience::Connection);
+        let mut out = Output::default();
+        let script = b"SYNC a\nSYNC b\nPX 1 1 ff0000\nPX 2 2 ff0000\nPRESENT\nSYNC c\n";
+        let few = Budget { reply_bytes: 3, ..Budget::NONE };
+        assert_eq!(stream.feed(&mut engine, script, &mut out, few), (7, Standing::Rests));
+        let step = Budget { pace: Pace::OneCommand, ..Budget::NONE };
+        assert_eq!(stream.feed(&mut engine, &script[7..], &mut out, step), (7, Standing::Rests));
+        assert_eq!(stream.feed(&mut engine, &script[14..], &mut out, step), (14, Standing::Rests));
+        assert_eq!(engine.memory().get_pixel(2, 2).unwrap(), [0, 0, 0, 255]);
+        let frame = Budget { pace: Pace::OneFrame, ..Budget::NONE };
+        assert_eq!(stream.feed(&mut engine, &script[28..], &mut out, frame), (22, Standing::Rests));
+        assert_eq!(engine.frames(), 1);
+    }
+}
