@@ -1,1 +1,26 @@
 //! The N-dimensional eye: scenes of R^N on screens of M dimensions.
+// Indices are axes and vertices here, the letters of the formulas.
+#![allow(clippy::needless_range_loop)]
+
+mod bounds;
+mod bvh;
+mod error;
+mod fibre;
+mod frame;
+mod json;
+mod lights;
+mod method;
+mod picture;
+mod pose;
+mod render;
+mod scene;
+mod solid;
+
+pub use error::EyeError;
+pub use method::{Fibre, MAX_FAN_RAYS};
+pub use picture::{Differences, EyePicture, MISS};
+pub use pose::{Pose, Rotation, sin_cos_deg};
+pub use render::{Here, Job, Pool, render, render_with};
+pub use scene::{
+    EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, MAX_FLAGS, MAX_PIXELS, SceneParts,
+};

@@ -5,5 +5,6 @@
 
 pub mod coverage;
 pub mod matrix;
+pub mod nvec;
 pub mod polygon;
 pub mod projection;

@@ -1,0 +1,75 @@
+//! THE SEARCH IN A FIBRE: the nearest point of a facet that a pixel can see.
+//!
+//! The fibre of pixel P is the cone {x in span(P, hidden axes), x_0 > 0, |x_j| <= tan(alpha_j) x_0} from the eye at 0.
+//! In: a facet, and a run of pixels along screen axis 1. Out: candidates, kept by [`Nearest`] under the tie rule.
+//! How one would know: every face of the polytope tried in rational numbers (tests/eye_exact.rs).
+
+mod cone;
+mod fan;
+mod nearest;
+mod plane;
+mod ray;
+
+pub(super) use nearest::{Candidate, Nearest};
+
+use super::frame::{Frame, Visible};
+use super::method::Method;
+use crate::math::nvec::{dot, signed_det};
+use std::ops::Range;
+
+/// Pixels of one tile at most.
+pub(super) const TILE_PIXELS: usize = 64;
+
+/// A run of pixels along screen axis 1.
+pub(super) struct Run<const N: usize> {
+    /// The pixels' direction: d, c_1 (of no meaning here), c_2, ..., c_M, zeros.
+    pub direction: [f64; N],
+    /// Pixels along axis 1.
+    pub x: Range<u32>,
+    /// Place in the tile of pixel `x.start`.
+    pub local: usize,
+}
+
+/// Searches the fibres of a run of pixels for the nearest points of visible facet `index`.
+#[inline]
+pub(super) fn search<const N: usize, const M: usize>(
+    frame: &Frame<N, M>,
+    index: usize,
+    run: &Run<N>,
+    nearest: &mut Nearest<N>,
+) {
+    match frame.method {
+        Method::Ray => ray::search(frame, index, run, nearest),
+        Method::Plane => plane::search(frame, index, run, nearest),
+        Method::Cone => cone::search(frame, index, run, nearest),
+        Method::Fan(_) => fan::search(frame, index, run, nearest),
+    }
+}
+
+/// The squared distance of the eye from the facet's trace in the fibre, q = c^2 / |n_W|^2: no point of the facet in the
+/// fibre is nearer, and of two that are as near, the one with the larger q faces the eye more.
+#[inline(always)]
+fn facing<const N: usize>(facet: &Visible<N>, direction: &[f64; N], inverse_length2: f64) -> f64 {
+    let along = dot(&facet.normal, direction);
+    facet.offset * facet.offset / (along * along * inverse_length2 + facet.normal_hidden2)
+}
+
+/// The determinant of f_a(v) = d v_a - c_a v_0, a = 1..=M, over the M vertices that `among` picks, with a sure sign.
+///
+/// Each f is rounded once and then taken as exact, the same for all facets at the vertex: what is decided is the exact
+/// incidence with a mesh whose vertices are moved by an ulp, so that no ray slips between facets.
+#[cold]
+fn sure_minor<const N: usize, const M: usize>(
+    facet: &Visible<N>,
+    direction: &[f64; N],
+    among: impl Fn(usize) -> bool,
+) -> f64 {
+    let mut rows = [[0.0; N]; N];
+    for (row, k) in rows.iter_mut().zip((0..N).filter(|k| among(*k))) {
+        let v = &facet.v[k];
+        for a in 1..=M {
+            row[a - 1] = direction[0] * v[a] - direction[a] * v[0];
+        }
+    }
+    signed_det(&rows, M)
+}

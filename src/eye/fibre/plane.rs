@@ -1,0 +1,134 @@
+//! K = 1: the fibre is a piece of a plane, and the facet meets it in a segment.
+//!
+//! The segment's ends lie on faces of N-1 vertices, which meet the plane in a point each: the case K = 0 in the visible
+//! coordinates. In the plane x = s P + h e_hidden, |x|^2 = s^2 |P|^2 + h^2: the segment A, B is clipped to s >= 0 and
+//! tan(alpha) d s -+ h >= 0, and the nearest point is at u = clamp(-<A,B-A> / |B-A|^2, lo, hi). Closed form, no iteration.
+
+use super::{Candidate, Nearest, Run, facing, sure_minor};
+use crate::eye::frame::{Frame, Visible};
+use crate::eye::method::{pair_index, planes_per_facet};
+use crate::math::nvec::{MAX_DIM, dot};
+
+/// Pairs of the vertices of the largest facet.
+const MAX_PAIRS: usize = MAX_DIM * (MAX_DIM - 1) / 2;
+
+/// Values of the aperture's borders smaller than this part of their terms are 0.
+const ON_BORDER: f64 = 1e-14;
+
+pub(super) fn search<const N: usize, const M: usize>(
+    frame: &Frame<N, M>,
+    index: usize,
+    run: &Run<N>,
+    nearest: &mut Nearest<N>,
+) {
+    let pairs = const { planes_per_facet(N, M) };
+    let facet = &frame.facets[index];
+    let planes = frame.planes_of(index);
+    let mut direction = run.direction;
+    direction[1] = 0.0;
+    let mut start = [0.0; MAX_PAIRS];
+    for k in 0..pairs {
+        start[k] = dot(&planes[k], &direction);
+    }
+    for (step, x) in run.x.clone().enumerate() {
+        let local = run.local + step;
+        let c = frame.screen.centres[0][x as usize];
+        direction[1] = c;
+        let inverse_length2 = nearest.inverse_length2[local];
+        let q = facing(facet, &direction, inverse_length2);
+        if q > nearest.limit2(local) {
+            continue;
+        }
+        let mut minors = [0.0; MAX_PAIRS];
+        let mut doubtful = false;
+        for k in 0..pairs {
+            minors[k] = start[k] + planes[k][1] * c;
+            doubtful |= minors[k].abs() <= facet.doubt;
+        }
+        if doubtful {
+            for i in 0..N {
+                for j in i + 1..N {
+                    minors[pair_index(N, i, j)] = sure_minor::<N, M>(facet, &direction, |k| k != i && k != j);
+                }
+            }
+        }
+        let Some((a, b)) = segment::<N>(facet, &minors, direction[0]) else { continue };
+        let tan = frame.screen.tan[N - 1] * direction[0];
+        let Some((s, h)) = nearest_of_segment(a, b, tan, inverse_length2) else { continue };
+        let mut point = direction.map(|x| s * x);
+        point[N - 1] = h;
+        let distance2 = dot(&point, &point);
+        nearest.offer(local, Candidate { distance2, facing: q, id: facet.id, index: index as u32, point });
+    }
+}
+
+/// The ends (s, h) of the facet's segment in the plane, from the minors of its pairs.
+#[inline(always)]
+fn segment<const N: usize>(facet: &Visible<N>, minors: &[f64], d: f64) -> Option<([f64; 2], [f64; 2])> {
+    let mut ends = [[0.0; 2]; 2];
+    let mut count = 0;
+    for i in 0..N {
+        // Barycentrics on the face without vertex i: +- the minors of the pairs with i.
+        let (mut positive, mut negative) = (false, false);
+        for j in (0..N).filter(|&j| j != i) {
+            let minor = minors[pair_index(N, i, j)];
+            let minor = if (j - usize::from(j > i)) % 2 == 0 { minor } else { -minor };
+            positive |= minor > 0.0;
+            negative |= minor < 0.0;
+        }
+        if positive == negative {
+            continue; // not met, or in the plane as a whole: then its own faces give the ends
+        }
+        let (mut sum, mut depth, mut hidden) = (0.0, 0.0, 0.0);
+        for j in (0..N).filter(|&j| j != i) {
+            let weight = minors[pair_index(N, i, j)].abs();
+            sum += weight;
+            depth += weight * facet.v[j][0];
+            hidden += weight * facet.v[j][N - 1];
+        }
+        let end = [depth / (sum * d), hidden / sum];
+        match count {
+            0 => ends = [end, end],
+            1 => ends[1] = end,
+            _ => {
+                // More than two faces meet at an end of the segment: keep the farthest from the first.
+                let span = |e: [f64; 2]| (e[0] - ends[0][0]).abs() + (e[1] - ends[0][1]).abs();
+                if span(end) > span(ends[1]) {
+                    ends[1] = end;
+                }
+            }
+        }
+        count += 1;
+    }
+    (count > 0).then_some((ends[0], ends[1]))
+}
+
+/// The point (s, h) of the segment a..b, clipped to the aperture, that is nearest to the eye; `tan` is tan(alpha) d.
+#[inline(always)]
+fn nearest_of_segment(a: [f64; 2], b: [f64; 2], tan: f64, inverse_length2: f64) -> Option<(f64, f64)> {
+    let (mut lo, mut hi) = (0.0f64, 1.0f64);
+    let border = |p: [f64; 2], side: f64| {
+        let g = tan * p[0] - side * p[1];
+        if g.abs() <= ON_BORDER * (tan * p[0].abs() + p[1].abs()) { 0.0 } else { g }
+    };
+    for (at_a, at_b) in [(a[0], b[0]), (border(a, 1.0), border(b, 1.0)), (border(a, -1.0), border(b, -1.0))] {
+        if at_a < 0.0 && at_b < 0.0 {
+            return None;
+        }
+        if at_a < 0.0 {
+            lo = lo.max(at_a / (at_a - at_b));
+        }
+        if at_b < 0.0 {
+            hi = hi.min(at_a / (at_a - at_b));
+        }
+    }
+    if lo > hi {
+        return None;
+    }
+    let (ds, dh) = (b[0] - a[0], b[1] - a[1]);
+    // Times 1 / |P|^2: the metric is s s' + h h' / |P|^2.
+    let along = a[0] * ds + a[1] * dh * inverse_length2;
+    let length2 = ds * ds + dh * dh * inverse_length2;
+    let u = if length2 > 0.0 { (-along / length2).clamp(lo, hi) } else { lo };
+    Some((a[0] + u * ds, a[1] + u * dh))
+}

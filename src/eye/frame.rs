@@ -1,0 +1,302 @@
+//! What is worked out once a frame: the scene in eye space, and each facet's numbers.
+//!
+//! In: a checked scene. Out: facets as seen from the eye at the origin, in a unit of length that is a power of two (so that a
+//! scene 2^20 times as large gives the same bits), nearest first, without those that cannot be seen.
+//!
+//! The vertices of a facet stand in one order for all facets (by coordinates): a ridge that two facets share is worked out
+//! with the same operations in both, and no ray slips between them.
+
+use super::bounds;
+use super::lights::{FrameLight, frame_lights};
+use super::method::Method;
+use super::scene::EyeScene;
+use super::solid::Solid;
+use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
+
+/// A facet whose hyperplane passes the eye nearer than this part of its largest coordinate is seen edge-on: invisible.
+const EDGE_ON: f64 = 1e-12;
+
+/// A pivot ratio below this makes a facet degenerate.
+const DEGENERATE: f64 = 1e-12;
+
+/// A facet that may be seen.
+pub(super) struct Visible<const N: usize> {
+    /// Index in the scene.
+    pub id: u32,
+    /// Index in [`Frame::solids`].
+    pub solid: u32,
+    /// Vertices in eye space, in canonical order.
+    pub v: [[f64; N]; N],
+    /// Unit normal.
+    pub normal: [f64; N],
+    /// n.x on the facet; not 0.
+    pub offset: f64,
+    /// Sum of the squared hidden coordinates of the normal.
+    pub normal_hidden2: f64,
+    /// No point of the facet is nearer than this.
+    pub nearest: f64,
+    /// The largest length of a vertex.
+    pub farthest: f64,
+    /// Pixels that may see it, half-open, along each screen axis.
+    pub pixels: [[u32; 2]; N],
+    /// A functional of [`Frame::planes`] smaller than this may have a wrong sign.
+    pub doubt: f64,
+}
+
+/// The screen in eye space.
+pub(super) struct Screen<const N: usize> {
+    /// Distance, scaled into 1..2.
+    pub distance: f64,
+    /// Coordinate of the pixel centres, one list a screen axis.
+    pub centres: Vec<Vec<f64>>,
+    /// Tangents of the apertures of the hidden axes, by axis.
+    pub tan: [f64; N],
+}
+
+/// A scene in eye space.
+pub(super) struct Frame<const N: usize, const M: usize> {
+    /// A length here times 2^exponent is one of the scene.
+    pub exponent: i32,
+    /// The screen.
+    pub screen: Screen<N>,
+    /// How fibres are searched.
+    pub method: Method,
+    /// Facets that may be seen, those whose `nearest` is least first.
+    pub facets: Vec<Visible<N>>,
+    /// Functionals x -> det(x, ...) of each visible facet's faces: `Method::planes_per_facet` each.
+    pub planes: Vec<[f64; N]>,
+    /// All facets that are not degenerate, as obstacles to light.
+    pub solids: Vec<Solid<N>>,
+    /// The lights.
+    pub lights: Vec<FrameLight<N>>,
+    /// Degenerate facets, by index in the scene.
+    pub skipped: Vec<u32>,
+    /// Hidden coordinates of the fan's rays on the screen, empty without a fan.
+    pub fan: Vec<[f64; N]>,
+    /// How many facets are seen edge-on.
+    pub edge_on: usize,
+}
+
+impl<const N: usize, const M: usize> Frame<N, M> {
+    /// Works the frame out.
+    pub fn new(scene: &EyeScene, method: Method) -> Self {
+        let exponent = length_exponent(scene);
+        let eye = EyeSpace::new(scene, exponent);
+        let screen = Screen::new(scene);
+        let lights = frame_lights(scene, &eye);
+        let fan = method.fan_rays::<N>(&screen, M);
+        let mut frame = Frame {
+            exponent,
+            screen,
+            method,
+            facets: Vec::new(),
+            planes: Vec::new(),
+            solids: Vec::new(),
+            lights,
+            skipped: Vec::new(),
+            fan,
+            edge_on: 0,
+        };
+        for (id, facet) in scene.facets.iter().enumerate() {
+            let world: [[f64; N]; N] = std::array::from_fn(|i| std::array::from_fn(|j| facet.v[i][j]));
+            if is_degenerate(&world, exponent) {
+                frame.skipped.push(id as u32);
+            } else {
+                frame.add(id as u32, world.map(|point| eye.point(&point)));
+            }
+        }
+        frame.facets.sort_by(|a, b| a.nearest.total_cmp(&b.nearest).then(a.id.cmp(&b.id)));
+        frame.planes = frame.facets.iter().flat_map(|f| method.planes::<N, M>(f)).collect();
+        frame
+    }
+
+    /// Functionals of visible facet `index`.
+    #[inline(always)]
+    pub fn planes_of(&self, index: usize) -> &[[f64; N]] {
+        let count = const { super::method::planes_per_facet(N, M) };
+        let count = if self.fan.is_empty() { count } else { N };
+        &self.planes[index * count..(index + 1) * count]
+    }
+
+    fn add(&mut self, id: u32, mut v: [[f64; N]; N]) {
+        v.sort_by(|a, b| {
+            a.iter()
+                .zip(b)
+                .map(|(x, y)| x.total_cmp(y))
+                .find(|o| o.is_ne())
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let (normal, offset) = hyperplane(&v);
+        self.solids.push(Solid::new(&v, normal, offset, &self.lights));
+        let size = v.iter().map(max_abs).fold(0.0, f64::max);
+        if offset.abs() <= EDGE_ON * size {
+            self.edge_on += 1;
+            return;
+        }
+        let Some(pixels) = bounds::pixel_box::<N, M>(&v, &self.screen) else { return };
+        let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
+        self.facets.push(Visible {
+            id,
+            solid: self.solids.len() as u32 - 1,
+            normal_hidden2: (M + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
+            nearest: bounds::nearest(&v).max(offset.abs()) * (1.0 - 1e-9),
+            farthest,
+            doubt: doubt::<N, M>(&v, &self.screen, &pixels, !self.fan.is_empty()),
+            v,
+            normal,
+            offset,
+            pixels,
+        });
+    }
+}
+
+/// From world to eye: shift, turn, scale.
+pub(super) struct EyeSpace<const N: usize> {
+    origin: [f64; N],
+    axes: [[f64; N]; N],
+    exponent: i32,
+}
+
+impl<const N: usize> EyeSpace<N> {
+    fn new(scene: &EyeScene, exponent: i32) -> Self {
+        let axes = scene.pose.axes();
+        EyeSpace {
+            origin: std::array::from_fn(|i| rescale(scene.pose.position[i], exponent)),
+            axes: std::array::from_fn(|j| std::array::from_fn(|i| axes[j][i])),
+            exponent,
+        }
+    }
+
+    /// R^T (x - o), scaled.
+    pub fn point(&self, x: &[f64]) -> [f64; N] {
+        let shifted: [f64; N] = std::array::from_fn(|i| rescale(x[i], self.exponent) - self.origin[i]);
+        self.turn(&shifted)
+    }
+
+    /// R^T u, made a unit vector.
+    pub fn direction(&self, u: &[f64]) -> [f64; N] {
+        let largest = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let exponent = exponent_of(largest);
+        unit(self.turn(&std::array::from_fn(|i| rescale(u[i], exponent))))
+    }
+
+    fn turn(&self, x: &[f64; N]) -> [f64; N] {
+        // + 0.0 turns -0 into 0, which the order of the vertices would tell apart.
+        std::array::from_fn(|j| dot(&self.axes[j], x) + 0.0)
+    }
+}
+
+impl<const N: usize> Screen<N> {
+    fn new(scene: &EyeScene) -> Self {
+        let exponent = exponent_of(scene.distance);
+        let centre = |a: usize, j: u32| {
+            let (n, size) = (i64::from(scene.pixels[a]), rescale(scene.size[a], exponent));
+            // Whole numbers first: exactly antisymmetric.
+            size * (n - 1 - 2 * i64::from(j)) as f64 / (2 * n) as f64
+        };
+        let mut tan = [0.0; N];
+        tan[scene.screen_dim() + 1..].copy_from_slice(&scene.aperture_tan);
+        Screen {
+            distance: rescale(scene.distance, exponent),
+            centres: (0..scene.screen_dim())
+                .map(|a| (0..scene.pixels[a]).map(|j| centre(a, j)).collect())
+                .collect(),
+            tan,
+        }
+    }
+}
+
+/// The exponent that brings all vertices and the eye to at most 1.
+fn length_exponent(scene: &EyeScene) -> i32 {
+    let points = scene.facets.iter().flat_map(|f| f.v.iter()).chain([&scene.pose.position]);
+    exponent_of(points.flatten().fold(0.0, |m: f64, x| m.max(x.abs()))) + 1
+}
+
+/// e with 2^e <= x < 2^(e+1); 0 for 0.
+fn exponent_of(x: f64) -> i32 {
+    if x == 0.0 { 0 } else { libm::ilogb(x) }
+}
+
+/// x 2^-exponent, exact but for underflow; kept where squares and sums of it stay finite enough to compare.
+fn rescale(x: f64, exponent: i32) -> f64 {
+    libm::scalbn(x, -exponent).clamp(-1e300, 1e300)
+}
+
+/// Unit normal n and n.x of the hyperplane through N points.
+fn hyperplane<const N: usize>(v: &[[f64; N]; N]) -> ([f64; N], f64) {
+    let mut edges = [[0.0; N]; N];
+    for i in 1..N {
+        let edge = sub(&v[i], &v[0]);
+        let exponent = exponent_of(max_abs(&edge));
+        edges[i] = edge.map(|x| libm::scalbn(x, -exponent));
+    }
+    let normal = unit(wedge(&edges[1..], N));
+    // The vertex nearest to the eye leaves the least rounding error.
+    let mut base = &v[0];
+    for point in &v[1..] {
+        if max_abs(point) < max_abs(base) {
+            base = point;
+        }
+    }
+    (normal, dot(&normal, base))
+}
+
+/// Whether the smallest pivot of the edges is under 1e-12 of the largest (elimination with full pivoting).
+fn is_degenerate<const N: usize>(v: &[[f64; N]; N], exponent: i32) -> bool {
+    let mut edges: [[f64; N]; N] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| rescale(v[i][j], exponent) - rescale(v[0][j], exponent))
+    });
+    let mut first_pivot = 0.0;
+    for step in 1..N {
+        let (mut row, mut column, mut pivot) = (step, 0, 0.0);
+        for (i, edge) in edges.iter().enumerate().skip(step) {
+            for (j, x) in edge.iter().enumerate() {
+                if x.abs() > pivot {
+                    (row, column, pivot) = (i, j, x.abs());
+                }
+            }
+        }
+        if step == 1 {
+            first_pivot = pivot;
+        }
+        if pivot == 0.0 || pivot < DEGENERATE * first_pivot {
+            return true;
+        }
+        edges.swap(step, row);
+        let top = edges[step];
+        for edge in &mut edges[step + 1..] {
+            let factor = edge[column] / top[column];
+            for j in 0..N {
+                edge[j] -= factor * top[j];
+            }
+            edge[column] = 0.0;
+        }
+    }
+    false
+}
+
+/// A bound on the rounding error of the facet's functionals at any of its pixels.
+///
+/// A functional is a determinant of d v_a - c_a v_0; both the sum of its terms' sizes and the effect of rounding these entries
+/// are under the product of the rows' absolute sums, which is what is returned times a few ulp.
+fn doubt<const N: usize, const M: usize>(
+    v: &[[f64; N]; N],
+    screen: &Screen<N>,
+    pixels: &[[u32; 2]; N],
+    fan: bool,
+) -> f64 {
+    let axes = if fan { N - 1 } else { M };
+    let mut product = 1.0 / screen.distance.powi(axes as i32 - 1);
+    for a in 1..=axes {
+        let reach = if a <= M {
+            let centres = &screen.centres[a - 1];
+            centres[pixels[a - 1][0] as usize].abs().max(centres[pixels[a - 1][1] as usize - 1].abs())
+        } else {
+            screen.tan[a] * screen.distance
+        };
+        product *= v.iter().fold(0.0, |sum, p| sum + screen.distance * p[a].abs() + reach * p[0].abs());
+    }
+    // Differences of vertices may be twice as long as the vertices.
+    let steps = (8 * (axes + 1) * (axes + 1)) << (axes - 1);
+    product * steps as f64 * ROUNDING
+}

@@ -1,0 +1,78 @@
+//! Light: who lights a point, and what colour it then has.
+//!
+//! In: a point of a facet, in eye space, and its distance from the eye. Out: a lit flag for each light, and the colour
+//! clamp(I_t I_R base, 0, 255) with I_t = min(1, I_d + sum of I_l(D_l) colour_l over the lit), channel by channel.
+//! Source: sections 2.1.1 to 2.2 and equations 1 to 5; tinting and many lights complete its section 6. No factor for the
+//! angle of the light: the source has none.
+
+use super::frame::EyeSpace;
+use super::scene::{EyeLightKind, EyeScene, Falloff};
+use super::solid::{Solid, TAU, Target};
+use crate::math::nvec::{add_scaled, dot, sub};
+
+/// A light's place in eye space.
+pub(super) enum LightPlace<const N: usize> {
+    Sun { direction: [f64; N] },
+    Plane { direction: [f64; N], offset: f64 },
+    Radial { position: [f64; N] },
+}
+
+/// A light of the frame.
+pub(super) struct FrameLight<const N: usize> {
+    pub place: LightPlace<N>,
+    pub falloff: Falloff,
+    pub color: [f64; 3],
+}
+
+pub(super) fn frame_lights<const N: usize>(scene: &EyeScene, eye: &EyeSpace<N>) -> Vec<FrameLight<N>> {
+    let place = |kind: &EyeLightKind| match kind {
+        EyeLightKind::Sun { direction } => LightPlace::Sun { direction: eye.direction(direction) },
+        EyeLightKind::Plane { direction, point } => {
+            let direction = eye.direction(direction);
+            LightPlace::Plane { direction, offset: dot(&direction, &eye.point(point)) }
+        }
+        EyeLightKind::Radial { position } => LightPlace::Radial { position: eye.point(position) },
+    };
+    scene
+        .lights
+        .iter()
+        .map(|l| FrameLight { place: place(&l.kind), falloff: l.falloff, color: l.color })
+        .collect()
+}
+
+impl<const N: usize> FrameLight<N> {
+    /// How the light meets the point `p` of `solid`, seen from the eye's side `eye_side`: its distance and where to look for
+    /// obstacles, or `None` when it does not reach the side that is seen.
+    #[inline]
+    pub fn reach(
+        &self,
+        index: usize,
+        solid: &Solid<N>,
+        eye_side: i8,
+        p: &[f64; N],
+    ) -> Option<(f64, Target<N>)> {
+        let stand = &solid.stands[index];
+        match &self.place {
+            LightPlace::Sun { direction } => {
+                (stand.side == eye_side).then_some((0.0, Target::Sun { direction: *direction, light: index }))
+            }
+            LightPlace::Radial { position } => (stand.side == eye_side).then(|| {
+                let to_light = sub(position, p);
+                (dot(&to_light, &to_light).sqrt(), Target::Point { position: *position, light: Some(index) })
+            }),
+            LightPlace::Plane { direction, offset } => {
+                // p_L = p - h u is the foot of the perpendicular on the plane: it lies on side -sign(h) sign(n.u) of the facet.
+                let h = dot(direction, p) - offset;
+                let height = -h * stand.height;
+                let seen =
+                    stand.side != 0 && height.abs() > TAU * solid.size && (height > 0.0) == (eye_side > 0);
+                seen.then(|| (h.abs(), Target::Point { position: add_scaled(p, -h, direction), light: None }))
+            }
+        }
+    }
+}
+
+/// The colour of a facet under total light `total` a channel, with the eye's own loss `view` (0..=1).
+pub(super) fn shade(base: [f64; 3], total: [f64; 3], view: f64) -> [f64; 3] {
+    std::array::from_fn(|c| (total[c].min(1.0) * view * base[c]).clamp(0.0, 255.0))
+}

@@ -1,0 +1,119 @@
+//! How the nearest point of a facet in a pixel's fibre is found, and the functionals that each way needs.
+//!
+//! With K = N-1-M hidden axes: K = 0 a ray, K = 1 a closed form in the plane of the fibre, K >= 2 the nearest point of a
+//! polytope; or, as a check and a preview, a fan of rays.
+
+use super::frame::{Screen, Visible};
+use crate::math::nvec::{add_scaled, dot, sub, unit, wedge};
+
+/// What the caller asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fibre {
+    /// The exact nearest point.
+    #[default]
+    Exact,
+    /// A fan of this many rays along each hidden axis, the ends of the aperture included: never nearer than exact.
+    Fan(u32),
+}
+
+/// The most rays of a fan in one fibre.
+pub const MAX_FAN_RAYS: u64 = 1 << 16;
+
+/// What is done for the K at hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    /// K = 0.
+    Ray,
+    /// K = 1.
+    Plane,
+    /// K >= 2.
+    Cone,
+    /// Sampled, this many rays along each hidden axis.
+    Fan(u32),
+}
+
+/// How many functionals a facet has in the exact methods.
+pub(super) const fn planes_per_facet(n: usize, m: usize) -> usize {
+    if n == m + 2 { n * (n - 1) / 2 } else { n }
+}
+
+/// The place of the pair i < j among the pairs of 0..n.
+#[inline(always)]
+pub(super) const fn pair_index(n: usize, i: usize, j: usize) -> usize {
+    let (i, j) = if i < j { (i, j) } else { (j, i) };
+    i * (2 * n - i - 1) / 2 + j - i - 1
+}
+
+impl Method {
+    pub fn new(n: usize, m: usize, fibre: Fibre) -> Self {
+        match (n - 1 - m, fibre) {
+            (0, _) => Method::Ray,
+            (_, Fibre::Fan(rays)) => Method::Fan(rays),
+            (1, Fibre::Exact) => Method::Plane,
+            (_, Fibre::Exact) => Method::Cone,
+        }
+    }
+
+    /// The hidden coordinates of the fan's rays on the screen.
+    pub fn fan_rays<const N: usize>(self, screen: &Screen<N>, m: usize) -> Vec<[f64; N]> {
+        let Method::Fan(count) = self else { return Vec::new() };
+        let mut rays = vec![[0.0; N]];
+        for axis in m + 1..N {
+            rays = (0..count)
+                .flat_map(|i| {
+                    let part = match count {
+                        1 => 0.0,
+                        _ => (2.0 * f64::from(i) - f64::from(count - 1)) / f64::from(count - 1),
+                    };
+                    let h = screen.tan[axis] * screen.distance * part;
+                    rays.iter().map(move |ray| {
+                        let mut ray = *ray;
+                        ray[axis] = h;
+                        ray
+                    })
+                })
+                .collect();
+        }
+        rays
+    }
+
+    /// The functionals of a facet.
+    ///
+    /// Ray and fan: functional i is (-1)^i det(x, vertices but i): at the direction P all have one sign when P meets the facet,
+    /// and they are its barycentrics there but for a factor. Plane: functional (i,j) is det(x, vertices but i and j) in
+    /// the visible coordinates alone. Cone: those of the ray as unit vectors with inner sides positive.
+    pub fn planes<const N: usize, const M: usize>(self, facet: &Visible<N>) -> Vec<[f64; N]> {
+        match self {
+            Method::Plane => {
+                let pairs = (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)));
+                pairs.map(|(i, j)| through::<N>(&facet.v, |k| k != i && k != j, M + 1)).collect()
+            }
+            Method::Ray | Method::Fan(_) => (0..N)
+                .map(|i| {
+                    let plane = through::<N>(&facet.v, |k| k != i, N);
+                    if i % 2 == 0 { plane } else { plane.map(|x| -x) }
+                })
+                .collect(),
+            Method::Cone => (0..N)
+                .map(|i| {
+                    let plane = unit(through::<N>(&facet.v, |k| k != i, N));
+                    // Vertex i lies on the inner side. Its height over the others decides, summed from differences.
+                    let base = &facet.v[usize::from(i == 0)];
+                    let height = dot(&plane, &sub(&facet.v[i], base));
+                    if height < 0.0 { plane.map(|x| -x) } else { plane }
+                })
+                .collect(),
+        }
+    }
+}
+
+/// det(x, the vertices that `among` picks) on the first `len` coordinates, through differences from the first of them.
+fn through<const N: usize>(v: &[[f64; N]; N], among: impl Fn(usize) -> bool, len: usize) -> [f64; N] {
+    let mut rows = [[0.0; N]; N];
+    let mut count = 0;
+    for (_, point) in v.iter().enumerate().filter(|(k, _)| among(*k)) {
+        rows[count] = if count == 0 { *point } else { add_scaled(point, -1.0, &rows[0]) };
+        count += 1;
+    }
+    wedge(&rows[..count], len)
+}

@@ -1,0 +1,157 @@
+//! What the eye saw: facet, distance, lit flags and colour of every pixel, as JSON in and out, and compared.
+//!
+//! Flat arrays, axis 1 (left to right) fastest, then axis 2 (top to bottom), then the others. Colours are reals in 0..=255,
+//! not rounded.
+
+use super::error::EyeError;
+use super::json::Node;
+use super::scene::EyeScene;
+use serde_json::{Value, json};
+
+/// Facet index of a pixel that sees nothing.
+pub const MISS: i32 = -1;
+
+/// The picture of an N-dimensional scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EyePicture {
+    /// Pixels along each screen axis.
+    pub pixels: Vec<u32>,
+    /// How many lights the scene has: flags a pixel in `lit`.
+    pub lights: usize,
+    /// Index of the facet seen, or [`MISS`].
+    pub facet: Vec<i32>,
+    /// Its distance from the eye in units of the scene, infinite on a miss.
+    pub dist: Vec<f64>,
+    /// Whether each light reaches the point seen, `lights` flags a pixel; false on a miss.
+    pub lit: Vec<bool>,
+    /// Colour, 0..=255 a channel.
+    pub color: Vec<[f64; 3]>,
+    /// Degenerate facets that were left out, ascending.
+    pub skipped_facets: Vec<u32>,
+}
+
+impl EyePicture {
+    /// An empty picture for a scene: background everywhere.
+    pub(super) fn background(scene: &EyeScene) -> Self {
+        let (count, lights) = (scene.pixel_count(), scene.lights.len());
+        EyePicture {
+            pixels: scene.pixels.clone(),
+            lights,
+            facet: vec![MISS; count],
+            dist: vec![f64::INFINITY; count],
+            lit: vec![false; count * lights],
+            color: vec![scene.background; count],
+            skipped_facets: Vec::new(),
+        }
+    }
+
+    /// The lit flags of pixel `index`.
+    pub fn flags(&self, index: usize) -> &[bool] {
+        &self.lit[index * self.lights..(index + 1) * self.lights]
+    }
+
+    /// The picture as `{facet, dist, lit, color, skipped_facets}`: `dist` null and `lit` [] on a miss.
+    pub fn to_value(&self) -> Value {
+        let hit = |i: usize| self.facet[i] != MISS;
+        let count = 0..self.facet.len();
+        json!({
+            "facet": self.facet,
+            "dist": count.clone().map(|i| if hit(i) { json!(self.dist[i]) } else { Value::Null }).collect::<Vec<_>>(),
+            "lit": count.map(|i| if hit(i) { json!(self.flags(i)) } else { json!([]) }).collect::<Vec<_>>(),
+            "color": self.color,
+            "skipped_facets": self.skipped_facets,
+        })
+    }
+
+    /// Reads a picture of `scene` from `{facet, dist, lit, color, skipped_facets}`; a `fragile` list is allowed and not kept.
+    pub fn from_value(value: &Value, scene: &EyeScene) -> Result<Self, EyeError> {
+        let root = Node { value, path: "expected".into() };
+        root.object(&["facet", "dist", "lit", "color", "fragile", "skipped_facets"])?;
+        let mut picture = EyePicture::background(scene);
+        let count = picture.facet.len();
+        let lists = ["facet", "dist", "lit", "color"].map(|key| root.field(key).and_then(|n| n.array()));
+        let [facet, dist, lit, color] = lists;
+        let (facet, dist, lit, color) = (facet?, dist?, lit?, color?);
+        for (name, list) in [("facet", &facet), ("dist", &dist), ("lit", &lit), ("color", &color)] {
+            if list.len() != count {
+                let (path, expected) = (format!("expected.{name}"), count.to_string());
+                return Err(EyeError::Length { path, expected, found: list.len() });
+            }
+        }
+        for i in 0..count {
+            picture.facet[i] = facet[i].number()? as i32;
+            picture.color[i] = color[i].triple()?;
+            if picture.facet[i] == MISS {
+                continue;
+            }
+            picture.dist[i] = dist[i].number()?;
+            let flags = lit[i].array()?;
+            if flags.len() != picture.lights {
+                let (path, expected) = (lit[i].path.clone(), picture.lights.to_string());
+                return Err(EyeError::Length { path, expected, found: flags.len() });
+            }
+            for (l, flag) in flags.iter().enumerate() {
+                picture.lit[i * picture.lights + l] = flag.value.as_bool().ok_or_else(|| EyeError::Type {
+                    path: flag.path.clone(),
+                    expected: "true or false".into(),
+                    found: flag.value.to_string(),
+                })?;
+            }
+        }
+        let skipped = root.optional("skipped_facets").map_or(Ok(Vec::new()), |n| n.numbers())?;
+        picture.skipped_facets = skipped.into_iter().map(|i| i as u32).collect();
+        Ok(picture)
+    }
+
+    /// How this picture differs from `other`, which has the same pixels and lights; flat indices in `fragile` are left out.
+    ///
+    /// # Panics
+    /// When pixels or lights differ in number.
+    pub fn differences(&self, other: &EyePicture, fragile: &[usize]) -> Differences {
+        assert_eq!((&self.pixels, self.lights), (&other.pixels, other.lights), "pictures of one screen");
+        let mut out =
+            Differences { skipped: self.skipped_facets != other.skipped_facets, ..Differences::default() };
+        for i in (0..self.facet.len()).filter(|i| !fragile.contains(i)) {
+            let before = (out.facets, out.flags);
+            out.facets += usize::from(self.facet[i] != other.facet[i]);
+            out.flags += usize::from(self.flags(i) != other.flags(i));
+            if (out.facets, out.flags) != before && out.first.is_none() {
+                out.first = Some(i);
+            }
+            if self.dist[i] != other.dist[i] {
+                let (a, b) = (self.dist[i], other.dist[i]);
+                let off = (a - b).abs() / b.abs().max(1.0);
+                // A hit against a miss counts as infinitely far off.
+                out.distance = out.distance.max(if off.is_nan() { f64::INFINITY } else { off });
+            }
+            for c in 0..3 {
+                out.color = out.color.max((self.color[i][c] - other.color[i][c]).abs());
+            }
+        }
+        out
+    }
+}
+
+/// How two pictures differ.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Differences {
+    /// Pixels that see another facet.
+    pub facets: usize,
+    /// Pixels with other lit flags.
+    pub flags: usize,
+    /// The largest difference of distances, relative where over 1.
+    pub distance: f64,
+    /// The largest difference of a colour channel, in 1/255.
+    pub color: f64,
+    /// Whether other facets were skipped.
+    pub skipped: bool,
+    /// The first pixel whose facet or flags differ.
+    pub first: Option<usize>,
+}
+
+impl Differences {
+    /// Whether the pictures agree as the cases ask: facets and flags equal, distance within 1e-9, colour within 1e-6.
+    pub fn are_none(&self) -> bool {
+        self.facets == 0 && self.flags == 0 && !self.skipped && self.distance <= 1e-9 && self.color <= 1e-6
+    }
+}

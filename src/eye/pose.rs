@@ -1,0 +1,183 @@
+//! Where the eye is and how it is turned: navigation in R^N.
+//!
+//! x_eye = R^T (x - o). R starts as the identity; a rotation [a,b,angle] turns the eye's own frame, columns of R:
+//! e_a -> cos e_a + sin e_b, e_b -> -sin e_a + cos e_b. Multiples of 90 degrees are exact, and the columns are made
+//! orthonormal again after each step, so that a long walk does not warp the eye.
+//! A pose is its list of rotations: what a viewer shows is what the JSON with that list gives, to the bit.
+
+use super::error::EyeError;
+use super::scene::{finite_point, in_range};
+
+/// A turn in the plane of the eye's own axes `a` and `b`, from `a` towards `b`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation {
+    /// First axis.
+    pub a: usize,
+    /// Second axis.
+    pub b: usize,
+    /// Angle in degrees.
+    pub angle_deg: f64,
+}
+
+/// Place and turns of the eye, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Where it is.
+    pub position: Vec<f64>,
+    /// Its turns, in order, each in the frame that those before it left.
+    pub rotations: Vec<Rotation>,
+}
+
+impl Pose {
+    /// At the origin, not turned.
+    pub fn identity(dim: usize) -> Self {
+        Pose { position: vec![0.0; dim], rotations: Vec::new() }
+    }
+
+    /// The eye's axes: entry j is R e_j, the j-th axis in world coordinates.
+    pub fn axes(&self) -> Vec<Vec<f64>> {
+        let dim = self.position.len();
+        let mut axes: Vec<Vec<f64>> =
+            (0..dim).map(|j| (0..dim).map(|i| f64::from(u8::from(i == j))).collect()).collect();
+        for rotation in &self.rotations {
+            let (sin, cos) = sin_cos_deg(rotation.angle_deg);
+            for i in 0..dim {
+                let (x, y) = (axes[rotation.a][i], axes[rotation.b][i]);
+                axes[rotation.a][i] = cos * x + sin * y;
+                axes[rotation.b][i] = cos * y - sin * x;
+            }
+            orthonormalise(&mut axes);
+        }
+        axes
+    }
+
+    /// Moves the eye by `distance` along its own axis `axis` (0 forward, 1 left, 2 up, ...).
+    ///
+    /// # Panics
+    /// When `axis` is not one of the space.
+    pub fn advance(&mut self, axis: usize, distance: f64) {
+        let direction = &self.axes()[axis];
+        for (x, step) in self.position.iter_mut().zip(direction) {
+            *x += distance * step;
+        }
+    }
+
+    /// Turns the eye in the plane of its axes `a` and `b`; turns in one plane that follow each other become one.
+    ///
+    /// # Panics
+    /// When `a` and `b` are not two axes of the space.
+    pub fn turn(&mut self, a: usize, b: usize, angle_deg: f64) {
+        let dim = self.position.len();
+        assert!(a != b && a < dim && b < dim, "a plane of two axes below {dim}");
+        match self.rotations.last_mut() {
+            Some(last) if (last.a, last.b) == (a, b) => last.angle_deg = (last.angle_deg + angle_deg) % 360.0,
+            Some(last) if (last.a, last.b) == (b, a) => last.angle_deg = (last.angle_deg - angle_deg) % 360.0,
+            _ => self.rotations.push(Rotation { a, b, angle_deg: angle_deg % 360.0 }),
+        }
+        self.rotations.retain(|r| r.angle_deg != 0.0);
+    }
+
+    /// Every plane of rotation of R^N, as pairs of axes, visible ones first.
+    pub fn planes(dim: usize) -> Vec<[usize; 2]> {
+        (1..dim).flat_map(|b| (0..b).map(move |a| [a, b])).collect()
+    }
+
+    pub(super) fn check(&self, dim: usize) -> Result<(), EyeError> {
+        finite_point("eye.position", &self.position, dim)?;
+        for (i, r) in self.rotations.iter().enumerate() {
+            for (j, axis) in [r.a, r.b].into_iter().enumerate() {
+                in_range(format!("eye.rotations[{i}][{j}]"), axis as f64, axis < dim, || {
+                    format!("an axis from 0 to {}", dim - 1)
+                })?;
+            }
+            in_range(format!("eye.rotations[{i}][1]"), r.b as f64, r.a != r.b, || {
+                "another axis than the first".into()
+            })?;
+            in_range(format!("eye.rotations[{i}][2]"), r.angle_deg, r.angle_deg.is_finite(), || {
+                "a finite angle".into()
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Sine and cosine of an angle in degrees; exact at multiples of 90.
+pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
+    let reduced = angle_deg % 360.0;
+    let quarter = (reduced / 90.0).round();
+    let (sin, cos) = libm::sincos((reduced - 90.0 * quarter) * (std::f64::consts::PI / 180.0));
+    match quarter.rem_euclid(4.0) as u8 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+/// Gram and Schmidt, in the order of the axes; exact for a frame of unit axes.
+fn orthonormalise(axes: &mut [Vec<f64>]) {
+    for j in 0..axes.len() {
+        let (done, rest) = axes.split_at_mut(j);
+        let current = &mut rest[0];
+        for other in done {
+            let along: f64 = current.iter().zip(&*other).map(|(x, y)| x * y).sum();
+            current.iter_mut().zip(&*other).for_each(|(x, y)| *x -= along * y);
+        }
+        let norm = current.iter().map(|x| x * x).sum::<f64>().sqrt();
+        current.iter_mut().for_each(|x| *x /= norm);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quarter_turns_are_exact() {
+        for (angle, want) in
+            [(0.0, (0.0, 1.0)), (90.0, (1.0, 0.0)), (-90.0, (-1.0, 0.0)), (180.0, (0.0, -1.0))]
+        {
+            for turns in [-720.0, 0.0, 3600.0] {
+                assert_eq!(sin_cos_deg(angle + turns), want, "{angle} + {turns}");
+            }
+        }
+        let (sin, cos) = sin_cos_deg(30.0);
+        assert!((sin - 0.5).abs() < 1e-15 && (cos - 0.75f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_quarter_turn_to_the_left_looks_along_y() {
+        let mut pose = Pose::identity(3);
+        pose.turn(0, 1, 90.0);
+        assert_eq!(pose.axes(), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+        pose.advance(0, 2.5);
+        assert_eq!(pose.position, [0.0, 2.5, 0.0]);
+    }
+
+    #[test]
+    fn turns_in_one_plane_become_one_and_cancel() {
+        let mut pose = Pose::identity(4);
+        for _ in 0..18 {
+            pose.turn(0, 3, 5.0);
+        }
+        assert_eq!(pose.rotations, [Rotation { a: 0, b: 3, angle_deg: 90.0 }]);
+        pose.turn(3, 0, 90.0);
+        assert_eq!(pose.rotations, []);
+    }
+
+    #[test]
+    fn a_long_walk_keeps_the_axes_orthonormal() {
+        let mut pose = Pose::identity(5);
+        for step in 0..2000 {
+            pose.turn(step % 5, (step * 3 + 1 + usize::from(step % 5 == (step * 3 + 1) % 5)) % 5, 7.3);
+        }
+        let axes = pose.axes();
+        for i in 0..5 {
+            for j in 0..5 {
+                let product: f64 = axes[i].iter().zip(&axes[j]).map(|(x, y)| x * y).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j} {product}");
+            }
+        }
+        assert_eq!(Pose::planes(5).len(), 10);
+    }
+}

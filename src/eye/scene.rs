@@ -1,0 +1,269 @@
+//! A scene of R^N and the screen it is seen on, checked.
+//!
+//! World space throughout. Axes of the eye: 0 forward, 1..=M screen (1 left, 2 up, ...), M+1..N hidden.
+//! Promise: an [`EyeScene`] holds finite numbers, in range, of matching lengths; whoever has one need not check again.
+
+use super::error::EyeError;
+use super::pose::Pose;
+
+/// The largest dimension of a scene.
+pub const MAX_DIM: usize = crate::math::nvec::MAX_DIM;
+/// The most pixels of one picture.
+pub const MAX_PIXELS: u64 = 1 << 26;
+/// The most lit flags of one picture: pixels times lights.
+pub const MAX_FLAGS: u64 = 1 << 28;
+
+/// Loss of brightness with distance: I(D) = min(1, k / (1 + D)^n).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Falloff {
+    /// Strength, at least 0.
+    pub k: f64,
+    /// Power, at least 0.
+    pub n: f64,
+}
+
+impl Falloff {
+    /// No loss at any distance.
+    pub const OFF: Falloff = Falloff { k: 1.0, n: 0.0 };
+
+    /// I(D) in 0..=1 for a distance D >= 0 (source, equation 1, clamped).
+    pub fn at(self, distance: f64) -> f64 {
+        let base = 1.0 + distance;
+        let loss = if self.n == self.n.trunc() && self.n <= 16.0 {
+            (0..self.n as u32).fold(1.0, |product, _| product * base)
+        } else {
+            libm::pow(base, self.n)
+        };
+        (self.k / loss).min(1.0)
+    }
+}
+
+/// Where a light is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EyeLightKind {
+    /// The sun: infinitely far, its light travels along `direction`; no loss with distance.
+    Sun {
+        /// Not zero, any length.
+        direction: Vec<f64>,
+    },
+    /// The hyperplane through `point` with normal `direction`; it shines from both faces, along the normal.
+    Plane {
+        /// Not zero, any length.
+        direction: Vec<f64>,
+        /// Any point of the hyperplane.
+        point: Vec<f64>,
+    },
+    /// A point that shines all around.
+    Radial {
+        /// Its place.
+        position: Vec<f64>,
+    },
+}
+
+/// A light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EyeLight {
+    /// Where it is.
+    pub kind: EyeLightKind,
+    /// Its loss with distance.
+    pub falloff: Falloff,
+    /// Its colour, 0..=1.
+    pub color: [f64; 3],
+}
+
+/// One (N-1)-simplex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facet {
+    /// N points of N coordinates each.
+    pub v: Vec<Vec<f64>>,
+    /// Its own colour, 0..=255.
+    pub color: [f64; 3],
+}
+
+/// What a scene is made of; [`EyeScene::new`] checks it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneParts {
+    /// N.
+    pub dim: usize,
+    /// Pixels along each of the M screen axes.
+    pub pixels: Vec<u32>,
+    /// Distance of the screen from the eye, over 0.
+    pub distance: f64,
+    /// Width of the screen along each of its axes, over 0.
+    pub size: Vec<f64>,
+    /// Tangent of the aperture of each of the N-1-M hidden axes, at least 0.
+    pub aperture_tan: Vec<f64>,
+    /// Diffuse light I_d a channel, 0..=1.
+    pub diffuse: [f64; 3],
+    /// The eye's own loss I_R.
+    pub view: Falloff,
+    /// Colour of pixels that see nothing, 0..=255.
+    pub background: [f64; 3],
+    /// Where the eye is and how it is turned.
+    pub pose: Pose,
+    /// The lights.
+    pub lights: Vec<EyeLight>,
+    /// The facets; a degenerate one is allowed here, and skipped and reported by the renderer.
+    pub facets: Vec<Facet>,
+}
+
+/// A checked scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EyeScene(SceneParts);
+
+impl std::ops::Deref for EyeScene {
+    type Target = SceneParts;
+
+    fn deref(&self) -> &SceneParts {
+        &self.0
+    }
+}
+
+impl EyeScene {
+    /// Checks lengths and ranges; the error names the place as the JSON would.
+    pub fn new(parts: SceneParts) -> Result<Self, EyeError> {
+        let n = parts.dim;
+        in_range("dim", n as f64, (2..=MAX_DIM).contains(&n), || {
+            format!("a whole number from 2 to {MAX_DIM}")
+        })?;
+        let m = parts.pixels.len();
+        if !(1..n).contains(&m) {
+            return Err(length("pixels", format!("1 to {} (one a screen axis)", n - 1), m));
+        }
+        let mut total = 1u64;
+        for (i, &count) in parts.pixels.iter().enumerate() {
+            in_range(format!("pixels[{i}]"), count.into(), count >= 1, || "a whole number from 1".into())?;
+            total = total.saturating_mul(count.into());
+        }
+        limit("pixels", total, MAX_PIXELS)?;
+        limit("lights", total.saturating_mul(parts.lights.len() as u64), MAX_FLAGS)?;
+        positive("d", parts.distance)?;
+        same_length("S", parts.size.len(), m)?;
+        for (i, &size) in parts.size.iter().enumerate() {
+            positive(&format!("S[{i}]"), size)?;
+        }
+        same_length("aperture_tan", parts.aperture_tan.len(), n - 1 - m)?;
+        for (i, &tan) in parts.aperture_tan.iter().enumerate() {
+            in_range(format!("aperture_tan[{i}]"), tan, tan.is_finite() && tan >= 0.0, || {
+                "a finite tangent of at least 0".into()
+            })?;
+        }
+        color("I_d", &parts.diffuse, 1.0)?;
+        falloff("view", parts.view)?;
+        color("background", &parts.background, 255.0)?;
+        parts.pose.check(n)?;
+        for (i, light) in parts.lights.iter().enumerate() {
+            check_light(&format!("lights[{i}]"), light, n)?;
+        }
+        for (i, facet) in parts.facets.iter().enumerate() {
+            let place = format!("facets[{i}]");
+            same_length(&format!("{place}.v"), facet.v.len(), n)?;
+            for (j, point) in facet.v.iter().enumerate() {
+                finite_point(&format!("{place}.v[{j}]"), point, n)?;
+            }
+            color(&format!("{place}.color"), &facet.color, 255.0)?;
+        }
+        Ok(EyeScene(parts))
+    }
+
+    /// The parts, to be changed and checked again.
+    pub fn into_parts(self) -> SceneParts {
+        self.0
+    }
+
+    /// Dimension M of the screen.
+    pub fn screen_dim(&self) -> usize {
+        self.0.pixels.len()
+    }
+
+    /// Number K of hidden retina axes.
+    pub fn hidden_dim(&self) -> usize {
+        self.0.dim - 1 - self.0.pixels.len()
+    }
+
+    /// Pixels in all.
+    pub fn pixel_count(&self) -> usize {
+        self.0.pixels.iter().map(|&n| n as usize).product()
+    }
+
+    /// The same scene seen from elsewhere; the pose must be of the scene's dimension.
+    pub fn with_pose(mut self, pose: Pose) -> Result<Self, EyeError> {
+        pose.check(self.0.dim)?;
+        self.0.pose = pose;
+        Ok(self)
+    }
+}
+
+fn check_light(place: &str, light: &EyeLight, n: usize) -> Result<(), EyeError> {
+    let direction_place = format!("{place}.direction");
+    match &light.kind {
+        EyeLightKind::Sun { direction } => {
+            nonzero(&direction_place, direction, n)?;
+            in_range(format!("{place}.n"), light.falloff.n, light.falloff.n == 0.0, || {
+                "0 (a parallel light without a point is infinitely far)".into()
+            })?;
+        }
+        EyeLightKind::Plane { direction, point } => {
+            nonzero(&direction_place, direction, n)?;
+            finite_point(&format!("{place}.point"), point, n)?;
+        }
+        EyeLightKind::Radial { position } => finite_point(&format!("{place}.position"), position, n)?,
+    }
+    falloff(place, light.falloff)?;
+    color(&format!("{place}.color"), &light.color, 1.0)
+}
+
+/// A point of N finite coordinates.
+pub(super) fn finite_point(place: &str, point: &[f64], n: usize) -> Result<(), EyeError> {
+    same_length(place, point.len(), n)?;
+    for (i, &x) in point.iter().enumerate() {
+        in_range(format!("{place}[{i}]"), x, x.is_finite(), || "a finite number".into())?;
+    }
+    Ok(())
+}
+
+fn nonzero(place: &str, vector: &[f64], n: usize) -> Result<(), EyeError> {
+    finite_point(place, vector, n)?;
+    in_range(place, 0.0, vector.iter().any(|&x| x != 0.0), || "a vector that is not zero".into())
+}
+
+fn falloff(place: &str, falloff: Falloff) -> Result<(), EyeError> {
+    for (name, value) in [("k", falloff.k), ("n", falloff.n)] {
+        in_range(format!("{place}.{name}"), value, value.is_finite() && value >= 0.0, || {
+            "a finite number of at least 0".into()
+        })?;
+    }
+    Ok(())
+}
+
+fn color(place: &str, color: &[f64; 3], most: f64) -> Result<(), EyeError> {
+    for (i, &x) in color.iter().enumerate() {
+        in_range(format!("{place}[{i}]"), x, (0.0..=most).contains(&x), || format!("0 to {most}"))?;
+    }
+    Ok(())
+}
+
+fn positive(place: &str, x: f64) -> Result<(), EyeError> {
+    in_range(place, x, x.is_finite() && x > 0.0, || "a finite number over 0".into())
+}
+
+fn limit(place: &str, found: u64, limit: u64) -> Result<(), EyeError> {
+    if found > limit { Err(EyeError::TooBig { path: place.into(), limit, found }) } else { Ok(()) }
+}
+
+fn same_length(place: &str, found: usize, expected: usize) -> Result<(), EyeError> {
+    if found == expected { Ok(()) } else { Err(length(place, expected.to_string(), found)) }
+}
+
+fn length(place: &str, expected: String, found: usize) -> EyeError {
+    EyeError::Length { path: place.into(), expected, found }
+}
+
+pub(super) fn in_range(
+    place: impl Into<String>,
+    found: f64,
+    holds: bool,
+    expected: impl FnOnce() -> String,
+) -> Result<(), EyeError> {
+    if holds { Ok(()) } else { Err(EyeError::Range { path: place.into(), expected: expected(), found }) }
+}
