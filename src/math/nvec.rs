@@ -235,6 +235,7 @@ mod tests {
             weights in prop::array::uniform5(-3i64..=3),
         ) {
             // The last row is a combination of the others, but for a nudge of 2^-48.
+            #[allow(clippy::needless_range_loop)]
             for c in 0..n {
                 rows[n - 1][c] = (0..n - 1).map(|r| weights[r] * rows[r][c]).sum();
             }
