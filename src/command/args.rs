@@ -38,12 +38,13 @@ pub(super) struct Args<'a> {
     rest: &'a [u8],
     taken: usize,
     count: usize,
+    last: &'a [u8],
 }
 
 impl<'a> Args<'a> {
     /// The arguments in `rest`, which begins after the verb.
     pub fn new(rest: &'a [u8]) -> Self {
-        Args { rest, taken: 0, count: words(rest).count() }
+        Args { rest, taken: 0, count: words(rest).count(), last: b"" }
     }
 
     /// How many words the line has after its verb.
@@ -66,6 +67,11 @@ impl<'a> Args<'a> {
         words(self.rest).nth(n).unwrap_or(b"")
     }
 
+    /// The word taken last.
+    pub fn last(&self) -> &'a [u8] {
+        self.last
+    }
+
     /// The next word; empty when there is none, which is no number, colour, keyword or name.
     pub fn word(&mut self) -> &'a [u8] {
         let start = self.rest.iter().position(|&b| !is_blank(b)).unwrap_or(self.rest.len());
@@ -73,7 +79,8 @@ impl<'a> Args<'a> {
         let end = word.iter().position(|&b| is_blank(b)).unwrap_or(word.len());
         self.rest = &word[end..];
         self.taken += usize::from(end > 0);
-        &word[..end]
+        self.last = &word[..end];
+        self.last
     }
 
     fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, Refusal> {

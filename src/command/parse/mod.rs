@@ -18,7 +18,11 @@ fn expect_left(args: &Args<'_>, counts: &[usize], what: &str) -> Result<(), Refu
         return Ok(());
     }
     let most = counts.last().copied().unwrap_or(0);
-    let blamed = args.nth_left(if args.left() > most { most } else { args.left().saturating_sub(1) });
+    // The first word too many, or the last one before those that are missing.
+    let blamed = match args.left() {
+        0 => args.last(),
+        left => args.nth_left(most.min(left - 1)),
+    };
     let wanted = counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
     Err(Refusal::new(
         Code::Args,

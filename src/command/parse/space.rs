@@ -14,7 +14,8 @@ use glam::{DMat4, DVec3};
 
 pub fn mesh(args: &mut Args<'_>) -> Parsed {
     let name = args.name()?;
-    let source = match args.word().to_ascii_lowercase().as_slice() {
+    let what = args.word();
+    let source = match what.to_ascii_lowercase().as_slice() {
         b"obj" => {
             expect_left(args, &[0], "OBJ")?;
             MeshSource::Obj(Vec::new())
@@ -43,9 +44,9 @@ pub fn mesh(args: &mut Args<'_>) -> Parsed {
             expect_left(args, &[2], "KNOT")?;
             MeshSource::Knot(args.count_number()?, args.count_number()?)
         }
-        other => {
+        _ => {
             let wanted = "argument 2 must be OBJ, BOX, SPHERE, CONE, CYLINDER, TEAPOT or KNOT";
-            return Err(Refusal::new(Code::Args, wanted, other));
+            return Err(Refusal::new(Code::Args, wanted, what));
         }
     };
     Ok(Command::Mesh { name, source: Box::new(source) })
@@ -214,7 +215,8 @@ fn attenuation(args: &mut Args<'_>) -> Result<Attenuation, Refusal> {
 
 pub fn light(args: &mut Args<'_>) -> Parsed {
     let index = args.int()?;
-    let light = match args.word().to_ascii_lowercase().as_slice() {
+    let kind = args.word();
+    let light = match kind.to_ascii_lowercase().as_slice() {
         b"point" => {
             expect_left(args, &[6, 9], "POINT")?;
             let (position, color) = (args.vector()?, args.vector()?);
@@ -242,9 +244,7 @@ pub fn light(args: &mut Args<'_>) -> Parsed {
             expect_left(args, &[0], "OFF")?;
             LightCommand::Off
         }
-        other => {
-            return Err(Refusal::new(Code::Args, "argument 2 must be POINT, DIR, SPOT or OFF", other));
-        }
+        _ => return Err(Refusal::new(Code::Args, "argument 2 must be POINT, DIR, SPOT or OFF", kind)),
     };
     Ok(Command::Light { index, light: Box::new(light) })
 }

@@ -1,0 +1,195 @@
+//! The transport may cut a stream anywhere.
+
+use crate::naive::hear_naively;
+use crate::recorder::{Event, hear, hear_pieces};
+use fbptr::command::{EndOfInput, Limits};
+use proptest::prelude::*;
+
+const LIMITS: Limits = Limits { payload_bytes: 300 };
+
+/// A stream with everything in it: every way of framing, whole and broken.
+fn mixed_stream() -> Vec<u8> {
+    let mut s = Vec::new();
+    s.extend_from_slice(
+        b"PX 1 2 a1b2c3\nPX 1023 767 00ff7f\nPX 12 345 ABCDEF80\npx -1 +2 red\r\nPX 5 6 7f\nPX 7 8\n",
+    );
+    s.extend_from_slice(
+        b"PB\x01\x00\x02\x00\x0a\x0d\x50\x42PBPBPBPBPBSIZE\nPB\n\n\n\n\n\n\n\n# comment :5\n\n \t\r\n",
+    );
+    s.extend_from_slice(b"PXMULTI\x03\x00\x04\x00\x03\x00\x00\x00PX 1 2 ff\n\n\nPX 9 9 123456\n");
+    s.extend_from_slice(
+        b"TEXT 1 2 ff0000 :12\nPX 1 1 ff\nPB\nNONSENSE :7\nSIZE\n\nPLINE 0 0 9 9 red blue\r\n",
+    );
+    s.extend_from_slice(b"TEXT 1 2 ff :301\n");
+    s.extend(std::iter::repeat_n(b"PX 1 1 ff0000\n".iter().copied(), 22).flatten().take(301));
+    s.extend_from_slice(
+        b"PX 1 2 zz\nPX 1 2 fffff\nPX 12345 67890 00ff00\nPX 1 2 3 4\nSYNC :x\nSYNC :\nPXMULTX\nPXM\nP\n",
+    );
+    s.extend_from_slice(b"PXMULTI\0\0\0\0\x50\0\0\0");
+    s.extend(std::iter::repeat_n(b"PBPX 1 2 00\n".iter().copied(), 27).flatten().take(320));
+    s.extend_from_slice(b"PX 1 2 ff00ff\r\nPOLY ");
+    s.extend(std::iter::repeat_n(b"red \t", 900).flatten());
+    s.extend_from_slice(b" :9\r\nPX 3 3 ffPX 9 8 010203\nSIZE\nTEXT 0 0 ff :4\nab");
+    s
+}
+
+#[test]
+fn every_cut_of_a_mixed_stream_tells_the_same() {
+    let stream = mixed_stream();
+    let whole = hear_pieces([&stream[..]], LIMITS, EndOfInput::Stream);
+    assert_eq!(whole, hear_naively(&stream, LIMITS, EndOfInput::Stream));
+    // It ends in an unfinished command, and has said much before.
+    assert!(whole.len() > 30 && matches!(whole.last(), Some(Event::Error(_))));
+    for cut in 0..=stream.len() {
+        let (a, b) = stream.split_at(cut);
+        assert_eq!(hear_pieces([a, b], LIMITS, EndOfInput::Stream), whole, "cut at {cut}");
+    }
+    for size in [1, 2, 3, 5, 7, 9, 10, 11, 13, 16, 64, 1448] {
+        assert_eq!(hear_pieces(stream.chunks(size), LIMITS, EndOfInput::Stream), whole, "pieces of {size}");
+    }
+}
+
+#[test]
+fn every_three_pieces_of_a_short_stream_tell_the_same() {
+    let stream = b"PX 1 2 a1b2c3\nPB\x01\x00\x02\x00rgbaPXMULTI\x03\x00\x04\x00\x01\x00\x00\x00rgbaTEXT 1 2 ff :2\nabNO :1\nxSIZE\r\n";
+    let whole = hear(stream);
+    for a in 0..=stream.len() {
+        for b in a..=stream.len() {
+            let pieces = [&stream[..a], &stream[a..b], &stream[b..]];
+            assert_eq!(
+                hear_pieces(pieces, Limits::default(), EndOfInput::Stream),
+                whole,
+                "cuts at {a} and {b}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_prefix_tells_the_beginning_and_at_most_one_more() {
+    let stream = mixed_stream();
+    let whole = hear_naively(&stream, LIMITS, EndOfInput::Stream);
+    for end in [EndOfInput::Stream, EndOfInput::File] {
+        for length in 0..stream.len() {
+            let heard = hear_pieces([&stream[..length]], LIMITS, end);
+            let same = heard.iter().zip(&whole).take_while(|(a, b)| a == b).count();
+            assert!(heard.len() - same <= 1, "{length}: {:?}", &heard[same..]);
+            assert_eq!(heard, hear_naively(&stream[..length], LIMITS, end), "{length}");
+        }
+    }
+}
+
+/// Pieces of streams that are near to commands, so that chance finds the borders.
+fn fragment() -> impl Strategy<Value = Vec<u8>> {
+    let words = prop::sample::select(vec![
+        "PX",
+        "px",
+        "PB",
+        "PXMULTI",
+        "TEXT",
+        "BLIT",
+        "LINE",
+        "SIZE",
+        "POINTS",
+        "MESH",
+        "SNAP",
+        "#",
+        " ",
+        "  ",
+        "\t",
+        "\n",
+        "\r",
+        "\r\n",
+        "\n\n",
+        ":",
+        ":0",
+        ":4",
+        ":8",
+        ":12",
+        ":99",
+        ":301",
+        ":x",
+        ":18446744073709551616",
+        "0",
+        "1",
+        "-1",
+        "+12",
+        "1023",
+        "9999",
+        "10000",
+        "99999",
+        "2147483648",
+        "ff",
+        "a1b2c3",
+        "A1B2C3D4",
+        "red",
+        "a1b2cg",
+        "\0\0\0",
+        "\u{1}\0\0\0",
+        "é",
+    ]);
+    prop_oneof![
+        8 => words.prop_map(|w| w.as_bytes().to_vec()),
+        2 => prop::collection::vec(any::<u8>(), 0..6),
+        6 => (0..3000i32, 0..3000i32, any::<u32>()).prop_map(|(x, y, c)| format!("PX {x} {y} {:06x}\n", c >> 8).into_bytes()),
+        3 => (any::<i32>(), -12..120i32, any::<u32>(), 0..9usize)
+            .prop_map(|(x, y, c, n)| format!("PX {x} {y} {}\n", &format!("{c:08x}")[..n.min(8)]).into_bytes()),
+        1 => any::<[u8; 8]>().prop_map(|b| [b"PB".as_slice(), &b].concat()),
+        1 => (0..5u32).prop_map(|n| [b"PXMULTI\x01\0\x02\0".as_slice(), &n.to_le_bytes(), &vec![b'\n'; n as usize * 4]].concat()),
+        1 => (4050..4110usize).prop_map(|n| vec![b'y'; n]),
+    ]
+}
+
+/// A plain pixel with one byte changed: the fast way must see every one of them.
+fn damaged_pixel() -> impl Strategy<Value = Vec<u8>> {
+    (0..20_000i32, 0..20_000i32, any::<u32>(), 2..9usize, any::<prop::sample::Index>(), any::<u8>()).prop_map(
+        |(x, y, c, n, at, byte)| {
+            let mut line = format!("PX {x} {y} {}\n", &format!("{c:08x}")[..n]).into_bytes();
+            let at = at.index(line.len());
+            line[at] = byte;
+            line
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    #[test]
+    fn streams_of_near_commands_tell_what_the_naive_reader_hears(
+        fragments in prop::collection::vec(fragment(), 0..40),
+        sizes in prop::collection::vec(1..70usize, 1..20),
+        file in any::<bool>(),
+    ) {
+        let stream = fragments.concat();
+        let end = if file { EndOfInput::File } else { EndOfInput::Stream };
+        let truth = hear_naively(&stream, LIMITS, end);
+        prop_assert_eq!(&hear_pieces([&stream[..]], LIMITS, end), &truth);
+        let mut rest = &stream[..];
+        let mut sizes = sizes.iter().cycle();
+        let pieces = std::iter::from_fn(|| {
+            let (piece, more) = rest.split_at(rest.len().min(*sizes.next()?));
+            rest = more;
+            (!piece.is_empty()).then_some(piece)
+        });
+        prop_assert_eq!(&hear_pieces(pieces, LIMITS, end), &truth);
+    }
+
+    #[test]
+    fn a_pixel_with_one_wrong_byte_between_good_ones_is_read_as_its_words_say(
+        line in damaged_pixel(),
+        before in 0..5usize,
+        after in 0..5usize,
+    ) {
+        let mut stream = b"PX 12 345 a1b2c3\n".repeat(before);
+        stream.extend_from_slice(&line);
+        stream.extend_from_slice(&b"PX 6 7 00ff00\n".repeat(after));
+        prop_assert_eq!(hear(&stream), hear_naively(&stream, Limits::default(), EndOfInput::Stream));
+    }
+
+    #[test]
+    fn random_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..2000), size in 1..300usize) {
+        let whole = hear_pieces([&bytes[..]], LIMITS, EndOfInput::Stream);
+        prop_assert_eq!(hear_pieces(bytes.chunks(size), LIMITS, EndOfInput::Stream), whole);
+    }
+}

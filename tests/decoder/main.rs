@@ -1,0 +1,9 @@
+//! Fears about the decoder: that a cut loses a command, that an error puts the stream out of step, that a malformed
+//! command does something, that a verb is read otherwise than written down.
+
+mod cuts;
+mod framing;
+mod naive;
+mod recorder;
+mod roundtrip;
+mod verbs;
