@@ -15,17 +15,21 @@
 //! the order of faces whose sorting keys agree to 12 digits.
 
 mod camera;
+pub mod compare;
 mod coverage;
 mod face;
 mod fragment;
 mod light;
+pub mod metrics;
 mod normals;
 mod picture;
 mod render;
+pub mod scenes;
 mod texture;
 mod wide;
 
 pub use camera::{Sight, Viewer};
+pub use compare::{Report, compare};
 pub use coverage::{Coverage, Outline};
 pub use picture::{FaceKey, FaceRecord, State, TruthPicture, byte, ulp_f32};
 pub use render::{Settings, Transparency, render};

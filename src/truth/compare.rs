@@ -1,0 +1,247 @@
+//! Holding a drawn picture to the truth by the project's limits.
+//!
+//! In: video memory, its depth memory, and the picture that the reference made of the same draws. Out: a [`Report`]: how many
+//! pixels are off in coverage, colour and depth, the largest errors, the worst places. Limits: coverage 0 pixels; colours
+//! 1/255, textured 2/255; f32 depth the larger of 2 ulp and 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of what is
+//! stored. A pixel is right when it agrees with one of its right answers in colour and depth at once.
+
+use super::picture::{State, StoredDepth, TruthPicture, ulp_f32};
+use super::wide::Wide;
+use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
+use std::fmt;
+
+/// How far colours may be off, in 1/255 steps, untextured and textured.
+pub const COLOR_LIMITS: [u8; 2] = [1, 2];
+/// How far integer depths may be off, in steps.
+pub const STEP_LIMIT: f64 = 0.501;
+/// How far f32 depths may be off, in ulp.
+pub const F32_ULP_LIMIT: f64 = 2.0;
+/// How far f32 depths may be off, in z, where that is more.
+pub const F32_Z_LIMIT: f64 = 4e-7;
+/// How far reversed depths may be off, in ulp of what is stored.
+pub const REVERSED_ULP_LIMIT: f64 = 4.0;
+
+/// What is wrong at a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fault {
+    /// Drawn where nothing may be, or not drawn where something must be.
+    Coverage,
+    /// The colour belongs to no right answer.
+    Color,
+    /// The stored depth belongs to no right answer that has this colour.
+    Depth,
+}
+
+/// A pixel that is off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// What is wrong.
+    pub fault: Fault,
+    /// The bytes found.
+    pub found: [u8; 4],
+    /// The stored depth found, if depth was compared.
+    pub depth: Option<u32>,
+    /// The right answers.
+    pub expected: Vec<State>,
+}
+
+/// The outcome of a comparison.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Report {
+    /// Pixels compared.
+    pub pixels: usize,
+    /// Pixels off in coverage.
+    pub coverage_off: usize,
+    /// Pixels off in colour.
+    pub color_off: usize,
+    /// Pixels off in depth.
+    pub depth_off: usize,
+    /// The largest difference of a byte from its nearest right answer.
+    pub max_color: u8,
+    /// The largest part of its limit that a depth used up (1 = at the limit).
+    pub max_depth: f64,
+    /// Pixels with more than one right answer.
+    pub turns: usize,
+    /// Pixels where a range of more than 4 steps is right, or anything at all.
+    pub loose: usize,
+    /// The first pixels that are off.
+    pub places: Vec<Place>,
+}
+
+/// How many faulty pixels a report describes.
+const PLACES_KEPT: usize = 8;
+
+impl Report {
+    /// Whether nothing is off.
+    pub fn is_right(&self) -> bool {
+        self.coverage_off == 0 && self.color_off == 0 && self.depth_off == 0
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} pixels: off in coverage {}, colour {}, depth {}; largest colour error {} steps, depth {:.3} of its \
+             limit; {} turns, {} loose",
+            self.pixels,
+            self.coverage_off,
+            self.color_off,
+            self.depth_off,
+            self.max_color,
+            self.max_depth,
+            self.turns,
+            self.loose
+        )?;
+        for p in &self.places {
+            write!(f, "  ({},{}) {:?}: found {:?}", p.x, p.y, p.fault, p.found)?;
+            if let Some(word) = p.depth {
+                write!(f, " depth word {word:#010x} ({})", f32::from_bits(word))?;
+            }
+            for s in p.expected.iter().take(4) {
+                write!(f, "; right {:?}..{:?} z {:.9}..{:.9}", s.lo, s.hi, s.z[0].to_f64(), s.z[1].to_f64())?;
+                write!(f, " face {:?}", s.drawn)?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// Compares what was drawn with what is right. Without a depth memory only colours are compared.
+///
+/// # Panics
+/// When the pictures are not of one size, or the depth formats differ.
+pub fn compare(memory: &VideoMemory, depth: Option<&DepthMemory>, truth: &TruthPicture) -> Report {
+    assert_eq!((memory.width(), memory.height()), (truth.width(), truth.height()), "pictures of one size");
+    if let Some(d) = depth {
+        assert_eq!((d.width(), d.height()), (truth.width(), truth.height()), "depth of the same size");
+        assert_eq!(d.format(), truth.depth_format(), "depth of the same format");
+    }
+    let mut report = Report::default();
+    for y in 0..truth.height() {
+        for x in 0..truth.width() {
+            let at = (truth.width() * y + x) as usize;
+            let found = std::array::from_fn(|c| memory.bytes()[4 * at + c]);
+            let word = depth.map(|d| d.word(at));
+            judge(&mut report, truth, [x, y], found, word);
+        }
+    }
+    report
+}
+
+fn judge(report: &mut Report, truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Option<u32>) {
+    let states = truth.states(x, y);
+    report.pixels += 1;
+    report.turns += usize::from(states.len() > 1);
+    let is_wide = |s: &State| (0..3).any(|c| s.hi[c] - s.lo[c] > 4);
+    let free = truth.is_free(x, y);
+    report.loose += usize::from(free || states.iter().any(is_wide));
+    if free {
+        return;
+    }
+    // The nearest right answer: one that passes if there is any, else the closest in colour.
+    let measured = states.iter().map(|s| {
+        let color = color_distance(s, found);
+        let limit = COLOR_LIMITS[usize::from(s.is_textured)];
+        let depth = word.map_or(0.0, |w| depth_use_of_limit(truth.depth_format(), s, w));
+        (color > limit, depth > 1.0, color, depth)
+    });
+    let best = measured.min_by(|a, b| {
+        (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)).then(a.3.partial_cmp(&b.3).unwrap_or(std::cmp::Ordering::Equal))
+    });
+    let Some((color_fails, depth_fails, color, depth)) = best else { return };
+    if !color_fails && !depth_fails {
+        report.max_color = report.max_color.max(color);
+        report.max_depth = report.max_depth.max(depth);
+        return;
+    }
+    let untouched = |s: &State| s.drawn.is_none();
+    let all_drawn = !states.iter().any(untouched);
+    let none_drawn = states.iter().all(untouched);
+    let looks_cleared = found == [0, 0, 0, 255] || found[3] != 255;
+    let fault = if color_fails && (none_drawn || (all_drawn && looks_cleared)) {
+        report.coverage_off += 1;
+        Fault::Coverage
+    } else if color_fails {
+        report.color_off += 1;
+        report.max_color = report.max_color.max(color);
+        Fault::Color
+    } else {
+        report.depth_off += 1;
+        report.max_depth = report.max_depth.max(depth);
+        Fault::Depth
+    };
+    if report.places.len() < PLACES_KEPT {
+        report.places.push(Place { x, y, fault, found, depth: word, expected: states.to_vec() });
+    }
+}
+
+/// The largest distance of a byte from a right answer's range; a drawn pixel's alpha is 255.
+fn color_distance(s: &State, found: [u8; 4]) -> u8 {
+    if s.drawn.is_some() && found[3] != 255 {
+        return 255;
+    }
+    (0..3).map(|c| s.lo[c].saturating_sub(found[c]).max(found[c].saturating_sub(s.hi[c]))).max().unwrap_or(0)
+}
+
+/// How much of its limit a stored depth uses up: at most 1 when it is right.
+pub fn depth_use_of_limit(format: DepthFormat, s: &State, word: u32) -> f64 {
+    let outside = |v: Wide, lo: Wide, hi: Wide| (lo - v).max(v - hi).max(Wide::ZERO).to_f64();
+    let one = Wide::ONE;
+    match format.steps() {
+        Some(steps) => {
+            let scaled = s.z.map(|z| z * Wide::new(steps));
+            outside(Wide::new(word as f64), scaled[0], scaled[1]) / STEP_LIMIT
+        }
+        None if format == DepthFormat::Reversed => {
+            let stored = f32::from_bits(!word) as f64;
+            let off = outside(Wide::new(stored), one - s.z[1], one - s.z[0]);
+            let ulp = ulp_f32(stored.max((one - s.z[1]).to_f64()));
+            off / (REVERSED_ULP_LIMIT * ulp)
+        }
+        None => {
+            let off = outside(Wide::new(f32::from_bits(word) as f64), s.z[0], s.z[1]);
+            off / (F32_ULP_LIMIT * ulp_f32(s.z[1].to_f64())).max(F32_Z_LIMIT)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::truth::{Settings, TruthPicture};
+
+    #[test]
+    fn a_cleared_memory_agrees_and_a_stray_pixel_is_coverage() {
+        let truth = TruthPicture::new(4, 3, DepthFormat::U16);
+        let mut memory = VideoMemory::new(4, 3).unwrap();
+        let mut depth = DepthMemory::new(4, 3, DepthFormat::U16);
+        let report = compare(&memory, Some(&depth), &truth);
+        assert!(report.is_right() && report.pixels == 12, "{report}");
+        memory.put_pixel(1, 2, [9, 0, 0, 255]);
+        depth.set_word(0, 65_534);
+        let report = compare(&memory, Some(&depth), &truth);
+        assert_eq!((report.coverage_off, report.color_off, report.depth_off), (1, 0, 1));
+        assert!(report.to_string().contains("(1,2) Coverage"));
+    }
+
+    #[test]
+    fn a_step_more_than_the_limit_is_off() {
+        let scene = crate::truth::scenes::lit_triangle();
+        let truth = crate::truth::render(&scene, 16, 16, DepthFormat::F32, &Settings::default()).unwrap();
+        let mut memory = VideoMemory::new(16, 16).unwrap();
+        memory.bytes_mut().copy_from_slice(&truth.bytes());
+        let exact = compare(&memory, None, &truth);
+        assert!(exact.is_right() && exact.max_color == 0, "{exact}");
+        for (change, right) in [(1, true), (2, false)] {
+            let mut off = memory.clone();
+            off.bytes_mut().chunks_exact_mut(4).filter(|p| p[0] > 9).for_each(|p| p[0] -= change);
+            assert_eq!(compare(&off, None, &truth).is_right(), right);
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! How far a picture is from the truth, in the field's usual numbers.
+//!
+//! In: two pictures of equal size, as RGBA bytes or as unclamped real colours, and depths. Out: plain numbers. Alpha takes
+//! no part. All sums run in a fixed order, so the results are the same to the digit on every machine.
+//! SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to
+//! structural similarity", 2004: a Gaussian window of 11 x 11 with sigma 1.5 over the luma, K1 = 0.01, K2 = 0.03.
+
+use super::picture::ulp_f32;
+use crate::memory::DepthFormat;
+
+/// Differences of colour, over all pixels and the channels R, G, B.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ColorError {
+    /// The largest difference.
+    pub max: f64,
+    /// The mean of the differences.
+    pub mae: f64,
+    /// The root of the mean square.
+    pub rmse: f64,
+}
+
+/// What is asked of two pictures of bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureError {
+    /// Differences in 1/255 steps.
+    pub steps: ColorError,
+    /// 10 log10(255^2 / mean square), in decibels; infinite for equal pictures.
+    pub psnr_db: f64,
+    /// Structural similarity of the luma, 1 for equal pictures.
+    pub ssim: f64,
+    /// Pixels with some channel off by more than one step.
+    pub pixels_off: usize,
+}
+
+/// Differences of depth.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct DepthError {
+    /// The largest difference in z.
+    pub max_z: f64,
+    /// The largest difference in ulp of f32 at the true depth (of 1 - z for the reversed format).
+    pub max_ulp: f64,
+    /// The largest difference in steps of an integer format; 0 for the others.
+    pub max_steps: f64,
+}
+
+/// Max, MAE and RMSE of paired numbers.
+fn color_error(pairs: impl Iterator<Item = (f64, f64)>) -> ColorError {
+    let (mut count, mut max, mut sum, mut squares) = (0usize, 0f64, 0f64, 0f64);
+    for (a, b) in pairs {
+        let d = (a - b).abs();
+        count += 1;
+        max = max.max(d);
+        sum += d;
+        squares += d * d;
+    }
+    let n = count.max(1) as f64;
+    ColorError { max, mae: sum / n, rmse: (squares / n).sqrt() }
+}
+
+/// The R, G and B of RGBA bytes.
+fn channels(rgba: &[u8]) -> impl Iterator<Item = f64> {
+    rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).map(f64::from)
+}
+
+/// All numbers for two pictures of RGBA bytes, `width` pixels wide.
+///
+/// # Panics
+/// When the pictures are not of one size, or not whole rows.
+pub fn compare_bytes(width: usize, found: &[u8], truth: &[u8]) -> PictureError {
+    assert_eq!(found.len(), truth.len(), "pictures of one size");
+    assert!(width > 0 && found.len().is_multiple_of(width * 4), "whole rows of {width} pixels");
+    let steps = color_error(channels(found).zip(channels(truth)));
+    let off = |(a, b): &(&[u8], &[u8])| (0..3).any(|c| a[c].abs_diff(b[c]) > 1);
+    PictureError {
+        steps,
+        psnr_db: psnr_db(steps.rmse),
+        ssim: ssim(width, found, truth),
+        pixels_off: found.chunks_exact(4).zip(truth.chunks_exact(4)).filter(off).count(),
+    }
+}
+
+/// 10 log10(255^2 / rmse^2), from an RMSE in 1/255 steps.
+pub fn psnr_db(rmse_steps: f64) -> f64 {
+    if rmse_steps == 0.0 { f64::INFINITY } else { 20.0 * libm::log10(255.0 / rmse_steps) }
+}
+
+/// Max, MAE and RMSE of unclamped real colours, 1 being full.
+pub fn compare_real(found: &[[f64; 3]], truth: &[[f64; 3]]) -> ColorError {
+    assert_eq!(found.len(), truth.len(), "pictures of one size");
+    color_error(found.iter().flatten().copied().zip(truth.iter().flatten().copied()))
+}
+
+/// The `part` (0..1) quantile of the largest channel difference of each pixel, in 1/255 steps: the smallest value that at
+/// least this part of the pixels does not exceed.
+pub fn pixel_error_quantile(found: &[u8], truth: &[u8], part: f64) -> u8 {
+    assert_eq!(found.len(), truth.len(), "pictures of one size");
+    let mut counts = [0usize; 256];
+    for (a, b) in found.chunks_exact(4).zip(truth.chunks_exact(4)) {
+        let worst = (0..3).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0);
+        counts[worst as usize] += 1;
+    }
+    let total: usize = counts.iter().sum();
+    let needed = (part * total as f64).ceil() as usize;
+    let mut seen = 0;
+    for (value, count) in counts.iter().enumerate() {
+        seen += count;
+        if seen >= needed {
+            return value as u8;
+        }
+    }
+    255
+}
+
+/// How many pixels one mask holds and the other does not.
+pub fn coverage_off(found: &[bool], truth: &[bool]) -> usize {
+    assert_eq!(found.len(), truth.len(), "masks of one size");
+    found.iter().zip(truth).filter(|(a, b)| a != b).count()
+}
+
+/// Differences of stored depths, given as (what is stored, the exact z).
+pub fn compare_depths(format: DepthFormat, pairs: impl IntoIterator<Item = (StoredWord, f64)>) -> DepthError {
+    let mut worst = DepthError::default();
+    for (stored, z) in pairs {
+        let off = depth_off(format, stored, z);
+        worst.max_z = worst.max_z.max(off.max_z);
+        worst.max_ulp = worst.max_ulp.max(off.max_ulp);
+        worst.max_steps = worst.max_steps.max(off.max_steps);
+    }
+    worst
+}
+
+/// A stored depth as the depth memory holds it.
+pub type StoredWord = u32;
+
+/// One stored depth against the exact z.
+pub fn depth_off(format: DepthFormat, stored: StoredWord, z: f64) -> DepthError {
+    let steps = match format {
+        DepthFormat::U16 => 65_535.0,
+        DepthFormat::U24 => 16_777_215.0,
+        DepthFormat::U32 => 4_294_967_295.0,
+        DepthFormat::F32 => {
+            let max_z = (f32::from_bits(stored) as f64 - z).abs();
+            return DepthError { max_z, max_ulp: max_z / ulp_f32(z), max_steps: 0.0 };
+        }
+        DepthFormat::Reversed => {
+            let (complement, exact) = (f32::from_bits(!stored) as f64, 1.0 - z);
+            let max_z = (complement - exact).abs();
+            return DepthError { max_z, max_ulp: max_z / ulp_f32(exact), max_steps: 0.0 };
+        }
+    };
+    let max_steps = (stored as f64 - z * steps).abs();
+    DepthError { max_z: max_steps / steps, max_ulp: max_steps / steps / ulp_f32(z), max_steps }
+}
+
+/// Neighbours in `sorted` (exact depths, near to far) that differ and that the stored words do not order so: equal, or the
+/// wrong way round. Words of every format grow with depth (the reversed one is kept complemented).
+pub fn misordered_pairs(sorted: &[(StoredWord, f64)]) -> usize {
+    sorted.windows(2).filter(|w| w[0].1 < w[1].1 && w[0].0 >= w[1].0).count()
+}
+
+/// How far lit pixels lie from the segment p0 p1, in pixels: the largest and the mean distance of their centres (which
+/// lie at whole numbers, as for lines).
+pub fn line_distance(p0: [f64; 2], p1: [f64; 2], lit: &[[i32; 2]]) -> (f64, f64) {
+    let d = [p1[0] - p0[0], p1[1] - p0[1]];
+    let length2 = d[0] * d[0] + d[1] * d[1];
+    let distance = |p: &[i32; 2]| {
+        let q = [p[0] as f64 - p0[0], p[1] as f64 - p0[1]];
+        let t = if length2 > 0.0 { ((q[0] * d[0] + q[1] * d[1]) / length2).clamp(0.0, 1.0) } else { 0.0 };
+        let off = [q[0] - t * d[0], q[1] - t * d[1]];
+        (off[0] * off[0] + off[1] * off[1]).sqrt()
+    };
+    let (max, sum) = lit.iter().map(distance).fold((0.0, 0.0), |(m, s): (f64, f64), d| (m.max(d), s + d));
+    (max, sum / lit.len().max(1) as f64)
+}
+
+/// The luma of Rec. 601: 0.299 R + 0.587 G + 0.114 B.
+fn luma(rgba: &[u8]) -> Vec<f64> {
+    rgba.chunks_exact(4).map(|p| 0.299 * p[0] as f64 + 0.587 * p[1] as f64 + 0.114 * p[2] as f64).collect()
+}
+
+/// Half the width of SSIM's window.
+const REACH: isize = 5;
+
+/// Mean structural similarity of the lumas. At the border the window is cut and its weights scaled to sum 1.
+pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
+    let (a, b) = (luma(found), luma(truth));
+    let height = a.len() / width.max(1);
+    if a.is_empty() {
+        return 1.0;
+    }
+    let weights: Vec<f64> =
+        (-REACH..=REACH).map(|i| libm::exp(-((i * i) as f64) / (2.0 * 1.5 * 1.5))).collect();
+    // One blur across and one down make the square window; the weights beyond the border are left out.
+    let blur = |v: &[f64]| -> Vec<f64> {
+        let across = blur_lines(v, width, height, 1, width, &weights);
+        blur_lines(&across, height, width, width, 1, &weights)
+    };
+    let product = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x * y).collect() };
+    let (mean_a, mean_b) = (blur(&a), blur(&b));
+    let (aa, bb, ab) = (blur(&product(&a, &a)), blur(&product(&b, &b)), blur(&product(&a, &b)));
+    let (c1, c2) = ((0.01 * 255.0) * (0.01 * 255.0), (0.03 * 255.0) * (0.03 * 255.0));
+    let total: f64 = (0..a.len())
+        .map(|i| {
+            let (m, n) = (mean_a[i], mean_b[i]);
+            let (var_a, var_b, cov) = (aa[i] - m * m, bb[i] - n * n, ab[i] - m * n);
+            ((2.0 * m * n + c1) * (2.0 * cov + c2)) / ((m * m + n * n + c1) * (var_a + var_b + c2))
+        })
+        .sum();
+    total / a.len() as f64
+}
+
+/// Blurs `lines` lines of `length` values: value k of line l is at l * line_stride + k * stride.
+fn blur_lines(
+    v: &[f64],
+    length: usize,
+    lines: usize,
+    stride: usize,
+    line_stride: usize,
+    weights: &[f64],
+) -> Vec<f64> {
+    let mut out = vec![0.0; v.len()];
+    for line in 0..lines {
+        for k in 0..length {
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for (w, i) in weights.iter().zip(-REACH..) {
+                if let Some(at) = k.checked_add_signed(i).filter(|&at| at < length) {
+                    sum += w * v[line * line_stride + at * stride];
+                    weight += w;
+                }
+            }
+            out[line * line_stride + k * stride] = sum / weight;
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gray(values: &[u8]) -> Vec<u8> {
+        values.iter().flat_map(|&v| [v, v, v, 255]).collect()
+    }
+
+    #[test]
+    fn colour_differences_by_hand() {
+        let found = [10, 20, 30, 255, 0, 0, 0, 255];
+        let truth = [10, 22, 27, 0, 0, 0, 1, 0];
+        let e = compare_bytes(2, &found, &truth);
+        // Differences 0 2 3 0 0 1: sum 6, squares 14.
+        assert_eq!((e.steps.max, e.steps.mae, e.pixels_off), (3.0, 1.0, 1));
+        assert!((e.steps.rmse - (14.0f64 / 6.0).sqrt()).abs() < 1e-15);
+        assert!((e.psnr_db - 10.0 * (65025.0f64 * 6.0 / 14.0).log10()).abs() < 1e-9);
+        let same = compare_bytes(2, &truth, &truth);
+        assert_eq!((same.psnr_db, same.ssim), (f64::INFINITY, 1.0));
+        let real = compare_real(&[[1.5, 0.0, 0.0]], &[[1.0, 0.0, 0.25]]);
+        assert_eq!((real.max, real.mae), (0.5, 0.25));
+    }
+
+    #[test]
+    fn quantiles_count_pixels() {
+        let (found, truth) = (gray(&[0, 1, 2, 9]), gray(&[0, 0, 0, 0]));
+        assert_eq!(
+            [0.25, 0.5, 0.75, 0.76, 1.0].map(|q| pixel_error_quantile(&found, &truth, q)),
+            [0, 1, 2, 9, 9]
+        );
+        assert_eq!(coverage_off(&[true, false, true], &[true, true, false]), 2);
+    }
+
+    #[test]
+    fn depths_by_hand() {
+        let z = 0.75;
+        let off = depth_off(DepthFormat::F32, (0.75f32 + f32::EPSILON).to_bits(), z);
+        // The ulp below 1 is 2^-24.
+        assert_eq!((off.max_ulp, off.max_z), (2.0, 2f64.powi(-23)));
+        assert_eq!(depth_off(DepthFormat::U16, 49_151, z).max_steps, 0.25);
+        let reversed = depth_off(DepthFormat::Reversed, !0.25f32.to_bits(), z);
+        assert_eq!(reversed.max_ulp, 0.0);
+        let words = [(3, 0.1), (3, 0.2), (5, 0.3), (4, 0.4), (4, 0.4)];
+        assert_eq!(misordered_pairs(&words), 2);
+        assert_eq!(compare_depths(DepthFormat::U16, [(49_151, z), (49_152, z)]).max_steps, 0.75);
+    }
+
+    #[test]
+    fn lines_by_hand() {
+        let (max, mean) = line_distance([0.0, 0.0], [10.0, 0.0], &[[0, 0], [5, 1], [13, 4]]);
+        assert_eq!((max, mean), (5.0, 2.0));
+        assert_eq!(line_distance([1.0, 1.0], [1.0, 1.0], &[[4, 5]]).0, 5.0);
+    }
+
+    /// Constant pictures: only the first factor is left, (2mn + C1)/(m^2 + n^2 + C1).
+    #[test]
+    fn ssim_of_flat_pictures_by_hand() {
+        let (a, b) = (gray(&[100; 144]), gray(&[120; 144]));
+        let c1 = 2.55f64 * 2.55;
+        let expected = (2.0 * 100.0 * 120.0 + c1) / (100.0 * 100.0 + 120.0 * 120.0 + c1);
+        assert!((ssim(12, &a, &b) - expected).abs() < 1e-9);
+        // A negative of a pattern about its mean has a covariance of minus the variance.
+        let pattern: Vec<u8> = (0..400).map(|i| if (i + i / 20) % 2 == 0 { 110 } else { 90 }).collect();
+        let negative: Vec<u8> = pattern.iter().map(|v| 200 - v).collect();
+        assert!(ssim(20, &gray(&pattern), &gray(&negative)) < -0.5);
+    }
+}
