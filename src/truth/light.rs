@@ -54,7 +54,7 @@ fn reach(light: &Light, p: DVec3) -> Option<(DVec3, Vec<f64>)> {
     };
     let within = |d: f64, radius: f64| {
         let inside = if d <= radius { 1.0 } else { 0.0 };
-        sides(inside, (d - radius).abs() <= LIGHT_TURN * radius.max(1.0), 1.0 - inside)
+        sides(inside, radius.is_finite() && (d - radius).abs() <= LIGHT_TURN * radius.max(1.0), 1.0 - inside)
     };
     match light.kind {
         LightKind::Directional { direction } => Some((-unit(direction)?, vec![1.0])),

@@ -156,11 +156,11 @@ pub fn random(seed: u64) -> Case {
     let mut r = Random::new(seed);
     let (width, height) = (24 + r.below(41), 24 + r.below(41));
     let camera = random_camera(&mut r);
-    let lights: Vec<Light> = (0..r.below(4)).map(|_| random_light(&mut r)).collect();
+    let lights: Vec<Light> = (0..1 + r.below(4)).map(|_| random_light(&mut r)).collect();
     let objects = (0..1 + r.below(4)).map(|i| random_object(&mut r, i, lights.len() as u32)).collect();
     let scene = Scene {
         camera: Some(camera),
-        ambient: if r.one_in(2) { r.point(0.0, 0.5) } else { DVec3::ZERO },
+        ambient: if r.one_in(3) { DVec3::ZERO } else { r.point(0.1, 0.6) },
         lights,
         objects,
         background: crate::scene::Background { color: r.one_in(4).then(|| r.point(0.0, 1.0)) },
@@ -173,8 +173,8 @@ pub fn random(seed: u64) -> Case {
     let viewport = r.one_in(3).then(|| Viewport {
         x: r.below(20) as i32 - 10,
         y: r.below(20) as i32 - 10,
-        width: 10 + r.below(50),
-        height: 10 + r.below(50),
+        width: 20 + r.below(50),
+        height: 20 + r.below(50),
         rule: r.pick(&[ViewportRule::Corners, ViewportRule::Centres]),
     });
     let settings = Settings {
@@ -204,13 +204,13 @@ pub fn random_camera(r: &mut Random) -> Camera {
     let away = matrix::unit(r.point(-1.0, 1.0)).unwrap_or(DVec3::Z) * r.real(4.0, 8.0);
     let up = if away.y.abs() > 0.95 * away.length() { DVec3::X } else { DVec3::Y };
     let look_at = LookAt { eye: away, reference: r.point(-0.5, 0.5), up: up + r.point(-0.2, 0.2) };
-    let (near, far) = (r.pick(&[0.01, 0.1, 1.0, 3.0]), r.pick(&[8.0, 20.0, 1000.0]));
-    let size = r.real(1.5, 4.0);
+    let (near, far) = (r.pick(&[0.01, 0.1, 1.0, 3.0]), r.pick(&[9.0, 20.0, 1000.0]));
+    let size = r.real(1.2, 3.0);
     let window = [-size, size * r.real(0.8, 1.2), -size, size * r.real(0.8, 1.2)];
     let at_near = window.map(|v| v * near / 6.0);
     let projection = match r.below(12) {
         0..5 => {
-            Projection::Perspective { fov_rad: r.real(0.4, 2.0), near, far, on_smaller_side: r.one_in(2) }
+            Projection::Perspective { fov_rad: r.real(0.3, 1.3), near, far, on_smaller_side: r.one_in(2) }
         }
         5 => Projection::Plane { d: r.real(0.5, 3.0), near, far },
         6 => Projection::Frustum { window: at_near, near, far },
@@ -273,18 +273,20 @@ fn random_light(r: &mut Random) -> Light {
             radius,
         },
     };
-    let color = r.point(0.0, 1.2);
+    let color = r.point(0.2, 1.6);
     let ambient = if r.one_in(3) { color * 0.2 } else { DVec3::ZERO };
     Light { kind, color, ambient, clamp_attenuation: r.one_in(2) }
 }
 
 fn random_material(r: &mut Random) -> Material {
+    let model =
+        r.pick(&[LightingModel::Phong, LightingModel::Phong, LightingModel::Blinn, LightingModel::Unlit]);
     Material {
         ka: r.point(0.0, 1.0),
         kd: r.point(0.0, 1.0),
         ks: if r.one_in(2) { r.point(0.0, 0.8) } else { DVec3::ZERO },
         n: r.pick(&[0.0, 1.0, 5.0, 32.0, 128.0, 1000.0]),
-        emissive: if r.one_in(3) { r.point(0.0, 0.3) } else { DVec3::ZERO },
+        emissive: if model == LightingModel::Unlit || r.one_in(3) { r.point(0.0, 0.9) } else { DVec3::ZERO },
         transparency: if r.one_in(4) { r.real(0.0, 1.0) } else { 0.0 },
         model: r.pick(&[
             LightingModel::Phong,
@@ -389,7 +391,7 @@ fn star(r: &mut Random) -> Mesh {
 fn random_object(r: &mut Random, index: u32, lights: u32) -> Object {
     let mesh = random_mesh(r);
     let turn = matrix::rotate(r.point(-1.0, 1.0), r.real(0.0, 6.0)).unwrap_or(DMat4::IDENTITY);
-    let mut size = r.point(0.5, 1.2);
+    let mut size = r.point(0.6, 1.6);
     if r.one_in(4) {
         size.x = -size.x;
     }
@@ -401,7 +403,7 @@ fn random_object(r: &mut Random, index: u32, lights: u32) -> Object {
         model,
         material: random_material(r),
         back_material: r.one_in(6).then(|| random_material(r)),
-        cull: r.pick(&[Cull::Back, Cull::Back, Cull::None, Cull::Front]),
+        cull: r.pick(&[Cull::Back, Cull::Back, Cull::None, Cull::None, Cull::Front]),
         two_sided_lighting: r.one_in(3),
         shade: r.one_in(5).then(|| r.pick(&[ShadeMode::Flat, ShadeMode::Gouraud, ShadeMode::Phong])),
         texture: r.one_in(3).then(|| random_texture(r)),
