@@ -59,7 +59,7 @@ impl Random {
 
     /// A whole number in 0..n.
     pub fn below(&mut self, n: u32) -> u32 {
-        ((self.bits() >> 32) * n as u64 >> 32) as u32
+        (((self.bits() >> 32) * n as u64) >> 32) as u32
     }
 
     /// True once in n times.
