@@ -1,0 +1,132 @@
+//! Anti-aliased lines by exact area coverage.
+//!
+//! In: two ends in real pixels, pixel centres at whole numbers: pixel (i,j) is the square [i-1/2,i+1/2]x[j-1/2,j+1/2].
+//! Out: each pixel composed with the colour's alpha times its share of the rectangle, one pixel wide and with butt ends,
+//! about the segment. The exact answer is the area of square and rectangle together; here it is computed in f64 on a
+//! rectangle that is placed near the frame first, good to 1e-9 for ends of any size, and then rounded to 1/255.
+//!
+//! ```text
+//!            n/2
+//!   +---------^-----------+         u: unit vector along the segment, n: across it
+//!   p0 ------ | -----> u  p1        foot: the point of the line nearest to the frame's centre
+//!   +---------------------+
+//! ```
+
+mod place;
+#[cfg(test)]
+mod tests;
+
+use super::blend::{Blend, Paint};
+use super::{frame, run_mut};
+use crate::math::coverage::PixelRect;
+use crate::memory::{Rgba, VideoMemory};
+use place::Placed;
+
+/// Draws the line from `p0` to `p1`, finite reals in pixels, composed over what is there whatever `BLEND` is.
+///
+/// A segment of length 0 covers no area and draws nothing. The cost is that of the visible part.
+pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
+    let clip = frame(memory);
+    for_each_share(p0, p1, clip, |x, y, share| {
+        let coverage = (share * 255.0 + 0.5) as u16;
+        let alpha = (coverage * u16::from(color[3]) + 127) / 255;
+        let weighed = [color[0], color[1], color[2], alpha as u8];
+        if let Some(paint) = Paint::new(weighed, Blend::Over) {
+            paint.run(run_mut(memory, y, x..x + 1));
+            memory.mark_row(y as u32);
+        }
+    });
+}
+
+/// Calls `f(x, y, share)` for the pixels inside `clip` that the rectangle meets, with their shares in [0,1].
+fn for_each_share(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: impl FnMut(i32, i32, f64)) {
+    let Some(placed) = Placed::new(p0, p1, clip) else { return };
+    // Borders of the pixel squares lie half a pixel before their centres.
+    let [left, right] = [clip.x0, clip.x1].map(|x| f64::from(x) - 0.5);
+    let [top, bottom] = [clip.y0, clip.y1].map(|y| f64::from(y) - 0.5);
+    let (_, visible) = Convex::of(placed.corners()).split(1, top);
+    let (mut below, _) = visible.split(1, bottom);
+    let Some([first, last]) = below.squares(1) else { return };
+    for y in first.max(clip.y0)..=last.min(clip.y1 - 1) {
+        let (row, rest) = below.split(1, f64::from(y) + 0.5);
+        below = rest;
+        let (_, visible) = row.split(0, left);
+        let (mut beyond, _) = visible.split(0, right);
+        let Some([first, last]) = beyond.squares(0) else { continue };
+        for x in first.max(clip.x0)..=last.min(clip.x1 - 1) {
+            let (cell, rest) = beyond.split(0, f64::from(x) + 0.5);
+            beyond = rest;
+            f(x, y, cell.area().min(1.0));
+        }
+    }
+}
+
+/// The most corners that a rectangle has after it was cut by the four sides of a square, and some to spare.
+const MOST_CORNERS: usize = 12;
+
+/// A convex polygon, in either winding.
+#[derive(Clone, Copy)]
+struct Convex {
+    corners: [[f64; 2]; MOST_CORNERS],
+    len: usize,
+}
+
+impl Convex {
+    const EMPTY: Convex = Convex { corners: [[0.0; 2]; MOST_CORNERS], len: 0 };
+
+    fn of(corners: [[f64; 2]; 4]) -> Self {
+        let mut convex = Convex::EMPTY;
+        corners.into_iter().for_each(|c| convex.push(c));
+        convex
+    }
+
+    fn push(&mut self, corner: [f64; 2]) {
+        // A cut adds at most one corner to a convex polygon, so there is always room.
+        if let Some(free) = self.corners.get_mut(self.len) {
+            *free = corner;
+            self.len += 1;
+        }
+    }
+
+    fn points(&self) -> &[[f64; 2]] {
+        &self.corners[..self.len]
+    }
+
+    /// Cuts where coordinate `axis` is `at`: the part below it, and the part above. They share the new corners.
+    fn split(&self, axis: usize, at: f64) -> (Convex, Convex) {
+        let (mut below, mut above) = (Convex::EMPTY, Convex::EMPTY);
+        let points = self.points();
+        for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+            if a[axis] <= at {
+                below.push(*a);
+            }
+            if a[axis] >= at {
+                above.push(*a);
+            }
+            if (a[axis] < at && b[axis] > at) || (a[axis] > at && b[axis] < at) {
+                let t = (at - a[axis]) / (b[axis] - a[axis]);
+                let mut crossing = [0, 1].map(|i| a[i] + (b[i] - a[i]) * t);
+                crossing[axis] = at;
+                below.push(crossing);
+                above.push(crossing);
+            }
+        }
+        (below, above)
+    }
+
+    /// The first and the last pixel square met along `axis`; `None` for a polygon without corners.
+    fn squares(&self, axis: usize) -> Option<[i32; 2]> {
+        let along = || self.points().iter().map(|p| p[axis]);
+        let (low, high) = (along().reduce(f64::min)?, along().reduce(f64::max)?);
+        // Half up: square i begins at i - 1/2. `as` holds what is far away to i32.
+        Some([(low + 0.5).floor() as i32, ((high + 0.5).ceil() - 1.0) as i32])
+    }
+
+    /// The area, by the shoelace formula relative to the first corner.
+    fn area(&self) -> f64 {
+        let [origin, rest @ ..] = self.points() else { return 0.0 };
+        let from = |p: &[f64; 2]| [p[0] - origin[0], p[1] - origin[1]];
+        let pairs = rest.windows(2).map(|w| (from(&w[0]), from(&w[1])));
+        pairs.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>().abs() / 2.0
+    }
+}

@@ -1,0 +1,166 @@
+//! Shares against other ways to find the same area, and the picture against the shares.
+
+use super::*;
+use crate::draw2d::raster::memory;
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+
+const CLIP: PixelRect = PixelRect { x0: 0, y0: 0, x1: 12, y1: 9 };
+
+fn shares(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
+    let mut all = BTreeMap::new();
+    for_each_share(p0, p1, clip, |x, y, share| {
+        assert!(
+            (0.0..=1.0).contains(&share)
+                && (clip.x0..clip.x1).contains(&x)
+                && (clip.y0..clip.y1).contains(&y)
+        );
+        assert!(all.insert((x, y), share).is_none(), "({x},{y}) twice");
+    });
+    all
+}
+
+/// The area by integration: the rectangle's breadth in each of many thin strips of the pixel, a second way to find it.
+fn integrated(p0: [f64; 2], p1: [f64; 2], x: i32, y: i32) -> f64 {
+    let d = [p1[0] - p0[0], p1[1] - p0[1]];
+    let length = d[0].hypot(d[1]);
+    let u = [d[0] / length, d[1] / length];
+    const STRIPS: i32 = 2000;
+    let strips = (0..STRIPS).map(|k| {
+        let py = f64::from(y) - 0.5 + (f64::from(k) + 0.5) / f64::from(STRIPS);
+        // lo <= a px + b <= hi is an interval of px, for each of the two directions.
+        let interval = |a: f64, b: f64, lo: f64, hi: f64| {
+            if a.abs() < 1e-12 {
+                return if (lo..=hi).contains(&b) { (f64::MIN, f64::MAX) } else { (0.0, 0.0) };
+            }
+            let (s, t) = ((lo - b) / a, (hi - b) / a);
+            (s.min(t), s.max(t))
+        };
+        let along = interval(u[0], (py - p0[1]) * u[1] - p0[0] * u[0], 0.0, length);
+        let across = interval(-u[1], (py - p0[1]) * u[0] + p0[0] * u[1], -0.5, 0.5);
+        let (left, right) = (f64::from(x) - 0.5, f64::from(x) + 0.5);
+        (along.1.min(across.1).min(right) - along.0.max(across.0).max(left)).max(0.0)
+    });
+    strips.sum::<f64>() / f64::from(STRIPS)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_share_is_the_area_in_common(p0 in [-4.0..16.0f64, -4.0..12.0f64], p1 in [-4.0..16.0f64, -4.0..12.0f64]) {
+        prop_assume!((p0[0] - p1[0]).abs() > 1e-3);
+        let got = shares(p0, p1, CLIP);
+        for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
+            let (share, want) = (got.get(&(x, y)).copied().unwrap_or(0.0), integrated(p0, p1, x, y));
+            prop_assert!((share - want).abs() < 2e-3, "({x},{y}): {share}, not {want}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2_000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn all_shares_together_are_the_length(p0 in [-40.0..40.0f64, -40.0..40.0f64], p1 in [-40.0..40.0f64, -40.0..40.0f64]) {
+        let whole = shares(p0, p1, PixelRect { x0: -50, y0: -50, x1: 50, y1: 50 });
+        let length = (p0[0] - p1[0]).hypot(p0[1] - p1[1]);
+        prop_assert!((whole.values().sum::<f64>() - length).abs() < 1e-9);
+        // Clipped equals whole, and backwards is the same.
+        let (clipped, back) = (shares(p0, p1, CLIP), shares(p1, p0, CLIP));
+        for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
+            let at = |m: &BTreeMap<_, f64>| m.get(&(x, y)).copied().unwrap_or(0.0);
+            prop_assert!((at(&clipped) - at(&whole)).abs() < 1e-9);
+            prop_assert!((at(&back) - at(&whole)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn an_end_far_off_changes_only_the_direction(angle in 0.0..6.3f64, e in 6.5..300.0f64, through in [0.0..11.0f64, 0.0..8.0f64]) {
+        // From a point in the frame to one far off: as a line that just leaves the frame, in the same direction.
+        let (s, c) = libm::sincos(angle);
+        let far = [through[0] + c * 10f64.powf(e), through[1] + s * 10f64.powf(e)];
+        let d = [far[0] - through[0], far[1] - through[1]].map(|v| v / 10f64.powf(e));
+        let near = [through[0] + 40.0 * d[0], through[1] + 40.0 * d[1]];
+        let (a, b) = (shares(through, far, CLIP), shares(through, near, CLIP));
+        for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
+            let at = |m: &BTreeMap<_, f64>| m.get(&(x, y)).copied().unwrap_or(0.0);
+            prop_assert!((at(&a) - at(&b)).abs() < 1e-9, "({x},{y}): {} {}", at(&a), at(&b));
+        }
+    }
+
+    #[test]
+    fn any_bits_are_answered(bits: [u64; 4]) {
+        let v = bits.map(f64::from_bits);
+        line_aa(&mut memory(12, 9), [v[0], v[1]], [v[2], v[3]], [255; 4]);
+    }
+}
+
+#[test]
+fn both_ends_at_1e15_cross_the_frame_where_they_should() {
+    // Through (5, 4) at a slope of 1/3: both ends are whole, so the line passes there exactly.
+    let k = 1e15;
+    let (a, b) = (
+        shares([5.0 - 3.0 * k, 4.0 - k], [5.0 + 3.0 * k, 4.0 + k], CLIP),
+        shares([-25.0, -6.0], [35.0, 14.0], CLIP),
+    );
+    assert_eq!(a.len(), b.len());
+    for (at, share) in a {
+        assert!((share - b[&at]).abs() < 1e-9, "{at:?}");
+    }
+}
+
+#[test]
+fn coverage_times_alpha_is_composed_over() {
+    let mut m = memory(12, 9);
+    m.take_damage();
+    line_aa(&mut m, [1.0, 3.0], [4.0, 3.0], [200, 100, 50, 255]);
+    assert_eq!(m.take_damage(), 3..4);
+    // Half of the end pixels, all of those between: 128 = round(127.5).
+    let half = super::super::over([200, 100, 50, 128], [0, 0, 0, 255]);
+    for (x, want) in [
+        (0, [0, 0, 0, 255]),
+        (1, half),
+        (2, [200, 100, 50, 255]),
+        (3, [200, 100, 50, 255]),
+        (4, half),
+        (5, [0, 0, 0, 255]),
+    ] {
+        assert_eq!(m.get_pixel(x, 3).unwrap(), want, "{x}");
+    }
+    // On the border of two rows each has half; 128 of 255 of alpha 100 is 50.
+    let mut m = memory(12, 9);
+    line_aa(&mut m, [2.5, 1.0], [2.5, 6.0], [255, 255, 255, 100]);
+    let lit = super::super::over([255, 255, 255, 50], [0, 0, 0, 255]);
+    assert_eq!((m.get_pixel(2, 3).unwrap(), m.get_pixel(3, 3).unwrap()), (lit, lit));
+}
+
+#[test]
+fn what_has_no_length_or_no_place_draws_nothing() {
+    let mut m = memory(12, 9);
+    m.take_damage();
+    for (p0, p1) in [
+        ([3.0, 3.0], [3.0, 3.0]),
+        ([0.0, -0.0], [-0.0, 0.0]),
+        ([3.0, 3.0], [3.0, 3.0 + 1e-12]),
+        ([0.0, 0.0], [5e-324, 0.0]),
+        ([f64::NAN, 0.0], [4.0, 4.0]),
+        ([0.0, 0.0], [f64::INFINITY, 4.0]),
+        ([1e300, 0.0], [1e300, 9.0]),
+        ([-f64::MAX, 1e5], [f64::MAX, 1e5]),
+    ] {
+        line_aa(&mut m, p0, p1, [255; 4]);
+    }
+    line_aa(&mut m, [0.0, 0.0], [9.0, 9.0], [255, 255, 255, 0]);
+    assert!(!m.is_damaged());
+    line_aa(&mut m, [-f64::MAX, 4.0], [f64::MAX, 4.0], [255; 4]);
+    assert_eq!(m.take_damage(), 4..5);
+    assert_eq!(m.row(4).unwrap(), [255; 48]);
+}
+
+#[test]
+fn a_frame_of_one_pixel() {
+    let mut m = memory(1, 1);
+    line_aa(&mut m, [0.0, -1e308], [0.0, 1e308], [255; 4]);
+    assert_eq!(m.bytes(), [255; 4]);
+}
