@@ -220,8 +220,24 @@ mod tests {
         assert_eq!(folder.read("none/none", 9).unwrap_err().code(), Code::NoEnt);
         let secret = base.join("secret").to_string_lossy().into_owned();
         let refused = [
-            "../secret", "sub/../../secret", "sub/../a", "..", ".", "", "/", "/etc/passwd", &secret, "link",
-            "out/secret", "alias/b", "sub", "a/", "a\0", "\\a", "a/b", "sub/.",
+            "../secret",
+            "sub/../../secret",
+            "sub/../a",
+            "..",
+            ".",
+            "",
+            "/",
+            "/etc/passwd",
+            &secret,
+            "link",
+            "out/secret",
+            "alias/b",
+            "sub",
+            "a/",
+            "a\0",
+            "\\a",
+            "a/b",
+            "sub/.",
         ];
         for name in refused {
             assert_eq!(folder.read(name, 99).unwrap_err().code(), Code::Perm, "{name:?}");

@@ -1,13 +1,17 @@
 //! THE RENDER THREAD, sessions, transports.
 
+mod client;
 mod display;
 pub mod engine;
 mod limits;
 mod names;
+mod outbox;
 mod session;
 mod stats;
 mod stream;
+mod thread;
 
+pub use client::Client;
 pub use display::{Display, EventSender, Input, InputEvent, PixelInfo, ShownFrame};
 pub use engine::{Effect, Engine};
 pub use limits::Limits;
@@ -15,3 +19,4 @@ pub use names::{Kind, Names, Resource};
 pub use session::{Audience, Session};
 pub use stats::Stats;
 pub use stream::{Budget, Complaint, Output, Pace, Standing, Stream};
+pub use thread::{Finish, RenderThread, SLICE_BYTES, SLICE_TIME};

@@ -110,7 +110,11 @@ impl Stream {
 
     /// Runs what is whole in `bytes`, until the budget is used up. Answers how many bytes were taken.
     pub fn feed(
-        &mut self, engine: &mut Engine, bytes: &[u8], out: &mut Output, budget: Budget,
+        &mut self,
+        engine: &mut Engine,
+        bytes: &[u8],
+        out: &mut Output,
+        budget: Budget,
     ) -> (usize, Standing) {
         let (mut used, mut standing) = (0, Standing::Ready);
         // Stepping shall end at the right pixel: those are not commands that can pause the decoder.
@@ -145,7 +149,13 @@ impl Stream {
     }
 
     /// Runs one typed command, checked as the decoder would.
-    pub fn run(&mut self, engine: &mut Engine, command: Command, out: &mut Output, budget: Budget) -> Standing {
+    pub fn run(
+        &mut self,
+        engine: &mut Engine,
+        command: Command,
+        out: &mut Output,
+        budget: Budget,
+    ) -> Standing {
         let place = Place { line: self.session.stats.commands + 1, byte: 0 };
         let checked = command.check();
         let session = &mut self.session;
@@ -309,14 +319,22 @@ mod tests {
     #[test]
     fn any_size_of_pieces_gives_the_same_answers() {
         let mut script = b"PX 1 1 ff0000\nOFFSET 2 2\nPX 1 1 00ff00\nPX 1 1\nLINE 0 0 9 5 0000ff\n".to_vec();
-        script.extend_from_slice(b"PB\x05\x00\x06\x00abcdPXMULTI\x0e\x00\x00\x00\x03\x00\x00\x00123456789abc");
+        script
+            .extend_from_slice(b"PB\x05\x00\x06\x00abcdPXMULTI\x0e\x00\x00\x00\x03\x00\x00\x00123456789abc");
         script.extend_from_slice(b"BLIT 3 3 2 1 :8\n\nBLIT\n1\nCRC\nWHAT 1\nBLIT 1 1 :5\nPX 1\nSYNC end\n");
         let (_, whole) = play(&script, script.len(), Audience::Connection);
         let text = String::from_utf8_lossy(&whole.replies).into_owned();
         assert!(text.starts_with("PX 1 1 00ff00\nCRC "), "{text}");
-        assert!(text.ends_with("SYNC end\n") && text.contains("EVERB WHAT") && text.contains("EARGS BLIT"), "{text}");
+        assert!(
+            text.ends_with("SYNC end\n") && text.contains("EVERB WHAT") && text.contains("EARGS BLIT"),
+            "{text}"
+        );
         for pieces in 1..script.len() {
-            assert_eq!(play(&script, pieces, Audience::Connection).1.replies, whole.replies, "pieces of {pieces}");
+            assert_eq!(
+                play(&script, pieces, Audience::Connection).1.replies,
+                whole.replies,
+                "pieces of {pieces}"
+            );
         }
     }
 

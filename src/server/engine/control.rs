@@ -8,6 +8,7 @@ use crate::save::{self, SnapshotFormat};
 use crate::server::{Display, Session};
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 impl Engine {
     pub(super) fn help(&self, out: &mut Vec<u8>) {
@@ -125,6 +126,25 @@ impl Engine {
         self.display.as_ref()
     }
 
+    /// Goes on without the display.
+    pub fn drop_display(&mut self) {
+        self.display = None;
+    }
+
+    /// To be called before a slice of commands: takes in what others wrote into the shared file.
+    pub fn before_slice(&mut self) {}
+
+    /// To be called before replies go out: what was drawn is in the shared file then.
+    pub fn before_replies(&mut self, _has_replies: bool) {}
+
+    /// To be called from time to time, at [`Engine::next_deadline`] at the latest.
+    pub fn tick(&mut self, _now: Instant) {}
+
+    /// When [`Engine::tick`] is wanted next, if at all.
+    pub fn next_deadline(&self) -> Option<Instant> {
+        None
+    }
+
     /// Gives the display what it has not got yet, with the frame number.
     fn publish(&mut self) {
         self.collect_damage();
@@ -154,12 +174,15 @@ impl Engine {
             }
             SnapTarget::File(name) => {
                 let Some(folder) = &self.snap_dir else {
-                    return Err(Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name));
+                    return Err(
+                        Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name)
+                    );
                 };
                 // The folder first: what is not allowed at all is no question of formats.
                 let path = folder.path_to_write(&name)?;
-                let format = SnapshotFormat::of_path(path.as_path())
-                    .map_err(|e| Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name))?;
+                let format = SnapshotFormat::of_path(path.as_path()).map_err(|e| {
+                    Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name)
+                })?;
                 save::atomically(&path, |out| format.write(&self.memory, out))
                     .map_err(|e| Fault::new(e.code(), "the snapshot could not be written").got(&*name))?;
                 let crc = save::crc32(&self.memory);

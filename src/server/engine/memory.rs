@@ -1,8 +1,8 @@
 //! Pixelflut's verbs, the memory verbs, and the 2-D figures.
 
 use super::Engine;
-use crate::command::{Command, Rect};
 use crate::command::{BINARY_PIXEL_BYTES, binary_pixel};
+use crate::command::{Command, Rect};
 use crate::draw2d::{self, Blend};
 use crate::error::{Code, Fault};
 use crate::memory::{FbPtr, MemoryError, Rgba};
@@ -135,9 +135,8 @@ impl Engine {
     }
 
     pub(super) fn peek(&self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
-        let len = usize::try_from(n).map_err(|_| {
-            Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string())
-        })?;
+        let len = usize::try_from(n)
+            .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
         let bytes = self.memory.peek(pointer(offset, len)?, len)?;
         self.check_reply(len as u64 * 2)?;
         let mut text = format!("PEEK {offset} ");

@@ -187,7 +187,10 @@ impl Engine {
     /// # Errors
     /// Why the command was refused; it then changed nothing.
     pub fn run(
-        &mut self, session: &mut Session, command: Command, replies: &mut Vec<u8>,
+        &mut self,
+        session: &mut Session,
+        command: Command,
+        replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
         session.stats.commands += 1;
         let start = replies.len();

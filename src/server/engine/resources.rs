@@ -63,7 +63,13 @@ impl Engine {
     pub(super) fn make_eye(&mut self, s: &mut Session, name: &str, json: &[u8]) -> Result<(), Fault> {
         not_yet((s, name, json))
     }
-    pub(super) fn load(&mut self, s: &mut Session, kind: FileKind, name: &str, path: &str) -> Result<(), Fault> {
+    pub(super) fn load(
+        &mut self,
+        s: &mut Session,
+        kind: FileKind,
+        name: &str,
+        path: &str,
+    ) -> Result<(), Fault> {
         not_yet((s, kind, name, path, self.load_dir.is_some()))
     }
     pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<(), Fault> {

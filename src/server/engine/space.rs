@@ -68,12 +68,14 @@ impl Engine {
                 return Ok(());
             }
             Command::Pop => {
-                s.model = s.stack.pop().ok_or_else(|| Fault::new(Code::Range, "the matrix stack is empty"))?;
+                s.model =
+                    s.stack.pop().ok_or_else(|| Fault::new(Code::Range, "the matrix stack is empty"))?;
                 return Ok(());
             }
             Command::Translate(by) => matrix::translate(by),
-            Command::Rotate { axis, angle_rad } => matrix::rotate(axis, angle_rad)
-                .ok_or_else(|| Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none"))?,
+            Command::Rotate { axis, angle_rad } => matrix::rotate(axis, angle_rad).ok_or_else(|| {
+                Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none")
+            })?,
             Command::Scale(by) => matrix::scale(by),
             Command::Shear(by) => matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]),
             Command::Matrix(by) => {
@@ -94,17 +96,19 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn set_light(&mut self, s: &mut Session, index: i32, command: LightCommand) -> Result<(), Fault> {
+    pub(super) fn set_light(
+        &mut self,
+        s: &mut Session,
+        index: i32,
+        command: LightCommand,
+    ) -> Result<(), Fault> {
         let index = usize::try_from(index).ok().filter(|&i| i < self.limits.lights).ok_or_else(|| {
             let message = format!("a light's index is from 0 to {}", self.limits.lights - 1);
             Fault::new(Code::Range, message).got(index.to_string())
         })?;
-        let light = |kind, color| {
-            Some(Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false })
-        };
+        let light = |kind, color| Some(Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false });
         let directed = |direction: DVec3| {
-            matrix::unit(direction)
-                .ok_or_else(|| Fault::new(Code::Range, "a light's direction is not 0 0 0"))
+            matrix::unit(direction).ok_or_else(|| Fault::new(Code::Range, "a light's direction is not 0 0 0"))
         };
         let light = match command {
             LightCommand::Off => None,
@@ -125,7 +129,10 @@ impl Engine {
     }
 
     pub(super) fn use_texture(
-        &mut self, s: &mut Session, name: Option<String>, sampling: Sampling,
+        &mut self,
+        s: &mut Session,
+        name: Option<String>,
+        sampling: Sampling,
     ) -> Result<(), Fault> {
         if let Some(name) = &name {
             self.texture(s, name)?;

@@ -1,0 +1,201 @@
+//! The in-process handle: the same commands as on the wire, as typed values.
+//!
+//! ```
+//! use fbptr::server::{Engine, Finish, RenderThread};
+//!
+//! let thread = RenderThread::start(Engine::new(320, 200)?)?;
+//! let client = thread.client();
+//! client.clear([0, 0, 64, 255]);
+//! client.line([0, 0], [319, 199], [255, 255, 0, 255]);
+//! client.fill([[40.0, 20.0], [280.0, 60.0], [100.0, 180.0]], [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]]);
+//! client.sync()?;
+//! let picture = client.snapshot()?;
+//! assert_eq!(picture.get_pixel(0, 0)?, [255, 255, 0, 255]);
+//! thread.finish(Finish::Now);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use super::Complaint;
+use super::thread::message::{Id, Inbox, Item, Message};
+use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, Rect};
+use crate::error::{Code, Fault};
+use crate::memory::{Rgba, VideoMemory};
+use crossbeam_channel::{Sender, bounded};
+use glam::DVec3;
+use std::fmt;
+use std::sync::Arc;
+
+/// A connection to the render thread from this process. Dropping it ends the connection.
+///
+/// Commands are queued and run in order; [`Client::send`] waits only when it is thousands of commands ahead. What is
+/// refused is kept for [`Client::sync`], or answered at once by [`Client::ask`].
+pub struct Client {
+    id: Id,
+    messages: Sender<Message>,
+    inbox: Arc<Inbox>,
+}
+
+impl fmt::Debug for Client {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Client({})", self.id)
+    }
+}
+
+fn has_ended() -> Fault {
+    Fault::new(Code::Proto, "the render thread has ended")
+}
+
+impl Client {
+    pub(super) fn new(id: Id, messages: Sender<Message>, inbox: Arc<Inbox>) -> Self {
+        Client { id, messages, inbox }
+    }
+
+    fn put(&self, item: Item) {
+        if self.inbox.put(item) == Some(true) {
+            // Fails when the render thread has ended: then nobody waits.
+            let _ = self.messages.send(Message::Mail(self.id));
+        }
+    }
+
+    /// Queues a command. Its reply, if it is a query, is dropped: see [`Client::ask`].
+    pub fn send(&self, command: Command) {
+        self.put(Item::Command(command));
+    }
+
+    /// Runs a command after all before it, and answers with its reply's bytes (none for one that is no query).
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn ask(&self, command: Command) -> Result<Vec<u8>, Fault> {
+        let (answer, result) = bounded(1);
+        self.put(Item::Ask(command, answer));
+        result.recv().unwrap_or_else(|_| Err(has_ended()))
+    }
+
+    /// Waits until all commands before have run.
+    ///
+    /// # Errors
+    /// The first of those that were refused since the last call.
+    pub fn sync(&self) -> Result<(), Fault> {
+        self.ask(Command::Sync { tag: "-".into() })?;
+        match self.complaints().into_iter().next() {
+            None => Ok(()),
+            Some(Complaint { verb, mut fault, .. }) => {
+                fault.message.insert_str(0, &format!("{verb}: "));
+                Err(fault)
+            }
+        }
+    }
+
+    /// What was refused since the last call; the line of its place counts commands from 1.
+    pub fn complaints(&self) -> Vec<Complaint> {
+        self.inbox.complaints()
+    }
+
+    /// A copy of the video memory after all commands before.
+    ///
+    /// # Errors
+    /// When the render thread has ended.
+    pub fn snapshot(&self) -> Result<VideoMemory, Fault> {
+        let (answer, result) = bounded(1);
+        self.put(Item::Look(Box::new(move |engine| {
+            // Whoever asked may be gone.
+            let _ = answer.send(engine.memory().clone());
+        })));
+        result.recv().map_err(|_| has_ended())
+    }
+
+    /// `PRESENT wait`: ends a frame and waits until it is shown. Answers its number.
+    ///
+    /// # Errors
+    /// When the render thread has ended.
+    pub fn present(&self) -> Result<u64, Fault> {
+        let reply = self.ask(Command::Present { wait: true })?;
+        let text = String::from_utf8_lossy(&reply);
+        text.trim_end().strip_prefix("FRAME ").and_then(|n| n.parse().ok()).ok_or_else(has_ended)
+    }
+
+    /// `AUTO on|off`: whether the display follows the memory, or shows whole frames alone.
+    pub fn auto(&self, on: bool) {
+        self.send(Command::Auto(on));
+    }
+
+    /// `CLEAR colour`
+    pub fn clear(&self, color: Rgba) {
+        self.send(Command::Clear { color });
+    }
+
+    /// `PX x y colour`
+    #[doc(alias = "putPixel")]
+    pub fn pixel(&self, x: i32, y: i32, color: Rgba) {
+        self.send(Command::Pixel { x, y, color });
+    }
+
+    /// `LINE`, in one colour.
+    pub fn line(&self, p0: [i32; 2], p1: [i32; 2], color: Rgba) {
+        self.send(Command::Line { p0, p1, color: RampColor { from: color, to: None } });
+    }
+
+    /// `LINE`, with a colour ramp.
+    pub fn ramp(&self, p0: [i32; 2], p1: [i32; 2], from: Rgba, to: Rgba) {
+        self.send(Command::Line { p0, p1, color: RampColor { from, to: Some(to) } });
+    }
+
+    /// `FILL`, with a colour at each corner.
+    pub fn fill(&self, points: [[f64; 2]; 3], colors: [Rgba; 3]) {
+        self.send(Command::Fill { points, colors: AreaColors::Three(colors) });
+    }
+
+    /// `FILLRECT`
+    pub fn fill_rect(&self, x: i32, y: i32, w: i32, h: i32, color: Rgba) {
+        self.send(Command::FillRect { rect: Rect { x, y, w, h }, color });
+    }
+
+    /// `BLIT`: RGBA rows.
+    pub fn blit(&self, x: i32, y: i32, w: i32, h: i32, rgba: Vec<u8>) {
+        self.send(Command::Blit { rect: Rect { x, y, w, h }, rgba });
+    }
+
+    /// `TEXT`
+    pub fn text(&self, x: i32, y: i32, color: Rgba, text: &str) {
+        self.send(Command::Text { x, y, color, utf8: text.as_bytes().to_vec() });
+    }
+
+    /// `MESH`
+    pub fn mesh(&self, name: &str, source: MeshSource) {
+        self.send(Command::Mesh { name: name.into(), source: Box::new(source) });
+    }
+
+    /// `LOOKAT`
+    pub fn look_at(&self, eye: DVec3, reference: DVec3, up: DVec3) {
+        self.send(Command::LookAt { eye, reference, up });
+    }
+
+    /// `ROTATE`
+    pub fn rotate(&self, axis: DVec3, angle_rad: f64) {
+        self.send(Command::Rotate { axis, angle_rad });
+    }
+
+    /// `DRAW`
+    pub fn draw(&self, name: &str) {
+        self.send(Command::Draw { name: name.into() });
+    }
+
+    /// `CRC` of the whole memory.
+    ///
+    /// # Errors
+    /// When the render thread has ended.
+    pub fn crc(&self) -> Result<u32, Fault> {
+        let reply = self.ask(Command::Crc { rect: None })?;
+        let text = String::from_utf8_lossy(&reply);
+        let hex = text.trim_end().strip_prefix("CRC ").unwrap_or("");
+        u32::from_str_radix(hex, 16).map_err(|_| has_ended())
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        // The render thread takes what is still in the inbox first: both are in order.
+        let _ = self.messages.send(Message::End(self.id, EndOfInput::Stream));
+    }
+}

@@ -1,0 +1,181 @@
+//! Replies on their way out: the render thread puts them in and never waits, a writer takes them out at its client's pace.
+//!
+//! In: whole replies, from the render thread. Out: bytes in order, through a writer on a thread of its own that is started
+//! with the first reply. A client that does not read fills its own outbox alone; the render thread then lets that
+//! client's commands wait ([`Outbox::is_full`]) until the writer has made room.
+
+use std::io::{self, Write};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+#[derive(Debug, Default)]
+struct State {
+    ready: Vec<u8>,
+    /// Bytes that the writer has taken and not written yet.
+    in_hand: usize,
+    /// Nothing more will be put in.
+    is_closed: bool,
+    /// The writer has ended: all written, or nobody takes more.
+    is_done: bool,
+    has_failed: bool,
+    /// The render thread wants to hear when there is room.
+    is_awaited: bool,
+}
+
+/// The replies of one connection that its client has not been sent yet.
+#[derive(Debug, Default)]
+pub(crate) struct Outbox {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+/// A buffer longer than this is given back after use.
+const KEPT_BYTES: usize = 1 << 20;
+
+impl Outbox {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Appends `bytes`, and empties them. What nobody will read is dropped.
+    pub fn put(&self, bytes: &mut Vec<u8>) {
+        let mut state = self.lock();
+        if !state.has_failed && !state.is_closed {
+            match state.ready.is_empty() {
+                true => std::mem::swap(&mut state.ready, bytes),
+                false => state.ready.extend_from_slice(bytes),
+            }
+        }
+        bytes.clear();
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Bytes that wait.
+    pub fn pending(&self) -> usize {
+        let state = self.lock();
+        state.ready.len() + state.in_hand
+    }
+
+    /// Whether `limit` bytes or more wait. If so, the writer will call `on_room` once half of them are gone.
+    pub fn is_full(&self, limit: usize) -> bool {
+        let mut state = self.lock();
+        let is_full = state.ready.len() + state.in_hand >= limit;
+        state.is_awaited = is_full;
+        is_full
+    }
+
+    /// Says that nothing more will be put in.
+    pub fn close(&self) {
+        self.lock().is_closed = true;
+        self.changed.notify_all();
+    }
+
+    /// The writer has ended, or there was none to be.
+    pub fn set_done(&self) {
+        self.lock().is_done = true;
+        self.changed.notify_all();
+    }
+
+    /// Whether the writer has ended.
+    pub fn is_done(&self) -> bool {
+        self.lock().is_done
+    }
+
+    /// Waits until the writer has ended, no longer than to `until`; whether it has.
+    pub fn wait_done(&self, until: Instant) -> bool {
+        let mut state = self.lock();
+        while !state.is_done {
+            let left = until.saturating_duration_since(Instant::now());
+            if left == Duration::ZERO {
+                return false;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+
+    /// Writes what is put in until the outbox is closed and empty, or writing fails. Runs on the writer's thread.
+    pub fn write_all_to(&self, out: &mut dyn Write, limit: usize, on_room: impl Fn()) -> io::Result<()> {
+        let mut batch = Vec::new();
+        loop {
+            let mut state = self.lock();
+            while state.ready.is_empty() && !state.is_closed {
+                state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            }
+            if state.ready.is_empty() {
+                break;
+            }
+            std::mem::swap(&mut state.ready, &mut batch);
+            state.in_hand = batch.len();
+            drop(state);
+            let mut result = Ok(());
+            for piece in batch.chunks(1 << 16) {
+                result = out.write_all(piece);
+                let mut state = self.lock();
+                state.in_hand -= piece.len();
+                if result.is_err() {
+                    (state.has_failed, state.in_hand) = (true, 0);
+                    state.ready = Vec::new();
+                }
+                let has_room = state.ready.len() + state.in_hand <= limit / 2;
+                if state.is_awaited && has_room {
+                    state.is_awaited = false;
+                    drop(state);
+                    on_room();
+                }
+                if result.is_err() {
+                    break;
+                }
+            }
+            result.and_then(|()| out.flush())?;
+            batch.clear();
+            batch.shrink_to(KEPT_BYTES);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn all_of_it_arrives_in_order_and_room_is_told_once() {
+        let outbox = Arc::new(Outbox::default());
+        let mut whole = Vec::new();
+        for i in 0..1000u32 {
+            let mut piece = i.to_le_bytes().repeat(i as usize % 7);
+            whole.extend_from_slice(&piece);
+            outbox.put(&mut piece);
+        }
+        assert!(outbox.is_full(10));
+        outbox.close();
+        let (mut written, told) = (Vec::new(), AtomicUsize::new(0));
+        outbox.write_all_to(&mut written, 10, || drop(told.fetch_add(1, Ordering::Relaxed))).unwrap();
+        assert_eq!(written, whole);
+        assert_eq!((told.into_inner(), outbox.pending()), (1, 0));
+    }
+
+    #[test]
+    fn a_writer_that_fails_leaves_nothing_waiting() {
+        struct Broken;
+        impl Write for Broken {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::BrokenPipe.into())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let outbox = Outbox::default();
+        outbox.put(&mut vec![1; 100]);
+        assert!(outbox.is_full(50));
+        assert!(outbox.write_all_to(&mut Broken, 50, || ()).is_err());
+        outbox.put(&mut vec![1; 100]);
+        assert!(!outbox.is_full(50));
+        assert!(!outbox.wait_done(Instant::now()));
+    }
+}

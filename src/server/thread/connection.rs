@@ -1,0 +1,272 @@
+//! A connection as the render thread sees it: its stream, the work that waits, and where its replies go.
+
+use super::message::{Batch, Item, Message, Opening, Port, Source};
+use crate::command::EndOfInput;
+use crate::error::Fault;
+use crate::server::outbox::Outbox;
+use crate::server::{Budget, Complaint, Engine, Output, Standing, Stream};
+use crossbeam_channel::Sender;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Something that waits to be run.
+enum Work {
+    Bytes { batch: Batch, at: usize },
+    Item(Item),
+    End(EndOfInput),
+}
+
+pub(super) struct Connection {
+    pub id: u64,
+    pub stream: Stream,
+    work: VecDeque<Work>,
+    /// Bytes in `work`.
+    pub queued_bytes: u64,
+    /// The inbox has items that are not in `work` yet.
+    has_mail: bool,
+    mail: Vec<Item>,
+    source: Source,
+    has_writer: bool,
+    on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    on_end: Option<Box<dyn FnOnce() + Send>>,
+    /// It is in the render thread's round.
+    pub is_queued: bool,
+    /// The frame that it waits for, and who asked, where that is an in-process client.
+    pub waits_for: Option<u64>,
+    owed: Option<Sender<Result<Vec<u8>, Fault>>>,
+    /// It waits for its client to read.
+    is_stalled: bool,
+}
+
+/// A connection that is over, and whose transport is still busy with the last replies.
+pub(super) struct Leaving {
+    pub outbox: Arc<Outbox>,
+    pub port: Box<dyn Port>,
+    pub since: Instant,
+    pub pending: usize,
+}
+
+impl Connection {
+    pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
+        let Opening { audience, source, on_complaint, on_end } = opening;
+        Connection {
+            id,
+            stream: Stream::new(engine, id, audience),
+            work: VecDeque::new(),
+            queued_bytes: 0,
+            has_mail: false,
+            mail: Vec::new(),
+            source,
+            has_writer: false,
+            on_complaint,
+            on_end,
+            is_queued: false,
+            waits_for: None,
+            owed: None,
+            is_stalled: false,
+        }
+    }
+
+    pub fn add_bytes(&mut self, batch: Batch) {
+        self.queued_bytes += batch.filled as u64;
+        self.work.push_back(Work::Bytes { batch, at: 0 });
+    }
+
+    pub fn add_end(&mut self, end: EndOfInput) {
+        // What an in-process client sent before it went comes first.
+        self.fetch_mail();
+        self.work.push_back(Work::End(end));
+    }
+
+    pub fn add_mail(&mut self) {
+        self.has_mail = true;
+    }
+
+    pub fn note_room(&mut self) {
+        self.is_stalled = false;
+    }
+
+    /// Whether there is something to run, and nothing to wait for.
+    pub fn is_runnable(&self) -> bool {
+        (self.has_mail || !self.work.is_empty()) && self.waits_for.is_none() && !self.is_stalled
+    }
+
+    /// Whether nothing that was received is left to run.
+    pub fn is_idle(&self) -> bool {
+        !self.has_mail && self.work.is_empty()
+    }
+
+    /// Whether its commands come from this process.
+    pub fn is_local(&self) -> bool {
+        matches!(self.source, Source::Inbox(_))
+    }
+
+    /// Runs a slice of the work that waits, of at most `bytes` stream bytes and as the budget says; replies go to `out`.
+    /// Answers how it stands: `Ended` when it is over.
+    pub fn run(&mut self, engine: &mut Engine, bytes: usize, budget: Budget, out: &mut Output) -> Standing {
+        if let Source::Stream { outbox, .. } = &self.source
+            && outbox.is_full(budget.reply_bytes)
+        {
+            self.is_stalled = true;
+            return Standing::Rests;
+        }
+        let mut left = bytes;
+        while left > 0 {
+            if self.work.is_empty() && self.has_mail {
+                self.fetch_mail();
+            }
+            let standing = match self.work.pop_front() {
+                None => return Standing::Ready,
+                Some(Work::Bytes { batch, at }) => {
+                    let end = batch.filled.min(at + left);
+                    let (used, standing) = self.stream.feed(engine, &batch.buffer[at..end], out, budget);
+                    left -= used;
+                    self.queued_bytes -= used as u64;
+                    match at + used < batch.filled && standing != Standing::Ended {
+                        true => self.work.push_front(Work::Bytes { batch, at: at + used }),
+                        false => self.give_back(batch),
+                    }
+                    standing
+                }
+                Some(Work::Item(item)) => {
+                    left -= left.min(64);
+                    self.run_item(engine, item, out, budget)
+                }
+                Some(Work::End(end)) => self.stream.finish(engine, end, out),
+            };
+            self.tell(&mut out.complaints);
+            match standing {
+                Standing::Ready => {}
+                Standing::WaitsFor(frame) => {
+                    self.waits_for = Some(frame);
+                    return standing;
+                }
+                Standing::Rests => return standing,
+                Standing::Ended => return standing,
+            }
+        }
+        Standing::Rests
+    }
+
+    fn run_item(&mut self, engine: &mut Engine, item: Item, out: &mut Output, budget: Budget) -> Standing {
+        match item {
+            Item::Command(command) => {
+                let standing = self.stream.run(engine, command, out, budget);
+                // Nobody asked.
+                out.replies.clear();
+                standing
+            }
+            Item::Ask(command, answer) => {
+                let standing = self.stream.run(engine, command, out, budget);
+                if let Standing::WaitsFor(_) = standing {
+                    self.owed = Some(answer);
+                    return standing;
+                }
+                let result = match out.complaints.pop() {
+                    Some(complaint) => Err(complaint.fault),
+                    None => Ok(std::mem::take(&mut out.replies)),
+                };
+                // Whoever asked may be gone.
+                let _ = answer.send(result);
+                standing
+            }
+            Item::Look(look) => {
+                look(engine);
+                Standing::Ready
+            }
+        }
+    }
+
+    /// The frame that it waited for is shown: answers, and goes on.
+    pub fn frame_is_shown(&mut self, engine: &Engine, out: &mut Output) {
+        if let Some(frame) = self.waits_for.take() {
+            engine.answer_shown(frame, &mut out.replies);
+            if let Some(owed) = self.owed.take() {
+                // Whoever asked may be gone.
+                let _ = owed.send(Ok(std::mem::take(&mut out.replies)));
+            }
+        }
+    }
+
+    fn fetch_mail(&mut self) {
+        self.has_mail = false;
+        if let Source::Inbox(inbox) = &self.source {
+            inbox.take(&mut self.mail);
+            self.work.extend(self.mail.drain(..).map(Work::Item));
+        }
+    }
+
+    fn give_back(&self, batch: Batch) {
+        if let Source::Stream { recycle, .. } = &self.source {
+            // A reader that is gone needs no buffer.
+            let _ = recycle.try_send(batch.buffer);
+        }
+    }
+
+    fn tell(&mut self, complaints: &mut Vec<Complaint>) {
+        for complaint in complaints.drain(..) {
+            match (&mut self.on_complaint, &self.source) {
+                (Some(tell), _) => tell(complaint),
+                (None, Source::Inbox(inbox)) => inbox.complain(complaint),
+                (None, Source::Stream { .. }) => {}
+            }
+        }
+    }
+
+    /// Hands replies to the writer, which is started with the first of them.
+    pub fn reply(&mut self, replies: &mut Vec<u8>, limit: usize, messages: &Sender<Message>) {
+        if replies.is_empty() {
+            return;
+        }
+        match &mut self.source {
+            Source::Inbox(_) => replies.clear(),
+            Source::Stream { outbox, port, .. } => {
+                outbox.put(replies);
+                if !std::mem::replace(&mut self.has_writer, true) {
+                    let (id, messages) = (self.id, messages.clone());
+                    // A render thread that is gone needs no room.
+                    let on_room = move || drop(messages.send(Message::Room(id)));
+                    port.start_writer(outbox.clone(), limit, Box::new(on_room));
+                }
+            }
+        }
+    }
+
+    /// Bytes of replies that its client has not read.
+    pub fn unread(&self) -> usize {
+        match &self.source {
+            Source::Inbox(_) => 0,
+            Source::Stream { outbox, .. } => outbox.pending(),
+        }
+    }
+
+    /// Ends the transport's reading.
+    pub fn stop_reading(&mut self) {
+        if let Source::Stream { port, .. } = &mut self.source {
+            port.stop_reading();
+        }
+    }
+
+    /// Ends the connection: frees its state and lets the last replies go.
+    pub fn close(mut self, engine: &mut Engine) -> Option<Leaving> {
+        engine.close(self.stream.session_mut());
+        if let Some(on_end) = self.on_end.take() {
+            on_end();
+        }
+        match self.source {
+            Source::Inbox(inbox) => {
+                inbox.close();
+                None
+            }
+            Source::Stream { outbox, mut port, .. } => {
+                outbox.close();
+                if !self.has_writer {
+                    port.end_without_writer(&outbox);
+                }
+                let pending = outbox.pending();
+                Some(Leaving { outbox, port, since: Instant::now(), pending })
+            }
+        }
+    }
+}

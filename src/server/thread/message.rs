@@ -1,0 +1,167 @@
+//! What travels to the render thread.
+
+use super::super::outbox::Outbox;
+use super::super::{Audience, Complaint};
+use crate::command::{Command, EndOfInput};
+use crate::error::Fault;
+use crate::server::Engine;
+use crossbeam_channel::Sender;
+use std::fmt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// A connection's number.
+pub(crate) type Id = u64;
+
+/// Bytes of a connection: the first `filled` of a buffer that goes back to its reader.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    pub buffer: Vec<u8>,
+    pub filled: usize,
+}
+
+/// One message. Bytes of a connection come in order; messages of different connections in the order of sending.
+pub(crate) enum Message {
+    /// A connection begins.
+    Open(Id, Box<Opening>),
+    /// Bytes that it sent.
+    Bytes(Id, Batch),
+    /// It sends no more.
+    End(Id, EndOfInput),
+    /// Its typed commands wait in its inbox.
+    Mail(Id),
+    /// Its client has read: there is room for replies.
+    Room(Id),
+    /// Something to do between two slices of work.
+    Do(Box<dyn FnOnce(&mut Engine) + Send>),
+    /// The window could not be had: go on without.
+    NoDisplay,
+    /// Finish what was received, then end.
+    Finish(super::Finish),
+}
+
+impl fmt::Debug for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Message::Open(id, _) => write!(f, "Open({id})"),
+            Message::Bytes(id, batch) => write!(f, "Bytes({id}, {})", batch.filled),
+            Message::End(id, end) => write!(f, "End({id}, {end:?})"),
+            Message::Mail(id) => write!(f, "Mail({id})"),
+            Message::Room(id) => write!(f, "Room({id})"),
+            Message::Do(_) => write!(f, "Do"),
+            Message::NoDisplay => write!(f, "NoDisplay"),
+            Message::Finish(how) => write!(f, "Finish({how:?})"),
+        }
+    }
+}
+
+/// What a new connection brings.
+pub(crate) struct Opening {
+    pub audience: Audience,
+    pub source: Source,
+    /// Told of each refusal, where the audience is the owner.
+    pub on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    /// Called when the connection's last command has run.
+    pub on_end: Option<Box<dyn FnOnce() + Send>>,
+}
+
+/// Where a connection's commands come from, and where its replies go.
+pub(crate) enum Source {
+    /// A stream of bytes.
+    Stream { recycle: Sender<Vec<u8>>, outbox: Arc<Outbox>, port: Box<dyn Port> },
+    /// An in-process client.
+    Inbox(Arc<Inbox>),
+}
+
+/// The render thread's hold on a transport.
+pub(crate) trait Port: Send {
+    /// Starts the writer's thread over `outbox`; called once, with the first reply.
+    fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>);
+    /// No reply was ever written, and none will be.
+    fn end_without_writer(&mut self, outbox: &Outbox);
+    /// Ends the transport's reading: what has arrived is still read.
+    fn stop_reading(&mut self);
+    /// Ends the transport at once.
+    fn abort(&mut self);
+    /// Whether the transport's threads have ended.
+    fn is_gone(&self) -> bool;
+}
+
+/// One thing that an in-process client asks for.
+pub(crate) enum Item {
+    /// Run it.
+    Command(Command),
+    /// Run it and answer with its reply.
+    Ask(Command, Sender<Result<Vec<u8>, Fault>>),
+    /// Look at the engine, after everything before.
+    Look(Box<dyn FnOnce(&Engine) + Send>),
+}
+
+/// What in-process clients have sent and the render thread has not taken.
+#[derive(Default)]
+pub(crate) struct Inbox {
+    state: Mutex<Mail>,
+    taken: Condvar,
+}
+
+#[derive(Default)]
+struct Mail {
+    items: Vec<Item>,
+    is_closed: bool,
+    complaints: Vec<Complaint>,
+}
+
+/// A client that is further ahead than this many commands waits.
+const MAX_AHEAD: usize = 1 << 14;
+
+/// Complaints beyond this many are counted in STATS alone.
+const MAX_COMPLAINTS: usize = 1000;
+
+impl Inbox {
+    fn lock(&self) -> MutexGuard<'_, Mail> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds an item; whether it is the first that waits. `None` when nobody will take it.
+    pub fn put(&self, item: Item) -> Option<bool> {
+        let mut mail = self.lock();
+        while mail.items.len() >= MAX_AHEAD && !mail.is_closed {
+            mail = self.taken.wait(mail).unwrap_or_else(PoisonError::into_inner);
+        }
+        if mail.is_closed {
+            return None;
+        }
+        mail.items.push(item);
+        Some(mail.items.len() == 1)
+    }
+
+    /// Takes all items, in exchange for an empty list.
+    pub fn take(&self, into: &mut Vec<Item>) {
+        let mut mail = self.lock();
+        std::mem::swap(&mut mail.items, into);
+        drop(mail);
+        self.taken.notify_all();
+    }
+
+    /// Nobody takes items any more.
+    pub fn close(&self) {
+        let mut mail = self.lock();
+        mail.is_closed = true;
+        // Those who wait for an answer see their channel end.
+        mail.items.clear();
+        drop(mail);
+        self.taken.notify_all();
+    }
+
+    /// Keeps a complaint for the client.
+    pub fn complain(&self, complaint: Complaint) {
+        let mut mail = self.lock();
+        if mail.complaints.len() < MAX_COMPLAINTS {
+            mail.complaints.push(complaint);
+        }
+    }
+
+    /// The complaints since the last call.
+    pub fn complaints(&self) -> Vec<Complaint> {
+        std::mem::take(&mut self.lock().complaints)
+    }
+}
