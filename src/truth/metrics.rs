@@ -181,7 +181,8 @@ fn luma(rgba: &[u8]) -> Vec<f64> {
 /// Half the width of SSIM's window.
 const REACH: isize = 5;
 
-/// Mean structural similarity of the lumas. At the border the window is cut and its weights scaled to sum 1.
+/// Mean structural similarity of the lumas, over the pixels around which the whole window fits; in a picture smaller than
+/// the window over all of them, the window cut at the border and its weights scaled to sum 1.
 pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
     let (a, b) = (luma(found), luma(truth));
     let height = a.len() / width.max(1);
@@ -190,7 +191,7 @@ pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
     }
     let weights: Vec<f64> =
         (-REACH..=REACH).map(|i| libm::exp(-((i * i) as f64) / (2.0 * 1.5 * 1.5))).collect();
-    // One blur across and one down make the square window; the weights beyond the border are left out.
+    // One blur across and one down make the square window.
     let blur = |v: &[f64]| -> Vec<f64> {
         let across = blur_lines(v, width, height, 1, width, &weights);
         blur_lines(&across, height, width, width, 1, &weights)
@@ -199,14 +200,18 @@ pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
     let (mean_a, mean_b) = (blur(&a), blur(&b));
     let (aa, bb, ab) = (blur(&product(&a, &a)), blur(&product(&b, &b)), blur(&product(&a, &b)));
     let (c1, c2) = ((0.01 * 255.0) * (0.01 * 255.0), (0.03 * 255.0) * (0.03 * 255.0));
-    let total: f64 = (0..a.len())
-        .map(|i| {
-            let (m, n) = (mean_a[i], mean_b[i]);
-            let (var_a, var_b, cov) = (aa[i] - m * m, bb[i] - n * n, ab[i] - m * n);
-            ((2.0 * m * n + c1) * (2.0 * cov + c2)) / ((m * m + n * n + c1) * (var_a + var_b + c2))
-        })
-        .sum();
-    total / a.len() as f64
+    let at = |i: usize| {
+        let (m, n) = (mean_a[i], mean_b[i]);
+        let (var_a, var_b, cov) = (aa[i] - m * m, bb[i] - n * n, ab[i] - m * n);
+        ((2.0 * m * n + c1) * (2.0 * cov + c2)) / ((m * m + n * n + c1) * (var_a + var_b + c2))
+    };
+    let reach = REACH as usize;
+    let margin = if width > 2 * reach && height > 2 * reach { reach } else { 0 };
+    let mut total = 0.0;
+    for y in margin..height - margin {
+        total += (margin..width - margin).map(|x| at(width * y + x)).sum::<f64>();
+    }
+    total / ((width - 2 * margin) * (height - 2 * margin)) as f64
 }
 
 /// Blurs `lines` lines of `length` values: value k of line l is at l * line_stride + k * stride.
@@ -299,5 +304,52 @@ mod tests {
         let pattern: Vec<u8> = (0..400).map(|i| if (i + i / 20) % 2 == 0 { 110 } else { 90 }).collect();
         let negative: Vec<u8> = pattern.iter().map(|v| 200 - v).collect();
         assert!(ssim(20, &gray(&pattern), &gray(&negative)) < -0.5);
+    }
+
+    /// The pictures of the outside checks: a pattern, and the same with a pattern of -5..5 added.
+    fn patterns() -> (Vec<u8>, Vec<u8>) {
+        let (mut a, mut b) = (Vec::new(), Vec::new());
+        for y in 0..30i32 {
+            for x in 0..40i32 {
+                let noise = (x * 31 + y * 17 + (x * y) % 7) % 11 - 5;
+                for v in [(x * 6 + y) % 256, (y * 8) % 256, (x * y) % 256] {
+                    a.push(v as u8);
+                    b.push((v + noise).clamp(0, 255) as u8);
+                }
+                a.push(255);
+                b.push(255);
+            }
+        }
+        (a, b)
+    }
+
+    /// Worked once by scikit-image 0.26.0: structural_similarity(gaussian_weights=True, sigma=1.5,
+    /// use_sample_covariance=False, data_range=255) of the lumas, peak_signal_noise_ratio, mean_squared_error.
+    #[test]
+    fn an_outside_library_finds_the_same() {
+        let (a, b) = patterns();
+        let e = compare_bytes(40, &a, &b);
+        assert!((e.ssim - 0.966_029_662_022_183_4).abs() < 1e-12, "{}", e.ssim);
+        assert!((e.psnr_db - 38.223_099_917_478_75).abs() < 1e-10, "{}", e.psnr_db);
+        assert!((e.steps.rmse * e.steps.rmse - 9.789_722_222_222_222).abs() < 1e-12);
+        assert!((e.steps.mae - 2.676_388_888_888_889).abs() < 1e-12);
+        assert_eq!(e.steps.max, 5.0);
+    }
+
+    #[test]
+    fn an_outside_crate_finds_the_same_rmse() {
+        let (a, b) = patterns();
+        let green = |v: &[u8]| {
+            let plane = v.chunks(4).map(|p| p[1]).collect();
+            image::GrayImage::from_raw(40, 30, plane).unwrap()
+        };
+        let (a, b) = (green(&a), green(&b));
+        let theirs =
+            image_compare::gray_similarity_structure(&image_compare::Algorithm::RootMeanSquared, &a, &b)
+                .unwrap();
+        let rgba = |g: &image::GrayImage| gray(g.as_raw());
+        let ours = compare_bytes(40, &rgba(&a), &rgba(&b)).steps.rmse;
+        // Theirs is 1 - RMSE/255, summed from f32.
+        assert!((255.0 * (1.0 - theirs.score) - ours).abs() < 1e-3, "{} {ours}", theirs.score);
     }
 }
