@@ -6,10 +6,11 @@
 
 mod error;
 mod folder;
+pub mod obj;
 pub mod texture;
 
-pub use folder::{Folder, FolderError};
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
+pub use folder::{Folder, FolderError};
 
 /// Runs a decoder that is not ours; a panic in it becomes the reason of a refusal.
 ///

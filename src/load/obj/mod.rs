@@ -1,0 +1,135 @@
+//! OBJ and MTL: Wavefront's meshes and materials, read by `tobj` behind our own line checks.
+//!
+//! In: a file's bytes (UTF-8 or Latin-1, any line ends, a BOM, `\` continuations, lines of any length). Out: polygons as the
+//! file has them, each corner with its own indices, in object space; a vertex is an OBJ position, so groups and objects do not
+//! part a surface. Numbers are read as f64 and are finite. Positions that nothing uses are left out.
+//!
+//! `tobj` knows neither lines nor `p`, takes `nan`, parts vertices by group, and can panic. So every line is checked first
+//! (`feed`), with the line's number at hand; `tobj` is given the checked lines alone, elements after vertices, in one group; and
+//! what it returns is put together with what the check noted of each element (`assemble`). Statements that are not known are
+//! skipped with a warning, those that are known and wrong are refused.
+//!
+//! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material format 4.2.
+
+mod assemble;
+mod feed;
+mod lines;
+mod mtl;
+#[cfg(test)]
+mod tests;
+mod through_tobj;
+
+use super::{LoadError, LoadErrorKind, LoadWarning, Place, texture};
+use crate::scene::{Geometry, NONE, Texture};
+use feed::{Elements, Feed};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Finds the files that a file refers to, by the name that stands in it, `/` between folders, relative to the OBJ's own
+/// folder; `None` where there is no such file or it may not be read.
+pub type SideFiles<'a> = dyn FnMut(&str) -> Option<Vec<u8>> + 'a;
+
+/// A mesh from an OBJ file, with the materials and textures that could be found.
+#[derive(Clone, Debug, Default)]
+pub struct LoadedObj {
+    /// The mesh, and for each of its materials the texture.
+    pub geometry: Geometry,
+    /// What was skipped, in the file's order.
+    pub warnings: Vec<LoadWarning>,
+}
+
+/// Reads the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
+///
+/// A missing MTL file, material or texture is a warning. A file without any statement makes an empty mesh, with a warning.
+pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedObj, LoadError> {
+    let mut feed = Feed::new(bytes, file_name);
+    let raw = through_tobj::obj(&mut feed)?;
+    let Elements { faces, uses, order, libraries, mut warnings } = feed.into_elements();
+    let library = read_libraries(&libraries, side_files, file_name, &mut warnings)?;
+    // Only what is used is kept, in the order of first use.
+    let mut geometry = Geometry::default();
+    let mut material_of_use = Vec::with_capacity(uses.len());
+    for (name, line) in &uses {
+        let Some(found) = library.get(name.as_str()) else {
+            // Without an MTL file at hand, that it is missing has been said already.
+            if libraries.is_empty() || !library.is_empty() {
+                let message = format!("material {name:?} is not defined: the faces keep the draw's material");
+                warnings.push(LoadWarning { place: Place::line(file_name, *line), message });
+            }
+            material_of_use.push(NONE);
+            continue;
+        };
+        material_of_use.push(geometry.mesh.materials.len() as u32);
+        geometry.textures.push(read_texture(found, side_files, &mut warnings)?);
+        geometry.mesh.materials.push(found.material.clone());
+    }
+    assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
+        LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
+    })?;
+    if faces.is_empty() {
+        let message = "no faces, lines or points: nothing is drawn".into();
+        warnings.push(LoadWarning { place: Place::file(file_name), message });
+    }
+    Ok(LoadedObj { geometry, warnings })
+}
+
+/// All materials of the MTL files that `mtllib` names, by name; of two with one name the first counts.
+fn read_libraries(
+    libraries: &[(String, u32)],
+    side_files: &mut SideFiles<'_>,
+    file_name: &str,
+    warnings: &mut Vec<LoadWarning>,
+) -> Result<HashMap<String, mtl::FileMaterial>, LoadError> {
+    let mut all = HashMap::new();
+    let mut warn = |line: u32, message: String| {
+        warnings.push(LoadWarning { place: Place::line(file_name, line), message });
+    };
+    let mut files = Vec::new();
+    for (names, line) in libraries {
+        // One name with blanks in it, or several names.
+        if let Some(bytes) = find(side_files, names) {
+            files.push((names.clone(), bytes));
+            continue;
+        }
+        for name in names.split_whitespace() {
+            match find(side_files, name) {
+                Some(bytes) => files.push((name.to_owned(), bytes)),
+                None => warn(*line, format!("material file {name:?} cannot be found: it is left out")),
+            }
+        }
+    }
+    for (name, bytes) in files {
+        let (materials, mut its_warnings) = mtl::parse(&bytes, &name)?;
+        warnings.append(&mut its_warnings);
+        for material in materials {
+            all.entry(material.material.name.clone()).or_insert(material);
+        }
+    }
+    Ok(all)
+}
+
+/// The bytes of a side file; where folders are parted by `\`, by `/` as well.
+fn find(side_files: &mut SideFiles<'_>, name: &str) -> Option<Vec<u8>> {
+    side_files(name).or_else(|| name.contains('\\').then(|| side_files(&name.replace('\\', "/"))).flatten())
+}
+
+/// The texture of a material: beside its MTL file, or beside the OBJ file. A file that is there must be a picture.
+fn read_texture(
+    material: &mtl::FileMaterial,
+    side_files: &mut SideFiles<'_>,
+    warnings: &mut Vec<LoadWarning>,
+) -> Result<Option<Arc<Texture>>, LoadError> {
+    let Some(name) = &material.material.texture else { return Ok(None) };
+    let folder = material.place.file.rfind(['/', '\\']).map_or("", |end| &material.place.file[..=end]);
+    let beside_mtl = format!("{folder}{name}");
+    let found = find(side_files, &beside_mtl)
+        .or_else(|| (!folder.is_empty()).then(|| find(side_files, name)).flatten());
+    match found {
+        Some(bytes) => texture::decode_file(&bytes, name).map(|t| Some(Arc::new(t))),
+        None => {
+            let message = format!("texture {name:?} cannot be found: it is left out");
+            warnings.push(LoadWarning { place: material.place.clone(), message });
+            Ok(None)
+        }
+    }
+}

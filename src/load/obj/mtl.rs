@@ -1,0 +1,249 @@
+//! MTL files: materials, lit by the format's own equation (Blinn's half vector).
+//!
+//! Used: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`. What a file does not say: Ka, Ks and Ke are 0, Kd is
+//! 0.8 (1 under a texture), Ns is 1, and the surface is opaque. `illum 0` is Kd alone, unlit; `illum 1` has no highlight.
+//! Where both `d` and `Tr` stand, `d` counts.
+
+use super::lines::{Lines, keyword, number, shown, text, words};
+use super::through_tobj::{self, RawMaterial};
+use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use crate::scene::{LightingModel, Material};
+use glam::DVec3;
+use std::collections::HashSet;
+use std::io::Write;
+use std::ops::RangeInclusive;
+
+/// A material and where its `newmtl` stands.
+#[derive(Clone, Debug)]
+pub(super) struct FileMaterial {
+    pub(super) material: Material,
+    pub(super) place: Place,
+}
+
+struct Check<'a> {
+    file_name: &'a str,
+    line: u32,
+    /// Checked lines for `tobj`.
+    out: Vec<u8>,
+    /// The line of each `newmtl`.
+    materials: Vec<u32>,
+    warned: HashSet<String>,
+    warnings: Vec<LoadWarning>,
+}
+
+/// The materials of an MTL file, in its order, and what was skipped.
+pub(super) fn parse(
+    bytes: &[u8],
+    file_name: &str,
+) -> Result<(Vec<FileMaterial>, Vec<LoadWarning>), LoadError> {
+    let mut check = Check {
+        file_name,
+        line: 0,
+        out: Vec::new(),
+        materials: Vec::new(),
+        warned: HashSet::new(),
+        warnings: Vec::new(),
+    };
+    for (line, statement) in Lines::new(bytes) {
+        check.line = line;
+        let (word, arguments) = keyword(&statement);
+        check.statement(word, arguments)?;
+    }
+    let Check { out, materials: lines, mut warnings, .. } = check;
+    let raw = through_tobj::mtl(&mut out.as_slice(), file_name)?;
+    if raw.len() != lines.len() {
+        let reason = format!("{} materials are defined, and {} came back", lines.len(), raw.len());
+        return Err(LoadError::new(
+            Place::file(file_name),
+            LoadErrorKind::Undecodable { format: "MTL", reason },
+        ));
+    }
+    let mut names = HashSet::new();
+    let mut materials = Vec::new();
+    for (raw, line) in raw.into_iter().zip(lines) {
+        let place = Place::line(file_name, line);
+        if !names.insert(raw.name.clone()) {
+            let message = format!("material {:?} is defined again: the first one counts", raw.name);
+            warnings.push(LoadWarning { place: place.clone(), message });
+        }
+        materials.push(FileMaterial { material: material(raw), place });
+    }
+    Ok((materials, warnings))
+}
+
+impl Check<'_> {
+    fn place(&self) -> Place {
+        Place::line(self.file_name, self.line)
+    }
+
+    fn syntax(&self, expected: &str, found: &[u8]) -> LoadError {
+        let kind = LoadErrorKind::Syntax { expected: expected.into(), found: shown(found) };
+        LoadError::new(self.place(), kind)
+    }
+
+    fn warn_of(&mut self, keyword: &[u8], why: &str) {
+        let keyword = shown(keyword);
+        if self.warned.len() < 100 && self.warned.insert(format!("{keyword} {why}")) {
+            let message = format!("{keyword:?} {why}");
+            self.warnings.push(LoadWarning { place: self.place(), message });
+        }
+    }
+
+    fn statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
+        match word {
+            [] | [b'#', ..] => return Ok(()),
+            b"newmtl" => {
+                let name = text(arguments).trim().to_owned();
+                if name.is_empty() {
+                    return Err(self.syntax("newmtl is followed by a material's name", arguments));
+                }
+                self.materials.push(self.line);
+                writeln!(self.out, "newmtl {name}").expect("memory can be written");
+                return Ok(());
+            }
+            _ if self.materials.is_empty() && word[0].is_ascii_alphabetic() => {
+                self.warn_of(word, "stands before the first newmtl: it is skipped");
+                return Ok(());
+            }
+            b"Ka" | b"Kd" | b"Ks" | b"Ke" => self.color(word, arguments)?,
+            b"Ns" => self.number(word, arguments, "an exponent", 0.0..=f64::MAX)?,
+            b"Tr" => self.number(word, arguments, "a transparency", 0.0..=1.0)?,
+            b"d" => {
+                let mut list = words(arguments).peekable();
+                let rest = match list.next_if(|w| *w == b"-halo") {
+                    Some(_) => {
+                        self.warn_of(b"d -halo", "is read as d: the surface does not depend on the view");
+                        list.next().unwrap_or_default()
+                    }
+                    None => arguments,
+                };
+                self.number(b"d", rest, "an opacity", 0.0..=1.0)?;
+            }
+            b"illum" => {
+                let first = words(arguments).next().unwrap_or_default();
+                match std::str::from_utf8(first).ok().and_then(|t| t.parse::<u8>().ok()) {
+                    Some(model @ 0..=10) => {
+                        writeln!(self.out, "illum {model}").expect("memory can be written")
+                    }
+                    _ => return Err(self.syntax("illum is a whole number from 0 to 10", first)),
+                }
+            }
+            b"map_Kd" => self.texture(arguments)?,
+            b"Ni" | b"Tf" | b"sharpness" | b"Km" | b"map_aat" => {}
+            b"map_Ka" | b"map_Ks" | b"map_Ke" | b"map_Ns" | b"map_NS" | b"map_ns" | b"map_d"
+            | b"map_Bump" | b"map_bump" | b"map_Tr" | b"bump" | b"disp" | b"decal" | b"refl" | b"norm"
+            | b"map_Kn" | b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" | b"anisor" | b"map_Pr"
+            | b"map_Pm" | b"map_Ps" => {
+                self.warn_of(word, "is not used");
+            }
+            [first, ..] if first.is_ascii_alphabetic() => {
+                self.warn_of(word, "is not an MTL statement: it is skipped");
+            }
+            _ => return Err(self.syntax("expected an MTL statement", word)),
+        }
+        Ok(())
+    }
+
+    /// `Kd r g b`, or `Kd r` for a grey.
+    fn color(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
+        let mut list = words(arguments);
+        let first = list.next().unwrap_or_default();
+        if first == b"spectral" || first == b"xyz" {
+            self.warn_of(word, "is skipped: only red, green and blue are used");
+            return Ok(());
+        }
+        let mut rgb = [0.0; 3];
+        let mut count = 0;
+        for word in words(arguments) {
+            let value = number(word, "a colour", || self.place())?;
+            if count < 3 {
+                rgb[count] = value;
+            }
+            count += 1;
+        }
+        match count {
+            1 => rgb = [rgb[0]; 3],
+            3 => {}
+            4.. => self.warn_of(word, "has more than 3 numbers: the first 3 are used"),
+            _ => return Err(self.syntax("a colour has 3 numbers, or 1 for a grey", arguments)),
+        }
+        let [r, g, b] = rgb;
+        writeln!(self.out, "{} {r:?} {g:?} {b:?}", text(word)).expect("memory can be written");
+        Ok(())
+    }
+
+    /// A statement with one number, brought into `range`.
+    fn number(
+        &mut self,
+        word: &[u8],
+        arguments: &[u8],
+        what: &'static str,
+        range: RangeInclusive<f64>,
+    ) -> Result<(), LoadError> {
+        let token = words(arguments).next().unwrap_or_default();
+        let value = number(token, what, || self.place())?;
+        let nearest = value.clamp(*range.start(), *range.end());
+        if nearest != value {
+            self.warn_of(word, &format!("{value:?} is out of range: {nearest:?} is taken"));
+        }
+        writeln!(self.out, "{} {nearest:?}", text(word)).expect("memory can be written");
+        Ok(())
+    }
+
+    /// `map_Kd [options] name`: the name may hold blanks; options that change the picture are named in a warning.
+    fn texture(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
+        let mut rest = arguments;
+        while rest.starts_with(b"-") {
+            let (option, after) = keyword(rest);
+            // How many words an option takes at least and at most; beyond the least only numbers belong to it.
+            let (least, most) = match option {
+                b"-blendu" | b"-blendv" | b"-cc" | b"-clamp" | b"-imfchan" | b"-texres" | b"-bm"
+                | b"-boost" | b"-type" => (1, 1),
+                b"-mm" => (2, 2),
+                b"-o" | b"-s" | b"-t" => (1, 3),
+                _ => break,
+            };
+            self.warn_of(option, "of map_Kd is not used");
+            rest = after;
+            for taken in 0..most {
+                let (value, after) = keyword(rest);
+                let is_number = std::str::from_utf8(value).is_ok_and(|t| t.parse::<f64>().is_ok());
+                if taken >= least && (!is_number || after.is_empty()) {
+                    break;
+                }
+                rest = after;
+            }
+        }
+        let name = text(rest).trim().to_owned();
+        if name.is_empty() {
+            return Err(self.syntax("map_Kd is followed by a file's name", arguments));
+        }
+        writeln!(self.out, "map_Kd {name}").expect("memory can be written");
+        Ok(())
+    }
+}
+
+fn material(raw: RawMaterial) -> Material {
+    let defaults = Material::default();
+    let color = |c: Option<[f64; 3]>, default: DVec3| c.map_or(default, DVec3::from_array);
+    let mut material = Material {
+        ka: color(raw.ka, DVec3::ZERO),
+        kd: color(raw.kd, if raw.map_kd.is_some() { DVec3::ONE } else { defaults.kd }),
+        ks: color(raw.ks, DVec3::ZERO),
+        n: raw.ns.unwrap_or(defaults.n),
+        emissive: color(raw.ke, DVec3::ZERO),
+        transparency: raw.d.map(|d| 1.0 - d).or(raw.tr).unwrap_or(0.0),
+        model: LightingModel::Blinn,
+        texture: raw.map_kd,
+        name: raw.name,
+    };
+    match raw.illum {
+        Some(0) => {
+            material.emissive = material.kd;
+            material.model = LightingModel::Unlit;
+        }
+        Some(1) => material.ks = DVec3::ZERO,
+        _ => {}
+    }
+    material
+}

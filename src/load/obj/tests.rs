@@ -1,0 +1,466 @@
+//! What every odd OBJ and MTL file must become: a mesh, or a refusal with file, line and reason.
+
+use super::*;
+use crate::error::Code;
+use crate::scene::{Corner, LightingModel, Mesh};
+use glam::{DVec2, DVec3, DVec4};
+use proptest::prelude::*;
+
+fn load_with(obj: impl AsRef<[u8]>, files: &[(&str, &[u8])]) -> Result<LoadedObj, LoadError> {
+    let mut find = |name: &str| files.iter().find(|f| f.0 == name).map(|f| f.1.to_vec());
+    parse(obj.as_ref(), &mut find, "m.obj")
+}
+
+fn load(obj: impl AsRef<[u8]>) -> LoadedObj {
+    load_with(obj, &[]).expect("loads")
+}
+
+fn mesh(obj: impl AsRef<[u8]>) -> Mesh {
+    load(obj).geometry.mesh
+}
+
+fn refusal(obj: impl AsRef<[u8]>) -> String {
+    let error = load_with(obj, &[]).expect_err("is refused");
+    assert_eq!(error.code(), Code::Format);
+    error.to_string()
+}
+
+fn warnings(loaded: &LoadedObj) -> Vec<String> {
+    loaded.warnings.iter().map(|w| w.to_string()).collect()
+}
+
+/// Every index of a mesh names something, triangles cover their polygons' corners.
+fn assert_sound(mesh: &Mesh) {
+    let good = |index: u32, len: usize| index == NONE || (index as usize) < len;
+    for c in &mesh.corners {
+        assert!((c.position as usize) < mesh.positions.len());
+        assert!(good(c.normal, mesh.normals.len()) && good(c.texcoord, mesh.texcoords.len()));
+        assert!(good(c.color, mesh.colors.len()));
+    }
+    assert_eq!(mesh.triangles.len(), mesh.triangle_polygon.len());
+    assert_eq!(
+        mesh.triangles.len(),
+        mesh.polygons.iter().map(|p| p.corner_count as usize - 2).sum::<usize>()
+    );
+    let corner = |i: u32| (i as usize) < mesh.corners.len();
+    assert!(mesh.triangles.iter().flatten().all(|i| corner(*i)));
+    assert!(mesh.lines.iter().flatten().chain(&mesh.points).all(|i| corner(*i)));
+    assert!(mesh.polygons.iter().all(|p| good(p.material, mesh.materials.len())));
+    assert!(mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()));
+    assert!(mesh.texcoords.iter().all(|t| t.is_finite()) && mesh.colors.iter().all(|c| c.is_finite()));
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+#[test]
+fn polygons_keep_their_corners_and_the_files_indices() {
+    let m = mesh(
+        "v 9 9 9\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n\
+         f 5/4/1 2/1/1 3/2/1 4/3/1\nf 4 3 2",
+    );
+    // The position that nothing uses is gone; the others keep the file's order.
+    assert_eq!(m.positions[0], DVec3::ZERO);
+    assert_eq!(m.positions.len(), 4);
+    assert_eq!(m.normals, [DVec3::new(0.0, 0.0, 2.0)], "normals keep their length");
+    let corner = |position, texcoord, normal| Corner { position, texcoord, normal, color: NONE };
+    assert_eq!(m.corners[..4], [corner(3, 3, 0), corner(0, 0, 0), corner(1, 1, 0), corner(2, 2, 0)]);
+    assert_eq!(m.corners[4..], [corner(2, NONE, NONE), corner(1, NONE, NONE), corner(0, NONE, NONE)]);
+    assert_eq!(m.texcoords[2], DVec2::ONE);
+    assert_eq!(m.polygons.iter().map(|p| p.corner_count).collect::<Vec<_>>(), [4, 3]);
+    assert_eq!(m.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
+    assert_eq!(m.triangle_polygon, [0, 0, 1]);
+    assert_sound(&m);
+}
+
+#[test]
+fn a_vertex_is_a_position_across_groups_objects_and_materials() {
+    let parts = format!("{TRIANGLE}v 1 1 0\no a\nusemtl x\nf 1 2 3\ng b\no c\nusemtl y\ns 1\nf 3 2 4\n");
+    let m = mesh(parts);
+    assert_eq!((m.positions.len(), m.polygons.len()), (4, 2));
+    assert_eq!(m.corners.iter().map(|c| c.position).collect::<Vec<_>>(), [0, 1, 2, 2, 1, 3]);
+}
+
+#[test]
+fn lines_and_points_stay_what_they_are() {
+    let m = mesh(format!("{TRIANGLE}vt 0 0\nl 1/1 2/1 3/1\np 1 3\nl -1 -2\nf 1 2 3"));
+    assert_eq!(m.lines, [[0, 1], [1, 2], [5, 6]]);
+    assert_eq!(m.points, [3, 4]);
+    assert_eq!(m.corners[4].position, 2);
+    assert_eq!(m.triangles, [[7, 8, 9]]);
+    assert_eq!((m.corners[0].texcoord, m.corners[5].texcoord), (0, NONE));
+    assert_sound(&m);
+}
+
+#[test]
+fn indices_may_be_relative_or_name_what_comes_later() {
+    let m = mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf 5 -1 1\nv 6 6 6");
+    assert_eq!(m.corners.iter().map(|c| c.position).collect::<Vec<_>>(), [0, 1, 2, 4, 3, 0]);
+    assert_eq!(m.positions[4], DVec3::splat(6.0));
+}
+
+#[test]
+fn colours_weights_and_depths_of_vertices() {
+    let loaded =
+        load("v 0 0 0 1 0 0.5\nv 1 0 0\nv 0 1 0 .25 1e1 0 9\nvt 0.5\nvt 0.25 0.75 0.5\nf 1/1 2/2 3/1\n");
+    let m = &loaded.geometry.mesh;
+    assert_eq!(m.colors[0], DVec4::new(1.0, 0.0, 0.5, 1.0));
+    assert_eq!((m.colors[1], m.colors[2]), (DVec4::ONE, DVec4::new(0.25, 10.0, 0.0, 1.0)));
+    assert_eq!(m.corners[2].color, 2);
+    assert_eq!(m.texcoords, [DVec2::new(0.5, 0.0), DVec2::new(0.25, 0.75)]);
+    assert_eq!(loaded.warnings.len(), 2, "{:?}", warnings(&loaded));
+    let m = mesh("v 2 4 8 2\nv 1 0 0\nv 0 1 0 1.0\nf 1 2 3");
+    assert_eq!(m.positions[0], DVec3::new(1.0, 2.0, 4.0));
+    let m = mesh("v 2 4 8 2\nv 1 0 0 1 1 1\nv 0 1 0 1.0\nf 1 2 3");
+    assert_eq!((m.positions[0], m.colors[0]), (DVec3::new(1.0, 2.0, 4.0), DVec4::ONE));
+}
+
+#[test]
+fn numbers_are_read_as_f64_in_every_form() {
+    let m = mesh("v 0.1 +1. -.5\nv 1e2 2.E1 -3.5e-3\nv 16777217 -0 1e300\nf 1 2 3");
+    let p =
+        [DVec3::new(0.1, 1.0, -0.5), DVec3::new(100.0, 20.0, -0.0035), DVec3::new(16_777_217.0, -0.0, 1e300)];
+    assert_eq!(m.positions, p);
+}
+
+#[test]
+fn line_ends_comments_continuations_and_odd_bytes() {
+    let plain = mesh(format!("{TRIANGLE}f 1 2 3\n"));
+    for odd in [
+        "\u{feff}v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3".as_bytes(),
+        b"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r",
+        b"v 0 0 \\\n0\nv 1 0 0\nv 0 \\\r\n 1 \\\n0\nf 1 \\\n 2 3",
+        b"# caf\xe9 \xff\xfe\\\nv 0 0 0#x\nv\t1  0 0   # y\n\n   v 0 1 0\n  f 1 2   3 # z\ng caf\xe9\nusemtl \xe9",
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nfo 1// 2/ 3//",
+    ] {
+        assert_eq!(mesh(odd), plain, "{:?}", String::from_utf8_lossy(odd));
+    }
+    let long = format!("# {}\n{TRIANGLE}f 1 2 3{}\n", "x".repeat(1 << 20), " ".repeat(1 << 20));
+    assert_eq!(mesh(long), plain);
+}
+
+#[test]
+fn an_empty_file_is_an_empty_mesh_and_says_so() {
+    for empty in ["", "\n\n# nothing\n", "\u{feff}", "o a\ng b\n", TRIANGLE] {
+        let loaded = load(empty);
+        assert_eq!(loaded.geometry.mesh, Mesh::default());
+        assert_eq!(warnings(&loaded), ["m.obj: warning: no faces, lines or points: nothing is drawn"]);
+    }
+}
+
+#[test]
+fn what_is_malformed_is_refused_with_its_line() {
+    let after = |rest: &str| refusal(format!("{TRIANGLE}{rest}"));
+    for (rest, reason) in [
+        ("f 1 2 4", "m.obj:4: position index 4 names none of the 3 there are"),
+        ("f 0 1 2", "m.obj:4: position index 0 names none of the 3 there are"),
+        ("\nf 1 2 -4", "m.obj:5: position index -4 names none of the 3 there are"),
+        ("f -4 1 2\nv 0 0 0\n", "m.obj:4: position index -4 names none of the 3 there are"),
+        ("vt 0 0\nf 1/-2 2/1 3/1", "m.obj:5: texture coordinate index -2 names none of the 1 there are"),
+        ("vn 0 0 1\nf 1//1 2//2 3//1", "m.obj:5: normal index 2 names none of the 1 there are"),
+        ("f 1/0 2/0 3/0", "m.obj:4: texture coordinate index 0 names none of the 0 there are"),
+        (
+            "f 1 2 99999999999999999999999",
+            "m.obj:4: position index 9223372036854775807 names none of the 3 there are",
+        ),
+        (
+            "f -9223372036854775808 1 2",
+            "m.obj:4: position index -9223372036854775807 names none of the 3 there are",
+        ),
+        ("f 1 2", "m.obj:4: a face has at least 3 corners, found \"1 2\""),
+        ("f", "m.obj:4: a face has at least 3 corners, found \"\""),
+        ("l 1", "m.obj:4: a line has at least 2 points, found \"1\""),
+        ("p", "m.obj:4: a point element has at least 1 point, found \"\""),
+        ("f 1 2 3.5", "m.obj:4: an index is a whole number, found \"3.5\""),
+        ("f 1 2 /3", "m.obj:4: a corner is v, v/vt, v//vn or v/vt/vn, found \"/3\""),
+        ("f 1 2 3/1/1/1", "m.obj:4: a corner is v, v/vt, v//vn or v/vt/vn, found \"3/1/1/1\""),
+        ("f 1 2 -", "m.obj:4: an index is a whole number, found \"-\""),
+        ("v nan 0 0", "m.obj:4: a coordinate must be a finite number, found \"nan\""),
+        ("v 0 -inf 0", "m.obj:4: a coordinate must be a finite number, found \"-inf\""),
+        ("vt infinity 0", "m.obj:4: a coordinate must be a finite number, found \"infinity\""),
+        ("vn 0 0 1e999", "m.obj:4: a coordinate must be a finite number, found \"1e999\""),
+        ("v 1,5 0 0", "m.obj:4: a coordinate must be a finite number, found \"1,5\""),
+        ("v 1 2", "m.obj:4: a position has 3 numbers, 4 with a weight, 6 with a colour, found \"1 2\""),
+        (
+            "v 1 2 3 4 5",
+            "m.obj:4: a position has 3 numbers, 4 with a weight, 6 with a colour, found \"1 2 3 4 5\"",
+        ),
+        ("v 1 2 3 0", "m.obj:4: a position divided by its weight must be a finite number, found \"1 2 3 0\""),
+        (
+            "v 1e300 2 3 1e-300",
+            "m.obj:4: a position divided by its weight must be a finite number, found \"1e300 2 3 1e-300\"",
+        ),
+        ("vt", "m.obj:4: a texture coordinate has 1 to 3 numbers, found \"\""),
+        ("vn 0 0", "m.obj:4: a normal has 3 numbers, found \"0 0\""),
+        ("usemtl", "m.obj:4: usemtl is followed by a material's name, found \"\""),
+        ("mtllib  ", "m.obj:4: mtllib is followed by a file's name, found \"\""),
+        ("f 1 \\\n2 \\\n9\n", "m.obj:4: position index 9 names none of the 3 there are"),
+        ("1 2 3", "m.obj:4: expected an OBJ statement, found \"1\""),
+        ("\0\0\0", "m.obj:4: expected an OBJ statement, found \"\\0\\0\\0\""),
+    ] {
+        assert_eq!(after(rest), reason);
+    }
+    assert_eq!(refusal("<html>\n"), "m.obj:1: expected an OBJ statement, found \"<html>\"");
+    assert_eq!(
+        refusal("hello world\nthis is text"),
+        "m.obj:1: expected an OBJ statement such as v or f, found \"hello\""
+    );
+    // A polygon whose cutting would take minutes.
+    let huge = format!("{TRIANGLE}f{}", " 1 2 3".repeat(30_000));
+    assert_eq!(load_with(huge, &[]).unwrap_err().code(), Code::TooBig);
+}
+
+#[test]
+fn what_is_skipped_is_said_once_with_its_line() {
+    let loaded = load(format!(
+        "{TRIANGLE}frobnicate 1\nfrobnicate 2\ncurv 0 1 2\ncall x.obj\nf 1/1 2/1 3/1\nvn 0 0 1\nf 1//1 2 3\nmtllib a b.mtl\nusemtl z"
+    ));
+    assert_eq!(
+        warnings(&loaded),
+        [
+            "m.obj:4: warning: \"frobnicate\" is not an OBJ statement: it is skipped",
+            "m.obj:6: warning: \"curv\" is skipped: free-form curves and surfaces are not drawn",
+            "m.obj:7: warning: \"call\" is skipped: other files and programs are not run",
+            "m.obj:8: warning: \"vt\" is named by corners and stands nowhere in the file: it is left out",
+            "m.obj:10: warning: some corners have a normal and others none: the element has none",
+            "m.obj:11: warning: material file \"a\" cannot be found: it is left out",
+            "m.obj:11: warning: material file \"b.mtl\" cannot be found: it is left out",
+        ]
+    );
+    assert_eq!(loaded.geometry.mesh.polygons.len(), 2);
+    let many = load(format!("{TRIANGLE}{}", (0..500).map(|i| format!("w{i} x\n")).collect::<String>()));
+    assert_eq!(many.warnings.len(), 102);
+    assert_eq!(many.warnings[100].message, "400 more warnings are not shown");
+}
+
+/// A file with one face of each named material.
+fn faces_of(names: &[&str]) -> String {
+    let faces: String = names.iter().map(|n| format!("usemtl {n}\nf 1 2 3\n")).collect();
+    format!("mtllib  my lib.mtl \n{TRIANGLE}{faces}")
+}
+
+#[test]
+fn materials_are_read_from_their_files() {
+    let mtl = "# c\nnewmtl plain\n\nnewmtl full name\n\tKa .1 .2 .3 # c\nKd 0.5\nKs 1 2 3\nKe 0 0 4\nNs 96.5\nd 0.25\nTr 0.9\nillum 2\nNi 1.5\n\
+               newmtl glass\nTr 0.75\nillum 1\nKs 1 1 1\nnewmtl flat\nKd 1 0 0\nillum 0\nnewmtl full name\nKd 1 1 1\n\
+               newmtl over\nd 7\nNs -3\nKd 1 1 1 0.5\nKs spectral x.rfl\n";
+    let names = ["plain", "full name", "glass", "flat", "over", "none", "full name"];
+    let loaded = load_with(faces_of(&names), &[("my lib.mtl", mtl.as_bytes())]).unwrap();
+    let m = &loaded.geometry.mesh;
+    assert_eq!(m.polygons.iter().map(|p| p.material).collect::<Vec<_>>(), [0, 1, 2, 3, 4, NONE, 1]);
+    assert_eq!(loaded.geometry.textures.len(), 5);
+    let [plain, full, glass, flat, over] = &m.materials[..] else { panic!("{:?}", m.materials) };
+    let defaults = crate::scene::Material::default();
+    assert_eq!((plain.ka, plain.kd, plain.ks, plain.n), (DVec3::ZERO, defaults.kd, DVec3::ZERO, 1.0));
+    assert_eq!((plain.model, plain.transparency), (LightingModel::Blinn, 0.0));
+    assert_eq!((full.ka, full.kd), (DVec3::new(0.1, 0.2, 0.3), DVec3::splat(0.5)));
+    assert_eq!(
+        (full.ks, full.emissive, full.n),
+        (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.0, 4.0), 96.5)
+    );
+    assert_eq!((full.transparency, full.name.as_str()), (0.75, "full name"), "d counts, not Tr");
+    assert_eq!((glass.transparency, glass.ks), (0.75, DVec3::ZERO));
+    assert_eq!((flat.model, flat.emissive), (LightingModel::Unlit, DVec3::X));
+    assert_eq!((over.transparency, over.n, over.kd), (0.0, 0.0, DVec3::ONE));
+    assert_eq!(
+        warnings(&loaded),
+        [
+            "my lib.mtl:24: warning: \"d\" 7.0 is out of range: 1.0 is taken",
+            "my lib.mtl:25: warning: \"Ns\" -3.0 is out of range: 0.0 is taken",
+            "my lib.mtl:26: warning: \"Kd\" has more than 3 numbers: the first 3 are used",
+            "my lib.mtl:27: warning: \"Ks\" is skipped: only red, green and blue are used",
+            "my lib.mtl:21: warning: material \"full name\" is defined again: the first one counts",
+            "m.obj:15: warning: material \"none\" is not defined: the faces keep the draw's material",
+        ]
+    );
+}
+
+#[test]
+fn several_material_files_are_found_and_the_first_definition_counts() {
+    let files: [(&str, &[u8]); 3] = [
+        ("a.mtl", b"newmtl x\nKd 1 0 0\n"),
+        ("sub/b.mtl", b"newmtl x\nKd 0 1 0\nnewmtl y\nKd 0 0 1"),
+        ("c.mtl", b"\xef\xbb\xbfnewmtl caf\xe9\r\nKd 1 1 1\r\n"),
+    ];
+    let obj = [
+        b"mtllib a.mtl sub\\b.mtl\nmtllib c.mtl\n",
+        TRIANGLE.as_bytes(),
+        b"usemtl x\nf 1 2 3\nusemtl y\nf 1 2 3\nusemtl caf\xe9\nf 1 2 3",
+    ]
+    .concat();
+    let loaded = load_with(obj, &files).unwrap();
+    let kd: Vec<DVec3> = loaded.geometry.mesh.materials.iter().map(|m| m.kd).collect();
+    assert_eq!(kd, [DVec3::X, DVec3::Z, DVec3::ONE]);
+    assert_eq!(loaded.warnings, []);
+}
+
+#[test]
+fn textures_are_found_by_names_with_blanks_and_options() {
+    let png = {
+        let mut out = Vec::new();
+        image::ImageEncoder::write_image(
+            image::codecs::png::PngEncoder::new(&mut out),
+            &[1, 2, 3, 4],
+            1,
+            1,
+            image::ExtendedColorType::Rgba8,
+        )
+        .unwrap();
+        out
+    };
+    let mtl = "newmtl a\nmap_Kd my picture.png\nnewmtl b\nmap_Kd -clamp on -s 1 1 1 -o 0.5 -bm 1 dir\\p q.png\n\
+               newmtl c\nKd 1 0 0\nmap_Kd gone.png\nnewmtl d\nmap_Kd -mm 0 1 7\nnewmtl e\nmap_Kd -odd.png";
+    let obj = faces_of(&["a", "b", "c", "d", "e"]).replace("my lib", "lib/my");
+    let files: [(&str, &[u8]); 4] =
+        [("lib/my.mtl", mtl.as_bytes()), ("lib/my picture.png", &png), ("dir/p q.png", &png), ("7", &png)];
+    let loaded = load_with(&obj, &files).unwrap();
+    let names: Vec<_> =
+        loaded.geometry.mesh.materials.iter().map(|m| m.texture.as_deref().unwrap()).collect();
+    assert_eq!(names, ["my picture.png", "dir\\p q.png", "gone.png", "7", "-odd.png"]);
+    let found: Vec<bool> = loaded.geometry.textures.iter().map(Option::is_some).collect();
+    assert_eq!(found, [true, true, false, true, false]);
+    assert_eq!(
+        (loaded.geometry.mesh.materials[0].kd, loaded.geometry.mesh.materials[2].kd),
+        (DVec3::ONE, DVec3::X)
+    );
+    assert!(
+        warnings(&loaded)
+            .contains(&"lib/my.mtl:5: warning: texture \"gone.png\" cannot be found: it is left out".into())
+    );
+    // A file that is there and is no picture is an error that names it.
+    let broken: [(&str, &[u8]); 2] = [("lib/my.mtl", mtl.as_bytes()), ("lib/my picture.png", b"no")];
+    let error = load_with(&obj, &broken).unwrap_err();
+    assert!(error.to_string().starts_with("my picture.png: not a readable picture"), "{error}");
+}
+
+#[test]
+fn a_malformed_material_is_refused_with_its_line() {
+    for (mtl, reason) in [
+        ("newmtl a\nKd 1 1", "l.mtl:2: a colour has 3 numbers, or 1 for a grey, found \"1 1\""),
+        ("newmtl a\nKd", "l.mtl:2: a colour has 3 numbers, or 1 for a grey, found \"\""),
+        ("newmtl a\n\nKs 1 x 1", "l.mtl:3: a colour must be a finite number, found \"x\""),
+        ("newmtl a\nKa nan nan nan", "l.mtl:2: a colour must be a finite number, found \"nan\""),
+        ("newmtl a\nKe 1e999 0 0", "l.mtl:2: a colour must be a finite number, found \"1e999\""),
+        ("newmtl a\nNs", "l.mtl:2: an exponent must be a finite number, found \"\""),
+        ("newmtl a\nNs inf", "l.mtl:2: an exponent must be a finite number, found \"inf\""),
+        ("newmtl a\nd x", "l.mtl:2: an opacity must be a finite number, found \"x\""),
+        ("newmtl a\nd -halo", "l.mtl:2: an opacity must be a finite number, found \"\""),
+        ("newmtl a\nTr -", "l.mtl:2: a transparency must be a finite number, found \"-\""),
+        ("newmtl a\nillum 99", "l.mtl:2: illum is a whole number from 0 to 10, found \"99\""),
+        ("newmtl a\nillum", "l.mtl:2: illum is a whole number from 0 to 10, found \"\""),
+        ("newmtl a\nmap_Kd", "l.mtl:2: map_Kd is followed by a file's name, found \"\""),
+        ("newmtl", "l.mtl:1: newmtl is followed by a material's name, found \"\""),
+        ("newmtl \u{a0}", "l.mtl:1: newmtl is followed by a material's name, found \"\\u{a0}\""),
+        ("newmtl a\n\u{1}", "l.mtl:2: expected an MTL statement, found \"\\u{1}\""),
+    ] {
+        let obj = faces_of(&["a"]).replace("my lib", "l");
+        let error = load_with(obj, &[("l.mtl", mtl.as_bytes())]).unwrap_err();
+        assert_eq!((error.code(), error.to_string().as_str()), (Code::Format, reason));
+    }
+}
+
+const WHOLE: &[u8] = b"\xef\xbb\xbf# c\nmtllib l.mtl\nv 0 0 0 1 0 0\nv 1.5e0 0 0 0 1 0\nv 0 1 -.5 0 0 1\nv 1 1 \\\n1 1 1 1\nvt 0 0\nvt 1 0\nvn 0 0 1\n\
+    g a\nusemtl a b\nf 1/1/1 2/2/1 4/-1/-1 3/1/1\nl 1/1 2/2\np -1\r\nusemtl c\nf 1//1 2//1 3//1\n";
+const WHOLE_MTL: &[u8] = b"newmtl a b\nKa 1 1 1\nKd 0.5 0.5 0.5\nNs 5\nd 1\nillum 2\nmap_Kd -s 1 1 1 x y.png\nnewmtl c\nKd 1\nTr 0\n";
+
+#[test]
+fn a_file_cut_at_any_byte_loads_or_is_refused() {
+    for cut in 0..=WHOLE.len() {
+        if let Ok(loaded) = load_with(&WHOLE[..cut], &[("l.mtl", WHOLE_MTL)]) {
+            assert_sound(&loaded.geometry.mesh);
+        }
+    }
+    for cut in 0..=WHOLE_MTL.len() {
+        if let Ok(loaded) = load_with(WHOLE, &[("l.mtl", &WHOLE_MTL[..cut])]) {
+            assert_sound(&loaded.geometry.mesh);
+        }
+    }
+    assert_eq!(load_with(WHOLE, &[("l.mtl", WHOLE_MTL)]).unwrap().geometry.mesh.materials.len(), 2);
+}
+
+/// Pieces of statements, sound and broken.
+fn piece() -> impl Strategy<Value = String> {
+    let words = [
+        "v",
+        "vt",
+        "vn",
+        "f",
+        "l",
+        "p",
+        "usemtl",
+        "mtllib",
+        "newmtl",
+        "Kd",
+        "map_Kd",
+        "illum",
+        "d",
+        "\n",
+        "\r\n",
+        " ",
+        "\\\n",
+        "/",
+        "//",
+        "1",
+        "2",
+        "-1",
+        "-2",
+        "0",
+        "1.5",
+        "1e400",
+        "nan",
+        "-9999999999999999999",
+        "4294967296",
+        "#",
+        "x",
+        "\u{e9}",
+        "\0",
+        "\u{feff}",
+        "v 1 2 3\n",
+        "v 0 0 1\n",
+        "vt 0 0\n",
+        "vn 0 0 1\n",
+        "f 1 2 3\n",
+        "f 1/1/1 2/1/1 3/1/1 1/1/1\n",
+        "l.mtl",
+    ];
+    prop::sample::select(words.map(String::from).to_vec())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn no_bytes_make_it_panic(obj in prop::collection::vec(any::<u8>(), 0..60), mtl in prop::collection::vec(any::<u8>(), 0..60)) {
+        let obj = [b"mtllib l.mtl\n", &obj[..]].concat();
+        let _ = load_with(obj, &[("l.mtl", &mtl)]);
+    }
+
+    #[test]
+    fn no_mixture_of_statements_makes_it_panic(
+        obj in prop::collection::vec(piece(), 0..40),
+        mtl in prop::collection::vec(piece(), 0..20),
+    ) {
+        // With blanks between the pieces as well as without.
+        for between in ["", " "] {
+            let obj = ["mtllib l.mtl\n", &obj.join(between)].concat();
+            match load_with(obj, &[("l.mtl", mtl.join(between).as_bytes())]) {
+                Ok(loaded) => assert_sound(&loaded.geometry.mesh),
+                // Only what the check did not foresee comes without a line.
+                Err(error) => prop_assert!(error.place.line > 0, "{}", error),
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_with_wrong_bytes_loads_or_is_refused(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+    ) {
+        let mut obj = WHOLE.to_vec();
+        for (at, byte) in changes {
+            obj[at.index(WHOLE.len())] = byte;
+        }
+        match load_with(&obj, &[("l.mtl", WHOLE_MTL)]) {
+            Ok(loaded) => assert_sound(&loaded.geometry.mesh),
+            Err(error) => prop_assert!(error.place.line > 0, "{}", error),
+        }
+    }
+}

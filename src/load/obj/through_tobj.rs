@@ -1,0 +1,99 @@
+//! The one file that knows `tobj`.
+
+use super::feed::Feed;
+use crate::load::{LoadError, LoadErrorKind, Place, never_panicking};
+use std::io::BufRead;
+
+/// What `tobj` made of the checked lines, all in one group: arrays in the order of first use, and indices into them.
+#[derive(Default)]
+pub(super) struct RawMesh {
+    /// x, y, z of each position.
+    pub(super) positions: Vec<f64>,
+    /// r, g, b of each position, or empty.
+    pub(super) colors: Vec<f64>,
+    /// u, v of each texture coordinate.
+    pub(super) texcoords: Vec<f64>,
+    /// x, y, z of each normal.
+    pub(super) normals: Vec<f64>,
+    /// Each corner's position.
+    pub(super) indices: Vec<u32>,
+    /// Each corner's texture coordinate, or empty.
+    pub(super) texcoord_indices: Vec<u32>,
+    /// Each corner's normal, or empty.
+    pub(super) normal_indices: Vec<u32>,
+    /// Corners of each element; empty where all have three.
+    pub(super) arities: Vec<u32>,
+}
+
+/// What `tobj` read of one material, each value `None` where the file has none.
+#[derive(Default)]
+pub(super) struct RawMaterial {
+    pub(super) name: String,
+    pub(super) ka: Option<[f64; 3]>,
+    pub(super) kd: Option<[f64; 3]>,
+    pub(super) ks: Option<[f64; 3]>,
+    pub(super) ke: Option<[f64; 3]>,
+    pub(super) ns: Option<f64>,
+    pub(super) d: Option<f64>,
+    pub(super) tr: Option<f64>,
+    pub(super) illum: Option<u8>,
+    pub(super) map_kd: Option<String>,
+}
+
+/// Corners keep an index for each attribute; points, lines and n-gons stay what they are.
+const AS_IT_STANDS: tobj::LoadOptions =
+    tobj::LoadOptions { single_index: false, triangulate: false, ignore_points: false, ignore_lines: false };
+
+/// Gives the checked lines to `tobj`. A refusal of the check comes back as it was made; one of `tobj`'s own, which the check
+/// should have foreseen, comes back with the line that it was at.
+pub(super) fn obj(feed: &mut Feed<'_>) -> Result<RawMesh, LoadError> {
+    let no_materials = |_: &std::path::Path| Ok(Default::default());
+    let loaded = never_panicking(|| tobj::load_obj_buf(feed, &AS_IT_STANDS, no_materials));
+    if let Some(error) = feed.take_error() {
+        return Err(error);
+    }
+    let (models, _) = told(loaded, "OBJ", || feed.place())?;
+    let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
+    Ok(RawMesh {
+        positions: mesh.positions,
+        colors: mesh.vertex_color,
+        texcoords: mesh.texcoords,
+        normals: mesh.normals,
+        indices: mesh.indices,
+        texcoord_indices: mesh.texcoord_indices,
+        normal_indices: mesh.normal_indices,
+        arities: mesh.face_arities,
+    })
+}
+
+/// Gives checked lines of an MTL file to `tobj`.
+pub(super) fn mtl(checked: &mut impl BufRead, file_name: &str) -> Result<Vec<RawMaterial>, LoadError> {
+    let loaded = never_panicking(|| tobj::load_mtl_buf(checked));
+    let (materials, _) = told(loaded, "MTL", || Place::file(file_name))?;
+    let raw = |m: tobj::Material| RawMaterial {
+        name: m.name,
+        ka: m.ambient,
+        kd: m.diffuse,
+        ks: m.specular,
+        ke: m.emissive,
+        ns: m.shininess,
+        d: m.dissolve,
+        tr: m.unknown_param.get("Tr").and_then(|t| t.parse().ok()),
+        illum: m.illumination_model,
+        map_kd: m.diffuse_texture,
+    };
+    Ok(materials.into_iter().map(raw).collect())
+}
+
+fn told<T>(
+    loaded: Result<Result<T, tobj::LoadError>, String>,
+    format: &'static str,
+    place: impl FnOnce() -> Place,
+) -> Result<T, LoadError> {
+    let reason = match loaded {
+        Ok(Ok(value)) => return Ok(value),
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => panic,
+    };
+    Err(LoadError::new(place(), LoadErrorKind::Undecodable { format, reason }))
+}
