@@ -7,4 +7,5 @@ pub mod coverage;
 pub mod matrix;
 pub mod nvec;
 pub mod polygon;
+pub mod power;
 pub mod projection;

@@ -15,17 +15,21 @@ pub fn perspective_z_row(near: f64, far: f64) -> DVec4 {
 
 /// w - z of [`perspective_z_row`] without its cancellation: n (z + f) / (f - n).
 pub fn perspective_complement_row(near: f64, far: f64) -> DVec4 {
-    DVec4::new(0.0, 0.0, near / (far - near), near * (far / (far - near)))
+    let c = near / (far - near);
+    DVec4::new(0.0, 0.0, c, far * c)
 }
 
 /// The z row of a parallel box: 0 at distance `near`, 1 at `far`.
 pub fn parallel_z_row(near: f64, far: f64) -> DVec4 {
-    DVec4::new(0.0, 0.0, -1.0 / (far - near), -near / (far - near))
+    // The same factor twice, so that a point on the near plane gets exactly 0.
+    let a = 1.0 / (far - near);
+    DVec4::new(0.0, 0.0, -a, -near * a)
 }
 
 /// 1 - z of [`parallel_z_row`] without its cancellation.
 pub fn parallel_complement_row(near: f64, far: f64) -> DVec4 {
-    DVec4::new(0.0, 0.0, 1.0 / (far - near), far / (far - near))
+    let a = 1.0 / (far - near);
+    DVec4::new(0.0, 0.0, a, far * a)
 }
 
 /// A matrix from its four rows.

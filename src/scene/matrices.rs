@@ -132,12 +132,19 @@ impl Camera {
                 let t = ViewingTransformation::new(vrp, [u, v, n], center, half, dp, [near, far]);
                 // The pipeline's view looks along -z: n is turned there and back.
                 let turn = matrix::scale(DVec3::new(1.0, 1.0, -1.0));
-                let w_near = near / far;
+                let sides = t.d * t.c * turn;
+                // P after D: z' = (z - N)/(F - N), h = z/F; written so that the planes give exactly 0.
+                let c = near / (far - near) / far;
                 Ok(CameraMatrices {
                     view: turn * t.b * t.a,
-                    projection: t.p * t.d * t.c * turn,
-                    one_minus_z_row: proj::perspective_complement_row(near, far) / far,
-                    w_near,
+                    projection: with_rows(
+                        sides.row(0),
+                        sides.row(1),
+                        proj::parallel_z_row(near, far),
+                        DVec4::new(0.0, 0.0, -1.0 / far, 0.0),
+                    ),
+                    one_minus_z_row: DVec4::new(0.0, 0.0, c, far * c),
+                    w_near: near / far,
                     is_parallel: false,
                     eye: vrp,
                     to_viewer: -n,
@@ -199,3 +206,6 @@ impl Camera {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -99,6 +99,15 @@ impl Mesh {
         }
     }
 
+    /// The corners of polygon number `polygon`, counter-clockwise.
+    ///
+    /// # Panics
+    /// When there is no such polygon.
+    pub fn polygon_corners(&self, polygon: usize) -> &[Corner] {
+        let p = &self.polygons[polygon];
+        &self.corners[p.first_corner as usize..p.first_corner as usize + p.corner_count as usize]
+    }
+
     /// The object-space box around all positions, or `None` for a mesh without any.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let first = *self.positions.first()?;

@@ -1,0 +1,165 @@
+//! Stages 4 and 5: which faces are seen from their front, which are left out, which are cut in front of the eye.
+//!
+//! In: three vertices. Out: the snapped outline(s) of what may be seen, and its plane. The four sides of the view never
+//! cut; near and far restrict pixel by pixel; only a face with some w <= 0 is cut, between the eye and the near plane
+//! where nothing is seen. Each such edge is cut at a point that depends on that edge alone, from its end in front, so
+//! neighbours share it bit for bit.
+
+use super::call::DrawStats;
+use super::plane::FacePlane;
+use super::vertex::{Transform, Vertex};
+use crate::math::coverage::SnappedTriangle;
+use crate::scene::Cull;
+use glam::DVec4;
+use std::cmp::Ordering;
+
+/// Which side of a face is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Front,
+    Back,
+}
+
+/// A face on the screen.
+#[derive(Clone, Debug)]
+pub(crate) struct Face {
+    pub side: Side,
+    pub plane: FacePlane,
+    /// Whether 0 <= z < 1 at every corner, so that no pixel needs to be asked.
+    pub wholly_between_near_and_far: bool,
+    /// What the rasteriser covers: the face, or what is left of a cut one, as up to two triangles.
+    pub outlines: [Option<SnappedTriangle>; 2],
+}
+
+/// Decides about faces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Assembler {
+    pub transform: Transform,
+    pub cull: Cull,
+    /// Whether the model or the window mirrors: front is then clockwise on the screen.
+    pub mirrored: bool,
+}
+
+impl Assembler {
+    pub fn new(transform: Transform, cull: Cull) -> Self {
+        let model = transform.model;
+        let turns = |m: glam::DMat4| glam::DMat3::from_mat4(m).determinant() < 0.0;
+        let p = transform.camera.projection;
+        let window_turns = (p.x_axis.x < 0.0) != (p.y_axis.y < 0.0);
+        Assembler { transform, cull, mirrored: turns(scaled(model)) != window_turns }
+    }
+
+    /// The face with these corners, or `None` when nothing of it is drawn, counted in `stats`.
+    pub fn face(&self, corners: [&Vertex; 3], stats: &mut DrawStats) -> Option<Face> {
+        stats.faces += 1;
+        if corners.iter().any(|v| !(v.clip.is_finite() && v.complement.is_finite())) {
+            stats.faces_empty += 1;
+            return None;
+        }
+        if self.is_outside(corners) {
+            stats.faces_outside += 1;
+            return None;
+        }
+        let on_screen = |v: &&Vertex| v.screen[0].is_finite() && v.screen[1].is_finite();
+        let cut = !corners.iter().all(on_screen);
+        let outlines = match cut {
+            false => [outline(corners.map(|v| v.screen)), None],
+            true => self.cut(corners),
+        };
+        let Some(winding) = outlines.iter().flatten().map(SnappedTriangle::orientation).next() else {
+            stats.faces_empty += 1;
+            return None;
+        };
+        let counter_clockwise = winding == Ordering::Less;
+        let side = if counter_clockwise != self.mirrored { Side::Front } else { Side::Back };
+        match (self.cull, side) {
+            (Cull::Back, Side::Back) | (Cull::Front, Side::Front) => {
+                stats.faces_culled += 1;
+                return None;
+            }
+            _ => {}
+        }
+        let Some(plane) = FacePlane::new(corners) else {
+            stats.faces_empty += 1;
+            return None;
+        };
+        stats.faces_cut += cut as u64;
+        stats.faces_drawn += 1;
+        let between = |v: &&Vertex| v.clip.z >= 0.0 && v.complement > 1e-9 * v.clip.w && v.clip.w > 0.0;
+        Some(Face { side, plane, wholly_between_near_and_far: corners.iter().all(between), outlines })
+    }
+
+    /// Which side of a face is seen, before anything is left out; `None` without area on the screen.
+    pub fn side(&self, corners: [&Vertex; 3]) -> Option<Side> {
+        let on_screen = corners.iter().all(|v| v.screen[0].is_finite() && v.screen[1].is_finite());
+        let outlines = if on_screen { [outline(corners.map(|v| v.screen)), None] } else { self.cut(corners) };
+        let winding = outlines.iter().flatten().map(SnappedTriangle::orientation).next()?;
+        Some(if (winding == Ordering::Less) != self.mirrored { Side::Front } else { Side::Back })
+    }
+
+    /// Whether all corners are beyond the same side of the view, so far that snapping cannot bring them back.
+    fn is_outside(&self, corners: [&Vertex; 3]) -> bool {
+        let all = |beyond: fn(DVec4) -> bool| corners.iter().all(|v| beyond(v.clip));
+        if all(|c| c.w <= 0.0) || all(|c| c.z < 0.0) || corners.iter().all(|v| v.complement < 0.0) {
+            return true;
+        }
+        let clip = self.transform.screen.clip;
+        if clip.is_empty() {
+            return true;
+        }
+        let beyond = |axis: usize, low: i32, high: i32| {
+            corners.iter().all(|v| v.screen[axis] < low as f64 - 1.0)
+                || corners.iter().all(|v| v.screen[axis] > high as f64 + 1.0)
+        };
+        // Corners behind the eye are not finite and beyond nothing.
+        beyond(0, clip.x0, clip.x1) || beyond(1, clip.y0, clip.y1)
+    }
+
+    /// The part in front of the eye of a face that goes through the eye plane, as up to two triangles.
+    fn cut(&self, corners: [&Vertex; 3]) -> [Option<SnappedTriangle>; 2] {
+        let mut ring: Vec<[f64; 2]> = Vec::with_capacity(4);
+        for i in 0..3 {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let (a_in, b_in) = (a.clip.w > 0.0, b.clip.w > 0.0);
+            if a_in {
+                ring.push(a.screen);
+            }
+            match (a_in, b_in) {
+                (true, false) => ring.push(self.cut_edge(a.clip, b.clip)),
+                (false, true) => ring.push(self.cut_edge(b.clip, a.clip)),
+                _ => {}
+            }
+        }
+        let mut outlines = [None, None];
+        for (piece, at) in outlines.iter_mut().zip(1..ring.len().saturating_sub(1)) {
+            *piece = outline([ring[0], ring[at], ring[at + 1]]);
+        }
+        // Rounding may fold the second triangle over the first; what is folded is thinner than the snapping.
+        if let [Some(a), Some(b)] = &outlines
+            && a.orientation() != b.orientation()
+        {
+            outlines[1] = None;
+        }
+        outlines
+    }
+
+    /// Where, on the screen, the edge from `a` in front to `b` behind is cut: nearer than the near plane, and before `a`.
+    fn cut_edge(&self, a: DVec4, b: DVec4) -> [f64; 2] {
+        let w = 0.5 * self.transform.camera.w_near.min(a.w);
+        let t = (a.w - w) / (a.w - b.w);
+        let mut cut = a + (b - a) * t;
+        cut.w = w;
+        self.transform.on_screen(cut)
+    }
+}
+
+/// The snapped triangle, if it has an area.
+fn outline(points: [[f64; 2]; 3]) -> Option<SnappedTriangle> {
+    Some(SnappedTriangle::new(points)).filter(|t| t.orientation() != Ordering::Equal)
+}
+
+/// The model with its largest entry at 1, so that its determinant neither over- nor underflows.
+fn scaled(m: glam::DMat4) -> glam::DMat4 {
+    let a = glam::DMat3::from_mat4(m).to_cols_array().iter().fold(0.0f64, |a, v| a.max(v.abs()));
+    if a > 0.0 && (1.0 / a) > 0.0 && (1.0 / a).is_finite() { m * (1.0 / a) } else { m }
+}

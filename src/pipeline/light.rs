@@ -1,0 +1,197 @@
+//! Lighting equations: what colour a point of a surface has.
+//!
+//! Phong (source 000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n) Il, R = 2(N.L)N - L; Blinn (X3D, MTL): H = (L+V)/|L+V|
+//! in place of R. Specular only where N.L > 0. All vectors are unit, in world space; L points to the light, V to the
+//! viewer. What the texture multiplies (Ka and Kd terms) and what it does not (Ks and Ke) are kept apart.
+
+use crate::math::matrix::unit;
+use crate::math::power::pow;
+use crate::scene::{Attenuation, CameraMatrices, Light, LightKind, LightingModel, Material};
+use glam::DVec3;
+
+/// The strongest attenuation factor: 1/0 would make 0 * inf out of a black colour.
+const MAX_FACTOR: f64 = 1e30;
+
+/// A colour in two parts, R, G, B each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lit {
+    /// The Ka and Kd terms: multiplied by vertex colour and texture.
+    pub base: DVec3,
+    /// The Ks and Ke terms.
+    pub extra: DVec3,
+}
+
+/// Where the light falls.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfacePoint {
+    pub position: DVec3,
+    /// Unit, or zero for a surface without one.
+    pub normal: DVec3,
+}
+
+/// How V is found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Viewer {
+    /// From every point to the eye.
+    Eye(DVec3),
+    /// The same everywhere (parallel projections).
+    Axis(DVec3),
+}
+
+impl Viewer {
+    pub fn of(camera: &CameraMatrices) -> Self {
+        match camera.is_parallel {
+            true => Viewer::Axis(camera.to_viewer),
+            false => Viewer::Eye(camera.eye),
+        }
+    }
+
+    /// V; zero at the eye itself.
+    fn direction_from(&self, position: DVec3) -> DVec3 {
+        match *self {
+            Viewer::Eye(eye) => unit(eye - position).unwrap_or(DVec3::ZERO),
+            Viewer::Axis(axis) => axis,
+        }
+    }
+}
+
+/// A light with what does not depend on the point.
+#[derive(Clone, Copy, Debug)]
+struct Lamp {
+    light: Light,
+    /// For DIR unit towards the light, for spots the unit axis; zero without direction.
+    direction: DVec3,
+    /// Cosine of a SPOT's half angle.
+    cos_angle: f64,
+}
+
+impl Lamp {
+    fn new(light: &Light) -> Self {
+        let (direction, cos_angle) = match light.kind {
+            LightKind::Point { .. } => (DVec3::ZERO, 0.0),
+            LightKind::Directional { direction } => (-unit(direction).unwrap_or(DVec3::ZERO), 0.0),
+            LightKind::Spot { direction, angle_rad, .. } => {
+                (unit(direction).unwrap_or(DVec3::ZERO), libm::cos(angle_rad.clamp(0.0, std::f64::consts::PI)))
+            }
+            LightKind::X3dSpot { direction, .. } => (unit(direction).unwrap_or(DVec3::ZERO), 0.0),
+        };
+        Lamp { light: *light, direction, cos_angle }
+    }
+
+    /// L and the strength that reaches `p` (attenuation times cone); `None` where nothing does.
+    fn reach(&self, p: DVec3) -> Option<(DVec3, f64)> {
+        let clamped = self.light.clamp_attenuation;
+        match self.light.kind {
+            LightKind::Directional { .. } => Some((self.direction, 1.0)),
+            LightKind::Point { position, attenuation, radius } => {
+                let (l, d) = towards(position, p)?;
+                (d <= radius).then(|| (l, strength(attenuation, d, clamped)))
+            }
+            LightKind::Spot { position, exponent, attenuation, .. } => {
+                let (l, d) = towards(position, p)?;
+                let cos = (-l).dot(self.direction);
+                (cos >= self.cos_angle)
+                    .then(|| (l, strength(attenuation, d, clamped) * pow(cos.clamp(0.0, 1.0), exponent)))
+            }
+            LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
+                let (l, d) = towards(position, p)?;
+                let angle = libm::acos((-l).dot(self.direction).clamp(-1.0, 1.0));
+                let cone = if angle >= cut_off_rad {
+                    return None;
+                } else if angle <= beam_width_rad {
+                    1.0
+                } else {
+                    (cut_off_rad - angle) / (cut_off_rad - beam_width_rad)
+                };
+                (d <= radius).then(|| (l, strength(attenuation, d, clamped) * cone))
+            }
+        }
+    }
+}
+
+/// Unit vector and distance from `p` to a light; `None` when it is at the point.
+fn towards(light: DVec3, p: DVec3) -> Option<(DVec3, f64)> {
+    let to = light - p;
+    let l = unit(to)?;
+    Some((l, to.dot(l)))
+}
+
+/// 1 / (c + l d + q d^2); X3D clamps the sum at 1.
+fn strength(a: Attenuation, d: f64, clamped: bool) -> f64 {
+    let sum = a.c + a.l * d + a.q * d * d;
+    if sum.is_nan() {
+        return 0.0;
+    }
+    let sum = if clamped { sum.max(1.0) } else { sum };
+    (1.0 / sum).clamp(-MAX_FACTOR, MAX_FACTOR)
+}
+
+/// The lights of one draw.
+#[derive(Clone, Debug)]
+pub(crate) struct Lighting {
+    lamps: Vec<Lamp>,
+    ambient: DVec3,
+    viewer: Viewer,
+}
+
+impl Lighting {
+    /// The lights that can add anything, in order; black ones are left out.
+    pub fn new<'a>(lights: impl Iterator<Item = &'a Light>, ambient: DVec3, viewer: Viewer) -> Self {
+        let shines = |l: &&Light| l.color != DVec3::ZERO || l.ambient != DVec3::ZERO;
+        Lighting { lamps: lights.filter(shines).map(Lamp::new).collect(), ambient, viewer }
+    }
+
+    /// How many lights take part.
+    pub fn lamp_count(&self) -> usize {
+        self.lamps.len()
+    }
+
+    /// Whether the colour of `material` depends on where a point is and how it is turned.
+    pub fn depends_on_point(&self, material: &Material) -> bool {
+        let answers = |c: DVec3| c != DVec3::ZERO;
+        material.model != LightingModel::Unlit
+            && self.lamps.iter().any(|l| {
+                (answers(l.light.color) && (answers(material.kd) || answers(material.ks)))
+                    || (answers(l.light.ambient) && answers(material.ka))
+            })
+    }
+
+    /// The colour where no light makes a difference.
+    pub fn constant(&self, material: &Material) -> Lit {
+        match material.model {
+            // The emissive colour is all there is: vertex colour and texture multiply it.
+            LightingModel::Unlit => Lit { base: material.emissive, extra: DVec3::ZERO },
+            _ => Lit { base: material.ka * self.ambient, extra: material.emissive },
+        }
+    }
+
+    /// The colour of one point.
+    pub fn at(&self, point: SurfacePoint, material: &Material) -> Lit {
+        let mut lit = self.constant(material);
+        if material.model == LightingModel::Unlit {
+            return lit;
+        }
+        let n = point.normal;
+        let v = self.viewer.direction_from(point.position);
+        for lamp in &self.lamps {
+            let Some((l, strength)) = lamp.reach(point.position) else { continue };
+            lit.base += material.ka * lamp.light.ambient * strength;
+            let n_dot_l = n.dot(l);
+            if !(n_dot_l > 0.0) {
+                continue;
+            }
+            lit.base += material.kd * lamp.light.color * (strength * n_dot_l);
+            if material.ks != DVec3::ZERO {
+                let cosine = match material.model {
+                    LightingModel::Blinn => n.dot(unit(l + v).unwrap_or(DVec3::ZERO)),
+                    _ => (n * (2.0 * n_dot_l) - l).dot(v),
+                };
+                lit.extra += material.ks * lamp.light.color * (strength * pow(cosine.clamp(0.0, 1.0), material.n));
+            }
+        }
+        lit
+    }
+}
+
+#[cfg(test)]
+mod tests;

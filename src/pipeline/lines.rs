@@ -1,0 +1,342 @@
+//! Lines and points in space: the mesh's own, and the edges of a wireframe.
+//!
+//! A line is clipped by the six planes (source 000), its ends go to the pixels that hold them, and Bresenham's midpoint
+//! line joins them (source 001), both ends lit; the cost is that of the part on the frame. Lines are not lit: they have the
+//! colour Ke + Kd (an unlit material's emission), times vertex colours. Depth runs straight on the screen between the ends.
+//!
+//! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of its polygons. Under HIDE
+//! zbuffer hidden lines are removed by depth: the faces go into the depth memory first, without colour, and a line's pixel
+//! is seen when its depth, or that of one of its own faces there, is not behind what is stored.
+
+use super::assemble::Face;
+use super::call::{DrawStats, Target};
+use super::clip::{ClipVertex, ClippedLine, clip_line};
+use super::light::Lit;
+use super::plan::Part;
+use super::plane::FacePlane;
+use super::prepare::Prepared;
+use super::raster::{blend, opaque};
+use super::shade::visibility;
+use crate::scene::{Corner, HiddenSurface, LightingModel, Material};
+use glam::{DVec3, DVec4};
+use std::collections::HashMap;
+
+/// What runs along a line: w - z, world x y z, colour r g b a.
+type LineVertex = ClipVertex<8>;
+
+/// How a line's pixels meet the depth that is there.
+#[derive(Clone, Copy)]
+enum DepthRule<'p> {
+    /// As a face's: strictly nearer passes.
+    Strict,
+    /// The edge of faces that are in the depth already: not behind passes, and so does what lies on these faces.
+    Edge([Option<&'p FacePlane>; 2]),
+}
+
+/// An edge of a wireframe: its ends' corner indices, lower position first, and the planes of the faces on it.
+struct Edge {
+    corners: [u32; 2],
+    polygon: usize,
+    planes: [Option<u32>; 2],
+}
+
+impl Prepared<'_> {
+    /// Draws the edges of all polygons that CULL leaves.
+    pub fn draw_wire(&self, target: &mut Target, stats: &mut DrawStats) {
+        let mesh = &self.call.geometry.mesh;
+        // Which faces are seen; under zbuffer they hide lines.
+        let hides = self.plan.uses(Part::Coverage) && self.call.hide == HiddenSurface::ZBuffer;
+        let mut faces: Vec<Option<Face>> = Vec::with_capacity(mesh.triangles.len());
+        let mut is_seen = vec![false; mesh.polygons.len()];
+        for t in 0..mesh.triangles.len() as u32 {
+            if hides {
+                self.draw_depth(t, target, stats);
+            }
+            let face = self.assemble(t, &mut DrawStats::default());
+            is_seen[mesh.triangle_polygon[t as usize] as usize] |= face.is_some();
+            faces.push(face);
+        }
+        if !hides {
+            stats.faces += mesh.triangles.len() as u64;
+        }
+        for edge in self.edges(&is_seen, &faces) {
+            let material = self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
+            let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
+            let plane = |t: Option<u32>| faces[t? as usize].as_ref().map(|f| &f.plane);
+            let rule = if hides { DepthRule::Edge(edge.planes.map(plane)) } else { DepthRule::Strict };
+            self.draw_line(ends, material, rule, target, stats);
+        }
+    }
+
+    /// Each edge of the polygons that are seen, once, in the order in which the file brings them.
+    fn edges(&self, is_seen: &[bool], faces: &[Option<Face>]) -> Vec<Edge> {
+        let mesh = &self.call.geometry.mesh;
+        let mut edges: Vec<Edge> = Vec::new();
+        let mut found: HashMap<[u32; 2], usize> = HashMap::new();
+        // A polygon's triangles that are seen, by polygon: any of them spans its plane.
+        let mut face_of = vec![None; mesh.polygons.len()];
+        for (t, face) in faces.iter().enumerate().filter(|(_, f)| f.is_some()) {
+            let _ = face;
+            face_of[mesh.triangle_polygon[t] as usize].get_or_insert(t as u32);
+        }
+        for (p, polygon) in mesh.polygons.iter().enumerate().filter(|&(p, _)| is_seen[p]) {
+            for i in 0..polygon.corner_count {
+                let corner = |i: u32| polygon.first_corner + i % polygon.corner_count;
+                let mut corners = [corner(i), corner(i + 1)];
+                let mut positions = corners.map(|c| mesh.corners[c as usize].position);
+                if positions[0] > positions[1] {
+                    corners.reverse();
+                    positions.reverse();
+                }
+                let plane = face_of[p];
+                match found.get(&positions) {
+                    Some(&at) => {
+                        let planes: &mut [Option<u32>; 2] = &mut edges[at].planes;
+                        planes[1] = planes[1].or(plane);
+                    }
+                    None => {
+                        found.insert(positions, edges.len());
+                        edges.push(Edge { corners, polygon: p, planes: [plane, None] });
+                    }
+                }
+            }
+        }
+        edges
+    }
+
+    /// Draws the mesh's line segments.
+    pub fn draw_lines(&self, target: &mut Target, stats: &mut DrawStats) {
+        let mesh = &self.call.geometry.mesh;
+        for &ends in &mesh.lines {
+            let ends = ends.map(|c| self.line_vertex(&mesh.corners[c as usize], self.call.material));
+            self.draw_line(ends, self.call.material, DepthRule::Strict, target, stats);
+        }
+    }
+
+    /// Draws the mesh's points, a pixel each.
+    pub fn draw_points(&self, target: &mut Target, stats: &mut DrawStats) {
+        let mesh = &self.call.geometry.mesh;
+        for &c in &mesh.points {
+            let v = self.line_vertex(&mesh.corners[c as usize], self.call.material);
+            if let Some(ClippedLine { ends: [v, _], .. }) = clip_line(v, v) {
+                stats.points_drawn += 1;
+                let [x, y] = self.pixel(v.pos_clip);
+                let w = v.pos_clip.w;
+                let point = LinePixel { x, y, z: v.pos_clip.z / w, complement: v.varyings[0] / w };
+                self.put(point, &v.varyings, self.call.material, DepthRule::Strict, target, stats);
+            }
+        }
+    }
+
+    fn line_vertex(&self, corner: &Corner, material: &Material) -> LineVertex {
+        let mesh = &self.call.geometry.mesh;
+        let v = &self.vertices[corner.position as usize];
+        let p = self.assembler.transform.world(mesh.positions[corner.position as usize]);
+        let color = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
+        let Lit { base, extra } = match material.model {
+            LightingModel::Unlit => Lit { base: material.emissive, extra: DVec3::ZERO },
+            _ => Lit { base: material.kd, extra: material.emissive },
+        };
+        let rgb = base * color.truncate() + extra;
+        ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
+    }
+
+    /// The pixel that holds a clip space point.
+    fn pixel(&self, clip: DVec4) -> [i64; 2] {
+        self.assembler.transform.on_screen(clip).map(|v| v.floor() as i64)
+    }
+
+    fn draw_line(
+        &self,
+        ends: [LineVertex; 2],
+        material: &Material,
+        rule: DepthRule,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let Some(ClippedLine { ends: [a, b], .. }) = clip_line(ends[0], ends[1]) else { return };
+        stats.lines_drawn += 1;
+        let [wa, wb] = [a.pos_clip.w, b.pos_clip.w];
+        let (za, zb) = (a.pos_clip.z / wa, b.pos_clip.z / wb);
+        let (ca, cb) = (a.varyings[0] / wa, b.varyings[0] / wb);
+        let steps = Steps::new(self.pixel(a.pos_clip), self.pixel(b.pos_clip));
+        for k in steps.visible(self.assembler.transform.screen.clip) {
+            let [x, y] = steps.at(k);
+            let s = if steps.length == 0 { 0.0 } else { k as f64 / steps.length as f64 };
+            // Perspective-correct: straight in space, not on the screen.
+            let t = if self.is_affine() { s } else { (s / wb) / ((1.0 - s) / wa + s / wb) };
+            let varyings = std::array::from_fn(|i| a.varyings[i] + (b.varyings[i] - a.varyings[i]) * t);
+            let pixel = LinePixel { x, y, z: za + (zb - za) * s, complement: ca + (cb - ca) * s };
+            self.put(pixel, &varyings, material, rule, target, stats);
+        }
+    }
+
+    /// One pixel of a line or point: depth, colour, bytes.
+    fn put(
+        &self,
+        pixel: LinePixel,
+        varyings: &[f64; 8],
+        material: &Material,
+        rule: DepthRule,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let screen = &self.assembler.transform.screen;
+        let clip = screen.clip;
+        let inside = |v: i64, from: i32, to: i32| (from as i64..to as i64).contains(&v);
+        if !(inside(pixel.x, clip.x0, clip.x1) && inside(pixel.y, clip.y0, clip.y1)) {
+            return;
+        }
+        stats.pixels_tested += 1;
+        let LinePixel { x, y, mut z, mut complement } = pixel;
+        if !(z < 1.0) {
+            return;
+        }
+        let mut opacity = (1.0 - material.transparency.clamp(0.0, 1.0)) * varyings[7];
+        opacity = opacity.clamp(0.0, 1.0);
+        let index = target.memory.width() as usize * y as usize + x as usize;
+        if self.plan.uses(Part::DepthMemory)
+            && let Some(depth) = target.depth.as_mut()
+        {
+            let format = depth.format();
+            let own = format.encode(z.max(0.0), complement.max(0.0));
+            let stored = depth.word(index);
+            let passes = match rule {
+                DepthRule::Strict => own < stored,
+                DepthRule::Edge(planes) => {
+                    let ndc = screen.ndc_of_pixel(x as i32, y as i32);
+                    for plane in planes.iter().flatten() {
+                        if let Some((pz, pc)) = plane.clamped(plane.weights_at(ndc)).map(|w| plane.depth(&w))
+                            && pz < z
+                        {
+                            (z, complement) = (pz, pc);
+                        }
+                    }
+                    format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0)) <= stored
+                }
+            };
+            if !passes {
+                return;
+            }
+            if own < stored && opacity >= 1.0 {
+                depth.set_word(index, own);
+            }
+        }
+        let mut rgb = DVec3::new(varyings[4], varyings[5], varyings[6]);
+        if let Some(fog) = self.call.fog {
+            let from_eye = DVec3::new(varyings[1], varyings[2], varyings[3]) - self.assembler.transform.camera.eye;
+            let clear = visibility(&fog, from_eye.length());
+            rgb = fog.color * (1.0 - clear) + rgb * clear;
+        }
+        let bytes = &mut target.memory.bytes_mut()[index * 4..index * 4 + 4];
+        if opacity < 1.0 {
+            blend(bytes, rgb, opacity);
+        } else {
+            bytes.copy_from_slice(&opaque(rgb));
+        }
+        target.memory.mark_row(y as u32);
+        stats.pixels_written += 1;
+    }
+}
+
+/// Where a line is, in pixels and depth.
+#[derive(Clone, Copy)]
+struct LinePixel {
+    x: i64,
+    y: i64,
+    z: f64,
+    complement: f64,
+}
+
+/// Bresenham's line as a function of the step: k along the major axis, ceil(k m / n - 1/2) along the minor one, so a tie
+/// stays on the major axis in the direction of travel.
+#[derive(Clone, Copy, Debug)]
+struct Steps {
+    from: [i64; 2],
+    sign: [i64; 2],
+    /// 0 where x is the major axis.
+    major: usize,
+    /// n: steps along the major axis.
+    length: i64,
+    /// m: steps along the minor one.
+    rise: i64,
+}
+
+impl Steps {
+    fn new(a: [i64; 2], b: [i64; 2]) -> Self {
+        let d = [b[0].saturating_sub(a[0]), b[1].saturating_sub(a[1])];
+        let n = d.map(i64::saturating_abs);
+        let major = if n[0] >= n[1] { 0 } else { 1 };
+        Steps {
+            from: a,
+            sign: d.map(|d| if d < 0 { -1 } else { 1 }),
+            major,
+            length: n[major],
+            rise: n[1 - major],
+        }
+    }
+
+    /// The steps whose major coordinate is inside the rectangle.
+    fn visible(&self, clip: crate::math::coverage::PixelRect) -> std::ops::RangeInclusive<i64> {
+        let (low, high) = match self.major {
+            0 => (clip.x0 as i64, clip.x1 as i64 - 1),
+            _ => (clip.y0 as i64, clip.y1 as i64 - 1),
+        };
+        let from = self.from[self.major];
+        let (first, last) = match self.sign[self.major] {
+            1 => (low.saturating_sub(from), high.saturating_sub(from)),
+            _ => (from.saturating_sub(high), from.saturating_sub(low)),
+        };
+        first.max(0)..=last.min(self.length)
+    }
+
+    fn at(&self, k: i64) -> [i64; 2] {
+        let (n, m) = (self.length as i128, self.rise as i128);
+        let up = if n == 0 { 0 } else { ((2 * k as i128 * m + n - 1) / (2 * n)) as i64 };
+        let mut p = self.from;
+        p[self.major] += self.sign[self.major] * k;
+        p[1 - self.major] += self.sign[1 - self.major] * up;
+        p
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::coverage::PixelRect;
+
+    #[test]
+    fn steps_are_bresenhams_in_all_octants() {
+        let clip = PixelRect { x0: -100, y0: -100, x1: 100, y1: 100 };
+        let walk = |a, b| {
+            let s = Steps::new(a, b);
+            s.visible(clip).map(|k| s.at(k)).collect::<Vec<_>>()
+        };
+        // The midpoint variable, one step at a time.
+        let naive = |a: [i64; 2], b: [i64; 2]| {
+            let (dx, dy) = ((b[0] - a[0]).abs(), (b[1] - a[1]).abs());
+            let s = [(b[0] - a[0]).signum(), (b[1] - a[1]).signum()];
+            let (n, m, x_major) = if dx >= dy { (dx, dy, true) } else { (dy, dx, false) };
+            let (mut p, mut d, mut out) = (a, 2 * m - n, vec![a]);
+            for _ in 0..n {
+                let (i, j) = if x_major { (0, 1) } else { (1, 0) };
+                p[i] += s[i];
+                if d > 0 {
+                    p[j] += s[j];
+                    d -= 2 * n;
+                }
+                d += 2 * m;
+                out.push(p);
+            }
+            out
+        };
+        for x in -7..=7 {
+            for y in -7..=7 {
+                assert_eq!(walk([2, -1], [2 + x, -1 + y]), naive([2, -1], [2 + x, -1 + y]), "{x} {y}");
+            }
+        }
+        let far = Steps::new([-4_000_000_000, 0], [4_000_000_000, 50]);
+        assert_eq!(far.visible(PixelRect { x0: 0, y0: 0, x1: 10, y1: 60 }).count(), 10);
+        assert_eq!(far.at(4_000_000_000), [0, 25]);
+    }
+}

@@ -1,0 +1,186 @@
+//! The plane of one face: what depth and weights a pixel's centre has on it.
+//!
+//! In: three clip space corners, unsnapped, some of which may have w <= 0. Out: at any NDC point (X, Y) the weights of the
+//! corners and the depth. Homogeneous form (Olano, Greer, "Triangle scan conversion using 2D homogeneous coordinates",
+//! 1997), relative to one corner so that small faces far from the axis keep their digits:
+//!
+//! ```text
+//! q = (X, Y, 1) = b0 v0 + b1 v1 + b2 v2      with v = (x, y, w) of a corner
+//! b1 = det(v0, q, v2) / det(v0, v1, v2)      1/w of the pixel = b0 + b1 + b2
+//! z/w of the pixel = b0 z0 + b1 z1 + b2 z2
+//! ```
+//!
+//! b / sum(b) are the perspective-correct weights, b_i w_i those straight on the screen. No division by any w but that
+//! of the reference corner, which is the one nearest the middle of the view. The corners are put in an order that
+//! depends on their positions alone, so the depth of a face is the same bits in any corner order.
+
+use super::vertex::Vertex;
+use crate::scene::Interpolation;
+
+/// A face's plane over the screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FacePlane {
+    /// NDC of the reference corner.
+    origin: [f64; 2],
+    /// Its 1/w, z/w and (w-z)/w.
+    inv_w: f64,
+    z: f64,
+    complement: f64,
+    /// For the other two corners: b = gradient . (X - X0, Y - Y0), w, and what b adds to z/w and (w-z)/w.
+    others: [Corner; 2],
+    /// w of the reference corner.
+    w: f64,
+    /// Where the reference and the other two stand among the caller's corners.
+    order: [usize; 3],
+    /// Whether all w are positive: the weights on the screen are then weights.
+    in_front: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Corner {
+    gradient: [f64; 2],
+    w: f64,
+    z: f64,
+    complement: f64,
+}
+
+/// What a pixel is of its face: `b` as above, in the caller's order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    /// In the caller's order.
+    b: [f64; 3],
+    /// The same, reference corner first.
+    own: [f64; 3],
+}
+
+impl FacePlane {
+    /// The plane through three corners, at least one of which has w > 0; `None` for a face without area, or with
+    /// numbers that leave f64.
+    pub fn new(corners: [&Vertex; 3]) -> Option<Self> {
+        let order = canonical_order(corners)?;
+        let [v0, v1, v2] = order.map(|i| corners[i]);
+        let c0 = v0.clip;
+        let inv_w = 1.0 / c0.w;
+        // Differences first: equal corners give exactly 0, so a face of constant depth has one depth.
+        let edge = |v: &Vertex| {
+            let e = v.clip - c0;
+            let ec = v.complement - v0.complement;
+            Corner {
+                gradient: [c0.w * e.x - c0.x * e.w, c0.w * e.y - c0.y * e.w],
+                w: v.clip.w,
+                z: (c0.w * e.z - c0.z * e.w) * inv_w,
+                complement: (c0.w * ec - v0.complement * e.w) * inv_w,
+            }
+        };
+        let (e1, e2) = (edge(v1), edge(v2));
+        let det = (e1.gradient[0] * e2.gradient[1] - e1.gradient[1] * e2.gradient[0]) * inv_w;
+        let k = 1.0 / det;
+        let b1 = [e2.gradient[1] * k, -e2.gradient[0] * k];
+        let b2 = [-e1.gradient[1] * k, e1.gradient[0] * k];
+        let plane = FacePlane {
+            origin: [c0.x * inv_w, c0.y * inv_w],
+            inv_w,
+            z: c0.z * inv_w,
+            complement: v0.complement * inv_w,
+            others: [Corner { gradient: b1, ..e1 }, Corner { gradient: b2, ..e2 }],
+            w: c0.w,
+            order,
+            in_front: corners.iter().all(|v| v.clip.w > 0.0),
+        };
+        let sound = [b1[0], b1[1], b2[0], b2[1], plane.origin[0], plane.origin[1], plane.z, plane.complement]
+            .iter()
+            .chain(plane.others.iter().flat_map(|o| [&o.z, &o.complement]))
+            .all(|v| v.is_finite());
+        (det != 0.0 && sound).then_some(plane)
+    }
+
+    /// The weights at an NDC point of the plane; outside the face some are negative.
+    #[inline]
+    pub fn weights_at(&self, ndc: [f64; 2]) -> Weights {
+        let (dx, dy) = (ndc[0] - self.origin[0], ndc[1] - self.origin[1]);
+        let b = self.others.map(|o| dx * o.gradient[0] + dy * o.gradient[1]);
+        let b0 = (1.0 - b[0] * self.others[0].w - b[1] * self.others[1].w) * self.inv_w;
+        self.weights([b0, b[0], b[1]])
+    }
+
+    fn weights(&self, own: [f64; 3]) -> Weights {
+        let mut b = [0.0; 3];
+        for (i, &at) in self.order.iter().enumerate() {
+            b[at] = own[i];
+        }
+        Weights { b, own }
+    }
+
+    /// The weights clamped to the face, for a pixel that snapping put up to 1/256 pixel outside of it; `None` where the
+    /// plane has no point in front of the eye.
+    #[inline]
+    pub fn clamped(&self, weights: Weights) -> Option<Weights> {
+        let own = weights.own;
+        if own[0] >= 0.0 && own[1] >= 0.0 && own[2] >= 0.0 {
+            return Some(weights);
+        }
+        let w = [self.w, self.others[0].w, self.others[1].w];
+        // In front of the eye the weights on the screen are clamped; on a face through the eye plane, those in space.
+        let scale = if self.in_front { 1.0 } else { 1.0 / (own[0] + own[1] + own[2]) };
+        let share = |i: usize| (own[i] * scale * if self.in_front { w[i] } else { 1.0 }).clamp(0.0, 1.0);
+        let s = [share(0), share(1), share(2)];
+        let own = if self.in_front {
+            let sum = s[0] + s[1] + s[2];
+            [s[0] / (sum * w[0]), s[1] / (sum * w[1]), s[2] / (sum * w[2])]
+        } else {
+            let depth = s[0] * w[0] + s[1] * w[1] + s[2] * w[2];
+            s.map(|p| p / depth)
+        };
+        let sum = own[0] + own[1] + own[2];
+        (scale > 0.0 && sum > 0.0 && sum.is_finite()).then(|| self.weights(own))
+    }
+
+    /// The depth z in [0,1] where the weights are, and 1 - z without cancellation.
+    #[inline]
+    pub fn depth(&self, weights: &Weights) -> (f64, f64) {
+        let [_, b1, b2] = weights.own;
+        let [o1, o2] = &self.others;
+        (self.z + (b1 * o1.z + b2 * o2.z), self.complement + (b1 * o1.complement + b2 * o2.complement))
+    }
+
+    /// The shares of the corners, which add up to 1; `None` beyond the horizon of the plane.
+    #[inline]
+    pub fn shares(&self, weights: &Weights, interp: Interpolation, divide: bool) -> Option<[f64; 3]> {
+        let b = weights.b;
+        match interp {
+            // With w = 1 everywhere both are the weights themselves.
+            _ if !divide => Some(b),
+            Interpolation::Perspective => {
+                let inv_w = b[0] + b[1] + b[2];
+                (inv_w > 0.0).then(|| b.map(|b| b / inv_w))
+            }
+            Interpolation::Affine => {
+                let mut w = [0.0; 3];
+                w[self.order[0]] = self.w;
+                w[self.order[1]] = self.others[0].w;
+                w[self.order[2]] = self.others[1].w;
+                Some([b[0] * w[0], b[1] * w[1], b[2] * w[2]])
+            }
+        }
+    }
+}
+
+/// Reference corner first: w > 0 and nearest to the middle of the view; the others by their coordinates.
+fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
+    let away = |v: &Vertex| {
+        let c = v.clip;
+        if c.w > 0.0 { c.x.abs().max(c.y.abs()) / c.w } else { f64::INFINITY }
+    };
+    let by_position = |a: &Vertex, b: &Vertex| {
+        let (a, b) = (a.clip, b.clip);
+        a.w.total_cmp(&b.w)
+            .then(a.z.total_cmp(&b.z))
+            .then(a.x.total_cmp(&b.x))
+            .then(a.y.total_cmp(&b.y))
+    };
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| by_position(corners[a], corners[b]));
+    let first = (0..3).min_by(|&a, &b| away(corners[order[a]]).total_cmp(&away(corners[order[b]])))?;
+    order[..=first].rotate_right(1);
+    (corners[order[0]].clip.w > 0.0).then_some(order)
+}

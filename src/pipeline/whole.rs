@@ -1,0 +1,157 @@
+//! A whole scene: background, opaque objects, then the transparent faces.
+
+use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
+use super::plan::{Part, Plan};
+use super::prepare::{Layer, Prepared};
+use super::raster::opaque;
+use super::viewport::Screen;
+use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
+
+/// Draws a scene: its background over the viewport, the opaque faces, lines and points, then the transparent faces in
+/// file order or far to near.
+///
+/// # Errors
+/// As [`super::draw`]; every object is looked at before anything is written, so the memories are then untouched.
+pub fn draw_scene(target: &mut Target, scene: &Scene, options: &SceneOptions) -> Result<DrawStats, PipelineError> {
+    let calls = calls_of(scene, options);
+    let mut stats = DrawStats::default();
+    let keeps_depth = !leaves_depth_out(&calls, options);
+    // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
+    let mut all = Vec::with_capacity(calls.len());
+    for call in &calls {
+        let mut prepared = Prepared::new(call, target, &mut stats)?;
+        if !keeps_depth {
+            prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+            prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
+        }
+        all.push(prepared);
+    }
+    if let Some(color) = scene.background.color {
+        paint(target, options, opaque(color));
+    }
+    for prepared in &all {
+        prepared.open_memories(target);
+    }
+    if options.hide == HiddenSurface::Painter {
+        let opaque_faces = faces(&all, |p, t| !p.is_transparent(t));
+        draw_sorted(&all, opaque_faces, target, &mut stats);
+    }
+    for prepared in &all {
+        if prepared.call.shade == ShadeMode::Wire {
+            prepared.draw_wire(target, &mut stats);
+        } else if options.hide != HiddenSurface::Painter {
+            for triangle in prepared.face_order() {
+                prepared.draw_face(triangle, Layer::Opaque, target, &mut stats);
+            }
+        }
+        prepared.draw_lines(target, &mut stats);
+        prepared.draw_points(target, &mut stats);
+    }
+    let through = faces(&all, |p, t| p.is_transparent(t));
+    match options.transparency {
+        TransparencyOrder::Sorted => draw_sorted(&all, through, target, &mut stats),
+        TransparencyOrder::FileOrder => {
+            for (object, triangle) in through {
+                all[object].draw_face(triangle, Layer::All, target, &mut stats);
+            }
+        }
+    }
+    Ok(stats)
+}
+
+const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be hidden";
+
+/// The plan of a whole scene: what any of its objects needs, and what they share.
+///
+/// # Errors
+/// Never for the camera or the meshes: a plan can be printed of what [`draw_scene`] refuses.
+pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
+    let calls = calls_of(scene, options);
+    let (width, height) = (target.memory.width(), target.memory.height());
+    let title = format!("scene of {} objects", calls.len());
+    let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
+    for call in &calls {
+        plan.merge(&Plan::of_draw(call, target));
+    }
+    if leaves_depth_out(&calls, options) {
+        plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+        plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
+    } else if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
+        plan.explain(Part::DepthMemory, "HIDE zbuffer; faces may hide each other");
+    }
+    if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
+        plan.explain(Part::SortFaces, SORTED_BY_PAINTER);
+    } else if options.transparency == TransparencyOrder::Sorted && plan.uses(Part::ReadBack) {
+        let (count, _) = (plan.item(Part::ReadBack).count, ());
+        plan.add(Part::SortFaces, "transparent faces far to near, on request", count, count * 16);
+    }
+    plan
+}
+
+/// One call an object.
+fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
+    let call = |(index, object): (usize, &'a crate::scene::Object)| DrawCall {
+        geometry: &object.geometry,
+        model: object.model,
+        camera: scene.camera.unwrap_or(options.camera),
+        viewport: options.viewport,
+        ambient: scene.ambient,
+        lights: &scene.lights,
+        light_subset: object.lights.as_deref(),
+        material: &object.material,
+        back_material: object.back_material.as_ref(),
+        texture: object.texture.as_ref().map(|(t, _)| t.as_ref()),
+        sampling: object.texture.as_ref().map(|(_, s)| *s).unwrap_or_default(),
+        shade: object.shade.unwrap_or(options.shade),
+        cull: object.cull,
+        hide: options.hide,
+        interp: options.interp,
+        two_sided_lighting: object.two_sided_lighting,
+        fog: scene.fog,
+        name: options.first_name.wrapping_add(index as u32),
+    };
+    scene.objects.iter().enumerate().map(call).collect()
+}
+
+fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
+    let one = match calls {
+        [one] => one,
+        _ => return false,
+    };
+    options.depth_use == DepthUse::SceneOnly && options.hide == HiddenSurface::ZBuffer && nothing_can_hide(one)
+}
+
+/// The faces of all objects that are wanted, in file order.
+fn faces(all: &[Prepared], wanted: impl Fn(&Prepared, u32) -> bool) -> Vec<(usize, u32)> {
+    let mut found = Vec::new();
+    for (object, p) in all.iter().enumerate().filter(|(_, p)| p.call.shade != ShadeMode::Wire) {
+        let triangles = 0..p.call.geometry.mesh.triangles.len() as u32;
+        found.extend(triangles.filter(|&t| wanted(p, t)).map(|t| (object, t)));
+    }
+    found
+}
+
+/// Draws faces far to near by view z of their centres; equals stay in file order.
+fn draw_sorted(all: &[Prepared], faces: Vec<(usize, u32)>, target: &mut Target, stats: &mut DrawStats) {
+    let mut keyed: Vec<_> = faces.into_iter().map(|(o, t)| (all[o].center_z(t), o, t)).collect();
+    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (_, object, triangle) in keyed {
+        all[object].draw_face(triangle, Layer::All, target, stats);
+    }
+}
+
+/// The background over the viewport.
+fn paint(target: &mut Target, options: &SceneOptions, color: crate::memory::Rgba) {
+    let width = target.memory.width();
+    let clip = Screen::new(options.viewport, width, target.memory.height()).clip;
+    if clip.is_empty() {
+        return;
+    }
+    let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
+    for y in clip.y0..clip.y1 {
+        let row = width as usize * y as usize;
+        pixels[row + clip.x0 as usize..row + clip.x1 as usize].fill(color);
+    }
+    target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
+}
