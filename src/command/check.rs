@@ -145,6 +145,7 @@ impl Command {
                 Projection::Plane { d, near, far } => reals(&[d, near, far]),
                 Projection::Frustum { window: [l, r, b, t], near, far }
                 | Projection::Ortho { window: [l, r, b, t], near, far }
+                | Projection::OrthoContain { window: [l, r, b, t], near, far }
                 | Projection::Isometric { window: [l, r, b, t], near, far }
                 | Projection::PseudoIsometric { window: [l, r, b, t], near, far } => {
                     reals(&[l, r, b, t, near, far])

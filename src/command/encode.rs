@@ -368,6 +368,7 @@ impl Line<'_> {
             Projection::Plane { d, near, far } => self.reals(&[d, near, far]),
             Projection::Frustum { window, near, far }
             | Projection::Ortho { window, near, far }
+            | Projection::OrthoContain { window, near, far }
             | Projection::Isometric { window, near, far }
             | Projection::PseudoIsometric { window, near, far } => {
                 self.reals(&window);

@@ -286,7 +286,7 @@ impl Command {
                 Projection::Perspective { .. } => "PERSPECTIVE",
                 Projection::Plane { .. } => "PLANE",
                 Projection::Frustum { .. } => "FRUSTUM",
-                Projection::Ortho { .. } => "ORTHO",
+                Projection::Ortho { .. } | Projection::OrthoContain { .. } => "ORTHO",
                 Projection::Oblique { .. } => "OBLIQUE",
                 Projection::Isometric { .. } => "ISOMETRIC",
                 Projection::PseudoIsometric { .. } => "PSEUDOISO",

@@ -8,6 +8,7 @@ mod error;
 mod folder;
 pub mod obj;
 pub mod texture;
+pub mod x3d;
 
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
 pub use folder::{Folder, FolderError};

@@ -64,6 +64,16 @@ pub enum Projection {
         /// Distance to the far plane.
         far: f64,
     },
+    /// A parallel box whose window grows on one pair of sides to the viewport's aspect: all of it is seen, and shapes keep their
+    /// proportions (X3D's OrthoViewpoint). No verb asks for it.
+    OrthoContain {
+        /// Left, right, bottom, top.
+        window: [f64; 4],
+        /// Distance to the near plane.
+        near: f64,
+        /// Distance to the far plane.
+        far: f64,
+    },
     /// A sheared parallel box: about the plane through the reference point, z kept.
     Oblique {
         /// Cavalier or cabinet.

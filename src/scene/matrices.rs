@@ -51,6 +51,19 @@ fn extents([l, r, b, t]: [f64; 4]) -> Result<[f64; 2], CameraError> {
     Ok(e)
 }
 
+/// The smallest window of this aspect (width / height) about the centre of `window` that holds all of it.
+pub fn contain([l, r, b, t]: [f64; 4], aspect: f64) -> [f64; 4] {
+    let (w, h) = (r - l, t - b);
+    let grow = |low: f64, high: f64, factor: f64| {
+        let (middle, half) = (low / 2.0 + high / 2.0, (high - low) / 2.0 * factor);
+        [middle - half, middle + half]
+    };
+    let ratio = (aspect * h / w).abs();
+    let [l, r] = if ratio > 1.0 { grow(l, r, ratio) } else { [l, r] };
+    let [b, t] = if ratio < 1.0 { grow(b, t, 1.0 / ratio) } else { [b, t] };
+    [l, r, b, t]
+}
+
 /// The matrix of a parallel box over a window.
 fn parallel(window: [f64; 4], near: f64, far: f64) -> Result<DMat4, CameraError> {
     let [l, r, b, t] = window;
@@ -88,6 +101,11 @@ impl Camera {
                 let x = DVec4::new(2.0 * near / w, 0.0, (r + l) / w, 0.0);
                 let y = DVec4::new(0.0, 2.0 * near / h, (t + b) / h, 0.0);
                 self.perspective(x, y, 1.0, near, far)
+            }
+            Projection::OrthoContain { window, near, far } => {
+                extents(window)?;
+                let window = contain(window, aspect);
+                Camera { projection: Projection::Ortho { window, near, far }, ..*self }.matrices(aspect)
             }
             Projection::Ortho { window, near, far } => {
                 let view = self.look_at.matrix()?;

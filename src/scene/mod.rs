@@ -4,6 +4,7 @@
 //! right-handed; the camera looks along its own -z; counter-clockwise faces are front; angles are radians; all numbers f64.
 
 mod camera;
+mod frame;
 mod light;
 mod material;
 mod matrices;
@@ -16,8 +17,10 @@ mod world;
 pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
 };
+pub use frame::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along};
 pub use light::{Attenuation, Light, LightKind};
 pub use material::{LightingModel, Material};
+pub use matrices::contain;
 pub use mesh::{Corner, Mesh, NONE, Polygon};
 pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode, Wrap};
 pub use texture::{MAX_TEXTURE_SIDE, Texture, TextureError};

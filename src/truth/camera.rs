@@ -191,6 +191,23 @@ impl Sight {
                 let (n, f) = check_range(near, far, true)?;
                 (look_at(l)?.0, frustum(check_window(window)?, n, f), None)
             }
+            Projection::OrthoContain { window, near, far } => {
+                let look = l;
+                let [l, r, b, t] = check_window(window)?;
+                let (n, f) = check_range(near, far, false)?;
+                // Half sizes about the centre; the one that is short for the viewport grows.
+                let two = Wide::new(2.0);
+                let aspect = Wide::new(viewport.width.into()) / Wide::new(viewport.height.into());
+                let (x, y) = ((l + r) / two, (b + t) / two);
+                let (mut half_x, mut half_y) = ((r - l) / two, (t - b) / two);
+                if half_x < half_y * aspect {
+                    half_x = half_y * aspect;
+                } else {
+                    half_y = half_x / aspect;
+                }
+                let window = [x - half_x, x + half_x, y - half_y, y + half_y];
+                (look_at(look)?.0, parallel(window, n, f), Some([o, o, i]))
+            }
             Projection::Ortho { window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
                 (look_at(l)?.0, parallel(check_window(window)?, n, f), Some([o, o, i]))

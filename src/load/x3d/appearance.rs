@@ -1,0 +1,216 @@
+//! Appearance, materials and texture transforms to what an object carries.
+//!
+//! X3D's lighting equation in the terms of [`Material`]: Ka = ambientIntensity * diffuseColor (the lights bring their own
+//! ambient share), Kd = diffuseColor, Ks = specularColor, n = 128 * shininess, Blinn's half vector. Vertex colours multiply the Ka and
+//! Kd terms, so where a geometry has them Kd is 1 and Ka is ambientIntensity: they replace the diffuse colour. Source: ISO/IEC
+//! 19775-1 clauses 12 (Shape), 17.2.2 (lighting model), 18 (Texturing).
+
+use super::geometry::{ColorUse, Stuff};
+use super::graph::{NodeId, View};
+use crate::scene::{LightingModel, Material, Sampling, Texture, Wrap};
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// What a shape's Appearance says.
+pub(super) struct Appearance {
+    pub(super) material: Material,
+    /// For faces seen from behind, where that is another one.
+    pub(super) back: Option<Material>,
+    /// The texture and its rules.
+    pub(super) texture: Option<(Arc<Texture>, Sampling)>,
+}
+
+/// The texture node of an appearance: the material's own (X3D 4), else the appearance's.
+pub(super) fn texture_node(view: &View, appearance: Option<NodeId>) -> Option<NodeId> {
+    let appearance = appearance?;
+    let of_material = view.child(appearance, "material").and_then(|material| {
+        let field = match view.name(material) {
+            "Material" => "diffuseTexture",
+            "UnlitMaterial" => "emissiveTexture",
+            "PhysicalMaterial" => "baseTexture",
+            _ => return None,
+        };
+        view.child(material, field)
+    });
+    let node = of_material.or_else(|| view.child(appearance, "texture"))?;
+    view.graph.textures.contains_key(&node).then_some(node)
+}
+
+/// Reads an appearance for a geometry of this kind.
+pub(super) fn read(view: &View, appearance: Option<NodeId>, stuff: Stuff, colors: ColorUse) -> Appearance {
+    let node = appearance.and_then(|a| view.child(a, "material"));
+    let front = Surface::front(view, node);
+    let back = match appearance.and_then(|a| view.child(a, "backMaterial")) {
+        Some(node) => Some(Surface::front(view, Some(node))),
+        None => node.and_then(|n| Surface::back(view, n)),
+    };
+    let texture = texture_node(view, appearance).filter(|_| stuff == Stuff::Faces).map(|node| {
+        let wrap = |field| if view.bool(node, field) { Wrap::Repeat } else { Wrap::Clamp };
+        let sampling = Sampling { wrap_s: wrap("repeatS"), wrap_t: wrap("repeatT"), ..Sampling::default() };
+        (Arc::clone(&view.graph.textures[&node]), sampling)
+    });
+    let dress = |surface: Surface| surface.dressed(stuff, colors);
+    Appearance { material: dress(front), back: back.map(dress), texture }
+}
+
+/// A material as X3D writes it.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    is_lit: bool,
+    ambient_intensity: f64,
+    diffuse: DVec3,
+    specular: DVec3,
+    shininess: f64,
+    emissive: DVec3,
+    transparency: f64,
+}
+
+impl Surface {
+    /// Nothing but an emissive colour.
+    fn unlit(emissive: DVec3, transparency: f64) -> Surface {
+        Surface {
+            is_lit: false,
+            ambient_intensity: 0.0,
+            diffuse: DVec3::ZERO,
+            specular: DVec3::ZERO,
+            shininess: 0.0,
+            emissive,
+            transparency,
+        }
+    }
+
+    /// A material node's front; without one, white and unlit.
+    fn front(view: &View, node: Option<NodeId>) -> Surface {
+        let Some(node) = node else { return Surface::unlit(DVec3::ONE, 0.0) };
+        let transparency = view.real(node, "transparency");
+        match view.name(node) {
+            "UnlitMaterial" => Surface::unlit(view.vec3(node, "emissiveColor"), transparency),
+            "PhysicalMaterial" => Surface {
+                is_lit: true,
+                diffuse: view.vec3(node, "baseColor"),
+                ..Surface::unlit(view.vec3(node, "emissiveColor"), transparency)
+            },
+            _ => Surface {
+                is_lit: true,
+                ambient_intensity: view.real(node, "ambientIntensity"),
+                diffuse: view.vec3(node, "diffuseColor"),
+                specular: view.vec3(node, "specularColor"),
+                shininess: view.real(node, "shininess"),
+                emissive: view.vec3(node, "emissiveColor"),
+                transparency,
+            },
+        }
+    }
+
+    /// A TwoSidedMaterial's back, where it has colours of its own.
+    fn back(view: &View, node: NodeId) -> Option<Surface> {
+        let is_separate = view.name(node) == "TwoSidedMaterial" && view.bool(node, "separateBackColor");
+        is_separate.then(|| Surface {
+            is_lit: true,
+            ambient_intensity: view.real(node, "backAmbientIntensity"),
+            diffuse: view.vec3(node, "backDiffuseColor"),
+            specular: view.vec3(node, "backSpecularColor"),
+            shininess: view.real(node, "backShininess"),
+            emissive: view.vec3(node, "backEmissiveColor"),
+            transparency: view.real(node, "backTransparency"),
+        })
+    }
+
+    /// As it lies on a geometry: bare lines and points are unlit in the emissive colour; vertex colours stand in place of the
+    /// colour that they multiply, and those with alpha in place of the opacity.
+    fn dressed(mut self, stuff: Stuff, colors: ColorUse) -> Material {
+        self.is_lit &= stuff != Stuff::Bare;
+        if colors != ColorUse::None {
+            match self.is_lit {
+                true => self.diffuse = DVec3::ONE,
+                false => self.emissive = DVec3::ONE,
+            }
+        }
+        if colors == ColorUse::Rgba {
+            self.transparency = 0.0;
+        }
+        Material {
+            ka: self.diffuse * self.ambient_intensity.max(0.0),
+            kd: self.diffuse,
+            ks: self.specular,
+            n: 128.0 * self.shininess.clamp(0.0, 1.0),
+            emissive: self.emissive,
+            transparency: self.transparency.clamp(0.0, 1.0),
+            model: if self.is_lit { LightingModel::Blinn } else { LightingModel::Unlit },
+            ..Material::default()
+        }
+    }
+}
+
+/// A TextureTransform node's map of texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TextureMap {
+    center: DVec2,
+    rotation_rad: f64,
+    scale: DVec2,
+    translation: DVec2,
+}
+
+impl TextureMap {
+    /// The map of an appearance, if it changes anything.
+    pub(super) fn read(view: &View, node: NodeId) -> Option<TextureMap> {
+        let vec2 = |field| DVec2::from(view.array::<2>(node, field));
+        let map = TextureMap {
+            center: vec2("center"),
+            rotation_rad: view.real(node, "rotation"),
+            scale: vec2("scale"),
+            translation: vec2("translation"),
+        };
+        let is_identity = map.rotation_rad == 0.0 && map.scale == DVec2::ONE && map.translation == DVec2::ZERO;
+        (!is_identity).then_some(map)
+    }
+
+    /// Tc' = -C S R C T Tc: moved, then turned and scaled about -C.
+    pub(super) fn apply(&self, tc: DVec2) -> DVec2 {
+        let p = tc + self.translation + self.center;
+        let (sin, cos) = libm::sincos(self.rotation_rad);
+        let turned = DVec2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y);
+        turned * self.scale - self.center
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_texture_transform_moves_turns_and_scales_in_this_order() {
+        let map = TextureMap {
+            center: DVec2::new(-0.5, -0.5),
+            rotation_rad: FRAC_PI_2,
+            scale: DVec2::new(2.0, 1.0),
+            translation: DVec2::new(0.0, 0.25),
+        };
+        // (1, 0.25) -> (1, 0.5) -> about (0.5, 0.5): (0.5, 0) -> turned (0, 0.5) -> scaled (0, 0.5) -> (0.5, 1).
+        assert!((map.apply(DVec2::new(1.0, 0.25)) - DVec2::new(0.5, 1.0)).length() < 1e-15);
+    }
+
+    #[test]
+    fn vertex_colours_replace_the_diffuse_colour_and_alpha_the_opacity() {
+        let surface = Surface {
+            is_lit: true,
+            ambient_intensity: 0.25,
+            diffuse: DVec3::new(0.4, 0.8, 0.0),
+            specular: DVec3::X,
+            shininess: 0.5,
+            emissive: DVec3::Z,
+            transparency: 0.75,
+        };
+        let plain = surface.dressed(Stuff::Faces, ColorUse::None);
+        assert_eq!((plain.ka, plain.kd, plain.n), (DVec3::new(0.1, 0.2, 0.0), surface.diffuse, 64.0));
+        assert_eq!((plain.ks, plain.emissive, plain.model), (DVec3::X, DVec3::Z, LightingModel::Blinn));
+        let colored = surface.dressed(Stuff::Faces, ColorUse::Rgb);
+        assert_eq!((colored.ka, colored.kd, colored.transparency), (DVec3::splat(0.25), DVec3::ONE, 0.75));
+        assert_eq!(surface.dressed(Stuff::Faces, ColorUse::Rgba).transparency, 0.0);
+        let line = surface.dressed(Stuff::Bare, ColorUse::None);
+        assert_eq!((line.model, line.emissive), (LightingModel::Unlit, DVec3::Z));
+        assert_eq!(surface.dressed(Stuff::Bare, ColorUse::Rgb).emissive, DVec3::ONE);
+        assert_eq!(surface.dressed(Stuff::Lit, ColorUse::None).model, LightingModel::Blinn);
+    }
+}

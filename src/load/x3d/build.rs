@@ -1,0 +1,469 @@
+//! XML elements to graph nodes: fields read and checked, DEF and USE joined, Inline files and textures fetched.
+//!
+//! A file's nodes are built in document order, children first. What cannot be understood in well-formed XML is skipped with a
+//! warning; a number, index or name that is wrong refuses the file. Nodes that are skipped are still built when USE names
+//! them (files keep definitions in their metadata).
+
+use super::graph::{Child, Graph, Node, NodeId, Origin};
+use super::route::{self, Route};
+use super::schema::{self, NodeType};
+use super::value::{self, Value, ValueError, ValueFault};
+use super::{texture, url, xml};
+use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use roxmltree::Node as Element;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// The most warnings that are kept.
+const MAX_WARNINGS: usize = 1_000;
+/// The most nodes that a walk through the scene may meet, those behind USE and Inline counted each time.
+const MAX_VISITS: u64 = 4_000_000;
+
+/// Finds a file in the scene's folder: the name as written, to bytes.
+pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
+
+/// What a DEF name stands for.
+#[derive(Clone, Copy)]
+enum Def {
+    /// The node is being built: a USE here would hold itself.
+    Open,
+    /// A node of the graph.
+    Built(NodeId),
+    /// In a part that is skipped; built when it is used.
+    Hidden(roxmltree::NodeId),
+    /// A node that is not known; everything about it is skipped.
+    Unknown,
+}
+
+/// What belongs to one file.
+struct File<'d> {
+    source: usize,
+    /// The file's folder inside the scene's folder, with `/` at its end unless empty.
+    folder: String,
+    document: &'d roxmltree::Document<'d>,
+    defs: HashMap<&'d str, Def>,
+    routes: Vec<Element<'d, 'd>>,
+}
+
+/// Builds one graph from a file and what it inlines.
+pub(super) struct Builder<'r> {
+    pub(super) graph: Graph,
+    pub(super) sources: Vec<Rc<xml::Source>>,
+    pub(super) warnings: Vec<LoadWarning>,
+    opener: &'r mut Opener<'r>,
+    /// Inline files by path: `None` while they are being read.
+    inlined: HashMap<String, Option<NodeId>>,
+    pictures: texture::Pictures,
+}
+
+impl<'r> Builder<'r> {
+    pub(super) fn new(opener: &'r mut Opener<'r>) -> Self {
+        Builder {
+            graph: Graph::default(),
+            sources: Vec::new(),
+            warnings: Vec::new(),
+            opener,
+            inlined: HashMap::new(),
+            pictures: texture::Pictures::default(),
+        }
+    }
+
+    /// Reads the main file; its own name counts against cycles of Inlines.
+    pub(super) fn main_file(&mut self, bytes: &[u8], name: &str) -> Result<(), LoadError> {
+        let own = name.rsplit(['/', '\\']).next().unwrap_or(name).to_string();
+        self.inlined.insert(own, None);
+        self.graph.root = self.file(bytes, name, String::new(), 0)?;
+        let root = &self.graph.nodes[self.graph.root as usize];
+        match root.visits > MAX_VISITS {
+            true => {
+                let what = "nodes, with those of USE and Inline";
+                let kind = LoadErrorKind::TooBig { what, found: root.visits, limit: MAX_VISITS };
+                Err(LoadError::new(Place::file(name), kind))
+            }
+            false => Ok(()),
+        }
+    }
+
+    /// Reads a file to its Scene node.
+    fn file(&mut self, bytes: &[u8], name: &str, folder: String, depth: usize) -> Result<NodeId, LoadError> {
+        let source = Rc::new(xml::Source::decode(bytes, name)?);
+        self.sources.push(Rc::clone(&source));
+        let document = xml::parse(&source)?;
+        let mut file = File {
+            source: self.sources.len() - 1,
+            folder,
+            document: &document,
+            defs: HashMap::new(),
+            routes: Vec::new(),
+        };
+        let root = document.root_element();
+        let scene = match root.tag_name().name() {
+            "Scene" => Some(root),
+            "X3D" => {
+                self.no_text(&file, root)?;
+                let mut scene = None;
+                for child in root.children().filter(Element::is_element) {
+                    match child.tag_name().name() {
+                        "Scene" if scene.is_none() => scene = Some(child),
+                        name if schema::is_silent(name) => {}
+                        name => self.warn(&file, child, format!("<{name}> is not known here and was skipped")),
+                    }
+                }
+                scene
+            }
+            _ => return Err(source.refuse(root.range().start, "an X3D file, whose root is <X3D>")),
+        };
+        let Some(scene) = scene else {
+            return Err(source.refuse(root.range().start, "a <Scene> inside <X3D>"));
+        };
+        let ty = schema::lookup("Scene").expect("the table has Scene");
+        let id = self.node(&mut file, scene, ty, depth + 1)?;
+        for element in std::mem::take(&mut file.routes) {
+            self.route(&file, element);
+        }
+        Ok(id)
+    }
+
+    /// Builds an element that stands in `parent`; `None` when it holds nothing to draw or was skipped.
+    fn element<'d>(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        parent: &'static NodeType,
+        depth: usize,
+    ) -> Result<Option<Child>, LoadError> {
+        let name = element.tag_name().name();
+        if name == "ROUTE" {
+            file.routes.push(element);
+            return Ok(None);
+        }
+        if schema::is_silent(name) {
+            hide(file, element);
+            return Ok(None);
+        }
+        let Some(ty) = schema::lookup(name).filter(|ty| ty.name != "Scene") else {
+            self.warn(file, element, format!("node <{name}> is not known and was skipped"));
+            hide(file, element);
+            if let Some(def) = element.attribute("DEF") {
+                file.defs.insert(def, Def::Unknown);
+            }
+            return Ok(None);
+        };
+        let asked = element.attribute("containerField").unwrap_or(ty.container);
+        let place = [asked, ty.container].into_iter().find_map(|c| parent.accepts.iter().find(|a| **a == c));
+        let Some(container) = place.copied() else {
+            let parent = parent.name;
+            self.warn(file, element, format!("<{name}> cannot stand in <{parent}> and was skipped"));
+            hide(file, element);
+            return Ok(None);
+        };
+        let node = match element.attribute("USE") {
+            Some(used) => self.used(file, element, used, depth)?,
+            None => Some(self.node(file, element, ty, depth)?),
+        };
+        let Some(node) = node else { return Ok(None) };
+        let built = self.graph.nodes[node as usize].ty;
+        if built.container != ty.container {
+            let message = format!("<{name}> uses a <{}>, which cannot stand here, and was skipped", built.name);
+            self.warn(file, element, message);
+            return Ok(None);
+        }
+        Ok(Some(Child { container, node }))
+    }
+
+    /// The node that a USE names.
+    fn used<'d>(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        name: &'d str,
+        depth: usize,
+    ) -> Result<Option<NodeId>, LoadError> {
+        match file.defs.get(name).copied() {
+            Some(Def::Built(node)) => {
+                let deep = depth + self.graph.nodes[node as usize].depth;
+                if deep > xml::MAX_DEPTH {
+                    let source = &self.sources[file.source];
+                    let limit = xml::MAX_DEPTH as u64;
+                    return Err(source.too_big(element.range().start, "nesting of nodes", deep as u64, limit));
+                }
+                Ok(Some(node))
+            }
+            Some(Def::Hidden(hidden)) => {
+                let hidden = file.document.get_node(hidden).expect("ids are of this document");
+                let Some(ty) = schema::lookup(hidden.tag_name().name()) else { return Ok(None) };
+                self.node(file, hidden, ty, depth).map(Some)
+            }
+            Some(Def::Unknown) => Ok(None),
+            Some(Def::Open) => {
+                let expected = format!("USE to name a node that is complete, but {name:?} holds this one");
+                Err(self.refuse(file, element, "USE", expected))
+            }
+            None => Err(self.refuse(file, element, "USE", format!("a DEF {name:?} before this USE"))),
+        }
+    }
+
+    /// A refusal of an attribute of an element.
+    fn refuse(&self, file: &File, element: Element, attribute: &str, expected: String) -> LoadError {
+        let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
+        self.sources[file.source].refuse(byte, expected)
+    }
+
+    /// Builds a node and what it holds.
+    fn node<'d>(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        depth: usize,
+    ) -> Result<NodeId, LoadError> {
+        let source = Rc::clone(&self.sources[file.source]);
+        let start = element.range().start;
+        if depth > xml::MAX_DEPTH {
+            return Err(source.too_big(start, "nesting of nodes", depth as u64, xml::MAX_DEPTH as u64));
+        }
+        self.no_text(file, element)?;
+        let def = element.attribute("DEF").filter(|d| !d.is_empty());
+        if let Some(name) = def {
+            let before = file.defs.insert(name, Def::Open);
+            if matches!(before, Some(Def::Built(_) | Def::Open)) {
+                self.warn(file, element, format!("DEF {name:?} is given twice; USE takes the last one before it"));
+            }
+        }
+        let (values, written) = self.fields(file, element, ty, &source)?;
+        let mut children = Vec::new();
+        let (mut below, mut visits) = (0, 1_u64);
+        for child in element.children().filter(Element::is_element) {
+            if let Some(child) = self.element(file, child, ty, depth + 1)? {
+                let node = &self.graph.nodes[child.node as usize];
+                below = below.max(node.depth);
+                visits = visits.saturating_add(node.visits);
+                children.push(child);
+            }
+        }
+        let mut scene = None;
+        if ty.name == "Inline" {
+            scene = self.inline(file, element, ty, &values, depth)?;
+            if let Some(scene) = scene {
+                let node = &self.graph.nodes[scene as usize];
+                below = node.depth;
+                visits = visits.saturating_add(node.visits);
+            }
+        }
+        let picture = self.picture(file, element, ty, &values)?;
+        let id = self.graph.nodes.len() as NodeId;
+        self.graph.nodes.push(Node {
+            ty,
+            values,
+            written,
+            children,
+            origin: Origin { source: file.source, byte: start },
+            line: source.line(start),
+            def: def.map(str::to_string),
+            depth: below + 1,
+            visits,
+        });
+        self.graph.inlined.extend(scene.map(|scene| (id, scene)));
+        self.graph.textures.extend(picture.map(|picture| (id, picture)));
+        if let Some(name) = def {
+            file.defs.insert(name, Def::Built(id));
+        }
+        Ok(id)
+    }
+
+    /// An element's fields, and the byte at which each is written.
+    fn fields(
+        &mut self,
+        file: &File,
+        element: Element,
+        ty: &'static NodeType,
+        source: &xml::Source,
+    ) -> Result<(Vec<Value>, Vec<usize>), LoadError> {
+        let mut values = ty.defaults.clone();
+        let mut written = vec![element.range().start; values.len()];
+        for attribute in element.attributes().filter(|a| a.namespace().is_none()) {
+            let name = attribute.name();
+            let Some(index) = ty.field(name) else {
+                if !schema::is_common_attribute(name) {
+                    self.warn(file, element, format!("<{}> has no field {name:?}", ty.name));
+                }
+                continue;
+            };
+            let field = ty.fields[index];
+            let range = attribute.range_value();
+            written[index] = range.start;
+            values[index] = value::read(field.kind, attribute.value()).map_err(|e| {
+                // Only a text without references and tabs has the same bytes in the file.
+                let is_verbatim = source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
+                let place = source.place(range.start + if is_verbatim { e.at } else { 0 });
+                bad_value(place, ty, field, &e)
+            })?;
+        }
+        Ok((values, written))
+    }
+
+    /// Refuses text among elements, which no X3D node has.
+    fn no_text(&self, file: &File, element: Element) -> Result<(), LoadError> {
+        let source = &self.sources[file.source];
+        for text in element.children().filter(Element::is_text) {
+            let words = text.text().unwrap_or("");
+            let begin = words.len() - words.trim_start().len();
+            if begin < words.len() {
+                let name = element.tag_name().name();
+                return Err(source.refuse(text.range().start + begin, format!("only elements in <{name}>")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The scene of an Inline; `None` when it is not to be loaded or cannot be found.
+    fn inline(
+        &mut self,
+        file: &File,
+        element: Element,
+        ty: &'static NodeType,
+        values: &[Value],
+        depth: usize,
+    ) -> Result<Option<NodeId>, LoadError> {
+        let field = |name| &values[ty.field(name).expect("the table has it")];
+        let (Value::Texts(urls), Value::Bool(true)) = (field("url"), field("load")) else { return Ok(None) };
+        for name in urls.iter() {
+            for path in url::local_paths(&file.folder, name) {
+                match self.inlined.get(&path) {
+                    Some(Some(scene)) => return Ok(Some(*scene)),
+                    Some(None) => {
+                        let expected = format!("no Inline of {path:?}, which inlines this file (a cycle)");
+                        return Err(self.refuse(file, element, "url", expected));
+                    }
+                    None => {}
+                }
+                let Some(bytes) = (self.opener)(&path) else { continue };
+                self.inlined.insert(path.clone(), None);
+                let folder = path.rfind('/').map_or(String::new(), |i| path[..=i].to_string());
+                let scene = self.file(&bytes, &path, folder, depth)?;
+                self.inlined.insert(path, Some(scene));
+                return Ok(Some(scene));
+            }
+        }
+        if !urls.is_empty() {
+            let message = format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
+            self.warn(file, element, message);
+        }
+        Ok(None)
+    }
+
+    /// The picture of a texture node.
+    fn picture(
+        &mut self,
+        file: &File,
+        element: Element,
+        ty: &'static NodeType,
+        values: &[Value],
+    ) -> Result<Option<std::sync::Arc<crate::scene::Texture>>, LoadError> {
+        let field = |name| &values[ty.field(name).expect("the table has it")];
+        let result = match ty.name {
+            "ImageTexture" => match (field("url"), field("load")) {
+                (Value::Texts(urls), Value::Bool(true)) if !urls.is_empty() => {
+                    self.pictures.load(urls, &file.folder, self.opener).map(Some)
+                }
+                _ => Ok(None),
+            },
+            "PixelTexture" => match field("image") {
+                Value::Ints(image) => texture::pixels(image).map_err(texture::PictureError::Pixels),
+                _ => Ok(None),
+            },
+            _ => Ok(None),
+        };
+        match result {
+            Ok(picture) => Ok(picture),
+            Err(texture::PictureError::Unusable(reasons)) => {
+                self.warn(file, element, format!("texture left out: {reasons}"));
+                Ok(None)
+            }
+            Err(texture::PictureError::Pixels(expected)) => Err(self.refuse(file, element, "image", expected)),
+        }
+    }
+
+    /// Joins a ROUTE; one that joins nothing is a warning.
+    fn route(&mut self, file: &File, element: Element) {
+        let attribute = |name: &str| element.attribute(name).unwrap_or("");
+        let [from, from_field, to, to_field] =
+            ["fromNode", "fromField", "toNode", "toField"].map(attribute);
+        let mut ends = [0; 2];
+        for (end, name) in ends.iter_mut().zip([from, to]) {
+            match file.defs.get(name) {
+                Some(Def::Built(id)) => *end = *id,
+                Some(Def::Unknown | Def::Hidden(_)) => return,
+                _ => return self.warn(file, element, format!("ROUTE names {name:?}, which no DEF gives")),
+            }
+        }
+        let [from_id, to_id] = ends;
+        let missing = |id: NodeId, field: &str| {
+            let node = self.graph.nodes[id as usize].ty.name;
+            format!("ROUTE names {field:?}, which <{node}> does not have")
+        };
+        let output = route::output(&self.graph, from_id, from_field);
+        let input = route::input(&self.graph, to_id, to_field);
+        let message = match (output, input) {
+            (None, _) => missing(from_id, from_field),
+            (_, None) => missing(to_id, to_field),
+            (Some((_, sent)), Some((_, taken))) if sent != taken => {
+                let (sent, taken) = (sent.describe(), taken.describe());
+                format!("ROUTE from {from_field:?} ({sent}) to {to_field:?} ({taken}) joins different types")
+            }
+            (Some((output, _)), Some((input, _))) => {
+                self.graph.routes.push(Route { from: from_id, output, to: to_id, input });
+                return;
+            }
+        };
+        self.warn(file, element, message);
+    }
+
+    fn warn(&mut self, file: &File, element: Element, message: String) {
+        let origin = Origin { source: file.source, byte: element.range().start };
+        self.warn_at(origin, message);
+    }
+
+    /// Adds a warning, up to the limit.
+    pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
+        match self.warnings.len() {
+            0..MAX_WARNINGS => {
+                let place = self.place(origin);
+                self.warnings.push(LoadWarning { place, message });
+            }
+            MAX_WARNINGS => {
+                let place = Place::file(&self.sources[0].name);
+                self.warnings.push(LoadWarning { place, message: "further warnings are left out".into() });
+            }
+            _ => {}
+        }
+    }
+
+    /// The place of an origin in its file.
+    pub(super) fn place(&self, origin: Origin) -> Place {
+        self.sources[origin.source].place(origin.byte)
+    }
+}
+
+/// Notes the names in a part that is skipped, so that USE can still find them.
+fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
+    for node in element.descendants() {
+        if let Some(name) = node.attribute("DEF").filter(|_| node.attribute("USE").is_none()) {
+            file.defs.entry(name).or_insert(Def::Hidden(node.id()));
+        }
+    }
+}
+
+/// The refusal of a field's text.
+fn bad_value(place: Place, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
+    let asked = format!("<{}> {} takes {}", ty.name, field.name, field.kind.describe());
+    let kind = match &error.fault {
+        ValueFault::NotANumber(found) => LoadErrorKind::Number { what: field.name, found: found.clone() },
+        ValueFault::NotAnInt(found) | ValueFault::NotABool(found) => {
+            LoadErrorKind::Syntax { expected: asked, found: found.clone() }
+        }
+        ValueFault::Count(count) => LoadErrorKind::Syntax { expected: asked, found: format!("{count} numbers") },
+        ValueFault::OpenQuote => LoadErrorKind::Syntax { expected: asked, found: "a quote without its end".into() },
+    };
+    LoadError::new(place, kind)
+}

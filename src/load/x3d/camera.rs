@@ -1,0 +1,87 @@
+//! Viewpoint and OrthoViewpoint to cameras. Source: ISO/IEC 19775-1 clause 23 (Navigation).
+
+use super::graph::{NodeId, View};
+use crate::math::matrix::{rotate, unit};
+use crate::scene::{Camera, LookAt, Projection, frame_along};
+use glam::{DMat4, DVec3};
+
+/// Distance to the near plane where a file says nothing else.
+pub(super) const NEAR: f64 = 0.01;
+/// Distance to the far plane where a file says nothing else.
+pub(super) const FAR: f64 = 1000.0;
+
+/// The matrix of an X3D rotation: axis x y z, angle in radians. A zero axis turns nothing.
+pub(super) fn rotation(r: [f64; 4]) -> DMat4 {
+    rotate(DVec3::new(r[0], r[1], r[2]), r[3]).unwrap_or(DMat4::IDENTITY)
+}
+
+/// The viewpoint that counts where a file has none: the standard's default one.
+pub(super) fn default_camera() -> Camera {
+    Camera {
+        look_at: LookAt { eye: DVec3::Z * 10.0, reference: DVec3::ZERO, up: DVec3::Y },
+        projection: Projection::Perspective {
+            fov_rad: std::f64::consts::FRAC_PI_4,
+            near: NEAR,
+            far: FAR,
+            on_smaller_side: true,
+        },
+    }
+}
+
+/// The camera of a viewpoint node that stands at `model`. Its groups move and turn it; their scales move it only.
+///
+/// `bounds`: the box around the scene, for viewAll, which moves the camera back or to the side until it sees everything.
+pub(super) fn camera(view: &View, id: NodeId, model: DMat4, bounds: Option<(DVec3, DVec3)>) -> Camera {
+    let turn = model * rotation(view.array(id, "orientation"));
+    let eye = model.transform_point3(view.vec3(id, "position"));
+    let z = unit(turn.transform_vector3(DVec3::Z)).unwrap_or(DVec3::Z);
+    let up = turn.transform_vector3(DVec3::Y);
+    let y = unit(up - z * up.dot(z)).unwrap_or(if z.y.abs() < 0.5 { DVec3::Y } else { DVec3::X });
+    let eye = if eye.is_finite() { eye } else { DVec3::ZERO };
+    // The further out the eye is, the further must the reference point be from it to keep the direction's digits.
+    let look_at = LookAt { eye, reference: eye - z * eye.length().max(1.0), up: y };
+    let given = |field, default: f64| Some(view.real(id, field)).filter(|d| *d > 0.0).unwrap_or(default);
+    let (near, mut far) = (given("nearDistance", NEAR), given("farDistance", FAR));
+    if far <= near {
+        far = near.max(FAR) * 2.0;
+    }
+    let axes = [y.cross(z), y, z];
+    let everything = bounds.filter(|_| view.bool(id, "viewAll"));
+    if view.name(id) == "OrthoViewpoint" {
+        return ortho(view, id, look_at, [near, far], everything.map(|b| (b, axes)));
+    }
+    let fov = Some(view.real(id, "fieldOfView")).filter(|f| *f > 0.0 && *f < std::f64::consts::PI);
+    let fov_rad = fov.unwrap_or(std::f64::consts::FRAC_PI_4);
+    let projection = |far| Projection::Perspective { fov_rad, near, far, on_smaller_side: true };
+    match everything {
+        Some(bounds) => {
+            // For a square frame, so that every other one shows as much.
+            let framed = frame_along(bounds, axes, fov_rad, 1.0);
+            let Projection::Perspective { far: needed, .. } = framed.projection else { return framed };
+            Camera { look_at: framed.look_at, projection: projection(far.max(needed)) }
+        }
+        None => Camera { look_at, projection: projection(far) },
+    }
+}
+
+fn ortho(
+    view: &View,
+    id: NodeId,
+    mut look_at: LookAt,
+    [near, mut far]: [f64; 2],
+    everything: Option<((DVec3, DVec3), [DVec3; 3])>,
+) -> Camera {
+    let [l, b, r, t] = view.array::<4>(id, "fieldOfView");
+    let mut window = if l < r && b < t { [l, r, b, t] } else { [-1.0, 1.0, -1.0, 1.0] };
+    if let Some(((low, high), axes)) = everything {
+        let (center, half) = (low / 2.0 + high / 2.0, high / 2.0 - low / 2.0);
+        // Half the box's extent along each axis of the view.
+        let [x, y, z] = axes.map(|a| a.abs().dot(half));
+        let grow = |x: f64| if x > 0.0 { x * crate::scene::FRAME_MARGIN } else { 0.5 };
+        window = [-grow(x), grow(x), -grow(y), grow(y)];
+        look_at.eye = center + axes[2] * (z + 2.0 * near + 1.0);
+        look_at.reference = center;
+        far = far.max(2.0 * (z + near + 1.0));
+    }
+    Camera { look_at, projection: Projection::OrthoContain { window, near, far } }
+}

@@ -1,0 +1,128 @@
+//! The last step of reading: every shape's mesh is made once, and what fields say together is checked.
+
+use super::build::Builder;
+use super::geometry::Fault;
+use super::graph::{NodeId, Origin, Overrides, View};
+use super::shapes::{self, Shelf};
+use super::walk::MAX_LIGHTS;
+use crate::load::{LoadError, LoadErrorKind};
+
+/// The most faces that Text and Extrusion nodes make in one scene.
+const MAX_MADE_FACES: u64 = 4 << 20;
+
+/// Makes the meshes of a graph; refuses geometries that cannot be.
+pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
+    let still = Overrides::new();
+    let mut shelf = Shelf::new();
+    let mut remarks: Vec<(NodeId, String)> = Vec::new();
+    let mut made_faces = 0_u64;
+    let view = View { graph: &builder.graph, overrides: &still };
+    let mut lights = 0;
+    for id in 0..builder.graph.nodes.len() as NodeId {
+        match view.name(id) {
+            "Shape" => {}
+            name => {
+                lights += usize::from(name.ends_with("Light"));
+                let remark = node(&view, id).map_err(|f| refused(builder, &f))?;
+                remarks.extend(remark.map(|r| (id, r)));
+                continue;
+            }
+        }
+        let Some(parts) = shapes::parts(&view, id) else { continue };
+        remarks.extend(shapes::size_remark(&view, &parts).map(|r| (parts.geometry, r)));
+        if shapes::kept(&shelf, &parts).is_some() {
+            continue;
+        }
+        let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
+        remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
+        if matches!(view.name(parts.geometry), "Text" | "Extrusion") {
+            made_faces += prepared.geometry.mesh.polygons.len() as u64;
+            if made_faces > MAX_MADE_FACES {
+                let kind =
+                    LoadErrorKind::TooBig { what: "faces of all nodes", found: made_faces, limit: MAX_MADE_FACES };
+                return Err(refused(builder, &Fault { node: parts.geometry, field: "", kind }));
+            }
+        }
+        shapes::keep(&mut shelf, &parts, prepared);
+    }
+    if lights > MAX_LIGHTS {
+        remarks.push((view.graph.root, format!("of {lights} lights, the first {MAX_LIGHTS} are used")));
+    }
+    for (id, remark) in remarks {
+        let origin = builder.graph.nodes[id as usize].origin;
+        builder.warn_at(origin, remark);
+    }
+    Ok(shelf)
+}
+
+/// The refusal of a geometry, at the field to blame.
+fn refused(builder: &Builder, fault: &Fault) -> LoadError {
+    let node = &builder.graph.nodes[fault.node as usize];
+    let byte = node.ty.field(fault.field).map_or(node.origin.byte, |i| node.written[i]);
+    LoadError::new(builder.place(Origin { byte, ..node.origin }), fault.kind.clone())
+}
+
+/// What the fields of a node say together: a remark where something is put right, a refusal where nothing can be.
+fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
+    let name = view.name(id);
+    let remark = match name {
+        _ if view.node(id).ty.field("key").is_some() => return interpolator(view, id),
+        "TimeSensor" if view.real(id, "cycleInterval") <= 0.0 => {
+            Some("<TimeSensor> never runs: its cycleInterval must be positive".into())
+        }
+        "Viewpoint" if !(view.real(id, "fieldOfView") > 0.0 && view.real(id, "fieldOfView") < std::f64::consts::PI) => {
+            Some("<Viewpoint> fieldOfView must lie between 0 and pi: pi/4 is taken".into())
+        }
+        "OrthoViewpoint" => {
+            let [l, b, r, t] = view.array::<4>(id, "fieldOfView");
+            (l >= r || b >= t).then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
+        }
+        "PhysicalMaterial" => Some("<PhysicalMaterial> is drawn with its base colour alone".into()),
+        "Fog" if !matches!(view.text(id, "fogType").trim(), "LINEAR" | "EXPONENTIAL") => {
+            Some(format!("<Fog> fogType {:?} is not known: LINEAR is taken", view.text(id, "fogType")))
+        }
+        _ => None,
+    };
+    Ok(remark)
+}
+
+/// An interpolator's keys and values must go together.
+fn interpolator(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
+    let (name, key) = (view.name(id), view.reals(id, "key"));
+    let fault = |field, expected: String, found: usize| Fault {
+        node: id,
+        field,
+        kind: LoadErrorKind::Syntax { expected, found: format!("{found} numbers") },
+    };
+    if let Some(i) = key.windows(2).position(|w| w[1] < w[0]) {
+        let kind = LoadErrorKind::Range {
+            what: "each key",
+            expected: "at least the one before it",
+            found: format!("{} after {}", key[i + 1], key[i]),
+        };
+        return Err(Fault { node: id, field: "key", kind });
+    }
+    let values = view.reals(id, "keyValue").len();
+    let tuple = match name {
+        "ScalarInterpolator" => 1,
+        "OrientationInterpolator" => 4,
+        _ => 3,
+    };
+    let is_right = match name {
+        // Any number of points, the same for each key.
+        "CoordinateInterpolator" => key.is_empty() || (values / tuple).is_multiple_of(key.len()),
+        _ => values == tuple * key.len(),
+    };
+    if !is_right {
+        let expected = format!("expected {tuple} numbers in keyValue for each of the {} keys", key.len());
+        return Err(fault("keyValue", expected, values));
+    }
+    if name == "SplinePositionInterpolator" {
+        let velocities = view.reals(id, "keyVelocity").len() / 3;
+        if velocities != 0 && velocities != 2 && velocities != key.len() {
+            let expected = format!("expected 2 or {} velocities in keyVelocity", key.len());
+            return Err(fault("keyVelocity", expected, velocities * 3));
+        }
+    }
+    Ok(key.is_empty().then(|| format!("<{name}> has no keys and sends nothing")))
+}

@@ -1,0 +1,198 @@
+//! The triangle sets and IndexedFaceSet.
+
+use super::super::graph::{NodeId, View};
+use super::normals::{default_texcoords, push, smooth};
+use super::vertices::{Vertices, runs};
+use super::{Built, Result, too_few};
+use crate::scene::{Corner, Mesh, NONE};
+use std::f64::consts::PI;
+
+/// A TriangleSet, fan or strip, indexed or not. Normals that are not given are smooth across shared coordinates, or one a
+/// face with normalPerVertex='false'.
+pub(super) fn triangles(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+    let name = view.name(id);
+    let vertices = Vertices::read(view, id);
+    let (triangles, by) = triangle_indices(view, id, vertices.positions.len())?;
+    let face_colors = !view.bool(id, "colorPerVertex");
+    let face_normals = !view.bool(id, "normalPerVertex");
+    let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
+    for (face, indices) in (0_i64..).zip(&triangles) {
+        let mut corners = [Corner { position: 0, normal: NONE, texcoord: NONE, color: NONE }; 3];
+        for (corner, &i) in corners.iter_mut().zip(indices) {
+            corner.position = vertices.position(i, (id, by))?;
+            corner.color = vertices.color(if face_colors { face } else { i }, (id, ""))?;
+            corner.normal = vertices.normal(if face_normals { face } else { i }, (id, ""))?;
+            corner.texcoord = vertices.texcoord(i, (id, ""))?;
+        }
+        push(&mut mesh, &mut corners, view.bool(id, "ccw"));
+    }
+    let mut built = Built { colors: vertices.color_use, ..Built::default() };
+    if vertices.positions.len() % 3 != 0 && name == "TriangleSet" {
+        built.remarks.push(format!("<{name}> has coordinates left over that make no triangle"));
+    }
+    finish(&mut mesh, vertices, if face_normals { 0.0 } else { PI }, is_textured);
+    Ok(Built { mesh, ..built })
+}
+
+/// The corners of each triangle as coordinate indices, and the field that holds them (empty: they are counted).
+fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
+    let mut triangles = Vec::new();
+    let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]));
+    // Every second triangle of a strip turns the other way, so that all have one front.
+    let strip = |run: &[i64], out: &mut Vec<[i64; 3]>| {
+        out.extend(run.windows(3).enumerate().map(|(k, w)| match k % 2 {
+            0 => [w[0], w[1], w[2]],
+            _ => [w[1], w[0], w[2]],
+        }));
+    };
+    match view.name(id) {
+        "TriangleSet" => {
+            let all: Vec<i64> = (0..count as i64).collect();
+            Ok((all.as_chunks::<3>().0.to_vec(), ""))
+        }
+        "IndexedTriangleSet" => {
+            let index = view.ints(id, "index");
+            Ok((index.as_chunks::<3>().0.to_vec(), "index"))
+        }
+        "IndexedTriangleFanSet" => {
+            for run in runs(view.ints(id, "index"), (id, "index"))? {
+                fan(run, &mut triangles);
+            }
+            Ok((triangles, "index"))
+        }
+        "IndexedTriangleStripSet" => {
+            for run in runs(view.ints(id, "index"), (id, "index"))? {
+                strip(run, &mut triangles);
+            }
+            Ok((triangles, "index"))
+        }
+        name => {
+            let is_fan = name == "TriangleFanSet";
+            let field = if is_fan { "fanCount" } else { "stripCount" };
+            let mut first = 0;
+            for &n in view.ints(id, field) {
+                if n < 3 {
+                    return Err(too_few(id, field, format!("expected counts of 3 or more in {field}"), n.max(0) as usize));
+                }
+                if first + n > count as i64 {
+                    let expected = format!("expected {field} to count no more than the {count} coordinates");
+                    return Err(too_few(id, field, expected, (first + n) as usize));
+                }
+                let run: Vec<i64> = (first..first + n).collect();
+                match is_fan {
+                    true => fan(&run, &mut triangles),
+                    false => strip(&run, &mut triangles),
+                }
+                first += n;
+            }
+            Ok((triangles, ""))
+        }
+    }
+}
+
+/// An IndexedFaceSet. Faces of fewer than three corners are left out; concave ones are cut right, whatever `convex` says.
+pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+    let vertices = Vertices::read(view, id);
+    let list = |field: &'static str| runs(view.ints(id, field), (id, field));
+    let faces = list("coordIndex")?;
+    let texcoords = Lookup::per_corner(view, id, "texCoordIndex")?;
+    let lookup = |field, per_vertex: &str| match view.bool(id, per_vertex) {
+        true => Lookup::per_corner(view, id, field),
+        false => Ok(Lookup::per_face(view, id, field)),
+    };
+    let colors = lookup("colorIndex", "colorPerVertex")?;
+    let normals = lookup("normalIndex", "normalPerVertex")?;
+    let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
+    let mut built = Built { colors: vertices.color_use, ..Built::default() };
+    let mut thin = 0;
+    let mut corners = Vec::new();
+    for (face, indices) in faces.iter().enumerate() {
+        corners.clear();
+        for (k, &i) in indices.iter().enumerate() {
+            let position = vertices.position(i, (id, "coordIndex"))?;
+            let mut corner = Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+            if vertices.color_use != super::ColorUse::None {
+                let (i, by) = colors.of(face, k, i)?;
+                corner.color = vertices.color(i, by)?;
+            }
+            if !vertices.normals.is_empty() {
+                let (i, by) = normals.of(face, k, i)?;
+                corner.normal = vertices.normal(i, by)?;
+            }
+            if !vertices.texcoords.is_empty() {
+                let (i, by) = texcoords.of(face, k, i)?;
+                corner.texcoord = vertices.texcoord(i, by)?;
+            }
+            corners.push(corner);
+        }
+        match corners.len() {
+            0..3 => thin += 1,
+            _ => push(&mut mesh, &mut corners, view.bool(id, "ccw")),
+        }
+    }
+    if thin > 0 {
+        built.remarks.push(format!("<IndexedFaceSet> has {thin} faces of fewer than three corners, left out"));
+    }
+    let is_flat = !view.bool(id, "normalPerVertex");
+    finish(&mut mesh, vertices, if is_flat { 0.0 } else { view.real(id, "creaseAngle") }, is_textured);
+    Ok(Built { mesh, ..built })
+}
+
+/// How a face set finds the colour, normal or texture coordinate of a corner.
+enum Lookup<'a> {
+    /// By a list of its own, in the same runs as the coordinates.
+    Corner(NodeId, &'static str, Vec<&'a [i64]>),
+    /// By the coordinate's own index.
+    Shared(NodeId),
+    /// By a list with one index a face.
+    Face(NodeId, &'static str, &'a [i64]),
+    /// By the face's number.
+    Counted(NodeId),
+}
+
+impl<'a> Lookup<'a> {
+    fn per_corner(view: &View<'a>, id: NodeId, field: &'static str) -> Result<Self> {
+        match view.ints(id, field) {
+            [] => Ok(Lookup::Shared(id)),
+            list => Ok(Lookup::Corner(id, field, runs(list, (id, field))?)),
+        }
+    }
+
+    fn per_face(view: &View<'a>, id: NodeId, field: &'static str) -> Self {
+        match view.ints(id, field) {
+            [] => Lookup::Counted(id),
+            list => Lookup::Face(id, field, list),
+        }
+    }
+
+    /// The index for corner `k` of face `face`, whose coordinate is `coordinate`, and who gave it.
+    fn of(&self, face: usize, k: usize, coordinate: i64) -> Result<(i64, (NodeId, &'static str))> {
+        match self {
+            Lookup::Corner(id, field, runs) => {
+                let run = runs.get(face).copied().unwrap_or_default();
+                let missing = || too_few(*id, field, format!("expected {field} to have runs like coordIndex"), run.len());
+                Ok((*run.get(k).ok_or_else(missing)?, (*id, field)))
+            }
+            Lookup::Shared(id) => Ok((coordinate, (*id, ""))),
+            Lookup::Face(id, field, list) => {
+                let missing = || too_few(*id, field, format!("expected {field} to have an index for each face"), list.len());
+                Ok((*list.get(face).ok_or_else(missing)?, (*id, field)))
+            }
+            Lookup::Counted(id) => Ok((face as i64, (*id, ""))),
+        }
+    }
+}
+
+/// What every face set ends with: the lists of the property nodes, and normals and texture coordinates where they are wanting.
+pub(super) fn finish(mesh: &mut Mesh, vertices: Vertices, crease_rad: f64, is_textured: bool) {
+    mesh.colors = vertices.colors;
+    match vertices.normals.is_empty() {
+        true => smooth(mesh, crease_rad),
+        false => mesh.normals = vertices.normals,
+    }
+    match is_textured {
+        true if vertices.texcoords.is_empty() => default_texcoords(mesh),
+        true => mesh.texcoords = vertices.texcoords,
+        false => mesh.corners.iter_mut().for_each(|c| c.texcoord = NONE),
+    }
+}

@@ -1,0 +1,122 @@
+//! The Geometry2D nodes: points, lines and faces in the plane z = 0, their front towards +z.
+
+use super::super::graph::{NodeId, View};
+use super::normals::{default_texcoords, smooth};
+use super::vertices::vec2s;
+use super::{Built, Stuff};
+use crate::scene::{Corner, Mesh, NONE};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Steps of a circle, as of the solids.
+const SLICES: u32 = 96;
+
+fn corner(position: u32) -> Corner {
+    Corner { position, normal: NONE, texcoord: NONE, color: NONE }
+}
+
+/// A mesh over points of the plane, with one corner a point.
+fn over(points: &[DVec2]) -> Mesh {
+    Mesh {
+        positions: points.iter().map(|p| p.extend(0.0)).collect(),
+        corners: (0..points.len() as u32).map(corner).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// A circle's points, counter-clockwise from +x.
+fn circle(radius: f64) -> Vec<DVec2> {
+    (0..SLICES)
+        .map(|i| {
+            let (sin, cos) = libm::sincos(2.0 * PI * f64::from(i) / f64::from(SLICES));
+            DVec2::new(cos, sin) * radius
+        })
+        .collect()
+}
+
+fn outline(radius: f64) -> Built {
+    let mut mesh = over(&circle(radius));
+    mesh.lines = (0..SLICES).map(|i| [i, (i + 1) % SLICES]).collect();
+    Built { mesh, stuff: Stuff::Bare, ..Built::default() }
+}
+
+fn nothing(why: String) -> Built {
+    Built { remarks: vec![why], ..Built::default() }
+}
+
+pub(super) fn build(view: &View, id: NodeId) -> Built {
+    match view.name(id) {
+        "Polypoint2D" => {
+            let mut mesh = over(&vec2s(view.reals(id, "point")));
+            mesh.points = (0..mesh.corners.len() as u32).collect();
+            Built { mesh, stuff: Stuff::Bare, ..Built::default() }
+        }
+        "Polyline2D" => {
+            let mut mesh = over(&vec2s(view.reals(id, "lineSegments")));
+            mesh.lines = (1..mesh.corners.len() as u32).map(|i| [i - 1, i]).collect();
+            Built { mesh, stuff: Stuff::Bare, ..Built::default() }
+        }
+        "Circle2D" => match view.real(id, "radius") {
+            radius if radius > 0.0 => outline(radius),
+            radius => nothing(format!("<Circle2D> of radius {radius} has no line")),
+        },
+        "Disk2D" => disk(view.real(id, "innerRadius"), view.real(id, "outerRadius")),
+        "Rectangle2D" => {
+            let [w, h] = view.array::<2>(id, "size").map(|side| side / 2.0);
+            if !(w > 0.0 && h > 0.0) {
+                return nothing("<Rectangle2D> has no face: its sides must be positive".into());
+            }
+            let points = [(-w, -h), (w, -h), (w, h), (-w, h)].map(|(x, y)| DVec3::new(x, y, 0.0));
+            let mut mesh = Mesh {
+                positions: points.into(),
+                normals: vec![DVec3::Z],
+                texcoords: vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
+                ..Mesh::default()
+            };
+            let corners = [0, 1, 2, 3].map(|i| Corner { normal: 0, texcoord: i, ..corner(i) });
+            mesh.push_polygon(&corners, NONE);
+            Built { mesh, ..Built::default() }
+        }
+        _ => {
+            let points = vec2s(view.reals(id, "vertices"));
+            let mut mesh = Mesh { positions: points.iter().map(|p| p.extend(0.0)).collect(), ..Mesh::default() };
+            for i in 0..points.len() as u32 / 3 {
+                mesh.push_polygon(&[3 * i, 3 * i + 1, 3 * i + 2].map(corner), NONE);
+            }
+            let mut built = Built::default();
+            if !points.len().is_multiple_of(3) {
+                built.remarks.push("<TriangleSet2D> has vertices left over that make no triangle".into());
+            }
+            smooth(&mut mesh, 0.0);
+            default_texcoords(&mut mesh);
+            Built { mesh, ..built }
+        }
+    }
+}
+
+/// A Disk2D: a disc, or a ring, or, with both radii equal, a circle. The texture's inscribed circle lies on it.
+fn disk(inner: f64, outer: f64) -> Built {
+    if !(outer > 0.0 && inner >= 0.0 && inner <= outer) {
+        return nothing(format!("<Disk2D> from radius {inner} to {outer} has no face"));
+    }
+    if inner == outer {
+        return outline(outer);
+    }
+    let radii: &[f64] = if inner > 0.0 { &[outer, inner] } else { &[outer] };
+    let points: Vec<DVec2> = radii.iter().flat_map(|r| circle(*r)).collect();
+    let mut mesh = Mesh {
+        positions: points.iter().map(|p| p.extend(0.0)).collect(),
+        normals: vec![DVec3::Z],
+        texcoords: points.iter().map(|p| *p / (2.0 * outer) + 0.5).collect(),
+        ..Mesh::default()
+    };
+    let at = |i: u32| Corner { normal: 0, texcoord: i, ..corner(i) };
+    match inner > 0.0 {
+        false => mesh.push_polygon(&(0..SLICES).map(at).collect::<Vec<_>>(), NONE),
+        true => (0..SLICES).for_each(|i| {
+            let next = (i + 1) % SLICES;
+            mesh.push_polygon(&[i, next, SLICES + next, SLICES + i].map(at), NONE);
+        }),
+    }
+    Built { mesh, ..Built::default() }
+}

@@ -1,0 +1,116 @@
+//! PointSet, LineSet and IndexedLineSet.
+
+use super::super::graph::{NodeId, View};
+use super::vertices::{Vertices, runs};
+use super::{Built, ColorUse, Result, Stuff, too_few};
+use crate::scene::{Corner, Mesh, NONE};
+
+/// A mesh of lines or points over a geometry's vertices.
+fn start(vertices: Vertices) -> Built {
+    let stuff = if vertices.normals.is_empty() { Stuff::Bare } else { Stuff::Lit };
+    let mesh = Mesh {
+        positions: vertices.positions,
+        colors: vertices.colors,
+        normals: vertices.normals,
+        ..Mesh::default()
+    };
+    Built { mesh, colors: vertices.color_use, stuff, ..Built::default() }
+}
+
+/// A corner whose colour and normal have its coordinate's own index.
+fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
+    Ok(Corner {
+        position: vertices.position(i, (id, ""))?,
+        normal: vertices.normal(i, (id, ""))?,
+        texcoord: NONE,
+        color: vertices.color(i, (id, ""))?,
+    })
+}
+
+pub(super) fn points(view: &View, id: NodeId) -> Result<Built> {
+    let vertices = Vertices::read(view, id);
+    let corners = (0..vertices.positions.len() as i64).map(|i| shared(&vertices, id, i)).collect::<Result<_>>()?;
+    let mut built = start(vertices);
+    built.mesh.corners = corners;
+    built.mesh.points = (0..built.mesh.corners.len() as u32).collect();
+    Ok(built)
+}
+
+pub(super) fn line_set(view: &View, id: NodeId) -> Result<Built> {
+    let vertices = Vertices::read(view, id);
+    let count = vertices.positions.len() as i64;
+    let (mut corners, mut lines, mut first) = (Vec::new(), Vec::new(), 0);
+    for &n in view.ints(id, "vertexCount") {
+        if n < 2 {
+            let expected = "expected counts of 2 or more in vertexCount".into();
+            return Err(too_few(id, "vertexCount", expected, n.max(0) as usize));
+        }
+        if first + n > count {
+            let expected = format!("expected vertexCount to count no more than the {count} coordinates");
+            return Err(too_few(id, "vertexCount", expected, (first + n) as usize));
+        }
+        let start = corners.len() as u32;
+        for i in first..first + n {
+            corners.push(shared(&vertices, id, i)?);
+        }
+        lines.extend((start..corners.len() as u32 - 1).map(|a| [a, a + 1]));
+        first += n;
+    }
+    let mut built = start(vertices);
+    built.mesh.corners = corners;
+    built.mesh.lines = lines;
+    Ok(built)
+}
+
+pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
+    let vertices = Vertices::read(view, id);
+    let per_vertex = view.bool(id, "colorPerVertex");
+    let color_index = view.ints(id, "colorIndex");
+    let color_runs = match per_vertex && !color_index.is_empty() {
+        true => runs(color_index, (id, "colorIndex"))?,
+        false => Vec::new(),
+    };
+    let normal_index = view.ints(id, "normalIndex");
+    let normal_runs = runs(normal_index, (id, "normalIndex"))?;
+    let (mut corners, mut lines) = (Vec::new(), Vec::new());
+    for (line, run) in runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?.into_iter().enumerate() {
+        let start = corners.len() as u32;
+        for (k, &i) in run.iter().enumerate() {
+            let missing = |field: &'static str| {
+                too_few(id, field, format!("expected {field} to have an index for each part of coordIndex"), k)
+            };
+            let color = match (vertices.color_use, per_vertex, color_index.is_empty()) {
+                (ColorUse::None, ..) => NONE,
+                (_, true, true) => vertices.color(i, (id, ""))?,
+                (_, true, false) => {
+                    let at = color_runs.get(line).and_then(|r| r.get(k)).ok_or_else(|| missing("colorIndex"))?;
+                    vertices.color(*at, (id, "colorIndex"))?
+                }
+                (_, false, true) => vertices.color(line as i64, (id, ""))?,
+                (_, false, false) => {
+                    let at = color_index.get(line).ok_or_else(|| missing("colorIndex"))?;
+                    vertices.color(*at, (id, "colorIndex"))?
+                }
+            };
+            let normal = match (vertices.normals.is_empty(), normal_index.is_empty()) {
+                (true, _) => NONE,
+                (false, true) if view.bool(id, "normalPerVertex") => vertices.normal(i, (id, ""))?,
+                (false, true) => vertices.normal(line as i64, (id, ""))?,
+                (false, false) => {
+                    let at = match view.bool(id, "normalPerVertex") {
+                        true => normal_runs.get(line).and_then(|r| r.get(k)),
+                        false => normal_index.get(line),
+                    };
+                    vertices.normal(*at.ok_or_else(|| missing("normalIndex"))?, (id, "normalIndex"))?
+                }
+            };
+            let position = vertices.position(i, (id, "coordIndex"))?;
+            corners.push(Corner { position, normal, texcoord: NONE, color });
+        }
+        lines.extend((start..(corners.len() as u32).max(start + 1) - 1).map(|a| [a, a + 1]));
+    }
+    let mut built = start(vertices);
+    built.mesh.corners = corners;
+    built.mesh.lines = lines;
+    Ok(built)
+}

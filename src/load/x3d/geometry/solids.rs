@@ -1,0 +1,24 @@
+//! Box, Sphere, Cone and Cylinder: the meshes of `scene::shapes` at unit size (half sides of 1), which every node of a kind shares;
+//! its size is part of the object's matrix.
+
+use super::super::graph::{NodeId, View};
+use super::Built;
+use crate::scene::shapes::{self, Parts};
+use glam::DVec3;
+
+pub(super) fn build(view: &View, id: NodeId) -> Built {
+    let part = |field| view.bool(id, field);
+    let mesh = match view.name(id) {
+        "Box" => shapes::box_(DVec3::splat(2.0)),
+        "Sphere" => shapes::sphere(1.0),
+        "Cone" => {
+            let parts = Parts { side: part("side"), bottom: part("bottom"), top: false };
+            shapes::cone_parts(1.0, 2.0, parts)
+        }
+        _ => {
+            let parts = Parts { side: part("side"), bottom: part("bottom"), top: part("top") };
+            shapes::cylinder_parts(1.0, 2.0, parts)
+        }
+    };
+    Built { mesh: mesh.expect("unit sizes are lengths"), ..Built::default() }
+}

@@ -1,0 +1,91 @@
+//! X3D files (XML encoding) to scenes, at any moment of their animation.
+//!
+//! In: a file's bytes and a function that finds the files it refers to. Out: an [`X3dDocument`], which gives the [`Scene`] at a
+//! time; or a [`LoadError`] with file, line and column. Nodes, fields and defaults are those of ISO/IEC 19775-1; the list of
+//! nodes is closed (`schema`), others are skipped with a warning that names node and line.
+//!
+//! What refuses a file: XML that is not well-formed, stray text, a root that is neither X3D nor Scene; a field whose text is
+//! not of its type (NaN and infinities too, or the wrong count of numbers); indices that name nothing; USE without DEF or of a node
+//! around it; Inlines in a circle; sizes over the limits. What is skipped with a warning: unknown nodes and fields, nodes where
+//! they cannot stand, files that cannot be found, ROUTEs that join nothing, shapes without a size.
+//!
+//! ```text
+//! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes) -> shapes (meshes, made once)
+//!                                   at(time): route, time, interpolate -> walk -> Scene
+//! ```
+
+mod appearance;
+mod build;
+mod camera;
+mod check;
+mod geometry;
+mod graph;
+mod interpolate;
+mod route;
+mod schema;
+mod shapes;
+mod texture;
+mod time;
+mod url;
+mod value;
+mod walk;
+mod xml;
+
+use super::{LoadError, LoadWarning};
+use crate::scene::Scene;
+use graph::{Graph, Overrides, View};
+use shapes::Shelf;
+
+/// An X3D file that has been read, with everything it refers to.
+#[derive(Debug)]
+pub struct X3dDocument {
+    graph: Graph,
+    shelf: Shelf,
+    warnings: Vec<LoadWarning>,
+}
+
+/// Reads an X3D file.
+///
+/// `file_name` stands in messages, and its last part counts against Inlines in a circle. `opener` is asked for Inline files and
+/// textures by their names inside the scene's folder (`/` between folders; never absolute, never with `..`); `None` means that
+/// there is no such file, or that it may not be read: [`Folder`](super::Folder) tells what may.
+///
+/// # Errors
+/// Where the file, or a file that it inlines, is refused: the module's list above.
+pub fn parse(
+    bytes: &[u8],
+    file_name: &str,
+    opener: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
+) -> Result<X3dDocument, LoadError> {
+    let mut builder = build::Builder::new(opener);
+    builder.main_file(bytes, file_name)?;
+    let shelf = check::document(&mut builder)?;
+    Ok(X3dDocument { graph: builder.graph, shelf, warnings: builder.warnings })
+}
+
+impl X3dDocument {
+    /// The scene `time` seconds after its start. The same time gives the same bits on every machine; a time that is not finite is
+    /// before the start of everything.
+    ///
+    /// There always is a camera: the first viewpoint, or, without one, the standard's default (from 0 0 10 along -z).
+    pub fn at(&self, time: f64) -> Scene {
+        let overrides = route::overrides(&self.graph, time);
+        walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf)
+    }
+
+    /// What was skipped or put right, in the order of the file.
+    pub fn warnings(&self) -> &[LoadWarning] {
+        &self.warnings
+    }
+
+    /// Whether the scene may change with time.
+    pub fn is_animated(&self) -> bool {
+        self.graph.routes.iter().any(|r| !matches!(r.input, route::Input::Bind))
+    }
+
+    /// Whether the file has a viewpoint of its own, so that the camera is the author's.
+    pub fn has_viewpoint(&self) -> bool {
+        let still = Overrides::new();
+        walk::has_viewpoint(View { graph: &self.graph, overrides: &still }, &self.shelf)
+    }
+}

@@ -1,0 +1,135 @@
+//! ROUTEs: from the text to fields of nodes, and one timestamp's events through them.
+//!
+//! A timestamp's events begin at the time sensors. Each route carries one event a timestamp, which is the standard's rule
+//! for loops. Source: ISO/IEC 19775-1 clause 4.4.8 (event model).
+
+use super::graph::{Graph, NodeId, Overrides, View};
+use super::interpolate;
+use super::time;
+use super::value::{Kind, Value};
+use std::collections::VecDeque;
+
+/// What a node sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Output {
+    /// TimeSensor.fraction_changed.
+    Fraction,
+    /// TimeSensor.time.
+    Time,
+    /// TimeSensor.elapsedTime.
+    Elapsed,
+    /// TimeSensor.cycleTime.
+    CycleTime,
+    /// TimeSensor.isActive.
+    Active,
+    /// An interpolator's value_changed.
+    Value,
+    /// isBound of a bindable node.
+    Bound,
+    /// Any other field, after it has changed.
+    Field(usize),
+}
+
+/// What a node takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Input {
+    /// An interpolator's set_fraction.
+    Fraction,
+    /// set_bind of a bindable node.
+    Bind,
+    /// Any other field.
+    Field(usize),
+}
+
+/// A connection between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Route {
+    pub(super) from: NodeId,
+    pub(super) output: Output,
+    pub(super) to: NodeId,
+    pub(super) input: Input,
+}
+
+fn is_bindable(name: &str) -> bool {
+    matches!(name, "Viewpoint" | "OrthoViewpoint" | "NavigationInfo" | "Background" | "Fog")
+}
+
+/// The output of this name, with the type of its values.
+pub(super) fn output(graph: &Graph, node: NodeId, field: &str) -> Option<(Output, Kind)> {
+    let ty = graph.nodes[node as usize].ty;
+    match (ty.name, field) {
+        ("TimeSensor", "fraction_changed") => Some((Output::Fraction, Kind::Sf(1))),
+        ("TimeSensor", "time") => Some((Output::Time, Kind::Sf(1))),
+        ("TimeSensor", "elapsedTime") => Some((Output::Elapsed, Kind::Sf(1))),
+        ("TimeSensor", "cycleTime") => Some((Output::CycleTime, Kind::Sf(1))),
+        ("TimeSensor", "isActive") => Some((Output::Active, Kind::Bool)),
+        (name, "isBound") if is_bindable(name) => Some((Output::Bound, Kind::Bool)),
+        (name, "value_changed") => interpolate::kind(name).map(|kind| (Output::Value, kind)),
+        _ => {
+            let name = field.strip_suffix("_changed").unwrap_or(field);
+            let index = ty.field(field).or_else(|| ty.field(name))?;
+            Some((Output::Field(index), ty.fields[index].kind))
+        }
+    }
+}
+
+/// The input of this name, with the type of its values.
+pub(super) fn input(graph: &Graph, node: NodeId, field: &str) -> Option<(Input, Kind)> {
+    let ty = graph.nodes[node as usize].ty;
+    match field {
+        "set_fraction" if interpolate::kind(ty.name).is_some() => Some((Input::Fraction, Kind::Sf(1))),
+        "set_bind" if is_bindable(ty.name) => Some((Input::Bind, Kind::Bool)),
+        _ => {
+            let name = field.strip_prefix("set_").unwrap_or(field);
+            let index = ty.field(field).or_else(|| ty.field(name))?;
+            Some((Input::Field(index), ty.fields[index].kind))
+        }
+    }
+}
+
+/// What the routes have set at `time` (seconds).
+pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
+    let mut overrides = Overrides::new();
+    if graph.routes.is_empty() {
+        return overrides;
+    }
+    let still = Overrides::new();
+    let view = View { graph, overrides: &still };
+    let mut events: VecDeque<(NodeId, Output, Value)> = VecDeque::new();
+    for id in (0..graph.nodes.len() as NodeId).filter(|id| view.name(*id) == "TimeSensor") {
+        if let Some(sample) = time::Sensor::read(&view, id).sample(time) {
+            let real = |x: f64| Value::Reals([x].into());
+            events.extend([
+                (id, Output::Active, Value::Bool(sample.is_active)),
+                (id, Output::CycleTime, real(sample.cycle_time)),
+                (id, Output::Elapsed, real(sample.elapsed)),
+                (id, Output::Time, real(sample.time)),
+                (id, Output::Fraction, real(sample.fraction)),
+            ]);
+        }
+    }
+    let mut has_fired = vec![false; graph.routes.len()];
+    while let Some((from, output, value)) = events.pop_front() {
+        let leaving = graph.routes.iter().enumerate().filter(|(_, r)| r.from == from && r.output == output);
+        for (i, route) in leaving {
+            if std::mem::replace(&mut has_fired[i], true) {
+                continue;
+            }
+            match route.input {
+                Input::Fraction => {
+                    let Value::Reals(fraction) = &value else { continue };
+                    if let Some(value) = interpolate::evaluate(&view, route.to, fraction[0]) {
+                        events.push_back((route.to, Output::Value, value));
+                    }
+                }
+                Input::Field(field) => {
+                    overrides.insert((route.to, field), value.clone());
+                    events.push_back((route.to, Output::Field(field), value.clone()));
+                }
+                // Binding is settled when the file is read: see `walk`.
+                Input::Bind => {}
+            }
+        }
+    }
+    overrides
+}

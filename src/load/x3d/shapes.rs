@@ -1,0 +1,136 @@
+//! Shapes ready to be drawn: each geometry node's mesh, made once and shared by all that use it.
+
+use super::appearance::{self, TextureMap};
+use super::geometry::{self, Built, ColorUse, Fault, Stuff};
+use super::graph::{NodeId, View};
+use crate::scene::{Geometry, Mesh, Object};
+use glam::{DMat4, DVec3};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A geometry in the form that one kind of appearance asks for.
+#[derive(Clone, Debug)]
+pub(super) struct Prepared {
+    pub(super) geometry: Arc<Geometry>,
+    colors: ColorUse,
+    stuff: Stuff,
+}
+
+/// What tells prepared geometries apart: whose mesh (a solid of unit size is the same for all solids of its kind), and how its
+/// texture coordinates are made.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Key {
+    mesh: MeshKey,
+    is_textured: bool,
+    /// The TextureTransform node, if it changes anything.
+    map: Option<NodeId>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum MeshKey {
+    Node(NodeId),
+    /// A Box, Sphere, Cone or Cylinder of unit size, with the parts that it has.
+    Solid(&'static str, [bool; 3]),
+}
+
+/// Everything prepared so far.
+pub(super) type Shelf = HashMap<Key, Prepared>;
+
+/// The nodes of a shape that decide its mesh.
+pub(super) struct Parts {
+    pub(super) geometry: NodeId,
+    appearance: Option<NodeId>,
+    key: Key,
+}
+
+/// A solid's size: half its sides. `None` for other nodes.
+fn solid_size(view: &View, id: NodeId) -> Option<DVec3> {
+    let real = |field| view.real(id, field);
+    match view.name(id) {
+        "Box" => Some(view.vec3(id, "size") / 2.0),
+        "Sphere" => Some(DVec3::splat(real("radius"))),
+        "Cone" => Some(DVec3::new(real("bottomRadius"), real("height") / 2.0, real("bottomRadius"))),
+        "Cylinder" => Some(DVec3::new(real("radius"), real("height") / 2.0, real("radius"))),
+        _ => None,
+    }
+}
+
+/// The parts of a shape; `None` without a geometry.
+pub(super) fn parts(view: &View, shape: NodeId) -> Option<Parts> {
+    let geometry = view.child(shape, "geometry")?;
+    let appearance = view.child(shape, "appearance");
+    let is_textured = appearance::texture_node(view, appearance).is_some();
+    let map = appearance
+        .and_then(|a| view.child(a, "textureTransform"))
+        .filter(|m| is_textured && TextureMap::read(view, *m).is_some());
+    let part = |field| view.node(geometry).ty.field(field).is_some() && view.bool(geometry, field);
+    let mesh = match solid_size(view, geometry) {
+        Some(_) => MeshKey::Solid(view.name(geometry), ["side", "bottom", "top"].map(part)),
+        None => MeshKey::Node(geometry),
+    };
+    Some(Parts { geometry, appearance, key: Key { mesh, is_textured, map } })
+}
+
+/// Whether routes have changed what the mesh is made from.
+pub(super) fn is_driven(view: &View, parts: &Parts) -> bool {
+    let of_geometry = view.node(parts.geometry).children.iter().any(|c| view.is_driven(c.node));
+    // A solid's mesh has unit size: its fields matter only to its matrix.
+    let own = matches!(parts.key.mesh, MeshKey::Node(_)) && view.is_driven(parts.geometry);
+    own || of_geometry || parts.key.map.is_some_and(|m| view.is_driven(m))
+}
+
+/// The prepared geometry of a shape, and what was put right in it. The shelf keeps it unless routes drive it.
+pub(super) fn prepare(view: &View, parts: &Parts) -> Result<(Prepared, Vec<String>), Fault> {
+    let Built { mut mesh, colors, stuff, remarks } = geometry::build(view, parts.geometry, parts.key.is_textured)?;
+    if let Some(map) = parts.key.map.and_then(|m| TextureMap::read(view, m)) {
+        mesh.texcoords.iter_mut().for_each(|tc| *tc = map.apply(*tc));
+    }
+    let geometry = Arc::new(Geometry { mesh, textures: Vec::new() });
+    Ok((Prepared { geometry, colors, stuff }, remarks))
+}
+
+/// Keeps a prepared geometry.
+pub(super) fn keep(shelf: &mut Shelf, parts: &Parts, prepared: Prepared) {
+    shelf.insert(parts.key.clone(), prepared);
+}
+
+/// The kept geometry of a shape.
+pub(super) fn kept<'a>(shelf: &'a Shelf, parts: &Parts) -> Option<&'a Prepared> {
+    shelf.get(&parts.key)
+}
+
+/// What is wrong with a solid's size, if anything.
+pub(super) fn size_remark(view: &View, parts: &Parts) -> Option<String> {
+    let is_bad = solid_size(view, parts.geometry).is_some_and(|size| !(size.min_element() > 0.0));
+    is_bad.then(|| format!("<{}> has no face: its size must be positive", view.name(parts.geometry)))
+}
+
+/// The object of a shape at a place; `None` where there is nothing to draw.
+pub(super) fn object(view: &View, parts: &Parts, prepared: &Prepared, model: DMat4, name: String) -> Option<Object> {
+    let mesh: &Mesh = &prepared.geometry.mesh;
+    if mesh.triangles.is_empty() && mesh.lines.is_empty() && mesh.points.is_empty() {
+        return None;
+    }
+    let model = match solid_size(view, parts.geometry) {
+        Some(size) if size.min_element() > 0.0 => model * crate::math::matrix::scale(size),
+        Some(_) => return None,
+        None => model,
+    };
+    if !model.is_finite() {
+        return None;
+    }
+    let is_solid = geometry::is_solid(view, parts.geometry);
+    let appearance = appearance::read(view, parts.appearance, prepared.stuff, prepared.colors);
+    Some(Object {
+        name,
+        geometry: Arc::clone(&prepared.geometry),
+        model,
+        material: appearance.material,
+        back_material: appearance.back,
+        cull: if is_solid { crate::scene::Cull::Back } else { crate::scene::Cull::None },
+        two_sided_lighting: !is_solid,
+        shade: None,
+        texture: appearance.texture,
+        lights: None,
+    })
+}

@@ -1,0 +1,119 @@
+//! ImageTexture and PixelTexture to textures.
+
+use super::build::Opener;
+use super::url;
+use crate::load::texture::decode_file;
+use crate::scene::Texture;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub(super) enum PictureError {
+    /// Nothing that the URLs name can be used: why, for each. The shape is drawn without it.
+    Unusable(String),
+    /// A PixelTexture's numbers do not fit: what they should be.
+    Pixels(String),
+}
+
+/// Pictures already read, by path or data URI.
+#[derive(Default)]
+pub(super) struct Pictures(HashMap<String, Arc<Texture>>);
+
+impl Pictures {
+    /// The first of the URLs that gives a picture.
+    pub(super) fn load(
+        &mut self,
+        urls: &[String],
+        folder: &str,
+        opener: &mut Opener,
+    ) -> Result<Arc<Texture>, PictureError> {
+        let mut reasons = Vec::new();
+        for name in urls {
+            let shown: String = name.chars().take(40).collect();
+            // What the URL means: a key for the next time, a name for messages, and the bytes unless already read.
+            let found = match url::data(name) {
+                Some(Err(reason)) => {
+                    reasons.push(format!("{shown:?}: {reason}"));
+                    continue;
+                }
+                Some(Ok(bytes)) => Some((name.clone(), Some(bytes))),
+                None => url::local_paths(folder, name).into_iter().find_map(|path| {
+                    match self.0.contains_key(&path) {
+                        true => Some((path, None)),
+                        false => opener(&path).map(|bytes| (path, Some(bytes))),
+                    }
+                }),
+            };
+            let Some((key, bytes)) = found else {
+                reasons.push(format!("{shown:?} cannot be found in the scene's folder"));
+                continue;
+            };
+            if let Some(texture) = self.0.get(&key) {
+                return Ok(Arc::clone(texture));
+            }
+            match decode_file(&bytes.unwrap_or_default(), &key) {
+                Ok(texture) => {
+                    let texture = Arc::new(texture);
+                    self.0.insert(key, Arc::clone(&texture));
+                    return Ok(texture);
+                }
+                Err(error) => reasons.push(format!("{shown:?}: {}", error.kind)),
+            }
+        }
+        Err(PictureError::Unusable(reasons.join("; ")))
+    }
+}
+
+/// A PixelTexture's image: width, height, components, then a number a pixel, from the lower left, row by row upwards.
+/// `None` for an image without pixels; `Err` says what the numbers should be.
+///
+/// Components: 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA, the first in the highest byte.
+pub(super) fn pixels(image: &[i64]) -> Result<Option<Arc<Texture>>, String> {
+    let &[width, height, components, ref pixels @ ..] = image else {
+        return Err("width, height and components first".into());
+    };
+    if width == 0 || height == 0 {
+        return Ok(None);
+    }
+    if !(1..=4).contains(&components) {
+        return Err(format!("1 to 4 components, not {components}"));
+    }
+    let count = width.saturating_mul(height);
+    if pixels.len() as i64 != count {
+        return Err(format!("{width} x {height} = {count} pixels, not {}", pixels.len()));
+    }
+    let mut bytes = Vec::with_capacity(pixels.len() * 4);
+    for row in pixels.chunks_exact(width as usize).rev() {
+        for &pixel in row {
+            let byte = |i: i64| (pixel >> (8 * i)) as u8;
+            bytes.extend(match components {
+                1 => [byte(0), byte(0), byte(0), 255],
+                2 => [byte(1), byte(1), byte(1), byte(0)],
+                3 => [byte(2), byte(1), byte(0), 255],
+                _ => [byte(3), byte(2), byte(1), byte(0)],
+            });
+        }
+    }
+    let texture = Texture::new(width as u32, height as u32, bytes).map_err(|e| e.to_string())?;
+    Ok(Some(Arc::new(texture)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_run_from_the_lower_left_and_components_from_the_high_byte() {
+        let texture = pixels(&[2, 2, 1, 0, 0x7f, 0xff, 0x40]).unwrap().unwrap();
+        assert_eq!(texture.bytes().iter().step_by(4).copied().collect::<Vec<_>>(), [0xff, 0x40, 0, 0x7f]);
+        let one = |components, pixel| pixels(&[1, 1, components, pixel]).unwrap().unwrap().bytes().to_vec();
+        assert_eq!(one(2, 0x7f80), [0x7f, 0x7f, 0x7f, 0x80]);
+        assert_eq!(one(3, 0x010203), [1, 2, 3, 255]);
+        assert_eq!(one(4, 0x01020304), [1, 2, 3, 4]);
+        assert!(pixels(&[0, 0, 0]).unwrap().is_none());
+        for wrong in [&[2_i64][..], &[1, 1, 5, 0], &[2, 2, 1, 0, 0, 0], &[1, 1, 1, 0, 0], &[1 << 31, 1 << 31, 1]] {
+            assert!(pixels(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! URLs of Inline and ImageTexture: names inside the scene's folder, and data URIs.
+
+/// The names inside the scene's folder that a URL may mean, best first: as written, and with %XX undone. None for what
+/// lies elsewhere: other schemes, absolute paths, and what climbs out of the folder.
+///
+/// `folder` is that of the file that holds the URL: empty, or ending in `/`.
+pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
+    let url = url.trim();
+    let has_scheme = url.split_once(':').is_some_and(|(scheme, _)| {
+        !scheme.is_empty() && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
+    });
+    if has_scheme {
+        return Vec::new();
+    }
+    let bare = url.split(['#', '?']).next().unwrap_or("");
+    let decoded = unescape(bare);
+    let mut paths: Vec<String> = Vec::new();
+    for name in [url, bare, decoded.as_deref().unwrap_or(bare)] {
+        if let Some(path) = inside(folder, name).filter(|p| !paths.contains(p)) {
+            paths.push(path);
+        }
+    }
+    paths
+}
+
+/// `folder` and `name` joined, with `.` and `..` worked out; `None` when that is no name inside.
+fn inside(folder: &str, name: &str) -> Option<String> {
+    if name.is_empty() || name.starts_with(['/', '\\']) || name.contains('\0') {
+        return None;
+    }
+    let mut parts: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
+    for part in name.split(['/', '\\']) {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop()?;
+            }
+            part => parts.push(part),
+        }
+    }
+    let is_folder = name.ends_with(['/', '\\']) || parts.is_empty();
+    (!is_folder).then(|| parts.join("/"))
+}
+
+/// %XX to bytes; `None` where that is not UTF-8.
+fn unescape(text: &str) -> Option<String> {
+    String::from_utf8(unescape_bytes(text)).ok()
+}
+
+fn unescape_bytes(text: &str) -> Vec<u8> {
+    let bytes = text.as_bytes();
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let hex = |i: usize| bytes.get(i).and_then(|b| (*b as char).to_digit(16));
+        match (bytes[at], hex(at + 1), hex(at + 2)) {
+            (b'%', Some(high), Some(low)) => {
+                out.push((high * 16 + low) as u8);
+                at += 3;
+            }
+            (byte, _, _) => {
+                out.push(byte);
+                at += 1;
+            }
+        }
+    }
+    out
+}
+
+/// The bytes of a data URI (`data:image/png;base64,...` or `data:,...`); `None` for other URLs, `Err` for a broken one.
+pub(super) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
+    let url = url.trim();
+    let scheme = url.get(..5)?;
+    if !scheme.eq_ignore_ascii_case("data:") {
+        return None;
+    }
+    let Some((head, body)) = url[5..].split_once(',') else { return Some(Err("a data URI without a comma")) };
+    let is_base64 = head.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
+    Some(match is_base64 {
+        true => base64(&unescape_bytes(body)).ok_or("a data URI that is not base64"),
+        false => Ok(unescape_bytes(body)),
+    })
+}
+
+/// Base64 (RFC 4648, both alphabets), blanks ignored, padding optional.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count, mut is_over) = (0_u32, 0, false);
+    for byte in text.iter().filter(|b| !b.is_ascii_whitespace()) {
+        let six = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' => {
+                is_over = true;
+                continue;
+            }
+            _ => return None,
+        };
+        if is_over {
+            return None;
+        }
+        bits = bits << 6 | u32::from(six);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push((bits >> count) as u8);
+            bits &= (1 << count) - 1;
+        }
+    }
+    // Six left over bits would be a lone character, which encodes nothing.
+    (count < 6).then_some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_stay_inside_the_folder() {
+        assert_eq!(local_paths("", "a.png"), ["a.png"]);
+        assert_eq!(local_paths("sub/", "./b//c.x3d#View"), ["sub/b/c.x3d#View", "sub/b/c.x3d"]);
+        assert_eq!(local_paths("sub/", "../a%20b.png"), ["a%20b.png", "a b.png"]);
+        for out in ["", "..", "../a", "a/../../b", "/etc/passwd", "\\a", "http://h/a", "file:a", "urn:x", "a/", "C:\\a"] {
+            assert!(local_paths("", out).is_empty(), "{out:?}");
+        }
+        assert!(local_paths("sub/", "%2e%2e/%2e%2e/a").iter().all(|p| p.starts_with("sub/")));
+    }
+
+    #[test]
+    fn data_uris_give_their_bytes() {
+        assert_eq!(data("data:image/png;base64,iVBORw0KGgo="), Some(Ok(b"\x89PNG\r\n\x1a\n".to_vec())));
+        assert_eq!(data(" DATA:;base64,aGV s\nbG8"), Some(Ok(b"hello".to_vec())));
+        assert_eq!(data("data:,a%20b"), Some(Ok(b"a b".to_vec())));
+        assert_eq!(data("data:;base64,%61GVsbG8%3D"), Some(Ok(b"hello".to_vec())));
+        for broken in ["data:image/png", "data:;base64,a", "data:;base64,ab=c", "data:;base64,a!"] {
+            assert!(matches!(data(broken), Some(Err(_))), "{broken}");
+        }
+        assert_eq!(data("picture.png"), None);
+        assert_eq!(data("dätä:,"), None);
+    }
+}

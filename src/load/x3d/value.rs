@@ -1,0 +1,258 @@
+//! Field values: from attribute text to numbers, and the X3D field types that say how many.
+//!
+//! In: the text of an XML attribute. Out: a [`Value`], or what is wrong and at which byte of the text. Lists are split by
+//! blanks and commas; every number must be finite. Source: ISO/IEC 19775-1 clause 5, ISO/IEC 19776-1 clause 5.
+
+use std::sync::Arc;
+
+/// An X3D field type, as far as it matters how its text is read. `Mf` holds any number of tuples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Kind {
+    /// SFBool.
+    Bool,
+    /// SFInt32.
+    Int,
+    /// MFInt32.
+    Ints,
+    /// SFImage: width, height, components, then one number a pixel.
+    Image,
+    /// SFFloat, SFDouble, SFTime (1), SFVec2f (2), SFVec3f and SFColor (3), SFVec4f, SFColorRGBA and SFRotation (4).
+    Sf(u8),
+    /// The same, any number of them.
+    Mf(u8),
+    /// SFString: the attribute as it stands.
+    Text,
+    /// MFString: quoted strings.
+    Texts,
+}
+
+impl Kind {
+    /// How the kind reads in a message.
+    pub(super) fn describe(self) -> String {
+        match self {
+            Kind::Bool => "true or false".into(),
+            Kind::Int => "one whole number".into(),
+            Kind::Ints => "whole numbers".into(),
+            Kind::Image => "width, height, components and one number a pixel".into(),
+            Kind::Sf(1) => "one number".into(),
+            Kind::Sf(n) => format!("{n} numbers"),
+            Kind::Mf(1) => "numbers".into(),
+            Kind::Mf(n) => format!("numbers in groups of {n}"),
+            Kind::Text => "a string".into(),
+            Kind::Texts => "quoted strings".into(),
+        }
+    }
+}
+
+/// A field's value. Cloning shares the lists.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    /// SFBool.
+    Bool(bool),
+    /// SFInt32, MFInt32, SFImage.
+    Ints(Arc<[i64]>),
+    /// Everything made of reals, tuples one after the other.
+    Reals(Arc<[f64]>),
+    /// SFString.
+    Text(Arc<str>),
+    /// MFString.
+    Texts(Arc<[String]>),
+}
+
+/// What is wrong with an attribute's text.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ValueError {
+    /// Byte of the text at which it goes wrong.
+    pub(super) at: usize,
+    /// What is wrong.
+    pub(super) fault: ValueFault,
+}
+
+/// The kinds of [`ValueError`].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ValueFault {
+    /// A token that is no finite number; the token.
+    NotANumber(String),
+    /// A token that is no 32-bit whole number; the token.
+    NotAnInt(String),
+    /// A token that is neither true nor false; the token.
+    NotABool(String),
+    /// The wrong count of numbers; how many there are.
+    Count(usize),
+    /// A quoted string that does not end.
+    OpenQuote,
+}
+
+/// Reads an attribute's text as `kind`.
+pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
+    match kind {
+        Kind::Bool => {
+            let (at, token) = single(text)?;
+            match () {
+                _ if token.eq_ignore_ascii_case("true") => Ok(Value::Bool(true)),
+                _ if token.eq_ignore_ascii_case("false") => Ok(Value::Bool(false)),
+                _ => Err(ValueError { at, fault: ValueFault::NotABool(token.into()) }),
+            }
+        }
+        Kind::Int => {
+            let (at, token) = single(text)?;
+            Ok(Value::Ints([int(at, token, i32::MIN as i64..=i32::MAX as i64)?].into()))
+        }
+        Kind::Ints => {
+            let range = i32::MIN as i64..=i32::MAX as i64;
+            let ints = tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
+            Ok(Value::Ints(ints.into()))
+        }
+        Kind::Image => {
+            let range = 0..=u32::MAX as i64;
+            let ints = tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
+            Ok(Value::Ints(ints.into()))
+        }
+        Kind::Sf(n) => {
+            let reals = reals(text)?;
+            match reals.len() == n as usize {
+                true => Ok(Value::Reals(reals.into())),
+                false => Err(ValueError { at: 0, fault: ValueFault::Count(reals.len()) }),
+            }
+        }
+        Kind::Mf(n) => {
+            let reals = reals(text)?;
+            match reals.len().is_multiple_of(n as usize) {
+                true => Ok(Value::Reals(reals.into())),
+                false => Err(ValueError { at: 0, fault: ValueFault::Count(reals.len()) }),
+            }
+        }
+        Kind::Text => Ok(Value::Text(text.into())),
+        Kind::Texts => strings(text).map(|s| Value::Texts(s.into())),
+    }
+}
+
+/// The tokens of a list with the byte at which each begins: blanks and commas separate.
+fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.split(|c: char| c.is_ascii_whitespace() || c == ',')
+        .filter(|t| !t.is_empty())
+        .map(|t| (t.as_ptr() as usize - text.as_ptr() as usize, t))
+}
+
+/// The one token of a text.
+fn single(text: &str) -> Result<(usize, &str), ValueError> {
+    let mut all = tokens(text);
+    match (all.next(), all.next()) {
+        (Some(token), None) => Ok(token),
+        (first, _) => {
+            Err(ValueError { at: 0, fault: ValueFault::Count(all.count() + 2 * first.is_some() as usize) })
+        }
+    }
+}
+
+fn reals(text: &str) -> Result<Vec<f64>, ValueError> {
+    let real = |(at, token): (usize, &str)| match token.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(ValueError { at, fault: ValueFault::NotANumber(token.into()) }),
+    };
+    tokens(text).map(real).collect()
+}
+
+/// A whole number, decimal or 0x hexadecimal.
+fn int(at: usize, token: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, ValueError> {
+    let unsigned = token.trim_start_matches(['+', '-']);
+    let parsed = match unsigned.strip_prefix("0x").or_else(|| unsigned.strip_prefix("0X")) {
+        Some(digits) if token.len() == unsigned.len() && !digits.starts_with('+') => {
+            i64::from_str_radix(digits, 16).ok()
+        }
+        Some(_) => None,
+        None => token.parse().ok(),
+    };
+    match parsed {
+        Some(number) if range.contains(&number) => Ok(number),
+        _ => Err(ValueError { at, fault: ValueFault::NotAnInt(token.into()) }),
+    }
+}
+
+/// The strings of an MFString: `"a" "b"`, with `\"` and `\\` inside. A text without any quote is one string, as many files
+/// have it.
+fn strings(text: &str) -> Result<Vec<String>, ValueError> {
+    let trimmed = text.trim();
+    if trimmed.is_empty() {
+        return Ok(Vec::new());
+    }
+    if !trimmed.starts_with('"') {
+        return Ok(vec![trimmed.to_string()]);
+    }
+    let mut found = Vec::new();
+    let mut open: Option<(usize, String)> = None;
+    let mut characters = text.char_indices();
+    while let Some((at, c)) = characters.next() {
+        match (&mut open, c) {
+            (None, '"') => open = Some((at, String::new())),
+            (None, _) => {}
+            (Some((_, string)), '\\') => match characters.next() {
+                Some((_, escaped @ ('"' | '\\'))) => string.push(escaped),
+                Some((_, other)) => string.extend(['\\', other]),
+                None => string.push('\\'),
+            },
+            (Some((_, string)), '"') => {
+                found.push(std::mem::take(string));
+                open = None;
+            }
+            (Some((_, string)), other) => string.push(other),
+        }
+    }
+    match open {
+        Some((at, _)) => Err(ValueError { at, fault: ValueFault::OpenQuote }),
+        None => Ok(found),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(kind: Kind, text: &str) -> (usize, ValueFault) {
+        let error = read(kind, text).unwrap_err();
+        (error.at, error.fault)
+    }
+
+    #[test]
+    fn lists_are_split_by_blanks_and_commas_alike() {
+        let expected = Value::Reals([1.0, -0.5, 3e-7, 0.5].into());
+        for text in ["1 -.5 3e-7 .5", "1,-.5,3e-7,.5", " 1 , -.5,\t3E-7 ,,\n.5,", "+1. -5e-1 .0000003 00.5"] {
+            assert_eq!(read(Kind::Sf(4), text).unwrap(), expected, "{text:?}");
+        }
+        assert_eq!(read(Kind::Ints, "0, 1 -1,0xff").unwrap(), Value::Ints([0, 1, -1, 255].into()));
+        assert_eq!(read(Kind::Image, "1 1 4 0xFFFFFFFF").unwrap(), Value::Ints([1, 1, 4, 0xffff_ffff].into()));
+        assert_eq!(read(Kind::Mf(3), "").unwrap(), Value::Reals([].into()));
+        assert_eq!(read(Kind::Bool, " TRUE ").unwrap(), Value::Bool(true));
+    }
+
+    #[test]
+    fn what_is_no_finite_number_is_refused_at_its_byte() {
+        for word in ["nan", "inf", "-Infinity", "1e999", "0x10", "1,2x", "--1"] {
+            let (at, fault) = fault(Kind::Mf(1), &format!("1 {word}"));
+            assert!(matches!(fault, ValueFault::NotANumber(_)), "{word}: {fault:?}");
+            assert!(at >= 2, "{word}");
+        }
+        assert_eq!(fault(Kind::Ints, "0 1.5"), (2, ValueFault::NotAnInt("1.5".into())));
+        assert_eq!(fault(Kind::Ints, "0x-1").1, ValueFault::NotAnInt("0x-1".into()));
+        assert_eq!(fault(Kind::Ints, "2147483648").1, ValueFault::NotAnInt("2147483648".into()));
+        assert_eq!(fault(Kind::Image, "-1").1, ValueFault::NotAnInt("-1".into()));
+        assert_eq!(fault(Kind::Sf(3), "1 2"), (0, ValueFault::Count(2)));
+        assert_eq!(fault(Kind::Mf(3), "1 2 3 4"), (0, ValueFault::Count(4)));
+        assert_eq!(fault(Kind::Int, ""), (0, ValueFault::Count(0)));
+        assert_eq!(fault(Kind::Int, "1 2 3"), (0, ValueFault::Count(3)));
+        assert_eq!(fault(Kind::Bool, "yes").1, ValueFault::NotABool("yes".into()));
+    }
+
+    #[test]
+    fn strings_are_quoted_or_one() {
+        let read = |text| match read(Kind::Texts, text).unwrap() {
+            Value::Texts(texts) => texts.to_vec(),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(read(r#" "a b.png" , "c\"d\\e\n" "#), ["a b.png", "c\"d\\e\\n"]);
+        assert_eq!(read("child file.x3d"), ["child file.x3d"]);
+        assert_eq!(read(r#""""#), [""]);
+        assert!(read("  ").is_empty());
+        assert_eq!(fault(Kind::Texts, r#""a" "b"#), (4, ValueFault::OpenQuote));
+    }
+}

@@ -1,0 +1,294 @@
+//! XML in: bytes to a checked text, and what is wrong with it in plain words.
+//!
+//! The one file besides `build` that knows the XML reader (roxmltree). Before that reader sees the text, [`check`] walks over its
+//! tags once: it names the tag that was left open and its line, and it refuses what would take unbounded time or memory
+//! (nesting, attributes of one element, namespaces, entities that expand).
+
+use crate::load::{LoadError, LoadErrorKind, Place};
+
+/// The deepest nesting of elements, Inline files included.
+pub(super) const MAX_DEPTH: usize = 256;
+/// The most attributes of one element: the reader compares each with each.
+const MAX_ATTRIBUTES: usize = 256;
+/// The most namespace declarations: the reader copies them.
+const MAX_NAMESPACES: usize = 256;
+/// The most entity declarations: the reader searches them one after the other.
+const MAX_ENTITIES: usize = 1_000;
+/// The most bytes that entities may expand to.
+const MAX_EXPANSION: u64 = 64 << 20;
+/// The most nodes, runs of blanks between elements included.
+const MAX_NODES: u32 = 8_000_000;
+
+/// A file's text with its name, to tell places in it.
+#[derive(Debug)]
+pub(super) struct Source {
+    /// The file's name, for messages.
+    pub(super) name: String,
+    /// Its text, without byte order mark.
+    pub(super) text: String,
+    /// The byte at which each line begins.
+    lines: Vec<usize>,
+}
+
+impl Source {
+    /// Decodes a file: UTF-8, UTF-16 with byte order mark, or Latin-1 where the XML declaration says so.
+    pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Source, LoadError> {
+        let utf16 = |unit: fn([u8; 2]) -> u16, rest: &[u8]| {
+            let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
+            char::decode_utf16(units).collect::<Result<String, _>>().ok()
+        };
+        let text = match bytes {
+            [0xef, 0xbb, 0xbf, rest @ ..] => std::str::from_utf8(rest).ok().map(str::to_string),
+            [0xff, 0xfe, rest @ ..] => utf16(u16::from_le_bytes, rest),
+            [0xfe, 0xff, rest @ ..] => utf16(u16::from_be_bytes, rest),
+            _ => match std::str::from_utf8(bytes) {
+                Ok(text) => Some(text.to_string()),
+                Err(_) if is_latin1(bytes) => Some(bytes.iter().map(|b| *b as char).collect()),
+                Err(_) => None,
+            },
+        };
+        let Some(text) = text else {
+            let good = std::str::from_utf8(bytes).err().map_or(0, |e| e.valid_up_to());
+            let before = Source::new(name, String::from_utf8_lossy(&bytes[..good]).into_owned());
+            let reason = "the bytes are not text in the encoding of the file".to_string();
+            let kind = LoadErrorKind::Undecodable { format: "X3D file", reason };
+            return Err(LoadError::new(before.place(before.text.len()), kind));
+        };
+        Ok(Source::new(name, text))
+    }
+
+    fn new(name: &str, text: String) -> Source {
+        let starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
+        let lines = std::iter::once(0).chain(starts).collect();
+        Source { name: name.to_string(), text, lines }
+    }
+
+    /// The line of a byte, from 1.
+    pub(super) fn line(&self, byte: usize) -> u32 {
+        self.lines.partition_point(|start| *start <= byte) as u32
+    }
+
+    /// The place of a byte: line and column.
+    pub(super) fn place(&self, byte: usize) -> Place {
+        let line = self.line(byte);
+        let start = self.lines[line as usize - 1];
+        let column = self.text.get(start..byte).map_or(0, |s| s.chars().count()) as u32 + 1;
+        Place::column(&self.name, line, column)
+    }
+
+    /// What stands at a byte, for "found ...": up to the end of the word or tag, at most 24 characters.
+    fn snippet(&self, byte: usize) -> String {
+        let rest = self.text.get(byte..).unwrap_or("");
+        match rest.lines().next().unwrap_or("") {
+            "" if rest.is_empty() => "the end of the file".into(),
+            "" => "the end of the line".into(),
+            line => line.chars().take(24).collect(),
+        }
+    }
+
+    /// A refusal of what stands at a byte.
+    pub(super) fn refuse(&self, byte: usize, expected: impl Into<String>) -> LoadError {
+        let expected = format!("expected {}", expected.into());
+        LoadError::new(self.place(byte), LoadErrorKind::Syntax { expected, found: self.snippet(byte) })
+    }
+
+    /// A refusal of what is over a limit at a byte.
+    pub(super) fn too_big(&self, byte: usize, what: &'static str, found: u64, limit: u64) -> LoadError {
+        LoadError::new(self.place(byte), LoadErrorKind::TooBig { what, found, limit })
+    }
+}
+
+/// Whether the XML declaration names Latin-1 or its Windows variant.
+fn is_latin1(bytes: &[u8]) -> bool {
+    let head = bytes[..bytes.len().min(200)].to_ascii_lowercase();
+    let head = String::from_utf8_lossy(&head);
+    let declaration = head.split("?>").next().unwrap_or("");
+    declaration.starts_with("<?xml") && ["iso-8859-1", "latin1", "windows-1252"].iter().any(|e| declaration.contains(e))
+}
+
+/// Parses a checked text.
+pub(super) fn parse(source: &Source) -> Result<roxmltree::Document<'_>, LoadError> {
+    check(source)?;
+    let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..Default::default() };
+    roxmltree::Document::parse_with_options(&source.text, options).map_err(|e| explain(source, &e))
+}
+
+/// Walks over the tags: closed in order, and within the limits.
+fn check(source: &Source) -> Result<(), LoadError> {
+    let text = source.text.as_str();
+    let namespaces = text.match_indices("xmlns").count();
+    if namespaces > MAX_NAMESPACES {
+        return Err(source.too_big(0, "namespaces", namespaces as u64, MAX_NAMESPACES as u64));
+    }
+    let mut open: Vec<(usize, &str)> = Vec::new();
+    let mut at = 0;
+    while let Some(lt) = text[at..].find('<').map(|i| at + i) {
+        let rest = &text[lt..];
+        let skip_to = |end: &str, what: &str| match rest.find(end) {
+            Some(i) => Ok(lt + i + end.len()),
+            None => Err(source.refuse(lt, format!("{what} to end with {end}"))),
+        };
+        at = if rest.starts_with("<!--") {
+            skip_to("-->", "a comment")?
+        } else if rest.starts_with("<![CDATA[") {
+            skip_to("]]>", "a CDATA section")?
+        } else if rest.starts_with("<?") {
+            skip_to("?>", "a processing instruction")?
+        } else if rest.starts_with("<!DOCTYPE") {
+            let Some(end) = doctype_end(rest) else {
+                return Err(source.refuse(lt, "the document type declaration to end with >"));
+            };
+            entities(source, lt, lt + end)?;
+            lt + end
+        } else if let Some(name) = rest.strip_prefix("</") {
+            let name = tag_name(name);
+            match open.pop() {
+                Some((_, opened)) if opened == name => {}
+                Some((byte, opened)) => {
+                    let line = source.line(byte);
+                    let expected = format!("</{opened}> first, which closes <{opened}> of line {line}");
+                    return Err(source.refuse(lt, expected));
+                }
+                None => return Err(source.refuse(lt, "no closing tag where nothing is open")),
+            }
+            lt + 2 + name.len()
+        } else {
+            let name = tag_name(&rest[1..]);
+            let Some(tag) = tag_end(rest) else { return Ok(()) };
+            if tag.attributes > MAX_ATTRIBUTES {
+                let limit = MAX_ATTRIBUTES as u64;
+                return Err(source.too_big(lt, "attributes of one element", tag.attributes as u64, limit));
+            }
+            if !tag.is_empty {
+                open.push((lt, name));
+            }
+            if open.len() > MAX_DEPTH {
+                let limit = MAX_DEPTH as u64;
+                return Err(source.too_big(lt, "nesting of elements", open.len() as u64, limit));
+            }
+            lt + tag.end
+        };
+    }
+    match open.pop() {
+        Some((byte, name)) => {
+            let expected = format!("expected <{name}> to be closed by </{name}>");
+            let kind = LoadErrorKind::Syntax { expected, found: "the end of the file".into() };
+            Err(LoadError::new(source.place(byte), kind))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The name at the start of a text, up to a blank, `/` or `>`.
+fn tag_name(text: &str) -> &str {
+    text.split(|c: char| c.is_ascii_whitespace() || matches!(c, '/' | '>' | '<')).next().unwrap_or("")
+}
+
+struct Tag {
+    /// Just after the `>`.
+    end: usize,
+    is_empty: bool,
+    attributes: usize,
+}
+
+/// Where a start tag ends; `None` if it does not, or holds what no tag can (the reader will say what).
+fn tag_end(text: &str) -> Option<Tag> {
+    let bytes = text.as_bytes();
+    let (mut at, mut attributes) = (1, 0);
+    loop {
+        match bytes.get(at)? {
+            b'>' => return Some(Tag { end: at + 1, is_empty: bytes[at - 1] == b'/', attributes }),
+            quote @ (b'"' | b'\'') => {
+                at += 2 + bytes[at + 1..].iter().position(|b| b == quote)?;
+                attributes += 1;
+            }
+            b'<' => return None,
+            _ => at += 1,
+        }
+    }
+}
+
+/// The byte just after a document type declaration, internal subset included.
+fn doctype_end(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let (mut at, mut in_subset) = ("<!DOCTYPE".len(), false);
+    loop {
+        match bytes.get(at)? {
+            b'>' if !in_subset => return Some(at + 1),
+            b'[' => in_subset = true,
+            b']' => in_subset = false,
+            quote @ (b'"' | b'\'') => at += 1 + bytes[at + 1..].iter().position(|b| b == quote)?,
+            b'<' if text[at..].starts_with("<!--") => at += text[at..].find("-->")? + 2,
+            b'<' if text[at..].starts_with("<?") => at += text[at..].find("?>")? + 1,
+            _ => {}
+        }
+        at += 1;
+    }
+}
+
+/// Refuses entities that hold markup or could expand beyond [`MAX_EXPANSION`].
+fn entities(source: &Source, from: usize, to: usize) -> Result<(), LoadError> {
+    let (mut count, mut longest, mut nested) = (0_usize, 0_u64, false);
+    for (at, _) in source.text[from..to].match_indices("<!ENTITY") {
+        count += 1;
+        let declaration = &source.text[from + at..to];
+        let Some(open) = declaration.find(['"', '\'']) else { continue };
+        let quote = declaration.as_bytes()[open] as char;
+        let value = declaration[open + 1..].split(quote).next().unwrap_or("");
+        if value.contains('<') || value.contains("&#") {
+            return Err(source.refuse(from + at, "an entity without markup or character references"));
+        }
+        longest = longest.max(value.len() as u64);
+        nested |= value.contains('&');
+    }
+    if count > MAX_ENTITIES {
+        return Err(source.too_big(from, "entities", count as u64, MAX_ENTITIES as u64));
+    }
+    if longest > 0 {
+        // The reader follows at most 255 references inside one reference.
+        let references = source.text[to..].matches('&').count() as u64;
+        let most = references.saturating_mul(longest).saturating_mul(if nested { 256 } else { 1 });
+        if most > MAX_EXPANSION {
+            return Err(source.too_big(from, "bytes that entities may expand to", most, MAX_EXPANSION));
+        }
+    }
+    Ok(())
+}
+
+/// The reader's error in plain words.
+fn explain(source: &Source, error: &roxmltree::Error) -> LoadError {
+    use roxmltree::Error as E;
+    let expected = match error {
+        E::UnexpectedCloseTag(expected, _, _) => format!("</{expected}>"),
+        E::UnknownNamespace(prefix, _) => format!("a declaration of the namespace prefix {prefix:?}"),
+        E::DuplicatedNamespace(name, _) => format!("the namespace {name:?} to be declared once"),
+        E::DuplicatedAttribute(name, _) => format!("the attribute {name:?} once in this element"),
+        E::UnknownEntityReference(name, _) => format!("an entity that is declared, not {name:?}"),
+        E::MalformedEntityReference(_) => "a reference such as &amp; after &".into(),
+        E::EntityReferenceLoop(_) => "entities that do not refer to each other without end".into(),
+        E::InvalidAttributeValue(_) => "no < inside an attribute".into(),
+        E::NoRootNode => "an element <X3D>".into(),
+        E::UnclosedRootNode | E::UnexpectedEndOfStream => "the rest of the file".into(),
+        E::UnexpectedDeclaration(_) => "<?xml ...?> only at the very start of the file".into(),
+        E::InvalidName(_) => "a name".into(),
+        E::NonXmlChar(c, _) => format!("no character U+{:04X}, which XML forbids", *c as u32),
+        E::InvalidChar(c, _, _) => format!("{:?}", *c as char),
+        E::InvalidChar2(what, _, _) => (*what).into(),
+        E::InvalidString(what, _) => format!("{what:?}"),
+        E::InvalidComment(_) => "no -- inside a comment".into(),
+        E::InvalidCharacterData(_) => "no ]]> in the text".into(),
+        E::NodesLimitReached => {
+            let limit = MAX_NODES as u64;
+            let kind = LoadErrorKind::TooBig { what: "XML nodes", found: limit + 1, limit };
+            return LoadError::new(Place::file(&source.name), kind);
+        }
+        other => format!("well-formed XML ({other})"),
+    };
+    if matches!(error, E::NoRootNode | E::UnclosedRootNode | E::UnexpectedEndOfStream) {
+        return source.refuse(source.text.len(), expected);
+    }
+    let pos = error.pos();
+    let start = source.lines.get(pos.row as usize - 1).copied().unwrap_or(source.text.len());
+    let column = source.text[start..].char_indices().nth(pos.col as usize - 1).map_or(0, |(i, _)| i);
+    source.refuse(start + column, expected)
+}

@@ -1,0 +1,112 @@
+//! Cameras that show the whole of a scene, for files that name none.
+
+use super::{Camera, LookAt, Projection, Scene};
+use crate::math::matrix::unit;
+use glam::DVec3;
+
+/// The field of view of a framing camera, on the smaller side of the frame: 45 degrees.
+pub const FRAME_FOV_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// How much of the frame's edge stays free: the scene fills 1 / FRAME_MARGIN of it.
+pub const FRAME_MARGIN: f64 = 1.1;
+
+/// From where a framed scene is seen: a little from the right and above.
+const DIRECTION: DVec3 = DVec3::new(0.45, 0.3, 1.0);
+
+/// A camera from which the box `bounds` (low and high corner, world space) fills a frame of `aspect` = width / height.
+///
+/// The eye stands to the right of and above +z, y up, the field of view is [`FRAME_FOV_RAD`]; near and far bound the box
+/// closely, so that depth keeps its digits. A box without size counts as one of size 1; numbers that are not finite as 0.
+pub fn frame(bounds: (DVec3, DVec3), aspect: f64) -> Camera {
+    let z = unit(DIRECTION).expect("a constant with a direction");
+    let x = unit(DVec3::Y.cross(z)).expect("not along y");
+    frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
+}
+
+/// The same for given view axes (unit: x right, y up, z towards the viewer) and field of view on the smaller side, radians.
+pub fn frame_along(bounds: (DVec3, DVec3), axes: [DVec3; 3], fov_rad: f64, aspect: f64) -> Camera {
+    let (center, half) = center_and_half(bounds);
+    let aspect = if aspect > 0.0 && aspect.is_finite() { aspect } else { 1.0 };
+    let tan = libm::tan(fov_rad / 2.0);
+    let tan = [tan * aspect.max(1.0) / FRAME_MARGIN, tan * (1.0 / aspect).max(1.0) / FRAME_MARGIN];
+    let [x, y, z] = axes;
+    // The corner that asks for the most: at distance d from the centre it is seen where |x| <= tan (d - z).
+    let mut distance = 0.0_f64;
+    let mut depth = 0.0_f64;
+    for i in 0..8 {
+        let side = |bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let corner = half * DVec3::new(side(0), side(1), side(2));
+        let (cx, cy, cz) = (corner.dot(x).abs(), corner.dot(y).abs(), corner.dot(z));
+        distance = distance.max(cx / tan[0] + cz).max(cy / tan[1] + cz);
+        depth = depth.max(cz);
+    }
+    let nearest = (distance - depth).max(distance * 1e-3);
+    Camera {
+        look_at: LookAt { eye: center + z * distance, reference: center, up: y },
+        projection: Projection::Perspective {
+            fov_rad,
+            near: nearest * 0.5,
+            far: (distance + depth) * 1.1,
+            on_smaller_side: true,
+        },
+    }
+}
+
+/// Centre and half size of a box; without size, half size 1/2.
+pub(crate) fn center_and_half((low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
+    let center = low / 2.0 + high / 2.0;
+    let half = (high / 2.0 - low / 2.0).abs();
+    if !(center.is_finite() && half.is_finite()) {
+        return (DVec3::ZERO, DVec3::splat(0.5));
+    }
+    (center, if half == DVec3::ZERO { DVec3::splat(0.5) } else { half })
+}
+
+impl Scene {
+    /// A box around everything in the world, or `None` for a scene without positions. It may be larger than needed where
+    /// objects are turned.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let corners = self.objects.iter().filter_map(|o| Some((o, o.geometry.mesh.bounds()?))).flat_map(|(o, (low, high))| {
+            (0..8).map(move |i| {
+                let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
+                o.model.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+            })
+        });
+        corners.filter(|p| p.is_finite()).fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
+            Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_corner_of_the_box_is_inside_the_picture() {
+        let boxes = [
+            (DVec3::splat(-1.0), DVec3::ONE),
+            (DVec3::new(5.0, -2.0, 1e3), DVec3::new(5.0, 40.0, 1e3 + 1.0)),
+            (DVec3::splat(7.0), DVec3::splat(7.0)),
+            (DVec3::splat(-1e-7), DVec3::splat(2e-7)),
+        ];
+        for bounds in boxes {
+            for aspect in [0.2, 1.0, 16.0 / 9.0, 50.0] {
+                let camera = frame(bounds, aspect);
+                let m = camera.matrices(aspect).unwrap();
+                let (mut widest, (center, half)) = (0.0_f64, center_and_half(bounds));
+                for i in 0..8 {
+                    let side = |bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+                    let corner = center + half * DVec3::new(side(0), side(1), side(2));
+                    let clip = m.projection * (m.view * corner.extend(1.0));
+                    let ndc = clip / clip.w;
+                    assert!(clip.w > 0.0 && (0.0..1.0).contains(&ndc.z), "{bounds:?} {aspect} {ndc}");
+                    widest = widest.max(ndc.x.abs()).max(ndc.y.abs());
+                }
+                assert!((widest - 1.0 / FRAME_MARGIN).abs() < 1e-6, "{bounds:?} at {aspect}: {widest}");
+            }
+        }
+        let odd = frame((DVec3::splat(f64::NEG_INFINITY), DVec3::splat(f64::NAN)), f64::NAN);
+        assert!(odd.matrices(1.0).is_ok());
+    }
+}
