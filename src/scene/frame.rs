@@ -66,12 +66,14 @@ impl Scene {
     /// A box around everything in the world, or `None` for a scene without positions. It may be larger than needed where
     /// objects are turned.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let corners = self.objects.iter().filter_map(|o| Some((o, o.geometry.mesh.bounds()?))).flat_map(|(o, (low, high))| {
-            (0..8).map(move |i| {
-                let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
-                o.model.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-            })
-        });
+        let corners = self.objects.iter().filter_map(|o| Some((o, o.geometry.mesh.bounds()?))).flat_map(
+            |(o, (low, high))| {
+                (0..8).map(move |i| {
+                    let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
+                    o.model.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+                })
+            },
+        );
         corners.filter(|p| p.is_finite()).fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
             Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
         })

@@ -161,7 +161,8 @@ impl TextureMap {
             scale: vec2("scale"),
             translation: vec2("translation"),
         };
-        let is_identity = map.rotation_rad == 0.0 && map.scale == DVec2::ONE && map.translation == DVec2::ZERO;
+        let is_identity =
+            map.rotation_rad == 0.0 && map.scale == DVec2::ONE && map.translation == DVec2::ZERO;
         (!is_identity).then_some(map)
     }
 

@@ -51,6 +51,8 @@ pub(super) struct Builder<'r> {
     pub(super) sources: Vec<Rc<xml::Source>>,
     pub(super) warnings: Vec<LoadWarning>,
     opener: &'r mut Opener<'r>,
+    /// The main file's folder as the caller names it, for messages about other files.
+    shown_folder: String,
     /// Inline files by path: `None` while they are being read.
     inlined: HashMap<String, Option<NodeId>>,
     pictures: texture::Pictures,
@@ -63,6 +65,7 @@ impl<'r> Builder<'r> {
             sources: Vec::new(),
             warnings: Vec::new(),
             opener,
+            shown_folder: String::new(),
             inlined: HashMap::new(),
             pictures: texture::Pictures::default(),
         }
@@ -70,8 +73,9 @@ impl<'r> Builder<'r> {
 
     /// Reads the main file; its own name counts against cycles of Inlines.
     pub(super) fn main_file(&mut self, bytes: &[u8], name: &str) -> Result<(), LoadError> {
-        let own = name.rsplit(['/', '\\']).next().unwrap_or(name).to_string();
-        self.inlined.insert(own, None);
+        let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        self.shown_folder = name[..name.len() - own.len()].to_string();
+        self.inlined.insert(own.to_string(), None);
         self.graph.root = self.file(bytes, name, String::new(), 0)?;
         let root = &self.graph.nodes[self.graph.root as usize];
         match root.visits > MAX_VISITS {
@@ -106,7 +110,9 @@ impl<'r> Builder<'r> {
                     match child.tag_name().name() {
                         "Scene" if scene.is_none() => scene = Some(child),
                         name if schema::is_silent(name) => {}
-                        name => self.warn(&file, child, format!("<{name}> is not known here and was skipped")),
+                        name => {
+                            self.warn(&file, child, format!("<{name}> is not known here and was skipped"))
+                        }
                     }
                 }
                 scene
@@ -164,7 +170,8 @@ impl<'r> Builder<'r> {
         let Some(node) = node else { return Ok(None) };
         let built = self.graph.nodes[node as usize].ty;
         if built.container != ty.container {
-            let message = format!("<{name}> uses a <{}>, which cannot stand here, and was skipped", built.name);
+            let message =
+                format!("<{name}> uses a <{}>, which cannot stand here, and was skipped", built.name);
             self.warn(file, element, message);
             return Ok(None);
         }
@@ -185,7 +192,12 @@ impl<'r> Builder<'r> {
                 if deep > xml::MAX_DEPTH {
                     let source = &self.sources[file.source];
                     let limit = xml::MAX_DEPTH as u64;
-                    return Err(source.too_big(element.range().start, "nesting of nodes", deep as u64, limit));
+                    return Err(source.too_big(
+                        element.range().start,
+                        "nesting of nodes",
+                        deep as u64,
+                        limit,
+                    ));
                 }
                 Ok(Some(node))
             }
@@ -227,7 +239,11 @@ impl<'r> Builder<'r> {
         if let Some(name) = def {
             let before = file.defs.insert(name, Def::Open);
             if matches!(before, Some(Def::Built(_) | Def::Open)) {
-                self.warn(file, element, format!("DEF {name:?} is given twice; USE takes the last one before it"));
+                self.warn(
+                    file,
+                    element,
+                    format!("DEF {name:?} is given twice; USE takes the last one before it"),
+                );
             }
         }
         let (values, written) = self.fields(file, element, ty, &source)?;
@@ -294,7 +310,8 @@ impl<'r> Builder<'r> {
             written[index] = range.start;
             values[index] = value::read(field.kind, attribute.value()).map_err(|e| {
                 // Only a text without references and tabs has the same bytes in the file.
-                let is_verbatim = source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
+                let is_verbatim =
+                    source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
                 let place = source.place(range.start + if is_verbatim { e.at } else { 0 });
                 bad_value(place, ty, field, &e)
             })?;
@@ -340,13 +357,15 @@ impl<'r> Builder<'r> {
                 let Some(bytes) = (self.opener)(&path) else { continue };
                 self.inlined.insert(path.clone(), None);
                 let folder = path.rfind('/').map_or(String::new(), |i| path[..=i].to_string());
-                let scene = self.file(&bytes, &path, folder, depth)?;
+                let shown = format!("{}{path}", self.shown_folder);
+                let scene = self.file(&bytes, &shown, folder, depth)?;
                 self.inlined.insert(path, Some(scene));
                 return Ok(Some(scene));
             }
         }
         if !urls.is_empty() {
-            let message = format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
+            let message =
+                format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
             self.warn(file, element, message);
         }
         Ok(None)
@@ -380,15 +399,16 @@ impl<'r> Builder<'r> {
                 self.warn(file, element, format!("texture left out: {reasons}"));
                 Ok(None)
             }
-            Err(texture::PictureError::Pixels(expected)) => Err(self.refuse(file, element, "image", expected)),
+            Err(texture::PictureError::Pixels(expected)) => {
+                Err(self.refuse(file, element, "image", expected))
+            }
         }
     }
 
     /// Joins a ROUTE; one that joins nothing is a warning.
     fn route(&mut self, file: &File, element: Element) {
         let attribute = |name: &str| element.attribute(name).unwrap_or("");
-        let [from, from_field, to, to_field] =
-            ["fromNode", "fromField", "toNode", "toField"].map(attribute);
+        let [from, from_field, to, to_field] = ["fromNode", "fromField", "toNode", "toField"].map(attribute);
         let mut ends = [0; 2];
         for (end, name) in ends.iter_mut().zip([from, to]) {
             match file.defs.get(name) {
@@ -462,8 +482,12 @@ fn bad_value(place: Place, ty: &NodeType, field: &schema::FieldDef, error: &Valu
         ValueFault::NotAnInt(found) | ValueFault::NotABool(found) => {
             LoadErrorKind::Syntax { expected: asked, found: found.clone() }
         }
-        ValueFault::Count(count) => LoadErrorKind::Syntax { expected: asked, found: format!("{count} numbers") },
-        ValueFault::OpenQuote => LoadErrorKind::Syntax { expected: asked, found: "a quote without its end".into() },
+        ValueFault::Count(count) => {
+            LoadErrorKind::Syntax { expected: asked, found: format!("{count} numbers") }
+        }
+        ValueFault::OpenQuote => {
+            LoadErrorKind::Syntax { expected: asked, found: "a quote without its end".into() }
+        }
     };
     LoadError::new(place, kind)
 }

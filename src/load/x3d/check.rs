@@ -38,8 +38,11 @@ pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
         if matches!(view.name(parts.geometry), "Text" | "Extrusion") {
             made_faces += prepared.geometry.mesh.polygons.len() as u64;
             if made_faces > MAX_MADE_FACES {
-                let kind =
-                    LoadErrorKind::TooBig { what: "faces of all nodes", found: made_faces, limit: MAX_MADE_FACES };
+                let kind = LoadErrorKind::TooBig {
+                    what: "faces of all nodes",
+                    found: made_faces,
+                    limit: MAX_MADE_FACES,
+                };
                 return Err(refused(builder, &Fault { node: parts.geometry, field: "", kind }));
             }
         }
@@ -70,12 +73,16 @@ fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
         "TimeSensor" if view.real(id, "cycleInterval") <= 0.0 => {
             Some("<TimeSensor> never runs: its cycleInterval must be positive".into())
         }
-        "Viewpoint" if !(view.real(id, "fieldOfView") > 0.0 && view.real(id, "fieldOfView") < std::f64::consts::PI) => {
+        "Viewpoint"
+            if !(view.real(id, "fieldOfView") > 0.0
+                && view.real(id, "fieldOfView") < std::f64::consts::PI) =>
+        {
             Some("<Viewpoint> fieldOfView must lie between 0 and pi: pi/4 is taken".into())
         }
         "OrthoViewpoint" => {
             let [l, b, r, t] = view.array::<4>(id, "fieldOfView");
-            (l >= r || b >= t).then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
+            (l >= r || b >= t)
+                .then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
         }
         "PhysicalMaterial" => Some("<PhysicalMaterial> is drawn with its base colour alone".into()),
         "Fog" if !matches!(view.text(id, "fogType").trim(), "LINEAR" | "EXPONENTIAL") => {

@@ -91,7 +91,8 @@ impl<'a> View<'a> {
 
     /// Whether routes have set a field of this node.
     pub(super) fn is_driven(&self, id: NodeId) -> bool {
-        !self.overrides.is_empty() && (0..self.node(id).values.len()).any(|f| self.overrides.contains_key(&(id, f)))
+        !self.overrides.is_empty()
+            && (0..self.node(id).values.len()).any(|f| self.overrides.contains_key(&(id, f)))
     }
 
     fn value(&self, id: NodeId, field: &str) -> &'a Value {

@@ -29,7 +29,9 @@ pub(super) fn evaluate(view: &View, id: NodeId, fraction: f64) -> Option<Value> 
     let span = span(key, fraction);
     let found: Vec<f64> = match (view.name(id), span) {
         (_, Span::At(i)) => at(i).to_vec(),
-        ("ColorInterpolator", Span::Between(i, s)) => color(triple(at(i)), triple(at(i + 1)), s).to_array().into(),
+        ("ColorInterpolator", Span::Between(i, s)) => {
+            color(triple(at(i)), triple(at(i + 1)), s).to_array().into()
+        }
         ("OrientationInterpolator", Span::Between(i, s)) => orientation(at(i), at(i + 1), s).into(),
         ("SplinePositionInterpolator", Span::Between(i, s)) => {
             let points: Vec<DVec3> = values.chunks_exact(3).map(triple).collect();
@@ -253,7 +255,9 @@ mod tests {
         close(&color(blue, red, 0.25).to_array(), &[0.5, 0.0, 1.0]);
         close(&color(DVec3::ONE, blue, 0.5).to_array(), &[0.5, 0.5, 1.0]);
         close(&color(DVec3::new(0.2, 0.4, 0.1), DVec3::ZERO, 0.0).to_array(), &[0.2, 0.4, 0.1]);
-        for c in [red, green, blue, DVec3::ONE, DVec3::ZERO, DVec3::new(0.3, 0.7, 0.2), DVec3::new(0.9, 0.1, 0.4)] {
+        for c in
+            [red, green, blue, DVec3::ONE, DVec3::ZERO, DVec3::new(0.3, 0.7, 0.2), DVec3::new(0.9, 0.1, 0.4)]
+        {
             close(&rgb(hsv(c)).to_array(), &c.to_array());
         }
     }
@@ -263,7 +267,10 @@ mod tests {
         close(&orientation(&[0.0, 1.0, 0.0, 0.0], &[0.0, 1.0, 0.0, PI], 0.5), &[0.0, 1.0, 0.0, FRAC_PI_2]);
         close(&orientation(&[0.0, 2.0, 0.0, 0.2], &[0.0, 3.0, 0.0, 0.6], 0.25), &[0.0, 1.0, 0.0, 0.3]);
         // From 0 to 3/2 turns about z is a quarter turn the other way.
-        close(&orientation(&[0.0, 0.0, 1.0, 0.0], &[0.0, 0.0, 1.0, 1.5 * PI], 0.5), &[0.0, 0.0, -1.0, PI / 4.0]);
+        close(
+            &orientation(&[0.0, 0.0, 1.0, 0.0], &[0.0, 0.0, 1.0, 1.5 * PI], 0.5),
+            &[0.0, 0.0, -1.0, PI / 4.0],
+        );
         close(&orientation(&[1.0, 0.0, 0.0, 0.7], &[1.0, 0.0, 0.0, 0.7], 0.5), &[1.0, 0.0, 0.0, 0.7]);
         // A quarter about x and one about y: half way lies between the axes.
         let half = orientation(&[1.0, 0.0, 0.0, FRAC_PI_2], &[0.0, 1.0, 0.0, FRAC_PI_2], 0.5);
@@ -273,8 +280,13 @@ mod tests {
     #[test]
     fn a_spline_meets_its_keys_and_bends_between_them() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
-        let spline =
-            Spline { key: &[0.0, 0.5, 1.0], points: &points, velocities: &[], is_closed: false, normalize: false };
+        let spline = Spline {
+            key: &[0.0, 0.5, 1.0],
+            points: &points,
+            velocities: &[],
+            is_closed: false,
+            normalize: false,
+        };
         // Piece 0 at s = 1/2: (v0 + v1)/2 + T0_0/8 - T1_1/8, with T_0 = 0 and T_1 = (v2 - v0)/2 = (0.5, 0.5, 0).
         close(&spline.at(0, 0.5).to_array(), &[0.5 - 0.0625, -0.0625, 0.0]);
         let uneven = Spline { key: &[0.0, 0.25, 1.0], ..spline };

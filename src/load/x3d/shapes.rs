@@ -81,7 +81,8 @@ pub(super) fn is_driven(view: &View, parts: &Parts) -> bool {
 
 /// The prepared geometry of a shape, and what was put right in it. The shelf keeps it unless routes drive it.
 pub(super) fn prepare(view: &View, parts: &Parts) -> Result<(Prepared, Vec<String>), Fault> {
-    let Built { mut mesh, colors, stuff, remarks } = geometry::build(view, parts.geometry, parts.key.is_textured)?;
+    let Built { mut mesh, colors, stuff, remarks } =
+        geometry::build(view, parts.geometry, parts.key.is_textured)?;
     if let Some(map) = parts.key.map.and_then(|m| TextureMap::read(view, m)) {
         mesh.texcoords.iter_mut().for_each(|tc| *tc = map.apply(*tc));
     }
@@ -106,7 +107,13 @@ pub(super) fn size_remark(view: &View, parts: &Parts) -> Option<String> {
 }
 
 /// The object of a shape at a place; `None` where there is nothing to draw.
-pub(super) fn object(view: &View, parts: &Parts, prepared: &Prepared, model: DMat4, name: String) -> Option<Object> {
+pub(super) fn object(
+    view: &View,
+    parts: &Parts,
+    prepared: &Prepared,
+    model: DMat4,
+    name: String,
+) -> Option<Object> {
     let mesh: &Mesh = &prepared.geometry.mesh;
     if mesh.triangles.is_empty() && mesh.lines.is_empty() && mesh.points.is_empty() {
         return None;

@@ -107,7 +107,8 @@ mod tests {
 
     #[test]
     fn a_loop_goes_round_and_ends_each_cycle_at_one() {
-        let at: Vec<_> = [0.0, 1.0, 3.0, 4.0, 5.0, 8.0, 9.0].iter().map(|t| fraction(SENSOR, *t).unwrap()).collect();
+        let at: Vec<_> =
+            [0.0, 1.0, 3.0, 4.0, 5.0, 8.0, 9.0].iter().map(|t| fraction(SENSOR, *t).unwrap()).collect();
         assert_eq!(at, [0.0, 0.25, 0.75, 1.0, 0.25, 1.0, 0.25]);
         assert_eq!(fraction(SENSOR, -0.1), None);
         assert_eq!(fraction(Sensor { enabled: false, ..SENSOR }, 1.0), None);
@@ -123,7 +124,10 @@ mod tests {
         assert_eq!(fraction(once, 3.0), Some(0.5));
         for now in [5.0, 6.0, 1e9] {
             let sample = once.sample(now).unwrap();
-            assert_eq!((sample.fraction, sample.time, sample.elapsed, sample.is_active), (1.0, 5.0, 4.0, false));
+            assert_eq!(
+                (sample.fraction, sample.time, sample.elapsed, sample.is_active),
+                (1.0, 5.0, 4.0, false)
+            );
         }
     }
 

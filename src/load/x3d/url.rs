@@ -7,7 +7,8 @@
 pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     let url = url.trim();
     let has_scheme = url.split_once(':').is_some_and(|(scheme, _)| {
-        !scheme.is_empty() && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
+        !scheme.is_empty()
+            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
     });
     if has_scheme {
         return Vec::new();
@@ -123,7 +124,19 @@ mod tests {
         assert_eq!(local_paths("", "a.png"), ["a.png"]);
         assert_eq!(local_paths("sub/", "./b//c.x3d#View"), ["sub/b/c.x3d#View", "sub/b/c.x3d"]);
         assert_eq!(local_paths("sub/", "../a%20b.png"), ["a%20b.png", "a b.png"]);
-        for out in ["", "..", "../a", "a/../../b", "/etc/passwd", "\\a", "http://h/a", "file:a", "urn:x", "a/", "C:\\a"] {
+        for out in [
+            "",
+            "..",
+            "../a",
+            "a/../../b",
+            "/etc/passwd",
+            "\\a",
+            "http://h/a",
+            "file:a",
+            "urn:x",
+            "a/",
+            "C:\\a",
+        ] {
             assert!(local_paths("", out).is_empty(), "{out:?}");
         }
         assert!(local_paths("sub/", "%2e%2e/%2e%2e/a").iter().all(|p| p.starts_with("sub/")));

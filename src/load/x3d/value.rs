@@ -100,12 +100,14 @@ pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
         }
         Kind::Ints => {
             let range = i32::MIN as i64..=i32::MAX as i64;
-            let ints = tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
+            let ints =
+                tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
             Ok(Value::Ints(ints.into()))
         }
         Kind::Image => {
             let range = 0..=u32::MAX as i64;
-            let ints = tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
+            let ints =
+                tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
             Ok(Value::Ints(ints.into()))
         }
         Kind::Sf(n) => {
@@ -220,7 +222,10 @@ mod tests {
             assert_eq!(read(Kind::Sf(4), text).unwrap(), expected, "{text:?}");
         }
         assert_eq!(read(Kind::Ints, "0, 1 -1,0xff").unwrap(), Value::Ints([0, 1, -1, 255].into()));
-        assert_eq!(read(Kind::Image, "1 1 4 0xFFFFFFFF").unwrap(), Value::Ints([1, 1, 4, 0xffff_ffff].into()));
+        assert_eq!(
+            read(Kind::Image, "1 1 4 0xFFFFFFFF").unwrap(),
+            Value::Ints([1, 1, 4, 0xffff_ffff].into())
+        );
         assert_eq!(read(Kind::Mf(3), "").unwrap(), Value::Reals([].into()));
         assert_eq!(read(Kind::Bool, " TRUE ").unwrap(), Value::Bool(true));
     }

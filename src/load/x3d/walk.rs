@@ -264,6 +264,9 @@ fn fog(view: &View, id: NodeId, model: DMat4) -> Option<Fog> {
         _ => FogKind::Linear,
     };
     let visibility_range = view.real(id, "visibilityRange") * enlargement(model);
-    (visibility_range > 0.0 && visibility_range.is_finite())
-        .then(|| Fog { color: view.vec3(id, "color"), kind, visibility_range })
+    (visibility_range > 0.0 && visibility_range.is_finite()).then(|| Fog {
+        color: view.vec3(id, "color"),
+        kind,
+        visibility_range,
+    })
 }

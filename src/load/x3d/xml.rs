@@ -103,7 +103,8 @@ fn is_latin1(bytes: &[u8]) -> bool {
     let head = bytes[..bytes.len().min(200)].to_ascii_lowercase();
     let head = String::from_utf8_lossy(&head);
     let declaration = head.split("?>").next().unwrap_or("");
-    declaration.starts_with("<?xml") && ["iso-8859-1", "latin1", "windows-1252"].iter().any(|e| declaration.contains(e))
+    declaration.starts_with("<?xml")
+        && ["iso-8859-1", "latin1", "windows-1252"].iter().any(|e| declaration.contains(e))
 }
 
 /// Parses a checked text.

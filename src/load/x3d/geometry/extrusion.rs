@@ -30,7 +30,10 @@ pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built>
     let rings = rings(view, id, &spine, &section);
     let is_tube = spine[0] == spine[n - 1] && rings[0] == rings[n - 1];
     let (ring, tube) = (m - usize::from(is_ring), n - usize::from(is_tube));
-    let mut mesh = Mesh { positions: rings[..tube].iter().flat_map(|r| &r[..ring]).copied().collect(), ..Mesh::default() };
+    let mut mesh = Mesh {
+        positions: rings[..tube].iter().flat_map(|r| &r[..ring]).copied().collect(),
+        ..Mesh::default()
+    };
     let position = |i: usize, j: usize| ((i % tube) * ring + j % ring) as u32;
     for i in 0..n - 1 {
         for j in 0..m - 1 {
@@ -46,7 +49,8 @@ pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built>
     smooth(&mut mesh, view.real(id, "creaseAngle"));
     if is_textured {
         let step = DVec2::new((m - 1) as f64, (n - 1) as f64);
-        mesh.texcoords = (0..n).flat_map(|i| (0..m).map(move |j| DVec2::new(j as f64, i as f64) / step)).collect();
+        mesh.texcoords =
+            (0..n).flat_map(|i| (0..m).map(move |j| DVec2::new(j as f64, i as f64) / step)).collect();
     }
     for (field, i, is_end) in [("beginCap", 0, false), ("endCap", n - 1, true)] {
         if view.bool(id, field) && ring >= 3 {
@@ -73,7 +77,8 @@ impl Cap<'_> {
         if self.is_textured {
             // The larger side of the cross-section's box spans the texture.
             let section = &self.section[..self.ring];
-            let (low, high) = section.iter().fold((section[0], section[0]), |(l, h), p| (l.min(*p), h.max(*p)));
+            let (low, high) =
+                section.iter().fold((section[0], section[0]), |(l, h), p| (l.min(*p), h.max(*p)));
             let size = (high - low).max_element();
             let scale = if size > 0.0 { size } else { 1.0 };
             mesh.texcoords.extend(section.iter().map(|p| (*p - low) / scale));

@@ -37,7 +37,9 @@ pub(super) fn triangles(view: &View, id: NodeId, is_textured: bool) -> Result<Bu
 /// The corners of each triangle as coordinate indices, and the field that holds them (empty: they are counted).
 fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
     let mut triangles = Vec::new();
-    let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]));
+    let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| {
+        out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]))
+    };
     // Every second triangle of a strip turns the other way, so that all have one front.
     let strip = |run: &[i64], out: &mut Vec<[i64; 3]>| {
         out.extend(run.windows(3).enumerate().map(|(k, w)| match k % 2 {
@@ -72,7 +74,12 @@ fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 
             let mut first = 0;
             for &n in view.ints(id, field) {
                 if n < 3 {
-                    return Err(too_few(id, field, format!("expected counts of 3 or more in {field}"), n.max(0) as usize));
+                    return Err(too_few(
+                        id,
+                        field,
+                        format!("expected counts of 3 or more in {field}"),
+                        n.max(0) as usize,
+                    ));
                 }
                 if first + n > count as i64 {
                     let expected = format!("expected {field} to count no more than the {count} coordinates");
@@ -131,7 +138,9 @@ pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Re
         }
     }
     if thin > 0 {
-        built.remarks.push(format!("<IndexedFaceSet> has {thin} faces of fewer than three corners, left out"));
+        built
+            .remarks
+            .push(format!("<IndexedFaceSet> has {thin} faces of fewer than three corners, left out"));
     }
     let is_flat = !view.bool(id, "normalPerVertex");
     finish(&mut mesh, vertices, if is_flat { 0.0 } else { view.real(id, "creaseAngle") }, is_textured);
@@ -170,12 +179,21 @@ impl<'a> Lookup<'a> {
         match self {
             Lookup::Corner(id, field, runs) => {
                 let run = runs.get(face).copied().unwrap_or_default();
-                let missing = || too_few(*id, field, format!("expected {field} to have runs like coordIndex"), run.len());
+                let missing = || {
+                    too_few(*id, field, format!("expected {field} to have runs like coordIndex"), run.len())
+                };
                 Ok((*run.get(k).ok_or_else(missing)?, (*id, field)))
             }
             Lookup::Shared(id) => Ok((coordinate, (*id, ""))),
             Lookup::Face(id, field, list) => {
-                let missing = || too_few(*id, field, format!("expected {field} to have an index for each face"), list.len());
+                let missing = || {
+                    too_few(
+                        *id,
+                        field,
+                        format!("expected {field} to have an index for each face"),
+                        list.len(),
+                    )
+                };
                 Ok((*list.get(face).ok_or_else(missing)?, (*id, field)))
             }
             Lookup::Counted(id) => Ok((face as i64, (*id, ""))),

@@ -79,7 +79,8 @@ pub(super) fn build(view: &View, id: NodeId) -> Built {
         }
         _ => {
             let points = vec2s(view.reals(id, "vertices"));
-            let mut mesh = Mesh { positions: points.iter().map(|p| p.extend(0.0)).collect(), ..Mesh::default() };
+            let mut mesh =
+                Mesh { positions: points.iter().map(|p| p.extend(0.0)).collect(), ..Mesh::default() };
             for i in 0..points.len() as u32 / 3 {
                 mesh.push_polygon(&[3 * i, 3 * i + 1, 3 * i + 2].map(corner), NONE);
             }

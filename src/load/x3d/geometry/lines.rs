@@ -29,7 +29,8 @@ fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
 
 pub(super) fn points(view: &View, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
-    let corners = (0..vertices.positions.len() as i64).map(|i| shared(&vertices, id, i)).collect::<Result<_>>()?;
+    let corners =
+        (0..vertices.positions.len() as i64).map(|i| shared(&vertices, id, i)).collect::<Result<_>>()?;
     let mut built = start(vertices);
     built.mesh.corners = corners;
     built.mesh.points = (0..built.mesh.corners.len() as u32).collect();
@@ -77,13 +78,19 @@ pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
         let start = corners.len() as u32;
         for (k, &i) in run.iter().enumerate() {
             let missing = |field: &'static str| {
-                too_few(id, field, format!("expected {field} to have an index for each part of coordIndex"), k)
+                too_few(
+                    id,
+                    field,
+                    format!("expected {field} to have an index for each part of coordIndex"),
+                    k,
+                )
             };
             let color = match (vertices.color_use, per_vertex, color_index.is_empty()) {
                 (ColorUse::None, ..) => NONE,
                 (_, true, true) => vertices.color(i, (id, ""))?,
                 (_, true, false) => {
-                    let at = color_runs.get(line).and_then(|r| r.get(k)).ok_or_else(|| missing("colorIndex"))?;
+                    let at =
+                        color_runs.get(line).and_then(|r| r.get(k)).ok_or_else(|| missing("colorIndex"))?;
                     vertices.color(*at, (id, "colorIndex"))?
                 }
                 (_, false, true) => vertices.color(line as i64, (id, ""))?,

@@ -85,13 +85,21 @@ fn too_few(node: NodeId, field: &'static str, expected: String, found: usize) ->
 
 /// The refusal of more faces than [`MAX_MADE_FACES`].
 fn too_big(node: NodeId, field: &'static str, found: u64) -> Fault {
-    Fault { node, field, kind: LoadErrorKind::TooBig { what: "faces of one node", found, limit: MAX_MADE_FACES } }
+    Fault {
+        node,
+        field,
+        kind: LoadErrorKind::TooBig { what: "faces of one node", found, limit: MAX_MADE_FACES },
+    }
 }
 
 /// The mesh of a geometry node. `is_textured`: whether texture coordinates are wanted.
 pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
     Ok(match view.name(id) {
-        "TriangleSet" | "TriangleFanSet" | "TriangleStripSet" | "IndexedTriangleSet" | "IndexedTriangleFanSet"
+        "TriangleSet"
+        | "TriangleFanSet"
+        | "TriangleStripSet"
+        | "IndexedTriangleSet"
+        | "IndexedTriangleFanSet"
         | "IndexedTriangleStripSet" => faces::triangles(view, id, is_textured)?,
         "IndexedFaceSet" => faces::indexed_face_set(view, id, is_textured)?,
         "ElevationGrid" => elevation::build(view, id, is_textured)?,

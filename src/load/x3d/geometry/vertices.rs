@@ -31,7 +31,8 @@ pub(super) struct Vertices {
 impl Vertices {
     pub(super) fn read(view: &View, id: NodeId) -> Vertices {
         let child = |container| view.child(id, container);
-        let (coord, color, normal, texcoord) = (child("coord"), child("color"), child("normal"), child("texCoord"));
+        let (coord, color, normal, texcoord) =
+            (child("coord"), child("color"), child("normal"), child("texCoord"));
         let mut color_use = ColorUse::None;
         let colors = match color {
             Some(color) if view.name(color) == "ColorRGBA" => {

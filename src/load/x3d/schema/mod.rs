@@ -70,7 +70,8 @@ static TYPES: LazyLock<HashMap<&'static str, NodeType>> = LazyLock::new(|| {
     let tables = [structure::NODES, appearance::NODES, geometry::NODES];
     let types = tables.into_iter().flatten().map(|def| {
         let fields: Vec<&'static FieldDef> = def.fields.iter().copied().flatten().collect();
-        let default = |f: &&FieldDef| value::read(f.kind, f.default).expect("the table's defaults are well-formed");
+        let default =
+            |f: &&FieldDef| value::read(f.kind, f.default).expect("the table's defaults are well-formed");
         let defaults = fields.iter().map(default).collect();
         let NodeDef { name, container, accepts, .. } = *def;
         (name, NodeType { name, container, accepts, fields, defaults })
