@@ -1,1 +1,63 @@
-//! The command line: one file a subcommand.
+//! THE COMMAND LINE: one file a subcommand. Arguments in, exit status out; what draws is below.
+//!
+//! Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use. Replies go to stdout, everything
+//! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
+
+mod play;
+mod size;
+
+use clap::{Parser, Subcommand};
+use std::io::Write;
+use std::process::ExitCode;
+
+pub use size::FrameSize;
+
+/// An emulated video memory that programs draw into by commands.
+#[derive(Debug, Parser)]
+#[command(name = "fbptr", version, about, long_about = None)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    command: Task,
+}
+
+#[derive(Debug, Subcommand)]
+enum Task {
+    /// Play a stream of commands, in a window or without one
+    Play(play::Play),
+}
+
+/// How the program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    Success,
+    Failed,
+    BadArguments,
+}
+
+impl From<Status> for ExitCode {
+    fn from(status: Status) -> ExitCode {
+        ExitCode::from(match status {
+            Status::Success => 0,
+            Status::Failed => 1,
+            Status::BadArguments => 2,
+        })
+    }
+}
+
+/// Runs the program with the process's own arguments.
+pub fn main() -> ExitCode {
+    match Cli::parse().command {
+        Task::Play(play) => play.run().into(),
+    }
+}
+
+/// Says a line on stderr; where nobody listens, to nobody.
+pub(crate) fn say(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// Says a line that begins with the program's name.
+pub(crate) fn say_as_program(message: impl std::fmt::Display) {
+    say(&format!("fbptr: {message}"));
+}

@@ -39,6 +39,12 @@ impl Default for Limits {
 }
 
 impl Limits {
+    /// These limits, with room in the replies for all pixels of such a frame.
+    pub fn for_frame(self, width: u32, height: u32) -> Self {
+        let whole = (width as usize * height as usize * 4).saturating_add(4096);
+        Limits { reply_bytes: self.reply_bytes.max(whole), ..self }
+    }
+
     /// Refuses a frame of `width` x `height` pixels that is over the limit.
     pub fn check_frame(&self, width: u32, height: u32) -> Result<(), Fault> {
         let bytes = width as u64 * height as u64 * 4;

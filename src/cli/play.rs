@@ -1,0 +1,185 @@
+//! `fbptr play`: a stream of commands from a file or standard input, in a window or without one.
+
+use super::{FrameSize, Status, say, say_as_program};
+use crate::command::EndOfInput;
+use crate::load::Folder;
+use crate::memory::{DepthFormat, DepthMemory};
+use crate::save;
+use crate::server::{Display, Engine, Finish, Limits, Player, RenderThread};
+use clap::Args;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Play a stream of commands.
+#[derive(Debug, Args)]
+pub struct Play {
+    /// The stream; `-` or nothing is standard input
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    /// The frame's size
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Write the frame at the end: .png, .ppm or .raw
+    #[arg(long, value_name = "OUT")]
+    snap: Option<PathBuf>,
+    /// Write the depth at the end
+    #[arg(long, value_name = "OUT.pfm")]
+    depth_out: Option<PathBuf>,
+    /// Let SNAP write files in this folder
+    #[arg(long, value_name = "DIR")]
+    snap_dir: Option<PathBuf>,
+    /// Let LOAD read files from this folder
+    #[arg(long, value_name = "DIR")]
+    load_dir: Option<PathBuf>,
+}
+
+impl Play {
+    /// Plays to the end; the exit status.
+    pub(super) fn run(self) -> Status {
+        match self.prepare() {
+            Ok((engine, input, name, end)) => self.play(engine, input, &name, end),
+            Err(message) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+        }
+    }
+
+    /// Opens and checks everything that the arguments name.
+    #[expect(clippy::type_complexity, reason = "four things that are used once")]
+    fn prepare(&self) -> Result<(Engine, Box<dyn Read + Send>, String, EndOfInput), String> {
+        if let Some(snap) = &self.snap {
+            save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+        }
+        let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
+            Some(path) if path != Path::new("-") => {
+                let name = path.display().to_string();
+                let refused = |e: io::Error| format!("{name}: {e}");
+                let file = File::open(path).map_err(refused)?;
+                let meta = file.metadata().map_err(refused)?;
+                if meta.is_dir() {
+                    return Err(format!("{name}: is a folder"));
+                }
+                let end = if meta.is_file() { EndOfInput::File } else { EndOfInput::Stream };
+                (Box::new(file), name, end)
+            }
+            _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
+        };
+        let FrameSize { width, height } = self.size.unwrap_or(FrameSize::DEFAULT);
+        let mut engine = Engine::with_limits(width, height, Limits::default().for_frame(width, height))
+            .map_err(|e| e.message)?;
+        let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
+        if let Some(path) = &self.snap_dir {
+            engine.set_snap_dir(folder(path)?);
+        }
+        if let Some(path) = &self.load_dir {
+            engine.set_load_dir(folder(path)?);
+        }
+        Ok((engine, input, name, end))
+    }
+
+    fn play(&self, mut engine: Engine, input: Box<dyn Read + Send>, name: &str, end: EndOfInput) -> Status {
+        let display =
+            self.wants_window().then(|| Display::new(engine.memory().width(), engine.memory().height()));
+        if let Some(display) = &display {
+            engine.set_display(display.clone());
+        }
+        let has_failed = Arc::new(AtomicBool::new(false));
+        let thread = match RenderThread::start(engine) {
+            Ok(thread) => thread,
+            Err(e) => {
+                say_as_program(format_args!("no thread to render on: {e}"));
+                return Status::Failed;
+            }
+        };
+        let (name, failed) = (name.to_owned(), has_failed.clone());
+        let on_complaint = move |complaint: crate::server::Complaint| {
+            failed.store(true, Ordering::Release);
+            say(&complaint.play_line(&name));
+        };
+        let player = match Player::start(&thread, input, Box::new(io::stdout()), end, on_complaint) {
+            Ok(player) => player,
+            Err(e) => {
+                say_as_program(format_args!("no thread to read on: {e}"));
+                return Status::Failed;
+            }
+        };
+        let engine = match display {
+            Some(display) => self.with_window(thread, player, display),
+            None => {
+                player.wait();
+                thread.finish(Finish::WhenAllEnded)
+            }
+        };
+        let is_saved = self.save(&engine);
+        match has_failed.load(Ordering::Acquire) || !is_saved {
+            true => Status::Failed,
+            false => Status::Success,
+        }
+    }
+
+    #[cfg(feature = "window")]
+    fn wants_window(&self) -> bool {
+        !self.headless
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn wants_window(&self) -> bool {
+        if !self.headless {
+            say_as_program("built without windows: going on headless");
+        }
+        false
+    }
+
+    /// Plays with the window on this thread, which is the main one.
+    #[cfg(feature = "window")]
+    fn with_window(&self, thread: RenderThread, player: Player, display: Arc<Display>) -> Engine {
+        let shown = display.clone();
+        player.on_end(move || shown.finish());
+        let title = self.file.as_ref().map_or("fbptr".into(), |f| format!("fbptr {}", f.display()));
+        let options = crate::window::Options { title, ..Default::default() };
+        match crate::window::run(display, options) {
+            Ok(()) if player.has_ended() => thread.finish(Finish::WhenAllEnded),
+            // Its user has seen enough.
+            Ok(()) => thread.finish(Finish::Now),
+            Err(e) => {
+                say_as_program(format_args!("{e}: going on headless"));
+                thread.drop_display();
+                player.wait();
+                thread.finish(Finish::WhenAllEnded)
+            }
+        }
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn with_window(&self, thread: RenderThread, player: Player, _display: Arc<Display>) -> Engine {
+        player.wait();
+        thread.finish(Finish::WhenAllEnded)
+    }
+
+    /// Writes what the arguments ask for; whether all of it was written.
+    fn save(&self, engine: &Engine) -> bool {
+        let memory = engine.memory();
+        let snap = self.snap.as_ref().map(|path| save::to_path(memory, path));
+        let depth = self.depth_out.as_ref().map(|path| match engine.depth() {
+            Some(depth) => save::depth_to_path(depth, path),
+            // Nothing was drawn that has a depth: 1 everywhere.
+            None => save::depth_to_path(
+                &DepthMemory::new(memory.width(), memory.height(), DepthFormat::F32),
+                path,
+            ),
+        });
+        let mut is_saved = true;
+        for error in [snap, depth].into_iter().flatten().filter_map(Result::err) {
+            say_as_program(error);
+            is_saved = false;
+        }
+        is_saved
+    }
+}

@@ -1,0 +1,187 @@
+//! TRANSPORTS: bytes from files, pipes and sockets to the render thread, and replies back.
+//!
+//! Each connection has one reader thread that blocks in `read` and one writer thread that is started with the first
+//! reply. A reader owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
+//! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
+
+mod listen;
+mod socket;
+
+pub use listen::{ListenError, Listener, Place as ListenPlace};
+pub(crate) use socket::Socket;
+
+use super::outbox::Outbox;
+use super::thread::Link;
+use super::thread::message::{Batch, Message, Opening, Port, Source};
+use super::{Audience, Complaint};
+use crate::command::EndOfInput;
+use crossbeam_channel::{Receiver, bounded};
+use std::io::{self, ErrorKind, Read, Write};
+use std::sync::Arc;
+use std::thread::Builder;
+
+/// Buffers of one reader.
+const BUFFERS: usize = 3;
+/// The size that a reader's buffers begin with, and the one they may grow to when reads fill them.
+const SMALL_BYTES: usize = 4 << 10;
+const LARGE_BYTES: usize = 256 << 10;
+/// Readers and writers call little.
+const STACK_BYTES: usize = 128 << 10;
+
+/// The ends of a transport that can be closed from outside. Files and pipes cannot.
+pub(crate) trait Control: Send + Sync {
+    /// No more is read than has arrived.
+    fn stop_reading(&self) {}
+    /// All replies are written.
+    fn finish_writing(&self) {}
+    /// Everything ends now.
+    fn abort(&self) {}
+}
+
+/// A transport that nobody can close.
+pub(crate) struct Uncontrolled;
+
+impl Control for Uncontrolled {}
+
+/// One end of a conversation: what to read, where to write, and who hears of what.
+pub(crate) struct Conversation {
+    pub input: Box<dyn Read + Send>,
+    pub output: Box<dyn Write + Send>,
+    pub control: Arc<dyn Control>,
+    /// What the end of the input means for a last line without LF.
+    pub end: EndOfInput,
+    pub audience: Audience,
+    pub on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    pub on_end: Option<Box<dyn FnOnce() + Send>>,
+    /// Kept by reader and writer until both have ended.
+    pub slot: Option<Arc<Slot>>,
+}
+
+/// A place among the connections that are allowed; counts itself out when it goes.
+pub(crate) struct Slot(pub Arc<std::sync::atomic::AtomicUsize>);
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, std::sync::atomic::Ordering::AcqRel);
+    }
+}
+
+/// Begins a conversation with the render thread.
+///
+/// # Errors
+/// When the system has no thread to give; nothing has begun then.
+pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
+    let Conversation { input, output, control, end, audience, on_complaint, on_end, slot } = conversation;
+    let id = link.new_id();
+    let (recycle, buffers) = bounded(BUFFERS);
+    for _ in 0..BUFFERS {
+        recycle.try_send(Vec::new()).expect("the channel has room for all buffers");
+    }
+    let life = Arc::new(slot);
+    let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
+    let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
+    let opening = Box::new(Opening { audience, source, on_complaint, on_end });
+    let messages = link.messages.clone();
+    let read = move || {
+        let _life = life;
+        if messages.send(Message::Open(id, opening)).is_ok() {
+            read_all(input, buffers, end, |message| messages.send(message(id)).is_ok());
+        }
+    };
+    Builder::new().name(format!("read {id}")).stack_size(STACK_BYTES).spawn(read)?;
+    Ok(())
+}
+
+/// A message, once it is known whose.
+type Unaddressed = Box<dyn FnOnce(u64) -> Message>;
+
+/// Reads to the end, in buffers that grow where reads fill them.
+fn read_all(
+    mut input: Box<dyn Read + Send>,
+    buffers: Receiver<Vec<u8>>,
+    end: EndOfInput,
+    send: impl Fn(Unaddressed) -> bool,
+) {
+    let mut size = SMALL_BYTES;
+    // Ends when the render thread wants no more.
+    for mut buffer in buffers.iter() {
+        buffer.resize(size, 0);
+        buffer.shrink_to(size);
+        let filled = match read_some(&mut *input, &mut buffer) {
+            // A connection that died says no more than one that was closed: what came before still counts.
+            Ok(0) | Err(_) => {
+                send(Box::new(move |id| Message::End(id, end)));
+                return;
+            }
+            Ok(filled) => filled,
+        };
+        size = match () {
+            () if filled == size => (size * 8).min(LARGE_BYTES),
+            () if filled < size / 32 => (size / 8).max(SMALL_BYTES),
+            () => size,
+        };
+        if !send(Box::new(move |id| Message::Bytes(id, Batch { buffer, filled }))) {
+            return;
+        }
+    }
+    // It is over, and its last replies are on their way: a socket that is closed with bytes unread would take them along.
+    let mut rest = [0; 1024];
+    while matches!(read_some(&mut *input, &mut rest), Ok(n) if n > 0) {}
+}
+
+fn read_some(input: &mut dyn Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match input.read(buffer) {
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
+            result => return result,
+        }
+    }
+}
+
+/// The render thread's hold on a conversation.
+struct StreamPort {
+    writer: Option<Box<dyn Write + Send>>,
+    control: Arc<dyn Control>,
+    /// Held by the reader and the writer too.
+    life: Arc<Option<Arc<Slot>>>,
+    id: u64,
+}
+
+impl Port for StreamPort {
+    fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>) {
+        let Some(mut writer) = self.writer.take() else { return };
+        let (control, life, for_writer) = (self.control.clone(), self.life.clone(), outbox.clone());
+        let write = move || {
+            let _life = life;
+            // A client that reads no more has heard enough.
+            let _ = for_writer.write_all_to(&mut *writer, limit, on_room);
+            drop(writer);
+            control.finish_writing();
+            for_writer.set_done();
+        };
+        let name = format!("write {}", self.id);
+        if Builder::new().name(name).stack_size(STACK_BYTES).spawn(write).is_err() {
+            // No thread to be had: the connection cannot be answered, so it ends.
+            outbox.set_done();
+            self.control.abort();
+        }
+    }
+
+    fn end_without_writer(&mut self, outbox: &Outbox) {
+        self.writer = None;
+        self.control.finish_writing();
+        outbox.set_done();
+    }
+
+    fn stop_reading(&mut self) {
+        self.control.stop_reading();
+    }
+
+    fn abort(&mut self) {
+        self.control.abort();
+    }
+
+    fn is_gone(&self) -> bool {
+        Arc::strong_count(&self.life) == 1
+    }
+}
