@@ -5,7 +5,7 @@ use crate::command::EndOfInput;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory};
 use crate::save;
-use crate::server::{Display, Engine, Finish, Limits, Player, RenderThread};
+use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RenderThread};
 use clap::Args;
 use std::fs::File;
 use std::io::{self, Read};
@@ -99,11 +99,14 @@ impl Play {
             }
         };
         let (name, failed) = (name.to_owned(), has_failed.clone());
-        let on_complaint = move |complaint: crate::server::Complaint| {
-            failed.store(true, Ordering::Release);
-            say(&complaint.play_line(&name));
+        let on_notice = move |notice| match notice {
+            Notice::Refused(complaint) => {
+                failed.store(true, Ordering::Release);
+                say(&complaint.play_line(&name));
+            }
+            Notice::Warning(warning) => say(&warning),
         };
-        let player = match Player::start(&thread, input, Box::new(io::stdout()), end, on_complaint) {
+        let player = match Player::start(&thread, input, Box::new(io::stdout()), end, on_notice) {
             Ok(player) => player,
             Err(e) => {
                 say_as_program(format_args!("no thread to read on: {e}"));

@@ -21,6 +21,6 @@ pub use names::{Kind, Names, Resource};
 pub use player::Player;
 pub use session::{Audience, Session};
 pub use stats::Stats;
-pub use stream::{Budget, Complaint, Output, Pace, Standing, Stream};
+pub use stream::{Budget, Complaint, Notice, Output, Pace, Standing, Stream};
 pub use thread::{Finish, RenderThread, SLICE_BYTES, SLICE_TIME};
 pub use transport::{ListenError, ListenPlace, Listener};

@@ -5,10 +5,12 @@
 
 use super::Limits;
 use crate::error::{Code, Fault};
-use std::collections::HashMap;
-
+use crate::eye::{self, EyeScene};
+use crate::load::x3d::X3dDocument;
+use crate::memory::Rgba;
 use crate::scene::{Geometry, Texture};
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
 
 /// What a name can stand for.
 #[derive(Clone, Debug)]
@@ -17,6 +19,49 @@ pub enum Resource {
     Mesh(Arc<Geometry>),
     /// A texture.
     Texture(Arc<Texture>),
+    /// An N-dimensional scene.
+    Eye(Arc<Eye>),
+    /// An X3D scene, and the bytes that it takes, about.
+    Scene(Arc<X3dDocument>, u64),
+}
+
+/// An N-dimensional scene, and its picture once it was asked for: nothing in it moves, so it is made once.
+#[derive(Debug)]
+pub struct Eye {
+    scene: EyeScene,
+    picture: OnceLock<Vec<Rgba>>,
+}
+
+impl Eye {
+    /// A scene without its picture.
+    pub fn new(scene: EyeScene) -> Self {
+        Eye { scene, picture: OnceLock::new() }
+    }
+
+    /// Columns and rows, and the pixels, row after row. Further screen axes are laid out downwards, slice under slice.
+    pub fn picture(&self) -> ([usize; 2], &[Rgba]) {
+        let pixels = self.picture.get_or_init(|| {
+            let byte = |c: f64| (c.clamp(0.0, 255.0) + 0.5).floor() as u8;
+            let opaque = |[r, g, b]: [f64; 3]| [byte(r), byte(g), byte(b), 255];
+            eye::render(&self.scene).color.into_iter().map(opaque).collect()
+        });
+        let columns = self.columns();
+        ([columns, pixels.len() / columns], pixels)
+    }
+
+    fn columns(&self) -> usize {
+        (self.scene.pixels.first().copied().unwrap_or(1) as usize).max(1)
+    }
+
+    /// Bytes that making the picture takes: facet, distance, flags, colour.
+    pub fn working_bytes(&self) -> u64 {
+        self.scene.pixel_count() as u64 * (4 + 8 + 24 + 4 + self.scene.lights.len() as u64)
+    }
+
+    fn size_bytes(&self) -> usize {
+        let vertices = self.scene.facets.len() * self.scene.dim;
+        vertices * (self.scene.dim * 8 + 24) + self.scene.pixel_count() * 4
+    }
 }
 
 /// A kind of resource.
@@ -28,6 +73,8 @@ pub enum Kind {
     Texture,
     /// `EYE`
     Eye,
+    /// `SCENE`
+    Scene,
 }
 
 impl Kind {
@@ -37,6 +84,7 @@ impl Kind {
             Kind::Mesh => "mesh",
             Kind::Texture => "texture",
             Kind::Eye => "eye",
+            Kind::Scene => "scene",
         }
     }
 }
@@ -47,6 +95,8 @@ impl Resource {
         match self {
             Resource::Mesh(_) => Kind::Mesh,
             Resource::Texture(_) => Kind::Texture,
+            Resource::Eye(_) => Kind::Eye,
+            Resource::Scene(..) => Kind::Scene,
         }
     }
 
@@ -58,6 +108,8 @@ impl Resource {
                 g.mesh.size_bytes() + textures
             }
             Resource::Texture(t) => t.size_bytes(),
+            Resource::Eye(e) => e.size_bytes(),
+            Resource::Scene(_, size) => return *size,
         };
         size as u64
     }

@@ -2,7 +2,7 @@
 
 use super::thread::RenderThread;
 use super::transport::{Conversation, Uncontrolled, converse};
-use super::{Audience, Complaint};
+use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -32,7 +32,7 @@ struct EndState {
 }
 
 impl Player {
-    /// Plays `input` to its end. `complain` hears of every refused command; replies are written to `output`.
+    /// Plays `input` to its end. `notify` hears of every refused command, and of what files were warned about; replies are written to `output`.
     ///
     /// # Errors
     /// When the system has no thread to give.
@@ -41,7 +41,7 @@ impl Player {
         input: Box<dyn Read + Send>,
         output: Box<dyn Write + Send>,
         end: EndOfInput,
-        complain: impl FnMut(Complaint) + Send + 'static,
+        notify: impl FnMut(Notice) + Send + 'static,
     ) -> io::Result<Player> {
         let ended = Arc::new(End::default());
         let told = ended.clone();
@@ -51,7 +51,7 @@ impl Player {
             control: Arc::new(Uncontrolled),
             end,
             audience: Audience::Owner,
-            on_complaint: Some(Box::new(complain)),
+            on_notice: Some(Box::new(notify)),
             on_end: Some(Box::new(move || told.tell())),
             slot: None,
         };

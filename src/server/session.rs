@@ -71,6 +71,8 @@ pub struct Session {
     pub auto: bool,
     /// `EVENTS on`
     pub events: bool,
+    /// What files said that their author should know, until the owner hears it.
+    pub warnings: Vec<String>,
     /// What it did.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
@@ -105,6 +107,7 @@ impl Session {
             names: Names::default(),
             auto: true,
             events: false,
+            warnings: Vec::new(),
             stats: Stats::default(),
             counted: Stats::default(),
         }

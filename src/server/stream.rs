@@ -30,13 +30,22 @@ impl Complaint {
     }
 }
 
+/// What the owner of a stream is told beside the replies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// A command was refused.
+    Refused(Complaint),
+    /// A file was read, and something in it skipped or put right.
+    Warning(String),
+}
+
 /// What a stream answers.
 #[derive(Debug, Default)]
 pub struct Output {
     /// For the connection, in order.
     pub replies: Vec<u8>,
     /// For the owner.
-    pub complaints: Vec<Complaint>,
+    pub notices: Vec<Notice>,
 }
 
 /// When a stream is to rest.
@@ -194,7 +203,8 @@ impl Runner<'_> {
                     self.out.replies.push(b'\n');
                 }
                 Audience::Owner => {
-                    self.out.complaints.push(Complaint { place, verb: verb.to_owned(), fault });
+                    let complaint = Complaint { place, verb: verb.to_owned(), fault };
+                    self.out.notices.push(Notice::Refused(complaint));
                 }
             }
         }
@@ -254,6 +264,14 @@ impl Sink for Runner<'_> {
     fn command(&mut self, command: Command, place: Place) -> Flow {
         let verb = command.verb();
         let result = self.engine.run(self.session, command, &mut self.out.replies);
+        if !self.session.warnings.is_empty() {
+            let warnings = self.session.warnings.drain(..).map(Notice::Warning);
+            match self.session.audience {
+                Audience::Owner => self.out.notices.extend(warnings),
+                // A connection gets nothing unasked.
+                Audience::Connection => drop(warnings),
+            }
+        }
         self.after(result, place, verb)
     }
 
@@ -349,7 +367,7 @@ mod tests {
         let (_, out) = play(b"ERRORS count\nLINE 1\nNOPE\n", 5, Audience::Connection);
         assert_eq!(out.replies, b"");
         let (_, out) = play(b"NOPE\nPX 1\n", 5, Audience::Owner);
-        assert_eq!(out.complaints.len(), 2, "the player always hears");
+        assert_eq!(out.notices.len(), 2, "the player always hears");
     }
 
     #[test]

@@ -231,8 +231,8 @@ impl Engine {
             }
             Command::Poly { color, points } => draw2d::poly(memory, &points, color, blend),
             Command::FillPoly { color, points } => draw2d::fill_poly(memory, &points, color, blend),
-            Command::Text { x, y, color, utf8 } => super::resources::not_yet((x, y, color, utf8))?,
-            Command::LineAa { p0, p1, color } => super::resources::not_yet((p0, p1, color))?,
+            Command::Text { x, y, color, utf8 } => draw2d::text(memory, [x, y], &utf8, color, blend)?,
+            Command::LineAa { p0, p1, color } => draw2d::line_aa(memory, p0, p1, color),
             _ => unreachable!("dispatch sends figures only"),
         }
         Ok(())

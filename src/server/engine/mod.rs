@@ -81,6 +81,8 @@ pub struct Engine {
 struct IdNames {
     names: Vec<Arc<str>>,
     numbers: HashMap<Arc<str>, u32>,
+    /// Where the names of the objects of the last scene drawn begin.
+    last_scene: u32,
 }
 
 impl Engine {

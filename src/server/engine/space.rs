@@ -5,8 +5,10 @@ use crate::command::{Command, LightCommand};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory};
-use crate::pipeline::{DrawCall, DrawStats, PipelineError, Target};
-use crate::scene::{Camera, CameraError, Light, LightKind, LookAt, Sampling, Viewport};
+use crate::pipeline::{self, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use crate::scene::{
+    Camera, CameraError, Light, LightKind, LookAt, Object, Sampling, Scene, TransparencyOrder, Viewport,
+};
 use crate::server::Session;
 use crate::server::names::Kind;
 use glam::{DMat4, DVec3, DVec4};
@@ -176,9 +178,50 @@ impl Engine {
             name,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
-        let stats = super::resources::not_yet((self.target(), &call))?;
+        let stats = pipeline::draw(&mut self.target(), &call)?;
         self.note_draw(s, &stats);
         Ok(())
+    }
+
+    pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<(), Fault> {
+        let document = self.scene(s)?;
+        let (width, height) = (self.memory.width(), self.memory.height());
+        let viewport = s.viewport_on(width, height);
+        if viewport.width == 0 || viewport.height == 0 {
+            return Ok(());
+        }
+        let mut scene = document.at(time);
+        apply_own_state(&mut scene, s);
+        let options = SceneOptions {
+            viewport,
+            camera: s.camera,
+            shade: s.shade,
+            hide: s.hide,
+            interp: s.interp,
+            transparency: if sorted { TransparencyOrder::Sorted } else { TransparencyOrder::FileOrder },
+            first_name: self.ids_of(&scene),
+            ..SceneOptions::new(width, height)
+        };
+        let stats = pipeline::draw_scene(&mut self.target(), &scene, &options)?;
+        self.note_draw(s, &stats);
+        Ok(())
+    }
+
+    /// The number of the scene's first object in the id memory; the others follow.
+    fn ids_of(&mut self, scene: &Scene) -> u32 {
+        if self.id_names.names.len() + scene.objects.len() > MAX_ID_NAMES {
+            self.forget_unused_ids();
+        }
+        let names = &mut self.id_names.names;
+        let start = self.id_names.last_scene as usize;
+        let is_same = |(name, object): (&Arc<str>, &Object)| **name == *object.name;
+        let is_there = names.len() >= start + scene.objects.len()
+            && names[start..].iter().zip(&scene.objects).all(is_same);
+        if !is_there {
+            self.id_names.last_scene = names.len() as u32;
+            names.extend(scene.objects.iter().map(|o| Arc::from(o.name.as_str())));
+        }
+        self.id_names.last_scene
     }
 
     /// The memories that a draw writes; ids are kept from the first draw on, since a PICK may come.
@@ -261,6 +304,41 @@ impl IdNames {
     /// Forgets all of them.
     pub(super) fn clear(&mut self) {
         *self = IdNames::default();
+    }
+}
+
+/// What the connection set since its SCENE wins over what the scene brings.
+fn apply_own_state(scene: &mut Scene, s: &Session) {
+    if s.has_own_camera {
+        if let Some(Camera { look_at: theirs, .. }) = scene.camera {
+            // The headlight goes where the eye goes.
+            let ahead = theirs.reference - theirs.eye;
+            for light in &mut scene.lights {
+                match &mut light.kind {
+                    LightKind::Directional { direction }
+                        if *direction == ahead && light.clamp_attenuation =>
+                    {
+                        *direction = s.camera.look_at.reference - s.camera.look_at.eye;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        scene.camera = Some(s.camera);
+    }
+    scene.ambient = s.ambient;
+    for (&index, light) in &s.own_lights {
+        match (scene.lights.get_mut(index), light) {
+            (Some(theirs), Some(light)) => *theirs = *light,
+            // Numbers of lights that follow stay theirs.
+            (Some(theirs), None) => (theirs.color, theirs.ambient) = (DVec3::ZERO, DVec3::ZERO),
+            (None, Some(light)) => {
+                let number = scene.lights.len() as u32;
+                scene.lights.push(*light);
+                scene.objects.iter_mut().filter_map(|o| o.lights.as_mut()).for_each(|l| l.push(number));
+            }
+            (None, None) => {}
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::message::{Batch, Item, Message, Opening, Port, Source};
 use crate::command::EndOfInput;
 use crate::error::Fault;
 use crate::server::outbox::Outbox;
-use crate::server::{Budget, Complaint, Engine, Output, Standing, Stream};
+use crate::server::{Budget, Engine, Notice, Output, Standing, Stream};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub(super) struct Connection {
     mail: Vec<Item>,
     source: Source,
     has_writer: bool,
-    on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     on_end: Option<Box<dyn FnOnce() + Send>>,
     /// It is in the render thread's round.
     pub is_queued: bool,
@@ -49,7 +49,7 @@ pub(super) struct Leaving {
 
 impl Connection {
     pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
-        let Opening { audience, source, on_complaint, on_end } = opening;
+        let Opening { audience, source, on_notice, on_end } = opening;
         Connection {
             id,
             stream: Stream::new(engine, id, audience),
@@ -59,7 +59,7 @@ impl Connection {
             mail: Vec::new(),
             source,
             has_writer: false,
-            on_complaint,
+            on_notice,
             on_end,
             is_queued: false,
             waits_for: None,
@@ -135,7 +135,7 @@ impl Connection {
                 }
                 Some(Work::End(end)) => self.stream.finish(engine, end, out),
             };
-            self.tell(&mut out.complaints);
+            self.tell(&mut out.notices);
             match standing {
                 Standing::Ready => {}
                 Standing::WaitsFor(frame) => {
@@ -163,9 +163,9 @@ impl Connection {
                     self.owed = Some(answer);
                     return standing;
                 }
-                let result = match out.complaints.pop() {
-                    Some(complaint) => Err(complaint.fault),
-                    None => Ok(std::mem::take(&mut out.replies)),
+                let result = match out.notices.pop() {
+                    Some(Notice::Refused(complaint)) => Err(complaint.fault),
+                    _ => Ok(std::mem::take(&mut out.replies)),
                 };
                 // Whoever asked may be gone.
                 let _ = answer.send(result);
@@ -204,12 +204,12 @@ impl Connection {
         }
     }
 
-    fn tell(&mut self, complaints: &mut Vec<Complaint>) {
-        for complaint in complaints.drain(..) {
-            match (&mut self.on_complaint, &self.source) {
-                (Some(tell), _) => tell(complaint),
-                (None, Source::Inbox(inbox)) => inbox.complain(complaint),
-                (None, Source::Stream { .. }) => {}
+    fn tell(&mut self, notices: &mut Vec<Notice>) {
+        for notice in notices.drain(..) {
+            match (&mut self.on_notice, &self.source, notice) {
+                (Some(tell), _, notice) => tell(notice),
+                (None, Source::Inbox(inbox), Notice::Refused(complaint)) => inbox.complain(complaint),
+                (None, ..) => {}
             }
         }
     }

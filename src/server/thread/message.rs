@@ -1,7 +1,7 @@
 //! What travels to the render thread.
 
 use super::super::outbox::Outbox;
-use super::super::{Audience, Complaint};
+use super::super::{Audience, Complaint, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
 use crate::server::Engine;
@@ -58,8 +58,8 @@ impl fmt::Debug for Message {
 pub(crate) struct Opening {
     pub audience: Audience,
     pub source: Source,
-    /// Told of each refusal, where the audience is the owner.
-    pub on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    /// Told of each refusal and warning, where the audience is the owner.
+    pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     /// Called when the connection's last command has run.
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
 }

@@ -87,7 +87,7 @@ impl RenderThread {
         let opening = Opening {
             audience: Audience::Owner,
             source: Source::Inbox(inbox.clone()),
-            on_complaint: None,
+            on_notice: None,
             on_end: None,
         };
         if link.messages.send(Message::Open(id, Box::new(opening))).is_err() {

@@ -228,7 +228,7 @@ fn welcome(socket: Socket, link: &Link, count: &Arc<AtomicUsize>, limit: usize) 
         control: Arc::new(socket),
         end: EndOfInput::Stream,
         audience: Audience::Connection,
-        on_complaint: None,
+        on_notice: None,
         on_end: None,
         slot: Some(slot),
     };

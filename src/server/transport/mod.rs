@@ -13,7 +13,7 @@ pub(crate) use socket::Socket;
 use super::outbox::Outbox;
 use super::thread::Link;
 use super::thread::message::{Batch, Message, Opening, Port, Source};
-use super::{Audience, Complaint};
+use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use crossbeam_channel::{Receiver, bounded};
 use std::io::{self, ErrorKind, Read, Write};
@@ -51,7 +51,7 @@ pub(crate) struct Conversation {
     /// What the end of the input means for a last line without LF.
     pub end: EndOfInput,
     pub audience: Audience,
-    pub on_complaint: Option<Box<dyn FnMut(Complaint) + Send>>,
+    pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
     /// Kept by reader and writer until both have ended.
     pub slot: Option<Arc<Slot>>,
@@ -71,7 +71,7 @@ impl Drop for Slot {
 /// # Errors
 /// When the system has no thread to give; nothing has begun then.
 pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
-    let Conversation { input, output, control, end, audience, on_complaint, on_end, slot } = conversation;
+    let Conversation { input, output, control, end, audience, on_notice, on_end, slot } = conversation;
     let id = link.new_id();
     let (recycle, buffers) = bounded(BUFFERS);
     for _ in 0..BUFFERS {
@@ -80,7 +80,7 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
     let life = Arc::new(slot);
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
-    let opening = Box::new(Opening { audience, source, on_complaint, on_end });
+    let opening = Box::new(Opening { audience, source, on_notice, on_end });
     let messages = link.messages.clone();
     let read = move || {
         let _life = life;
