@@ -28,6 +28,7 @@ mod raster;
 mod sample;
 mod shade;
 mod vertex;
+pub mod tile;
 mod viewport;
 mod whole;
 

@@ -288,6 +288,21 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    fn load_bytes(self, from: &[u8]) -> I {
+        let from = &from[..32];
+        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte first.
+        unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
+        let to = &mut to[..32];
+        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte first.
+        unsafe {
+            let old = _mm256_loadu_si256(to.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
+        }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;

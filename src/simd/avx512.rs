@@ -250,6 +250,18 @@ impl Simd for Avx512 {
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr(), mask.0, v.0) }
     }
     #[inline(always)]
+    fn load_bytes(self, from: &[u8]) -> I {
+        let from = &from[..64];
+        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte first.
+        unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
+        let to = &mut to[..64];
+        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte first.
+        unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask.0, v.0) }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..16];
         // Into a register and out whole: a compressing store is many times slower on some CPUs.

@@ -119,6 +119,10 @@ pub trait Simd: Copy + 'static {
     fn store_masked(self, mask: Self::M, v: Self::F, to: &mut [f32]);
     /// Into the first LANES places of `to`, where the mask is set.
     fn store_masked_i(self, mask: Self::M, v: Self::I, to: &mut [i32]);
+    /// The first LANES pixels of `from`, four bytes each, the first byte lowest.
+    fn load_bytes(self, from: &[u8]) -> Self::I;
+    /// Into the first LANES pixels of `to`, four bytes each, the lowest byte first, where the mask is set.
+    fn store_masked_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8]);
     /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
     /// Lane i is bit i.

@@ -223,6 +223,17 @@ impl<const N: usize> Simd for Portable<N> {
         }
     }
     #[inline(always)]
+    fn load_bytes(self, from: &[u8]) -> IntLanes<N> {
+        let from = from[..N * 4].as_chunks::<4>().0;
+        IntLanes(from_fn(|i| i32::from_le_bytes(from[i])))
+    }
+    #[inline(always)]
+    fn store_masked_bytes(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [u8]) {
+        for ((to, v), m) in to[..N * 4].as_chunks_mut::<4>().0.iter_mut().zip(v.0).zip(mask.0) {
+            *to = if m != 0 { v.to_le_bytes() } else { *to };
+        }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [i32]) -> usize {
         let to = &mut to[..N];
         let mut n = 0;

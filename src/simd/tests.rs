@@ -75,6 +75,12 @@ impl Kernel for AllOperations {
             let mut masked = vec![5.0; S::LANES];
             s.store_masked(m, s.splat(2.0), &mut masked);
             out.push(masked.iter().map(|f| f.to_bits() as i32).collect());
+            let mut bytes = vec![7u8; S::LANES * 4];
+            s.store_masked_bytes(m, q, &mut bytes);
+            let mut loaded = vec![0; S::LANES];
+            s.store_i(s.load_bytes(&bytes), &mut loaded);
+            assert_eq!(bytes, loaded.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>());
+            out.push(loaded);
             parts.extend(out);
         }
         // Lane-major order: the parts of an 8-lane level interleave to what 16 lanes give.

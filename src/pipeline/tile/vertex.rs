@@ -1,0 +1,146 @@
+//! Vertices to the screen: transformed, divided and snapped in f64, kept as one 16-byte record each.
+//!
+//! A record is {x, y, z, 1/w}: x and y in 1/65536 pixel rounded down (as i32 bits in f32's place), z in f32, 1/w in f32.
+//! The position snapped to 1/256 pixel, ties to even, is x >> 8 or one more; which of the two is kept in the last bits of
+//! 1/w (bit 0 for x, bit 1 for y), where it costs 4e-7 of a weight. So coverage has its exact corners and everything else
+//! the unsnapped ones, out of one cache line a vertex. A vertex that this cannot hold (behind the eye, beyond 16,000
+//! pixels, far outside the depth range) has 1/w = 0: faces with such a corner take the plain path.
+
+use crate::simd::{Kernel, Simd};
+
+/// A vertex on the screen; see the module's text.
+pub type Record = [f32; 4];
+
+/// The farthest from pixel (0,0) that a record can hold, in pixels.
+const REACH: f64 = 16_000.0;
+
+/// Object space to the screen: rows of clip x, y, z, w, and the viewport.
+#[derive(Clone, Copy, Debug)]
+pub struct ToScreen {
+    /// Rows of the object-to-clip matrix.
+    pub rows: [[f64; 4]; 4],
+    /// x_s = center[0] + x_ndc * half[0].
+    pub center: [f64; 2],
+    /// Half extents in pixels; y's is negative, since rows grow downwards.
+    pub half: [f64; 2],
+}
+
+/// Transforms a run of vertices.
+pub struct VertexKernel<'a> {
+    /// Object-space x, y, z.
+    pub positions: [&'a [f64]; 3],
+    /// The matrices.
+    pub to_screen: &'a ToScreen,
+    /// One record a vertex.
+    pub records: &'a mut [Record],
+}
+
+/// Vertices worked on at once: one AVX-512 register of f64, two of AVX2.
+const WIDTH: usize = 8;
+
+impl Kernel for VertexKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let [xs, ys, zs] = self.positions.map(|p| p.as_chunks::<WIDTH>());
+        let (chunks, tail) = self.records.as_chunks_mut::<WIDTH>();
+        for (((out, x), y), z) in chunks.iter_mut().zip(xs.0).zip(ys.0).zip(zs.0) {
+            transform(self.to_screen, x, y, z, out);
+        }
+        let pad = |from: &[f64]| std::array::from_fn(|i| from.get(i).copied().unwrap_or(0.0));
+        let mut last = [[0.0; 4]; WIDTH];
+        transform(self.to_screen, &pad(xs.1), &pad(ys.1), &pad(zs.1), &mut last);
+        tail.copy_from_slice(&last[..tail.len()]);
+    }
+}
+
+#[inline(always)]
+fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH], out: &mut [Record; WIDTH]) {
+    let clip: [[f64; WIDTH]; 4] = std::array::from_fn(|r| {
+        let [a, b, c, d] = t.rows[r];
+        std::array::from_fn(|i| ((a * x[i] + b * y[i]) + c * z[i]) + d)
+    });
+    // Adding and taking away 1.5 * 2^52 rounds to a whole number, ties to even, without a call or a branch.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    let mut x_fixed = [0i32; WIDTH];
+    let mut y_fixed = [0i32; WIDTH];
+    let mut depth = [0f32; WIDTH];
+    let mut inverse = [0u32; WIDTH];
+    for i in 0..WIDTH {
+        let w = clip[3][i];
+        let inv = 1.0 / w;
+        let sx = t.center[0] + clip[0][i] * inv * t.half[0];
+        let sy = t.center[1] + clip[1][i] * inv * t.half[1];
+        let sz = clip[2][i] * inv;
+        let fits = w > 1e-30 && w < 1e30 && sx.abs() < REACH && sy.abs() < REACH && sz.abs() < 2.0;
+        let (sx, sy) = if fits { (sx, sy) } else { (0.0, 0.0) };
+        let floor = |v: f64| {
+            let r = (v + ROUND) - ROUND;
+            if r > v { r - 1.0 } else { r }
+        };
+        let (fx, fy) = (floor(sx * 65536.0), floor(sy * 65536.0));
+        let snapped_x = (sx * 256.0 + ROUND) - ROUND;
+        let snapped_y = (sy * 256.0 + ROUND) - ROUND;
+        x_fixed[i] = fx as i32;
+        y_fixed[i] = fy as i32;
+        let up_x = snapped_x as i32 - (x_fixed[i] >> 8);
+        let up_y = snapped_y as i32 - (y_fixed[i] >> 8);
+        depth[i] = sz as f32;
+        let bits = ((inv as f32).to_bits() & !3) | (up_x as u32 & 1) | (up_y as u32 & 1) << 1;
+        inverse[i] = if fits { bits } else { 0 };
+    }
+    for i in 0..WIDTH {
+        out[i] =
+            [f32::from_bits(x_fixed[i] as u32), f32::from_bits(y_fixed[i] as u32), depth[i], f32::from_bits(inverse[i])];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Level;
+
+    #[test]
+    fn records_hold_the_floor_and_the_snap_of_every_position() {
+        let to_screen = ToScreen {
+            rows: [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 0.5, 0.], [0., 0., 0., 2.0]],
+            center: [100.0, 50.0],
+            half: [100.0, -50.0],
+        };
+        let n = 1003;
+        // Quarters of 1/256 pixel, so that ties and both neighbours come up, and values off the frame.
+        let xs: Vec<f64> = (0..n).map(|i| (i as f64 - 300.0) / 51200.0).collect();
+        let ys: Vec<f64> = (0..n).map(|i| (i as f64 * 7.0 - 300.0) / 25600.0 / 4.0).collect();
+        let zs: Vec<f64> = (0..n).map(|i| i as f64 / n as f64).collect();
+        let mut first: Option<Vec<Record>> = None;
+        for level in Level::ALL {
+            let mut records = vec![[0f32; 4]; n];
+            level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], to_screen: &to_screen, records: &mut records });
+            for i in 0..n {
+                let sx = 100.0 + xs[i] * 0.5 * 100.0;
+                let sy = 50.0 + ys[i] * 0.5 * -50.0;
+                let bits = records[i].map(|v| v.to_bits());
+                for (axis, s) in [sx, sy].into_iter().enumerate() {
+                    assert_eq!(bits[axis] as i32, (s * 65536.0).floor() as i32);
+                    let snapped = ((bits[axis] as i32) >> 8) + (bits[3] >> axis & 1) as i32;
+                    assert_eq!(snapped as f64, (s * 256.0).round_ties_even(), "vertex {i} at {s}");
+                }
+                assert!((f32::from_bits(bits[3]) - 0.5).abs() < 3e-7);
+            }
+            let same = first.get_or_insert_with(|| records.clone());
+            assert!(same.iter().zip(&records).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)), "{level:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_record_cannot_hold_says_so() {
+        let rows = [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 1.0, 0.], [0., 0., 1.0, 0.]];
+        let to_screen = ToScreen { rows, center: [0.0; 2], half: [10.0, -10.0] };
+        let xs = [1.0, 1.0, 1e9, f64::NAN, 1.0];
+        let zs = [0.0, -1.0, 1.0, 1.0, 1e-300];
+        let mut records = vec![[1f32; 4]; 5];
+        Level::best().dispatch(VertexKernel { positions: [&xs, &[0.0; 5], &zs], to_screen: &to_screen, records: &mut records });
+        assert!(records.iter().all(|r| r[3] == 0.0), "{records:?}");
+    }
+}
