@@ -142,7 +142,15 @@ pub fn clip_line<const N: usize>(a: ClipVertex<N>, b: ClipVertex<N>) -> Option<C
     if t0 > t1 {
         return None;
     }
-    let end = |whole: ClipVertex<N>, t: f64| if t == 0.0 { a } else if t == 1.0 { b } else { whole };
+    let end = |whole: ClipVertex<N>, t: f64| {
+        if t == 0.0 {
+            a
+        } else if t == 1.0 {
+            b
+        } else {
+            whole
+        }
+    };
     let ends = [end(a.towards(&b, t0), t0), end(a.towards(&b, t1), t1)];
     ends.iter().all(|v| v.pos_clip.w > 0.0).then_some(ClippedLine { t: [t0, t1], ends })
 }

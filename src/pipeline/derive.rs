@@ -174,7 +174,12 @@ fn plan_faces(call: &DrawCall, lighting: &Lighting, plan: &mut Plan, faces: u64,
     if wire && call.hide != HiddenSurface::ZBuffer {
         plan.leave_out(Part::Coverage, "SHADE wire without depth: lines alone");
     } else {
-        plan.add(Part::Coverage, if wire { "depth that hides lines" } else { "every face that is seen" }, faces, 0);
+        plan.add(
+            Part::Coverage,
+            if wire { "depth that hides lines" } else { "every face that is seen" },
+            faces,
+            0,
+        );
     }
     if wire {
         return;
@@ -186,7 +191,8 @@ fn plan_faces(call: &DrawCall, lighting: &Lighting, plan: &mut Plan, faces: u64,
     if asks.light {
         let flat = call.shade == ShadeMode::Flat;
         // A corner without a normal of its own takes the mean of its faces' normals.
-        let given = |c: &crate::scene::Corner| mesh.normals.get(c.normal as usize).is_some_and(|n| *n != DVec3::ZERO);
+        let given =
+            |c: &crate::scene::Corner| mesh.normals.get(c.normal as usize).is_some_and(|n| *n != DVec3::ZERO);
         let all_given = mesh.corners.iter().all(given);
         if flat || !all_given {
             let reason = if flat { "SHADE flat lights with them" } else { "vertex normals are their means" };

@@ -70,9 +70,10 @@ impl Lamp {
         let (direction, cos_angle) = match light.kind {
             LightKind::Point { .. } => (DVec3::ZERO, 0.0),
             LightKind::Directional { direction } => (-unit(direction).unwrap_or(DVec3::ZERO), 0.0),
-            LightKind::Spot { direction, angle_rad, .. } => {
-                (unit(direction).unwrap_or(DVec3::ZERO), libm::cos(angle_rad.clamp(0.0, std::f64::consts::PI)))
-            }
+            LightKind::Spot { direction, angle_rad, .. } => (
+                unit(direction).unwrap_or(DVec3::ZERO),
+                libm::cos(angle_rad.clamp(0.0, std::f64::consts::PI)),
+            ),
             LightKind::X3dSpot { direction, .. } => (unit(direction).unwrap_or(DVec3::ZERO), 0.0),
         };
         Lamp { light: *light, direction, cos_angle }
@@ -186,7 +187,8 @@ impl Lighting {
                     LightingModel::Blinn => n.dot(unit(l + v).unwrap_or(DVec3::ZERO)),
                     _ => (n * (2.0 * n_dot_l) - l).dot(v),
                 };
-                lit.extra += material.ks * lamp.light.color * (strength * pow(cosine.clamp(0.0, 1.0), material.n));
+                lit.extra +=
+                    material.ks * lamp.light.color * (strength * pow(cosine.clamp(0.0, 1.0), material.n));
             }
         }
         lit

@@ -60,7 +60,8 @@ impl Prepared<'_> {
             stats.faces += mesh.triangles.len() as u64;
         }
         for edge in self.edges(&is_seen, &faces) {
-            let material = self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
+            let material =
+                self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
             let plane = |t: Option<u32>| faces[t? as usize].as_ref().map(|f| &f.plane);
             let rule = if hides { DepthRule::Edge(edge.planes.map(plane)) } else { DepthRule::Strict };
@@ -224,7 +225,8 @@ impl Prepared<'_> {
         }
         let mut rgb = DVec3::new(varyings[4], varyings[5], varyings[6]);
         if let Some(fog) = self.call.fog {
-            let from_eye = DVec3::new(varyings[1], varyings[2], varyings[3]) - self.assembler.transform.camera.eye;
+            let from_eye =
+                DVec3::new(varyings[1], varyings[2], varyings[3]) - self.assembler.transform.camera.eye;
             let clear = visibility(&fog, from_eye.length());
             rgb = fog.color * (1.0 - clear) + rgb * clear;
         }

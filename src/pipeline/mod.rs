@@ -27,8 +27,8 @@ mod prepare;
 mod raster;
 mod sample;
 mod shade;
-mod vertex;
 pub mod tile;
+mod vertex;
 mod viewport;
 mod whole;
 

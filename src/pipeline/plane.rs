@@ -173,10 +173,7 @@ fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
     };
     let by_position = |a: &Vertex, b: &Vertex| {
         let (a, b) = (a.clip, b.clip);
-        a.w.total_cmp(&b.w)
-            .then(a.z.total_cmp(&b.z))
-            .then(a.x.total_cmp(&b.x))
-            .then(a.y.total_cmp(&b.y))
+        a.w.total_cmp(&b.w).then(a.z.total_cmp(&b.z)).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
     };
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| by_position(corners[a], corners[b]));

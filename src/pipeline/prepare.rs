@@ -35,7 +35,11 @@ pub(crate) struct Prepared<'a> {
 
 impl<'a> Prepared<'a> {
     /// Stages 1 to 3. Nothing is written; an error leaves the memories untouched.
-    pub fn new(call: &'a DrawCall<'a>, target: &Target, stats: &mut DrawStats) -> Result<Self, PipelineError> {
+    pub fn new(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
         check(call)?;
         let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
         let camera = call.camera.matrices(aspect)?;
@@ -280,9 +284,9 @@ impl<'a> Prepared<'a> {
     fn polygon_center(&self, polygon: usize) -> DVec3 {
         let mesh = &self.call.geometry.mesh;
         let corners = mesh.polygon_corners(polygon);
-        let sum = corners.iter().fold(DVec3::ZERO, |sum, c| {
-            sum + self.transform().world(mesh.positions[c.position as usize])
-        });
+        let sum = corners
+            .iter()
+            .fold(DVec3::ZERO, |sum, c| sum + self.transform().world(mesh.positions[c.position as usize]));
         sum / corners.len() as f64
     }
 

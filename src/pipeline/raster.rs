@@ -82,14 +82,15 @@ impl Raster<'_, '_> {
                         }
                         passed = Some(word);
                     }
-                    let store_depth = |depth: &mut Option<&mut DepthMemory>, ids: &mut Option<&mut IdMemory>| {
-                        if let (Some(depth), Some(word)) = (depth, passed) {
-                            depth.set_word(index, word);
-                            if let Some(ids) = ids {
-                                ids.set(index, self.name, triangle);
+                    let store_depth =
+                        |depth: &mut Option<&mut DepthMemory>, ids: &mut Option<&mut IdMemory>| {
+                            if let (Some(depth), Some(word)) = (depth, passed) {
+                                depth.set_word(index, word);
+                                if let Some(ids) = ids {
+                                    ids.set(index, self.name, triangle);
+                                }
                             }
-                        }
-                    };
+                        };
                     if writes == Writes::DepthOnly {
                         store_depth(&mut depth, &mut ids);
                         continue;

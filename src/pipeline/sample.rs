@@ -27,7 +27,12 @@ impl Footprint {
 }
 
 /// The texture's R, G, B, A in 0..1 at `uv`. `level` is D; only the mip filters look at it.
-pub(crate) fn sample(texture: &Texture, sampling: Sampling, uv: DVec2, level: impl FnOnce() -> f64) -> [f64; 4] {
+pub(crate) fn sample(
+    texture: &Texture,
+    sampling: Sampling,
+    uv: DVec2,
+    level: impl FnOnce() -> f64,
+) -> [f64; 4] {
     let last = texture.level_count() - 1;
     // Saturates: -inf and NaN give level 0, +inf the last.
     let clamped = |d: f64| (d.max(0.0) as u32).min(last);
@@ -140,7 +145,8 @@ mod tests {
         assert_eq!(Footprint::Horizon.level(8, 8), f64::INFINITY);
         assert_eq!(Footprint::Steps(DVec2::ZERO, DVec2::ZERO).level(8, 8), f64::NEG_INFINITY);
         let at = |filter, d: f64| sample(&t, with(filter, Wrap::Repeat), DVec2::splat(0.3), || d)[0];
-        let on = |level| bilinear(&t, with(Filter::Bilinear, Wrap::Repeat), DVec2::splat(0.3), level)[0] / 255.0;
+        let on =
+            |level| bilinear(&t, with(Filter::Bilinear, Wrap::Repeat), DVec2::splat(0.3), level)[0] / 255.0;
         assert_eq!(at(Filter::Mipmap, 1.49), on(1));
         assert_eq!(at(Filter::Mipmap, 1.5), on(2));
         assert_eq!(at(Filter::Trilinear, -3.0), on(0));

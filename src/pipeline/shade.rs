@@ -4,7 +4,7 @@
 //! on the whole face is found once a face.
 
 use super::call::DrawStats;
-use super::light::{Lit, Lighting, SurfacePoint};
+use super::light::{Lighting, Lit, SurfacePoint};
 use super::sample::{Footprint, sample};
 use crate::math::matrix::unit;
 use crate::scene::{Fog, FogKind, Material, Sampling, Texture};
@@ -78,7 +78,8 @@ impl FaceShade<'_> {
                 stats.pixels_lit += 1;
                 let normal = normals[0] * shares[0] + normals[1] * shares[1] + normals[2] * shares[2];
                 let normal = Some(normal).filter(|n| n.length_squared() > 1e-24).and_then(unit);
-                let point = SurfacePoint { position: self.position(shares), normal: normal.unwrap_or(*face_normal) };
+                let point =
+                    SurfacePoint { position: self.position(shares), normal: normal.unwrap_or(*face_normal) };
                 lighting.at(point, material)
             }
         };

@@ -46,10 +46,7 @@ impl Screen {
     /// The NDC point at the centre of pixel (x, y); not finite for a viewport without extent.
     #[inline]
     pub fn ndc_of_pixel(&self, x: i32, y: i32) -> [f64; 2] {
-        [
-            (x as f64 + 0.5 - self.origin[0]) / self.half[0],
-            (y as f64 + 0.5 - self.origin[1]) / self.half[1],
-        ]
+        [(x as f64 + 0.5 - self.origin[0]) / self.half[0], (y as f64 + 0.5 - self.origin[1]) / self.half[1]]
     }
 }
 
@@ -67,7 +64,8 @@ mod tests {
         let s = Screen::new(Viewport { rule: ViewportRule::Centres, ..viewport }, 6, 100);
         assert_eq!((s.from_ndc([-1.0, 1.0]), s.from_ndc([1.0, -1.0])), ([-1.5, 3.5], [7.5, 6.5]));
         assert_eq!(s.ndc_of_pixel(-2, 3), [-1.0, 1.0]);
-        let far = Viewport { x: i32::MAX, y: i32::MIN, width: u32::MAX, height: 1, rule: ViewportRule::Corners };
+        let far =
+            Viewport { x: i32::MAX, y: i32::MIN, width: u32::MAX, height: 1, rule: ViewportRule::Corners };
         assert!(Screen::new(far, 6, 6).clip.is_empty());
     }
 }

@@ -13,7 +13,11 @@ use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 ///
 /// # Errors
 /// As [`super::draw`]; every object is looked at before anything is written, so the memories are then untouched.
-pub fn draw_scene(target: &mut Target, scene: &Scene, options: &SceneOptions) -> Result<DrawStats, PipelineError> {
+pub fn draw_scene(
+    target: &mut Target,
+    scene: &Scene,
+    options: &SceneOptions,
+) -> Result<DrawStats, PipelineError> {
     let calls = calls_of(scene, options);
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
@@ -119,7 +123,9 @@ fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
         [one] => one,
         _ => return false,
     };
-    options.depth_use == DepthUse::SceneOnly && options.hide == HiddenSurface::ZBuffer && nothing_can_hide(one)
+    options.depth_use == DepthUse::SceneOnly
+        && options.hide == HiddenSurface::ZBuffer
+        && nothing_can_hide(one)
 }
 
 /// The faces of all objects that are wanted, in file order.

@@ -73,7 +73,8 @@ fn exponents_0_and_a_million_are_finite_and_in_range() {
     // R.V is 1e-9 > 0; with n = 0 any power of it is 1, as is 0^0.
     assert_eq!(at_origin(grazing, &shiny(0.0)).extra, DVec3::ONE);
     assert_eq!(at_origin(directional(DVec3::Z, DVec3::ONE), &shiny(1e6)).extra, DVec3::ONE);
-    let near = at_origin(directional(DVec3::new(0.0, 1e-3, 1.0).normalize(), DVec3::ONE), &shiny(1e6)).extra.x;
+    let near =
+        at_origin(directional(DVec3::new(0.0, 1e-3, 1.0).normalize(), DVec3::ONE), &shiny(1e6)).extra.x;
     // cos(1e-3)^1e6 = exp(1e6 ln cos 1e-3) = exp(-0.5000000833).
     assert!((near - libm::exp(1e6 * libm::log(libm::cos(libm::atan(1e-3))))).abs() < 1e-9, "{near}");
 }

@@ -63,8 +63,12 @@ impl Crew for Pool {
         work: impl Fn(usize, &mut [i32], &mut [i32], &mut [u8]) + Sync,
     ) {
         self.0.install(|| {
-            let bands = depth.par_chunks_mut(size).zip(ids.par_chunks_mut(size)).zip(bytes.par_chunks_mut(size * 4));
-            bands.with_max_len(1).enumerate().for_each(|(i, ((depth, ids), bytes))| work(i, depth, ids, bytes));
+            let bands =
+                depth.par_chunks_mut(size).zip(ids.par_chunks_mut(size)).zip(bytes.par_chunks_mut(size * 4));
+            bands
+                .with_max_len(1)
+                .enumerate()
+                .for_each(|(i, ((depth, ids), bytes))| work(i, depth, ids, bytes));
         });
     }
 }

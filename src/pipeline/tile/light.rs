@@ -4,7 +4,7 @@
 //! which the normals are given. Equations: `pipeline::light`, of which this is the fast twin; exponents up to 1000.
 
 use crate::scene::LightingModel;
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::simd::{F32, I32, Simd};
 
 /// A vector of points or directions: x, y, z.
 pub type V3<S> = [<S as Simd>::F; 3];
@@ -93,7 +93,8 @@ pub fn light<S: Simd>(s: S, lighting: &Lighting, position: V3<S>, normal: V3<S>,
         let (toward, reach) = match light.place {
             Place::Toward(d) => (splat3(s, d), None),
             Place::At(p) => {
-                let d = [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
+                let d =
+                    [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
                 let d2 = dot::<S>(d, d);
                 let length = d2.sqrt();
                 // A light at the surface point gives 0: its direction is made 0.
@@ -236,7 +237,8 @@ mod tests {
 
     #[test]
     fn powers_are_within_a_hundredth_of_a_byte_and_alike_at_every_level() {
-        let xs: Vec<f32> = (0..4096).map(|i| i as f32 / 4095.0).chain((0..4096).map(|i| 1.0 - i as f32 * 1e-6)).collect();
+        let xs: Vec<f32> =
+            (0..4096).map(|i| i as f32 / 4095.0).chain((0..4096).map(|i| 1.0 - i as f32 * 1e-6)).collect();
         for n in [0.0, 0.5, 1.0, 2.0, 25.6, 32.0, 100.3, 999.5, 1000.0] {
             let exponent = Exponent::new(n).expect("in range");
             let truth = Powers(xs.clone(), exponent).run(Portable::<16>);
@@ -246,7 +248,10 @@ mod tests {
             }
             for level in Level::ALL {
                 let fast = level.dispatch(Powers(xs.clone(), exponent));
-                assert!(fast.iter().zip(&truth).all(|(a, b)| a.to_bits() == b.to_bits()), "{level:?} n = {n}");
+                assert!(
+                    fast.iter().zip(&truth).all(|(a, b)| a.to_bits() == b.to_bits()),
+                    "{level:?} n = {n}"
+                );
             }
         }
         assert_eq!((Exponent::new(1000.5), Exponent::new(f64::NAN), Exponent::new(-1.0)), (None, None, None));

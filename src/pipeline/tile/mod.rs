@@ -62,7 +62,8 @@ impl Scratch {
     /// Bytes that the memories take.
     pub fn size_bytes(&self) -> usize {
         let chunk = |c: &Chunk| {
-            c.setups.capacity() * size_of::<setup::Setup>() + c.bins.iter().map(|b| b.capacity() * 4).sum::<usize>()
+            c.setups.capacity() * size_of::<setup::Setup>()
+                + c.bins.iter().map(|b| b.capacity() * 4).sum::<usize>()
         };
         self.records.capacity() * 16 + self.ids.capacity() * 4 + self.chunks.iter().map(chunk).sum::<usize>()
     }
@@ -110,7 +111,13 @@ pub const FRAME_LIMITS: (usize, usize) = (16, 16_000);
 /// Draws `job` into `frame`.
 ///
 /// The frame's sides must lie within [`FRAME_LIMITS`] and the view inside the frame; the faces must be fewer than 2^30.
-pub fn render<C: Crew>(level: Level, crew: &C, scratch: &mut Scratch, job: &Job<'_>, frame: &mut Frame<'_>) -> TileStats {
+pub fn render<C: Crew>(
+    level: Level,
+    crew: &C,
+    scratch: &mut Scratch,
+    job: &Job<'_>,
+    frame: &mut Frame<'_>,
+) -> TileStats {
     let mesh = job.mesh;
     let (faces, view, width) = (mesh.triangle_count(), job.view, frame.width);
     let mut stats = TileStats::default();

@@ -162,7 +162,8 @@ impl RasterKernel<'_, '_> {
         sorted.sort_by_key(|r| (fixed(r, 0), fixed(r, 1)));
         let at = |k: usize, axis: usize| (fixed(&sorted[k], axis) as f64 + 0.5) / 65536.0;
         let z = |k: usize| sorted[k][2] as f64;
-        let (bx, by, cx, cy) = (at(1, 0) - at(0, 0), at(1, 1) - at(0, 1), at(2, 0) - at(0, 0), at(2, 1) - at(0, 1));
+        let (bx, by, cx, cy) =
+            (at(1, 0) - at(0, 0), at(1, 1) - at(0, 1), at(2, 0) - at(0, 0), at(2, 1) - at(0, 1));
         let (bz, cz) = (z(1) - z(0), z(2) - z(0));
         let det = bx * cy - cx * by;
         let (zx, zy) = match det == 0.0 {

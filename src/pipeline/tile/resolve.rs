@@ -197,7 +197,9 @@ impl Faces<'_> {
                 let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
                 (scale::<S>(ray, w), scale::<S>(ray, back))
             }
-            Eye::Parallel { to_viewer } => (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer)),
+            Eye::Parallel { to_viewer } => {
+                (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
+            }
         };
         let Lit { matte, gloss } = light(s, shading.lighting, position, normal, to_viewer);
         (pack(s, [matte[0] + gloss[0], matte[1] + gloss[1], matte[2] + gloss[2]]), delicate)

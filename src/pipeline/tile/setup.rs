@@ -169,7 +169,8 @@ impl Kernel for SetupKernel<'_> {
             let small = candidate & is_small & kept;
             let large = candidate & !is_small;
             let dropped = (live & !is_plain & !small & !large).bits().count_ones() as u64;
-            let wrong_way = (candidate & is_small & !kept & (is_clockwise | is_counter)).bits().count_ones() as u64;
+            let wrong_way =
+                (candidate & is_small & !kept & (is_clockwise | is_counter)).bits().count_ones() as u64;
             self.chunk.culled += wrong_way;
             self.chunk.empty += dropped - wrong_way;
             let plain_bits = is_plain.bits();
@@ -181,7 +182,9 @@ impl Kernel for SetupKernel<'_> {
             let sign = s.select_i(is_counter, s.splat_i(-1), s.splat_i(1));
             let px = left.shl::<8>() + s.splat_i(128);
             let py = top.shl::<8>() + s.splat_i(128);
-            for (k, (xa, ya, xb, yb)) in [(x1, y1, x2, y2), (x2, y2, x0, y0), (x0, y0, x1, y1)].into_iter().enumerate() {
+            for (k, (xa, ya, xb, yb)) in
+                [(x1, y1, x2, y2), (x2, y2, x0, y0), (x0, y0, x1, y1)].into_iter().enumerate()
+            {
                 let (dx, dy) = ((xb - xa) * sign, (yb - ya) * sign);
                 // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own their centres.
                 let e = dx * (py - ya) - dy * (px - xa);
@@ -195,16 +198,19 @@ impl Kernel for SetupKernel<'_> {
             // The depth plane of the unsnapped face, from its corners in an order of their own, so that faces with the
             // same corners in any order get the same plane.
             let (a, b, c) = sort_corners(s, corner::<S>(r0), corner::<S>(r1), corner::<S>(r2));
-            let (bx, by, cx, cy) = (pixels(s, a[0], b[0]), pixels(s, a[1], b[1]), pixels(s, a[0], c[0]), pixels(s, a[1], c[1]));
+            let (bx, by, cx, cy) =
+                (pixels(s, a[0], b[0]), pixels(s, a[1], b[1]), pixels(s, a[0], c[0]), pixels(s, a[1], c[1]));
             let (za, zb, zc) = (a[2].as_f32(), b[2].as_f32(), c[2].as_f32());
             let (bz, cz) = (zb - za, zc - za);
             let det = bx * cy - cx * by;
             let (zx, zy) = ((bz * cy - cz * by) / det, (cz * bx - bz * cx) / det);
             let half_unit = s.splat(0.5 / 65536.0);
-            let from_a = (pixels(s, a[0], px.shl::<8>()) - half_unit, pixels(s, a[1], py.shl::<8>()) - half_unit);
+            let from_a =
+                (pixels(s, a[0], px.shl::<8>()) - half_unit, pixels(s, a[1], py.shl::<8>()) - half_unit);
             let z = za + (zx * from_a.0 + zy * from_a.1);
             // f32 is enough where a rounding error of the plane's slope, times the box, stays below 1e-7.
-            let reach2 = (bx * bx + by * by).max(cx * cx + cy * cy).max((cx - bx) * (cx - bx) + (cy - by) * (cy - by));
+            let reach2 =
+                (bx * bx + by * by).max(cx * cx + cy * cy).max((cx - bx) * (cx - bx) + (cy - by) * (cy - by));
             let rise = bz.abs().max(cz.abs()).max((cz - bz).abs());
             let is_gentle = (rise * reach2).le(det.abs() * s.splat(STEEPEST)) & zero.lt(det.abs());
             s.store_i(z.bits(), &mut lanes[9]);
@@ -271,7 +277,12 @@ fn pixels<S: Simd>(s: S, p: S::I, q: S::I) -> S::F {
 
 /// The corners in ascending order of (x, y), lane by lane.
 #[inline(always)]
-fn sort_corners<S: Simd>(s: S, a: [S::I; 3], b: [S::I; 3], c: [S::I; 3]) -> ([S::I; 3], [S::I; 3], [S::I; 3]) {
+fn sort_corners<S: Simd>(
+    s: S,
+    a: [S::I; 3],
+    b: [S::I; 3],
+    c: [S::I; 3],
+) -> ([S::I; 3], [S::I; 3], [S::I; 3]) {
     let (a, b) = in_order(s, a, b);
     let (b, c) = in_order(s, b, c);
     let (a, b) = in_order(s, a, b);

@@ -91,8 +91,12 @@ fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH],
         inverse[i] = if fits { bits } else { 0 };
     }
     for i in 0..WIDTH {
-        out[i] =
-            [f32::from_bits(x_fixed[i] as u32), f32::from_bits(y_fixed[i] as u32), depth[i], f32::from_bits(inverse[i])];
+        out[i] = [
+            f32::from_bits(x_fixed[i] as u32),
+            f32::from_bits(y_fixed[i] as u32),
+            depth[i],
+            f32::from_bits(inverse[i]),
+        ];
     }
 }
 
@@ -116,7 +120,11 @@ mod tests {
         let mut first: Option<Vec<Record>> = None;
         for level in Level::ALL {
             let mut records = vec![[0f32; 4]; n];
-            level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], to_screen: &to_screen, records: &mut records });
+            level.dispatch(VertexKernel {
+                positions: [&xs, &ys, &zs],
+                to_screen: &to_screen,
+                records: &mut records,
+            });
             for i in 0..n {
                 let sx = 100.0 + xs[i] * 0.5 * 100.0;
                 let sy = 50.0 + ys[i] * 0.5 * -50.0;
@@ -129,7 +137,10 @@ mod tests {
                 assert!((f32::from_bits(bits[3]) - 0.5).abs() < 3e-7);
             }
             let same = first.get_or_insert_with(|| records.clone());
-            assert!(same.iter().zip(&records).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)), "{level:?}");
+            assert!(
+                same.iter().zip(&records).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)),
+                "{level:?}"
+            );
         }
     }
 
@@ -140,7 +151,11 @@ mod tests {
         let xs = [1.0, 1.0, 1e9, f64::NAN, 1.0];
         let zs = [0.0, -1.0, 1.0, 1.0, 1e-300];
         let mut records = vec![[1f32; 4]; 5];
-        Level::best().dispatch(VertexKernel { positions: [&xs, &[0.0; 5], &zs], to_screen: &to_screen, records: &mut records });
+        Level::best().dispatch(VertexKernel {
+            positions: [&xs, &[0.0; 5], &zs],
+            to_screen: &to_screen,
+            records: &mut records,
+        });
         assert!(records.iter().all(|r| r[3] == 0.0), "{records:?}");
     }
 }

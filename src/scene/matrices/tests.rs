@@ -137,7 +137,10 @@ fn golden_viewing_transformation() {
                 let wanted = number(&p["screen"][k]);
                 assert!((screen[k] - wanted).abs() <= tolerance * wanted.abs().max(1.0), "{p}");
             }
-            assert_eq!([screen.x as i64, screen.y as i64].map(|v| v as f64), [0, 1].map(|k| number(&p["pixel"][k])));
+            assert_eq!(
+                [screen.x as i64, screen.y as i64].map(|v| v as f64),
+                [0, 1].map(|k| number(&p["pixel"][k]))
+            );
         }
     }
 }
@@ -307,7 +310,9 @@ fn cameras_that_make_no_picture_are_refused() {
     };
     assert!(matches!(perspective(0.0, 1.0, 2.0), CameraError::BadExtent { .. }));
     assert!(matches!(perspective(3.2, 1.0, 2.0), CameraError::BadExtent { .. }));
-    for (near, far) in [(0.0, 2.0), (-1.0, 2.0), (2.0, 2.0), (3.0, 2.0), (f64::NAN, 2.0), (1.0, f64::INFINITY)] {
+    for (near, far) in
+        [(0.0, 2.0), (-1.0, 2.0), (2.0, 2.0), (3.0, 2.0), (f64::NAN, 2.0), (1.0, f64::INFINITY)]
+    {
         assert!(matches!(perspective(1.0, near, far), CameraError::BadDepthRange { .. }), "{near} {far}");
     }
     let ortho = |window| with(&|c| c.projection = Projection::Ortho { window, near: -1.0, far: 1.0 });

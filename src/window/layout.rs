@@ -1,0 +1,118 @@
+//! Where the frame lies in the window, and which pixel is under the pointer.
+//!
+//! The frame is shown whole, in its own aspect, in the middle of the window: enlarged by the largest whole factor that
+//! fits, or, where the window is smaller than the frame, reduced (each window pixel shows one frame pixel). Exact answer:
+//! window pixel (X, Y) shows frame pixel floor((X - left) * frame_width / shown_width), and the same down.
+
+/// Where the frame is shown, in window pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// The frame's size in pixels.
+    pub frame: [usize; 2],
+    /// The window's size in pixels.
+    pub window: [usize; 2],
+    /// Left and top of the shown frame in the window.
+    pub origin: [usize; 2],
+    /// Size of the shown frame in the window.
+    pub shown: [usize; 2],
+}
+
+impl Layout {
+    /// The layout of a frame in a window; a window without area shows nothing.
+    pub fn new(frame: [usize; 2], window: [usize; 2]) -> Self {
+        let [fw, fh] = frame.map(|n| n.max(1));
+        let scale = (window[0] / fw).min(window[1] / fh);
+        let shown = if scale >= 1 {
+            [fw * scale, fh * scale]
+        } else if window[0] * fh <= window[1] * fw {
+            // The width binds: the height follows it, rounded, and never vanishes.
+            [window[0], ((window[0] * fh + fw / 2) / fw).max(1).min(window[1])]
+        } else {
+            [((window[1] * fw + fh / 2) / fh).max(1).min(window[0]), window[1]]
+        };
+        let origin = [(window[0] - shown[0]) / 2, (window[1] - shown[1]) / 2];
+        Layout { frame: [fw, fh], window, origin, shown }
+    }
+
+    /// The largest whole factor at which a frame fits a screen of `screen` pixels, from 1 to 8.
+    pub fn opening_scale(frame: [usize; 2], screen: [usize; 2]) -> usize {
+        (screen[0] / frame[0].max(1)).min(screen[1] / frame[1].max(1)).clamp(1, 8)
+    }
+
+    /// The frame pixel under a place in the window, or `None` beside the shown frame.
+    pub fn pixel_at(&self, x: f32, y: f32) -> Option<[usize; 2]> {
+        let at = |v: f32, axis: usize| {
+            let v = v.floor();
+            let inside = v >= self.origin[axis] as f32 && v < (self.origin[axis] + self.shown[axis]) as f32;
+            inside.then(|| (v as usize - self.origin[axis]) * self.frame[axis] / self.shown[axis])
+        };
+        Some([at(x, 0)?, at(y, 1)?])
+    }
+
+    /// The frame coordinates of a place in the window, beside the shown frame too: floor, so -1 is just left of column 0.
+    pub fn frame_coordinates(&self, x: f32, y: f32) -> [i32; 2] {
+        let at = |v: f32, axis: usize| {
+            let shown = self.shown[axis].max(1) as f32;
+            ((v - self.origin[axis] as f32).floor() * self.frame[axis] as f32 / shown).floor() as i32
+        };
+        [at(x, 0), at(y, 1)]
+    }
+
+    /// The rows of the window that show rows `rows` of the frame.
+    pub fn window_rows(&self, rows: std::ops::Range<usize>) -> std::ops::Range<usize> {
+        let first_at_or_after = |row: usize| self.origin[1] + (row * self.shown[1]).div_ceil(self.frame[1]);
+        first_at_or_after(rows.start.min(self.frame[1]))..first_at_or_after(rows.end.min(self.frame[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enlarges_by_whole_factors_only_and_centres() {
+        let l = Layout::new([100, 50], [350, 170]);
+        assert_eq!((l.shown, l.origin), ([300, 150], [25, 10]));
+        assert_eq!(l.pixel_at(25.0, 10.0), Some([0, 0]));
+        assert_eq!(l.pixel_at(324.9, 159.9), Some([99, 49]));
+        assert_eq!(
+            (l.pixel_at(24.9, 10.0), l.pixel_at(25.0, 160.0), l.pixel_at(-1.0, f32::NAN)),
+            (None, None, None)
+        );
+    }
+
+    #[test]
+    fn a_window_smaller_than_the_frame_keeps_the_aspect() {
+        let l = Layout::new([400, 200], [100, 100]);
+        assert_eq!((l.shown, l.origin), ([100, 50], [0, 25]));
+        assert_eq!(l.pixel_at(99.0, 74.0), Some([396, 196]));
+        let thin = Layout::new([1, 30_000], [10, 100]);
+        assert!(thin.shown[0] >= 1 && thin.shown[1] <= 100);
+    }
+
+    #[test]
+    fn every_window_row_belongs_to_the_frame_row_that_the_pointer_finds() {
+        for (frame, window) in [([7, 5], [23, 19]), ([40, 30], [17, 11]), ([3, 3], [3, 3]), ([9, 9], [1, 1])]
+        {
+            let l = Layout::new(frame, window);
+            for row in 0..frame[1] {
+                for y in l.window_rows(row..row + 1) {
+                    assert_eq!(
+                        l.pixel_at(l.origin[0] as f32, y as f32).map(|p| p[1]),
+                        Some(row),
+                        "{l:?} {y}"
+                    );
+                }
+            }
+            assert_eq!(l.window_rows(0..frame[1]), l.origin[1]..l.origin[1] + l.shown[1]);
+        }
+    }
+
+    #[test]
+    fn windows_without_area_show_nothing() {
+        for window in [[0, 0], [0, 10], [10, 0]] {
+            let l = Layout::new([8, 8], window);
+            assert_eq!(l.pixel_at(0.0, 0.0), None);
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Scan-out: R,G,B,A bytes of video memory become the window's 0x00RRGGBB words, enlarged or reduced.
+//!
+//! The only place that knows minifb's word order. Alpha is not shown: the screen shows what R, G and B say.
+
+use super::layout::Layout;
+use std::ops::Range;
+
+/// The word of a pixel: 0x00RRGGBB.
+#[inline]
+pub fn word(rgba: [u8; 4]) -> u32 {
+    u32::from_be_bytes(rgba) >> 8
+}
+
+/// Converts frame rows `rows` of `rgba` into `words` (the whole window, row after row) as `layout` lays them out.
+///
+/// `rgba` is the whole frame; rows and words outside what there is are left alone.
+pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u32]) {
+    let [frame_width, frame_height] = layout.frame;
+    let [shown_width, shown_height] = layout.shown;
+    let window_width = layout.window[0];
+    if shown_width == 0 || shown_height == 0 {
+        return;
+    }
+    let stride_bytes = frame_width * 4;
+    let scale = shown_width / frame_width;
+    let mut last_source = None;
+    for y in layout.window_rows(rows) {
+        let row = (y - layout.origin[1]) * frame_height / shown_height;
+        let start = y * window_width + layout.origin[0];
+        if last_source == Some(row) {
+            // The same frame row again: copy the finished words above.
+            words.copy_within(start - window_width..start - window_width + shown_width, start);
+            continue;
+        }
+        let Some(source) = rgba.get(row * stride_bytes..(row + 1) * stride_bytes) else { return };
+        let Some(target) = words.get_mut(start..start + shown_width) else { return };
+        let source = source.as_chunks::<4>().0;
+        if scale == 1 && shown_width == frame_width {
+            for (w, &p) in target.iter_mut().zip(source) {
+                *w = word(p);
+            }
+        } else if scale >= 1 {
+            for (block, &p) in target.chunks_exact_mut(scale).zip(source) {
+                block.fill(word(p));
+            }
+        } else {
+            for (x, w) in target.iter_mut().enumerate() {
+                *w = word(source[x * frame_width / shown_width]);
+            }
+        }
+        last_source = Some(row);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(w: usize, h: usize) -> Vec<u8> {
+        (0..w * h).flat_map(|i| [i as u8, (i * 7) as u8, (i * 13) as u8, 77]).collect()
+    }
+
+    #[test]
+    fn every_window_pixel_shows_the_pixel_that_the_pointer_finds() {
+        for (size, window) in [([5, 4], [5, 4]), ([5, 4], [17, 13]), ([20, 10], [7, 9]), ([1, 1], [3, 2])] {
+            let rgba = frame(size[0], size[1]);
+            let layout = Layout::new(size, window);
+            let mut words = vec![0xdead; window[0] * window[1]];
+            // Row by row must give what the whole gives: changed rows are converted alone.
+            for row in 0..size[1] {
+                convert(&rgba, &layout, row..row + 1, &mut words);
+            }
+            for (i, &w) in words.iter().enumerate() {
+                let expected =
+                    layout.pixel_at((i % window[0]) as f32, (i / window[0]) as f32).map(|[x, y]| {
+                        let p = &rgba[(y * size[0] + x) * 4..][..4];
+                        (p[0] as u32) << 16 | (p[1] as u32) << 8 | p[2] as u32
+                    });
+                assert_eq!(w, expected.unwrap_or(0xdead), "{size:?} in {window:?}, word {i}");
+            }
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! What the window shows: the frame with its overlays, redrawn only when something of it changed.
+//!
+//! No window system in here: keys and pointer positions come in, words go out, so all of it is tested without a screen.
+
+use super::keys::{self, Action};
+use super::layout::Layout;
+use super::overlay::{self, Canvas};
+use super::scanout;
+use crate::memory::VideoMemory;
+use crate::server::{Display, InputEvent, ShownFrame};
+use minifb::Key;
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a message stays on the screen.
+const MESSAGE_TIME: Duration = Duration::from_secs(3);
+
+/// The state behind the window.
+pub struct View {
+    display: Arc<Display>,
+    frame: ShownFrame,
+    words: Vec<u32>,
+    layout: Option<Layout>,
+    snapshot_dir: PathBuf,
+    pointer: Option<(f32, f32)>,
+    keys_down: HashSet<Key>,
+    shows_help: bool,
+    shows_rate: bool,
+    inspects: bool,
+    quit: bool,
+    message: Option<(String, Instant)>,
+    rate: FrameRate,
+    /// The overlay lines that the words hold now.
+    drawn_lines: Vec<String>,
+    is_uploaded: bool,
+}
+
+/// Frames that became visible in the last second.
+struct FrameRate {
+    since: Instant,
+    frames: u32,
+    per_second: f64,
+}
+
+impl View {
+    pub fn new(display: Arc<Display>, snapshot_dir: PathBuf) -> Self {
+        View {
+            display,
+            frame: ShownFrame::default(),
+            words: Vec::new(),
+            layout: None,
+            snapshot_dir,
+            pointer: None,
+            keys_down: HashSet::new(),
+            shows_help: false,
+            shows_rate: false,
+            inspects: false,
+            quit: false,
+            message: None,
+            rate: FrameRate { since: Instant::now(), frames: 0, per_second: 0.0 },
+            drawn_lines: Vec::new(),
+            is_uploaded: false,
+        }
+    }
+
+    pub fn wants_to_quit(&self) -> bool {
+        self.quit
+    }
+
+    pub fn layout(&self, window_size: [usize; 2]) -> Layout {
+        Layout::new([self.display.width() as usize, self.display.height() as usize], window_size)
+    }
+
+    pub fn set_pointer(&mut self, at: Option<(f32, f32)>) {
+        self.pointer = at;
+    }
+
+    /// Whether the newest frame is on the screen.
+    pub fn is_up_to_date(&mut self) -> bool {
+        self.is_uploaded && self.display.copy_changes(self.frame.version, &mut self.frame.clone()).is_none()
+    }
+
+    /// The words went to the screen.
+    pub fn note_uploaded(&mut self) {
+        self.is_uploaded = true;
+        self.display.note_shown(self.frame.frame);
+    }
+
+    /// A key went down or up.
+    pub fn key(&mut self, key: Key, is_down: bool) {
+        let is_repeat = match is_down {
+            true => !self.keys_down.insert(key),
+            false => {
+                self.keys_down.remove(&key);
+                false
+            }
+        };
+        if !is_repeat {
+            self.display.send(InputEvent::Key { name: key_name(key), down: is_down });
+        }
+        let Some(binding) = keys::binding(key).filter(|b| is_down && (b.repeats || !is_repeat)) else {
+            return;
+        };
+        // Keys that clients listen to are theirs; Esc and the F keys stay the window's.
+        let is_ours = matches!(key, Key::Escape | Key::F1 | Key::F3 | Key::F12);
+        if is_ours || !self.display.has_listeners() {
+            self.act(binding.action);
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::Quit => self.quit = true,
+            Action::Snapshot => self.snapshot(),
+            Action::Pause => self.display.set_paused(!self.display.is_paused()),
+            Action::Step => {
+                if self.display.is_paused() {
+                    self.display.step();
+                }
+            }
+            Action::Help => self.shows_help = !self.shows_help,
+            Action::FrameRate => self.shows_rate = !self.shows_rate,
+            Action::Inspect => self.inspects = !self.inspects,
+        }
+    }
+
+    fn say(&mut self, text: String) {
+        self.message = Some((text, Instant::now()));
+    }
+
+    /// Saves what is shown, without overlays, under the first free name.
+    fn snapshot(&mut self) {
+        self.update_frame();
+        let free =
+            (1..10_000).map(|i| self.snapshot_dir.join(format!("fbptr-{i:04}.png"))).find(|p| !p.exists());
+        let Some(path) = free else { return self.say("no free snapshot name".into()) };
+        let saved = VideoMemory::new(self.frame.width, self.frame.height)
+            .map_err(|e| e.to_string())
+            .and_then(|mut memory| {
+                memory.bytes_mut().copy_from_slice(&self.frame.bytes);
+                crate::save::to_path(&memory, &path).map_err(|e| e.to_string())
+            });
+        let text = match saved {
+            Ok(_) => format!("saved {}", path.display()),
+            Err(e) => format!("not saved: {e}"),
+        };
+        eprintln!("{text}");
+        self.say(text);
+    }
+
+    /// Takes in what changed; the rows, if any did.
+    fn update_frame(&mut self) -> Option<std::ops::Range<usize>> {
+        let rows = self.display.copy_changes(self.frame.version, &mut self.frame)?;
+        self.rate.frames += 1;
+        Some(rows.start as usize..rows.end as usize)
+    }
+
+    /// The window's words if anything of them changed since the last call, `None` if the screen is right as it is.
+    pub fn redraw(&mut self, window_size: [usize; 2]) -> Option<&[u32]> {
+        if window_size.contains(&0) {
+            return None;
+        }
+        let layout = self.layout(window_size);
+        let rows = self.update_frame();
+        let lines = self.overlay_lines(&layout);
+        let is_new_layout = self.layout.replace(layout) != Some(layout);
+        if is_new_layout {
+            self.words.clear();
+            self.words.resize(window_size[0] * window_size[1], 0);
+        }
+        // Overlays lie on the words: where there were or are any, the frame is laid below them anew.
+        let is_whole = is_new_layout || lines != self.drawn_lines;
+        let rows = match (rows, is_whole, lines.is_empty()) {
+            (None, false, _) => return None,
+            (_, true, _) | (Some(_), _, false) => {
+                self.words.fill(0);
+                0..layout.frame[1]
+            }
+            (Some(rows), false, true) if rows.is_empty() => {
+                // A frame number alone: nothing to upload, but it counts as shown.
+                self.display.note_shown(self.frame.frame);
+                return None;
+            }
+            (Some(rows), false, true) => rows,
+        };
+        scanout::convert(&self.frame.bytes, &layout, rows, &mut self.words);
+        if !lines.is_empty() {
+            let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
+            let fits = |scale| overlay::box_size(&lines, scale)[0] + 8 <= window_size[0];
+            let scale = if window_size[1] >= 480 && fits(2) { 2 } else { 1 };
+            overlay::draw_box(&mut canvas, [4, 4], &lines, scale);
+        }
+        self.drawn_lines = lines;
+        self.is_uploaded = false;
+        Some(&self.words)
+    }
+
+    fn overlay_lines(&mut self, layout: &Layout) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.shows_help {
+            lines.extend(keys::help_lines());
+        }
+        let elapsed = self.rate.since.elapsed();
+        if elapsed >= Duration::from_millis(500) {
+            self.rate.per_second = self.rate.frames as f64 / elapsed.as_secs_f64();
+            (self.rate.frames, self.rate.since) = (0, Instant::now());
+        }
+        if self.shows_rate {
+            lines.push(format!("{:5.1} frames/s", self.rate.per_second));
+        }
+        if self.inspects {
+            lines.push(self.inspection(layout).unwrap_or_else(|| "pointer off the frame".into()));
+        }
+        if self.display.is_paused() {
+            lines.push("paused".into());
+        }
+        if self.message.as_ref().is_some_and(|(_, at)| at.elapsed() > MESSAGE_TIME) {
+            self.message = None;
+        }
+        lines.extend(self.message.as_ref().map(|(text, _)| text.clone()));
+        lines
+    }
+
+    fn inspection(&self, layout: &Layout) -> Option<String> {
+        let (x, y) = self.pointer?;
+        let [x, y] = layout.pixel_at(x, y)?;
+        let info = self.display.pixel_info(x as i32, y as i32)?;
+        let [r, g, b, a] = info.rgba;
+        let depth = info.depth.map_or_else(|| "-".into(), |z| format!("{z:.6}"));
+        Some(format!("x {x} y {y} {} R {r} G {g} B {b} A {a} depth {depth}", info.offset))
+    }
+}
+
+/// The key's name in `EVENT` lines: minifb's name in lower case, digits as themselves.
+fn key_name(key: Key) -> String {
+    let name = format!("{key:?}").to_ascii_lowercase();
+    match name.strip_prefix("key") {
+        Some(digit) => digit.to_string(),
+        None => name,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view_of(memory: &VideoMemory) -> (Arc<Display>, View) {
+        let display = Display::new(memory.width(), memory.height());
+        display.publish(memory, 0..memory.height(), 1, None);
+        (display.clone(), View::new(display, std::env::temp_dir()))
+    }
+
+    #[test]
+    fn an_unchanged_frame_is_uploaded_once() {
+        let mut memory = VideoMemory::new(6, 4).unwrap();
+        memory.put_pixel(2, 1, [1, 2, 3, 255]);
+        let (display, mut view) = view_of(&memory);
+        let words = view.redraw([6, 4]).expect("the first look draws").to_vec();
+        assert_eq!(words[6 + 2], 0x0001_0203);
+        view.note_uploaded();
+        assert_eq!(display.frame_on_screen(), 1);
+        assert!(view.redraw([6, 4]).is_none() && view.is_up_to_date());
+        memory.put_pixel(5, 3, [9, 9, 9, 0]);
+        display.publish(&memory, 3..4, 2, None);
+        assert_eq!(view.redraw([6, 4]).expect("changed")[23], 0x0009_0909);
+        display.publish(&memory, 0..0, 3, None);
+        assert!(view.redraw([6, 4]).is_none());
+        assert_eq!(display.frame_on_screen(), 3, "an unchanged frame counts as shown");
+        assert!(view.redraw([12, 8]).is_some(), "a new size is drawn anew");
+        assert!(view.redraw([0, 8]).is_none());
+    }
+
+    #[test]
+    fn overlays_come_and_go_without_a_trace() {
+        let (_, mut view) = view_of(&VideoMemory::new(300, 200).unwrap());
+        let plain = view.redraw([300, 200]).expect("first").to_vec();
+        for key in [Key::F1, Key::I, Key::F3] {
+            view.set_pointer(Some((10.0, 10.0)));
+            view.key(key, true);
+            assert_ne!(view.redraw([300, 200]).expect("overlay on"), plain, "{key:?}");
+            view.key(key, true);
+            assert!(view.redraw([300, 200]).is_none(), "a held key does not toggle again");
+            view.key(key, false);
+            view.key(key, true);
+            view.key(key, false);
+            assert_eq!(view.redraw([300, 200]).expect("overlay off"), plain, "{key:?}");
+        }
+    }
+
+    #[test]
+    fn keys_do_what_the_table_says_and_clients_that_listen_get_letters() {
+        let (display, mut view) = view_of(&VideoMemory::new(8, 8).unwrap());
+        view.key(Key::Period, true);
+        assert!(!display.take_step(), "a running stream has no steps");
+        view.key(Key::Space, true);
+        assert!(display.is_paused());
+        view.key(Key::Period, true);
+        view.key(Key::Period, true);
+        assert!(display.take_step() && display.take_step() && !display.take_step());
+        display.set_listeners(1);
+        view.key(Key::Q, true);
+        assert!(!view.wants_to_quit());
+        view.key(Key::Escape, true);
+        assert!(view.wants_to_quit());
+        assert_eq!((key_name(Key::Key7), key_name(Key::Left)), ("7".into(), "left".into()));
+    }
+}
