@@ -13,13 +13,14 @@ use crate::scene::{
     CameraError, Cull, HiddenSurface, Interpolation, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
     ViewportRule,
 };
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::rc::Rc;
 
 /// When transparent faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Transparency {
-    /// In the stream's order, among the others: `DRAW`.
+    /// In the stream's order, among the others: each object is one `DRAW`.
     #[default]
     AtOnce,
     /// After the opaque ones: `DRAWSCENE` and files.
@@ -143,8 +144,8 @@ impl TruthPicture {
         faces.sort_by(|a, b| {
             let late = |f: &Face| settings.transparency != Transparency::AtOnce && f.is_transparent;
             late(a).cmp(&late(b)).then_with(|| match (sort_key(settings, a), sort_key(settings, b)) {
-                (Some(a), Some(b)) => a.partial_cmp(&b).unwrap_or(std::cmp::Ordering::Equal),
-                _ => std::cmp::Ordering::Equal,
+                (Some(a), Some(b)) => a.partial_cmp(&b).unwrap_or(Ordering::Equal),
+                _ => Ordering::Equal,
             })
         });
         let keys = faces
@@ -158,13 +159,23 @@ impl TruthPicture {
     }
 }
 
-/// What a face is sorted by, if it is: view z of its centre, far (small) first.
-fn sort_key(settings: &Settings, face: &Face) -> Option<Wide> {
-    let sorted = match settings.transparency {
-        Transparency::AfterOpaque(order) if face.is_transparent => order == TransparencyOrder::Sorted,
-        _ => settings.hide == HiddenSurface::Painter,
+/// What a face is sorted by, if it is.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+struct SortKey {
+    /// The draw that it belongs to: draws keep their order.
+    draw: u32,
+    /// View z of its centre, far (small) first.
+    center_z: Wide,
+}
+
+fn sort_key(settings: &Settings, face: &Face) -> Option<SortKey> {
+    let painter = settings.hide == HiddenSurface::Painter;
+    let (sorted, draw) = match settings.transparency {
+        Transparency::AtOnce => (painter, face.object),
+        Transparency::AfterOpaque(order) if face.is_transparent => (order == TransparencyOrder::Sorted, 0),
+        Transparency::AfterOpaque(_) => (painter, 0),
     };
-    sorted.then_some(face.center_z)
+    sorted.then_some(SortKey { draw, center_z: face.center_z })
 }
 
 fn depth_use(hide: HiddenSurface, face: &Face) -> DepthUse {
@@ -176,10 +187,11 @@ fn depth_use(hide: HiddenSurface, face: &Face) -> DepthUse {
 }
 
 /// The orders in which layers may be put down: as they are, and with runs of equal keys turned about.
-fn right_orders(layers: &[(Option<Wide>, Layer)]) -> Vec<Vec<&Layer>> {
-    let equal = |a: Option<Wide>, b: Option<Wide>| match (a, b) {
-        (Some(a), Some(b)) => {
-            (a - b).to_f64().abs() <= KEY_TURN * (1.0 + a.to_f64().abs().max(b.to_f64().abs()))
+fn right_orders(layers: &[(Option<SortKey>, Layer)]) -> Vec<Vec<&Layer>> {
+    let equal = |a: Option<SortKey>, b: Option<SortKey>| match (a, b) {
+        (Some(a), Some(b)) if a.draw == b.draw => {
+            let [p, q] = [a.center_z, b.center_z];
+            (p - q).to_f64().abs() <= KEY_TURN * (1.0 + p.to_f64().abs().max(q.to_f64().abs()))
         }
         _ => false,
     };

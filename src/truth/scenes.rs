@@ -196,6 +196,11 @@ pub fn random(seed: u64) -> Case {
         ]),
     };
     let format = r.pick(&DepthFormat::ALL);
+    let mut scene = scene;
+    if settings.transparency == Transparency::AtOnce {
+        // A stream's DRAW brings no background.
+        scene.background = crate::scene::Background::default();
+    }
     Case { name: format!("random scene {seed}"), scene, settings, format, width, height }
 }
 
