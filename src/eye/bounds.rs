@@ -6,24 +6,22 @@
 use super::frame::Screen;
 
 /// The pixels that may see the facet, or `None`.
-pub(super) fn pixel_box<const N: usize, const M: usize>(
-    v: &[[f64; N]; N],
-    screen: &Screen<N>,
-) -> Option<[[u32; 2]; N]> {
+pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -> Option<[[u32; 2]; N]> {
+    let m = screen.centres.len();
     // Slopes x_a / x_0 of the part before the eye; then of the part inside each side of the aperture, which is also before it.
-    let mut slopes = slope_ranges::<N, M>(v, |p| p[0])?;
-    for hidden in M + 1..N {
+    let mut slopes = slope_ranges(v, m, |p| p[0])?;
+    for hidden in m + 1..N {
         for side in [1.0, -1.0] {
             // A hair wider than the aperture: what lies on its border is inside.
             let tan = screen.tan[hidden] * (1.0 + 1e-9) + 1e-12;
-            let part = slope_ranges::<N, M>(v, |p| tan * p[0] - side * p[hidden])?;
-            for a in 0..M {
+            let part = slope_ranges(v, m, |p| tan * p[0] - side * p[hidden])?;
+            for a in 0..m {
                 slopes[a] = [slopes[a][0].max(part[a][0]), slopes[a][1].min(part[a][1])];
             }
         }
     }
     let mut pixels = [[0, 1]; N];
-    for a in 0..M {
+    for a in 0..m {
         let centres = &screen.centres[a];
         let n = centres.len() as f64;
         // c(j) = c(0) (n-1-2j)/(n-1) falls with j; the pixel index of slope m is (n - 1 - 2 n m d / S) / 2.
@@ -44,21 +42,22 @@ pub(super) fn pixel_box<const N: usize, const M: usize>(
     Some(pixels)
 }
 
-/// The range of x_a / x_0, a = 1..=M, over the part of the simplex with `inside` >= 0 and x_0 > 0, or `None` when it is empty.
+/// The range of x_a / x_0, a = 1..=m, over the part of the simplex with `inside` >= 0 and x_0 > 0, or `None` when it is empty.
 ///
 /// The part's corners are vertices and points of edges. Where the part reaches x_0 = 0 the slope grows without bound
 /// towards the sign of x_a there.
-fn slope_ranges<const N: usize, const M: usize>(
+fn slope_ranges<const N: usize>(
     v: &[[f64; N]; N],
+    m: usize,
     inside: impl Fn(&[f64; N]) -> f64,
-) -> Option<[[f64; 2]; M]> {
+) -> Option<[[f64; 2]; N]> {
     let sides = v.map(|p| inside(&p));
     if v.iter().all(|p| p[0] <= 0.0) || sides.iter().all(|&g| g < 0.0) {
         return None;
     }
-    let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; M];
+    let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; N];
     let mut include = |p: &[f64; N], wide: f64| {
-        for (a, range) in ranges.iter_mut().enumerate() {
+        for (a, range) in ranges.iter_mut().take(m).enumerate() {
             let (lo, hi) = if p[0] > 0.0 {
                 let slope = p[a + 1] / p[0];
                 let margin = wide * (1.0 + slope.abs());

@@ -37,7 +37,7 @@ pub(super) struct Visible<const N: usize> {
     pub nearest: f64,
     /// The largest length of a vertex.
     pub farthest: f64,
-    /// Pixels that may see it, half-open, along each screen axis.
+    /// Pixels that may see it, half-open, along each screen axis; 0..1 along the others.
     pub pixels: [[u32; 2]; N],
     /// A functional of [`Frame::planes`] smaller than this may have a wrong sign.
     pub doubt: f64,
@@ -54,7 +54,7 @@ pub(super) struct Screen<const N: usize> {
 }
 
 /// A scene in eye space.
-pub(super) struct Frame<const N: usize, const M: usize> {
+pub(super) struct Frame<const N: usize> {
     /// A length here times 2^exponent is one of the scene.
     pub exponent: i32,
     /// The screen.
@@ -77,14 +77,14 @@ pub(super) struct Frame<const N: usize, const M: usize> {
     pub edge_on: usize,
 }
 
-impl<const N: usize, const M: usize> Frame<N, M> {
+impl<const N: usize> Frame<N> {
     /// Works the frame out.
     pub fn new(scene: &EyeScene, method: Method) -> Self {
         let exponent = length_exponent(scene);
         let eye = EyeSpace::new(scene, exponent);
         let screen = Screen::new(scene);
         let lights = frame_lights(scene, &eye);
-        let fan = method.fan_rays::<N>(&screen, M);
+        let fan = method.fan_rays::<N>(&screen);
         let mut frame = Frame {
             exponent,
             screen,
@@ -106,15 +106,14 @@ impl<const N: usize, const M: usize> Frame<N, M> {
             }
         }
         frame.facets.sort_by(|a, b| a.nearest.total_cmp(&b.nearest).then(a.id.cmp(&b.id)));
-        frame.planes = frame.facets.iter().flat_map(|f| method.planes::<N, M>(f)).collect();
+        frame.planes = frame.facets.iter().flat_map(|f| method.planes(f, frame.screen.dim())).collect();
         frame
     }
 
     /// Functionals of visible facet `index`.
     #[inline(always)]
     pub fn planes_of(&self, index: usize) -> &[[f64; N]] {
-        let count = const { super::method::planes_per_facet(N, M) };
-        let count = if self.fan.is_empty() { count } else { N };
+        let count = self.method.planes_per_facet(N);
         &self.planes[index * count..(index + 1) * count]
     }
 
@@ -133,15 +132,15 @@ impl<const N: usize, const M: usize> Frame<N, M> {
             self.edge_on += 1;
             return;
         }
-        let Some(pixels) = bounds::pixel_box::<N, M>(&v, &self.screen) else { return };
+        let Some(pixels) = bounds::pixel_box(&v, &self.screen) else { return };
         let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
         self.facets.push(Visible {
             id,
             solid: self.solids.len() as u32 - 1,
-            normal_hidden2: (M + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
+            normal_hidden2: (self.screen.dim() + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
             nearest: bounds::nearest(&v).max(offset.abs()) * (1.0 - 1e-9),
             farthest,
-            doubt: doubt::<N, M>(&v, &self.screen, &pixels, !self.fan.is_empty()),
+            doubt: doubt(&v, &self.screen, &pixels, !self.fan.is_empty()),
             v,
             normal,
             offset,
@@ -187,6 +186,11 @@ impl<const N: usize> EyeSpace<N> {
 }
 
 impl<const N: usize> Screen<N> {
+    /// Dimension M of the screen.
+    pub fn dim(&self) -> usize {
+        self.centres.len()
+    }
+
     fn new(scene: &EyeScene) -> Self {
         let exponent = exponent_of(scene.distance);
         let centre = |a: usize, j: u32| {
@@ -279,16 +283,11 @@ fn is_degenerate<const N: usize>(v: &[[f64; N]; N], exponent: i32) -> bool {
 ///
 /// A functional is a determinant of d v_a - c_a v_0; both the sum of its terms' sizes and the effect of rounding these entries
 /// are under the product of the rows' absolute sums, which is what is returned times a few ulp.
-fn doubt<const N: usize, const M: usize>(
-    v: &[[f64; N]; N],
-    screen: &Screen<N>,
-    pixels: &[[u32; 2]; N],
-    fan: bool,
-) -> f64 {
-    let axes = if fan { N - 1 } else { M };
+fn doubt<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>, pixels: &[[u32; 2]; N], fan: bool) -> f64 {
+    let axes = if fan { N - 1 } else { screen.dim() };
     let mut product = 1.0 / screen.distance.powi(axes as i32 - 1);
     for a in 1..=axes {
-        let reach = if a <= M {
+        let reach = if a <= screen.dim() {
             let centres = &screen.centres[a - 1];
             centres[pixels[a - 1][0] as usize].abs().max(centres[pixels[a - 1][1] as usize - 1].abs())
         } else {

@@ -32,11 +32,6 @@ pub(super) enum Method {
     Fan(u32),
 }
 
-/// How many functionals a facet has in the exact methods.
-pub(super) const fn planes_per_facet(n: usize, m: usize) -> usize {
-    if n == m + 2 { n * (n - 1) / 2 } else { n }
-}
-
 /// The place of the pair i < j among the pairs of 0..n.
 #[inline(always)]
 pub(super) const fn pair_index(n: usize, i: usize, j: usize) -> usize {
@@ -54,11 +49,17 @@ impl Method {
         }
     }
 
+    /// How many functionals a facet of R^n has.
+    #[inline(always)]
+    pub const fn planes_per_facet(self, n: usize) -> usize {
+        if matches!(self, Method::Plane) { n * (n - 1) / 2 } else { n }
+    }
+
     /// The hidden coordinates of the fan's rays on the screen.
-    pub fn fan_rays<const N: usize>(self, screen: &Screen<N>, m: usize) -> Vec<[f64; N]> {
+    pub fn fan_rays<const N: usize>(self, screen: &Screen<N>) -> Vec<[f64; N]> {
         let Method::Fan(count) = self else { return Vec::new() };
         let mut rays = vec![[0.0; N]];
-        for axis in m + 1..N {
+        for axis in screen.dim() + 1..N {
             rays = (0..count)
                 .flat_map(|i| {
                     let part = match count {
@@ -82,11 +83,11 @@ impl Method {
     /// Ray and fan: functional i is (-1)^i det(x, vertices but i): at the direction P all have one sign when P meets the facet,
     /// and they are its barycentrics there but for a factor. Plane: functional (i,j) is det(x, vertices but i and j) in
     /// the visible coordinates alone. Cone: those of the ray as unit vectors with inner sides positive.
-    pub fn planes<const N: usize, const M: usize>(self, facet: &Visible<N>) -> Vec<[f64; N]> {
+    pub fn planes<const N: usize>(self, facet: &Visible<N>, m: usize) -> Vec<[f64; N]> {
         match self {
             Method::Plane => {
                 let pairs = (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)));
-                pairs.map(|(i, j)| through::<N>(&facet.v, |k| k != i && k != j, M + 1)).collect()
+                pairs.map(|(i, j)| through::<N>(&facet.v, |k| k != i && k != j, m + 1)).collect()
             }
             Method::Ray | Method::Fan(_) => (0..N)
                 .map(|i| {

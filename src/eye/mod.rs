@@ -10,6 +10,7 @@ mod frame;
 mod json;
 mod lights;
 mod method;
+mod paint;
 mod picture;
 mod pose;
 mod render;
@@ -18,6 +19,7 @@ mod solid;
 
 pub use error::EyeError;
 pub use method::{Fibre, MAX_FAN_RAYS};
+pub use paint::{Sheet, paint};
 pub use picture::{Differences, EyePicture, MISS};
 pub use pose::{Pose, Rotation, sin_cos_deg};
 pub use render::{Here, Job, Pool, render, render_with};

@@ -65,30 +65,30 @@ pub fn render_with(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> Result<Ey
     Ok(dispatch(scene, fibre, pool))
 }
 
-/// Calls `$function::<N, M>` for the scene's dimensions.
-macro_rules! for_dimensions {
-    ($scene:expr, $function:ident $arguments:tt, $($n:literal: $($m:literal)*;)*) => {
-        match ($scene.dim, $scene.screen_dim()) {
-            $($(($n, $m) => $function::<$n, $m> $arguments,)*)*
-            (n, m) => unreachable!("a checked scene has 2..=8 dimensions and a screen of fewer, not {n} and {m}"),
+/// Calls `$function::<N>` for the scene's dimension.
+macro_rules! for_dimension {
+    ($scene:expr, $function:ident $arguments:tt, $($n:literal)*) => {
+        match $scene.dim {
+            $($n => $function::<$n> $arguments,)*
+            n => unreachable!("a checked scene has 2..=8 dimensions, not {n}"),
         }
     };
 }
 fn dispatch(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
-    for_dimensions!(scene, render_dim (scene, fibre, pool),
-        2: 1; 3: 1 2; 4: 1 2 3; 5: 1 2 3 4; 6: 1 2 3 4 5; 7: 1 2 3 4 5 6; 8: 1 2 3 4 5 6 7;)
+    for_dimension!(scene, render_dim (scene, fibre, pool), 2 3 4 5 6 7 8)
 }
 
-fn render_dim<const N: usize, const M: usize>(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
-    let frame = Frame::<N, M>::new(scene, Method::new(N, M, fibre));
+fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
+    let frame = Frame::<N>::new(scene, Method::new(N, scene.screen_dim(), fibre));
     let obstacles =
         (!frame.lights.is_empty() && frame.solids.len() >= BVH_FROM).then(|| Bvh::new(&frame.solids));
     let world = World { scene, frame, obstacles };
     let mut picture = EyePicture::background(scene);
     picture.skipped_facets = world.frame.skipped.clone();
-    let sizes = tile_sizes::<M>(&scene.pixels);
-    let layer: usize = scene.pixels[..M - 1].iter().map(|&n| n as usize).product();
-    let thickness = sizes[M - 1] as usize;
+    let sizes = tile_sizes::<N>(&scene.pixels);
+    let last = scene.screen_dim() - 1;
+    let layer: usize = scene.pixels[..last].iter().map(|&n| n as usize).product();
+    let thickness = sizes[last] as usize;
     let chunk = layer * thickness;
     let mut jobs: Vec<Job> = Vec::new();
     let mut rest = Output {
@@ -102,7 +102,7 @@ fn render_dim<const N: usize, const M: usize>(scene: &EyeScene, fibre: Fibre, po
         let left = rest.facet.len();
         let (part, others) = rest.split(chunk.min(left), lights);
         rest = others;
-        let slab = first..(first + thickness as u32).min(scene.pixels[M - 1]);
+        let slab = first..(first + thickness as u32).min(scene.pixels[last]);
         first = slab.end;
         let world = &world;
         jobs.push(Box::new(move || world.render_slab(slab, sizes, part)));
@@ -112,18 +112,18 @@ fn render_dim<const N: usize, const M: usize>(scene: &EyeScene, fibre: Fibre, po
 }
 
 /// Extents of a tile along the screen axes: 64 pixels, as near to a cube as powers of two go.
-fn tile_sizes<const M: usize>(pixels: &[u32]) -> [u32; M] {
-    let mut sizes = [1; M];
+fn tile_sizes<const N: usize>(pixels: &[u32]) -> [u32; N] {
+    let mut sizes = [1; N];
     let mut axis = 0;
     let mut stuck = 0;
-    while sizes.iter().product::<u32>() < TILE_PIXELS as u32 && stuck < M {
+    while sizes.iter().product::<u32>() < TILE_PIXELS as u32 && stuck < pixels.len() {
         if sizes[axis] < pixels[axis] {
             sizes[axis] *= 2;
             stuck = 0;
         } else {
             stuck += 1;
         }
-        axis = (axis + 1) % M;
+        axis = (axis + 1) % pixels.len();
     }
     sizes
 }
@@ -149,31 +149,33 @@ impl<'a> Output<'a> {
     }
 }
 
-struct World<'a, const N: usize, const M: usize> {
+struct World<'a, const N: usize> {
     scene: &'a EyeScene,
-    frame: Frame<N, M>,
+    frame: Frame<N>,
     obstacles: Option<Bvh<N>>,
 }
 
-impl<const N: usize, const M: usize> World<'_, N, M> {
+impl<const N: usize> World<'_, N> {
     /// Renders the layers `slab` of the last screen axis.
-    fn render_slab(&self, slab: Range<u32>, sizes: [u32; M], mut out: Output) {
+    fn render_slab(&self, slab: Range<u32>, sizes: [u32; N], mut out: Output) {
+        let last = self.frame.screen.dim() - 1;
         let reaches = |i: &u32| {
-            let [lo, hi] = self.frame.facets[*i as usize].pixels[M - 1];
+            let [lo, hi] = self.frame.facets[*i as usize].pixels[last];
             lo < slab.end && slab.start < hi
         };
         let near: Vec<u32> = (0..self.frame.facets.len() as u32).filter(reaches).collect();
         let mut nearest = Nearest::new();
         let mut last_blockers = vec![0u32; self.frame.lights.len()];
-        let mut low = [0; M];
-        low[M - 1] = slab.start;
+        let mut low = [0; N];
+        low[last] = slab.start;
         loop {
-            let high: [u32; M] = std::array::from_fn(|a| (low[a] + sizes[a]).min(self.scene.pixels[a]));
+            let high =
+                std::array::from_fn(|a| self.scene.pixels.get(a).map_or(1, |&n| (low[a] + sizes[a]).min(n)));
             self.render_tile(low, high, &near, &mut nearest);
             self.resolve_tile(low, high, slab.start, &nearest, &mut last_blockers, &mut out);
             // The next tile of the slab, axis 1 fastest.
             let mut axis = 0;
-            while axis + 1 < M {
+            while axis < last {
                 low[axis] += sizes[axis];
                 if low[axis] < self.scene.pixels[axis] {
                     break;
@@ -181,16 +183,16 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
                 low[axis] = 0;
                 axis += 1;
             }
-            if axis + 1 >= M {
+            if axis >= last {
                 return;
             }
         }
     }
 
     /// Searches the fibres of a tile's pixels.
-    fn render_tile(&self, low: [u32; M], high: [u32; M], near: &[u32], nearest: &mut Nearest<N>) {
+    fn render_tile(&self, low: [u32; N], high: [u32; N], near: &[u32], nearest: &mut Nearest<N>) {
         nearest.clear();
-        let count: usize = (0..M).map(|a| (high[a] - low[a]) as usize).product();
+        let count: usize = (0..N).map(|a| (high[a] - low[a]) as usize).product();
         for_each_run(low, high, |at, local| {
             let direction = self.direction(at);
             for (step, x) in (low[0]..high[0]).enumerate() {
@@ -204,14 +206,14 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
             if facet.nearest * facet.nearest > worst2 {
                 break;
             }
-            let from: [u32; M] = std::array::from_fn(|a| low[a].max(facet.pixels[a][0]));
-            let to: [u32; M] = std::array::from_fn(|a| high[a].min(facet.pixels[a][1]));
-            if (0..M).any(|a| from[a] >= to[a]) {
+            let from: [u32; N] = std::array::from_fn(|a| low[a].max(facet.pixels[a][0]));
+            let to: [u32; N] = std::array::from_fn(|a| high[a].min(facet.pixels[a][1]));
+            if (0..N).any(|a| from[a] >= to[a]) {
                 continue;
             }
             for_each_run(from, to, |at, _| {
                 let (mut local, mut stride) = (0, 1);
-                for a in 0..M {
+                for a in 0..N {
                     local += (at[a] - low[a]) as usize * stride;
                     stride *= (high[a] - low[a]) as usize;
                 }
@@ -223,10 +225,10 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
     }
 
     /// The direction of pixel `at` but for c_1, which is 0.
-    fn direction(&self, at: [u32; M]) -> [f64; N] {
+    fn direction(&self, at: [u32; N]) -> [f64; N] {
         let mut direction = [0.0; N];
         direction[0] = self.frame.screen.distance;
-        for a in 1..M {
+        for a in 1..self.frame.screen.dim() {
             direction[a + 1] = self.frame.screen.centres[a][at[a] as usize];
         }
         direction
@@ -235,8 +237,8 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
     /// Picks the winners of a tile, lights and colours them.
     fn resolve_tile(
         &self,
-        low: [u32; M],
-        high: [u32; M],
+        low: [u32; N],
+        high: [u32; N],
         slab_start: u32,
         nearest: &Nearest<N>,
         last_blockers: &mut [u32],
@@ -245,8 +247,8 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
         let lights = self.frame.lights.len();
         for_each_run(low, high, |at, local| {
             let (mut flat, mut stride) = (0, 1);
-            for a in 0..M {
-                let from = if a == M - 1 { slab_start } else { 0 };
+            for a in 0..self.scene.pixels.len() {
+                let from = if a + 1 == self.scene.pixels.len() { slab_start } else { 0 };
                 flat += (at[a] - from) as usize * stride;
                 stride *= self.scene.pixels[a] as usize;
             }
@@ -301,7 +303,7 @@ impl<const N: usize, const M: usize> World<'_, N, M> {
 }
 
 /// Calls `run(at, local)` for each run along axis 1 of the box low..high, `local` counting the box's pixels.
-fn for_each_run<const M: usize>(low: [u32; M], high: [u32; M], mut run: impl FnMut([u32; M], usize)) {
+fn for_each_run<const N: usize>(low: [u32; N], high: [u32; N], mut run: impl FnMut([u32; N], usize)) {
     let mut at = low;
     let length = (high[0] - low[0]) as usize;
     let mut local = 0;
@@ -309,7 +311,7 @@ fn for_each_run<const M: usize>(low: [u32; M], high: [u32; M], mut run: impl FnM
         run(at, local);
         local += length;
         let mut axis = 1;
-        while axis < M {
+        while axis < N {
             at[axis] += 1;
             if at[axis] < high[axis] {
                 break;
@@ -317,7 +319,7 @@ fn for_each_run<const M: usize>(low: [u32; M], high: [u32; M], mut run: impl FnM
             at[axis] = low[axis];
             axis += 1;
         }
-        if axis >= M {
+        if axis >= N {
             return;
         }
     }

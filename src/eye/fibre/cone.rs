@@ -16,12 +16,7 @@ const VIOLATED: f64 = -1e-12;
 /// The most sides of a fibre's polytope: N faces and 2 K sides of apertures.
 const MAX_SIDES: usize = MAX_DIM + 2 * (MAX_DIM - 2);
 
-pub(super) fn search<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
-    index: usize,
-    run: &Run<N>,
-    nearest: &mut Nearest<N>,
-) {
+pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     for (step, x) in run.x.clone().enumerate() {
         let local = run.local + step;
@@ -45,13 +40,13 @@ pub(super) fn search<const N: usize, const M: usize>(
 }
 
 /// The hidden axes whose aperture is not shut: along the others the fibre has no width.
-fn open_axes<const N: usize, const M: usize>(frame: &Frame<N, M>) -> impl Iterator<Item = usize> {
-    (M + 1..N).filter(|&axis| frame.screen.tan[axis] > 0.0)
+fn open_axes<const N: usize>(frame: &Frame<N>) -> impl Iterator<Item = usize> {
+    (frame.screen.dim() + 1..N).filter(|&axis| frame.screen.tan[axis] > 0.0)
 }
 
 /// The nearest point within `reach2` (squared), in the coordinates (|P| s, open hidden axes).
-fn nearest_in_fibre<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
+fn nearest_in_fibre<const N: usize>(
+    frame: &Frame<N>,
     facet: &Visible<N>,
     planes: &[[f64; N]],
     ray: &[f64; N],

@@ -5,12 +5,7 @@ use super::{Candidate, Nearest, Run, facing};
 use crate::eye::frame::Frame;
 use crate::math::nvec::dot;
 
-pub(super) fn search<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
-    index: usize,
-    run: &Run<N>,
-    nearest: &mut Nearest<N>,
-) {
+pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);
     for (step, x) in run.x.clone().enumerate() {

@@ -32,12 +32,7 @@ pub(super) struct Run<const N: usize> {
 
 /// Searches the fibres of a run of pixels for the nearest points of visible facet `index`.
 #[inline]
-pub(super) fn search<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
-    index: usize,
-    run: &Run<N>,
-    nearest: &mut Nearest<N>,
-) {
+pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     match frame.method {
         Method::Ray => ray::search(frame, index, run, nearest),
         Method::Plane => plane::search(frame, index, run, nearest),
@@ -54,22 +49,23 @@ fn facing<const N: usize>(facet: &Visible<N>, direction: &[f64; N], inverse_leng
     facet.offset * facet.offset / (along * along * inverse_length2 + facet.normal_hidden2)
 }
 
-/// The determinant of f_a(v) = d v_a - c_a v_0, a = 1..=M, over the M vertices that `among` picks, with a sure sign.
+/// The determinant of f_a(v) = d v_a - c_a v_0, a = 1..=m, over the m vertices that `among` picks, with a sure sign.
 ///
 /// Each f is rounded once and then taken as exact, the same for all facets at the vertex: what is decided is the exact
 /// incidence with a mesh whose vertices are moved by an ulp, so that no ray slips between facets.
 #[cold]
-fn sure_minor<const N: usize, const M: usize>(
+fn sure_minor<const N: usize>(
     facet: &Visible<N>,
     direction: &[f64; N],
+    m: usize,
     among: impl Fn(usize) -> bool,
 ) -> f64 {
     let mut rows = [[0.0; N]; N];
     for (row, k) in rows.iter_mut().zip((0..N).filter(|k| among(*k))) {
         let v = &facet.v[k];
-        for a in 1..=M {
+        for a in 1..=m {
             row[a - 1] = direction[0] * v[a] - direction[a] * v[0];
         }
     }
-    signed_det(&rows, M)
+    signed_det(&rows, m)
 }

@@ -6,7 +6,7 @@
 
 use super::{Candidate, Nearest, Run, facing, sure_minor};
 use crate::eye::frame::{Frame, Visible};
-use crate::eye::method::{pair_index, planes_per_facet};
+use crate::eye::method::{Method, pair_index};
 use crate::math::nvec::{MAX_DIM, dot};
 
 /// Pairs of the vertices of the largest facet.
@@ -15,13 +15,8 @@ const MAX_PAIRS: usize = MAX_DIM * (MAX_DIM - 1) / 2;
 /// Values of the aperture's borders smaller than this part of their terms are 0.
 const ON_BORDER: f64 = 1e-14;
 
-pub(super) fn search<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
-    index: usize,
-    run: &Run<N>,
-    nearest: &mut Nearest<N>,
-) {
-    let pairs = const { planes_per_facet(N, M) };
+pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
+    let pairs = const { Method::Plane.planes_per_facet(N) };
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);
     let mut direction = run.direction;
@@ -48,7 +43,7 @@ pub(super) fn search<const N: usize, const M: usize>(
         if doubtful {
             for i in 0..N {
                 for j in i + 1..N {
-                    minors[pair_index(N, i, j)] = sure_minor::<N, M>(facet, &direction, |k| k != i && k != j);
+                    minors[pair_index(N, i, j)] = sure_minor(facet, &direction, N - 2, |k| k != i && k != j);
                 }
             }
         }

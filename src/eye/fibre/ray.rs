@@ -8,12 +8,7 @@ use super::{Candidate, Nearest, Run, sure_minor};
 use crate::eye::frame::Frame;
 use crate::math::nvec::dot;
 
-pub(super) fn search<const N: usize, const M: usize>(
-    frame: &Frame<N, M>,
-    index: usize,
-    run: &Run<N>,
-    nearest: &mut Nearest<N>,
-) {
+pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);
     let mut direction = run.direction;
@@ -27,7 +22,7 @@ pub(super) fn search<const N: usize, const M: usize>(
         direction[1] = c;
         if smallest <= facet.doubt {
             lambda = std::array::from_fn(|i| {
-                let minor = sure_minor::<N, M>(facet, &direction, |k| k != i);
+                let minor = sure_minor(facet, &direction, N - 1, |k| k != i);
                 if i % 2 == 0 { minor } else { -minor }
             });
         }
