@@ -74,12 +74,6 @@ impl Prepared<'_> {
         let mesh = &self.call.geometry.mesh;
         let mut edges: Vec<Edge> = Vec::new();
         let mut found: HashMap<[u32; 2], usize> = HashMap::new();
-        // A polygon's triangles that are seen, by polygon: any of them spans its plane.
-        let mut face_of = vec![None; mesh.polygons.len()];
-        for (t, face) in faces.iter().enumerate().filter(|(_, f)| f.is_some()) {
-            let _ = face;
-            face_of[mesh.triangle_polygon[t] as usize].get_or_insert(t as u32);
-        }
         for (p, polygon) in mesh.polygons.iter().enumerate().filter(|&(p, _)| is_seen[p]) {
             for i in 0..polygon.corner_count {
                 let corner = |i: u32| polygon.first_corner + i % polygon.corner_count;
@@ -89,16 +83,21 @@ impl Prepared<'_> {
                     corners.reverse();
                     positions.reverse();
                 }
-                let plane = face_of[p];
-                match found.get(&positions) {
-                    Some(&at) => {
-                        let planes: &mut [Option<u32>; 2] = &mut edges[at].planes;
-                        planes[1] = planes[1].or(plane);
-                    }
-                    None => {
-                        found.insert(positions, edges.len());
-                        edges.push(Edge { corners, polygon: p, planes: [plane, None] });
-                    }
+                found.entry(positions).or_insert_with(|| {
+                    edges.push(Edge { corners, polygon: p, planes: [None, None] });
+                    edges.len() - 1
+                });
+            }
+        }
+        // The seen triangles on each edge: what lies on them is the edge's own surface.
+        for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| faces[t].is_some()) {
+            for i in 0..3 {
+                let mut ends = [triangle[i], triangle[(i + 1) % 3]].map(|c| mesh.corners[c as usize].position);
+                ends.sort_unstable();
+                if let Some(&at) = found.get(&ends)
+                    && let Some(free) = edges[at].planes.iter_mut().find(|p| p.is_none())
+                {
+                    *free = Some(t as u32);
                 }
             }
         }
@@ -207,13 +206,13 @@ impl Prepared<'_> {
                 DepthRule::Edge(planes) => {
                     let ndc = screen.ndc_of_pixel(x as i32, y as i32);
                     for plane in planes.iter().flatten() {
-                        if let Some((pz, pc)) = plane.clamped(plane.weights_at(ndc)).map(|w| plane.depth(&w))
-                            && pz < z
-                        {
+                        let (pz, pc) = plane.depth_within(&plane.weights_at(ndc));
+                        if pz < z {
                             (z, complement) = (pz, pc);
                         }
                     }
-                    format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0)) <= stored
+                    // Two steps of room: the stored face may be the other half of the same polygon.
+                    format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0)).saturating_sub(2) <= stored
                 }
             };
             if !passes {

@@ -78,10 +78,10 @@ impl FacePlane {
         let b1 = [e2.gradient[1] * k, -e2.gradient[0] * k];
         let b2 = [-e1.gradient[1] * k, e1.gradient[0] * k];
         let plane = FacePlane {
-            origin: [c0.x * inv_w, c0.y * inv_w],
+            origin: [c0.x / c0.w, c0.y / c0.w],
             inv_w,
-            z: c0.z * inv_w,
-            complement: v0.complement * inv_w,
+            z: c0.z / c0.w,
+            complement: v0.complement / c0.w,
             others: [Corner { gradient: b1, ..e1 }, Corner { gradient: b2, ..e2 }],
             w: c0.w,
             order,
@@ -143,6 +143,27 @@ impl FacePlane {
         (self.z + (b1 * o1.z + b2 * o2.z), self.complement + (b1 * o1.complement + b2 * o2.complement))
     }
 
+    /// The plane's depth at weights that may lie outside the face, kept between those of its corners in front.
+    pub fn depth_within(&self, weights: &Weights) -> (f64, f64) {
+        let at = |b: [f64; 3]| self.depth(&self.weights(b));
+        let mut ends = vec![(self.z, self.complement)];
+        let others = &self.others;
+        ends.extend((0..2).filter(|&i| others[i].w > 0.0).map(|i| {
+            let mut b = [0.0; 3];
+            b[i + 1] = 1.0 / others[i].w;
+            at(b)
+        }));
+        let (mut z, mut complement) = self.depth(weights);
+        let near = ends.iter().copied().fold((f64::INFINITY, 0.0), |a, b| if b.0 < a.0 { b } else { a });
+        let far = ends.iter().copied().fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+        if z.is_nan() || z < near.0 {
+            (z, complement) = near;
+        } else if z > far.0 && self.in_front {
+            (z, complement) = far;
+        }
+        (z, complement)
+    }
+
     /// The shares of the corners, which add up to 1; `None` beyond the horizon of the plane.
     #[inline]
     pub fn shares(&self, weights: &Weights, interp: Interpolation, divide: bool) -> Option<[f64; 3]> {
@@ -181,3 +202,6 @@ fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
     order[..=first].rotate_right(1);
     (corners[order[0]].clip.w > 0.0).then_some(order)
 }
+
+#[cfg(test)]
+mod tests;
