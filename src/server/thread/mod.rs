@@ -177,6 +177,8 @@ impl Loop {
             self.receive_all();
             match self.next_turn() {
                 Some((id, pace)) => self.turn(id, pace),
+                // The message that ends the thread may have come just now: nothing would wake it up again.
+                None if self.is_over() => break,
                 None => self.wait(),
             }
             self.look_around();
