@@ -11,7 +11,6 @@
 //! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
 
 use super::args::{Args, Refusal, is_blank, words};
-use super::fast;
 use super::long_line::LongLine;
 use super::model::{Command, Rect};
 use super::scan::{count_lf, find_lf};
@@ -19,6 +18,7 @@ use super::sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink};
 use super::stream_error::{StreamError, Subject};
 use super::verb::{Payload, Reading, Verb};
 use crate::error::Code;
+use crate::simd::text;
 
 /// The bytes that a line may have, LF and one CR before it not counted.
 pub const MAX_LINE_BYTES: usize = 4096;
@@ -254,7 +254,8 @@ impl Decoder {
     fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
         while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
-            let (used, lines) = fast::text_pixels(&bytes[at..], sink);
+            let (used, lines) =
+                text::pixel_lines(&bytes[at..], &mut |x, y, color| sink.pixel(x.into(), y.into(), color));
             self.here.byte += used as u64;
             self.here.line += lines;
             at += used;

@@ -9,7 +9,6 @@ mod color;
 mod color_names;
 mod decoder;
 mod encode;
-mod fast;
 mod help;
 mod long_line;
 mod model;

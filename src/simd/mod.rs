@@ -17,6 +17,7 @@ mod level;
 mod portable;
 #[cfg(test)]
 mod tests;
+pub mod text;
 
 pub use level::{Kernel, Level};
 pub use portable::Portable;

@@ -1,48 +1,18 @@
-//! THE HOT PATH: plain text pixels, many in a row, eight bytes at a time in whole words.
+//! The portable twin, eight bytes at a time in whole words.
 //!
-//! In: a stream from a command boundary on. Taken here: lines `PX x y c` + LF with single blanks, x and y of one to four
-//! digits, c of six, eight or two hex digits in either case, the same number in line after line. All else (signs, CR,
-//! names, queries, other verbs, the last bytes of a piece) is left to the general reader, which is the truth this one is
-//! tested against. Every byte is looked at: a line with anything out of place is not taken.
-//!
-//! How: the place of LF comes from one word, so that finding the next line waits for nothing else; x and y are found
-//! and converted together, without a branch that depends on how many digits they have.
-//! Letters below name bytes of little-endian words: the first character is the lowest byte.
+//! The place of LF comes from one word, so that finding the next line waits for nothing else; x and y are found and
+//! converted together, without a branch that depends on how many digits they have.
+//! Words are little-endian: the first character is the lowest byte.
 
-use super::sink::Sink;
+use super::WINDOW;
 
 const LOW: u64 = 0x0101_0101_0101_0101;
 const HIGH: u64 = 0x8080_8080_8080_8080;
 
-/// How much of the stream a line is read through: the longest line taken here has 22 bytes.
-const WINDOW: usize = 24;
-
-/// Reads plain pixels from the start of `bytes` on. Answers how many bytes and lines it took.
+/// As [`super::pixel_lines`], but for the last window.
 #[inline]
-pub(super) fn text_pixels(bytes: &[u8], sink: &mut impl Sink) -> (usize, u64) {
-    let (mut at, mut lines) = (0, 0);
-    loop {
-        let before = lines;
-        run::<6>(bytes, &mut at, &mut lines, sink);
-        run::<8>(bytes, &mut at, &mut lines, sink);
-        run::<2>(bytes, &mut at, &mut lines, sink);
-        if lines == before {
-            return (at, lines);
-        }
-    }
-}
-
-/// Reads pixels whose colours have `DIGITS` hex digits.
-#[inline]
-fn run<const DIGITS: usize>(bytes: &[u8], at: &mut usize, lines: &mut u64, sink: &mut impl Sink) {
-    let mut rest = &bytes[*at..];
-    while let Some(window) = rest.first_chunk::<WINDOW>() {
-        let Some((x, y, color, length)) = line::<DIGITS>(window) else { break };
-        sink.pixel(i32::from(x), i32::from(y), color);
-        *lines += 1;
-        rest = &rest[length..];
-    }
-    *at = bytes.len() - rest.len();
+pub fn pixel_lines(bytes: &[u8], each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
+    super::runs!(bytes, each, [line::<6>, line::<8>, line::<2>])
 }
 
 #[inline(always)]
@@ -126,7 +96,6 @@ fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::color::parse_color;
     use super::*;
 
     #[test]
@@ -138,8 +107,8 @@ mod tests {
                         let mut text = [b'\n'; 8];
                         text[8 - DIGITS..].fill(digit);
                         text[8 - DIGITS + at] = byte;
-                        let expected = parse_color(&text[8 - DIGITS..]);
-                        assert_eq!(color::<DIGITS>(u64::from_le_bytes(text)), expected, "{text:?}");
+                        let found = color::<DIGITS>(u64::from_le_bytes(text));
+                        assert_eq!(found.is_some(), byte.is_ascii_hexdigit(), "{text:?}");
                     }
                 }
             }

@@ -1,0 +1,102 @@
+//! The vector twin: a line in one register of sixteen bytes (SSE4.1 instructions in AVX2's encoding).
+//!
+//! The blanks of `x y rrggbb` are found by one comparison. They choose a shuffle that brings x and y to their places,
+//! four digits each with zeros before them; the colour is loaded so that it ends where the register does. Then all
+//! digits are checked and weighed together: pairs by 10 and 1 or 16 and 1, then pairs of pairs by 100 and 1.
+
+use super::WINDOW;
+use std::arch::x86_64::*;
+
+/// Whether the CPU has what this file needs.
+#[inline]
+pub fn is_there() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1")
+}
+
+/// As [`super::pixel_lines`], but for the last window.
+#[inline]
+#[target_feature(enable = "avx2,bmi1")]
+pub fn pixel_lines(bytes: &[u8], each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
+    super::runs!(bytes, each, [line::<6>, line::<8>, line::<2>])
+}
+
+/// For blanks at byte a and byte b of `x y c`: where the digits of x and y lie, the last ones last. A byte with its high
+/// bit takes nothing; `'0'` in its low bits is filled in there. Impossible places take nothing and fill in nothing.
+static SHUFFLES: [[[u8; 16]; 16]; 16] = {
+    const NOTHING: u8 = 0x80;
+    const ZERO: u8 = 0x80 | b'0';
+    let mut table = [[[NOTHING; 16]; 16]; 16];
+    let mut a = 1;
+    while a <= 4 {
+        let mut b = a + 2;
+        while b <= a + 5 {
+            let mut i = 0;
+            while i < 4 {
+                // Counted from the last digit.
+                table[a][b][3 - i] = if i < a { (a - 1 - i) as u8 } else { ZERO };
+                table[a][b][7 - i] = if i < b - a - 1 { (b - 1 - i) as u8 } else { ZERO };
+                i += 1;
+            }
+            b += 1;
+        }
+        a += 1;
+    }
+    table
+};
+
+/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its LF.
+#[inline]
+#[target_feature(enable = "avx2,bmi1")]
+fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
+    const VERB: u32 = u32::from_le_bytes(*b"PX \0");
+    let words = load(window, 3);
+    let blanks = _mm_movemask_epi8(_mm_cmpeq_epi8(words, _mm_set1_epi8(b' ' as i8))) as u32;
+    // Two bits beyond, so that there are two in any case.
+    let blanks = blanks & 0x3fff | 0xc000;
+    let a = blanks.trailing_zeros() as usize;
+    let b = (blanks & (blanks - 1)).trailing_zeros() as usize;
+    let end = 4 + b + DIGITS;
+    let verb = u32::from_le_bytes([window[0], window[1], window[2], window[3]]);
+    if verb & 0xff_ffff != VERB || window[end] != b'\n' {
+        return None;
+    }
+    let shuffle = load(&SHUFFLES[a][b], 0);
+    let numbers = _mm_shuffle_epi8(words, shuffle);
+    let numbers = _mm_or_si128(numbers, _mm_and_si128(shuffle, _mm_set1_epi8(b'0' as i8)));
+    let color = _mm_cvtsi64_si128(i64::from_le_bytes(*window[end - 8..].first_chunk()?));
+    let digits = _mm_unpacklo_epi64(numbers, color);
+    // Decimal digits everywhere, letters in the colour alone: 0x80 puts all bytes of the numbers out of their reach.
+    let decimal = _mm_sub_epi8(digits, _mm_set1_epi8(b'0' as i8));
+    let case = _mm_set_epi64x(0x2020_2020_2020_2020, 0x8080_8080_8080_8080_u64 as i64);
+    let letter = _mm_sub_epi8(_mm_or_si128(digits, case), _mm_set1_epi8(b'a' as i8));
+    let is_decimal = _mm_cmpeq_epi8(_mm_min_epu8(decimal, _mm_set1_epi8(9)), decimal);
+    let is_letter = _mm_cmpeq_epi8(_mm_min_epu8(letter, _mm_set1_epi8(5)), letter);
+    let good = _mm_movemask_epi8(_mm_or_si128(is_decimal, is_letter)) as u32;
+    // What stands before a shorter colour is not looked at here: the blank and digits of y, checked above.
+    let wanted = 0xffff << (16 - DIGITS) & 0xffff | 0xff;
+    if good & wanted != wanted {
+        return None;
+    }
+    // A decimal digit is far from a letter: the smaller of the two readings is the right one.
+    let values = _mm_min_epu8(decimal, _mm_add_epi8(letter, _mm_set1_epi8(10)));
+    let weights = _mm_set_epi8(1, 16, 1, 16, 1, 16, 1, 16, 1, 10, 1, 10, 1, 10, 1, 10);
+    let pairs = _mm_maddubs_epi16(values, weights);
+    let places = _mm_madd_epi16(pairs, _mm_set_epi16(0, 0, 0, 0, 1, 100, 1, 100));
+    let places = _mm_cvtsi128_si64(places) as u64;
+    let color = _mm_extract_epi32::<1>(_mm_packus_epi16(pairs, pairs)) as u32;
+    let color = match DIGITS {
+        2 => (color >> 24).wrapping_mul(0x01_0101) | 0xff00_0000,
+        6 => color >> 8 | 0xff00_0000,
+        _ => color,
+    };
+    Some((places as u16, (places >> 32) as u16, color.to_le_bytes(), end + 1))
+}
+
+/// Sixteen bytes.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn load<const N: usize>(bytes: &[u8; N], at: usize) -> __m128i {
+    let sixteen: &[u8; 16] = bytes[at..].first_chunk().expect("the callers' places are constants");
+    // SAFETY: the reference is to sixteen bytes, of any alignment.
+    unsafe { _mm_loadu_si128(sixteen.as_ptr().cast()) }
+}
