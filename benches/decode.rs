@@ -252,10 +252,7 @@ fn main() {
         for case in &cases()[..2] {
             let mut frame = Frame(vec![[0; 4]; WIDTH * HEIGHT]);
             let seconds = (0..ROUNDS).map(|_| play(&case.stream, &mut frame)).collect();
-            assert!(
-                frame.0.iter().filter(|p| p[3] == 255).count() > 20_000,
-                "nothing was painted"
-            );
+            assert!(frame.0.iter().filter(|p| p[3] == 255).count() > 20_000, "nothing was painted");
             let (best, median) = rates(case.units, seconds);
             println!("{:34} {best:9.1} {median:9.1} {:6}", format!("painting: {}", case.name), case.unit);
         }

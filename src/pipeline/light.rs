@@ -178,7 +178,7 @@ impl Lighting {
             let Some((l, strength)) = lamp.reach(point.position) else { continue };
             lit.base += material.ka * lamp.light.ambient * strength;
             let n_dot_l = n.dot(l);
-            if !(n_dot_l > 0.0) {
+            if n_dot_l.is_nan() || n_dot_l <= 0.0 {
                 continue;
             }
             lit.base += material.kd * lamp.light.color * (strength * n_dot_l);

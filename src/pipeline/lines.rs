@@ -92,7 +92,8 @@ impl Prepared<'_> {
         // The seen triangles on each edge: what lies on them is the edge's own surface.
         for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| faces[t].is_some()) {
             for i in 0..3 {
-                let mut ends = [triangle[i], triangle[(i + 1) % 3]].map(|c| mesh.corners[c as usize].position);
+                let mut ends =
+                    [triangle[i], triangle[(i + 1) % 3]].map(|c| mesh.corners[c as usize].position);
                 ends.sort_unstable();
                 if let Some(&at) = found.get(&ends)
                     && let Some(free) = edges[at].planes.iter_mut().find(|p| p.is_none())
@@ -189,7 +190,7 @@ impl Prepared<'_> {
         }
         stats.pixels_tested += 1;
         let LinePixel { x, y, mut z, mut complement } = pixel;
-        if !(z < 1.0) {
+        if z.is_nan() || z >= 1.0 {
             return;
         }
         let mut opacity = (1.0 - material.transparency.clamp(0.0, 1.0)) * varyings[7];

@@ -16,7 +16,8 @@ use glam::{DVec2, DVec3};
 /// A byte of a colour: floor(255 clamp(c, 0, 1) + 0.5); NaN is 0.
 #[inline]
 pub(crate) fn to_byte(c: f64) -> u8 {
-    (c.max(0.0).min(1.0) * 255.0 + 0.5) as u8
+    // The cast takes NaN to 0.
+    (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
 /// What a draw does with a pixel that passed, in every mode the same for all of its faces.
@@ -70,7 +71,7 @@ impl Raster<'_, '_> {
                     let (mut z, complement) = plane.depth(&weights);
                     if face.wholly_between_near_and_far {
                         z = z.max(0.0);
-                    } else if !(z >= 0.0 && z < 1.0) {
+                    } else if !(0.0..1.0).contains(&z) {
                         continue;
                     }
                     let index = width * y as usize + x as usize;
@@ -141,7 +142,7 @@ pub(crate) fn opaque(rgb: DVec3) -> Rgba {
 
 /// new = old * t + rgb * (1 - t) on the bytes in memory, t = 1 - opacity.
 pub(crate) fn blend(pixel: &mut [u8], rgb: DVec3, opacity: f64) {
-    let opacity = opacity.max(0.0).min(1.0);
+    let opacity = opacity.clamp(0.0, 1.0);
     let t = 1.0 - opacity;
     for (byte, c) in pixel.iter_mut().zip(rgb.to_array()) {
         *byte = to_byte(*byte as f64 / 255.0 * t + c * opacity);

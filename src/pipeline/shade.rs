@@ -117,9 +117,9 @@ pub(crate) fn uv_from_first(uv: &[DVec2; 3], shares: [f64; 3]) -> DVec2 {
 /// X3D's fog interpolant: 1 all of the surface's own colour, 0 all fog; `distance` from the eye.
 pub(crate) fn visibility(fog: &Fog, distance: f64) -> f64 {
     let range = fog.visibility_range;
-    if !(range > 0.0) {
+    if range.is_nan() || range <= 0.0 {
         1.0
-    } else if !(distance < range) {
+    } else if distance.is_nan() || distance >= range {
         0.0
     } else {
         match fog.kind {

@@ -40,7 +40,8 @@ fn table_scene(inputs: &Value) -> Scene {
             transparency: number(&o["transparency"]),
             ..Material::default()
         };
-        let mut object = object(o["name"].as_str().unwrap(), Mesh::from_triangles(points, &[[0, 1, 2]]), material);
+        let mut object =
+            object(o["name"].as_str().unwrap(), Mesh::from_triangles(points, &[[0, 1, 2]]), material);
         object.model = crate::math::matrix::translate(vec3(&o["translation"]));
         object
     });
@@ -86,9 +87,13 @@ fn golden_opaque_tables_in_every_format() {
             let (_, depth) = draw_table(scene, format, HiddenSurface::ZBuffer);
             let depth = depth.unwrap();
             for (x, y) in (0..120).map(|i| (i % 12, i / 12)) {
-                let (found, wanted) = (depth.z(x, y).unwrap(), number(&g["expected"][table][y as usize][x as usize]));
+                let (found, wanted) =
+                    (depth.z(x, y).unwrap(), number(&g["expected"][table][y as usize][x as usize]));
                 let step = if format == DepthFormat::U16 { 0.501 / 65535.0 } else { 0.0 };
-                assert!((found - wanted).abs() <= tolerance + step, "{table} {format:?} at ({x},{y}): {found}");
+                assert!(
+                    (found - wanted).abs() <= tolerance + step,
+                    "{table} {format:?} at ({x},{y}): {found}"
+                );
             }
         }
         let (memory, _) = draw_table(&scene, format, HiddenSurface::ZBuffer);
@@ -114,7 +119,11 @@ fn golden_transparent_tables() {
     let (memory, depth) = draw_table(&scene, DepthFormat::F32, HiddenSurface::ZBuffer);
     for (x, y) in (0..120).map(|i| (i % 12, i / 12)) {
         let wanted = &g["expected"]["colour_after_green_u8_round"][y as usize][x as usize];
-        assert_eq!(memory.get_pixel(x, y).unwrap()[..3], [0, 1, 2].map(|c| number(&wanted[c]) as u8), "({x},{y})");
+        assert_eq!(
+            memory.get_pixel(x, y).unwrap()[..3],
+            [0, 1, 2].map(|c| number(&wanted[c]) as u8),
+            "({x},{y})"
+        );
     }
     // Green is tested against depth but leaves none: only blue's is there.
     let (_, alone) = draw_table(&blue, DepthFormat::F32, HiddenSurface::ZBuffer);
@@ -140,7 +149,8 @@ fn golden_depth_values() {
             vec![DVec3::new(-9.0, -9.0, z), DVec3::new(9.0, -9.0, z), DVec3::new(0.0, 9.0, z)],
             &[[0, 1, 2]],
         );
-        let mut scene = Scene { objects: vec![object("face", mesh, Material::default())], ..Scene::default() };
+        let mut scene =
+            Scene { objects: vec![object("face", mesh, Material::default())], ..Scene::default() };
         let projection = Projection::Perspective { fov_rad: 0.5, near, far, on_smaller_side: false };
         let look_at = LookAt { eye: DVec3::Z * 8.0, reference: DVec3::ZERO, up: DVec3::Y };
         scene.camera = Some(Camera { look_at, projection });
@@ -176,7 +186,10 @@ fn box_mesh(h: f64) -> Mesh {
         mesh.positions.push(DVec3::new(side(1), side(2), side(4)));
     }
     for quad in [[4, 5, 7, 6], [1, 0, 2, 3], [5, 1, 3, 7], [0, 4, 6, 2], [6, 7, 3, 2], [0, 1, 5, 4]] {
-        mesh.push_polygon(&quad.map(|position| Corner { position, normal: NONE, texcoord: NONE, color: NONE }), NONE);
+        mesh.push_polygon(
+            &quad.map(|position| Corner { position, normal: NONE, texcoord: NONE, color: NONE }),
+            NONE,
+        );
     }
     mesh
 }
@@ -186,15 +199,17 @@ fn wire_cube(hide: HiddenSurface, cull: Cull, size: u32) -> (VideoMemory, DrawSt
     let material = Material::default();
     let mut memory = VideoMemory::new(size, size).unwrap();
     let mut depth = None;
-    let mut target = Target {
-        memory: &mut memory,
-        depth: &mut depth,
-        depth_format: DepthFormat::F32,
-        ids: None,
-    };
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
     let mut camera = Camera::default();
     camera.look_at.eye = DVec3::new(2.0, 1.6, 3.4);
-    let call = DrawCall { camera, cull, hide, shade: ShadeMode::Wire, ..DrawCall::new(&geometry, &material, size, size) };
+    let call = DrawCall {
+        camera,
+        cull,
+        hide,
+        shade: ShadeMode::Wire,
+        ..DrawCall::new(&geometry, &material, size, size)
+    };
     let stats = draw(&mut target, &call).unwrap();
     (memory, stats)
 }
@@ -232,14 +247,11 @@ fn lines_and_points_are_hidden_by_depth_and_keep_their_colours() {
     let material = Material { kd: DVec3::X, ..Material::default() };
     let mut memory = VideoMemory::new(16, 12).unwrap();
     let mut depth = None;
-    let mut target = Target {
-        memory: &mut memory,
-        depth: &mut depth,
-        depth_format: DepthFormat::F32,
-        ids: None,
-    };
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
     let window = [-1.0, 1.0, -1.0, 1.0];
-    let camera = Camera { projection: Projection::Ortho { window, near: 1.0, far: 9.0 }, ..Camera::default() };
+    let camera =
+        Camera { projection: Projection::Ortho { window, near: 1.0, far: 9.0 }, ..Camera::default() };
     let call = DrawCall { camera, ambient: DVec3::ONE, ..DrawCall::new(&geometry, &material, 16, 12) };
     // Ka 0: the face is black, and the line is in front of it only on its right half.
     draw(&mut target, &call).unwrap();
@@ -297,12 +309,8 @@ fn a_refused_draw_leaves_the_memories_untouched() {
         let mut memory = VideoMemory::new(8, 8).unwrap();
         memory.take_damage();
         let mut depth = None;
-        let mut target = Target {
-            memory: &mut memory,
-            depth: &mut depth,
-            depth_format: DepthFormat::F32,
-            ids: None,
-        };
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
         let error = draw(&mut target, call).unwrap_err();
         assert_eq!(error.code(), crate::error::Code::Range, "{error}");
         assert!(!memory.is_damaged() && depth.is_none());

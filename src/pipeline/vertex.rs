@@ -41,9 +41,9 @@ impl Transform {
     pub fn on_screen(&self, clip: DVec4) -> [f64; 2] {
         if self.camera.is_parallel {
             // w is 1: there is nothing to divide by.
-            self.screen.from_ndc([clip.x, clip.y])
+            self.screen.of_ndc([clip.x, clip.y])
         } else if clip.w > 0.0 {
-            self.screen.from_ndc([clip.x / clip.w, clip.y / clip.w])
+            self.screen.of_ndc([clip.x / clip.w, clip.y / clip.w])
         } else {
             [f64::NAN; 2]
         }

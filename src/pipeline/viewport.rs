@@ -39,7 +39,7 @@ impl Screen {
     }
 
     /// The pixel coordinates of an NDC point.
-    pub fn from_ndc(&self, ndc: [f64; 2]) -> [f64; 2] {
+    pub fn of_ndc(&self, ndc: [f64; 2]) -> [f64; 2] {
         [self.origin[0] + ndc[0] * self.half[0], self.origin[1] + ndc[1] * self.half[1]]
     }
 
@@ -58,11 +58,11 @@ mod tests {
     fn both_rules_bound_the_drawing_and_turn_y() {
         let viewport = Viewport { x: -2, y: 3, width: 10, height: 4, rule: ViewportRule::Corners };
         let s = Screen::new(viewport, 6, 100);
-        assert_eq!((s.from_ndc([-1.0, 1.0]), s.from_ndc([1.0, -1.0])), ([-2.0, 3.0], [8.0, 7.0]));
+        assert_eq!((s.of_ndc([-1.0, 1.0]), s.of_ndc([1.0, -1.0])), ([-2.0, 3.0], [8.0, 7.0]));
         assert_eq!(s.clip, PixelRect { x0: 0, y0: 3, x1: 6, y1: 7 });
         // Notes 001: (-1,1) is the centre of the first pixel, (1,-1) that of the last.
         let s = Screen::new(Viewport { rule: ViewportRule::Centres, ..viewport }, 6, 100);
-        assert_eq!((s.from_ndc([-1.0, 1.0]), s.from_ndc([1.0, -1.0])), ([-1.5, 3.5], [7.5, 6.5]));
+        assert_eq!((s.of_ndc([-1.0, 1.0]), s.of_ndc([1.0, -1.0])), ([-1.5, 3.5], [7.5, 6.5]));
         assert_eq!(s.ndc_of_pixel(-2, 3), [-1.0, 1.0]);
         let far =
             Viewport { x: i32::MAX, y: i32::MIN, width: u32::MAX, height: 1, rule: ViewportRule::Corners };

@@ -73,7 +73,9 @@ fn golden_mip_level() {
     });
     let plane = golden_plane(&g["inputs"], z);
     let size = number(&g["inputs"]["texture_size"]) as u32;
-    for (interp, name) in [(Interpolation::Affine, "affine"), (Interpolation::Perspective, "perspective_correct")] {
+    for (interp, name) in
+        [(Interpolation::Affine, "affine"), (Interpolation::Perspective, "perspective_correct")]
+    {
         let expected = &g["expected"][name];
         let at = |pixel: &str| {
             let p = &g["inputs"]["pixels"][pixel];
