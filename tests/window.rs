@@ -170,10 +170,11 @@ fn the_screen_is_the_snapshot_and_the_keys_work() {
     assert!(saved == expected, "F12 saves what is shown, without overlays");
 
     // A larger window shows whole factors only, in the middle; a smaller one keeps the aspect.
+    screen.xdotool(&["windowmove", "--sync", &id, "0", "0"]);
     screen.xdotool(&["windowsize", "--sync", &id, "1280", "1000"]);
     wait_for("the doubled picture", || {
         let [x, y, w, h] = place();
-        let pixels = ([w, h] == [1280, 1000]).then(|| screen.pixels(x, y, w, h))?;
+        let pixels = ([x, y, w, h] == [0, 0, 1280, 1000]).then(|| screen.pixels(x, y, w, h))?;
         let is_doubled = (0..960).all(|row| {
             (0..1280).all(|column| pixels[(row + 20) * 1280 + column] == expected[row / 2 * 640 + column / 2])
         });
@@ -186,7 +187,7 @@ fn the_screen_is_the_snapshot_and_the_keys_work() {
         screen.xdotool(&["key", "F1"]);
     }
     assert!(player.0.try_wait().expect("a child").is_none(), "no size ends the player");
-    screen.xdotool(&["mousemove", &px, &py]);
+    screen.xdotool(&["mousemove", "320", "240"]);
     screen.xdotool(&["key", "q"]);
     let status = wait_for("Q to end the player", || player.0.try_wait().expect("a child"));
     assert!(status.success(), "{status}");
