@@ -27,51 +27,63 @@ pub(super) struct Bvh<const N: usize> {
     order: Vec<u32>,
 }
 
+/// A solid's box, widened.
+struct Item<const N: usize> {
+    low: [f64; N],
+    high: [f64; N],
+    index: u32,
+}
+
 impl<const N: usize> Bvh<N> {
-    /// Splits at the median along the widest axis, until few are left.
+    /// Splits at the median along the axis in which the middles spread widest, until few are left.
     pub fn new(solids: &[Solid<N>]) -> Self {
-        let mut bvh = Bvh { nodes: Vec::new(), order: (0..solids.len() as u32).collect() };
-        let mut order = std::mem::take(&mut bvh.order);
-        bvh.build(solids, &mut order, 0);
-        bvh.order = order;
+        let item = |(index, solid): (usize, &Solid<N>)| Item {
+            low: solid.low.map(|x| x - MARGIN * solid.size),
+            high: solid.high.map(|x| x + MARGIN * solid.size),
+            index: index as u32,
+        };
+        let mut items: Vec<Item<N>> = solids.iter().enumerate().map(item).collect();
+        let mut bvh = Bvh { nodes: Vec::with_capacity(items.len()), order: Vec::new() };
+        bvh.build(&mut items, 0);
+        bvh.order = items.into_iter().map(|item| item.index).collect();
         bvh
     }
 
-    fn build(&mut self, solids: &[Solid<N>], order: &mut [u32], first: u32) {
-        let of = |i: &u32| &solids[*i as usize];
-        let low = std::array::from_fn(|a| {
-            order.iter().fold(f64::INFINITY, |m, i| m.min(of(i).low[a] - MARGIN * of(i).size))
-        });
-        let high = std::array::from_fn(|a| {
-            order.iter().fold(f64::NEG_INFINITY, |m, i| m.max(of(i).high[a] + MARGIN * of(i).size))
-        });
+    fn build(&mut self, items: &mut [Item<N>], first: u32) {
+        let (mut low, mut high) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
+        let (mut least, mut most) = (low, high);
+        for item in &*items {
+            for a in 0..N {
+                low[a] = low[a].min(item.low[a]);
+                high[a] = high[a].max(item.high[a]);
+                let middle = item.low[a] + item.high[a];
+                least[a] = least[a].min(middle);
+                most[a] = most[a].max(middle);
+            }
+        }
         let me = self.nodes.len();
-        self.nodes.push(Node { low, high, at: first, count: order.len() as u32 });
-        if order.len() <= LEAF {
+        self.nodes.push(Node { low, high, at: first, count: items.len() as u32 });
+        if items.len() <= LEAF {
             return;
         }
-        let middle = |i: &u32, a: usize| of(i).low[a] + of(i).high[a];
-        let spread = |a: usize| {
-            let (lo, hi) = order.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), i| {
-                (lo.min(middle(i, a)), hi.max(middle(i, a)))
-            });
-            hi - lo
-        };
-        let axis = (1..N).fold(0, |best, a| if spread(a) > spread(best) { a } else { best });
-        let half = order.len() / 2;
-        order.select_nth_unstable_by(half, |i, j| middle(i, axis).total_cmp(&middle(j, axis)).then(i.cmp(j)));
-        let (left, right) = order.split_at_mut(half);
-        self.build(solids, left, first);
+        let axis =
+            (1..N).fold(0, |best, a| if most[a] - least[a] > most[best] - least[best] { a } else { best });
+        let middle = |item: &Item<N>| item.low[axis] + item.high[axis];
+        let half = items.len() / 2;
+        items
+            .select_nth_unstable_by(half, |a, b| middle(a).total_cmp(&middle(b)).then(a.index.cmp(&b.index)));
+        let (left, right) = items.split_at_mut(half);
+        self.build(left, first);
         self.nodes[me].at = self.nodes.len() as u32;
         self.nodes[me].count = 0;
-        self.build(solids, right, first + half as u32);
+        self.build(right, first + half as u32);
     }
 
     /// The first solid, in the order of the tree, that `test` accepts among those on the way from `p` to the light.
     pub fn find(&self, p: &[f64; N], target: &Target<N>, mut test: impl FnMut(u32) -> bool) -> Option<u32> {
         let (way, end) = match target {
-            Target::Point { position, .. } => (sub(position, p), 1.0),
-            Target::Sun { direction, .. } => (direction.map(|x| -x), f64::INFINITY),
+            Target::Radial { position } | Target::Foot { position } => (sub(position, p), 1.0),
+            Target::Sun { direction } => (direction.map(|x| -x), f64::INFINITY),
         };
         let margin = MARGIN * max_abs(p);
         let inverse = way.map(|x| 1.0 / x);

@@ -9,8 +9,9 @@
 use super::bounds;
 use super::lights::{FrameLight, frame_lights};
 use super::method::Method;
+use super::render::{Job, Pool};
 use super::scene::EyeScene;
-use super::solid::Solid;
+use super::solid::{Solid, Stand};
 use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
 
 /// A facet whose hyperplane passes the eye nearer than this part of its largest coordinate is seen edge-on: invisible.
@@ -19,11 +20,14 @@ const EDGE_ON: f64 = 1e-12;
 /// A pivot ratio below this makes a facet degenerate.
 const DEGENERATE: f64 = 1e-12;
 
+/// Facets from this number on are worked out in several jobs.
+const FACETS_PER_JOB: usize = 2048;
+
 /// A facet that may be seen.
 pub(super) struct Visible<const N: usize> {
     /// Index in the scene.
     pub id: u32,
-    /// Index in [`Frame::solids`].
+    /// Index in [`Frame::solids`], where there are lights.
     pub solid: u32,
     /// Vertices in eye space, in canonical order.
     pub v: [[f64; N]; N],
@@ -61,63 +65,124 @@ pub(super) struct Frame<const N: usize> {
     pub screen: Screen<N>,
     /// How fibres are searched.
     pub method: Method,
-    /// Facets that may be seen, those whose `nearest` is least first.
-    pub facets: Vec<Visible<N>>,
-    /// Functionals x -> det(x, ...) of each visible facet's faces: `Method::planes_per_facet` each.
-    pub planes: Vec<[f64; N]>,
-    /// All facets that are not degenerate, as obstacles to light.
-    pub solids: Vec<Solid<N>>,
     /// The lights.
     pub lights: Vec<FrameLight<N>>,
-    /// Degenerate facets, by index in the scene.
-    pub skipped: Vec<u32>,
     /// Hidden coordinates of the fan's rays on the screen, empty without a fan.
     pub fan: Vec<[f64; N]>,
+    /// Facets that may be seen, in the scene's order.
+    pub facets: Vec<Visible<N>>,
+    /// Their indices, those whose `nearest` is least first.
+    pub order: Vec<u32>,
+    /// Their pixels along the last screen axis, in that order.
+    pub bands: Vec<[u32; 2]>,
+    /// Functionals x -> det(x, ...) of each visible facet's faces: `Method::planes_per_facet` each.
+    pub planes: Vec<[f64; N]>,
+    /// For each functional its sign on the facet, 1 or -1, where that is one sign; else 0.
+    pub hulls: Vec<f64>,
+    /// All facets that are not degenerate, as obstacles to light; empty where there are no lights.
+    pub solids: Vec<Solid<N>>,
+    /// How each light stands to each solid, `lights` entries a solid.
+    pub stands: Vec<Stand>,
+    /// Degenerate facets, by index in the scene.
+    pub skipped: Vec<u32>,
     /// How many facets are seen edge-on.
     pub edge_on: usize,
 }
 
+/// What comes of a run of the scene's facets.
+#[derive(Default)]
+struct Part<const N: usize> {
+    facets: Vec<Visible<N>>,
+    planes: Vec<[f64; N]>,
+    hulls: Vec<f64>,
+    solids: Vec<Solid<N>>,
+    stands: Vec<Stand>,
+    skipped: Vec<u32>,
+    edge_on: usize,
+}
+
 impl<const N: usize> Frame<N> {
-    /// Works the frame out.
-    pub fn new(scene: &EyeScene, method: Method) -> Self {
+    /// Works the frame out; large scenes in several jobs.
+    pub fn new(scene: &EyeScene, method: Method, pool: &dyn Pool) -> Self {
         let exponent = length_exponent(scene);
         let eye = EyeSpace::new(scene, exponent);
         let screen = Screen::new(scene);
         let lights = frame_lights(scene, &eye);
-        let fan = method.fan_rays::<N>(&screen);
-        let mut frame = Frame {
-            exponent,
-            screen,
-            method,
-            facets: Vec::new(),
-            planes: Vec::new(),
-            solids: Vec::new(),
-            lights,
-            skipped: Vec::new(),
-            fan,
-            edge_on: 0,
-        };
-        for (id, facet) in scene.facets.iter().enumerate() {
-            let world: [[f64; N]; N] = std::array::from_fn(|i| std::array::from_fn(|j| facet.v[i][j]));
-            if is_degenerate(&world, exponent) {
-                frame.skipped.push(id as u32);
-            } else {
-                frame.add(id as u32, world.map(|point| eye.point(&point)));
+        let mut parts: Vec<Part<N>> = Vec::new();
+        parts.resize_with(scene.facets.len().div_ceil(FACETS_PER_JOB), Part::default);
+        let job = |(index, part): (usize, &mut Part<N>)| {
+            let first = index * FACETS_PER_JOB;
+            let last = (first + FACETS_PER_JOB).min(scene.facets.len());
+            for id in first..last {
+                part.add(id as u32, &scene.facets[id].v, &eye, &screen, &lights, method);
             }
+        };
+        if parts.len() > 1 {
+            let job = &job;
+            pool.run(parts.iter_mut().enumerate().map(|p| Box::new(move || job(p)) as Job).collect());
+        } else {
+            parts.iter_mut().enumerate().for_each(job);
         }
-        frame.facets.sort_by(|a, b| a.nearest.total_cmp(&b.nearest).then(a.id.cmp(&b.id)));
-        frame.planes = frame.facets.iter().flat_map(|f| method.planes(f, frame.screen.dim())).collect();
-        frame
+        let all = parts.into_iter().reduce(Part::join).unwrap_or_default();
+        let mut keys: Vec<(f64, u32)> =
+            all.facets.iter().enumerate().map(|(i, f)| (f.nearest, i as u32)).collect();
+        keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let order: Vec<u32> = keys.into_iter().map(|(_, i)| i).collect();
+        let last = screen.dim() - 1;
+        Frame {
+            exponent,
+            method,
+            fan: method.fan_rays::<N>(&screen),
+            bands: order.iter().map(|&i| all.facets[i as usize].pixels[last]).collect(),
+            screen,
+            lights,
+            order,
+            facets: all.facets,
+            planes: all.planes,
+            hulls: all.hulls,
+            solids: all.solids,
+            stands: all.stands,
+            skipped: all.skipped,
+            edge_on: all.edge_on,
+        }
     }
 
-    /// Functionals of visible facet `index`.
+    /// The functionals of visible facet `index`.
     #[inline(always)]
     pub fn planes_of(&self, index: usize) -> &[[f64; N]] {
         let count = self.method.planes_per_facet(N);
         &self.planes[index * count..(index + 1) * count]
     }
 
-    fn add(&mut self, id: u32, mut v: [[f64; N]; N]) {
+    /// The signs of these functionals on the facet.
+    #[inline(always)]
+    pub fn hulls_of(&self, index: usize) -> &[f64] {
+        let count = self.method.planes_per_facet(N);
+        &self.hulls[index * count..(index + 1) * count]
+    }
+
+    /// How the lights stand to solid `index`.
+    #[inline(always)]
+    pub fn stands_of(&self, index: usize) -> &[Stand] {
+        &self.stands[index * self.lights.len()..(index + 1) * self.lights.len()]
+    }
+}
+
+impl<const N: usize> Part<N> {
+    fn add(
+        &mut self,
+        id: u32,
+        points: &[Vec<f64>],
+        eye: &EyeSpace<N>,
+        screen: &Screen<N>,
+        lights: &[FrameLight<N>],
+        method: Method,
+    ) {
+        let world: [[f64; N]; N] = std::array::from_fn(|i| std::array::from_fn(|j| points[i][j]));
+        if is_degenerate(&world, eye.exponent) {
+            return self.skipped.push(id);
+        }
+        let mut v = world.map(|point| eye.point(&point));
         v.sort_by(|a, b| {
             a.iter()
                 .zip(b)
@@ -126,26 +191,45 @@ impl<const N: usize> Frame<N> {
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
         let (normal, offset) = hyperplane(&v);
-        self.solids.push(Solid::new(&v, normal, offset, &self.lights));
+        if !lights.is_empty() {
+            let solid = Solid::new(&v, normal, offset);
+            self.stands.extend(lights.iter().map(|light| solid.stand(light)));
+            self.solids.push(solid);
+        }
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
         if offset.abs() <= EDGE_ON * size {
             self.edge_on += 1;
             return;
         }
-        let Some(pixels) = bounds::pixel_box(&v, &self.screen) else { return };
-        let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
-        self.facets.push(Visible {
+        let Some(pixels) = bounds::pixel_box(&v, screen) else { return };
+        let m = screen.dim();
+        let facet = Visible {
             id,
-            solid: self.solids.len() as u32 - 1,
-            normal_hidden2: (self.screen.dim() + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
+            solid: self.solids.len().saturating_sub(1) as u32,
+            normal_hidden2: (m + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
             nearest: bounds::nearest(&v).max(offset.abs()) * (1.0 - 1e-9),
-            farthest,
-            doubt: doubt(&v, &self.screen, &pixels, !self.fan.is_empty()),
+            farthest: v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt(),
+            doubt: doubt(&v, screen, &pixels, matches!(method, Method::Fan(_))),
             v,
             normal,
             offset,
             pixels,
-        });
+        };
+        method.push_planes(&facet, m, &mut self.planes, &mut self.hulls);
+        self.facets.push(facet);
+    }
+
+    fn join(mut self, mut next: Self) -> Self {
+        let first_solid = self.solids.len() as u32;
+        next.facets.iter_mut().for_each(|f| f.solid += first_solid);
+        self.facets.append(&mut next.facets);
+        self.planes.append(&mut next.planes);
+        self.hulls.append(&mut next.hulls);
+        self.solids.append(&mut next.solids);
+        self.stands.append(&mut next.stands);
+        self.skipped.append(&mut next.skipped);
+        self.edge_on += next.edge_on;
+        self
     }
 }
 

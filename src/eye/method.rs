@@ -4,7 +4,7 @@
 //! polytope; or, as a check and a preview, a fan of rays.
 
 use super::frame::{Screen, Visible};
-use crate::math::nvec::{add_scaled, dot, sub, unit, wedge};
+use crate::math::nvec::{dot, max_abs, sub, unit, wedge};
 
 /// What the caller asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,43 +78,71 @@ impl Method {
         rays
     }
 
-    /// The functionals of a facet.
+    /// Appends the functionals of a facet, and the sign that each has on the facet: 1 or -1, or 0 where it has both.
     ///
     /// Ray and fan: functional i is (-1)^i det(x, vertices but i): at the direction P all have one sign when P meets the facet,
     /// and they are its barycentrics there but for a factor. Plane: functional (i,j) is det(x, vertices but i and j) in
     /// the visible coordinates alone. Cone: those of the ray as unit vectors with inner sides positive.
-    pub fn planes<const N: usize>(self, facet: &Visible<N>, m: usize) -> Vec<[f64; N]> {
+    pub fn push_planes<const N: usize>(
+        self,
+        facet: &Visible<N>,
+        m: usize,
+        planes: &mut Vec<[f64; N]>,
+        hulls: &mut Vec<f64>,
+    ) {
         match self {
             Method::Plane => {
-                let pairs = (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)));
-                pairs.map(|(i, j)| through::<N>(&facet.v, |k| k != i && k != j, m + 1)).collect()
+                for i in 0..N {
+                    for j in i + 1..N {
+                        let (plane, base) = through(&facet.v, |k| k != i && k != j, m + 1);
+                        let sides = [i, j].map(|k| dot(&plane, &sub(&facet.v[k], base)));
+                        // A side within rounding is none.
+                        let sure = 1e-9 * max_abs(&plane) * facet.farthest;
+                        let hull = f64::from(u8::from(sides.iter().all(|&s| s > sure)))
+                            - f64::from(u8::from(sides.iter().all(|&s| s < -sure)));
+                        planes.push(plane);
+                        hulls.push(hull);
+                    }
+                }
             }
-            Method::Ray | Method::Fan(_) => (0..N)
-                .map(|i| {
-                    let plane = through::<N>(&facet.v, |k| k != i, N);
-                    if i % 2 == 0 { plane } else { plane.map(|x| -x) }
-                })
-                .collect(),
-            Method::Cone => (0..N)
-                .map(|i| {
-                    let plane = unit(through::<N>(&facet.v, |k| k != i, N));
+            Method::Ray | Method::Fan(_) | Method::Cone => {
+                for i in 0..N {
+                    let (plane, base) = through(&facet.v, |k| k != i, N);
                     // Vertex i lies on the inner side. Its height over the others decides, summed from differences.
-                    let base = &facet.v[usize::from(i == 0)];
-                    let height = dot(&plane, &sub(&facet.v[i], base));
-                    if height < 0.0 { plane.map(|x| -x) } else { plane }
-                })
-                .collect(),
+                    let inner = if dot(&plane, &sub(&facet.v[i], base)) < 0.0 { -1.0 } else { 1.0 };
+                    let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+                    if self == Method::Cone {
+                        planes.push(unit(plane).map(|x| inner * x));
+                        hulls.push(1.0);
+                    } else {
+                        planes.push(plane.map(|x| sign * x));
+                        hulls.push(sign * inner);
+                    }
+                }
+            }
         }
     }
 }
 
-/// det(x, the vertices that `among` picks) on the first `len` coordinates, through differences from the first of them.
-fn through<const N: usize>(v: &[[f64; N]; N], among: impl Fn(usize) -> bool, len: usize) -> [f64; N] {
+/// det(x, the vertices that `among` picks) on the first `len` coordinates, through differences from the first of them, which is
+/// given too.
+#[inline(always)]
+fn through<const N: usize>(
+    v: &[[f64; N]; N],
+    among: impl Fn(usize) -> bool,
+    len: usize,
+) -> ([f64; N], &[f64; N]) {
     let mut rows = [[0.0; N]; N];
+    let mut base = &v[0];
     let mut count = 0;
-    for (_, point) in v.iter().enumerate().filter(|(k, _)| among(*k)) {
-        rows[count] = if count == 0 { *point } else { add_scaled(point, -1.0, &rows[0]) };
+    for k in (0..N).filter(|&k| among(k)) {
+        if count == 0 {
+            base = &v[k];
+            rows[0] = *base;
+        } else {
+            rows[count] = sub(&v[k], base);
+        }
         count += 1;
     }
-    wedge(&rows[..count], len)
+    (wedge(&rows[..count], len), base)
 }

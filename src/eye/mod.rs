@@ -15,7 +15,9 @@ mod picture;
 mod pose;
 mod render;
 mod scene;
+pub mod shapes;
 mod solid;
+mod tile;
 
 pub use error::EyeError;
 pub use method::{Fibre, MAX_FAN_RAYS};

@@ -39,12 +39,10 @@ pub(super) struct Solid<const N: usize> {
     ridges: [[f64; N]; N],
     /// ... and its value on the ridge.
     ridge_offsets: [f64; N],
-    /// Each light's stand.
-    pub stands: Vec<Stand>,
 }
 
 impl<const N: usize> Solid<N> {
-    pub fn new(v: &[[f64; N]; N], normal: [f64; N], offset: f64, lights: &[FrameLight<N>]) -> Self {
+    pub fn new(v: &[[f64; N]; N], normal: [f64; N], offset: f64) -> Self {
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
         let mut ridges = [[0.0; N]; N];
         let mut ridge_offsets = [0.0; N];
@@ -66,41 +64,29 @@ impl<const N: usize> Solid<N> {
             ridges[i] = ridge;
             ridge_offsets[i] = dot(&ridge, base);
         }
-        let stands = lights
-            .iter()
-            .map(|light| {
-                let (height, zero) = match &light.place {
-                    LightPlace::Radial { position } => (dot(&normal, position) - offset, TAU * size),
-                    LightPlace::Sun { direction } | LightPlace::Plane { direction, .. } => {
-                        (dot(&normal, direction), TAU)
-                    }
-                };
-                let sign = if height.abs() <= zero { 0 } else { height.signum() as i8 };
-                // The sun stands where its light comes from.
-                Stand {
-                    height,
-                    side: if matches!(light.place, LightPlace::Sun { .. }) { -sign } else { sign },
-                }
-            })
-            .collect();
         let corner = |pick: fn(f64, f64) -> f64| {
             std::array::from_fn(|a| v[1..].iter().fold(v[0][a], |m, p| pick(m, p[a])))
         };
-        Solid {
-            normal,
-            offset,
-            size,
-            low: corner(f64::min),
-            high: corner(f64::max),
-            ridges,
-            ridge_offsets,
-            stands,
-        }
+        Solid { normal, offset, size, low: corner(f64::min), high: corner(f64::max), ridges, ridge_offsets }
     }
 
-    /// Whether the facet stands between `p` (largest coordinate `p_size`) and the light at `target`.
+    /// How a light stands to the facet.
+    pub fn stand(&self, light: &FrameLight<N>) -> Stand {
+        let (height, zero) = match &light.place {
+            LightPlace::Radial { position } => (dot(&self.normal, position) - self.offset, TAU * self.size),
+            LightPlace::Sun { direction } | LightPlace::Plane { direction, .. } => {
+                (dot(&self.normal, direction), TAU)
+            }
+        };
+        let sign = if height.abs() <= zero { 0 } else { height.signum() as i8 };
+        // The sun stands where its light comes from.
+        Stand { height, side: if matches!(light.place, LightPlace::Sun { .. }) { -sign } else { sign } }
+    }
+
+    /// Whether the facet stands between `p` (largest coordinate `p_size`) and the light at `target`, which stands to it as
+    /// `stand` says.
     #[inline]
-    pub fn blocks(&self, p: &[f64; N], p_size: f64, target: &Target<N>) -> bool {
+    pub fn blocks(&self, p: &[f64; N], p_size: f64, target: &Target<N>, stand: &Stand) -> bool {
         let scale = self.size.max(p_size);
         let tau = TAU * scale;
         let height = dot(&self.normal, p) - self.offset;
@@ -108,23 +94,23 @@ impl<const N: usize> Solid<N> {
             return false;
         }
         let crossing = match target {
-            Target::Point { position, light } => {
-                let other = match light {
-                    Some(light) => self.stands[*light].height,
-                    None => dot(&self.normal, position) - self.offset,
-                };
-                if other.abs() <= tau || (other > 0.0) == (height > 0.0) {
-                    return false;
-                }
-                add_scaled(p, height / (height - other), &sub(position, p))
-            }
-            Target::Sun { direction, light } => {
-                let fall = self.stands[*light].height;
+            Target::Sun { direction } => {
+                let fall = stand.height;
                 // Against the light, n.x changes by -fall a unit of length.
                 if fall.abs() <= TAU || (fall > 0.0) != (height > 0.0) {
                     return false;
                 }
                 add_scaled(p, -height / fall, direction)
+            }
+            Target::Radial { position } | Target::Foot { position } => {
+                let other = match target {
+                    Target::Radial { .. } => stand.height,
+                    _ => dot(&self.normal, position) - self.offset,
+                };
+                if other.abs() <= tau || (other > 0.0) == (height > 0.0) {
+                    return false;
+                }
+                add_scaled(p, height / (height - other), &sub(position, p))
             }
         };
         self.ridges
@@ -132,22 +118,47 @@ impl<const N: usize> Solid<N> {
             .zip(&self.ridge_offsets)
             .all(|(ridge, offset)| dot(ridge, &crossing) - offset >= -CLOSED * scale)
     }
+
+    /// Whether the facet may stand between any point of the box `middle` +- `half` and the light: never false when one is blocked.
+    ///
+    /// The crossing's height over ridge i is, but for a positive factor, a linear function of p: with h = n.p - c and a point light,
+    /// |h_L| (w_i.p - o_i) - sign(h_L) (w_i.p_L - o_i) h; with the sun along u and f = n.u, |f| (w_i.p - o_i) - sign(f) (w_i.u) h.
+    pub fn may_block(&self, middle: &[f64; N], half: &[f64; N], target: &Target<N>, stand: &Stand) -> bool {
+        let at = dot(&self.normal, middle) - self.offset;
+        let reach = (0..N).fold(0.0, |sum, a| sum + self.normal[a].abs() * half[a]);
+        // The sign that h must have somewhere in the box, and the ridges' own value of the light.
+        let (sign, zero) = match target {
+            Target::Sun { .. } => (stand.height.signum(), TAU),
+            Target::Radial { .. } => (-stand.height.signum(), TAU * self.size),
+            Target::Foot { .. } => return true,
+        };
+        if stand.height.abs() <= zero || sign * at + reach <= 0.9 * TAU * self.size {
+            return false;
+        }
+        let scale = self.size + max_abs(middle) + max_abs(half);
+        self.ridges.iter().zip(&self.ridge_offsets).all(|(ridge, offset)| {
+            let of_light = match target {
+                Target::Sun { direction } => dot(ridge, direction),
+                Target::Radial { position } | Target::Foot { position } => dot(ridge, position) - offset,
+            };
+            // Both cases: the sign before the light's value is the opposite of `stand.height`'s.
+            let (own, other) = (stand.height.abs(), -stand.height.signum() * of_light);
+            let value = own * (dot(ridge, middle) - offset) + other * at;
+            let spread =
+                (0..N).fold(0.0, |sum, a| sum + (own * ridge[a] + other * self.normal[a]).abs() * half[a]);
+            let margin = 1e-10 * scale * (own + other.abs() + at.abs() + reach);
+            value + spread >= -margin
+        })
+    }
 }
 
 /// Where the light is, seen from one point.
+#[derive(Clone, Copy)]
 pub(super) enum Target<const N: usize> {
-    /// At a place; `light` when its stand to every facet is known.
-    Point {
-        /// Its place.
-        position: [f64; N],
-        /// Its index, for a radial light.
-        light: Option<usize>,
-    },
-    /// At infinity.
-    Sun {
-        /// Unit vector along the light.
-        direction: [f64; N],
-        /// Its index.
-        light: usize,
-    },
+    /// At infinity: its light travels along this unit vector.
+    Sun { direction: [f64; N] },
+    /// At this place, for all points.
+    Radial { position: [f64; N] },
+    /// At this place, for one point: its foot on a light plane.
+    Foot { position: [f64; N] },
 }

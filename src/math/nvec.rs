@@ -52,12 +52,39 @@ pub fn max_abs<const N: usize>(a: &[f64; N]) -> f64 {
 /// The functional x -> det(x, vectors...) on the first `len` coordinates, as its coefficients; `vectors` are `len` - 1.
 ///
 /// Perpendicular to all of them: the normal of the hyperplane through them and 0. Coefficients from `len` on are 0.
-/// Laplace expansion over subsets of columns, rows in the order given: equal rows in equal order give equal bits.
+/// Equal vectors in equal order give equal bits. Written out up to four coordinates, else Laplace's expansion over subsets of
+/// columns.
 ///
 /// # Panics
 /// When `vectors` are not `len` - 1, or `len` is over N or [`MAX_DIM`].
+#[inline]
 pub fn wedge<const N: usize>(vectors: &[[f64; N]], len: usize) -> [f64; N] {
     assert!(len >= 1 && len <= N && len <= MAX_DIM && vectors.len() + 1 == len, "len - 1 vectors");
+    let mut out = [0.0; N];
+    match vectors {
+        [] => out[0] = 1.0,
+        [a] => (out[0], out[1]) = (a[1], -a[0]),
+        [a, b] => {
+            let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+            (out[0], out[1], out[2]) = (minor(1, 2), minor(2, 0), minor(0, 1));
+        }
+        [a, b, c] => {
+            let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+            let (m01, m02, m03, m12, m13, m23) =
+                (minor(0, 1), minor(0, 2), minor(0, 3), minor(1, 2), minor(1, 3), minor(2, 3));
+            out[0] = m12 * c[3] - m13 * c[2] + m23 * c[1];
+            out[1] = -(m02 * c[3] - m03 * c[2] + m23 * c[0]);
+            out[2] = m01 * c[3] - m03 * c[1] + m13 * c[0];
+            out[3] = -(m01 * c[2] - m02 * c[1] + m12 * c[0]);
+        }
+        _ => laplace(vectors, len, &mut out),
+    }
+    out
+}
+
+/// [`wedge`] for any number of vectors.
+#[inline(never)]
+fn laplace<const N: usize>(vectors: &[[f64; N]], len: usize, out: &mut [f64; N]) {
     // minors[set] = determinant of the first |set| rows over the columns in `set`.
     let mut minors = [0.0; 1 << MAX_DIM];
     minors[0] = 1.0;
@@ -76,12 +103,10 @@ pub fn wedge<const N: usize>(vectors: &[[f64; N]], len: usize) -> [f64; N] {
         }
         minors[set] = sum;
     }
-    let mut out = [0.0; N];
     for (a, coefficient) in out.iter_mut().enumerate().take(len) {
         let minor = minors[full & !(1 << a)];
         *coefficient = if a % 2 == 0 { minor } else { -minor };
     }
-    out
 }
 
 /// The determinant of an n x n matrix (`n` rows of which the first `n` columns count) with a sure sign.
@@ -253,6 +278,18 @@ mod tests {
             let scale = BigInt::from(1u128 << 60).pow(5);
             prop_assert_eq!(BigInt::from(dot(&functional, &real[0]) as i128) * scale, exact(&real, 5));
             prop_assert!(real[1..].iter().all(|v| dot(&functional, v) == 0.0));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_written_out_wedges_are_laplaces(rows in prop::array::uniform3(prop::array::uniform4(-9i64..9))) {
+            let real = rows.map(|r| r.map(|x| x as f64));
+            for len in 1..=4 {
+                let mut want = [0.0; 4];
+                laplace(&real[..len - 1], len, &mut want);
+                prop_assert_eq!(wedge(&real[..len - 1], len), want);
+            }
         }
     }
 

@@ -22,7 +22,7 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
         let local = run.local + step;
         let mut direction = run.direction;
         direction[1] = frame.screen.centres[0][x as usize];
-        let q = facing(facet, &direction, nearest.inverse_length2[local]);
+        let q = facing(facet, dot(&facet.normal, &direction), nearest.inverse_length2[local]);
         if q > nearest.limit2(local) {
             continue;
         }

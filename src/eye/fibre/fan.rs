@@ -12,7 +12,7 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
         let local = run.local + step;
         let mut pixel = run.direction;
         pixel[1] = frame.screen.centres[0][x as usize];
-        let q = facing(facet, &pixel, nearest.inverse_length2[local]);
+        let q = facing(facet, dot(&facet.normal, &pixel), nearest.inverse_length2[local]);
         if q > nearest.limit2(local) {
             continue;
         }

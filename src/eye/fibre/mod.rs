@@ -14,7 +14,7 @@ pub(super) use nearest::{Candidate, Nearest};
 
 use super::frame::{Frame, Visible};
 use super::method::Method;
-use crate::math::nvec::{dot, signed_det};
+use crate::math::nvec::signed_det;
 use std::ops::Range;
 
 /// Pixels of one tile at most.
@@ -43,9 +43,10 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
 
 /// The squared distance of the eye from the facet's trace in the fibre, q = c^2 / |n_W|^2: no point of the facet in the
 /// fibre is nearer, and of two that are as near, the one with the larger q faces the eye more.
+///
+/// `along` is <n,P>.
 #[inline(always)]
-fn facing<const N: usize>(facet: &Visible<N>, direction: &[f64; N], inverse_length2: f64) -> f64 {
-    let along = dot(&facet.normal, direction);
+fn facing<const N: usize>(facet: &Visible<N>, along: f64, inverse_length2: f64) -> f64 {
     facet.offset * facet.offset / (along * along * inverse_length2 + facet.normal_hidden2)
 }
 

@@ -19,28 +19,36 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
     let pairs = const { Method::Plane.planes_per_facet(N) };
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);
+    let hulls = frame.hulls_of(index);
     let mut direction = run.direction;
     direction[1] = 0.0;
-    let mut start = [0.0; MAX_PAIRS];
+    let (mut start, mut slope) = ([0.0; MAX_PAIRS], [0.0; MAX_PAIRS]);
     for k in 0..pairs {
         start[k] = dot(&planes[k], &direction);
+        slope[k] = planes[k][1];
     }
+    let along = dot(&facet.normal, &direction);
+    let tan = frame.screen.tan[N - 1] * direction[0];
     for (step, x) in run.x.clone().enumerate() {
         let local = run.local + step;
         let c = frame.screen.centres[0][x as usize];
-        direction[1] = c;
         let inverse_length2 = nearest.inverse_length2[local];
-        let q = facing(facet, &direction, inverse_length2);
+        let q = facing(facet, along + facet.normal[1] * c, inverse_length2);
         if q > nearest.limit2(local) {
             continue;
         }
         let mut minors = [0.0; MAX_PAIRS];
-        let mut doubtful = false;
+        let (mut least, mut inner) = (f64::INFINITY, f64::INFINITY);
         for k in 0..pairs {
-            minors[k] = start[k] + planes[k][1] * c;
-            doubtful |= minors[k].abs() <= facet.doubt;
+            minors[k] = start[k] + slope[k] * c;
+            least = least.min(minors[k].abs());
+            inner = inner.min(minors[k] * hulls[k]);
         }
-        if doubtful {
+        if inner < -facet.doubt {
+            continue; // outside the facet's outline
+        }
+        direction[1] = c;
+        if least <= facet.doubt {
             for i in 0..N {
                 for j in i + 1..N {
                     minors[pair_index(N, i, j)] = sure_minor(facet, &direction, N - 2, |k| k != i && k != j);
@@ -48,7 +56,6 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
             }
         }
         let Some((a, b)) = segment::<N>(facet, &minors, direction[0]) else { continue };
-        let tan = frame.screen.tan[N - 1] * direction[0];
         let Some((s, h)) = nearest_of_segment(a, b, tan, inverse_length2) else { continue };
         let mut point = direction.map(|x| s * x);
         point[N - 1] = h;

@@ -1,0 +1,57 @@
+//! Prisms: a shape of R^N drawn out along a new axis, and meshes of R^3 as the first of them.
+
+use super::{Shape, ShapeError};
+use crate::scene::Mesh;
+
+/// The sides of the prism over `shape`: drawn out from `low` to `high` along a new last axis. The ends stay open.
+///
+/// A simplex v_0 < .. < v_(n-1), ordered by point, gives n simplices v_0 .. v_i at one end, v_i .. v_(n-1) at the other: neighbours
+/// cut their common side alike.
+pub fn extrude(shape: &Shape, low: f64, high: f64) -> Shape {
+    let count = shape.points.len() as u32;
+    let end = |h: f64| shape.points.iter().map(move |p| [p.as_slice(), &[h]].concat());
+    let mut out = Shape {
+        dim: shape.dim + 1,
+        points: end(low).chain(end(high)).collect(),
+        simplices: Vec::new(),
+        cells: Vec::new(),
+    };
+    for (simplex, &cell) in shape.simplices.iter().zip(&shape.cells) {
+        let mut sorted = simplex.clone();
+        // Insertion sort, counting swaps: the parity keeps the winding.
+        let mut is_odd = false;
+        for i in 1..sorted.len() {
+            for j in (1..=i).rev() {
+                if sorted[j - 1] > sorted[j] {
+                    sorted.swap(j - 1, j);
+                    is_odd = !is_odd;
+                }
+            }
+        }
+        let last = sorted.len() - 1;
+        for i in 0..=last {
+            let mut part: Vec<u32> = sorted[..=i].to_vec();
+            part.extend(sorted[i..].iter().map(|p| p + count));
+            if is_odd != ((last - i) % 2 == 1) {
+                part.swap(0, 1);
+            }
+            out.simplices.push(part);
+            out.cells.push(cell);
+        }
+    }
+    out
+}
+
+/// The triangles of a mesh in the eye's axes: 0 is the mesh's -z, 1 its -x, 2 its y. A cell is a polygon.
+pub fn from_mesh(mesh: &Mesh) -> Result<Shape, ShapeError> {
+    if mesh.triangles.is_empty() {
+        return Err(ShapeError::Empty);
+    }
+    let position = |&corner: &u32| mesh.corners[corner as usize].position;
+    Ok(Shape {
+        dim: 3,
+        points: mesh.positions.iter().map(|p| vec![-p.z, -p.x, p.y]).collect(),
+        simplices: mesh.triangles.iter().map(|t| t.iter().map(position).collect()).collect(),
+        cells: mesh.triangle_polygon.clone(),
+    })
+}

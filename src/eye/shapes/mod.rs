@@ -1,0 +1,88 @@
+//! THINGS TO LOOK AT: regular polytopes of R^N, prisms over meshes, and a scene around them.
+//!
+//! Out: boundaries cut into (N-1)-simplices that meet face to face, so that no ray slips between them. Simplices of closed
+//! shapes are wound alike: det(v_0, .., v_(N-1)) about an inner point is positive.
+
+mod extrude;
+mod regular;
+mod stage;
+
+pub use extrude::{extrude, from_mesh};
+pub use regular::{cell24, cross_polytope, cube, simplex};
+pub use stage::{PALETTE, Stage};
+
+use super::pose::sin_cos_deg;
+use super::scene::Facet;
+
+/// Why a shape could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// A dimension that this shape does not have.
+    #[error("a {shape} has {expected} dimensions, not {found}")]
+    Dimension {
+        /// The shape.
+        shape: &'static str,
+        /// The dimensions it can have.
+        expected: &'static str,
+        /// The dimension asked for.
+        found: usize,
+    },
+    /// A mesh without triangles.
+    #[error("the mesh has no triangles")]
+    Empty,
+}
+
+/// A boundary of R^N as simplices over shared points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// N.
+    pub dim: usize,
+    /// Points of N coordinates.
+    pub points: Vec<Vec<f64>>,
+    /// N point indices each.
+    pub simplices: Vec<Vec<u32>>,
+    /// The flat cell that each simplex is a part of, counted from 0.
+    pub cells: Vec<u32>,
+}
+
+impl Shape {
+    /// Turns the shape about 0 in the plane of two axes, from `a` towards `b`.
+    ///
+    /// # Panics
+    /// When `a` and `b` are not two axes of the space.
+    pub fn turned(mut self, a: usize, b: usize, angle_deg: f64) -> Self {
+        assert!(a != b && a < self.dim && b < self.dim, "two axes below {}", self.dim);
+        let (sin, cos) = sin_cos_deg(angle_deg);
+        for p in &mut self.points {
+            (p[a], p[b]) = (cos * p[a] - sin * p[b], sin * p[a] + cos * p[b]);
+        }
+        self
+    }
+
+    /// Scales about 0, then moves.
+    ///
+    /// # Panics
+    /// When `by` has not N coordinates.
+    pub fn placed(mut self, scale: f64, by: &[f64]) -> Self {
+        assert_eq!(by.len(), self.dim, "a step of the space");
+        for p in &mut self.points {
+            p.iter_mut().zip(by).for_each(|(x, step)| *x = *x * scale + step);
+        }
+        self
+    }
+
+    /// The distance of the farthest point from 0.
+    pub fn radius(&self) -> f64 {
+        self.points.iter().map(|p| p.iter().map(|x| x * x).sum::<f64>()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// The simplices as facets, one colour a cell.
+    pub fn facets(&self, color: impl Fn(u32) -> [f64; 3]) -> Vec<Facet> {
+        let corner = |&i: &u32| self.points[i as usize].clone();
+        let facet = |(simplex, &cell): (&Vec<u32>, &u32)| Facet {
+            v: simplex.iter().map(corner).collect(),
+            color: color(cell),
+        };
+        self.simplices.iter().zip(&self.cells).map(facet).collect()
+    }
+}

@@ -1,0 +1,77 @@
+//! A scene around a shape: an eye at a good distance, lights, a screen.
+
+use super::Shape;
+use crate::eye::error::EyeError;
+use crate::eye::pose::Pose;
+use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts};
+
+/// Colours for cells, taken in turn.
+pub const PALETTE: [[f64; 3]; 8] = [
+    [230.0, 60.0, 50.0],
+    [70.0, 200.0, 80.0],
+    [70.0, 90.0, 240.0],
+    [240.0, 230.0, 60.0],
+    [170.0, 70.0, 230.0],
+    [60.0, 190.0, 220.0],
+    [250.0, 170.0, 40.0],
+    [240.0, 120.0, 190.0],
+];
+
+/// How a shape is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Pixels along each screen axis.
+    pub pixels: Vec<u32>,
+    /// Aperture of every hidden axis, a tangent.
+    pub aperture_tan: f64,
+    /// Turns of the shape: two axes and degrees, in order.
+    pub turns: Vec<(usize, usize, f64)>,
+}
+
+impl Stage {
+    /// The scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a white point light to the upper left of the
+    /// eye and a bluish sun from the right.
+    pub fn scene(&self, shape: Shape) -> Result<EyeScene, EyeError> {
+        let dim = shape.dim;
+        let mut shape = shape;
+        for &(a, b, angle_deg) in &self.turns {
+            shape = shape.turned(a, b, angle_deg);
+        }
+        let radius = shape.radius();
+        let along = |components: &[f64]| -> Vec<f64> {
+            (0..dim).map(|k| components.get(k).copied().unwrap_or(0.0) * radius).collect()
+        };
+        let least = self.pixels.iter().copied().filter(|&n| n > 1).min().unwrap_or(1);
+        // Lights a little off the eye's own hidden coordinate show cells that face it.
+        let mut light_position = along(&[-2.0, 2.0, 2.5]);
+        let mut sun = along(&[0.7, 1.0, -0.4]);
+        light_position[dim - 1] += 0.3 * radius;
+        sun[dim - 1] += 0.2 * radius;
+        let parts = SceneParts {
+            dim,
+            pixels: self.pixels.clone(),
+            distance: 1.0,
+            // The sphere around the shape has slope 1 / sqrt 8 from 3 radii.
+            size: self.pixels.iter().map(|&n| 0.8 * f64::from(n.max(1)) / f64::from(least)).collect(),
+            aperture_tan: vec![self.aperture_tan; (dim - 1).saturating_sub(self.pixels.len())],
+            diffuse: [0.15, 0.15, 0.2],
+            view: Falloff::OFF,
+            background: [12.0, 14.0, 24.0],
+            pose: Pose { position: along(&[-3.0]), rotations: Vec::new() },
+            lights: vec![
+                EyeLight {
+                    kind: EyeLightKind::Radial { position: light_position },
+                    falloff: Falloff { k: (1.0 + 2.4 * radius) * 0.9, n: 1.0 },
+                    color: [1.0, 0.95, 0.85],
+                },
+                EyeLight {
+                    kind: EyeLightKind::Sun { direction: sun },
+                    falloff: Falloff { k: 0.4, n: 0.0 },
+                    color: [0.6, 0.75, 1.0],
+                },
+            ],
+            facets: shape.facets(|cell| PALETTE[cell as usize % PALETTE.len()]),
+        };
+        EyeScene::new(parts)
+    }
+}

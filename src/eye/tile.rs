@@ -1,0 +1,324 @@
+//! A slab of the screen, tile by tile: search, pick, light.
+//!
+//! In: a frame, and where the slab's pixels go. Out: those pixels. Runs on any thread; a pixel does not depend on how the screen
+//! is cut, nor on what its neighbours found: what is skipped here can't be seen.
+
+use super::bvh::Bvh;
+use super::fibre::{Nearest, Run, TILE_PIXELS, search};
+use super::frame::Frame;
+use super::lights::shade;
+use super::method::Method;
+use super::scene::EyeScene;
+use super::solid::Target;
+use crate::math::nvec::{dot, max_abs};
+use std::ops::Range;
+
+/// Up to so many obstacles, those that may shadow a tile are picked for each tile; more are sorted into boxes.
+pub(super) const PICKED_OBSTACLES: usize = 256;
+
+/// Where a slab's pixels go.
+pub(super) struct Output<'a> {
+    pub facet: &'a mut [i32],
+    pub dist: &'a mut [f64],
+    pub lit: &'a mut [bool],
+    pub color: &'a mut [[f64; 3]],
+}
+
+impl Output<'_> {
+    /// The first `count` pixels, and the others.
+    pub fn split(self, count: usize, lights: usize) -> (Self, Self) {
+        let (facet, facet_rest) = self.facet.split_at_mut(count);
+        let (dist, dist_rest) = self.dist.split_at_mut(count);
+        let (lit, lit_rest) = self.lit.split_at_mut(count * lights);
+        let (color, color_rest) = self.color.split_at_mut(count);
+        (
+            Output { facet, dist, lit, color },
+            Output { facet: facet_rest, dist: dist_rest, lit: lit_rest, color: color_rest },
+        )
+    }
+}
+
+/// A tile: pixels low..high along each axis, and the middle and half extent of their directions.
+struct Tile<const N: usize> {
+    low: [u32; N],
+    high: [u32; N],
+    middle: [f64; N],
+    half: [f64; N],
+}
+
+/// What is kept from tile to tile.
+struct Desk<const N: usize> {
+    nearest: Nearest<N>,
+    /// Obstacle that blocked each light last.
+    last_blockers: Vec<u32>,
+    /// Obstacles that may shadow the tile.
+    picked: Vec<u32>,
+    seen: Vec<Seen<N>>,
+}
+
+/// A pixel's point, and the light it gets.
+struct Seen<const N: usize> {
+    pixel: usize,
+    index: u32,
+    point: [f64; N],
+    distance: f64,
+    total: [f64; 3],
+}
+
+/// Everything that rendering a slab reads.
+pub(super) struct World<'a, const N: usize> {
+    scene: &'a EyeScene,
+    pub frame: Frame<N>,
+    obstacles: Option<Bvh<N>>,
+}
+
+impl<'a, const N: usize> World<'a, N> {
+    pub fn new(scene: &'a EyeScene, frame: Frame<N>) -> Self {
+        let obstacles = (frame.solids.len() > PICKED_OBSTACLES).then(|| Bvh::new(&frame.solids));
+        World { scene, frame, obstacles }
+    }
+
+    /// Renders the layers `slab` of the last screen axis.
+    pub fn render_slab(&self, slab: Range<u32>, sizes: [u32; N], mut out: Output) {
+        let last = self.frame.screen.dim() - 1;
+        let bands = self.frame.order.iter().zip(&self.frame.bands);
+        let near: Vec<u32> =
+            bands.filter(|(_, [lo, hi])| *lo < slab.end && slab.start < *hi).map(|(i, _)| *i).collect();
+        let mut desk = Desk {
+            nearest: Nearest::new(),
+            last_blockers: vec![0; self.frame.lights.len()],
+            picked: Vec::new(),
+            seen: Vec::with_capacity(TILE_PIXELS),
+        };
+        let mut low = [0; N];
+        low[last] = slab.start;
+        loop {
+            let tile = self.tile(low, sizes);
+            self.search_tile(&tile, &near, &mut desk.nearest);
+            self.pick(&tile, slab.start, &mut desk, &mut out);
+            for light in 0..self.frame.lights.len() {
+                self.light_tile(light, &mut desk, &mut out);
+            }
+            for seen in &desk.seen {
+                let base = self.scene.facets[self.frame.facets[seen.index as usize].id as usize].color;
+                out.color[seen.pixel] = shade(base, seen.total, self.scene.view.at(seen.distance));
+            }
+            // The next tile of the slab, axis 1 fastest.
+            let mut axis = 0;
+            while axis < last {
+                low[axis] += sizes[axis];
+                if low[axis] < self.scene.pixels[axis] {
+                    break;
+                }
+                low[axis] = 0;
+                axis += 1;
+            }
+            if axis >= last {
+                return;
+            }
+        }
+    }
+
+    fn tile(&self, low: [u32; N], sizes: [u32; N]) -> Tile<N> {
+        let high =
+            std::array::from_fn(|a| self.scene.pixels.get(a).map_or(1, |&n| (low[a] + sizes[a]).min(n)));
+        let (mut middle, mut half) = ([0.0; N], [0.0; N]);
+        middle[0] = self.frame.screen.distance;
+        for (a, centres) in self.frame.screen.centres.iter().enumerate() {
+            let ends = (centres[low[a] as usize], centres[high[a] as usize - 1]);
+            middle[a + 1] = 0.5 * (ends.0 + ends.1);
+            half[a + 1] = 0.5 * (ends.0 - ends.1);
+        }
+        Tile { low, high, middle, half }
+    }
+
+    /// Searches the fibres of a tile's pixels.
+    fn search_tile(&self, tile: &Tile<N>, near: &[u32], nearest: &mut Nearest<N>) {
+        nearest.clear();
+        let (low, high) = (tile.low, tile.high);
+        let count: usize = (0..N).map(|a| (high[a] - low[a]) as usize).product();
+        let mut least_length2 = f64::INFINITY;
+        for_each_run(low, high, |at, local| {
+            let direction = self.direction(at);
+            let rest = dot(&direction, &direction);
+            for (step, x) in (low[0]..high[0]).enumerate() {
+                let c = self.frame.screen.centres[0][x as usize];
+                let length2 = rest + c * c;
+                least_length2 = least_length2.min(length2);
+                nearest.inverse_length2[local + step] = 1.0 / length2;
+            }
+        });
+        let mut worst2 = f64::INFINITY;
+        for &index in near {
+            let facet = &self.frame.facets[index as usize];
+            if facet.nearest * facet.nearest > worst2 {
+                break;
+            }
+            let from: [u32; N] = std::array::from_fn(|a| low[a].max(facet.pixels[a][0]));
+            let to: [u32; N] = std::array::from_fn(|a| high[a].min(facet.pixels[a][1]));
+            if (0..N).any(|a| from[a] >= to[a])
+                || self.is_missed(index as usize, tile)
+                || self.is_behind(index as usize, tile, least_length2, worst2)
+            {
+                continue;
+            }
+            for_each_run(from, to, |at, _| {
+                let (mut local, mut stride) = (0, 1);
+                for a in 0..N {
+                    local += (at[a] - low[a]) as usize * stride;
+                    stride *= (high[a] - low[a]) as usize;
+                }
+                let run = Run { direction: self.direction(at), x: from[0]..to[0], local };
+                search(&self.frame, index as usize, &run, nearest);
+            });
+            worst2 = nearest.worst2(0..count);
+        }
+    }
+
+    /// Whether the whole tile lies outside a face of the facet's outline on the screen.
+    fn is_missed(&self, index: usize, tile: &Tile<N>) -> bool {
+        if !matches!(self.frame.method, Method::Ray | Method::Plane) {
+            return false;
+        }
+        let doubt = self.frame.facets[index].doubt;
+        self.frame.planes_of(index).iter().zip(self.frame.hulls_of(index)).any(|(plane, hull)| {
+            let spread = (1..N).fold(0.0, |sum, a| sum + plane[a].abs() * tile.half[a]);
+            hull * dot(plane, &tile.middle) + spread * hull.abs() < -2.0 * doubt
+        })
+    }
+
+    /// Whether everything that the tile's pixels found is nearer than the facet's hyperplane in any of their fibres: q = c^2 /
+    /// (<n,P>^2 / |P|^2 + n_hidden^2), with the largest <n,P> and the least |P|.
+    fn is_behind(&self, index: usize, tile: &Tile<N>, least_length2: f64, worst2: f64) -> bool {
+        let facet = &self.frame.facets[index];
+        let spread = (1..N).fold(0.0, |sum, a| sum + facet.normal[a].abs() * tile.half[a]);
+        let along = dot(&facet.normal, &tile.middle).abs() + spread;
+        let trace = along * along / least_length2 + facet.normal_hidden2;
+        facet.offset * facet.offset * (1.0 - 1e-9) > worst2 * trace
+    }
+
+    /// The direction of pixel `at` but for c_1, which is 0.
+    fn direction(&self, at: [u32; N]) -> [f64; N] {
+        let mut direction = [0.0; N];
+        direction[0] = self.frame.screen.distance;
+        for a in 1..self.frame.screen.dim() {
+            direction[a + 1] = self.frame.screen.centres[a][at[a] as usize];
+        }
+        direction
+    }
+
+    /// Picks the winners of a tile.
+    fn pick(&self, tile: &Tile<N>, slab_start: u32, desk: &mut Desk<N>, out: &mut Output) {
+        desk.seen.clear();
+        let axes = self.scene.pixels.len();
+        for_each_run(tile.low, tile.high, |at, local| {
+            let (mut flat, mut stride) = (0, 1);
+            for a in 0..axes {
+                let from = if a + 1 == axes { slab_start } else { 0 };
+                flat += (at[a] - from) as usize * stride;
+                stride *= self.scene.pixels[a] as usize;
+            }
+            for step in 0..(tile.high[0] - tile.low[0]) as usize {
+                let Some(winner) = desk.nearest.winner(local + step) else { continue };
+                let distance = libm::scalbn(winner.distance2.sqrt(), self.frame.exponent);
+                out.facet[flat + step] = winner.id as i32;
+                out.dist[flat + step] = distance;
+                desk.seen.push(Seen {
+                    pixel: flat + step,
+                    index: winner.index,
+                    point: winner.point,
+                    distance,
+                    total: self.scene.diffuse,
+                });
+            }
+        });
+    }
+
+    /// Sets the flags of light `index` in a tile, and adds what it gives.
+    fn light_tile(&self, index: usize, desk: &mut Desk<N>, out: &mut Output) {
+        let light = &self.frame.lights[index];
+        let mut reached: [Option<(f64, Target<N>)>; TILE_PIXELS] = [None; TILE_PIXELS];
+        let (mut least, mut most) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
+        for (seen, reached) in desk.seen.iter().zip(&mut reached) {
+            let facet = &self.frame.facets[seen.index as usize];
+            let stand = &self.frame.stands_of(facet.solid as usize)[index];
+            let eye_side = if facet.offset < 0.0 { 1 } else { -1 };
+            *reached = light.reach(stand, &self.frame.solids[facet.solid as usize], eye_side, &seen.point);
+            if reached.is_some() {
+                for a in 0..N {
+                    least[a] = least[a].min(seen.point[a]);
+                    most[a] = most[a].max(seen.point[a]);
+                }
+            }
+        }
+        let Some((_, target)) = reached.iter().flatten().next() else { return };
+        if self.obstacles.is_none() {
+            let middle = std::array::from_fn(|a| 0.5 * (least[a] + most[a]));
+            let half = std::array::from_fn(|a| 0.5 * (most[a] - least[a]) + 1e-15 * middle[a].abs());
+            let may_block = |i: &u32| {
+                let stand = &self.frame.stands_of(*i as usize)[index];
+                self.frame.solids[*i as usize].may_block(&middle, &half, target, stand)
+            };
+            desk.picked.clear();
+            desk.picked.extend((0..self.frame.solids.len() as u32).filter(may_block));
+        }
+        let Desk { seen, picked, last_blockers, .. } = desk;
+        for (seen, reached) in seen.iter_mut().zip(&reached) {
+            let Some((distance, target)) = reached else { continue };
+            if self.is_blocked(index, &seen.point, target, picked, &mut last_blockers[index]) {
+                continue;
+            }
+            out.lit[seen.pixel * self.frame.lights.len() + index] = true;
+            let strength = light.falloff.at(libm::scalbn(*distance, self.frame.exponent));
+            for c in 0..3 {
+                seen.total[c] += strength * light.color[c];
+            }
+        }
+    }
+
+    /// Whether anything stands between `p` and the light. `last` is tried first: what it holds changes the time, not the answer.
+    fn is_blocked(
+        &self,
+        light: usize,
+        p: &[f64; N],
+        target: &Target<N>,
+        picked: &[u32],
+        last: &mut u32,
+    ) -> bool {
+        let p_size = max_abs(p);
+        let blocks = |i: u32| {
+            let stand = &self.frame.stands_of(i as usize)[light];
+            self.frame.solids[i as usize].blocks(p, p_size, target, stand)
+        };
+        let found = match &self.obstacles {
+            Some(_) if blocks(*last) => return true,
+            Some(bvh) => bvh.find(p, target, blocks),
+            None => picked.iter().copied().find(|&i| blocks(i)),
+        };
+        *last = found.unwrap_or(*last);
+        found.is_some()
+    }
+}
+
+/// Calls `run(at, local)` for each run along axis 1 of the box low..high, `local` counting the box's pixels.
+fn for_each_run<const N: usize>(low: [u32; N], high: [u32; N], mut run: impl FnMut([u32; N], usize)) {
+    let mut at = low;
+    let length = (high[0] - low[0]) as usize;
+    let mut local = 0;
+    loop {
+        run(at, local);
+        local += length;
+        let mut axis = 1;
+        while axis < N {
+            at[axis] += 1;
+            if at[axis] < high[axis] {
+                break;
+            }
+            at[axis] = low[axis];
+            axis += 1;
+        }
+        if axis >= N {
+            return;
+        }
+    }
+}
