@@ -5,10 +5,9 @@
 //! them (files keep definitions in their metadata).
 
 use super::graph::{Child, Graph, Node, NodeId, Origin};
-use super::route::{self, Route};
 use super::schema::{self, NodeType};
 use super::value::{self, Value, ValueError, ValueFault};
-use super::{texture, url, xml};
+use super::{texture, xml};
 use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
@@ -24,7 +23,7 @@ pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
 
 /// What a DEF name stands for.
 #[derive(Clone, Copy)]
-enum Def {
+pub(super) enum Def {
     /// The node is being built: a USE here would hold itself.
     Open,
     /// A node of the graph.
@@ -36,12 +35,12 @@ enum Def {
 }
 
 /// What belongs to one file.
-struct File<'d> {
+pub(super) struct File<'d> {
     source: usize,
     /// The file's folder inside the scene's folder, with `/` at its end unless empty.
-    folder: String,
+    pub(super) folder: String,
     document: &'d roxmltree::Document<'d>,
-    defs: HashMap<&'d str, Def>,
+    pub(super) defs: HashMap<&'d str, Def>,
     routes: Vec<Element<'d, 'd>>,
 }
 
@@ -50,12 +49,12 @@ pub(super) struct Builder<'r> {
     pub(super) graph: Graph,
     pub(super) sources: Vec<Rc<xml::Source>>,
     pub(super) warnings: Vec<LoadWarning>,
-    opener: &'r mut Opener<'r>,
+    pub(super) opener: &'r mut Opener<'r>,
     /// The main file's folder as the caller names it, for messages about other files.
-    shown_folder: String,
+    pub(super) shown_folder: String,
     /// Inline files by path: `None` while they are being read.
-    inlined: HashMap<String, Option<NodeId>>,
-    pictures: texture::Pictures,
+    pub(super) inlined: HashMap<String, Option<NodeId>>,
+    pub(super) pictures: texture::Pictures,
 }
 
 impl<'r> Builder<'r> {
@@ -89,7 +88,7 @@ impl<'r> Builder<'r> {
     }
 
     /// Reads a file to its Scene node.
-    fn file(&mut self, bytes: &[u8], name: &str, folder: String, depth: usize) -> Result<NodeId, LoadError> {
+    pub(super) fn file(&mut self, bytes: &[u8], name: &str, folder: String, depth: usize) -> Result<NodeId, LoadError> {
         let source = Rc::new(xml::Source::decode(bytes, name)?);
         self.sources.push(Rc::clone(&source));
         let document = xml::parse(&source)?;
@@ -216,7 +215,7 @@ impl<'r> Builder<'r> {
     }
 
     /// A refusal of an attribute of an element.
-    fn refuse(&self, file: &File, element: Element, attribute: &str, expected: String) -> LoadError {
+    pub(super) fn refuse(&self, file: &File, element: Element, attribute: &str, expected: String) -> LoadError {
         let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
         self.sources[file.source].refuse(byte, expected)
     }
@@ -333,113 +332,7 @@ impl<'r> Builder<'r> {
         Ok(())
     }
 
-    /// The scene of an Inline; `None` when it is not to be loaded or cannot be found.
-    fn inline(
-        &mut self,
-        file: &File,
-        element: Element,
-        ty: &'static NodeType,
-        values: &[Value],
-        depth: usize,
-    ) -> Result<Option<NodeId>, LoadError> {
-        let field = |name| &values[ty.field(name).expect("the table has it")];
-        let (Value::Texts(urls), Value::Bool(true)) = (field("url"), field("load")) else { return Ok(None) };
-        for name in urls.iter() {
-            for path in url::local_paths(&file.folder, name) {
-                match self.inlined.get(&path) {
-                    Some(Some(scene)) => return Ok(Some(*scene)),
-                    Some(None) => {
-                        let expected = format!("no Inline of {path:?}, which inlines this file (a cycle)");
-                        return Err(self.refuse(file, element, "url", expected));
-                    }
-                    None => {}
-                }
-                let Some(bytes) = (self.opener)(&path) else { continue };
-                self.inlined.insert(path.clone(), None);
-                let folder = path.rfind('/').map_or(String::new(), |i| path[..=i].to_string());
-                let shown = format!("{}{path}", self.shown_folder);
-                let scene = self.file(&bytes, &shown, folder, depth)?;
-                self.inlined.insert(path, Some(scene));
-                return Ok(Some(scene));
-            }
-        }
-        if !urls.is_empty() {
-            let message =
-                format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
-            self.warn(file, element, message);
-        }
-        Ok(None)
-    }
-
-    /// The picture of a texture node.
-    fn picture(
-        &mut self,
-        file: &File,
-        element: Element,
-        ty: &'static NodeType,
-        values: &[Value],
-    ) -> Result<Option<std::sync::Arc<crate::scene::Texture>>, LoadError> {
-        let field = |name| &values[ty.field(name).expect("the table has it")];
-        let result = match ty.name {
-            "ImageTexture" => match (field("url"), field("load")) {
-                (Value::Texts(urls), Value::Bool(true)) if !urls.is_empty() => {
-                    self.pictures.load(urls, &file.folder, self.opener).map(Some)
-                }
-                _ => Ok(None),
-            },
-            "PixelTexture" => match field("image") {
-                Value::Ints(image) => texture::pixels(image).map_err(texture::PictureError::Pixels),
-                _ => Ok(None),
-            },
-            _ => Ok(None),
-        };
-        match result {
-            Ok(picture) => Ok(picture),
-            Err(texture::PictureError::Unusable(reasons)) => {
-                self.warn(file, element, format!("texture left out: {reasons}"));
-                Ok(None)
-            }
-            Err(texture::PictureError::Pixels(expected)) => {
-                Err(self.refuse(file, element, "image", expected))
-            }
-        }
-    }
-
-    /// Joins a ROUTE; one that joins nothing is a warning.
-    fn route(&mut self, file: &File, element: Element) {
-        let attribute = |name: &str| element.attribute(name).unwrap_or("");
-        let [from, from_field, to, to_field] = ["fromNode", "fromField", "toNode", "toField"].map(attribute);
-        let mut ends = [0; 2];
-        for (end, name) in ends.iter_mut().zip([from, to]) {
-            match file.defs.get(name) {
-                Some(Def::Built(id)) => *end = *id,
-                Some(Def::Unknown | Def::Hidden(_)) => return,
-                _ => return self.warn(file, element, format!("ROUTE names {name:?}, which no DEF gives")),
-            }
-        }
-        let [from_id, to_id] = ends;
-        let missing = |id: NodeId, field: &str| {
-            let node = self.graph.nodes[id as usize].ty.name;
-            format!("ROUTE names {field:?}, which <{node}> does not have")
-        };
-        let output = route::output(&self.graph, from_id, from_field);
-        let input = route::input(&self.graph, to_id, to_field);
-        let message = match (output, input) {
-            (None, _) => missing(from_id, from_field),
-            (_, None) => missing(to_id, to_field),
-            (Some((_, sent)), Some((_, taken))) if sent != taken => {
-                let (sent, taken) = (sent.describe(), taken.describe());
-                format!("ROUTE from {from_field:?} ({sent}) to {to_field:?} ({taken}) joins different types")
-            }
-            (Some((output, _)), Some((input, _))) => {
-                self.graph.routes.push(Route { from: from_id, output, to: to_id, input });
-                return;
-            }
-        };
-        self.warn(file, element, message);
-    }
-
-    fn warn(&mut self, file: &File, element: Element, message: String) {
+    pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
         let origin = Origin { source: file.source, byte: element.range().start };
         self.warn_at(origin, message);
     }

@@ -21,6 +21,7 @@ mod check;
 mod geometry;
 mod graph;
 mod interpolate;
+mod outside;
 mod route;
 mod schema;
 mod shapes;
@@ -30,6 +31,9 @@ mod url;
 mod value;
 mod walk;
 mod xml;
+
+#[cfg(test)]
+mod defaults;
 
 use super::{LoadError, LoadWarning};
 use crate::scene::Scene;

@@ -159,7 +159,7 @@ fn reals(text: &str) -> Result<Vec<f64>, ValueError> {
 fn int(at: usize, token: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, ValueError> {
     let unsigned = token.trim_start_matches(['+', '-']);
     let parsed = match unsigned.strip_prefix("0x").or_else(|| unsigned.strip_prefix("0X")) {
-        Some(digits) if token.len() == unsigned.len() && !digits.starts_with('+') => {
+        Some(digits) if token.len() == unsigned.len() && digits.bytes().all(|b| b.is_ascii_hexdigit()) => {
             i64::from_str_radix(digits, 16).ok()
         }
         Some(_) => None,

@@ -1,0 +1,11 @@
+//! Fear: an X3D file is read otherwise than the standard says, is refused without need or without saying why, shows something else
+//! than it means, moves otherwise than its time sensors say, or brings the program down.
+
+mod animation;
+mod files;
+mod geometry;
+mod hard;
+mod pictures;
+mod structure;
+mod support;
+mod tables;
