@@ -47,7 +47,11 @@ fn a_position_runs_through_its_keys() {
             "<Scene><Transform DEF='T'/><PositionInterpolator DEF='I' key='0' keyValue='1 1 1'/><ROUTE fromNode='I' \
              fromField='value_changed' toNode='T' toField='{field}'/></Scene>"
         );
-        assert_eq!(parse(&text).unwrap().warnings().len(), usize::from(field != "set_translation"), "{field}");
+        assert_eq!(
+            parse(&text).unwrap().warnings().len(),
+            usize::from(field != "set_translation"),
+            "{field}"
+        );
     }
 }
 
@@ -151,7 +155,12 @@ fn routes_that_join_nothing_are_named_with_their_line() {
         <ROUTE fromNode='C' fromField='nothing' toNode='T' toField='translation'/>\n\
         <ROUTE fromNode='F' fromField='a' toNode='T' toField='translation'/>\n</Scene>";
     let found = warnings(&parse(text).unwrap());
-    let starts = ["t.x3d:4:1: warning: node <Foo>", "t.x3d:5:1: warning: ROUTE from", "t.x3d:6:1: warning: ROUTE names \"X\"", "t.x3d:7:1: warning: ROUTE names \"nothing\""];
+    let starts = [
+        "t.x3d:4:1: warning: node <Foo>",
+        "t.x3d:5:1: warning: ROUTE from",
+        "t.x3d:6:1: warning: ROUTE names \"X\"",
+        "t.x3d:7:1: warning: ROUTE names \"nothing\"",
+    ];
     assert_eq!(found.len(), starts.len(), "{found:#?}");
     for (warning, start) in found.iter().zip(starts) {
         assert!(warning.starts_with(start), "{warning}");

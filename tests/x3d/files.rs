@@ -14,7 +14,9 @@ use Outcome::{Read, Refused};
 const FILES: &[(&str, Outcome)] = &[
     (
         "lecture-003/asprinted_mipmap_malformed.x3d",
-        Refused(":12:3: expected </IndexedFaceSet> first, which closes <IndexedFaceSet> of line 5, found \"</Shape>\""),
+        Refused(
+            ":12:3: expected </IndexedFaceSet> first, which closes <IndexedFaceSet> of line 5, found \"</Shape>\"",
+        ),
     ),
     (
         "lecture-003/asprinted_transparent_v1_malformed.x3d",
@@ -41,8 +43,14 @@ const FILES: &[(&str, Outcome)] = &[
     ("x3d-cpp/inline/animated_child.x3d", Read(1, &[])),
     ("x3d-cpp/inline/animated_parent.x3d", Read(1, &[])),
     ("x3d-cpp/inline/child.x3d", Read(1, &[])),
-    ("x3d-cpp/inline/cycle_a.x3d", Refused("x3d-cpp/inline/cycle_b.x3d:3:11: expected no Inline of \"cycle_a.x3d\"")),
-    ("x3d-cpp/inline/cycle_b.x3d", Refused("x3d-cpp/inline/cycle_a.x3d:3:11: expected no Inline of \"cycle_b.x3d\"")),
+    (
+        "x3d-cpp/inline/cycle_a.x3d",
+        Refused("x3d-cpp/inline/cycle_b.x3d:3:11: expected no Inline of \"cycle_a.x3d\""),
+    ),
+    (
+        "x3d-cpp/inline/cycle_b.x3d",
+        Refused("x3d-cpp/inline/cycle_a.x3d:3:11: expected no Inline of \"cycle_b.x3d\""),
+    ),
     (
         "x3d-cpp/inline/cycle_containment.x3d",
         Refused(":4:16: expected USE to name a node that is complete, but \"A\" holds this one"),

@@ -74,10 +74,13 @@ fn a_face_set_takes_concave_faces_and_either_winding() {
 
 #[test]
 fn colours_lie_on_vertices_or_faces_by_index_or_by_count() {
-    const QUADS: &str = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0'/><Color color='1 0 0 0 1 0 0 0 1 1 1 1'/>";
+    const QUADS: &str =
+        "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0'/><Color color='1 0 0 0 1 0 0 0 1 1 1 1'/>";
     let red = |rgb: &[[f64; 4]]| rgb.iter().map(|c| c[0] + 2.0 * c[1] + 4.0 * c[2]).collect::<Vec<_>>();
     let of = |fields: &str| {
-        red(&colors(&mesh(&format!("<IndexedFaceSet coordIndex='0 1 2 -1 0 2 3' {fields}>{QUADS}</IndexedFaceSet>"))))
+        red(&colors(&mesh(&format!(
+            "<IndexedFaceSet coordIndex='0 1 2 -1 0 2 3' {fields}>{QUADS}</IndexedFaceSet>"
+        ))))
     };
     assert_eq!(of(""), [1.0, 2.0, 4.0, 1.0, 4.0, 7.0]);
     assert_eq!(of("colorIndex='3 3 3 -1 1 0 2'"), [7.0, 7.0, 7.0, 2.0, 1.0, 4.0]);
@@ -117,15 +120,23 @@ fn normals_are_the_files_or_follow_the_crease_angle() {
 fn texture_coordinates_are_the_files_or_the_boxs() {
     const FACE: &str = "<Coordinate point='0 0 0 4 0 0 4 2 0 0 2 0'/>";
     let face = |fields: &str, nodes: &str| {
-        texcoords(&textured(&format!("<IndexedFaceSet coordIndex='0 1 2 3' {fields}>{FACE}{nodes}</IndexedFaceSet>")))
+        texcoords(&textured(&format!(
+            "<IndexedFaceSet coordIndex='0 1 2 3' {fields}>{FACE}{nodes}</IndexedFaceSet>"
+        )))
     };
     let corners = |list: [(f64, f64); 4]| list.map(|(x, y)| DVec2::new(x, y)).to_vec();
     assert_eq!(face("", ""), corners([(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.0, 0.5)]));
     let own = "<TextureCoordinate point='0 0 1 0 1 1 0 1'/>";
     assert_eq!(face("", own), corners([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]));
-    assert_eq!(face("texCoordIndex='3 2 1 0 -1'", own), corners([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)]));
+    assert_eq!(
+        face("texCoordIndex='3 2 1 0 -1'", own),
+        corners([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+    );
     let plain = mesh(&format!("<IndexedFaceSet coordIndex='0 1 2 3'>{FACE}{own}</IndexedFaceSet>"));
-    assert!(plain.texcoords.is_empty() && plain.corners.iter().all(|c| c.texcoord == NONE), "no texture: no u,v");
+    assert!(
+        plain.texcoords.is_empty() && plain.corners.iter().all(|c| c.texcoord == NONE),
+        "no texture: no u,v"
+    );
     let moved = shape(
         "<Appearance><PixelTexture image='1 1 1 0'/><TextureTransform translation='0.5 0' scale='2 2'/></Appearance>",
         &format!("<IndexedFaceSet coordIndex='0 1 2 3'>{FACE}{own}</IndexedFaceSet>"),
@@ -155,7 +166,9 @@ fn strips_and_fans_all_face_one_way() {
     }
     // Smooth over shared coordinates, or one a face.
     const TENT: &str = "<Coordinate point='0 1 0 -1 0 0 0 0 1 1 0 0'/>";
-    let tent = |fields: &str| mesh(&format!("<IndexedTriangleSet index='0 1 2 0 2 3' {fields}>{TENT}</IndexedTriangleSet>"));
+    let tent = |fields: &str| {
+        mesh(&format!("<IndexedTriangleSet index='0 1 2 0 2 3' {fields}>{TENT}</IndexedTriangleSet>"))
+    };
     assert!((normals(&tent(""), 0)[0] - DVec3::new(0.0, 1.0, 1.0).normalize()).length() < 1e-12);
     let flat = normals(&tent("normalPerVertex='false'"), 0);
     assert!(flat[0] == flat[2] && flat[0].x < -0.5);
@@ -186,7 +199,10 @@ fn an_extrusion_scales_and_turns_at_each_spine_point() {
     close(mesh.positions[0], DVec3::new(1.0, 0.0, 1.0));
     close(mesh.positions[4], DVec3::new(2.0, 1.0, -0.5));
     assert_eq!(mesh.positions.len(), 8);
-    assert_eq!(texcoords(&mesh)[..4], [(0., 0.), (0.25, 0.), (0.25, 1.), (0., 1.)].map(|(s, t)| DVec2::new(s, t)));
+    assert_eq!(
+        texcoords(&mesh)[..4],
+        [(0., 0.), (0.25, 0.), (0.25, 1.), (0., 1.)].map(|(s, t)| DVec2::new(s, t))
+    );
     let caps: Vec<DVec3> = [4, 5].map(|p| normals(&mesh, p)[0]).into();
     close(caps[0], DVec3::NEG_Y);
     close(caps[1], DVec3::Y);
@@ -204,24 +220,36 @@ fn lines_and_points_are_unlit_in_the_emissive_colour() {
     let glow = "<Appearance><Material emissiveColor='1 0 1' diffuseColor='0 1 0'/></Appearance>";
     let line = shape(glow, &format!("<LineSet vertexCount='2 2'>{POINTS}</LineSet>"));
     assert_eq!(line.geometry.mesh.lines, [[0, 1], [2, 3]]);
-    assert_eq!((line.material.model, line.material.emissive), (LightingModel::Unlit, DVec3::new(1.0, 0.0, 1.0)));
-    let lines = |fields: &str| mesh(&format!("<IndexedLineSet coordIndex='0 1 2 -1 2 3' {fields}>{POINTS}{COLORS}</IndexedLineSet>"));
+    assert_eq!(
+        (line.material.model, line.material.emissive),
+        (LightingModel::Unlit, DVec3::new(1.0, 0.0, 1.0))
+    );
+    let lines = |fields: &str| {
+        mesh(&format!("<IndexedLineSet coordIndex='0 1 2 -1 2 3' {fields}>{POINTS}{COLORS}</IndexedLineSet>"))
+    };
     let reds = |mesh: &Mesh| colors(mesh).iter().map(|c| c[0] + 2.0 * c[1] + 4.0 * c[2]).collect::<Vec<_>>();
     let plain = lines("");
-    assert_eq!((plain.lines.clone(), reds(&plain)), (vec![[0, 1], [1, 2], [3, 4]], vec![1.0, 2.0, 4.0, 4.0, 7.0]));
+    assert_eq!(
+        (plain.lines.clone(), reds(&plain)),
+        (vec![[0, 1], [1, 2], [3, 4]], vec![1.0, 2.0, 4.0, 4.0, 7.0])
+    );
     assert_eq!(reds(&lines("colorIndex='0 0 1 -1 2 2'")), [1.0, 1.0, 2.0, 4.0, 4.0]);
     assert_eq!(reds(&lines("colorPerVertex='false'")), [1.0, 1.0, 1.0, 2.0, 2.0]);
     assert_eq!(reds(&lines("colorPerVertex='false' colorIndex='3 1'")), [7.0, 7.0, 7.0, 2.0, 2.0]);
     let points = shape(glow, &format!("<PointSet>{POINTS}{COLORS}</PointSet>"));
     assert_eq!((points.geometry.mesh.points.len(), points.material.emissive), (4, DVec3::ONE));
-    let lit = shape(glow, &format!("<PointSet>{POINTS}<Normal vector='0 0 1 0 0 1 0 0 1 0 0 1'/></PointSet>"));
+    let lit =
+        shape(glow, &format!("<PointSet>{POINTS}<Normal vector='0 0 1 0 0 1 0 0 1 0 0 1'/></PointSet>"));
     assert_eq!(lit.material.model, LightingModel::Blinn);
 }
 
 #[test]
 fn flat_figures_lie_in_z_0_and_face_the_viewer() {
     let circle = mesh("<Circle2D radius='2'/>");
-    assert!(circle.lines.len() == circle.positions.len() && circle.positions.iter().all(|p| (p.length() - 2.0).abs() < 1e-12));
+    assert!(
+        circle.lines.len() == circle.positions.len()
+            && circle.positions.iter().all(|p| (p.length() - 2.0).abs() < 1e-12)
+    );
     assert_eq!(mesh("<Polyline2D lineSegments='0 0 1 1 2 0'/>").lines, [[0, 1], [1, 2]]);
     assert_eq!(mesh("<Polypoint2D point='0 0 1 1'/>").points.len(), 2);
     assert_eq!(area(&mesh("<Rectangle2D size='3 4'/>")), DVec3::Z * 12.0);

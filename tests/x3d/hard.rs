@@ -20,11 +20,17 @@ fn xml_that_is_not_well_formed_is_refused_at_line_and_column() {
         ("  \n <!-- a -->", "t.x3d:2:12: "),
         ("hello", "t.x3d:1:1: "),
         ("<X3D>\n <Scene>\n", "t.x3d:2:2: expected <Scene> to be closed by </Scene>"),
-        ("<X3D>\n<Scene>\n</X3D>", "t.x3d:3:1: expected </Scene> first, which closes <Scene> of line 2, found \"</X3D>\""),
+        (
+            "<X3D>\n<Scene>\n</X3D>",
+            "t.x3d:3:1: expected </Scene> first, which closes <Scene> of line 2, found \"</X3D>\"",
+        ),
         ("<X3D></X3D></X3D>", "t.x3d:1:12: expected no closing tag where nothing is open"),
         ("<Scene><Box size=\"1 1 1/></Scene>", "t.x3d:1:"),
         ("<Scene>\n<Box size=1/></Scene>", "t.x3d:2:11: "),
-        ("<Scene>\n<Box size='1 1 1' size='2 2 2'/></Scene>", "t.x3d:2:19: expected the attribute \"size\" once"),
+        (
+            "<Scene>\n<Box size='1 1 1' size='2 2 2'/></Scene>",
+            "t.x3d:2:19: expected the attribute \"size\" once",
+        ),
         ("<Scene>\n &nbsp; </Scene>", "t.x3d:2:2: expected an entity that is declared, not \"nbsp\""),
         ("<Scene>\n a & b </Scene>", "t.x3d:2:4: "),
         ("<Scene><!-- a -- b --></Scene>", "t.x3d:1:"),
@@ -47,7 +53,10 @@ fn what_is_no_x3d_is_refused_in_plain_words() {
         ("<html><body/></html>", "t.x3d:1:1: expected an X3D file, whose root is <X3D>, found \"<html>"),
         ("<X3D>\n</X3D>", "t.x3d:1:1: expected a <Scene> inside <X3D>"),
         ("<X3D>\n<Scene/>\nhello</X3D>", "t.x3d:3:1: expected only elements in <X3D>, found \"hello</X3D>\""),
-        ("<Scene>\n<Shape>\n  IndexedFaceSet>\n</Shape></Scene>", "t.x3d:3:3: expected only elements in <Shape>"),
+        (
+            "<Scene>\n<Shape>\n  IndexedFaceSet>\n</Shape></Scene>",
+            "t.x3d:3:3: expected only elements in <Shape>",
+        ),
     ] {
         let found = refusal(text);
         assert!(found.starts_with(expected), "{text:?}: {found}");
@@ -61,8 +70,14 @@ fn numbers_counts_and_indices_are_refused_at_their_byte() {
     for (nodes, expected) in [
         ("<Transform translation='0 nan 0'/>", "2:27: translation must be a finite number, found \"nan\""),
         ("<Transform translation='0 0 inf'/>", "2:29: translation must be a finite number"),
-        ("<Transform\n translation='0\n 0 1e400'/>", "4:4: translation must be a finite number, found \"1e400\""),
-        ("<Transform translation='0 0'/>", "2:25: <Transform> translation takes 3 numbers, found \"2 numbers\""),
+        (
+            "<Transform\n translation='0\n 0 1e400'/>",
+            "4:4: translation must be a finite number, found \"1e400\"",
+        ),
+        (
+            "<Transform translation='0 0'/>",
+            "2:25: <Transform> translation takes 3 numbers, found \"2 numbers\"",
+        ),
         ("<Shape><Box size='1 1 1 1'/></Shape>", "2:19: <Box> size takes 3 numbers, found \"4 numbers\""),
         ("<Shape><Sphere radius=''/></Shape>", "2:24: <Sphere> radius takes one number, found \"0 numbers\""),
         ("<Shape><Box solid='maybe'/></Shape>", "2:20: <Box> solid takes true or false, found \"maybe\""),
@@ -76,7 +91,10 @@ fn numbers_counts_and_indices_are_refused_at_their_byte() {
             "<Shape><IndexedFaceSet coordIndex='0 1 -2'><Coordinate point='0 0 0 1 0 0 0 1 0'/></IndexedFaceSet></Shape>",
             "2:36: list index -2",
         ),
-        ("<Shape><IndexedFaceSet coordIndex='0 1 2'/></Shape>", "2:36: coordinate index 0 names none of the 0"),
+        (
+            "<Shape><IndexedFaceSet coordIndex='0 1 2'/></Shape>",
+            "2:36: coordinate index 0 names none of the 0",
+        ),
         (
             "<Shape><IndexedFaceSet coordIndex='0 1 2'><Coordinate point='0 0 0 1 0 0 0 1 0'/>\n<Color color='1 1 1'/></IndexedFaceSet></Shape>",
             "3:15: colour index 1 names none of the 1 there are",
@@ -90,21 +108,42 @@ fn numbers_counts_and_indices_are_refused_at_their_byte() {
             "<Shape><IndexedLineSet coordIndex='0 7'><Coordinate point='0 0 0'/></IndexedLineSet></Shape>",
             "2:36: coordinate index 7",
         ),
-        ("<Shape><LineSet vertexCount='3'><Coordinate point='0 0 0 1 1 1'/></LineSet></Shape>", "2:30: expected vertexCount"),
-        ("<Shape><LineSet vertexCount='1'><Coordinate point='0 0 0'/></LineSet></Shape>", "2:30: expected counts of 2"),
+        (
+            "<Shape><LineSet vertexCount='3'><Coordinate point='0 0 0 1 1 1'/></LineSet></Shape>",
+            "2:30: expected vertexCount",
+        ),
+        (
+            "<Shape><LineSet vertexCount='1'><Coordinate point='0 0 0'/></LineSet></Shape>",
+            "2:30: expected counts of 2",
+        ),
         ("<Shape><TriangleFanSet fanCount='2'/></Shape>", "2:34: expected counts of 3 or more in fanCount"),
         ("<Shape><TriangleStripSet stripCount='-9'/></Shape>", "2:38: expected counts of 3 or more"),
-        ("<Shape><ElevationGrid xDimension='2' zDimension='2' height='0 0 0'/></Shape>", "2:61: expected 2 x 2 = 4 heights"),
+        (
+            "<Shape><ElevationGrid xDimension='2' zDimension='2' height='0 0 0'/></Shape>",
+            "2:61: expected 2 x 2 = 4 heights",
+        ),
         (
             "<Shape><ElevationGrid xDimension='2147483647' zDimension='2147483647' height='0'/></Shape>",
             "2:79: expected 2147483647 x 2147483647 = 4611686014132420609 heights",
         ),
-        ("<Shape><Appearance><PixelTexture image='2 2 1 0'/></Appearance></Shape>", "2:34: expected 2 x 2 = 4 pixels, not 1"),
-        ("<PositionInterpolator key='0 1' keyValue='0 0 0'/>", "2:43: expected 3 numbers in keyValue for each of the 2 keys"),
-        ("<ScalarInterpolator key='0 1 0.5' keyValue='0 0 0'/>", "2:26: each key must be at least the one before it"),
+        (
+            "<Shape><Appearance><PixelTexture image='2 2 1 0'/></Appearance></Shape>",
+            "2:34: expected 2 x 2 = 4 pixels, not 1",
+        ),
+        (
+            "<PositionInterpolator key='0 1' keyValue='0 0 0'/>",
+            "2:43: expected 3 numbers in keyValue for each of the 2 keys",
+        ),
+        (
+            "<ScalarInterpolator key='0 1 0.5' keyValue='0 0 0'/>",
+            "2:26: each key must be at least the one before it",
+        ),
         ("<Group USE='no'/>", "2:8: expected a DEF \"no\" before this USE"),
         ("<Group USE='later'/><Group DEF='later'/>", "2:8: expected a DEF \"later\" before this USE"),
-        ("<Group DEF='g'><Switch><Group USE='g'/></Switch></Group>", "2:31: expected USE to name a node that is complete"),
+        (
+            "<Group DEF='g'><Switch><Group USE='g'/></Switch></Group>",
+            "2:31: expected USE to name a node that is complete",
+        ),
     ] {
         let found = refusal(&format!("<X3D><Scene>\n{nodes}</Scene></X3D>"));
         assert!(found.starts_with(&format!("t.x3d:{expected}")), "{nodes}: {found}");
@@ -155,18 +194,33 @@ fn soon(what: &str, text: String) {
 fn hostile_files_end_soon() {
     let scene = |nodes: String| format!("<X3D><Scene>{nodes}</Scene></X3D>");
     soon("deep nesting", scene(format!("{}{}", "<Group>".repeat(100_000), "</Group>".repeat(100_000))));
-    soon("the deepest nesting that is read", scene(format!("{}<Shape><Box/></Shape>{}", "<Group>".repeat(250), "</Group>".repeat(250))));
-    soon("deep nesting of what is not known", scene(format!("{}{}", "<Foo>".repeat(250), "</Foo>".repeat(250))));
-    let chain: String = (1..5000).map(|i| format!("<Group DEF='g{i}'><Group USE='g{}'/></Group>", i - 1)).collect();
+    soon(
+        "the deepest nesting that is read",
+        scene(format!("{}<Shape><Box/></Shape>{}", "<Group>".repeat(250), "</Group>".repeat(250))),
+    );
+    soon(
+        "deep nesting of what is not known",
+        scene(format!("{}{}", "<Foo>".repeat(250), "</Foo>".repeat(250))),
+    );
+    let chain: String =
+        (1..5000).map(|i| format!("<Group DEF='g{i}'><Group USE='g{}'/></Group>", i - 1)).collect();
     soon("a chain of USE", scene(format!("<Group DEF='g0'/>{chain}")));
-    let doubled: String =
-        (1..60).map(|i| format!("<Group DEF='g{i}'><Group USE='g{0}'/><Group USE='g{0}'/></Group>", i - 1)).collect();
+    let doubled: String = (1..60)
+        .map(|i| format!("<Group DEF='g{i}'><Group USE='g{0}'/><Group USE='g{0}'/></Group>", i - 1))
+        .collect();
     soon("doubling by USE", scene(format!("<Group DEF='g0'><Shape><Box/></Shape></Group>{doubled}")));
     soon("doubling of nothing", scene(format!("<Group DEF='g0'/>{doubled}")));
-    let laughs: String = (1..10).map(|i| format!("<!ENTITY l{i} '{}'>", format!("&l{};", i - 1).repeat(10))).collect();
-    soon("a billion laughs", format!("<!DOCTYPE X3D [<!ENTITY l0 'lol'>{laughs}]><X3D><Scene a='&l9;'/></X3D>"));
+    let laughs: String =
+        (1..10).map(|i| format!("<!ENTITY l{i} '{}'>", format!("&l{};", i - 1).repeat(10))).collect();
+    soon(
+        "a billion laughs",
+        format!("<!DOCTYPE X3D [<!ENTITY l0 'lol'>{laughs}]><X3D><Scene a='&l9;'/></X3D>"),
+    );
     let long = "x".repeat(1 << 20);
-    soon("a long entity, often", format!("<!DOCTYPE X3D [<!ENTITY a '{long}'>]><X3D><Scene b='{}'/></X3D>", "&a;".repeat(9999)));
+    soon(
+        "a long entity, often",
+        format!("<!DOCTYPE X3D [<!ENTITY a '{long}'>]><X3D><Scene b='{}'/></X3D>", "&a;".repeat(9999)),
+    );
     let attributes: String = (0..100_000).map(|i| format!(" a{i}='0'")).collect();
     soon("many attributes", format!("<X3D><Scene{attributes}/></X3D>"));
     let namespaces: String = (0..20_000).map(|i| format!(" xmlns:a{i}='u{i}'")).collect();
@@ -175,13 +229,18 @@ fn hostile_files_end_soon() {
     soon("one long line of shapes", scene("<Shape><Sphere/></Shape>".repeat(20_000)));
     let points = "0 0 0 ".repeat(3000);
     let section = "0 0 1 0 ".repeat(2000);
-    soon("a huge extrusion", scene(format!("<Shape><Extrusion spine='{points}' crossSection='{section}'/></Shape>")));
+    soon(
+        "a huge extrusion",
+        scene(format!("<Shape><Extrusion spine='{points}' crossSection='{section}'/></Shape>")),
+    );
     soon("a long text", scene(format!("<Shape><Text string='\"{}\"'/></Shape>", "W".repeat(1 << 20))));
     let fan: String = (0..100_000).map(|i| format!("0 {} {} -1 ", i % 50 + 1, i % 49 + 2)).collect();
     let rim: String = (0..60).map(|i| format!("{i} {} {} ", i * i % 7, i % 5)).collect();
     soon(
         "faces that all meet in one corner",
-        scene(format!("<Shape><IndexedFaceSet creaseAngle='1' coordIndex='{fan}'><Coordinate point='{rim}'/></IndexedFaceSet></Shape>")),
+        scene(format!(
+            "<Shape><IndexedFaceSet creaseAngle='1' coordIndex='{fan}'><Coordinate point='{rim}'/></IndexedFaceSet></Shape>"
+        )),
     );
     let lights = "<Group><DirectionalLight/><Shape><Box/></Shape></Group>".repeat(5000);
     soon("many lights", scene(lights));
@@ -195,26 +254,42 @@ fn inlines_that_multiply_are_bounded() {
     let text = "<Scene><Inline url='f0.x3d'/></Scene>";
     let result = x3d::parse(text.as_bytes(), "t.x3d", &mut |name| {
         let i: u32 = name.trim_start_matches('f').trim_end_matches(".x3d").parse().ok()?;
-        Some(format!("<Scene><Inline url='f{0}.x3d'/><Inline url='f{0}.x3d'/><Shape><Box/></Shape></Scene>", i + 1).into())
+        Some(
+            format!(
+                "<Scene><Inline url='f{0}.x3d'/><Inline url='f{0}.x3d'/><Shape><Box/></Shape></Scene>",
+                i + 1
+            )
+            .into(),
+        )
     });
     let error = result.unwrap_err().to_string();
     assert!(error.contains("nesting"), "{error}");
     let result = x3d::parse(text.as_bytes(), "t.x3d", &mut |name| {
         let i: u32 = name.trim_start_matches('f').trim_end_matches(".x3d").parse().ok()?;
-        (i < 40).then(|| format!("<Scene><Inline url='f{0}.x3d'/><Inline url='f{0}.x3d'/><Shape><Box/></Shape></Scene>", i + 1).into())
+        (i < 40).then(|| {
+            format!(
+                "<Scene><Inline url='f{0}.x3d'/><Inline url='f{0}.x3d'/><Shape><Box/></Shape></Scene>",
+                i + 1
+            )
+            .into()
+        })
     });
     let error = result.unwrap_err().to_string();
     assert!(error.contains("nodes, with those of USE and Inline"), "{error}");
     // A broken Inline is refused by its own name and line.
-    let broken = x3d::parse(b"<Scene><Inline url='a/b.x3d'/></Scene>", "dir/t.x3d", &mut |_| Some(b"<Scene>\n<Foo></Scene>".into()));
+    let broken = x3d::parse(b"<Scene><Inline url='a/b.x3d'/></Scene>", "dir/t.x3d", &mut |_| {
+        Some(b"<Scene>\n<Foo></Scene>".into())
+    });
     assert!(broken.unwrap_err().to_string().starts_with("dir/a/b.x3d:2:6: "));
 }
 
 #[test]
 fn other_encodings_are_read_or_refused() {
     let text = "<?xml version='1.0'?><Scene><Shape><Text string='\"é\"'/></Shape></Scene>";
-    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
-    let latin: Vec<u8> = text.replace("'1.0'", "'1.0' encoding='ISO-8859-1'").chars().map(|c| c as u32 as u8).collect();
+    let utf16: Vec<u8> =
+        [0xff, 0xfe].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    let latin: Vec<u8> =
+        text.replace("'1.0'", "'1.0' encoding='ISO-8859-1'").chars().map(|c| c as u32 as u8).collect();
     for bytes in [text.as_bytes(), &utf16, &latin] {
         let mesh = x3d::parse(bytes, "t.x3d", &mut |_| None).unwrap().at(0.0);
         assert!(mesh.objects[0].geometry.mesh.polygons.len() > 10);
@@ -225,8 +300,10 @@ fn other_encodings_are_read_or_refused() {
 
 /// The texts that are mutated: every test scene, and one that has everything.
 fn corpus() -> Vec<Vec<u8>> {
-    let mut all: Vec<Vec<u8>> =
-        crate::files::readable().map(|name| std::fs::read(data().join(name)).unwrap()).filter(|b| b.len() < 6000).collect();
+    let mut all: Vec<Vec<u8>> = crate::files::readable()
+        .map(|name| std::fs::read(data().join(name)).unwrap())
+        .filter(|b| b.len() < 6000)
+        .collect();
     all.push(EVERYTHING.into());
     all
 }

@@ -50,7 +50,8 @@ fn a_switch_shows_its_choice_and_visible_hides() {
 
 #[test]
 fn solids_of_a_kind_share_a_mesh_and_size_is_in_the_matrix() {
-    let scene = scene("<Shape><Box size='2 4 6'/></Shape><Shape><Box/></Shape><Shape><Sphere radius='3'/></Shape>");
+    let scene =
+        scene("<Shape><Box size='2 4 6'/></Shape><Shape><Box/></Shape><Shape><Sphere radius='3'/></Shape>");
     assert!(Arc::ptr_eq(&scene.objects[0].geometry, &scene.objects[1].geometry));
     assert_eq!(scene.objects[0].model.to_scale_rotation_translation().0, DVec3::new(1.0, 2.0, 3.0));
     assert_eq!(scene.objects[1].model, DMat4::IDENTITY);
@@ -91,7 +92,10 @@ fn lights_carry_intensity_ambient_and_scale() {
             assert_eq!((beam_width_rad, cut_off_rad), (1.0, 1.0), "a beam is no wider than its cone");
             // A world distance of 2 is one of the light's.
             assert!((radius - 6.0).abs() < 1e-12);
-            assert!((attenuation.c, attenuation.l - 1.0 < 1e-12, attenuation.q - 1.0 < 1e-12) == (1.0, true, true));
+            assert!(
+                (attenuation.c, attenuation.l - 1.0 < 1e-12, attenuation.q - 1.0 < 1e-12)
+                    == (1.0, true, true)
+            );
         }
         other => panic!("{other:?}"),
     }
@@ -127,7 +131,8 @@ fn the_first_viewpoint_is_the_camera() {
     let camera = |nodes: &str| scene(nodes).camera.unwrap();
     let first = camera("<Viewpoint position='1 2 3' fieldOfView='1'/><Viewpoint/>");
     assert_eq!((first.look_at.eye, first.look_at.up), (DVec3::new(1.0, 2.0, 3.0), DVec3::Y));
-    let perspective = |fov_rad| Projection::Perspective { fov_rad, near: 0.01, far: 1000.0, on_smaller_side: true };
+    let perspective =
+        |fov_rad| Projection::Perspective { fov_rad, near: 0.01, far: 1000.0, on_smaller_side: true };
     assert_eq!(first.projection, perspective(1.0));
     let default = camera(BOX);
     assert_eq!((default.look_at.eye, default.projection), (DVec3::Z * 10.0, perspective(FRAC_PI_4)));
@@ -149,7 +154,10 @@ fn an_ortho_viewpoint_has_a_window_and_view_all_shows_all() {
     let camera = |nodes: &str| scene(nodes).camera.unwrap();
     let ortho = camera("<OrthoViewpoint fieldOfView='-1 -2 3 4'/>");
     assert_eq!(ortho.look_at.eye, DVec3::Z * 10.0);
-    assert_eq!(ortho.projection, Projection::OrthoContain { window: [-1.0, 3.0, -2.0, 4.0], near: 0.01, far: 1000.0 });
+    assert_eq!(
+        ortho.projection,
+        Projection::OrthoContain { window: [-1.0, 3.0, -2.0, 4.0], near: 0.01, far: 1000.0 }
+    );
     let far_box = format!("<Transform translation='500 0 -9000'>{BOX}</Transform>{BOX}");
     for node in ["Viewpoint", "OrthoViewpoint"] {
         let s = scene(&format!("<{node} viewAll='true'/>{far_box}"));
@@ -164,14 +172,19 @@ fn an_ortho_viewpoint_has_a_window_and_view_all_shows_all() {
 
 #[test]
 fn background_and_fog_are_the_first_ones() {
-    let s = scene("<Background skyColor='0.1 0.2 0.3 1 1 1' skyAngle='1'/><Background/><Fog visibilityRange='3' color='1 0 0'/>");
+    let s = scene(
+        "<Background skyColor='0.1 0.2 0.3 1 1 1' skyAngle='1'/><Background/><Fog visibilityRange='3' color='1 0 0'/>",
+    );
     assert_eq!(s.background.color, Some(DVec3::new(0.1, 0.2, 0.3)));
     let fog = s.fog.unwrap();
     assert_eq!((fog.kind, fog.visibility_range, fog.color), (FogKind::Linear, 3.0, DVec3::X));
     assert!(scene(BOX).background.color.is_none());
     assert_eq!(scene("<Background/>").background.color, Some(DVec3::ZERO));
     assert!(scene("<Fog/>").fog.is_none(), "a range of 0 is no fog");
-    let scaled = scene("<Transform scale='2 2 2'><Fog fogType='EXPONENTIAL' visibilityRange='3'/></Transform>").fog.unwrap();
+    let scaled =
+        scene("<Transform scale='2 2 2'><Fog fogType='EXPONENTIAL' visibilityRange='3'/></Transform>")
+            .fog
+            .unwrap();
     assert!(scaled.kind == FogKind::Exponential && (scaled.visibility_range - 6.0).abs() < 1e-12);
 }
 
@@ -190,25 +203,28 @@ fn materials_are_the_standards_equation() {
     let default = of("<Material/>").material;
     assert_eq!((default.kd, default.ks, default.n), (DVec3::splat(0.8), DVec3::ZERO, 25.6));
     close(default.ka, DVec3::splat(0.16));
-    assert_eq!((default.model, default.transparency, default.emissive), (LightingModel::Blinn, 0.0, DVec3::ZERO));
+    assert_eq!(
+        (default.model, default.transparency, default.emissive),
+        (LightingModel::Blinn, 0.0, DVec3::ZERO)
+    );
     let unlit = of("<UnlitMaterial emissiveColor='0 1 0' transparency='0.25'/>").material;
     assert_eq!((unlit.model, unlit.emissive, unlit.transparency), (LightingModel::Unlit, DVec3::Y, 0.25));
     for none in [of(""), shape("", "<Box/>")] {
         assert_eq!((none.material.model, none.material.emissive), (LightingModel::Unlit, DVec3::ONE));
         assert!(none.cull == Cull::Back && !none.two_sided_lighting);
     }
-    let colors = "separateBackColor='true' diffuseColor='1 0 0' backDiffuseColor='0 0 1' backTransparency='0.5'";
-    let both = shape(
-        &format!("<Appearance><TwoSidedMaterial {colors}/></Appearance>"),
-        "<Rectangle2D/>",
-    );
+    let colors =
+        "separateBackColor='true' diffuseColor='1 0 0' backDiffuseColor='0 0 1' backTransparency='0.5'";
+    let both = shape(&format!("<Appearance><TwoSidedMaterial {colors}/></Appearance>"), "<Rectangle2D/>");
     let back = both.back_material.unwrap();
     assert_eq!((both.material.kd, back.kd, back.transparency), (DVec3::X, DVec3::Z, 0.5));
     assert!(both.cull == Cull::None && both.two_sided_lighting);
     assert!(of("<TwoSidedMaterial backDiffuseColor='0 0 1'/>").back_material.is_none());
     let back = of("<Material/><UnlitMaterial containerField='backMaterial'/>").back_material.unwrap();
     assert_eq!(back.model, LightingModel::Unlit);
-    let physical = parse("<Scene><Shape><Appearance><PhysicalMaterial baseColor='0 1 0'/></Appearance><Box/></Shape></Scene>");
+    let physical = parse(
+        "<Scene><Shape><Appearance><PhysicalMaterial baseColor='0 1 0'/></Appearance><Box/></Shape></Scene>",
+    );
     let physical = physical.unwrap();
     assert_eq!(warnings(&physical).len(), 1, "{:?}", physical.warnings());
     assert_eq!(physical.at(0.0).objects[0].material.kd, DVec3::Y);
@@ -244,7 +260,9 @@ fn inlines_bring_their_scene_and_their_names_stay_their_own() {
     let parent = load("x3d-cpp/inline/parent.x3d").unwrap().at(0.0);
     assert_eq!((parent.objects.len(), parent.objects[0].name.as_str()), (1, "Geo"));
     let files = |name: &str| match name {
-        "a/b.x3d" => Some("<Scene><Viewpoint position='7 7 7'/><DirectionalLight/><Inline url='c.x3d'/><Shape DEF='X'><Box/></Shape></Scene>"),
+        "a/b.x3d" => Some(
+            "<Scene><Viewpoint position='7 7 7'/><DirectionalLight/><Inline url='c.x3d'/><Shape DEF='X'><Box/></Shape></Scene>",
+        ),
         "a/c.x3d" => Some("<X3D><Scene><Shape DEF='X'><Sphere/></Shape></Scene></X3D>"),
         _ => None,
     };

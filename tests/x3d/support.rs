@@ -28,7 +28,8 @@ pub fn parse(text: &str) -> Result<X3dDocument, LoadError> {
 
 /// A document of these nodes; it must be read without a warning.
 pub fn document(nodes: &str) -> X3dDocument {
-    let document = parse(&format!("<X3D><Scene>{nodes}</Scene></X3D>")).unwrap_or_else(|e| panic!("{e}\n{nodes}"));
+    let document =
+        parse(&format!("<X3D><Scene>{nodes}</Scene></X3D>")).unwrap_or_else(|e| panic!("{e}\n{nodes}"));
     assert_eq!(warnings(&document), [] as [String; 0], "{nodes}");
     document
 }

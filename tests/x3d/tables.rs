@@ -48,7 +48,13 @@ fn assert_colors(memory: &VideoMemory, table: &Value) {
     for (i, c) in expected.iter().enumerate() {
         let byte = (255.0 * c + 0.5).floor() as u8;
         let (cell, channel) = (i / 3, i % 3);
-        assert_eq!(memory.bytes()[cell * 4 + channel], byte, "cell ({}, {}) channel {channel}", cell % 12, cell / 12);
+        assert_eq!(
+            memory.bytes()[cell * 4 + channel],
+            byte,
+            "cell ({}, {}) channel {channel}",
+            cell % 12,
+            cell / 12
+        );
     }
 }
 

@@ -130,7 +130,7 @@ impl Surface {
             self.transparency = 0.0;
         }
         Material {
-            ka: self.diffuse * self.ambient_intensity.max(0.0),
+            ka: self.diffuse * self.ambient_intensity.clamp(0.0, 1.0),
             kd: self.diffuse,
             ks: self.specular,
             n: 128.0 * self.shininess.clamp(0.0, 1.0),

@@ -88,7 +88,13 @@ impl<'r> Builder<'r> {
     }
 
     /// Reads a file to its Scene node.
-    pub(super) fn file(&mut self, bytes: &[u8], name: &str, folder: String, depth: usize) -> Result<NodeId, LoadError> {
+    pub(super) fn file(
+        &mut self,
+        bytes: &[u8],
+        name: &str,
+        folder: String,
+        depth: usize,
+    ) -> Result<NodeId, LoadError> {
         let source = Rc::new(xml::Source::decode(bytes, name)?);
         self.sources.push(Rc::clone(&source));
         let document = xml::parse(&source)?;
@@ -215,7 +221,13 @@ impl<'r> Builder<'r> {
     }
 
     /// A refusal of an attribute of an element.
-    pub(super) fn refuse(&self, file: &File, element: Element, attribute: &str, expected: String) -> LoadError {
+    pub(super) fn refuse(
+        &self,
+        file: &File,
+        element: Element,
+        attribute: &str,
+        expected: String,
+    ) -> LoadError {
         let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
         self.sources[file.source].refuse(byte, expected)
     }

@@ -39,7 +39,7 @@ pub(super) fn camera(view: &View, id: NodeId, model: DMat4, bounds: Option<(DVec
     let y = unit(up - z * up.dot(z)).unwrap_or(if z.y.abs() < 0.5 { DVec3::Y } else { DVec3::X });
     let eye = if eye.is_finite() { eye } else { DVec3::ZERO };
     // The further out the eye is, the further must the reference point be from it to keep the direction's digits.
-    let look_at = LookAt { eye, reference: eye - z * eye.length().max(1.0), up: y };
+    let look_at = LookAt { eye, reference: eye - z * eye.abs().max_element().max(1.0), up: y };
     let given = |field, default: f64| Some(view.real(id, field)).filter(|d| *d > 0.0).unwrap_or(default);
     let (near, mut far) = (given("nearDistance", NEAR), given("farDistance", FAR));
     if far <= near {

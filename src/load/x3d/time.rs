@@ -76,7 +76,8 @@ impl Sensor {
         let cycles = elapsed / cycle;
         let fraction = cycles - libm::floor(cycles);
         let is_end_of_cycle = fraction == 0.0 && elapsed > 0.0;
-        let fraction = if is_end_of_cycle { 1.0 } else { fraction };
+        // Cycles beyond counting have no fraction.
+        let fraction = if is_end_of_cycle || !cycles.is_finite() { 1.0 } else { fraction };
         Some(Sample {
             fraction,
             time,
@@ -115,6 +116,7 @@ mod tests {
         assert_eq!(fraction(Sensor { cycle_interval: 0.0, ..SENSOR }, 1.0), None);
         assert_eq!(fraction(SENSOR, f64::NAN), None);
         assert_eq!(SENSOR.sample(9.0).unwrap().cycle_time, 8.0);
+        assert_eq!(fraction(Sensor { cycle_interval: 1e-320, ..SENSOR }, 1e9), Some(1.0));
     }
 
     #[test]

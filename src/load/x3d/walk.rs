@@ -143,8 +143,8 @@ impl<'a> Walk<'a> {
         let index = self.scene.lights.len() as u32;
         self.scene.lights.push(Light {
             kind,
-            color: color * view.real(id, "intensity"),
-            ambient: color * view.real(id, "ambientIntensity"),
+            color: bounded(color * view.real(id, "intensity")),
+            ambient: bounded(color * view.real(id, "ambientIntensity")),
             clamp_attenuation: true,
         });
         match view.bool(id, "global") {
@@ -188,7 +188,9 @@ impl<'a> Walk<'a> {
         if navigation.is_none_or(|id| view.bool(id, "headlight")) {
             self.global.push(self.scene.lights.len() as u32);
             self.scene.lights.push(Light {
-                kind: LightKind::Directional { direction: camera.look_at.reference - camera.look_at.eye },
+                kind: LightKind::Directional {
+                    direction: unit(camera.look_at.reference - camera.look_at.eye).unwrap_or(DVec3::NEG_Z),
+                },
                 color: DVec3::ONE,
                 ambient: DVec3::ZERO,
                 clamp_attenuation: true,
@@ -234,6 +236,13 @@ fn enlargement(model: DMat4) -> f64 {
     }
 }
 
+/// Products of finite fields may overflow; beyond this nothing looks different.
+const HUGE: f64 = 1e100;
+
+fn bounded(color: DVec3) -> DVec3 {
+    color.clamp(DVec3::splat(-HUGE), DVec3::splat(HUGE))
+}
+
 /// A light's kind in world space; `None` where its matrix or direction leaves it nowhere.
 fn light_kind(view: &View, id: NodeId, model: DMat4) -> Option<LightKind> {
     let direction = || unit(model.transform_vector3(view.vec3(id, "direction")));
@@ -247,7 +256,8 @@ fn light_kind(view: &View, id: NodeId, model: DMat4) -> Option<LightKind> {
     }
     // Distances count in the light's own units: a world distance is `size` of them.
     let [c, l, q] = view.array(id, "attenuation");
-    let attenuation = Attenuation { c, l: l / size, q: q / (size * size) };
+    let attenuation =
+        Attenuation { c, l: (l / size).clamp(-HUGE, HUGE), q: (q / size / size).clamp(-HUGE, HUGE) };
     let radius = view.real(id, "radius") * size;
     if view.name(id) == "PointLight" {
         return Some(LightKind::Point { position, attenuation, radius });
