@@ -21,7 +21,7 @@ mod tile;
 
 pub use error::EyeError;
 pub use method::{Fibre, MAX_FAN_RAYS};
-pub use paint::{Sheet, paint};
+pub use paint::{Sheet, paint, sheet};
 pub use picture::{Differences, EyePicture, MISS};
 pub use pose::{Pose, Rotation, sin_cos_deg};
 pub use render::{Here, Job, Pool, render, render_with};

@@ -3,10 +3,13 @@
 //! In: an [`EyePicture`] and a rectangle of the frame in pixels. Out: opaque bytes, colours clamped to 0..=255 and rounded half up.
 //! A 1-D screen is a band (each pixel a column), a 2-D one a picture, a 3-D one a contact sheet of its layers along axis 3, in
 //! reading order; of further axes likewise. Where the rectangle is not the sheet's size the nearest pixel is taken: column i of w
-//! shows column floor((i + 1/2) n / w). Cells of the sheet without a layer, and what is off the frame, are left alone.
+//! shows column floor((i + 1/2) n / w). Cells of the sheet without a layer are black.
 
 use super::picture::EyePicture;
-use crate::memory::VideoMemory;
+use crate::memory::{Rgba, VideoMemory};
+
+/// A cell of the sheet without a layer.
+const EMPTY: Rgba = VideoMemory::CLEAR;
 
 /// How a screen is laid out on a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +55,21 @@ impl Sheet {
     }
 }
 
+/// The picture as a sheet of opaque pixels, row after row, of the size of [`Sheet::size`].
+pub fn sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
+    let sheet = Sheet::of(&picture.pixels);
+    let [w, h] = sheet.size();
+    let pixel =
+        |x, y| sheet.pixel(x, y, picture.color.len()).map_or(EMPTY, |flat| opaque(picture.color[flat]));
+    ([w, h], (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
+}
+
+/// Clamped and rounded half up.
+fn opaque(color: [f64; 3]) -> Rgba {
+    let [r, g, b] = color.map(|c| (c.clamp(0.0, 255.0) + 0.5).floor() as u8);
+    [r, g, b, 255]
+}
+
 /// Draws the picture into the rectangle of `w` x `h` pixels at (x, y); sizes of 0 or less draw nothing.
 pub fn paint(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: i32, h: i32) {
     let sheet = Sheet::of(&picture.pixels);
@@ -65,10 +83,9 @@ pub fn paint(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: 
     for j in visible(y, h, memory.height()) {
         let row = source(j, h, size[1]);
         for i in visible(x, w, memory.width()) {
-            if let Some(flat) = sheet.pixel(source(i, w, size[0]), row, picture.color.len()) {
-                let [r, g, b] = picture.color[flat].map(|c| (c.clamp(0.0, 255.0) + 0.5).floor() as u8);
-                memory.put_pixel((i64::from(x) + i) as i32, (i64::from(y) + j) as i32, [r, g, b, 255]);
-            }
+            let flat = sheet.pixel(source(i, w, size[0]), row, picture.color.len());
+            let color = flat.map_or(EMPTY, |flat| opaque(picture.color[flat]));
+            memory.put_pixel((i64::from(x) + i) as i32, (i64::from(y) + j) as i32, color);
         }
     }
 }
@@ -113,6 +130,8 @@ mod tests {
         paint(&picture(&[2, 2, 5]), &mut memory, 0, 0, 6, 4);
         let want = " 0  1  4  5  8  9\n 2  3  6  7 10 11\n12 13 16 17 -- --\n14 15 18 19 -- --\n";
         assert_eq!(reds(&memory), want);
+        let (size, pixels) = super::sheet(&picture(&[2, 2, 5]));
+        assert_eq!((size, pixels.as_flattened()), ([6, 4], memory.bytes()));
     }
 
     #[test]

@@ -38,19 +38,10 @@ impl Eye {
         Eye { scene, picture: OnceLock::new() }
     }
 
-    /// Columns and rows, and the pixels, row after row. Further screen axes are laid out downwards, slice under slice.
+    /// Columns and rows, and the pixels, row after row. The layers of a third screen axis stand side by side.
     pub fn picture(&self) -> ([usize; 2], &[Rgba]) {
-        let pixels = self.picture.get_or_init(|| {
-            let byte = |c: f64| (c.clamp(0.0, 255.0) + 0.5).floor() as u8;
-            let opaque = |[r, g, b]: [f64; 3]| [byte(r), byte(g), byte(b), 255];
-            eye::render(&self.scene).color.into_iter().map(opaque).collect()
-        });
-        let columns = self.columns();
-        ([columns, pixels.len() / columns], pixels)
-    }
-
-    fn columns(&self) -> usize {
-        (self.scene.pixels.first().copied().unwrap_or(1) as usize).max(1)
+        let pixels = self.picture.get_or_init(|| eye::sheet(&eye::render(&self.scene)).1);
+        (eye::Sheet::of(&self.scene.pixels).size().map(|n| n as usize), pixels)
     }
 
     /// Bytes that making the picture takes: facet, distance, flags, colour.
