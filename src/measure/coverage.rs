@@ -1,0 +1,191 @@
+//! Coverage: seams of a mesh that tiles the frame, by several ways of deciding which pixels a triangle has.
+
+use super::experiment::{Bound, Effort, Experiment, Row};
+use crate::math::coverage::{PixelRect, SnappedTriangle};
+use crate::truth::scenes::Random;
+
+/// The experiment.
+pub(super) const COVERAGE: Experiment = Experiment {
+    id: "coverage",
+    title: "Coverage",
+    about: "A mesh without holes over the whole frame, its corners at random places. Gap: a pixel that no triangle has. Double: \
+            one that several have. Off: a pixel not owned by just the triangle that holds its centre, decided in whole \
+            numbers on the unsnapped corners.",
+    columns: &["gaps", "double hits", "pixels off the unsnapped outline"],
+    plotted: 2,
+    unit: "pixel",
+    rows,
+};
+
+type Corners = [[f64; 2]; 3];
+type Hit<'a> = &'a mut dyn FnMut(i32, i32);
+type Way = fn(Corners, PixelRect, Hit);
+
+fn exact(corners: Corners, clip: PixelRect, hit: Hit) {
+    SnappedTriangle::new(corners).for_each_span(clip, |y, xs| xs.for_each(|x| hit(x, y)));
+}
+
+/// Coarser snapping: multiples of 1/16 and of 1 are multiples of 1/256 too.
+fn snapped_to_16(corners: Corners, clip: PixelRect, hit: Hit) {
+    exact(corners.map(|p| p.map(|v| (v * 16.0).round_ties_even() / 16.0)), clip, hit);
+}
+
+fn snapped_to_1(corners: Corners, clip: PixelRect, hit: Hit) {
+    exact(corners.map(|p| p.map(f64::round_ties_even)), clip, hit);
+}
+
+/// Edge functions in f32, each corner rounded to f32, with a top-left rule for what comes out as exactly 0.
+fn edges_f32(corners: Corners, clip: PixelRect, hit: Hit) {
+    let mut c = corners.map(|p| p.map(|v| v as f32));
+    let doubled = |c: &[[f32; 2]; 3]| {
+        (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1])
+    };
+    if doubled(&c) < 0.0 {
+        c.swap(1, 2);
+    }
+    let ends = |k: usize, lo: i32, hi: i32| {
+        let (min, max) = c.iter().fold((f32::MAX, f32::MIN), |(a, b), p| (a.min(p[k]), b.max(p[k])));
+        (min.floor() as i32).max(lo)..(max.ceil() as i32 + 1).min(hi)
+    };
+    for y in ends(1, clip.y0, clip.y1) {
+        for x in ends(0, clip.x0, clip.x1) {
+            let p = [x as f32 + 0.5, y as f32 + 0.5];
+            let inside = (0..3).all(|i| {
+                let (a, b) = (c[i], c[(i + 1) % 3]);
+                let d = [b[0] - a[0], b[1] - a[1]];
+                let side = d[0] * (p[1] - a[1]) - d[1] * (p[0] - a[0]);
+                side > 0.0 || (side == 0.0 && (d[1] < 0.0 || (d[1] == 0.0 && d[0] > 0.0)))
+            });
+            if inside {
+                hit(x, y);
+            }
+        }
+    }
+}
+
+/// Corners are multiples of this many parts of a pixel, so that the truth can decide in whole numbers.
+const PARTS: f64 = 16_777_216.0;
+
+/// Whether the unsnapped triangle holds the centre of pixel (x, y), by the same rule for edges.
+fn holds(corners: &Corners, x: i32, y: i32) -> bool {
+    let whole = |v: f64| (v * PARTS) as i128;
+    let mut c = corners.map(|p| p.map(whole));
+    let p = [whole(x as f64 + 0.5), whole(y as f64 + 0.5)];
+    let doubled = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
+    if doubled < 0 {
+        c.swap(1, 2);
+    }
+    doubled != 0
+        && (0..3).all(|i| {
+            let (a, b) = (c[i], c[(i + 1) % 3]);
+            let d = [b[0] - a[0], b[1] - a[1]];
+            let side = d[0] * (p[1] - a[1]) - d[1] * (p[0] - a[0]);
+            side > 0 || (side == 0 && (d[1] < 0 || (d[1] == 0 && d[0] > 0)))
+        })
+}
+
+/// A grid of cells with jittered corners, two triangles a cell, that tiles the square from `origin` on with room to spare.
+fn tiling(origin: f64, side: f64, cell: [f64; 2]) -> Vec<Corners> {
+    let mut r = Random::new(1988);
+    let n = cell.map(|c| (side / c).ceil() as usize + 4);
+    let mut corner = |i: usize, j: usize| {
+        // Below a quarter of a cell every quad stays convex, so that nothing folds over.
+        let jitter = [r.real(-0.24, 0.24), r.real(-0.24, 0.24)];
+        [i, j].iter().enumerate().fold([0.0; 2], |mut p, (k, &at)| {
+            p[k] = ((origin + (at as f64 - 2.0 + jitter[k]) * cell[k]) * PARTS).round() / PARTS;
+            p
+        })
+    };
+    let points: Vec<Vec<[f64; 2]>> = (0..=n[1]).map(|j| (0..=n[0]).map(|i| corner(i, j)).collect()).collect();
+    let mut triangles = Vec::new();
+    for j in 0..n[1] {
+        for i in 0..n[0] {
+            let [a, b, c, d] = [points[j][i], points[j][i + 1], points[j + 1][i + 1], points[j + 1][i]];
+            triangles.push([a, b, c]);
+            // Every other one is turned about: seams do not depend on the winding.
+            triangles.push(if (i + j) % 2 == 0 { [a, c, d] } else { [d, c, a] });
+        }
+    }
+    triangles
+}
+
+/// Slanted strips across the frame, 0.4 px wide and 50,000 px long, two triangles each: their seams ask edge functions
+/// for differences of products far larger than the frame.
+fn strips(side: f64) -> Vec<Corners> {
+    let mut r = Random::new(1971);
+    let reach = 20_000.0;
+    let mut offset = -side - 2.0;
+    let mut ends = Vec::new();
+    while offset < side + 2.0 {
+        let end = |at: f64, r: &mut Random| {
+            [at, ((0.7654321 * at + offset + r.real(0.0, 0.2)) * PARTS).round() / PARTS]
+        };
+        ends.push([end(-reach, &mut r), end(reach, &mut r)]);
+        offset += 0.5;
+    }
+    ends.windows(2).flat_map(|w| [[w[0][0], w[0][1], w[1][1]], [w[1][0], w[0][0], w[1][1]]]).collect()
+}
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let none = |column| Bound { column, at_most: 0.0 };
+    let ways: [(&str, Way, bool); 4] = [
+        ("exact, 1/256 pixel", exact, true),
+        ("exact, 1/16 pixel", snapped_to_16, false),
+        ("exact, whole pixels", snapped_to_1, false),
+        ("edge functions in f32", edges_f32, false),
+    ];
+    let side = effort.pick(128, 512);
+    let mut rows = Vec::new();
+    let far = 131_072;
+    for (subject, origin, mesh) in [
+        ("triangles of 4 px", 0, tiling(0.0, side as f64, [4.0, 4.0])),
+        ("slivers of 16 x 0.25 px", 0, tiling(0.0, side as f64, [16.0, 0.25])),
+        ("triangles of 4 px, 131072 px from the origin", far, tiling(far as f64, side as f64, [4.0, 4.0])),
+        ("strips 50000 px long, 0.4 px wide", 0, strips(side as f64)),
+    ] {
+        let clip = PixelRect { x0: origin, y0: origin, x1: origin + side, y1: origin + side };
+        let index = |x: i32, y: i32| (side * (y - origin) + x - origin) as usize;
+        let pixels = (side * side) as usize;
+        let mut owner = vec![u32::MAX; pixels];
+        for (t, corners) in mesh.iter().enumerate() {
+            // A pixel of room about the exact way's span finds every centre that the unsnapped outline can hold.
+            let reach = |k: usize| {
+                let (lo, hi) =
+                    corners.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p[k]), b.max(p[k])));
+                (lo.floor() as i32 - 1).max(origin)..(hi.ceil() as i32 + 1).min(origin + side)
+            };
+            for y in reach(1) {
+                for x in reach(0).filter(|&x| holds(corners, x, y)) {
+                    owner[index(x, y)] = t as u32;
+                }
+            }
+        }
+        for (name, way, is_default) in ways {
+            let draw = || {
+                let mut hits = vec![(0u32, u32::MAX); pixels];
+                for (t, &corners) in mesh.iter().enumerate() {
+                    way(corners, clip, &mut |x, y| {
+                        let at = &mut hits[index(x, y)];
+                        *at = (at.0 + 1, t as u32);
+                    });
+                }
+                hits
+            };
+            let (hits, timing) = effort.run(draw);
+            let gaps = hits.iter().filter(|h| h.0 == 0).count();
+            let double = hits.iter().filter(|h| h.0 > 1).count();
+            let off = hits.iter().zip(&owner).filter(|(h, o)| h.0 != 1 || h.1 != **o).count();
+            rows.push(Row {
+                subject: subject.into(),
+                alternative: name.into(),
+                is_default,
+                errors: vec![gaps as f64, double as f64, off as f64],
+                // A coarser grid may fold slivers over, floating edges may crack: nothing is promised of them.
+                bounds: if is_default { vec![none(0), none(1)] } else { Vec::new() },
+                timing,
+                work: pixels as f64,
+            });
+        }
+    }
+    rows
+}

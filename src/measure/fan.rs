@@ -1,0 +1,103 @@
+//! The N-dimensional eye: a fan of rays against the exact fibre.
+
+use super::experiment::{Bound, Effort, Experiment, Row};
+use crate::eye::{EyePicture, EyeScene, Fibre, Here, MISS, render_with};
+use crate::truth::scenes::Random;
+use serde_json::json;
+
+/// The experiment.
+pub(super) const FAN: Experiment = Experiment {
+    id: "fan",
+    title: "The fibre of the N-dimensional eye",
+    about: "Random triangles in three dimensions on a screen of one, random tetrahedra in four on one of two. Each pixel sees the \
+            nearest point within its fibre; a fan of rays samples the fibre and so sees further or past it.",
+    columns: &[
+        "pixels that miss",
+        "pixels with another facet",
+        "largest extra distance",
+        "colour RMSE, 1/255",
+    ],
+    plotted: 3,
+    unit: "pixel",
+    rows,
+};
+
+/// Simplices about a point before the eye.
+fn scene(dim: usize, pixels: &[u32], facets: usize) -> EyeScene {
+    let mut r = Random::new(2002 + dim as u64);
+    let facets: Vec<_> = (0..facets)
+        .map(|_| {
+            let center: Vec<f64> =
+                (0..dim).map(|k| if k == 0 { r.real(3.0, 6.0) } else { r.real(-1.5, 1.5) }).collect();
+            let vertices: Vec<Vec<f64>> =
+                (0..dim).map(|_| center.iter().map(|c| c + r.real(-0.6, 0.6)).collect()).collect();
+            let color: Vec<u32> = (0..3).map(|_| 60 + r.below(190)).collect();
+            json!({ "v": vertices, "color": color })
+        })
+        .collect();
+    let text = json!({
+        "dim": dim,
+        "pixels": pixels,
+        "d": 1,
+        "S": pixels.iter().map(|_| 1.6).collect::<Vec<f64>>(),
+        "aperture_tan": [0.5],
+        "I_d": 0.3,
+        "view": { "k": 2, "n": 1 },
+        "lights": [],
+        "facets": facets,
+    })
+    .to_string();
+    EyeScene::from_json(text.as_bytes()).expect("a scene of this file's own making")
+}
+
+fn errors(found: &EyePicture, truth: &EyePicture) -> Vec<f64> {
+    let (mut missed, mut other, mut further, mut squares) = (0, 0, 0f64, 0f64);
+    for i in 0..truth.facet.len() {
+        if truth.facet[i] != MISS && found.facet[i] == MISS {
+            missed += 1;
+        } else if truth.facet[i] != found.facet[i] {
+            other += 1;
+        }
+        if truth.facet[i] != MISS && found.facet[i] != MISS {
+            further = further.max(found.dist[i] - truth.dist[i]);
+        }
+        squares += (0..3).map(|c| found.color[i][c] - truth.color[i][c]).map(|d| d * d).sum::<f64>();
+    }
+    let n = truth.facet.len() as f64;
+    vec![missed as f64, other as f64, further, (squares / (3.0 * n)).sqrt()]
+}
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let (line, side) = effort.pick((256, 24), (2048, 96));
+    let subjects =
+        [("3 dimensions on 1", scene(3, &[line], 40)), ("4 dimensions on 2", scene(4, &[side, side], 30))];
+    let ways = [
+        ("exact", Fibre::Exact),
+        ("fan of 3 rays", Fibre::Fan(3)),
+        ("fan of 9 rays", Fibre::Fan(9)),
+        ("fan of 33 rays", Fibre::Fan(33)),
+        ("fan of 129 rays", Fibre::Fan(129)),
+    ];
+    let mut rows = Vec::new();
+    for (subject, scene) in &subjects {
+        let draw = |fibre| render_with(scene, fibre, &Here).expect("fans of at most 129 rays");
+        let truth = draw(Fibre::Exact);
+        for (name, fibre) in ways {
+            let (picture, timing) = effort.run(|| draw(fibre));
+            let bounds = match fibre {
+                Fibre::Exact => (0..4).map(|column| Bound { column, at_most: 0.0 }).collect(),
+                Fibre::Fan(_) => Vec::new(),
+            };
+            rows.push(Row {
+                subject: (*subject).into(),
+                alternative: name.into(),
+                is_default: fibre == Fibre::Exact,
+                errors: errors(&picture, &truth),
+                bounds,
+                timing,
+                work: truth.facet.len() as f64,
+            });
+        }
+    }
+    rows
+}

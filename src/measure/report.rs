@@ -1,0 +1,85 @@
+//! The report: all experiments, run one after the other.
+
+use super::experiment::{Effort, Experiment, Row};
+
+/// Every experiment, in the order of the stages.
+pub fn experiments() -> Vec<Experiment> {
+    vec![
+        super::lines::LINES,
+        super::coverage::COVERAGE,
+        super::interpolation::INTERPOLATION,
+        super::depth::DEPTH,
+        super::shading::SHADING,
+        super::textures::TEXTURES,
+        super::hidden::HIDDEN,
+        super::fan::FAN,
+    ]
+}
+
+/// An experiment with its rows.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// The experiment.
+    pub experiment: Experiment,
+    /// What came out.
+    pub rows: Vec<Row>,
+}
+
+impl Section {
+    /// Subjects in order, each with its rows.
+    pub fn subjects(&self) -> impl Iterator<Item = (&str, &[Row])> {
+        self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
+    }
+
+    /// The rows of the Pareto front among `rows`: none other is both faster and nearer to the truth.
+    pub fn is_on_front(&self, rows: &[Row], row: &Row) -> bool {
+        let column = self.experiment.plotted;
+        let value = |r: &Row| Some((r.nanoseconds_per_unit()?, r.errors[column]));
+        let Some((time, error)) = value(row) else { return false };
+        !rows.iter().filter_map(value).any(|(t, e)| t <= time && e <= error && (t < time || e < error))
+    }
+}
+
+/// A report.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// What was done.
+    pub effort: Effort,
+    /// One section an experiment.
+    pub sections: Vec<Section>,
+}
+
+impl Report {
+    /// Rows outside their bounds, as lines of text.
+    pub fn broken_bounds(&self) -> Vec<String> {
+        let mut broken = Vec::new();
+        for s in &self.sections {
+            for row in s.rows.iter().filter(|r| !r.is_within_bounds()) {
+                for b in row.bounds.iter().filter(|b| !matches!(row.errors[b.column], e if e <= b.at_most)) {
+                    broken.push(format!(
+                        "{}, {}, {}: {} is {}, at most {} is promised",
+                        s.experiment.title,
+                        row.subject,
+                        row.alternative,
+                        s.experiment.columns[b.column],
+                        row.errors[b.column],
+                        b.at_most
+                    ));
+                }
+            }
+        }
+        broken
+    }
+}
+
+/// Runs all experiments; `progress` hears of each before it begins.
+pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
+    let sections = experiments()
+        .into_iter()
+        .map(|experiment| {
+            progress(experiment.title);
+            Section { experiment, rows: (experiment.rows)(&effort) }
+        })
+        .collect();
+    Report { effort, sections }
+}

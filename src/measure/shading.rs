@@ -1,0 +1,154 @@
+//! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and powers.
+
+use super::experiment::{Bound, Effort, Experiment, Row};
+use super::{picture, rsqrt};
+use crate::math::power;
+use crate::memory::DepthFormat;
+use crate::scene::{Light, LightKind, Material, Scene, ShadeMode, shapes};
+use crate::truth::metrics::{compare_bytes, pixel_error_quantile};
+use crate::truth::scenes::{Case, object};
+use crate::truth::{Settings, byte};
+use glam::DVec3;
+
+/// The experiment.
+pub(super) const SHADING: Experiment = Experiment {
+    id: "shading",
+    title: "Shading",
+    about: "A sphere of triangles with one light and a highlight of exponent 32. The pipeline's flat, Gouraud and Phong against \
+            Phong of the reference on the same triangles; then, on the sphere itself, Phong in f32 with exact and approximate \
+            square root and power against f64.",
+    columns: &["largest error, 1/255", "RMSE, 1/255", "99.9th percentile, 1/255", "SSIM"],
+    plotted: 1,
+    unit: "pixel",
+    rows,
+};
+
+fn light_direction() -> DVec3 {
+    DVec3::new(-0.4, -0.5, -0.9)
+}
+
+fn material() -> Material {
+    Material { kd: DVec3::new(0.6, 0.3, 0.2), ks: DVec3::splat(0.7), n: 32.0, ..Material::default() }
+}
+
+fn columns(width: usize, found: &[u8], truth: &[u8]) -> Vec<f64> {
+    let e = compare_bytes(width, found, truth);
+    vec![e.steps.max, e.steps.rmse, pixel_error_quantile(found, truth, 0.999) as f64, e.ssim]
+}
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let mut rows = on_triangles(effort);
+    rows.extend(on_a_sphere(effort));
+    rows
+}
+
+fn on_triangles(effort: &Effort) -> Vec<Row> {
+    let mut ball = object("ball", shapes::sphere(1.6).expect("a sphere of radius 1.6"));
+    ball.material = material();
+    let light = Light {
+        kind: LightKind::Directional { direction: light_direction() },
+        color: DVec3::ONE,
+        ambient: DVec3::ZERO,
+        clamp_attenuation: false,
+    };
+    let scene = Scene { lights: vec![light], objects: vec![ball], ..Scene::default() };
+    let side = effort.pick(96, 256);
+    let case = |shade| Case {
+        name: "ball".into(),
+        scene: scene.clone(),
+        settings: Settings { shade, ..Settings::default() },
+        format: DepthFormat::F32,
+        width: side,
+        height: side,
+    };
+    let truth = picture::truth(&case(ShadeMode::Phong)).bytes();
+    let modes =
+        [(ShadeMode::Flat, f64::INFINITY), (ShadeMode::Gouraud, f64::INFINITY), (ShadeMode::Phong, 1.0)];
+    modes
+        .map(|(shade, at_most)| {
+            let case = case(shade);
+            let ((memory, _), timing) = effort.run(|| picture::draw(&case));
+            Row {
+                subject: "sphere of triangles".into(),
+                alternative: shade.as_str().into(),
+                is_default: shade == ShadeMode::Phong,
+                errors: columns(side as usize, memory.bytes(), &truth),
+                bounds: vec![Bound { column: 0, at_most }],
+                timing,
+                work: (side * side) as f64,
+            }
+        })
+        .to_vec()
+}
+
+type Root = fn(f32) -> f32;
+type Power = fn(f32, f32) -> f32;
+
+fn on_a_sphere(effort: &Effort) -> Vec<Row> {
+    let exact_root: Root = |x| 1.0 / x.sqrt();
+    let exact_power: Power = |x, n| power::pow(x as f64, n as f64) as f32;
+    let ways: [(&str, Root, Power, f64); 7] = [
+        ("f32, exact root and power", exact_root, exact_power, 1.0),
+        ("12-bit root", |x| rsqrt::of_12_bits(x, 0), exact_power, 4.0),
+        ("12-bit root and one Newton step", |x| rsqrt::of_12_bits(x, 1), exact_power, 1.0),
+        ("root by bits, one Newton step", |x| rsqrt::by_bits(x, 1), exact_power, 40.0),
+        ("root by bits, two Newton steps", |x| rsqrt::by_bits(x, 2), exact_power, 1.0),
+        ("power by parabolas", exact_root, rsqrt::power_by_parabolas, 64.0),
+        ("power of Schlick", exact_root, rsqrt::power_of_schlick, 128.0),
+    ];
+    let side = effort.pick(128usize, 512);
+    let normals = normals_of_a_ball(side);
+    let truth: Vec<u8> = normals.iter().flat_map(|&n| n.map_or([0, 0, 0, 255], phong_f64)).collect();
+    ways.map(|(name, root, power, at_most)| {
+        let draw = || -> Vec<u8> {
+            normals.iter().flat_map(|&n| n.map_or([0, 0, 0, 255], |n| phong_f32(n, root, power))).collect()
+        };
+        let (bytes, timing) = effort.run(draw);
+        Row {
+            subject: "sphere, per pixel".into(),
+            alternative: name.into(),
+            is_default: false,
+            errors: columns(side, &bytes, &truth),
+            bounds: vec![Bound { column: 0, at_most }],
+            timing,
+            work: (side * side) as f64,
+        }
+    })
+    .to_vec()
+}
+
+/// Normals of a ball seen along -z, of lengths that vary as interpolated ones do; `None` beside it.
+fn normals_of_a_ball(side: usize) -> Vec<Option<DVec3>> {
+    let at = |i: usize| (i as f64 + 0.5) / side as f64 * 2.2 - 1.1;
+    let mut normals = Vec::with_capacity(side * side);
+    for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
+        let (nx, ny) = (at(x), -at(y));
+        let rest = 1.0 - nx * nx - ny * ny;
+        let length = 0.9 + 0.1 * ((x * 7 + y * 3) % 11) as f64 / 10.0;
+        normals.push((rest > 0.0).then(|| DVec3::new(nx, ny, rest.sqrt()) * length));
+    }
+    normals
+}
+
+fn phong_f64(n: DVec3) -> [u8; 4] {
+    let (n, l) = (n / n.length(), -light_direction() / light_direction().length());
+    let n_dot_l = n.dot(l);
+    let r = 2.0 * n_dot_l * n - l;
+    let m = material();
+    let shine = if n_dot_l > 0.0 { libm::pow(r.z.max(0.0), m.n) } else { 0.0 };
+    let color = m.kd * n_dot_l.max(0.0) + m.ks * shine;
+    [byte(color.x), byte(color.y), byte(color.z), 255]
+}
+
+fn phong_f32(n: DVec3, root: Root, power: Power) -> [u8; 4] {
+    let n = n.as_vec3();
+    let n = n * root(n.length_squared());
+    let l = (-light_direction() / light_direction().length()).as_vec3();
+    let n_dot_l = n.dot(l);
+    let r = 2.0 * n_dot_l * n - l;
+    let m = material();
+    let shine = if n_dot_l > 0.0 { power(r.z.clamp(0.0, 1.0), m.n as f32) } else { 0.0 };
+    let color = m.kd.as_vec3() * n_dot_l.max(0.0) + m.ks.as_vec3() * shine;
+    let to_byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    [to_byte(color.x), to_byte(color.y), to_byte(color.z), 255]
+}

@@ -1,0 +1,91 @@
+//! The report as one HTML page: no script, nothing from a network, plots as SVG inside.
+
+use super::plot::{escape, speed_against_error};
+use super::{number, time};
+use crate::measure::{Report, Section};
+use std::fmt::Write;
+
+const STYLE: &str = "
+:root { color-scheme: light dark; --ink: #1c2430; --paper: #ffffff; --faint: #d7dce3; --mark: #0b62c4; --front: #c4570b; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e4e8ee; --paper: #14181e; --faint: #39424e; --mark: #6db3ff; --front: #ffa45c; } }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 68rem; margin: 2rem auto; padding: 0 1rem; }
+h1, h2 { line-height: 1.2; } h2 { margin-top: 3rem; border-top: 1px solid var(--faint); padding-top: 1rem; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: 13px; }
+th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--faint); vertical-align: top; }
+th:first-child, td:first-child { text-align: left; }
+tr.subject td { text-align: left; font-weight: 600; padding-top: .8rem; }
+tr.default td:first-child { font-weight: 600; color: var(--mark); }
+tr.broken td { color: #c00; }
+.plots { display: flex; flex-wrap: wrap; gap: 1rem; margin: 1rem 0; } figure { margin: 0; flex: 1 1 24rem; max-width: 32rem; }
+figcaption { font-weight: 600; font-size: 13px; }
+svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
+.grid { stroke: var(--faint); stroke-width: 1; } .dot { fill: var(--ink); } .default { fill: var(--mark); stroke: var(--paper); stroke-width: 1.5; }
+.front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
+@media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
+";
+
+/// The whole page. `machine` says where and when it was made.
+pub fn html(report: &Report, machine: &str) -> String {
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>fbptr: speed against error</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>Speed against error</h1>\n"
+    );
+    let _ = writeln!(out, "<p>{}</p>", escape(machine));
+    out.push_str(
+        "<p>Each point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue point is what \
+         the program does unless told otherwise; the dashed line is the Pareto front. Errors are the same to the digit on \
+         every machine; times are of this one.</p>\n",
+    );
+    for section in &report.sections {
+        section_html(&mut out, section);
+    }
+    out.push_str("</body>\n</html>\n");
+    out
+}
+
+fn section_html(out: &mut String, section: &Section) {
+    let e = &section.experiment;
+    let _ =
+        writeln!(out, "<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>", e.id, escape(e.title), escape(e.about));
+    out.push_str("<div class=\"plots\">\n");
+    for (subject, rows) in section.subjects() {
+        let plot = speed_against_error(section, subject, rows);
+        if !plot.is_empty() {
+            let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{plot}</figure>", escape(subject));
+        }
+    }
+    out.push_str("</div>\n<table>\n<thead><tr><th>alternative</th>");
+    for c in e.columns {
+        let _ = write!(out, "<th>{}</th>", escape(c));
+    }
+    let _ = writeln!(out, "<th>bound</th><th>time a {}</th></tr></thead>\n<tbody>", escape(e.unit));
+    for (subject, rows) in section.subjects() {
+        let _ = writeln!(
+            out,
+            "<tr class=\"subject\"><td colspan=\"{}\">{}</td></tr>",
+            e.columns.len() + 3,
+            escape(subject)
+        );
+        for row in rows {
+            let class = match (row.is_within_bounds(), row.is_default) {
+                (false, _) => " class=\"broken\"",
+                (true, true) => " class=\"default\"",
+                (true, false) => "",
+            };
+            let _ = write!(out, "<tr{class}><td>{}</td>", escape(&row.alternative));
+            for v in &row.errors {
+                let _ = write!(out, "<td>{}</td>", number(*v));
+            }
+            let bounds: Vec<String> = row
+                .bounds
+                .iter()
+                .filter(|b| b.at_most.is_finite())
+                .map(|b| format!("{} ≤ {}", escape(e.columns[b.column]), number(b.at_most)))
+                .collect();
+            let spent = row.nanoseconds_per_unit().map_or("-".into(), time);
+            let _ = writeln!(out, "<td>{}</td><td>{spent}</td></tr>", bounds.join("<br>"));
+        }
+    }
+    out.push_str("</tbody>\n</table>\n</section>\n");
+}

@@ -1,0 +1,65 @@
+//! The report as JSON.
+
+use crate::measure::{Report, Row};
+use serde_json::{Value, json};
+
+/// A number; infinite ones, which JSON has not, as text.
+fn value(x: f64) -> Value {
+    if x.is_finite() { json!(x) } else { json!(x.to_string()) }
+}
+
+fn errors(columns: &[&str], row: &Row) -> Value {
+    let pairs = columns.iter().zip(&row.errors).map(|(c, e)| ((*c).to_owned(), value(*e)));
+    Value::Object(pairs.collect())
+}
+
+/// The whole report, times included.
+pub fn json(report: &Report, machine: &str) -> Value {
+    let sections: Vec<Value> = report
+        .sections
+        .iter()
+        .map(|s| {
+            let rows: Vec<Value> = s
+                .rows
+                .iter()
+                .map(|r| {
+                    let bounds: Vec<Value> = r
+                        .bounds
+                        .iter()
+                        .map(|b| json!({ "column": s.experiment.columns[b.column], "at_most": value(b.at_most) }))
+                        .collect();
+                    json!({
+                        "subject": r.subject,
+                        "alternative": r.alternative,
+                        "default": r.is_default,
+                        "errors": errors(s.experiment.columns, r),
+                        "bounds": bounds,
+                        "within_bounds": r.is_within_bounds(),
+                        "ns_per_unit": r.nanoseconds_per_unit(),
+                        "runs": r.timing.map(|t| t.runs),
+                    })
+                })
+                .collect();
+            json!({
+                "id": s.experiment.id,
+                "title": s.experiment.title,
+                "about": s.experiment.about,
+                "unit": s.experiment.unit,
+                "rows": rows,
+            })
+        })
+        .collect();
+    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections })
+}
+
+/// The errors alone, which are the same to the digit on every machine: section, subject, alternative, columns.
+pub fn errors_json(report: &Report) -> Value {
+    let mut all = serde_json::Map::new();
+    for s in &report.sections {
+        for r in &s.rows {
+            let key = format!("{} / {} / {}", s.experiment.id, r.subject, r.alternative);
+            all.insert(key, errors(s.experiment.columns, r));
+        }
+    }
+    Value::Object(all)
+}

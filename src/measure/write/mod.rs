@@ -1,0 +1,33 @@
+//! The report as Markdown, as JSON, and as one HTML page with plots.
+
+mod html;
+mod json;
+mod markdown;
+mod plot;
+
+pub use html::html;
+pub use json::{errors_json, json};
+pub use markdown::markdown;
+
+/// An error as it stands in a table: the digits that matter, the same everywhere.
+pub(super) fn number(x: f64) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return if x > 0.0 { "∞".into() } else { format!("{x}") };
+    }
+    if x.fract() == 0.0 && x.abs() < 1e9 {
+        return format!("{x}");
+    }
+    if (1e-3..1e6).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.3e}") }
+}
+
+/// Nanoseconds with a unit that fits.
+pub(super) fn time(ns: f64) -> String {
+    match ns {
+        ns if ns < 1e3 => format!("{ns:.1} ns"),
+        ns if ns < 1e6 => format!("{:.2} µs", ns / 1e3),
+        ns => format!("{:.2} ms", ns / 1e6),
+    }
+}

@@ -1,0 +1,150 @@
+//! Plots as SVG: speed against error, both axes logarithmic.
+
+use super::{number, time};
+use crate::measure::{Row, Section};
+use std::fmt::Write;
+
+const WIDTH: f64 = 460.0;
+const HEIGHT: f64 = 300.0;
+const LEFT: f64 = 66.0;
+const RIGHT: f64 = 14.0;
+const TOP: f64 = 14.0;
+const BOTTOM: f64 = 44.0;
+
+/// An axis over decades; values at or below `floor` stand at its beginning.
+struct Axis {
+    first: f64,
+    last: f64,
+    from_px: f64,
+    to_px: f64,
+}
+
+impl Axis {
+    fn over(values: impl Iterator<Item = f64> + Clone, from_px: f64, to_px: f64) -> Axis {
+        let positive = values.filter(|v| *v > 0.0 && v.is_finite());
+        let low = positive.clone().fold(f64::INFINITY, f64::min);
+        let high = positive.fold(0.0, f64::max);
+        let (low, high) = if low.is_finite() { (low, high) } else { (1.0, 1.0) };
+        // One decade of room below, where zeros stand.
+        let first = libm::log10(low).floor() - 1.0;
+        let last = (libm::log10(high) + 0.05).ceil().max(first + 2.0);
+        Axis { first, last, from_px, to_px }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        let log = if value > 0.0 { libm::log10(value).clamp(self.first, self.last) } else { self.first };
+        self.from_px + (self.to_px - self.from_px) * (log - self.first) / (self.last - self.first)
+    }
+
+    fn decades(&self) -> impl Iterator<Item = f64> {
+        let step = ((self.last - self.first) / 6.0).ceil().max(1.0) as usize;
+        (self.first as i32..=self.last as i32).step_by(step).map(|k| libm::pow(10.0, k as f64))
+    }
+}
+
+/// Speed against error for the rows of one subject; empty where nothing was timed.
+pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]) -> String {
+    let e = &section.experiment;
+    let points: Vec<(&Row, f64, f64)> = rows
+        .iter()
+        .filter_map(|r| Some((r, r.errors[e.plotted], r.nanoseconds_per_unit()?)))
+        .filter(|p| p.1.is_finite())
+        .collect();
+    if points.is_empty() {
+        return String::new();
+    }
+    let x = Axis::over(points.iter().map(|p| p.1), LEFT, WIDTH - RIGHT);
+    let y = Axis::over(points.iter().map(|p| p.2), HEIGHT - BOTTOM, TOP);
+    let mut out = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}: time against error, {}\">\n",
+        escape(e.title),
+        escape(subject)
+    );
+    for (k, v) in x.decades().enumerate() {
+        let at = x.place(v);
+        let label = if k == 0 { "0".into() } else { number_of_decade(v) };
+        let _ = writeln!(
+            out,
+            "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{:.1}\"/>",
+            HEIGHT - BOTTOM
+        );
+        let _ = writeln!(
+            out,
+            "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            HEIGHT - BOTTOM + 14.0
+        );
+    }
+    for v in y.decades() {
+        let at = y.place(v);
+        let _ = writeln!(
+            out,
+            "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>",
+            WIDTH - RIGHT
+        );
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 6.0,
+            at + 4.0,
+            time(v).replace(".0 ", " ").replace(".00 ", " ")
+        );
+    }
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+        (LEFT + WIDTH - RIGHT) / 2.0,
+        HEIGHT - 8.0,
+        escape(e.columns[e.plotted])
+    );
+    let _ = writeln!(
+        out,
+        "<text x=\"12\" y=\"{:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {:.1})\">time a {}</text>",
+        HEIGHT / 2.0,
+        HEIGHT / 2.0,
+        escape(e.unit)
+    );
+    // The front, from the fastest to the nearest to the truth.
+    let mut front: Vec<(f64, f64)> = points
+        .iter()
+        .filter(|p| section.is_on_front(rows, p.0))
+        .map(|p| (x.place(p.1), y.place(p.2)))
+        .collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let path: Vec<String> = front.iter().map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
+    let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
+    let mut labels: Vec<(f64, f64)> = Vec::new();
+    for (row, error, ns) in &points {
+        let (px, py) = (x.place(*error), y.place(*ns));
+        let class = if row.is_default { "default" } else { "dot" };
+        let tip =
+            format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
+        let _ = writeln!(
+            out,
+            "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"5\"><title>{}</title></circle>",
+            escape(&tip)
+        );
+        // A label that would lie on another one moves down.
+        let mut ly = py + 4.0;
+        while labels.iter().any(|l| (l.0 - px).abs() < 150.0 && (l.1 - ly).abs() < 12.0) {
+            ly += 12.0;
+        }
+        labels.push((px, ly));
+        let (lx, anchor) = if px > WIDTH * 0.6 { (px - 9.0, "end") } else { (px + 9.0, "start") };
+        let _ = writeln!(
+            out,
+            "<text class=\"name\" x=\"{lx:.1}\" y=\"{ly:.1}\" text-anchor=\"{anchor}\">{}</text>",
+            escape(&row.alternative)
+        );
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+fn number_of_decade(v: f64) -> String {
+    if (1e-3..1e4).contains(&v) { format!("{v}") } else { format!("{v:.0e}") }
+}
+
+/// Text that may stand in HTML.
+pub(super) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
