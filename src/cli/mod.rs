@@ -3,8 +3,12 @@
 //! Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use. Replies go to stdout, everything
 //! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
 
+mod address;
 mod play;
+mod send;
+mod serve;
 mod size;
+mod snap;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -25,6 +29,12 @@ pub struct Cli {
 enum Task {
     /// Play a stream of commands, in a window or without one
     Play(play::Play),
+    /// Serve a video memory to other programs, in a window or without one
+    Serve(serve::Serve),
+    /// Take a picture of a running server
+    Snap(snap::Snap),
+    /// Send a stream to a running server, and print its replies
+    Send(send::Send),
 }
 
 /// How the program ended.
@@ -49,6 +59,9 @@ impl From<Status> for ExitCode {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Task::Play(play) => play.run().into(),
+        Task::Serve(serve) => serve.run().into(),
+        Task::Snap(snap) => snap.run().into(),
+        Task::Send(send) => send.run().into(),
     }
 }
 

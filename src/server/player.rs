@@ -1,5 +1,6 @@
 //! Playing one stream on the render thread: `play`, and programs that embed it.
 
+use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
 use super::transport::{Conversation, Uncontrolled, converse};
 use super::{Audience, Notice};
@@ -7,7 +8,7 @@ use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-/// A stream that is being played. Its errors go to its owner, its replies to a writer.
+/// A stream that is being played; a recording (`serve --record`) is played as the connections that it holds. Its errors go to its owner, its replies to a writer.
 #[derive(Debug)]
 pub struct Player {
     end: Arc<End>,
@@ -46,11 +47,12 @@ impl Player {
         let ended = Arc::new(End::default());
         let told = ended.clone();
         let conversation = Conversation {
-            input,
+            input: Box::new(Sniffing { input, has_begun: false }),
             output,
             control: Arc::new(Uncontrolled),
             end,
             audience: Audience::Owner,
+            may_replay: true,
             on_notice: Some(Box::new(notify)),
             on_end: Some(Box::new(move || told.tell())),
             slot: None,
@@ -94,5 +96,31 @@ impl End {
         if let Some(action) = action {
             action();
         }
+    }
+}
+
+/// A reader whose first read gives enough to tell a recording from a stream.
+struct Sniffing {
+    input: Box<dyn Read + Send>,
+    has_begun: bool,
+}
+
+impl Read for Sniffing {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut filled = self.input.read(buffer)?;
+        if !std::mem::replace(&mut self.has_begun, true) {
+            // Only while it still looks like one: a stream that is typed is not held up.
+            while filled < RECORD_MAGIC.len().min(buffer.len()) && RECORD_MAGIC.starts_with(&buffer[..filled])
+            {
+                match self.input.read(&mut buffer[filled..]) {
+                    Ok(0) => break,
+                    Ok(more) => filled += more,
+                    Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                    // What has come is good; the next read will say it again.
+                    Err(_) => break,
+                }
+            }
+        }
+        Ok(filled)
     }
 }

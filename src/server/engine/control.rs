@@ -3,8 +3,9 @@
 use super::{Effect, Engine};
 use crate::command::{SnapTarget, help_text};
 use crate::error::{Code, Fault};
-use crate::memory::SHARED_HEADER_BYTES;
+use crate::memory::{SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
+use crate::server::record::Recorder;
 use crate::server::{Display, Session};
 use std::ops::Range;
 use std::sync::Arc;
@@ -82,6 +83,7 @@ impl Engine {
     pub(super) fn present(&mut self, s: &mut Session, wait: bool, out: &mut Vec<u8>) -> Effect {
         self.frames += 1;
         s.stats.frames += 1;
+        self.tell_frame();
         self.publish();
         match (wait, &self.display) {
             (true, Some(display)) if !display.is_closed() => Effect::WaitShown(self.frames),
@@ -131,18 +133,53 @@ impl Engine {
         self.display = None;
     }
 
-    /// To be called before a slice of commands: takes in what others wrote into the shared file.
-    pub fn before_slice(&mut self) {}
-
-    /// To be called before replies go out: what was drawn is in the shared file then.
-    pub fn before_replies(&mut self, _has_replies: bool) {}
-
     /// To be called from time to time, at [`Engine::next_deadline`] at the latest.
-    pub fn tick(&mut self, _now: Instant) {}
+    pub fn tick(&mut self, now: Instant) {
+        self.tick_shared(now);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tick(now);
+        }
+    }
 
     /// When [`Engine::tick`] is wanted next, if at all.
-    pub fn next_deadline(&self) -> Option<Instant> {
-        None
+    pub fn next_deadline(&self, now: Instant) -> Option<Instant> {
+        let recorded = self.recorder.as_ref().and_then(|r| r.next_deadline());
+        [self.shared_deadline(now), recorded].into_iter().flatten().min()
+    }
+
+    /// Records what is executed from now on; what the memory holds already comes first.
+    pub fn set_recorder(&mut self, recorder: Recorder) {
+        self.recorder = Some(recorder);
+        self.record_memory();
+    }
+
+    /// Notes the whole memory where it is not as a player finds it.
+    pub(super) fn record_memory(&mut self) {
+        let Some(recorder) = &mut self.recorder else { return };
+        if self.memory.bytes().as_chunks::<4>().0.iter().any(|p| *p != VideoMemory::CLEAR) {
+            let all: Vec<usize> = (0..self.memory.bytes().len() / 4).collect();
+            recorder.foreign_pixels(&all, &self.memory);
+        }
+    }
+
+    /// What follows happens at `now`, for the recording.
+    pub fn set_time(&mut self, now: Instant) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.set_time(now);
+        }
+    }
+
+    /// Why the recording had to end early, once it has.
+    pub fn take_record_failure(&mut self) -> Option<std::io::Error> {
+        self.recorder.as_mut().and_then(Recorder::take_failure)
+    }
+
+    /// The end: the shared file has the last pixels, the recording its last commands.
+    pub fn end(&mut self) {
+        self.leave_shared();
+        if let Some(mut recorder) = self.recorder.take() {
+            recorder.flush(Instant::now());
+        }
     }
 
     /// Gives the display what it has not got yet, with the frame number.
@@ -159,6 +196,7 @@ impl Engine {
         let rows = self.memory.take_damage();
         if rows.start < rows.end {
             self.unshown = join(&self.unshown, &rows);
+            self.owe_shared(&rows);
         }
     }
 
@@ -194,9 +232,9 @@ impl Engine {
 }
 
 /// No rows: below its start and above its end.
-const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
+pub(super) const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
 /// The smallest range that holds both.
-fn join(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+pub(super) fn join(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
     a.start.min(b.start)..a.end.max(b.end)
 }

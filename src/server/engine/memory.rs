@@ -44,6 +44,9 @@ impl Engine {
     #[inline]
     pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         s.stats.commands += 1;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.pixel(s.id, x, y, color);
+        }
         let (x, y) = Self::moved(s, x, y);
         self.pixel(s, x, y, color);
     }
@@ -62,6 +65,9 @@ impl Engine {
 
     /// Whole `PB` records of 10 bytes each: the hot path of binary pixels.
     pub fn put_binary_pixels(&mut self, s: &mut Session, records: &[u8]) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.binary_pixels(s.id, records);
+        }
         let records = records.as_chunks::<BINARY_PIXEL_BYTES>().0;
         s.stats.commands += records.len() as u64;
         let (width, height) = (self.memory.width(), self.memory.height());
@@ -91,7 +97,11 @@ impl Engine {
     /// `EFORMAT` for bytes that are no whole pixels.
     pub fn put_pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
-        self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)
+        self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.command(s.id, &Command::PixelRun { x, y, rgba: rgba.to_vec() });
+        }
+        Ok(())
     }
 
     /// `BLIT` with borrowed bytes.
@@ -101,7 +111,11 @@ impl Engine {
     pub fn put_blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
-        self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)
+        self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.command(s.id, &Command::Blit { rect, rgba: rgba.to_vec() });
+        }
+        Ok(())
     }
 
     /// `POINTS` with borrowed bytes.
@@ -111,7 +125,11 @@ impl Engine {
     pub fn put_points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
-        self.points(s, packed).inspect_err(|_| s.stats.errors += 1)
+        self.points(s, packed).inspect_err(|_| s.stats.errors += 1)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.command(s.id, &Command::Points { packed: packed.to_vec() });
+        }
+        Ok(())
     }
 
     pub(super) fn pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {

@@ -21,9 +21,11 @@
 mod control;
 mod memory;
 mod resources;
+mod shared;
 mod space;
 
 use super::names::Names;
+use super::record::Recorder;
 use super::{Display, Limits, Session, Stats};
 use crate::command::Command;
 use crate::error::Fault;
@@ -74,6 +76,10 @@ pub struct Engine {
     queue_bytes: u64,
     /// What the last 3-D draw did, in words without blanks.
     plan: String,
+    shared_file: Option<shared::Shared>,
+    recorder: Option<Recorder>,
+    /// What stands in the recording for the command that is run.
+    recorded_as: Option<Command>,
 }
 
 /// Names that the id memory's numbers stand for.
@@ -120,6 +126,9 @@ impl Engine {
             listeners: 0,
             queue_bytes: 0,
             plan: String::from("-"),
+            shared_file: None,
+            recorder: None,
+            recorded_as: None,
         })
     }
 
@@ -176,6 +185,9 @@ impl Engine {
         self.set_auto(session, true);
         self.set_events(session, false);
         self.count(session);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end(session.id);
+        }
     }
 
     /// Adds what `session` did since the last call to the totals.
@@ -195,7 +207,9 @@ impl Engine {
         replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
         session.stats.commands += 1;
+        let connection = session.id;
         let start = replies.len();
+        let recorded = self.recorder.as_mut().map(|r| r.command(connection, &command));
         let result = self.dispatch(session, command, replies).and_then(|effect| {
             let length = replies.len() - start;
             match length <= self.limits.reply_bytes {
@@ -206,6 +220,14 @@ impl Engine {
         if result.is_err() {
             replies.truncate(start);
             session.stats.errors += 1;
+        }
+        if let (Some(recorder), Some(before)) = (&mut self.recorder, recorded) {
+            if let Some(command) = self.recorded_as.take().filter(|_| result.is_ok()) {
+                recorder.roll_back(before);
+                recorder.command(connection, &command);
+            } else if result.is_err() {
+                recorder.roll_back(before);
+            }
         }
         result
     }
@@ -316,4 +338,10 @@ fn is_pixelflut(command: &Command) -> bool {
             | C::Quit
             | C::Stats
     )
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.end();
+    }
 }

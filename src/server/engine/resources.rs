@@ -2,7 +2,7 @@
 
 use super::Engine;
 use super::space::missing;
-use crate::command::{FileKind, MeshSource, Rect};
+use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
 use crate::eye::{EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
@@ -118,16 +118,30 @@ impl Engine {
             FileKind::Mesh => {
                 let loaded = load::obj::parse(&bytes, &mut |name| files.read(name), path)?;
                 self.note_warnings(s, &loaded.warnings);
-                self.keep(s, name, Resource::Mesh(Arc::new(loaded.geometry)))
+                let needs_others = files.bytes > 0;
+                self.keep(s, name, Resource::Mesh(Arc::new(loaded.geometry)))?;
+                if self.recorder.is_some() && !needs_others {
+                    let source = Box::new(MeshSource::Obj(bytes));
+                    self.recorded_as = Some(Command::Mesh { name: name.to_owned(), source });
+                }
+                Ok(())
             }
             FileKind::Texture => {
                 let texture = load::texture::decode_file(&bytes, path)?;
-                self.keep(s, name, Resource::Texture(Arc::new(texture)))
+                self.keep(s, name, Resource::Texture(Arc::new(texture)))?;
+                if self.recorder.is_some() {
+                    self.recorded_as = Some(Command::Texture { name: name.to_owned(), file: bytes });
+                }
+                Ok(())
             }
             FileKind::Scene => {
                 let document = load::x3d::parse(&bytes, path, &mut |name| files.read(name))?;
-                let size = bytes.len() as u64 + files.bytes;
-                self.begin_scene(s, document, size)
+                let (needs_others, size) = (files.bytes > 0, bytes.len() as u64 + files.bytes);
+                self.begin_scene(s, document, size)?;
+                if self.recorder.is_some() && !needs_others {
+                    self.recorded_as = Some(Command::Scene { x3d: bytes });
+                }
+                Ok(())
             }
         }
     }

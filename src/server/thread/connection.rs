@@ -4,6 +4,7 @@ use super::message::{Batch, Item, Message, Opening, Port, Source};
 use crate::command::EndOfInput;
 use crate::error::Fault;
 use crate::server::outbox::Outbox;
+use crate::server::record::{RECORD_MAGIC, Replay};
 use crate::server::{Budget, Engine, Notice, Output, Standing, Stream};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
@@ -20,6 +21,9 @@ enum Work {
 pub(super) struct Connection {
     pub id: u64,
     pub stream: Stream,
+    /// Whether the stream may be a recording, until its first bytes tell; and the recording, if it is one.
+    may_replay: bool,
+    replay: Option<Replay>,
     work: VecDeque<Work>,
     /// Bytes in `work`.
     pub queued_bytes: u64,
@@ -37,6 +41,7 @@ pub(super) struct Connection {
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
     /// It waits for its client to read.
     is_stalled: bool,
+    is_ending: bool,
 }
 
 /// A connection that is over, and whose transport is still busy with the last replies.
@@ -49,10 +54,12 @@ pub(super) struct Leaving {
 
 impl Connection {
     pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
-        let Opening { audience, source, on_notice, on_end } = opening;
+        let Opening { audience, may_replay, source, on_notice, on_end } = opening;
         Connection {
             id,
             stream: Stream::new(engine, id, audience),
+            may_replay,
+            replay: None,
             work: VecDeque::new(),
             queued_bytes: 0,
             has_mail: false,
@@ -65,6 +72,7 @@ impl Connection {
             waits_for: None,
             owed: None,
             is_stalled: false,
+            is_ending: false,
         }
     }
 
@@ -97,9 +105,14 @@ impl Connection {
         !self.has_mail && self.work.is_empty()
     }
 
-    /// Whether its commands come from this process.
-    pub fn is_local(&self) -> bool {
-        matches!(self.source, Source::Inbox(_))
+    /// Whether it will say when nothing more comes, because its reading was stopped.
+    pub fn is_ending(&self) -> bool {
+        self.is_ending
+    }
+
+    /// Commands that were run or refused.
+    pub fn commands(&self) -> u64 {
+        self.stream.session().stats.commands + self.replay.as_ref().map_or(0, Replay::commands)
     }
 
     /// Runs a slice of the work that waits, of at most `bytes` stream bytes and as the budget says; replies go to `out`.
@@ -120,7 +133,14 @@ impl Connection {
                 None => return Standing::Ready,
                 Some(Work::Bytes { batch, at }) => {
                     let end = batch.filled.min(at + left);
-                    let (used, standing) = self.stream.feed(engine, &batch.buffer[at..end], out, budget);
+                    if std::mem::take(&mut self.may_replay) && batch.buffer[..end].starts_with(RECORD_MAGIC) {
+                        self.replay = Some(Replay::new());
+                    }
+                    let piece = &batch.buffer[at..end];
+                    let (used, standing) = match &mut self.replay {
+                        Some(replay) => replay.feed(engine, piece, out, budget),
+                        None => self.stream.feed(engine, piece, out, budget),
+                    };
                     left -= used;
                     self.queued_bytes -= used as u64;
                     match at + used < batch.filled && standing != Standing::Ended {
@@ -133,7 +153,12 @@ impl Connection {
                     left -= left.min(64);
                     self.run_item(engine, item, out, budget)
                 }
-                Some(Work::End(end)) => self.stream.finish(engine, end, out),
+                Some(Work::End(end)) => {
+                    if let Some(replay) = &mut self.replay {
+                        replay.finish(engine, out);
+                    }
+                    self.stream.finish(engine, end, out)
+                }
             };
             self.tell(&mut out.notices);
             match standing {
@@ -241,10 +266,10 @@ impl Connection {
         }
     }
 
-    /// Ends the transport's reading.
+    /// Ends the transport's reading, where that can be done.
     pub fn stop_reading(&mut self) {
         if let Source::Stream { port, .. } = &mut self.source {
-            port.stop_reading();
+            self.is_ending = port.stop_reading();
         }
     }
 

@@ -57,6 +57,8 @@ impl fmt::Debug for Message {
 /// What a new connection brings.
 pub(crate) struct Opening {
     pub audience: Audience,
+    /// Whether its bytes may be a recording.
+    pub may_replay: bool,
     pub source: Source,
     /// Told of each refusal and warning, where the audience is the owner.
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
@@ -78,8 +80,8 @@ pub(crate) trait Port: Send {
     fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>);
     /// No reply was ever written, and none will be.
     fn end_without_writer(&mut self, outbox: &Outbox);
-    /// Ends the transport's reading: what has arrived is still read.
-    fn stop_reading(&mut self);
+    /// Ends the transport's reading: what has arrived is still read. Whether that can be done.
+    fn stop_reading(&mut self) -> bool;
     /// Ends the transport at once.
     fn abort(&mut self);
     /// Whether the transport's threads have ended.

@@ -86,6 +86,7 @@ impl RenderThread {
         let id = link.new_id();
         let opening = Opening {
             audience: Audience::Owner,
+            may_replay: false,
             source: Source::Inbox(inbox.clone()),
             on_notice: None,
             on_end: None,
@@ -192,7 +193,7 @@ impl Loop {
             Some(Finish::Now) => true,
             Some(Finish::WhenAllEnded) => self.connections.is_empty() && self.messages.is_empty(),
             Some(Finish::By(time)) => {
-                let is_done = |c: &Connection| c.is_local() && c.is_idle();
+                let is_done = |c: &Connection| c.is_idle() && !c.is_ending();
                 Instant::now() >= time || (self.connections.values().all(is_done) && self.messages.is_empty())
             }
         }
@@ -295,23 +296,27 @@ impl Loop {
         let queued_before = connection.queued_bytes;
         let limit = self.engine.limits().reply_bytes;
         let reply_bytes = limit.saturating_sub(connection.unread()).max(1);
-        let budget = Budget { until: Some(Instant::now() + SLICE_TIME), reply_bytes, pace };
-        self.engine.before_slice();
+        let now = Instant::now();
+        let budget = Budget { until: Some(now + SLICE_TIME), reply_bytes, pace };
+        self.engine.set_time(now);
+        self.engine.before_slice(now);
         let mut standing = Standing::Rests;
         // A step is a command, however many pieces of input it takes to find one.
         loop {
-            let before = connection.stream.session().stats.commands;
+            let before = connection.commands();
             if connection.is_runnable() {
                 standing = connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
             }
-            let has_run = connection.stream.session().stats.commands > before;
+            let has_run = connection.commands() > before;
             if pace == Pace::Free || has_run || !connection.is_runnable() || standing == Standing::Ended {
                 break;
             }
         }
         self.queued_bytes -= queued_before - connection.queued_bytes;
         self.engine.count(connection.stream.session_mut());
-        self.engine.before_replies(!self.output.replies.is_empty());
+        if !self.output.replies.is_empty() {
+            self.engine.before_replies();
+        }
         connection.reply(&mut self.output.replies, limit, &self.sender);
         if standing == Standing::Ended {
             if let Some(connection) = self.connections.remove(&id) {
@@ -350,7 +355,7 @@ impl Loop {
     }
 
     fn next_deadline(&mut self) -> Option<Instant> {
-        let mut deadline = self.engine.next_deadline();
+        let mut deadline = self.engine.next_deadline(Instant::now());
         let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
         if self.engine.has_unshown() && !self.engine.is_frozen() {
             at(self.shown_at + SHOW_EVERY);
@@ -406,7 +411,7 @@ impl Loop {
             leaving.outbox.wait_done(until);
             leaving.port.abort();
         }
-        self.engine.tick(Instant::now());
+        self.engine.end();
         self.engine
     }
 }

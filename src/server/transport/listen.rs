@@ -67,7 +67,10 @@ pub enum ListenError {
 enum Door {
     Tcp(TcpListener),
     #[cfg(unix)]
-    Unix(UnixListener, SocketFile),
+    Unix {
+        listener: UnixListener,
+        _file: SocketFile,
+    },
 }
 
 /// A socket file, known by device and inode: at the end only our own is removed.
@@ -189,7 +192,7 @@ fn bind_unix(path: &std::path::Path, place: &Place) -> Result<Door, ListenError>
     let listener = UnixListener::bind(path).map_err(refused)?;
     let file = SocketFile { path: path.into(), identity: identity_of(path).map_err(refused)? };
     std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).map_err(refused)?;
-    Ok(Door::Unix(listener, file))
+    Ok(Door::Unix { listener, _file: file })
 }
 
 fn accept_all(door: Door, link: &Link, count: &Arc<AtomicUsize>, limit: usize, is_ending: &AtomicBool) {
@@ -201,7 +204,7 @@ fn accept_all(door: Door, link: &Link, count: &Arc<AtomicUsize>, limit: usize, i
                 Socket::Tcp(s)
             }),
             #[cfg(unix)]
-            Door::Unix(listener, _) => listener.accept().map(|(s, _)| Socket::Unix(s)),
+            Door::Unix { listener, .. } => listener.accept().map(|(s, _)| Socket::Unix(s)),
         };
         if is_ending.load(Ordering::Acquire) {
             return;
@@ -228,6 +231,7 @@ fn welcome(socket: Socket, link: &Link, count: &Arc<AtomicUsize>, limit: usize) 
         control: Arc::new(socket),
         end: EndOfInput::Stream,
         audience: Audience::Connection,
+        may_replay: false,
         on_notice: None,
         on_end: None,
         slot: Some(slot),

@@ -30,8 +30,10 @@ const STACK_BYTES: usize = 128 << 10;
 
 /// The ends of a transport that can be closed from outside. Files and pipes cannot.
 pub(crate) trait Control: Send + Sync {
-    /// No more is read than has arrived.
-    fn stop_reading(&self) {}
+    /// No more is read than has arrived; whether that can be done.
+    fn stop_reading(&self) -> bool {
+        false
+    }
     /// All replies are written.
     fn finish_writing(&self) {}
     /// Everything ends now.
@@ -51,6 +53,8 @@ pub(crate) struct Conversation {
     /// What the end of the input means for a last line without LF.
     pub end: EndOfInput,
     pub audience: Audience,
+    /// Whether the bytes may be a recording. The first read must give enough of them to tell.
+    pub may_replay: bool,
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
     /// Kept by reader and writer until both have ended.
@@ -71,7 +75,8 @@ impl Drop for Slot {
 /// # Errors
 /// When the system has no thread to give; nothing has begun then.
 pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
-    let Conversation { input, output, control, end, audience, on_notice, on_end, slot } = conversation;
+    let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end, slot } =
+        conversation;
     let id = link.new_id();
     let (recycle, buffers) = bounded(BUFFERS);
     for _ in 0..BUFFERS {
@@ -80,7 +85,7 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
     let life = Arc::new(slot);
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
-    let opening = Box::new(Opening { audience, source, on_notice, on_end });
+    let opening = Box::new(Opening { audience, may_replay, source, on_notice, on_end });
     let messages = link.messages.clone();
     let read = move || {
         let _life = life;
@@ -173,8 +178,8 @@ impl Port for StreamPort {
         outbox.set_done();
     }
 
-    fn stop_reading(&mut self) {
-        self.control.stop_reading();
+    fn stop_reading(&mut self) -> bool {
+        self.control.stop_reading()
     }
 
     fn abort(&mut self) {

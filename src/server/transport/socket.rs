@@ -68,8 +68,9 @@ impl Write for Socket {
 }
 
 impl Control for Socket {
-    fn stop_reading(&self) {
+    fn stop_reading(&self) -> bool {
         self.shutdown(Shutdown::Read);
+        true
     }
 
     fn finish_writing(&self) {

@@ -1,0 +1,65 @@
+//! Addresses as arguments: `HOST:PORT`, `:PORT` for loopback, a path for a Unix socket.
+
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
+
+/// The port that Pixelflut servers have.
+pub(super) const DEFAULT_PORT: u16 = 1234;
+
+/// Where a server listens unless it is told.
+pub(super) fn default_address() -> SocketAddr {
+    (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into()
+}
+
+/// Reads `HOST:PORT`, `:PORT` or `HOST`; loopback where no host is said.
+pub(super) fn tcp(text: &str) -> Result<SocketAddr, String> {
+    let expected =
+        || format!("an address is HOST:PORT or :PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
+    if let Some(port) = text.strip_prefix(':') {
+        let port: u16 = port.parse().map_err(|_| expected())?;
+        return Ok((Ipv4Addr::LOCALHOST, port).into());
+    }
+    if let Ok(address) = text.parse() {
+        return Ok(address);
+    }
+    let with_port = match text.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => text.to_owned(),
+        None if !text.is_empty() => format!("{text}:{DEFAULT_PORT}"),
+        _ => return Err(expected()),
+    };
+    let mut found = with_port.to_socket_addrs().map_err(|e| format!("{text}: {e}"))?;
+    found.next().ok_or_else(|| format!("{text}: no such host"))
+}
+
+/// Where a client goes: a Unix socket for a text with `/` or `unix:` before it, else TCP.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Tcp(SocketAddr),
+    Unix(PathBuf),
+}
+
+pub(super) fn target(text: &str) -> Result<Target, String> {
+    match text.strip_prefix("unix:") {
+        Some(path) => Ok(Target::Unix(path.into())),
+        None if text.contains('/') => Ok(Target::Unix(text.into())),
+        None => tcp(text).map(Target::Tcp),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_without_a_host_are_loopback() {
+        assert_eq!(tcp(":99").unwrap(), "127.0.0.1:99".parse().unwrap());
+        assert_eq!(tcp("0.0.0.0:99").unwrap(), "0.0.0.0:99".parse().unwrap());
+        assert_eq!(tcp("[::1]:99").unwrap(), "[::1]:99".parse().unwrap());
+        assert_eq!(tcp("127.0.0.1").unwrap(), "127.0.0.1:1234".parse().unwrap());
+        for bad in ["", ":", ":x", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
+            assert!(tcp(bad).is_err(), "{bad}");
+        }
+        assert_eq!(target("/a/b").unwrap(), Target::Unix("/a/b".into()));
+        assert_eq!(target("unix:b").unwrap(), Target::Unix("b".into()));
+    }
+}

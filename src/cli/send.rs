@@ -1,0 +1,177 @@
+//! `fbptr send`: a stream to a running server, its replies to standard output.
+
+use super::address::{self, Target};
+use super::{Status, say_as_program};
+use clap::Args;
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+#[cfg(unix)]
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+
+/// Send a stream to a running server.
+#[derive(Debug, Args)]
+pub struct Send {
+    /// The server: HOST:PORT, :PORT, or the path of a Unix socket
+    #[arg(value_name = "ADDR")]
+    address: String,
+    /// The stream; `-` or nothing is standard input
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+impl Send {
+    /// Sends all of it and prints all replies; fails when one of them is an error.
+    pub(super) fn run(self) -> Status {
+        let target = match address::target(&self.address) {
+            Ok(target) => target,
+            Err(message) => {
+                say_as_program(message);
+                return Status::BadArguments;
+            }
+        };
+        let (mut input, name): (Box<dyn Read>, _) = match &self.file {
+            Some(path) if path != Path::new("-") => match File::open(path) {
+                Ok(file) => (Box::new(file), path.display().to_string()),
+                Err(e) => {
+                    say_as_program(format_args!("{}: {e}", path.display()));
+                    return Status::BadArguments;
+                }
+            },
+            _ => (Box::new(io::stdin()), "-".to_owned()),
+        };
+        let mut wire = match Wire::connect(&target) {
+            Ok(wire) => wire,
+            Err(e) => {
+                say_as_program(format_args!("{}: {e}", self.address));
+                return Status::Failed;
+            }
+        };
+        let Ok(replies) = wire.try_clone() else { return Status::Failed };
+        let printer = std::thread::spawn(move || print(replies));
+        let mut buffer = vec![0; 1 << 16];
+        let mut sent = Ok(());
+        while sent.is_ok() {
+            match input.read(&mut buffer) {
+                Ok(0) => break,
+                Ok(n) => sent = wire.write_all(&buffer[..n]).map_err(|e| (self.address.clone(), e)),
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => sent = Err((name.clone(), e)),
+            }
+        }
+        wire.finish();
+        let has_errors = printer.join().unwrap_or(true);
+        match sent {
+            // The server may close first: after QUIT that is no fault.
+            Err((_, e)) if is_hang_up(&e) => {}
+            Err((place, e)) => {
+                say_as_program(format_args!("{place}: {e}"));
+                return Status::Failed;
+            }
+            Ok(()) => {}
+        }
+        if has_errors { Status::Failed } else { Status::Success }
+    }
+}
+
+fn is_hang_up(e: &io::Error) -> bool {
+    matches!(e.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
+}
+
+/// Copies replies to standard output; whether one of their lines was an error.
+///
+/// Binary parts of replies are looked at like lines: one that happened to hold `\nERR ` would count, and do no more harm
+/// than a status of 1.
+fn print(mut replies: Wire) -> bool {
+    let (mut buffer, mut start, mut has_errors) = (vec![0; 1 << 16], Vec::new(), false);
+    let mut out = io::stdout();
+    let mut is_heard = true;
+    loop {
+        match replies.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(n) => {
+                for &byte in &buffer[..n] {
+                    match byte {
+                        b'\n' => start.clear(),
+                        _ if start.len() < 5 => {
+                            start.push(byte);
+                            has_errors |= start == b"ERR ";
+                        }
+                        _ => {}
+                    }
+                }
+                is_heard = is_heard && out.write_all(&buffer[..n]).and_then(|()| out.flush()).is_ok();
+            }
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(_) => break,
+        }
+    }
+    has_errors
+}
+
+/// A connection to a server.
+pub(super) enum Wire {
+    Tcp(TcpStream),
+    #[cfg(unix)]
+    Unix(UnixStream),
+}
+
+impl Wire {
+    pub fn connect(target: &Target) -> io::Result<Wire> {
+        match target {
+            Target::Tcp(address) => {
+                let stream = TcpStream::connect(address)?;
+                stream.set_nodelay(true)?;
+                Ok(Wire::Tcp(stream))
+            }
+            #[cfg(unix)]
+            Target::Unix(path) => UnixStream::connect(path).map(Wire::Unix),
+            #[cfg(not(unix))]
+            Target::Unix(_) => {
+                Err(io::Error::new(io::ErrorKind::Unsupported, "this system has no unix sockets"))
+            }
+        }
+    }
+
+    fn try_clone(&self) -> io::Result<Wire> {
+        match self {
+            Wire::Tcp(s) => s.try_clone().map(Wire::Tcp),
+            #[cfg(unix)]
+            Wire::Unix(s) => s.try_clone().map(Wire::Unix),
+        }
+    }
+
+    /// Nothing more will be sent.
+    pub fn finish(&self) {
+        let _ = match self {
+            Wire::Tcp(s) => s.shutdown(Shutdown::Write),
+            #[cfg(unix)]
+            Wire::Unix(s) => s.shutdown(Shutdown::Write),
+        };
+    }
+}
+
+impl Read for Wire {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Wire::Tcp(s) => s.read(buffer),
+            #[cfg(unix)]
+            Wire::Unix(s) => s.read(buffer),
+        }
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Wire::Tcp(s) => s.write(bytes),
+            #[cfg(unix)]
+            Wire::Unix(s) => s.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

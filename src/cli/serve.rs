@@ -1,0 +1,299 @@
+//! `fbptr serve`: a server for any program in any language, with a window or without one.
+
+use super::{FrameSize, Status, address, say_as_program};
+use crate::load::Folder;
+use crate::memory::SharedFile;
+use crate::save;
+use crate::server::{Display, Engine, Limits, ListenPlace, Recorder, Server};
+use clap::Args;
+use crossbeam_channel::{Sender, bounded};
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// From the signal on: for what was received to run, and for the process to end whatever happens.
+const PATIENCE: Duration = Duration::from_millis(1500);
+const LAST_MOMENT: Duration = Duration::from_millis(2800);
+
+/// Serve a video memory to other programs.
+#[derive(Debug, Args)]
+pub struct Serve {
+    /// The frame's size
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Listen on a TCP address, any number of times; :PORT is loopback [default: 127.0.0.1:1234]
+    #[arg(long, value_name = "ADDR")]
+    listen: Vec<String>,
+    /// Let --listen take addresses that other machines reach
+    #[arg(long)]
+    allow_remote: bool,
+    /// Listen on a Unix socket, any number of times
+    #[arg(long, value_name = "PATH")]
+    unix: Vec<PathBuf>,
+    /// Serve standard input too, with replies on standard output
+    #[arg(long)]
+    stdin: bool,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Put the video memory into a file that other programs map
+    #[arg(long, value_name = "PATH")]
+    shm: Option<PathBuf>,
+    /// Let SNAP write files in this folder
+    #[arg(long, value_name = "DIR")]
+    snap_dir: Option<PathBuf>,
+    /// Let LOAD read files from this folder
+    #[arg(long, value_name = "DIR")]
+    load_dir: Option<PathBuf>,
+    /// Write the frame at the end: .png, .ppm or .raw
+    #[arg(long, value_name = "OUT")]
+    snap: Option<PathBuf>,
+    /// Record what is executed; `fbptr play` plays it again
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    quotas: Quotas,
+}
+
+/// The quotas.
+#[derive(Debug, Args)]
+pub(super) struct Quotas {
+    /// Connections at one time
+    #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
+    max_conns: usize,
+    /// Bytes of a payload
+    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().payload_bytes)]
+    max_payload: u64,
+    /// Names of a connection, and of all shared names
+    #[arg(long, value_name = "N", default_value_t = Limits::default().names)]
+    max_names: usize,
+    /// Bytes of the resources of a connection, and of all shared ones
+    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().resource_bytes)]
+    max_resources: u64,
+    /// Bytes of the frame
+    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().frame_bytes)]
+    max_frame: u64,
+    /// Bytes of replies that a client has not read [default: 64 MiB, or the frame's bytes if that is more]
+    #[arg(long, value_name = "BYTES")]
+    max_replies: Option<usize>,
+}
+
+impl Quotas {
+    fn limits(&self, FrameSize { width, height }: FrameSize) -> Limits {
+        let limits = Limits {
+            connections: self.max_conns,
+            payload_bytes: self.max_payload,
+            names: self.max_names,
+            resource_bytes: self.max_resources,
+            frame_bytes: self.max_frame,
+            ..Limits::default()
+        };
+        match self.max_replies {
+            Some(reply_bytes) => Limits { reply_bytes, ..limits },
+            None => limits.for_frame(width, height),
+        }
+    }
+}
+
+/// Why the server ends.
+enum Ending {
+    Signal,
+    InputEnded,
+    #[cfg(feature = "window")]
+    WindowClosed,
+}
+
+impl Serve {
+    /// Serves until a signal comes, the window is closed, or standard input alone was served and ends.
+    pub(super) fn run(self) -> Status {
+        match self.serve() {
+            Ok(status) => status,
+            Err(message) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+        }
+    }
+
+    fn serve(&self) -> Result<Status, String> {
+        if let Some(snap) = &self.snap {
+            save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+        }
+        let places = self.places()?;
+        let mut engine = self.engine()?;
+        let display = self.display(&engine);
+        if let Some(display) = &display {
+            engine.set_display(display.clone());
+        }
+        let (endings, ending) = bounded(8);
+        // Before anybody is let in: from here on a signal ends the server in order.
+        watch_signals(endings.clone())?;
+        let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
+        for place in places {
+            let place = server.listen(place).map_err(|e| e.to_string())?;
+            say_as_program(format_args!("listening on {place}"));
+        }
+        if self.stdin {
+            let is_all = self.listen.is_empty() && self.unix.is_empty();
+            let endings = endings.clone();
+            let on_end = move || {
+                if is_all {
+                    let _ = endings.try_send(Ending::InputEnded);
+                }
+            };
+            server
+                .serve_pipe(Box::new(io::stdin()), Box::new(io::stdout()), on_end)
+                .map_err(|e| format!("no thread to read on: {e}"))?;
+        }
+        match display {
+            Some(display) => self.with_window(&server, display, endings, &ending),
+            None => drop(ending.recv()),
+        }
+        end_at_the_last_moment();
+        let mut engine = server.shut_down(PATIENCE);
+        let failure = engine.take_record_failure();
+        engine.end();
+        let failure = failure.or_else(|| engine.take_record_failure());
+        let mut status = Status::Success;
+        if let (Some(error), Some(path)) = (failure, &self.record) {
+            say_as_program(format_args!("{}: the recording ends early: {error}", path.display()));
+            status = Status::Failed;
+        }
+        if let Some(error) = self.snap.as_ref().and_then(|path| save::to_path(engine.memory(), path).err()) {
+            say_as_program(error);
+            status = Status::Failed;
+        }
+        Ok(status)
+    }
+
+    /// Everything to listen on, checked.
+    fn places(&self) -> Result<Vec<ListenPlace>, String> {
+        let mut addresses: Vec<SocketAddr> =
+            self.listen.iter().map(|text| address::tcp(text)).collect::<Result<_, _>>()?;
+        if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
+            addresses.push(address::default_address());
+        }
+        for address in addresses.iter().filter(|a| !a.ip().is_loopback()) {
+            if !self.allow_remote {
+                return Err(format!(
+                    "{address} can be reached from other machines: that needs --allow-remote"
+                ));
+            }
+            say_as_program(format_args!(
+                "warning: {address} can be reached from other machines, and everybody may draw"
+            ));
+        }
+        let tcp = addresses.into_iter().map(ListenPlace::Tcp);
+        Ok(tcp.chain(self.unix.iter().cloned().map(ListenPlace::Unix)).collect())
+    }
+
+    /// The engine with everything that the arguments give it.
+    fn engine(&self) -> Result<Engine, String> {
+        let wanted = self.size.unwrap_or(FrameSize::DEFAULT);
+        self.quotas.limits(wanted).check_frame(wanted.width, wanted.height).map_err(|e| e.message)?;
+        let shared = match &self.shm {
+            None => None,
+            Some(path) => {
+                let size = (wanted.width, wanted.height);
+                Some(SharedFile::open(path, size, self.size.is_some()).map_err(|e| e.to_string())?)
+            }
+        };
+        let size =
+            shared.as_ref().map_or(wanted, |file| FrameSize { width: file.width(), height: file.height() });
+        let FrameSize { width, height } = size;
+        let mut engine =
+            Engine::with_limits(width, height, self.quotas.limits(size)).map_err(|e| e.message)?;
+        if let Some(path) = &self.snap_dir {
+            engine.set_snap_dir(folder(path)?);
+        }
+        if let Some(path) = &self.load_dir {
+            engine.set_load_dir(folder(path)?);
+        }
+        if let Some(path) = &self.record {
+            let refused = |e: io::Error| format!("{}: {e}", path.display());
+            let file = BufWriter::with_capacity(1 << 16, File::create(path).map_err(refused)?);
+            engine.set_recorder(Recorder::new(Box::new(file), width, height).map_err(refused)?);
+        }
+        if let Some(file) = shared {
+            engine.set_shared_file(file);
+        }
+        Ok(engine)
+    }
+
+    #[cfg(feature = "window")]
+    fn display(&self, engine: &Engine) -> Option<std::sync::Arc<Display>> {
+        (!self.headless).then(|| Display::new(engine.memory().width(), engine.memory().height()))
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn display(&self, _: &Engine) -> Option<std::sync::Arc<Display>> {
+        if !self.headless {
+            say_as_program("built without windows: going on headless");
+        }
+        None
+    }
+
+    /// Serves with the window on this thread, which is the main one, until it closes or something else ends the server.
+    #[cfg(feature = "window")]
+    fn with_window(
+        &self,
+        server: &Server,
+        display: std::sync::Arc<Display>,
+        endings: Sender<Ending>,
+        ending: &crossbeam_channel::Receiver<Ending>,
+    ) {
+        let (watched, seen) = (display.clone(), ending.clone());
+        let watcher = std::thread::spawn(move || {
+            let _ = seen.recv();
+            watched.leave();
+        });
+        let options = crate::window::Options { title: "fbptr serve".into(), ..Default::default() };
+        if let Err(e) = crate::window::run(display, options) {
+            say_as_program(format_args!("{e}: going on headless"));
+            server.thread().drop_display();
+        } else {
+            let _ = endings.try_send(Ending::WindowClosed);
+        }
+        let _ = watcher.join();
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn with_window(
+        &self,
+        _: &Server,
+        _: std::sync::Arc<Display>,
+        _: Sender<Ending>,
+        ending: &crossbeam_channel::Receiver<Ending>,
+    ) {
+        let _ = ending.recv();
+    }
+}
+
+pub(super) fn folder(path: &Path) -> Result<Folder, String> {
+    Folder::open(path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// SIGINT and SIGTERM end the server in order; a second one ends it at once.
+fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
+    let mut has_come = false;
+    ctrlc::set_handler(move || {
+        if std::mem::replace(&mut has_come, true) {
+            std::process::exit(1);
+        }
+        let _ = endings.try_send(Ending::Signal);
+    })
+    .map_err(|e| format!("signals cannot be watched: {e}"))
+}
+
+/// A command that runs for minutes, or a disk that does not answer, does not keep the process.
+fn end_at_the_last_moment() {
+    let watch = || {
+        std::thread::sleep(LAST_MOMENT);
+        say_as_program("still busy: ended in the middle of a command");
+        std::process::exit(1);
+    };
+    // Without a thread to spare there is no last moment, and all else goes on.
+    let _ = std::thread::Builder::new().name("last moment".into()).spawn(watch);
+}

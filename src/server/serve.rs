@@ -1,0 +1,102 @@
+//! A server: the render thread, and the places where clients come in.
+
+use super::thread::{Finish, RenderThread};
+use super::transport::{Control, Conversation, ListenError, ListenPlace, Listener, Uncontrolled, converse};
+use super::{Audience, Client, Engine};
+use crate::command::EndOfInput;
+use std::io::{self, Read, Write};
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::time::{Duration, Instant};
+
+/// A running server.
+///
+/// ```
+/// use fbptr::server::{Engine, ListenPlace, Server};
+/// use std::io::{Read, Write};
+///
+/// let mut server = Server::start(Engine::new(64, 48)?)?;
+/// let ListenPlace::Tcp(address) = server.listen(ListenPlace::Tcp("127.0.0.1:0".parse()?))? else { unreachable!() };
+/// let mut client = std::net::TcpStream::connect(address)?;
+/// client.write_all(b"PX 1 2 ff8000\nPX 1 2\nQUIT\n")?;
+/// let mut answer = String::new();
+/// client.read_to_string(&mut answer)?;
+/// assert_eq!(answer, "PX 1 2 ff8000\n");
+/// let engine = server.shut_down(std::time::Duration::from_secs(1));
+/// assert_eq!(engine.memory().get_pixel(1, 2)?, [255, 128, 0, 255]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Server {
+    thread: RenderThread,
+    listeners: Vec<Listener>,
+    connections: Arc<AtomicUsize>,
+    max_connections: usize,
+}
+
+impl Server {
+    /// Starts the render thread; nobody can come in yet.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn start(engine: Engine) -> io::Result<Server> {
+        let max_connections = engine.limits().connections;
+        let thread = RenderThread::start(engine)?;
+        Ok(Server { thread, listeners: Vec::new(), connections: Arc::default(), max_connections })
+    }
+
+    /// Lets clients in at `place`; answers where that is, with the port that the system gave for port 0.
+    ///
+    /// # Errors
+    /// See [`ListenError`].
+    pub fn listen(&mut self, place: ListenPlace) -> Result<ListenPlace, ListenError> {
+        let (link, count) = (self.thread.link(), self.connections.clone());
+        let listener = Listener::start(place, link, count, self.max_connections)?;
+        let place = listener.place().clone();
+        self.listeners.push(listener);
+        Ok(place)
+    }
+
+    /// Serves one more connection over a pair of pipes, standard input and output for instance.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn serve_pipe(
+        &self,
+        input: Box<dyn Read + Send>,
+        output: Box<dyn Write + Send>,
+        on_end: impl FnOnce() + Send + 'static,
+    ) -> io::Result<()> {
+        let control: Arc<dyn Control> = Arc::new(Uncontrolled);
+        let conversation = Conversation {
+            input,
+            output,
+            control,
+            end: EndOfInput::Stream,
+            audience: Audience::Connection,
+            may_replay: false,
+            on_notice: None,
+            on_end: Some(Box::new(on_end)),
+            slot: None,
+        };
+        converse(&self.thread.link(), conversation)
+    }
+
+    /// A client in this process.
+    pub fn client(&self) -> Client {
+        self.thread.client()
+    }
+
+    /// The render thread.
+    pub fn thread(&self) -> &RenderThread {
+        &self.thread
+    }
+
+    /// Lets nobody in any more, finishes what was received, sends the last replies, and ends: within `patience` and a
+    /// fraction of a second more, whatever the clients do.
+    pub fn shut_down(self, patience: Duration) -> Engine {
+        let until = Instant::now() + patience;
+        drop(self.listeners);
+        self.thread.finish(Finish::By(until))
+    }
+}
