@@ -142,7 +142,7 @@ impl Stream {
                 standing = Standing::Rests;
             }
         }
-        self.session.stats.bytes += used as u64;
+        self.session.stats.bytes = self.decoder.place().byte;
         (used, standing)
     }
 
@@ -263,6 +263,10 @@ impl Sink for Runner<'_> {
 
     fn command(&mut self, command: Command, place: Place) -> Flow {
         let verb = command.verb();
+        if matches!(command, Command::Stats) {
+            // Up to this command; the rest of the piece is not decoded yet.
+            self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
+        }
         let result = self.engine.run(self.session, command, &mut self.out.replies);
         if !self.session.warnings.is_empty() {
             let warnings = self.session.warnings.drain(..).map(Notice::Warning);

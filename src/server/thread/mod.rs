@@ -174,17 +174,20 @@ impl Loop {
     }
 
     fn run(mut self) -> Engine {
-        while !self.is_over() {
+        loop {
+            // Whatever came must be looked at before the thread may sleep.
             self.receive_all();
+            self.look_around();
+            if self.is_over() {
+                return self.end();
+            }
             match self.next_turn() {
                 Some((id, pace)) => self.turn(id, pace),
                 // The message that ends the thread may have come just now: nothing would wake it up again.
                 None if self.is_over() => break,
                 None => self.wait(),
             }
-            self.look_around();
         }
-        self.end()
     }
 
     fn is_over(&self) -> bool {
