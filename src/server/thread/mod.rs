@@ -183,8 +183,6 @@ impl Loop {
             }
             match self.next_turn() {
                 Some((id, pace)) => self.turn(id, pace),
-                // The message that ends the thread may have come just now: nothing would wake it up again.
-                None if self.is_over() => break,
                 None => self.wait(),
             }
         }
