@@ -3,7 +3,7 @@
 use super::Shape;
 use crate::eye::error::EyeError;
 use crate::eye::pose::Pose;
-use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts};
+use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts, in_range};
 
 /// Colours for cells, taken in turn.
 pub const PALETTE: [[f64; 3]; 8] = [
@@ -34,7 +34,11 @@ impl Stage {
     pub fn scene(&self, shape: Shape) -> Result<EyeScene, EyeError> {
         let dim = shape.dim;
         let mut shape = shape;
-        for &(a, b, angle_deg) in &self.turns {
+        for (i, &(a, b, angle_deg)) in self.turns.iter().enumerate() {
+            in_range(format!("turn {i}"), b as f64, a != b && a < dim && b < dim, || {
+                format!("two different axes from 0 to {}", dim - 1)
+            })?;
+            in_range(format!("turn {i}"), angle_deg, angle_deg.is_finite(), || "a finite angle".into())?;
             shape = shape.turned(a, b, angle_deg);
         }
         let radius = shape.radius();
