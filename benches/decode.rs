@@ -161,8 +161,11 @@ fn cases() -> Vec<Case> {
         pixels("text PX gg", n, true, |x, y, c| {
             (format!("PX {x} {y} {:02x}\n", c[0]).into(), [c[0], c[0], c[0], 255])
         }),
-        pixels("text PX, CRLF (general reader)", n / 4, true, |x, y, c| {
+        pixels("text PX rrggbb, CR LF", n, true, |x, y, c| {
             (format!("PX {x} {y} {}\r\n", hex(c)).into(), opaque(c))
+        }),
+        pixels("text PX name (general reader)", n / 4, true, |x, y, _| {
+            (format!("PX {x} {y} tomato\n").into(), [255, 99, 71, 255])
         }),
         pixels("binary PB", n, true, |x, y, c| {
             ([b"PB".as_slice(), &(x as u16).to_le_bytes(), &(y as u16).to_le_bytes(), &c].concat(), c)

@@ -5,22 +5,35 @@
 use super::color_names::NAMES;
 use crate::memory::Rgba;
 
-/// The value of one hex digit, either case.
-pub(super) const fn hex_digit(byte: u8) -> Option<u8> {
-    match byte {
-        b'0'..=b'9' => Some(byte - b'0'),
-        b'a'..=b'f' => Some(byte - b'a' + 10),
-        b'A'..=b'F' => Some(byte - b'A' + 10),
-        _ => None,
+/// The value of every hex digit, either case; [`NO_DIGIT`] elsewhere. A table, since digits and letters come at random.
+static DIGITS: [u8; 256] = {
+    let mut digits = [NO_DIGIT; 256];
+    let mut n = 0;
+    while n < 16 {
+        digits[b"0123456789abcdef"[n] as usize] = n as u8;
+        digits[b"0123456789ABCDEF"[n] as usize] = n as u8;
+        n += 1;
     }
+    digits
+};
+
+/// No digit's value; it stays what it is when others are or-ed to it.
+const NO_DIGIT: u8 = 0xff;
+
+/// The bytes that a word of hex digits stands for, into `bytes`, half as many; `false` when a digit is none.
+pub(super) fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
+    let mut seen = 0;
+    for (byte, [high, low]) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
+        let (high, low) = (DIGITS[*high as usize], DIGITS[*low as usize]);
+        seen |= high | low;
+        *byte = high << 4 | low;
+    }
+    seen != NO_DIGIT
 }
 
 fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
     let mut bytes = [0; N];
-    for (byte, pair) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
-        *byte = hex_digit(pair[0])? << 4 | hex_digit(pair[1])?;
-    }
-    Some(bytes)
+    read_hex(word, &mut bytes).then_some(bytes)
 }
 
 /// The colour that a word names, or `None`.

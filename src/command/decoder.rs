@@ -585,17 +585,20 @@ fn read_command(
     let Reading::Text(parse) = verb.reading else {
         return Err(Refusal::new(Code::Verb, "unknown verb", word));
     };
-    let command = parse(&mut args)?;
-    if verb.payload == Payload::BySubject {
-        match (command.payload().is_some(), payload) {
-            (false, Some(length)) => return Err(unwanted(length)),
-            (true, None) => return Err(missing(&Args::new(rest), word)),
-            _ => {}
+    // Looked at where it is: taking it out of its Result and putting it back would copy it twice.
+    let parsed = parse(&mut args);
+    if let Ok(command) = &parsed {
+        if verb.payload == Payload::BySubject {
+            match (command.payload().is_some(), payload) {
+                (false, Some(length)) => return Err(unwanted(length)),
+                (true, None) => return Err(missing(&Args::new(rest), word)),
+                _ => {}
+            }
         }
+        let checked = command.check_sizes().and_then(|()| command.check_payload_length(payload.unwrap_or(0)));
+        checked.map_err(refusal)?;
     }
-    let checked = command.check_sizes().and_then(|()| command.check_payload_length(payload.unwrap_or(0)));
-    checked.map_err(refusal)?;
-    Ok(command)
+    parsed
 }
 
 fn refusal(fault: crate::error::Fault) -> Refusal {

@@ -1,19 +1,35 @@
-//! Where lines end.
+//! Where lines and words end.
 
-/// The place of the first LF.
-#[inline]
-pub(super) fn find_lf(bytes: &[u8]) -> Option<usize> {
-    const LOW: u64 = 0x0101_0101_0101_0101;
+const LOW: u64 = 0x0101_0101_0101_0101;
+const HIGH: u64 = 0x8080_8080_8080_8080;
+
+/// A flag in the high bit of every byte of a word that is `byte`; above the first flag there may be false ones.
+const fn flags(word: u64, byte: u8) -> u64 {
+    let x = word ^ (LOW * byte as u64);
+    x.wrapping_sub(LOW) & !x & HIGH
+}
+
+fn find(bytes: &[u8], flags: impl Fn(u64) -> u64, is_it: impl Fn(u8) -> bool) -> Option<usize> {
     let (words, tail) = bytes.as_chunks::<8>();
     for (i, word) in words.iter().enumerate() {
-        // A byte of x is zero where LF stands; the lowest flag is the first of them.
-        let x = u64::from_le_bytes(*word) ^ (LOW * b'\n' as u64);
-        let flags = x.wrapping_sub(LOW) & !x & (LOW << 7);
+        let flags = flags(u64::from_le_bytes(*word));
         if flags != 0 {
             return Some(i * 8 + flags.trailing_zeros() as usize / 8);
         }
     }
-    tail.iter().position(|&b| b == b'\n').map(|n| words.len() * 8 + n)
+    tail.iter().position(|&b| is_it(b)).map(|n| words.len() * 8 + n)
+}
+
+/// The place of the first LF.
+#[inline]
+pub(super) fn find_lf(bytes: &[u8]) -> Option<usize> {
+    find(bytes, |word| flags(word, b'\n'), |b| b == b'\n')
+}
+
+/// The place of the first blank or tab.
+#[inline]
+pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
+    find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')
 }
 
 /// How many LF bytes there are.
@@ -35,6 +51,9 @@ mod tests {
                     .map(|i| if (i + 1) % step == 0 { b'\n' } else { [9, 11, 0, 255, 0x8a][i % 5] })
                     .collect();
                 assert_eq!(find_lf(&bytes), bytes.iter().position(|&b| b == b'\n'), "{bytes:?}");
+                let blanks: Vec<u8> =
+                    bytes.iter().map(|&b| if b == b'\n' { b" \t"[len % 2] } else { b }).collect();
+                assert_eq!(find_blank(&blanks), blanks.iter().position(|&b| b == b' ' || b == b'\t'));
                 assert_eq!(count_lf(&bytes), bytes.iter().filter(|&&b| b == b'\n').count() as u64);
             }
         }

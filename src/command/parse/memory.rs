@@ -2,7 +2,7 @@
 
 use super::Parsed;
 use crate::command::args::{Args, Refusal};
-use crate::command::color::hex_digit;
+use crate::command::color::read_hex;
 use crate::command::model::{Command, Rect};
 use crate::error::Code;
 
@@ -28,11 +28,10 @@ pub fn rectangle(args: &mut Args<'_>) -> Result<Rect, Refusal> {
 pub fn poke(args: &mut Args<'_>) -> Parsed {
     let offset = args.int()?;
     let hex = args.word();
-    let (pairs, odd) = hex.as_chunks::<2>();
-    let bytes = pairs.iter().map(|p| Some(hex_digit(p[0])? << 4 | hex_digit(p[1])?)).collect::<Option<_>>();
-    match bytes {
-        Some(bytes) if odd.is_empty() => Ok(Command::Poke { offset, bytes }),
-        _ => Err(Refusal::new(Code::Format, "argument 2 must be bytes of two hex digits each", hex)),
+    let mut bytes = vec![0; hex.len() / 2];
+    match hex.len().is_multiple_of(2) && read_hex(hex, &mut bytes) {
+        true => Ok(Command::Poke { offset, bytes }),
+        false => Err(Refusal::new(Code::Format, "argument 2 must be bytes of two hex digits each", hex)),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Plain text pixels, many in a row: the decoder's hot path.
 //!
 //! In: a stream from a command boundary on. Taken here: lines `PX x y c` + LF with single blanks, x and y of one to four
-//! digits, c of two, six or eight hex digits in either case. All else (signs, CR, names, queries, other verbs, a line
-//! that is not whole) ends the run and is left to the general reader. Every byte is looked at: a line with anything
+//! digits, c of two, six or eight hex digits in either case, LF or CR LF. All else (signs, names, queries, other verbs, a
+//! line that is not whole) ends the run and is left to the general reader. Every byte is looked at: a line with anything
 //! out of place is not taken. Out: x, y and R,G,B,A of each, in order.
 //!
 //! Two twins with the same answer for every input: [`portable`] in whole words of eight bytes, and vectors of sixteen
@@ -101,7 +101,8 @@ mod tests {
     fn plainly(bytes: &[u8]) -> Heard {
         let (mut pixels, mut used) = (Vec::new(), 0);
         let pixel = |line: &str| -> Option<(u16, u16, [u8; 4])> {
-            let words: Vec<&str> = line.strip_suffix('\n')?.split(' ').collect();
+            let words: Vec<&str> =
+                line.strip_suffix("\r\n").or(line.strip_suffix('\n'))?.split(' ').collect();
             let ["PX", x, y, color] = words[..] else { return None };
             let number = |w: &str| {
                 let plain = (1..=4).contains(&w.len()) && w.bytes().all(|b| b.is_ascii_digit());
@@ -150,11 +151,13 @@ mod tests {
         for x in ["0", "7", "42", "008", "1919", "0000", "9999"] {
             for y in ["0", "9", "10", "333", "1079", "0001"] {
                 for color in ["00", "fF", "a1b2c3", "FFFFFF", "01234567", "89abcdef", "ABCDEF09"] {
-                    let line = format!("PX {x} {y} {color}\n");
-                    let taken = plainly(line.as_bytes()).1;
-                    assert_eq!(taken, (line.len(), 1));
-                    check(line.as_bytes());
-                    check(line.repeat(5).as_bytes());
+                    for end in ["\n", "\r\n"] {
+                        let line = format!("PX {x} {y} {color}{end}");
+                        let taken = plainly(line.as_bytes()).1;
+                        assert_eq!(taken, (line.len(), 1));
+                        check(line.as_bytes());
+                        check(line.repeat(5).as_bytes());
+                    }
                 }
             }
         }
@@ -162,7 +165,13 @@ mod tests {
 
     #[test]
     fn every_byte_in_every_place_is_checked() {
-        for line in ["PX 1 2 ff\n", "PX 12 3 a0b1c2\n", "PX 1234 5678 00ff7f\n", "PX 123 45 90807060\n"] {
+        for line in [
+            "PX 1 2 ff\n",
+            "PX 12 3 a0b1c2\n",
+            "PX 1234 5678 00ff7f\n",
+            "PX 123 45 90807060\n",
+            "PX 12 3 a0b1c2\r\n",
+        ] {
             for at in 0..line.len() {
                 for byte in 0..=255 {
                     let mut bytes = [line, line, "PX 9 9 99\n"].concat().into_bytes();
@@ -188,7 +197,7 @@ mod tests {
             "PX 1 2 fffffff\n",
             "PX 1 2 fffffffff\n",
             "PX 1 2 ff0000 \n",
-            "PX 1 2 ff0000\r\n",
+            "PX 1 2 ff0000\r\r\n",
             "PX 1 2\n",
             "PX 1 2 \n",
             "PX  2 ff\n",
@@ -215,12 +224,12 @@ mod tests {
 
         #[test]
         fn the_twins_read_as_plain_reading_does(
-            lines in prop::collection::vec((0..12_000u32, 0..12_000u32, any::<u32>(), prop::sample::select(vec![2, 6, 6, 6, 6, 8, 8, 5])), 0..12),
+            lines in prop::collection::vec((0..12_000u32, 0..12_000u32, any::<u32>(), prop::sample::select(vec![2, 6, 6, 6, 6, 8, 8, 5]), prop::sample::select(vec!["\n", "\n", "\r\n"])), 0..12),
             damage in prop::option::weighted(0.5, (any::<prop::sample::Index>(), any::<u8>())),
             cut in any::<prop::sample::Index>(),
         ) {
             let mut bytes: Vec<u8> =
-                lines.iter().flat_map(|(x, y, c, n)| format!("PX {x} {y} {}\n", &format!("{c:08x}")[..*n]).into_bytes()).collect();
+                lines.iter().flat_map(|(x, y, c, n, end)| format!("PX {x} {y} {}{end}", &format!("{c:08x}")[..*n]).into_bytes()).collect();
             if let (Some((at, byte)), false) = (damage, bytes.is_empty()) {
                 let at = at.index(bytes.len());
                 bytes[at] = byte;

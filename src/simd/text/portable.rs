@@ -12,7 +12,11 @@ const HIGH: u64 = 0x8080_8080_8080_8080;
 /// As [`super::pixel_lines`], but for the last window.
 #[inline]
 pub fn pixel_lines(bytes: &[u8], each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
-    super::runs!(bytes, each, [line::<6>, line::<8>, line::<2>])
+    super::runs!(
+        bytes,
+        each,
+        [line::<6, 1>, line::<8, 1>, line::<2, 1>, line::<6, 2>, line::<8, 2>, line::<2, 2>]
+    )
 }
 
 #[inline(always)]
@@ -20,11 +24,11 @@ fn word(window: &[u8; WINDOW], at: usize) -> Option<u64> {
     window.get(at..)?.first_chunk().map(|b| u64::from_le_bytes(*b))
 }
 
-/// One line: x, y, colour, and how many bytes it has with its LF.
+/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its `ENDS` bytes of LF or CR LF.
 #[inline(always)]
-fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
-    // The shortest line, `PX 0 0 ` and the colour, puts LF at 7 + DIGITS; six more digits can stand before it.
-    let first = 6 + DIGITS;
+fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
+    // The shortest line, `PX 0 0 ` and the colour, puts LF at 6 + DIGITS + ENDS; six more digits can stand before it.
+    let first = 5 + DIGITS + ENDS;
     let start = word(window, 0)?;
     let ends = word(window, first)? ^ (LOW * b'\n' as u64);
     // The lowest flag marks the first zero byte; higher ones may be false.
@@ -35,10 +39,11 @@ fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4]
     let lf = first + ends.trailing_zeros() as usize / 8;
     let (x, x_digits) = number(start >> 24)?;
     let (y, y_digits) = number(word(window, 4 + x_digits)?)?;
-    if 5 + x_digits + y_digits + DIGITS != lf {
+    let end = 5 + x_digits + y_digits + DIGITS;
+    if end + ENDS - 1 != lf || (ENDS == 2 && window[end] != b'\r') {
         return None;
     }
-    let color = color::<DIGITS>(word(window, lf - DIGITS.max(8).min(lf))?)?;
+    let color = color::<DIGITS>(word(window, end.checked_sub(8)?)?)?;
     let [x, y] = values(x, y);
     Some((x, y, color, lf + 1))
 }

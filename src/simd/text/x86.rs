@@ -17,7 +17,11 @@ pub fn is_there() -> bool {
 #[inline]
 #[target_feature(enable = "avx2,bmi1")]
 pub fn pixel_lines(bytes: &[u8], each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
-    super::runs!(bytes, each, [line::<6>, line::<8>, line::<2>])
+    super::runs!(
+        bytes,
+        each,
+        [line::<6, 1>, line::<8, 1>, line::<2, 1>, line::<6, 2>, line::<8, 2>, line::<2, 2>]
+    )
 }
 
 /// For blanks at byte a and byte b of `x y c`: where the digits of x and y lie, the last ones last. A byte with its high
@@ -44,10 +48,10 @@ static SHUFFLES: [[[u8; 16]; 16]; 16] = {
     table
 };
 
-/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its LF.
+/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its `ENDS` bytes of LF or CR LF.
 #[inline]
 #[target_feature(enable = "avx2,bmi1")]
-fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
+fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
     const VERB: u32 = u32::from_le_bytes(*b"PX \0");
     let words = load(window, 3);
     let blanks = _mm_movemask_epi8(_mm_cmpeq_epi8(words, _mm_set1_epi8(b' ' as i8))) as u32;
@@ -57,7 +61,11 @@ fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4]
     let b = (blanks & (blanks - 1)).trailing_zeros() as usize;
     let end = 4 + b + DIGITS;
     let verb = u32::from_le_bytes([window[0], window[1], window[2], window[3]]);
-    if verb & 0xff_ffff != VERB || window[end] != b'\n' {
+    let ends = match ENDS {
+        1 => window[end] == b'\n',
+        _ => window[end] == b'\r' && window[end + 1] == b'\n',
+    };
+    if verb & 0xff_ffff != VERB || !ends {
         return None;
     }
     let shuffle = load(&SHUFFLES[a][b], 0);
@@ -89,7 +97,7 @@ fn line<const DIGITS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4]
         6 => color >> 8 | 0xff00_0000,
         _ => color,
     };
-    Some((places as u16, (places >> 32) as u16, color.to_le_bytes(), end + 1))
+    Some((places as u16, (places >> 32) as u16, color.to_le_bytes(), end + ENDS))
 }
 
 /// Sixteen bytes.
