@@ -5,7 +5,7 @@
 //! of 256 KiB, which cut commands anywhere.
 
 use fbptr::command::{
-    Command, Decoder, EndOfInput, Flow, Limits, Place, Rect, Sink, StreamError, binary_pixel,
+    Command, Decoder, EndOfInput, Flow, Limits, Place, Rect, Sink, SparePayload, StreamError, binary_pixel,
 };
 use std::hint::black_box;
 use std::time::Instant;
@@ -210,8 +210,8 @@ fn cases() -> Vec<Case> {
 }
 
 /// Plays a stream in pieces and answers the seconds it took.
-fn play(stream: &[u8], sink: &mut impl Sink) -> f64 {
-    let mut decoder = Decoder::new(Limits::default());
+fn play(stream: &[u8], spare: &SparePayload, sink: &mut impl Sink) -> f64 {
+    let mut decoder = Decoder::with_spare(Limits::default(), spare);
     let start = Instant::now();
     for piece in stream.chunks(PIECE) {
         assert_eq!(decoder.feed(black_box(piece), sink), Flow::Continue);
@@ -232,13 +232,14 @@ fn rates(units: u64, mut seconds: Vec<f64>) -> (f64, f64) {
 }
 
 fn main() {
+    let spare = SparePayload::default();
     let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
     println!("{:34} {:>9} {:>9}         {:>7}", "one core, from memory", "best", "median", "GB/s");
     for case in cases().iter().filter(|c| c.name.contains(&filter)) {
         let mut seconds = Vec::new();
         for _ in 0..ROUNDS {
             let mut sums = Sums::default();
-            seconds.push(play(&case.stream, &mut sums));
+            seconds.push(play(&case.stream, &spare, &mut sums));
             let e = &case.expected;
             assert_eq!(
                 (sums.pixels, sums.hash, sums.commands, sums.bytes, sums.errors),
@@ -254,7 +255,7 @@ fn main() {
     if filter.is_empty() || "painting".contains(&filter) {
         for case in &cases()[..2] {
             let mut frame = Frame(vec![[0; 4]; WIDTH * HEIGHT]);
-            let seconds = (0..ROUNDS).map(|_| play(&case.stream, &mut frame)).collect();
+            let seconds = (0..ROUNDS).map(|_| play(&case.stream, &spare, &mut frame)).collect();
             assert!(frame.0.iter().filter(|p| p[3] == 255).count() > 20_000, "nothing was painted");
             let (best, median) = rates(case.units, seconds);
             println!("{:34} {best:9.1} {median:9.1} {:6}", format!("painting: {}", case.name), case.unit);

@@ -15,6 +15,7 @@ use super::long_line::LongLine;
 use super::model::{Command, Rect};
 use super::scan::{count_lf, find_lf};
 use super::sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink};
+use super::spare::SparePayload;
 use super::stream_error::{StreamError, Subject};
 use super::verb::{Payload, Reading, Verb};
 use crate::error::Code;
@@ -29,8 +30,11 @@ const RUN_HEADER_BYTES: usize = 15;
 /// Binary pixels are handed on in runs of at most this many: the first look at them must still be in the nearest cache.
 const RECORDS_AT_ONCE: usize = 1024;
 
-/// A payload buffer of more than this is given back after use, so that an idle connection holds little.
-const KEPT_BYTES: usize = 1 << 20;
+/// A payload buffer of more than this is put away after use, so that an idle connection holds little.
+const KEPT_BYTES: usize = 256 << 10;
+
+/// The room that a payload in pieces begins with, unless it is smaller.
+const LEAST_ROOM: usize = 16 << 10;
 
 /// What a stream may ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +102,7 @@ pub struct Decoder {
     /// The beginning of a command whose head is not whole.
     head: Vec<u8>,
     payload: Vec<u8>,
+    spare: Option<SparePayload>,
     /// The sink asked for a rest.
     paused: bool,
 }
@@ -136,8 +141,14 @@ impl Decoder {
             state: State::Head,
             head: Vec::new(),
             payload: Vec::new(),
+            spare: None,
             paused: false,
         }
+    }
+
+    /// The same, which takes the buffers of large payloads from `spare` and gives them back there.
+    pub fn with_spare(limits: Limits, spare: &SparePayload) -> Self {
+        Decoder { spare: Some(spare.clone()), ..Decoder::new(limits) }
     }
 
     /// Where the next byte to be fed stands.
@@ -452,26 +463,44 @@ impl Decoder {
             self.obey(flow);
             return length;
         }
-        // What has been announced may never come: room is made as bytes do.
-        self.payload.reserve(length.min(KEPT_BYTES));
+        if length > KEPT_BYTES
+            && let Some(spare) = &self.spare
+        {
+            spare.swap_for_larger(&mut self.payload);
+        }
         self.state = State::Collect { command, length };
         if rest.is_empty() { 0 } else { self.read_payload(rest, sink) }
     }
 
     fn read_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let State::Collect { length, .. } = self.state else { return 0 };
-        let taken = &bytes[..bytes.len().min(length - self.payload.len())];
+        let held = self.payload.len();
+        let taken = &bytes[..bytes.len().min(length - held)];
         self.pass(taken);
+        // What has been announced may never come: room is made as bytes do, and never more than for all of them.
+        if self.payload.capacity() < held + taken.len() {
+            let wanted = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
+            self.payload.reserve_exact(wanted - held);
+        }
         self.payload.extend_from_slice(taken);
         if self.payload.len() == length
             && let State::Collect { command, .. } = std::mem::replace(&mut self.state, State::Head)
         {
             let flow = deliver(command, Bytes::Owned(&mut self.payload), self.start, sink);
-            self.payload.clear();
-            self.payload.shrink_to(KEPT_BYTES);
+            self.put_away_payload();
             self.obey(flow);
         }
         taken.len()
+    }
+
+    fn put_away_payload(&mut self) {
+        self.payload.clear();
+        if self.payload.capacity() > KEPT_BYTES {
+            let large = std::mem::take(&mut self.payload);
+            if let Some(spare) = &self.spare {
+                spare.give(large);
+            }
+        }
     }
 
     fn skip(&mut self, bytes: &[u8]) -> usize {
@@ -651,6 +680,8 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut im
     if let Some(own) = command.payload_mut() {
         *own = match payload {
             Bytes::Borrowed(bytes) => bytes.to_vec(),
+            // A buffer with much more room than bytes would be held for nothing; it is of use here.
+            Bytes::Owned(bytes) if bytes.capacity() / 2 > bytes.len() => bytes.to_vec(),
             Bytes::Owned(bytes) => std::mem::take(bytes),
         };
     }

@@ -15,6 +15,7 @@ mod model;
 mod parse;
 mod scan;
 mod sink;
+mod spare;
 mod stream_error;
 mod table;
 mod verb;
@@ -28,6 +29,7 @@ pub use model::{
     SnapTarget,
 };
 pub use sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink, binary_pixel};
+pub use spare::SparePayload;
 pub use stream_error::{
     StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
