@@ -99,7 +99,7 @@ impl Stream {
     /// The stream of connection `id`, with the engine's payload limit.
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
-        Stream { decoder: Decoder::new(limits), session: Session::new(id, audience) }
+        Stream { decoder: Decoder::with_spare(limits, engine.spare()), session: Session::new(id, audience) }
     }
 
     /// The session.

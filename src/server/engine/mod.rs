@@ -27,13 +27,14 @@ mod space;
 use super::names::Names;
 use super::record::Recorder;
 use super::{Display, Limits, Session, Stats};
-use crate::command::Command;
+use crate::command::{Command, SparePayload};
 use crate::error::Fault;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// What the caller has to do after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +81,9 @@ pub struct Engine {
     recorder: Option<Recorder>,
     /// What stands in the recording for the command that is run.
     recorded_as: Option<Command>,
+    /// Where the decoders of all connections put large payloads' buffers.
+    spare: SparePayload,
+    spare_swept: Instant,
 }
 
 /// Names that the id memory's numbers stand for.
@@ -91,7 +95,24 @@ struct IdNames {
     last_scene: u32,
 }
 
+/// How long an unused buffer of a large payload is held for the next one.
+const HOLD_SPARE: Duration = Duration::from_secs(1);
+
 impl Engine {
+    /// The buffer that decoders share.
+    pub(crate) fn spare(&self) -> &SparePayload {
+        &self.spare
+    }
+
+    /// Gives back the shared buffer when nobody has used it for a while. Answers when to look again, if at all.
+    pub(crate) fn sweep_spare(&mut self, now: Instant) -> Option<Instant> {
+        if now >= self.spare_swept + HOLD_SPARE {
+            self.spare.sweep();
+            self.spare_swept = now;
+        }
+        (self.spare.held_bytes() > 0).then(|| self.spare_swept + HOLD_SPARE)
+    }
+
     /// An engine over a fresh frame of `width` x `height` pixels with the default limits.
     ///
     /// # Errors
@@ -129,6 +150,8 @@ impl Engine {
             shared_file: None,
             recorder: None,
             recorded_as: None,
+            spare: SparePayload::default(),
+            spare_swept: Instant::now(),
         })
     }
 

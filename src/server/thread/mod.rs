@@ -357,7 +357,9 @@ impl Loop {
 
     fn next_deadline(&mut self) -> Option<Instant> {
         let mut deadline = self.engine.next_deadline(Instant::now());
+        let spare = self.engine.sweep_spare(Instant::now());
         let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
+        spare.into_iter().for_each(&mut at);
         if self.engine.has_unshown() && !self.engine.is_frozen() {
             at(self.shown_at + SHOW_EVERY);
         }
