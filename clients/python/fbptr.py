@@ -1,0 +1,360 @@
+"""Draw on a running fbptr server from Python, without dependencies.
+
+    from fbptr import Client
+    with Client() as fb:                       # 127.0.0.1:1234; Client("unix:/tmp/fb.sock") works too
+        fb.clear("203040")
+        fb.line(0, 0, 99, 49, "ff0000", "ffff00")
+        fb.fill([(10, 10), (90, 20), (50, 80)], "red", "lime", "blue")
+        fb.snapshot("picture.png")
+
+Commands are buffered and sent when a reply is asked for, when the buffer is full, or by `flush`. Colours are what the
+command language takes ("rrggbb", "rrggbbaa", "gg", a CSS name) or a tuple of 3 or 4 bytes. A refused command raises
+`CommandError` at the next call that waits for a reply. `SharedMemory` maps the file of `fbptr serve --shm PATH`.
+"""
+
+import mmap
+import re
+import socket
+import struct
+import sys
+
+__all__ = ["Client", "CommandError", "SharedMemory"]
+
+_FLUSH_AT = 1 << 16
+
+
+class CommandError(Exception):
+    """A command was refused. `errors` holds one (line, byte, code, message) for each since the last look."""
+
+    def __init__(self, errors):
+        self.errors = errors
+        super().__init__("; ".join("line %d: %s %s" % (e[0], e[2], e[3]) for e in errors))
+
+
+def colour(value):
+    """The text form of a colour: a string as it is, 3 or 4 bytes as hex."""
+    if isinstance(value, str):
+        return value
+    if len(value) not in (3, 4):
+        raise ValueError("a colour has 3 or 4 bytes, not %d" % len(value))
+    return bytes(value).hex()
+
+
+def _number(value):
+    # repr gives the shortest text that reads back as the same float.
+    return repr(float(value)) if isinstance(value, float) else str(value)
+
+
+class Client:
+    """One connection: `address` is "host:port", ":port" (loopback) or "unix:PATH"."""
+
+    def __init__(self, address="127.0.0.1:1234", timeout=30.0):
+        if address.startswith("unix:"):
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            self._socket.settimeout(timeout)
+            self._socket.connect(address[len("unix:"):])
+        else:
+            host, _, port = address.rpartition(":")
+            self._socket = socket.create_connection((host.strip("[]") or "127.0.0.1", int(port)), timeout)
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._replies = self._socket.makefile("rb")
+        self._out = bytearray()
+        self._errors = []
+        self._syncs = 0
+        self.events = []
+        self.command("ERRORS report")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, value, trace):
+        self.close(check=kind is None)
+
+    def close(self, check=True):
+        """Waits until everything is drawn, then ends the connection."""
+        try:
+            if check:
+                self.sync()
+        finally:
+            self._replies.close()
+            self._socket.close()
+
+    # -- sending and asking
+
+    def command(self, verb, *args, payload=None):
+        """Sends any command: words, numbers, and a payload of bytes where the verb takes one."""
+        words = [verb] + [a if isinstance(a, str) else _number(a) for a in args]
+        if payload is not None:
+            words.append(":%d" % len(payload))
+        line = " ".join(words)
+        if "\n" in line or "\r" in line:
+            raise ValueError("a command is one line")
+        self._out += line.encode("utf-8") + b"\n"
+        if payload is not None:
+            self._send(payload)
+        elif len(self._out) >= _FLUSH_AT:
+            self.flush()
+
+    def _send(self, payload):
+        if len(payload) < _FLUSH_AT:
+            self._out += payload
+            if len(self._out) >= _FLUSH_AT:
+                self.flush()
+        else:
+            self.flush()
+            self._socket.sendall(payload)
+
+    def flush(self):
+        """Sends what is buffered, without waiting for it to be drawn."""
+        if self._out:
+            self._socket.sendall(self._out)
+            self._out.clear()
+
+    def _reply(self, verb):
+        """The next reply line to `verb`; errors and events that come before it are kept."""
+        self.flush()
+        while True:
+            line = self._replies.readline()
+            if not line.endswith(b"\n"):
+                self._raise_errors()
+                raise ConnectionError("the server ended the connection")
+            text = line[:-1].decode("utf-8", "replace")
+            words = text.split(" ")
+            if words[0] == "ERR":
+                self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
+                # The verb that waits was refused itself: nothing else will come.
+                if len(words) > 4 and words[4].rstrip(":") == verb:
+                    self._raise_errors()
+            elif words[0] == "EVENT":
+                self.events.append(words[1:])
+            elif words[0] == verb:
+                return words[1:]
+            else:
+                raise ConnectionError("expected a reply to %s, got %r" % (verb, text))
+
+    def _raise_errors(self):
+        errors, self._errors = self._errors, []
+        if errors:
+            raise CommandError(errors)
+
+    def ask(self, verb, *args):
+        """Sends a query and gives back the words of its reply, without the verb."""
+        self.command(verb, *args)
+        return self._reply(verb)
+
+    def _payload(self, words):
+        count = int(words[-1][1:])
+        data = self._replies.read(count)
+        if len(data) != count:
+            raise ConnectionError("the server ended the connection")
+        return data
+
+    def sync(self):
+        """Waits until everything sent so far has taken effect; raises `CommandError` for what was refused."""
+        self._syncs += 1
+        tag = "s%d" % self._syncs
+        while self.ask("SYNC", tag) != [tag]:
+            pass
+        self._raise_errors()
+
+    # -- the frame
+
+    def size(self):
+        """(width, height) in pixels."""
+        w, h = self.ask("SIZE")
+        return int(w), int(h)
+
+    def clear(self, c="000000"):
+        """Fills the frame with a colour and sets all depths to 1."""
+        self.command("CLEAR", colour(c))
+
+    def pixel(self, x, y, c):
+        """Sets one pixel."""
+        self.command("PX", x, y, colour(c))
+
+    def get_pixel(self, x, y):
+        """The (r, g, b) of one pixel."""
+        return tuple(bytes.fromhex(self.ask("PX", x, y)[2]))
+
+    def pixels(self, items):
+        """Sets many pixels at once, the fast way: an iterable of (x, y, (r, g, b[, a]))."""
+        pack = struct.Struct("<HH4B").pack
+        packed = b"".join(pack(x, y, *(tuple(c) + (255,))[:4]) for x, y, c in items)
+        self.command("POINTS", payload=packed)
+
+    def blit(self, x, y, w, h, rgba):
+        """Writes w x h pixels of RGBA bytes (or a numpy array of h x w x 4 bytes) at (x, y)."""
+        data = rgba.tobytes() if hasattr(rgba, "tobytes") else bytes(rgba)
+        if len(data) != w * h * 4:
+            raise ValueError("%d x %d pixels are %d bytes, not %d" % (w, h, w * h * 4, len(data)))
+        self.command("BLIT", x, y, w, h, payload=data)
+
+    def read(self, x=0, y=0, w=None, h=None):
+        """The RGBA bytes of a rectangle, the whole frame unless told."""
+        if w is None or h is None:
+            width, height = self.size()
+            w, h = (width - x if w is None else w), (height - y if h is None else h)
+        return self._payload(self.ask("READ", x, y, w, h))
+
+    def array(self, x=0, y=0, w=None, h=None):
+        """Like `read`, as a numpy array of shape (h, w, 4); needs numpy."""
+        import numpy
+
+        if w is None or h is None:
+            width, height = self.size()
+            w, h = (width - x if w is None else w), (height - y if h is None else h)
+        return numpy.frombuffer(self.read(x, y, w, h), numpy.uint8).reshape(h, w, 4)
+
+    def peek(self, offset, count):
+        """`count` bytes of video memory from byte `offset` = (width * y + x) * 4."""
+        return bytes.fromhex(self.ask("PEEK", offset, count)[0]) if count else b""
+
+    def poke(self, offset, data):
+        """Writes bytes into video memory from byte `offset`; lines stay below the protocol's 4,096 bytes."""
+        data = bytes(data)
+        for at in range(0, len(data), 1024):
+            self.command("POKE", offset + at, data[at : at + 1024].hex())
+
+    def crc(self, *rect):
+        """The CRC-32 of the frame's (or a rectangle's) RGBA bytes."""
+        return int(self.ask("CRC", *rect)[0], 16)
+
+    def snapshot(self, path=None):
+        """The frame as PNG bytes, also written to `path` when there is one."""
+        data = self._payload(self.ask("SNAP", ":"))
+        if path is not None:
+            with open(path, "wb") as file:
+                file.write(data)
+        return data
+
+    # -- two dimensions
+
+    def line(self, x0, y0, x1, y1, c0, c1=None):
+        """A Bresenham line; with c1 its colour runs from c0 to c1."""
+        self.command("LINE", x0, y0, x1, y1, colour(c0), *([] if c1 is None else [colour(c1)]))
+
+    def fill(self, points, *colours):
+        """A filled triangle of three (x, y) in real coordinates, with one colour or three."""
+        flat = [v for p in points for v in p]
+        self.command("FILL", *flat, *map(colour, colours))
+
+    def rect(self, x, y, w, h, c):
+        """A filled rectangle."""
+        self.command("FILLRECT", x, y, w, h, colour(c))
+
+    def circle(self, cx, cy, r, c):
+        """A filled circle."""
+        self.command("FILLCIRCLE", cx, cy, r, colour(c))
+
+    def text(self, x, y, c, text):
+        """Text in the built-in 8x8 font; (x, y) is its upper left corner."""
+        self.command("TEXT", x, y, colour(c), payload=text.encode("utf-8"))
+
+    # -- three dimensions
+
+    def mesh(self, name, obj):
+        """Names a mesh from the bytes or the text of an OBJ file."""
+        self.command("MESH", name, "OBJ", payload=obj.encode("utf-8") if isinstance(obj, str) else bytes(obj))
+
+    def texture(self, name, file):
+        """Names a texture from the bytes of a PNG or JPEG file."""
+        self.command("TEX", name, payload=bytes(file))
+
+    def look_at(self, eye, reference=(0, 0, 0), up=(0, 1, 0)):
+        """Places the camera."""
+        self.command("LOOKAT", *eye, *reference, *up)
+
+    def draw(self, name):
+        """Draws a mesh with the connection's camera, matrix, lights and material."""
+        self.command("DRAW", name)
+
+    def depth_at(self, x, y):
+        """The depth of a pixel, 0 near to 1 far."""
+        return float(self.ask("DEPTHAT", x, y)[2])
+
+    def present(self, wait=False):
+        """Ends a frame; with `wait` its number, once it is shown."""
+        if wait:
+            self.command("PRESENT", "wait")
+            return int(self._reply("FRAME")[0])
+        self.command("PRESENT")
+        return None
+
+
+class SharedMemory:
+    """The video memory of `fbptr serve --shm PATH`, mapped: FBptr[offset] is `mem[offset]`.
+
+    What is written here is seen within 50 ms, or at once after `ring`. Where the server draws at the same place, either wins.
+    """
+
+    HEADER = 4096
+
+    def __init__(self, path):
+        with open(path, "r+b") as file:
+            self._map = mmap.mmap(file.fileno(), 0)
+        magic, version, header, width, height, stride, form = struct.unpack_from("<8s6I", self._map, 0)
+        if magic != b"FBPTRSHM" or version != 1 or header != self.HEADER or form != 1:
+            self._map.close()
+            raise ValueError("%s is not an fbptr frame of version 1" % path)
+        if len(self._map) < header + stride * height:
+            self._map.close()
+            raise ValueError("%s is shorter than its frame" % path)
+        self.width, self.height, self.stride = width, height, stride
+        #: The frame's bytes, writable: R, G, B, A of pixel (x, y) from (width * y + x) * 4 on.
+        self.bytes = memoryview(self._map)[header : header + stride * height]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Unmaps the memory."""
+        self.bytes.release()
+        self._map.close()
+
+    def __getitem__(self, at):
+        return self.bytes[at]
+
+    def __setitem__(self, at, value):
+        self.bytes[at] = value
+
+    def pixel(self, x, y, c):
+        """Sets one pixel to 4 bytes (r, g, b, a); off the frame it does nothing."""
+        if 0 <= x < self.width and 0 <= y < self.height:
+            at = (self.width * y + x) * 4
+            self.bytes[at : at + 4] = bytes(c)
+
+    def array(self):
+        """The frame as a writable numpy array of shape (height, width, 4); needs numpy."""
+        import numpy
+
+        return numpy.frombuffer(self.bytes, numpy.uint8).reshape(self.height, self.width, 4)
+
+    def frame(self):
+        """How many frames the server has published."""
+        return struct.unpack_from("<Q", self._map, 32)[0]
+
+    def ring(self):
+        """Tells the server that something was written."""
+        (count,) = struct.unpack_from("<Q", self._map, 40)
+        struct.pack_into("<Q", self._map, 40, (count + 1) & (2**64 - 1))
+
+    def info(self):
+        """The header's key=value lines."""
+        text = bytes(self._map[256 : self.HEADER]).split(b"\0", 1)[0].decode("ascii", "replace")
+        return dict(re.findall(r"^(\w+)=(.*)$", text, re.M))
+
+
+def _demo(address):
+    with Client(address) as fb:
+        w, h = fb.size()
+        fb.clear("102030")
+        for i in range(0, w, 8):
+            fb.line(0, 0, i, h - 1, (i % 256, 128, 255 - i % 256))
+        fb.text(8, 8, "white", "drawn from Python")
+
+
+if __name__ == "__main__":
+    _demo(sys.argv[1] if len(sys.argv) > 1 else "127.0.0.1:1234")
