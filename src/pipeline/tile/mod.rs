@@ -7,6 +7,9 @@
 //! 4e-7, colour within 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of
 //! threads and at every vector width.
 //!
+//! It draws what [`Job`] can say: opaque meshes, lit per pixel or coloured, under the f32 z-buffer. `pipeline::draw` does not
+//! hand its calls to it yet.
+//!
 //! Stages: vertex -> setup (cull, bound, bin) -> raster (band by band) -> resolve (band by band).
 
 mod crew;
@@ -180,6 +183,8 @@ pub fn render<C: Crew>(
                 bin: &chunk.bins[band],
                 records,
                 indices: &mesh.indices,
+                positions: [&mesh.positions[0], &mesh.positions[1], &mesh.positions[2]],
+                to_screen: &job.to_screen,
                 keep: job.keep,
                 view,
                 rows: band_rows,
@@ -219,3 +224,6 @@ fn each_chunk<C: Crew, T: Send>(
         false => crew.chunks(items, size, work),
     }
 }
+
+#[cfg(test)]
+mod tests;

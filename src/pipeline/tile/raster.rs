@@ -5,7 +5,7 @@
 //! result does not depend on threads, bands or lanes.
 
 use super::setup::{Kind, Setup, View};
-use super::vertex::Record;
+use super::vertex::{Record, ToScreen};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
@@ -37,6 +37,10 @@ pub struct RasterKernel<'a, 'b> {
     pub records: &'a [Record],
     /// Three vertices a face of the whole mesh.
     pub indices: &'a [i32],
+    /// Object-space x, y, z of the vertices, for depth planes in f64.
+    pub positions: [&'a [f64]; 3],
+    /// Object space to the screen.
+    pub to_screen: &'a ToScreen,
     /// Which windings are kept, for faces drawn by spans.
     pub keep: super::setup::Keep,
     /// What may be drawn.
@@ -139,8 +143,8 @@ impl RasterKernel<'_, '_> {
     /// A face of any size, by its exact spans; its depth plane in f64.
     #[inline(always)]
     fn large<S: Simd>(&mut self, s: S, setup: &Setup, rows: PixelRect) -> u64 {
-        let corner = |k: usize| self.records[self.indices[setup.face as usize * 3 + k] as usize];
-        let corners = [corner(0), corner(1), corner(2)];
+        let vertices = [0, 1, 2].map(|k| self.indices[setup.face as usize * 3 + k] as usize);
+        let corners = vertices.map(|v| self.records[v]);
         let fixed = |r: &Record, axis: usize| r[axis].to_bits() as i32;
         let snapped = |r: &Record, axis: usize| (fixed(r, axis) >> 8) + (r[3].to_bits() >> axis & 1) as i32;
         let points = [0, 1, 2].map(|k| [0, 1].map(|axis| snapped(&corners[k], axis) as f64 / 256.0));
@@ -157,11 +161,12 @@ impl RasterKernel<'_, '_> {
         if !is_kept {
             return 0;
         }
-        // The plane from the corners in an order of their own: the same for every order that the face may have them in.
-        let mut sorted = corners;
-        sorted.sort_by_key(|r| (fixed(r, 0), fixed(r, 1)));
-        let at = |k: usize, axis: usize| (fixed(&sorted[k], axis) as f64 + 0.5) / 65536.0;
-        let z = |k: usize| sorted[k][2] as f64;
+        // The plane of the unsnapped corners, in f64 and in an order of their own: the same for every order that the face
+        // may have them in.
+        let mut sorted = vertices.map(|v| self.to_screen.point(self.positions.map(|axis| axis[v])));
+        sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+        let at = |k: usize, axis: usize| sorted[k][axis];
+        let z = |k: usize| sorted[k][2];
         let (bx, by, cx, cy) =
             (at(1, 0) - at(0, 0), at(1, 1) - at(0, 1), at(2, 0) - at(0, 0), at(2, 1) - at(0, 1));
         let (bz, cz) = (z(1) - z(0), z(2) - z(0));

@@ -25,6 +25,14 @@ pub struct ToScreen {
     pub half: [f64; 2],
 }
 
+impl ToScreen {
+    /// One point on the screen: x and y in pixels, z; in f64, with the roundings of [`VertexKernel`].
+    pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
+        let [x, y, z, w] = self.rows.map(|[a, b, c, d]| ((a * p[0] + b * p[1]) + c * p[2]) + d);
+        [self.center[0] + x / w * self.half[0], self.center[1] + y / w * self.half[1], z / w]
+    }
+}
+
 /// Transforms a run of vertices.
 pub struct VertexKernel<'a> {
     /// Object-space x, y, z.
@@ -70,9 +78,10 @@ fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH],
     for i in 0..WIDTH {
         let w = clip[3][i];
         let inv = 1.0 / w;
-        let sx = t.center[0] + clip[0][i] * inv * t.half[0];
-        let sy = t.center[1] + clip[1][i] * inv * t.half[1];
-        let sz = clip[2][i] * inv;
+        // Divided, not multiplied by 1/w: the plain path's roundings, so that both snap alike.
+        let sx = t.center[0] + clip[0][i] / w * t.half[0];
+        let sy = t.center[1] + clip[1][i] / w * t.half[1];
+        let sz = clip[2][i] / w;
         let fits = w > 1e-30 && w < 1e30 && sx.abs() < REACH && sy.abs() < REACH && sz.abs() < 2.0;
         let (sx, sy) = if fits { (sx, sy) } else { (0.0, 0.0) };
         let floor = |v: f64| {
