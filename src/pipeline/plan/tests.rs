@@ -1,0 +1,280 @@
+//! What a plan leaves out, case by case, and that the draw then does without.
+
+use super::*;
+use crate::memory::{DepthFormat, VideoMemory};
+use crate::pipeline::{DepthUse, DrawStats, SceneOptions, Target, draw_scene, plan_scene};
+use crate::scene::*;
+use glam::{DMat4, DVec2, DVec3};
+use std::sync::Arc;
+
+const LIGHTING: [Part; 7] = [
+    Part::FaceNormals,
+    Part::VertexNormals,
+    Part::LightFaces,
+    Part::LightVertices,
+    Part::LightPixels,
+    Part::InterpolateNormals,
+    Part::InterpolatePositions,
+];
+
+fn object(mesh: Mesh) -> Object {
+    Object {
+        name: "thing".into(),
+        geometry: Arc::new(Geometry { mesh, textures: Vec::new() }),
+        model: DMat4::IDENTITY,
+        material: Material::default(),
+        back_material: None,
+        cull: Cull::Back,
+        two_sided_lighting: false,
+        shade: None,
+        texture: None,
+        lights: None,
+    }
+}
+
+fn triangle() -> Mesh {
+    let mut mesh = Mesh::from_triangles(
+        vec![DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.0)],
+        &[[0, 1, 2]],
+    );
+    mesh.texcoords = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
+    for (i, c) in mesh.corners.iter_mut().enumerate() {
+        c.texcoord = i as u32;
+    }
+    mesh
+}
+
+/// A tetrahedron: closed and convex.
+fn solid() -> Mesh {
+    let p = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]].map(DVec3::from);
+    Mesh::from_triangles(p.to_vec(), &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+}
+
+fn lamp() -> Light {
+    Light {
+        kind: LightKind::Directional { direction: DVec3::NEG_Z },
+        color: DVec3::ONE,
+        ambient: DVec3::ZERO,
+        clamp_attenuation: false,
+    }
+}
+
+fn scene(objects: Vec<Object>) -> Scene {
+    Scene { camera: Some(Camera::default()), lights: vec![lamp()], objects, ..Scene::default() }
+}
+
+fn texture(alpha: u8) -> Option<(Arc<Texture>, Sampling)> {
+    Some((Arc::new(Texture::new(2, 2, vec![alpha; 16]).unwrap()), Sampling::default()))
+}
+
+/// The plan of a scene on 20x20 pixels; and what drawing it did, and whether it made a depth memory.
+fn plan_and_draw(scene: &Scene, change: impl FnOnce(&mut SceneOptions)) -> (Plan, DrawStats, bool) {
+    let mut options = SceneOptions::new(20, 20);
+    change(&mut options);
+    let mut memory = VideoMemory::new(20, 20).unwrap();
+    let mut depth = None;
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::U16, ids: None };
+    let plan = plan_scene(&target, scene, &options);
+    let stats = draw_scene(&mut target, scene, &options).unwrap();
+    (plan, stats, depth.is_some())
+}
+
+fn whole(options: &mut SceneOptions) {
+    options.depth_use = DepthUse::SceneOnly;
+}
+
+#[track_caller]
+fn assert_absent(plan: &Plan, parts: &[Part]) {
+    for part in parts {
+        assert!(!plan.uses(*part), "{part:?} is there:\n{plan}");
+        let item = plan.item(*part);
+        assert!(item.bytes == 0 && item.count == 0 && !item.reason.is_empty());
+    }
+}
+
+#[test]
+fn a_2d_stream_has_a_frame_and_nothing_else() {
+    let plan = Plan::of_2d(640, 480);
+    assert_absent(&plan, &Part::ALL[1..]);
+    assert_eq!(plan.bytes(), 640 * 480 * 4);
+}
+
+#[test]
+fn an_unchanged_frame_draws_nothing() {
+    let plan = Plan::of_unchanged_frame(64, 64);
+    assert_absent(&plan, &Part::ALL[1..]);
+    assert!(plan.to_string().contains("nothing moved"));
+}
+
+#[test]
+fn one_emissive_triangle_needs_no_light_no_attribute_and_no_depth() {
+    let mut thing = object(triangle());
+    thing.material.emissive = DVec3::X;
+    thing.cull = Cull::None;
+    let dark = Scene { lights: Vec::new(), ..scene(vec![thing.clone()]) };
+    let (plan, stats, has_depth) = plan_and_draw(&dark, whole);
+    assert_absent(&plan, &LIGHTING);
+    let without = [
+        Part::DepthMemory,
+        Part::InterpolateColors,
+        Part::InterpolateTexcoords,
+        Part::Textures,
+        Part::SampleTextures,
+        Part::ReadBack,
+        Part::CullFaces,
+    ];
+    assert_absent(&plan, &without);
+    assert!(!has_depth && stats.pixels_written > 30 && stats.pixels_lit + stats.vertices_lit == 0);
+    // A stream's future is not known: there the depth is kept.
+    let (plan, _, has_depth) = plan_and_draw(&dark, |_| {});
+    assert!(plan.uses(Part::DepthMemory) && has_depth);
+    assert_eq!(plan.item(Part::DepthMemory).bytes, 800);
+    // A black light is no light, and an unlit material asks for none.
+    let black = Scene { lights: vec![Light { color: DVec3::ZERO, ..lamp() }], ..dark };
+    assert_absent(&plan_and_draw(&black, whole).0, &LIGHTING);
+    thing.material.model = LightingModel::Unlit;
+    assert_absent(&plan_and_draw(&scene(vec![thing]), whole).0, &LIGHTING);
+}
+
+#[test]
+fn a_flat_convex_solid_needs_no_depth_and_no_interpolation() {
+    let mut thing = object(solid());
+    thing.shade = Some(ShadeMode::Flat);
+    let (plan, stats, has_depth) = plan_and_draw(&scene(vec![thing.clone()]), whole);
+    let without = [
+        Part::DepthMemory,
+        Part::VertexNormals,
+        Part::LightPixels,
+        Part::LightVertices,
+        Part::InterpolateNormals,
+        Part::InterpolatePositions,
+        Part::InterpolateColors,
+    ];
+    assert_absent(&plan, &without);
+    assert!(plan.uses(Part::FaceNormals) && plan.uses(Part::LightFaces) && plan.uses(Part::CullFaces));
+    assert!(!has_depth && stats.vertices_lit == stats.faces_drawn && stats.faces_culled > 0);
+    // Seen from both sides, dented, open, or with another beside it, faces may hide each other.
+    let mut cases = vec![vec![thing.clone(), thing.clone()]];
+    let mut both = thing.clone();
+    both.cull = Cull::None;
+    cases.push(vec![both]);
+    let mut dented = solid();
+    dented.positions.push(DVec3::ZERO);
+    let inner = |corner: u32| Corner { position: corner, normal: NONE, texcoord: NONE, color: NONE };
+    let open = Mesh::from_triangles(solid().positions, &[[0, 2, 1], [0, 1, 3]]);
+    cases.push(vec![object(open)]);
+    let mut folded = Mesh { positions: dented.positions, ..Mesh::default() };
+    for t in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]] {
+        folded.push_polygon(&t.map(inner), NONE);
+    }
+    cases.push(vec![object(folded)]);
+    for objects in cases {
+        let (plan, _, has_depth) = plan_and_draw(&scene(objects), whole);
+        assert!(plan.uses(Part::DepthMemory) && has_depth, "{plan}");
+    }
+}
+
+#[test]
+fn the_convex_solid_without_depth_looks_as_with_it() {
+    for seed in 0..20 {
+        let mut thing = object(solid());
+        thing.model = crate::math::matrix::rotate(DVec3::new(1.0, 0.3, 2.0), seed as f64).unwrap();
+        let scene = scene(vec![thing]);
+        let picture = |depth_use| {
+            let mut memory = VideoMemory::new(40, 40).unwrap();
+            let mut depth = None;
+            let mut target =
+                Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+            let options = SceneOptions { depth_use, ..SceneOptions::new(40, 40) };
+            draw_scene(&mut target, &scene, &options).unwrap();
+            memory.bytes().to_vec()
+        };
+        assert_eq!(picture(DepthUse::Keep), picture(DepthUse::SceneOnly));
+    }
+}
+
+#[test]
+fn an_orthographic_scene_divides_by_nothing() {
+    let mut s = scene(vec![object(solid())]);
+    let window = [-2.0, 2.0, -2.0, 2.0];
+    s.camera =
+        Some(Camera { projection: Projection::Ortho { window, near: 0.1, far: 9.0 }, ..Camera::default() });
+    let (plan, stats, _) = plan_and_draw(&s, whole);
+    assert_absent(&plan, &[Part::PerspectiveDivision, Part::CutFaces]);
+    assert!(stats.pixels_written > 50);
+    s.camera = None;
+    assert!(plan_and_draw(&s, whole).0.uses(Part::PerspectiveDivision));
+}
+
+#[test]
+fn an_untextured_scene_runs_no_u_and_v() {
+    let parts = [Part::Textures, Part::InterpolateTexcoords, Part::SampleTextures];
+    let mut thing = object(triangle());
+    assert_absent(&plan_and_draw(&scene(vec![thing.clone()]), whole).0, &parts);
+    thing.texture = texture(255);
+    let (plan, _, _) = plan_and_draw(&scene(vec![thing]), whole);
+    assert!(parts.iter().all(|p| plan.uses(*p)));
+    assert_eq!(plan.item(Part::Textures).bytes, 16 + 16);
+}
+
+#[test]
+fn an_opaque_scene_reads_nothing_back() {
+    let plan_of = |change: &dyn Fn(&mut Object)| {
+        let mut thing = object(triangle());
+        change(&mut thing);
+        plan_and_draw(&scene(vec![thing]), whole).0
+    };
+    assert_absent(&plan_of(&|_| {}), &[Part::ReadBack]);
+    assert_absent(&plan_of(&|o| o.texture = texture(255)), &[Part::ReadBack]);
+    assert!(plan_of(&|o| o.material.transparency = 0.1).uses(Part::ReadBack));
+    assert!(plan_of(&|o| o.texture = texture(128)).uses(Part::ReadBack));
+}
+
+#[test]
+fn each_shading_lights_where_it_should() {
+    for (shade, part, others) in [
+        (ShadeMode::Flat, Part::LightFaces, [Part::LightVertices, Part::LightPixels]),
+        (ShadeMode::Gouraud, Part::LightVertices, [Part::LightFaces, Part::LightPixels]),
+        (ShadeMode::Phong, Part::LightPixels, [Part::LightFaces, Part::LightVertices]),
+    ] {
+        let (plan, stats, _) = plan_and_draw(&scene(vec![object(solid())]), |o| o.shade = shade);
+        assert!(plan.uses(part) && !others.iter().any(|p| plan.uses(*p)), "{plan}");
+        assert_eq!(stats.pixels_lit > 0, shade == ShadeMode::Phong);
+    }
+    // Normals that the file gives need no faces' normals.
+    let mut mesh = solid();
+    mesh.normals = vec![DVec3::Z];
+    mesh.corners.iter_mut().for_each(|c| c.normal = 0);
+    let (plan, _, _) = plan_and_draw(&scene(vec![object(mesh)]), |_| {});
+    assert_absent(&plan, &[Part::FaceNormals, Part::VertexNormals]);
+}
+
+#[test]
+fn hidden_surfaces_cost_what_their_method_needs() {
+    let s = scene(vec![object(solid())]);
+    let (plan, _, has_depth) = plan_and_draw(&s, |o| o.hide = HiddenSurface::None);
+    assert_absent(&plan, &[Part::DepthMemory, Part::SortFaces, Part::IdMemory]);
+    assert!(!has_depth);
+    let (plan, _, has_depth) = plan_and_draw(&s, |o| o.hide = HiddenSurface::Painter);
+    assert!(plan.uses(Part::SortFaces) && !plan.uses(Part::DepthMemory) && !has_depth);
+    let (plan, _, _) = plan_and_draw(&s, |o| (o.shade, o.hide) = (ShadeMode::Wire, HiddenSurface::None));
+    assert_absent(&plan, &LIGHTING);
+    assert!(plan.uses(Part::Lines) && !plan.uses(Part::Coverage));
+}
+
+#[test]
+fn a_plan_prints_every_part_with_its_reason() {
+    let (plan, _, _) = plan_and_draw(&scene(vec![object(solid()), object(triangle())]), |_| {});
+    let text = plan.to_string();
+    assert_eq!(text.lines().count(), 1 + Part::ALL.len());
+    assert!(text.starts_with("plan: scene of 2 objects, "), "{text}");
+    for line in [
+        "  + video memory       the frame; 400 pixels, 1600 bytes",
+        "  + transform vertices every position once; 7 vertices, 448 bytes",
+        "  - textures           no texture",
+        "  + light pixels       SHADE phong: once a pixel; 2 lights",
+    ] {
+        assert!(text.lines().any(|l| l == line), "no {line:?} in\n{text}");
+    }
+}
