@@ -5,6 +5,8 @@
 
 mod address;
 mod play;
+mod render;
+mod scene_file;
 mod send;
 mod serve;
 mod size;
@@ -31,6 +33,8 @@ enum Task {
     Play(play::Play),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
+    /// Render a scene file to a picture
+    Render(render::Render),
     /// Take a picture of a running server
     Snap(snap::Snap),
     /// Send a stream to a running server, and print its replies
@@ -60,6 +64,7 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Task::Play(play) => play.run().into(),
         Task::Serve(serve) => serve.run().into(),
+        Task::Render(render) => render.run().into(),
         Task::Snap(snap) => snap.run().into(),
         Task::Send(send) => send.run().into(),
     }

@@ -1,0 +1,226 @@
+//! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
+
+use super::scene_file::{self, SceneError, SceneFile};
+use super::{FrameSize, Status, say_as_program};
+use crate::eye::{self, EyeScene};
+use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
+use crate::pipeline::{self, DepthUse, SceneOptions, Target};
+use crate::save;
+use crate::scene::{Projection, Scene, ShadeMode};
+use crate::server::Limits;
+use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Render a scene file.
+#[derive(Debug, Args)]
+pub struct Render {
+    /// The scene: .x3d, .obj, or .json for N dimensions
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// The picture: .png, .ppm or .raw
+    #[arg(short, long, value_name = "OUT")]
+    out: PathBuf,
+    /// The picture's size [default: 640x480, or an N-dimensional screen's own]
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// How faces get their colours: wire, flat, gouraud or phong
+    #[arg(long, value_name = "S", value_parser = shade)]
+    shade: Option<ShadeMode>,
+    /// Distance to the near plane
+    #[arg(long, value_name = "N", value_parser = positive)]
+    near: Option<f64>,
+    /// Distance to the far plane
+    #[arg(long, value_name = "F", value_parser = positive)]
+    far: Option<f64>,
+    /// Write the depth too
+    #[arg(long, value_name = "OUT.pfm")]
+    depth_out: Option<PathBuf>,
+    /// Print what the scene needs, and why
+    #[arg(long)]
+    explain: bool,
+    /// Seconds since the scene's start
+    #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
+    time: f64,
+    /// How many pictures; their names have a number before the ending
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Pictures a second
+    #[arg(long, value_name = "F", value_parser = positive, default_value = "25")]
+    fps: f64,
+}
+
+fn shade(text: &str) -> Result<ShadeMode, String> {
+    ShadeMode::from_keyword(text).ok_or_else(|| "expected wire, flat, gouraud or phong".to_owned())
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| "expected a finite number".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| "expected a finite number above 0".to_owned())
+}
+
+impl Render {
+    /// Renders all pictures; the exit status.
+    pub(super) fn run(self) -> Status {
+        match self.render() {
+            Ok(()) => Status::Success,
+            Err(SceneError::NoFile(message)) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+            Err(SceneError::Refused(message)) => {
+                say_as_program(message);
+                Status::Failed
+            }
+        }
+    }
+
+    fn render(&self) -> Result<(), SceneError> {
+        let bad = |message: String| SceneError::NoFile(message);
+        save::SnapshotFormat::of_path(&self.out).map_err(|e| bad(e.to_string()))?;
+        if let (Some(near), Some(far)) = (self.near, self.far)
+            && near >= far
+        {
+            return Err(bad(format!("--near {near} must be less than --far {far}")));
+        }
+        let size = self.size.unwrap_or(FrameSize::DEFAULT);
+        Limits::default().check_frame(size.width, size.height).map_err(|e| bad(e.message))?;
+        let file = scene_file::read(&self.scene)?;
+        if let SceneFile::Eye(scene) = file {
+            return self.render_eye(&scene);
+        }
+        let mut plans = String::new();
+        for i in 0..self.frames.unwrap_or(1) {
+            let time = self.time + f64::from(i) / self.fps;
+            let mut scene = self.scene_at(&file, time, size);
+            self.set_planes(&mut scene)?;
+            let plan = self.draw(&scene, size, self.frames.map(|_| i))?;
+            if !plans.ends_with(&plan) {
+                plans.push_str(&plan);
+            }
+        }
+        if self.explain {
+            // Nobody may be reading.
+            let _ = std::io::stdout().write_all(plans.as_bytes());
+        }
+        Ok(())
+    }
+
+    fn scene_at(&self, file: &SceneFile, time: f64, size: FrameSize) -> Scene {
+        match file {
+            SceneFile::X3d(document) => document.at(time),
+            SceneFile::Obj(geometry) => {
+                let name = self.scene.file_stem().map(|n| n.to_string_lossy()).unwrap_or_default();
+                let aspect = f64::from(size.width) / f64::from(size.height);
+                scene_file::scene_of_mesh(Arc::clone(geometry), &name, aspect)
+            }
+            SceneFile::Eye(_) => Scene::default(),
+        }
+    }
+
+    /// Puts the near and far planes where the arguments say.
+    fn set_planes(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        let Some(camera) = &mut scene.camera else { return Ok(()) };
+        match &mut camera.projection {
+            Projection::Perspective { near, far, .. }
+            | Projection::Plane { near, far, .. }
+            | Projection::Frustum { near, far, .. }
+            | Projection::Ortho { near, far, .. }
+            | Projection::OrthoContain { near, far, .. }
+            | Projection::Oblique { near, far, .. }
+            | Projection::Isometric { near, far, .. }
+            | Projection::PseudoIsometric { near, far, .. }
+            | Projection::Window { near, far, .. } => {
+                *near = self.near.unwrap_or(*near);
+                *far = self.far.unwrap_or(*far);
+            }
+        }
+        camera.matrices(1.0).map(drop).map_err(|e| SceneError::NoFile(format!("camera: {e}")))
+    }
+
+    /// Draws and writes one picture; its plan.
+    fn draw(&self, scene: &Scene, size: FrameSize, number: Option<u32>) -> Result<String, SceneError> {
+        let refused = |message: String| SceneError::Refused(message);
+        let mut memory = VideoMemory::new(size.width, size.height).map_err(|e| refused(e.to_string()))?;
+        let mut depth = None;
+        let options = SceneOptions {
+            shade: self.shade.unwrap_or_default(),
+            depth_use: if self.depth_out.is_some() { DepthUse::Keep } else { DepthUse::SceneOnly },
+            ..SceneOptions::new(size.width, size.height)
+        };
+        let mut target = Target {
+            memory: &mut memory,
+            depth: &mut depth,
+            depth_format: DepthFormat::default(),
+            ids: None,
+        };
+        let plan = match self.explain {
+            true => pipeline::plan_scene(&target, scene, &options).to_string(),
+            false => String::new(),
+        };
+        pipeline::draw_scene(&mut target, scene, &options)
+            .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
+        self.write(&memory, depth.as_ref(), number)?;
+        Ok(plan)
+    }
+
+    fn write(
+        &self,
+        memory: &VideoMemory,
+        depth: Option<&DepthMemory>,
+        number: Option<u32>,
+    ) -> Result<(), SceneError> {
+        let refused = |e: save::SaveError| SceneError::Refused(e.to_string());
+        save::to_path(memory, &numbered(&self.out, number)).map_err(refused)?;
+        let Some(path) = &self.depth_out else { return Ok(()) };
+        let path = numbered(path, number);
+        match depth {
+            Some(depth) => save::depth_to_path(depth, &path),
+            None => {
+                let far = DepthMemory::new(memory.width(), memory.height(), DepthFormat::F32);
+                save::depth_to_path(&far, &path)
+            }
+        }
+        .map_err(refused)
+    }
+
+    fn render_eye(&self, scene: &EyeScene) -> Result<(), SceneError> {
+        let refused = |message: String| SceneError::Refused(message);
+        let picture = eye::render(scene);
+        let [width, height] = match self.size {
+            Some(FrameSize { width, height }) => [width, height],
+            None => eye::Sheet::of(&picture.pixels).size(),
+        };
+        let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
+        eye::paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
+        self.write(&memory, None, None)
+    }
+}
+
+/// The name of picture `number` of several: `name-0007.png`.
+fn numbered(path: &Path, number: Option<u32>) -> PathBuf {
+    let Some(number) = number else { return path.to_owned() };
+    let stem = path.file_stem().map(|s| s.to_os_string()).unwrap_or_default();
+    let mut name = stem;
+    name.push(format!("-{number:04}"));
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_of_an_animation_have_numbers_before_their_ending() {
+        assert_eq!(numbered(Path::new("a/b.c.png"), Some(7)), Path::new("a/b.c-0007.png"));
+        assert_eq!(numbered(Path::new("b.png"), None), Path::new("b.png"));
+    }
+}
