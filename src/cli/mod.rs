@@ -47,6 +47,8 @@ pub(crate) enum Status {
     Success,
     Failed,
     BadArguments,
+    /// By a signal.
+    Interrupted,
 }
 
 impl From<Status> for ExitCode {
@@ -55,6 +57,7 @@ impl From<Status> for ExitCode {
             Status::Success => 0,
             Status::Failed => 1,
             Status::BadArguments => 2,
+            Status::Interrupted => 130,
         })
     }
 }

@@ -52,7 +52,6 @@ impl Play {
     }
 
     /// Opens and checks everything that the arguments name.
-    #[expect(clippy::type_complexity, reason = "four things that are used once")]
     fn prepare(&self) -> Result<(Engine, Box<dyn Read + Send>, String, EndOfInput), String> {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
@@ -98,6 +97,7 @@ impl Play {
                 return Status::Failed;
             }
         };
+        let interrupted = watch_signals(&thread, display.clone());
         let (name, failed) = (name.to_owned(), has_failed.clone());
         let on_notice = move |notice| match notice {
             Notice::Refused(complaint) => {
@@ -121,6 +121,9 @@ impl Play {
             }
         };
         let is_saved = self.save(&engine);
+        if interrupted.load(Ordering::Acquire) {
+            return Status::Interrupted;
+        }
         match has_failed.load(Ordering::Acquire) || !is_saved {
             true => Status::Failed,
             false => Status::Success,
@@ -185,4 +188,21 @@ impl Play {
         }
         is_saved
     }
+}
+
+/// A signal ends the play, with its snapshot written; a second one at once. Whether one has come.
+fn watch_signals(thread: &RenderThread, display: Option<Arc<Display>>) -> Arc<AtomicBool> {
+    let (stop, has_come) = (thread.stopper(), Arc::new(AtomicBool::new(false)));
+    let flag = has_come.clone();
+    // Without a handler the system's own one ends the process, as it would any other.
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::AcqRel) {
+            std::process::exit(130);
+        }
+        stop();
+        if let Some(display) = &display {
+            display.leave();
+        }
+    });
+    has_come
 }

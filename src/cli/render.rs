@@ -1,7 +1,7 @@
 //! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
 
 use super::scene_file::{self, SceneError, SceneFile};
-use super::{FrameSize, Status, say_as_program};
+use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use crate::pipeline::{self, DepthUse, SceneOptions, Target};
@@ -73,7 +73,7 @@ impl Render {
                 Status::BadArguments
             }
             Err(SceneError::Refused(message)) => {
-                say_as_program(message);
+                say(&message);
                 Status::Failed
             }
         }

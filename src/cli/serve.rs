@@ -147,12 +147,17 @@ impl Serve {
                 .serve_pipe(Box::new(io::stdin()), Box::new(io::stdout()), on_end)
                 .map_err(|e| format!("no thread to read on: {e}"))?;
         }
-        match display {
+        let why = match display {
             Some(display) => self.with_window(&server, display, endings, &ending),
-            None => drop(ending.recv()),
-        }
-        end_at_the_last_moment();
-        let mut engine = server.shut_down(PATIENCE);
+            None => ending.recv().unwrap_or(Ending::Signal),
+        };
+        let mut engine = match why {
+            Ending::InputEnded => server.finish(),
+            _ => {
+                end_at_the_last_moment();
+                server.shut_down(PATIENCE)
+            }
+        };
         let failure = engine.take_record_failure();
         engine.end();
         let failure = failure.or_else(|| engine.take_record_failure());
@@ -243,11 +248,12 @@ impl Serve {
         display: std::sync::Arc<Display>,
         endings: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
-    ) {
+    ) -> Ending {
         let (watched, seen) = (display.clone(), ending.clone());
         let watcher = std::thread::spawn(move || {
-            let _ = seen.recv();
+            let why = seen.recv().unwrap_or(Ending::Signal);
             watched.leave();
+            why
         });
         let options = crate::window::Options { title: "fbptr serve".into(), ..Default::default() };
         if let Err(e) = crate::window::run(display, options) {
@@ -256,7 +262,7 @@ impl Serve {
         } else {
             let _ = endings.try_send(Ending::WindowClosed);
         }
-        let _ = watcher.join();
+        watcher.join().unwrap_or(Ending::Signal)
     }
 
     #[cfg(not(feature = "window"))]
@@ -266,8 +272,8 @@ impl Serve {
         _: std::sync::Arc<Display>,
         _: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
-    ) {
-        let _ = ending.recv();
+    ) -> Ending {
+        ending.recv().unwrap_or(Ending::Signal)
     }
 }
 

@@ -350,7 +350,6 @@ fn kind_of(meta: &std::fs::Metadata) -> &'static str {
 }
 
 /// Checks a header: width and height, or what was expected and what was found.
-
 fn read_header(file: &mut File) -> io::Result<Result<(u32, u32), (String, String)>> {
     let len = file.metadata()?.len();
     let refuse = |expected: &str, found: String| Ok(Err((expected.to_owned(), found)));

@@ -154,7 +154,7 @@ mod tests {
         assert!(outbox.is_full(10));
         outbox.close();
         let (mut written, told) = (Vec::new(), AtomicUsize::new(0));
-        outbox.write_all_to(&mut written, 10, || drop(told.fetch_add(1, Ordering::Relaxed))).unwrap();
+        outbox.write_all_to(&mut written, 10, || _ = told.fetch_add(1, Ordering::Relaxed)).unwrap();
         assert_eq!(written, whole);
         assert_eq!((told.into_inner(), outbox.pending()), (1, 0));
     }

@@ -277,10 +277,10 @@ impl Replay {
         match parsed.map(|(connection, what)| (connection, what, what.parse::<u64>())) {
             Some((connection, "end", _)) => self.end_of(engine, connection, out),
             Some((connection, _, Ok(left))) => {
-                if !self.streams.contains_key(&connection) {
+                self.streams.entry(connection).or_insert_with(|| {
                     engine.open();
-                    self.streams.insert(connection, Stream::new(engine, connection, Audience::Owner));
-                }
+                    Stream::new(engine, connection, Audience::Owner)
+                });
                 if left > 0 {
                     self.part = Part::Chunk { connection, left };
                 }

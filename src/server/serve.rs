@@ -92,6 +92,12 @@ impl Server {
         &self.thread
     }
 
+    /// Lets nobody in any more, and ends when every connection has, however long its client takes.
+    pub fn finish(self) -> Engine {
+        drop(self.listeners);
+        self.thread.finish(Finish::WhenAllEnded)
+    }
+
     /// Lets nobody in any more, finishes what was received, sends the last replies, and ends: within `patience` and a
     /// fraction of a second more, whatever the clients do.
     pub fn shut_down(self, patience: Duration) -> Engine {

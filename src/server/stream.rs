@@ -8,8 +8,9 @@ use crate::command::{
     Command, Decoder, EndOfInput, Flow, Limits as StreamLimits, Place, Rect, Sink, StreamError, format_fault,
     format_play_fault,
 };
-use crate::error::Fault;
+use crate::error::{Code, Fault};
 use crate::memory::Rgba;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// A refused command, as its owner is told.
@@ -211,6 +212,18 @@ impl Runner<'_> {
         self.after_error()
     }
 
+    /// Runs a command; a panic in it, which is a defect, ends the command and not the server.
+    fn run_guarded(&mut self, command: Command) -> Result<Effect, Fault> {
+        let replies = self.out.replies.len();
+        let run = AssertUnwindSafe(|| self.engine.run(self.session, command, &mut self.out.replies));
+        // What the command had drawn stays drawn; memories hold plain numbers, so any state of them is sound.
+        catch_unwind(run).unwrap_or_else(|_| {
+            self.out.replies.truncate(replies);
+            self.session.stats.errors += 1;
+            Err(Fault::new(Code::Format, "this command met a defect of the server, and was given up"))
+        })
+    }
+
     fn after_error(&mut self) -> Flow {
         match self.session.closes_on_error() {
             true => {
@@ -267,7 +280,7 @@ impl Sink for Runner<'_> {
             // Up to this command; the rest of the piece is not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
         }
-        let result = self.engine.run(self.session, command, &mut self.out.replies);
+        let result = self.run_guarded(command);
         if !self.session.warnings.is_empty() {
             let warnings = self.session.warnings.drain(..).map(Notice::Warning);
             match self.session.audience {

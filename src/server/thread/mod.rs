@@ -12,7 +12,7 @@ pub(crate) mod message;
 use super::client::Client;
 use super::{Audience, Budget, Engine, Input, Output, Pace, Standing};
 use connection::{Connection, Leaving};
-use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, never, select};
+use crossbeam_channel::{Receiver, Sender, bounded, never, select};
 use message::{Id, Inbox, Message, Opening, Source};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -116,6 +116,12 @@ impl RenderThread {
         let _ = self.messages.send(Message::Finish(how));
     }
 
+    /// Something that asks the thread to end at once, and can be called from anywhere, a signal's handler for instance.
+    pub fn stopper(&self) -> impl Fn() + Send + 'static {
+        let messages = self.messages.clone();
+        move || drop(messages.send(Message::Finish(Finish::Now)))
+    }
+
     /// Whether the thread has ended.
     pub fn is_finished(&self) -> bool {
         self.thread.is_finished()
@@ -202,11 +208,8 @@ impl Loop {
 
     /// Takes all messages that wait. Each connection can have few, so this ends.
     fn receive_all(&mut self) {
-        loop {
-            match self.messages.try_recv() {
-                Ok(message) => self.receive(message),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
-            }
+        while let Ok(message) = self.messages.try_recv() {
+            self.receive(message);
         }
         while let Ok(input) = self.inputs.try_recv() {
             self.input(input);
@@ -405,7 +408,9 @@ impl Loop {
     fn end(mut self) -> Engine {
         let until = match self.finish {
             Some(Finish::By(time)) => time + Duration::from_millis(300),
-            _ => Instant::now() + LEAVE_WITHIN,
+            Some(Finish::Now) => Instant::now() + Duration::from_millis(300),
+            // Whoever reads the replies takes the time it takes.
+            _ => Instant::now() + Duration::from_secs(1 << 32),
         };
         for (_, connection) in self.connections.drain() {
             self.leaving.extend(connection.close(&mut self.engine));
