@@ -207,7 +207,7 @@ class Client:
 
     def peek(self, offset, count):
         """`count` bytes of video memory from byte `offset` = (width * y + x) * 4."""
-        return bytes.fromhex(self.ask("PEEK", offset, count)[0]) if count else b""
+        return bytes.fromhex(self.ask("PEEK", offset, count)[1]) if count else b""
 
     def poke(self, offset, data):
         """Writes bytes into video memory from byte `offset`; lines stay below the protocol's 4,096 bytes."""
