@@ -2,8 +2,10 @@
 //! command does something, that a verb is read otherwise than written down.
 
 mod cuts;
+mod dictionary;
 mod framing;
 mod naive;
+mod page;
 mod recorder;
 mod roundtrip;
 mod verbs;
