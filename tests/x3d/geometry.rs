@@ -3,6 +3,7 @@
 use crate::support::{area, close, mesh, parse, shape, volume, warnings};
 use fbptr::scene::{LightingModel, Mesh, NONE};
 use glam::{DVec2, DVec3, DVec4};
+use std::f64::consts::PI;
 
 const TEXTURED: &str = "<Appearance><PixelTexture image='1 1 1 0'/></Appearance>";
 
@@ -31,9 +32,9 @@ fn texcoords(mesh: &Mesh) -> Vec<DVec2> {
 fn closed_bodies_look_outwards() {
     let hull = |geometry: &str| volume(&mesh(geometry));
     assert!((hull("<Box/>") - 8.0).abs() < 1e-12);
-    assert!((hull("<Sphere/>") - 4.188).abs() < 0.01);
-    assert!((hull("<Cylinder/>") - 6.283).abs() < 0.01);
-    assert!((hull("<Cone/>") - 2.094).abs() < 0.01);
+    assert!((hull("<Sphere/>") - 4.0 / 3.0 * PI).abs() < 0.01);
+    assert!((hull("<Cylinder/>") - 2.0 * PI).abs() < 0.01);
+    assert!((hull("<Cone/>") - 2.0 / 3.0 * PI).abs() < 0.01);
     // The default extrusion: a square of 2 x 2, one high.
     assert!((hull("<Extrusion/>") - 4.0).abs() < 1e-12);
     let turned = hull("<Extrusion ccw='false'/>");
@@ -255,7 +256,7 @@ fn flat_figures_lie_in_z_0_and_face_the_viewer() {
     assert_eq!(area(&mesh("<Rectangle2D size='3 4'/>")), DVec3::Z * 12.0);
     let disc = area(&mesh("<Disk2D/>")).z;
     let ring = area(&mesh("<Disk2D innerRadius='0.5'/>")).z;
-    assert!((disc - 3.14).abs() < 0.01 && (ring - 0.75 * disc).abs() < 1e-12);
+    assert!((disc - PI).abs() < 0.01 && (ring - 0.75 * disc).abs() < 1e-12);
     assert!(mesh("<Disk2D innerRadius='1'/>").lines.len() > 90);
     let triangles = mesh("<TriangleSet2D vertices='0 0 1 0 0 1 5 5 5 6 6 5'/>");
     assert_eq!((normals(&triangles, 0)[0], normals(&triangles, 1)[0]), (DVec3::Z, DVec3::NEG_Z));

@@ -17,7 +17,7 @@ fn every_scene_looks_as_it_did() {
         .filter_map(|(name, time)| {
             let memory = draw(&load(&name).unwrap().at(time), 120, 90);
             let file = format!("{}-at-{time}.png", name.replace('/', "-").replace(".x3d", ""));
-            check(&memory, &data().join("golden").join(file), Tolerance::EXACT, Mode::from_env()).err()
+            check(&memory, data().join("golden").join(file), Tolerance::EXACT, Mode::from_env()).err()
         })
         .map(|e| e.to_string())
         .collect();

@@ -44,6 +44,11 @@ fn groups_nest_and_use_shares() {
 fn a_switch_shows_its_choice_and_visible_hides() {
     let count = |choice: &str| scene(&format!("<Switch {choice}>{POINT}{BOX}</Switch>")).objects.len();
     assert_eq!(["", "whichChoice='0'", "whichChoice='1'", "whichChoice='2'"].map(count), [0, 1, 1, 0]);
+    // Nodes that are not known count, statements and metadata do not.
+    let odd = parse(
+        "<Scene><Switch whichChoice='1'><MetadataSet/><ROUTE/><Foo/><Shape><Box/></Shape></Switch></Scene>",
+    );
+    assert_eq!(odd.unwrap().at(0.0).objects.len(), 1);
     assert_eq!(scene(&format!("<Group visible='false'>{BOX}</Group>{BOX}")).objects.len(), 1);
     assert_eq!(scene("<Shape visible='false'><Box/></Shape>").objects.len(), 0);
 }
@@ -172,9 +177,8 @@ fn an_ortho_viewpoint_has_a_window_and_view_all_shows_all() {
 
 #[test]
 fn background_and_fog_are_the_first_ones() {
-    let s = scene(
-        "<Background skyColor='0.1 0.2 0.3 1 1 1' skyAngle='1'/><Background/><Fog visibilityRange='3' color='1 0 0'/>",
-    );
+    let s =
+        scene("<Background skyColor='0.1 0.2 0.3'/><Background/><Fog visibilityRange='3' color='1 0 0'/>");
     assert_eq!(s.background.color, Some(DVec3::new(0.1, 0.2, 0.3)));
     let fog = s.fog.unwrap();
     assert_eq!((fog.kind, fog.visibility_range, fog.color), (FogKind::Linear, 3.0, DVec3::X));

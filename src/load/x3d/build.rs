@@ -6,7 +6,6 @@
 
 use super::graph::{Child, Graph, Node, NodeId, Origin};
 use super::schema::{self, NodeType};
-use super::value::{self, Value, ValueError, ValueFault};
 use super::{texture, xml};
 use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
 use roxmltree::Node as Element;
@@ -36,7 +35,7 @@ pub(super) enum Def {
 
 /// What belongs to one file.
 pub(super) struct File<'d> {
-    source: usize,
+    pub(super) source: usize,
     /// The file's folder inside the scene's folder, with `/` at its end unless empty.
     pub(super) folder: String,
     document: &'d roxmltree::Document<'d>,
@@ -114,6 +113,7 @@ impl<'r> Builder<'r> {
                 for child in root.children().filter(Element::is_element) {
                     match child.tag_name().name() {
                         "Scene" if scene.is_none() => scene = Some(child),
+                        "head" => self.head(&file, child),
                         name if schema::is_silent(name) => {}
                         name => {
                             self.warn(&file, child, format!("<{name}> is not known here and was skipped"))
@@ -133,6 +133,13 @@ impl<'r> Builder<'r> {
             self.route(&file, element);
         }
         Ok(id)
+    }
+
+    /// What a head says changes nothing here, but units would.
+    fn head(&mut self, file: &File, head: Element) {
+        for unit in head.descendants().filter(|e| e.tag_name().name() == "unit") {
+            self.warn(file, unit, "units are not applied: lengths are metres, angles radians".into());
+        }
     }
 
     /// Builds an element that stands in `parent`; `None` when it holds nothing to draw or was skipped.
@@ -261,11 +268,23 @@ impl<'r> Builder<'r> {
         let mut children = Vec::new();
         let (mut below, mut visits) = (0, 1_u64);
         for child in element.children().filter(Element::is_element) {
-            if let Some(child) = self.element(file, child, ty, depth + 1)? {
-                let node = &self.graph.nodes[child.node as usize];
-                below = below.max(node.depth);
-                visits = visits.saturating_add(node.visits);
-                children.push(child);
+            match self.element(file, child, ty, depth + 1)? {
+                Some(Child { container, .. }) if is_taken(&children, container) => {
+                    let name = child.tag_name().name();
+                    let message = format!("<{}> takes one {container}: this <{name}> was skipped", ty.name);
+                    self.warn(file, child, message);
+                }
+                Some(child) => {
+                    let node = &self.graph.nodes[child.node as usize];
+                    below = below.max(node.depth);
+                    visits = visits.saturating_add(node.visits);
+                    children.push(child);
+                }
+                // A Switch counts the nodes that were skipped too.
+                None if ty.name == "Switch" && schema::is_child(child.tag_name().name()) => {
+                    children.push(Child { container: "children", node: self.nothing(file, child) });
+                }
+                None => {}
             }
         }
         let mut scene = None;
@@ -298,50 +317,22 @@ impl<'r> Builder<'r> {
         Ok(id)
     }
 
-    /// An element's fields, and the byte at which each is written.
-    fn fields(
-        &mut self,
-        file: &File,
-        element: Element,
-        ty: &'static NodeType,
-        source: &xml::Source,
-    ) -> Result<(Vec<Value>, Vec<usize>), LoadError> {
-        let mut values = ty.defaults.clone();
-        let mut written = vec![element.range().start; values.len()];
-        for attribute in element.attributes().filter(|a| a.namespace().is_none()) {
-            let name = attribute.name();
-            let Some(index) = ty.field(name) else {
-                if !schema::is_common_attribute(name) {
-                    self.warn(file, element, format!("<{}> has no field {name:?}", ty.name));
-                }
-                continue;
-            };
-            let field = ty.fields[index];
-            let range = attribute.range_value();
-            written[index] = range.start;
-            values[index] = value::read(field.kind, attribute.value()).map_err(|e| {
-                // Only a text without references and tabs has the same bytes in the file.
-                let is_verbatim =
-                    source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
-                let place = source.place(range.start + if is_verbatim { e.at } else { 0 });
-                bad_value(place, ty, field, &e)
-            })?;
-        }
-        Ok((values, written))
-    }
-
-    /// Refuses text among elements, which no X3D node has.
-    fn no_text(&self, file: &File, element: Element) -> Result<(), LoadError> {
-        let source = &self.sources[file.source];
-        for text in element.children().filter(Element::is_text) {
-            let words = text.text().unwrap_or("");
-            let begin = words.len() - words.trim_start().len();
-            if begin < words.len() {
-                let name = element.tag_name().name();
-                return Err(source.refuse(text.range().start + begin, format!("only elements in <{name}>")));
-            }
-        }
-        Ok(())
+    /// A node that holds nothing, in the place of one that was skipped.
+    fn nothing(&mut self, file: &File, element: Element) -> NodeId {
+        let ty = schema::lookup("Group").expect("the table has Group");
+        let byte = element.range().start;
+        self.graph.nodes.push(Node {
+            ty,
+            values: ty.defaults.clone(),
+            written: vec![byte; ty.defaults.len()],
+            children: Vec::new(),
+            origin: Origin { source: file.source, byte },
+            line: self.sources[file.source].line(byte),
+            def: None,
+            depth: 1,
+            visits: 1,
+        });
+        self.graph.nodes.len() as NodeId - 1
     }
 
     pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
@@ -364,10 +355,28 @@ impl<'r> Builder<'r> {
         }
     }
 
+    /// The warnings in the order of the files and of their lines.
+    pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
+        let mut warnings = std::mem::take(&mut self.warnings);
+        let rank = |w: &LoadWarning| {
+            let file = self.sources.iter().position(|s| s.name == w.place.file);
+            (file, w.place.line, w.place.column)
+        };
+        // The one beyond the limit says that there were more, and stays last.
+        let count = warnings.len().min(MAX_WARNINGS);
+        warnings[..count].sort_by_cached_key(rank);
+        warnings
+    }
+
     /// The place of an origin in its file.
     pub(super) fn place(&self, origin: Origin) -> Place {
         self.sources[origin.source].place(origin.byte)
     }
+}
+
+/// Whether a field that holds one node has it already.
+fn is_taken(children: &[Child], container: &str) -> bool {
+    container != "children" && children.iter().any(|c| c.container == container)
 }
 
 /// Notes the names in a part that is skipped, so that USE can still find them.
@@ -377,22 +386,4 @@ fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
             file.defs.entry(name).or_insert(Def::Hidden(node.id()));
         }
     }
-}
-
-/// The refusal of a field's text.
-fn bad_value(place: Place, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
-    let asked = format!("<{}> {} takes {}", ty.name, field.name, field.kind.describe());
-    let kind = match &error.fault {
-        ValueFault::NotANumber(found) => LoadErrorKind::Number { what: field.name, found: found.clone() },
-        ValueFault::NotAnInt(found) | ValueFault::NotABool(found) => {
-            LoadErrorKind::Syntax { expected: asked, found: found.clone() }
-        }
-        ValueFault::Count(count) => {
-            LoadErrorKind::Syntax { expected: asked, found: format!("{count} numbers") }
-        }
-        ValueFault::OpenQuote => {
-            LoadErrorKind::Syntax { expected: asked, found: "a quote without its end".into() }
-        }
-    };
-    LoadError::new(place, kind)
 }

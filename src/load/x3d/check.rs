@@ -85,12 +85,32 @@ fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
                 .then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
         }
         "PhysicalMaterial" => Some("<PhysicalMaterial> is drawn with its base colour alone".into()),
+        "Material" => unused_textures(view, id, "diffuseTexture"),
+        "UnlitMaterial" => unused_textures(view, id, "emissiveTexture"),
+        "Background" if !is_plain(view, id) => {
+            Some("<Background> is drawn in its first sky colour alone".into())
+        }
         "Fog" if !matches!(view.text(id, "fogType").trim(), "LINEAR" | "EXPONENTIAL") => {
             Some(format!("<Fog> fogType {:?} is not known: LINEAR is taken", view.text(id, "fogType")))
         }
         _ => None,
     };
     Ok(remark)
+}
+
+/// A remark on a material's textures but for the one that is drawn.
+fn unused_textures(view: &View, id: NodeId, used: &str) -> Option<String> {
+    let unused: Vec<&str> =
+        view.node(id).children.iter().map(|c| c.container).filter(|c| *c != used).collect();
+    (!unused.is_empty()).then(|| format!("<{}> is drawn without its {}", view.name(id), unused.join(", ")))
+}
+
+/// Whether a Background is one colour.
+fn is_plain(view: &View, id: NodeId) -> bool {
+    let pictures = ["backUrl", "bottomUrl", "frontUrl", "leftUrl", "rightUrl", "topUrl"];
+    view.reals(id, "skyColor").len() <= 3
+        && view.reals(id, "groundColor").is_empty()
+        && pictures.iter().all(|field| view.texts(id, field).is_empty())
 }
 
 /// An interpolator's keys and values must go together.

@@ -18,6 +18,7 @@ mod appearance;
 mod build;
 mod camera;
 mod check;
+mod fields;
 mod geometry;
 mod graph;
 mod interpolate;
@@ -64,7 +65,7 @@ pub fn parse(
     let mut builder = build::Builder::new(opener);
     builder.main_file(bytes, file_name)?;
     let shelf = check::document(&mut builder)?;
-    Ok(X3dDocument { graph: builder.graph, shelf, warnings: builder.warnings })
+    Ok(X3dDocument { warnings: builder.sorted_warnings(), graph: builder.graph, shelf })
 }
 
 impl X3dDocument {
@@ -77,7 +78,7 @@ impl X3dDocument {
         walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf)
     }
 
-    /// What was skipped or put right, in the order of the file.
+    /// What was skipped or put right, in the order of the file, Inline files after it.
     pub fn warnings(&self) -> &[LoadWarning] {
         &self.warnings
     }

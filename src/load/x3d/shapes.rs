@@ -102,7 +102,7 @@ pub(super) fn kept<'a>(shelf: &'a Shelf, parts: &Parts) -> Option<&'a Prepared> 
 
 /// What is wrong with a solid's size, if anything.
 pub(super) fn size_remark(view: &View, parts: &Parts) -> Option<String> {
-    let is_bad = solid_size(view, parts.geometry).is_some_and(|size| !(size.min_element() > 0.0));
+    let is_bad = solid_size(view, parts.geometry).is_some_and(|size| size.min_element() <= 0.0);
     is_bad.then(|| format!("<{}> has no face: its size must be positive", view.name(parts.geometry)))
 }
 

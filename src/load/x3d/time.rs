@@ -83,7 +83,7 @@ impl Sensor {
             time,
             elapsed,
             cycle_time: time - fraction * cycle,
-            is_active: !is_over && !(stops && now >= self.stop && !is_paused),
+            is_active: !(is_over || stops && now >= self.stop && !is_paused),
         })
     }
 }

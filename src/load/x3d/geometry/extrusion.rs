@@ -134,7 +134,7 @@ fn planes(spine: &[DVec3]) -> Vec<DMat3> {
     let is_closed = spine[0] == spine[n - 1];
     let along = |i: usize| -> Option<DVec3> {
         match i {
-            0 | _ if is_closed && (i == 0 || i == n - 1) => unit(spine[1] - spine[n - 2]),
+            _ if is_closed && (i == 0 || i == n - 1) => unit(spine[1] - spine[n - 2]),
             0 => unit(spine[1] - spine[0]),
             _ if i == n - 1 => unit(spine[n - 1] - spine[n - 2]),
             _ => unit(spine[i + 1] - spine[i - 1]),

@@ -27,7 +27,7 @@ pub(super) fn triangles(view: &View, id: NodeId, is_textured: bool) -> Result<Bu
         push(&mut mesh, &mut corners, view.bool(id, "ccw"));
     }
     let mut built = Built { colors: vertices.color_use, ..Built::default() };
-    if vertices.positions.len() % 3 != 0 && name == "TriangleSet" {
+    if name == "TriangleSet" && !vertices.positions.len().is_multiple_of(3) {
         built.remarks.push(format!("<{name}> has coordinates left over that make no triangle"));
     }
     finish(&mut mesh, vertices, if face_normals { 0.0 } else { PI }, is_textured);

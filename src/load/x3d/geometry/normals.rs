@@ -28,7 +28,7 @@ pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
         })
         .collect();
     // Files write pi with few digits.
-    let is_round = crease_rad >= 3.1415;
+    let is_round = crease_rad >= std::f64::consts::PI - 1e-4;
     let is_flat = crease_rad <= 0.0;
     let mut meeting: Vec<Vec<u32>> = Vec::new();
     let mut sums: Vec<DVec3> = Vec::new();

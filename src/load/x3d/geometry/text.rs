@@ -122,7 +122,7 @@ pub(super) fn build(view: &View, id: NodeId) -> Result<Built> {
     let style = Style::read(view, view.child(id, "fontStyle"));
     let texts = view.texts(id, "string");
     let mut built = Built::default();
-    if !(style.size > 0.0) {
+    if style.size <= 0.0 {
         built.remarks.push(format!("<FontStyle> size {} shows nothing: it must be positive", style.size));
         return Ok(built);
     }

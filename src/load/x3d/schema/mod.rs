@@ -95,6 +95,12 @@ pub(super) fn is_silent(name: &str) -> bool {
     matches!(name, "WorldInfo" | "head" | "meta" | "component") || name.starts_with("Metadata")
 }
 
+/// Whether an element, known or not, is a node that a group holds: neither a statement nor metadata.
+pub(super) fn is_child(name: &str) -> bool {
+    let is_statement = matches!(name, "ROUTE" | "IMPORT" | "EXPORT" | "ProtoDeclare" | "ExternProtoDeclare");
+    !is_statement && !name.starts_with("Metadata")
+}
+
 /// Attributes that every element may have and that mean nothing here.
 pub(super) fn is_common_attribute(name: &str) -> bool {
     matches!(name, "DEF" | "USE" | "containerField" | "class" | "id" | "style")
