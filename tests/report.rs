@@ -69,3 +69,10 @@ fn the_page_is_well_formed_and_needs_no_network() {
     let json = write::json(&report, "here");
     assert_eq!(json["sections"].as_array().unwrap().len(), report.sections.len());
 }
+
+#[test]
+fn every_hard_case_passes() {
+    let rows = fbptr::measure::hard(&mut |_| {});
+    let text = write::hard_markdown(&rows);
+    assert!(rows.len() > 100 && rows.iter().all(|r| r.passed), "{text}");
+}

@@ -6,7 +6,8 @@
 
 mod against_truth;
 
-use against_truth::{draw, fault_of};
+use against_truth::fault_of;
+use fbptr::measure::draw_case;
 use fbptr::truth::compare::compare;
 use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{hard_cases, render};
@@ -42,7 +43,7 @@ fn sees(case: &Case, change: impl Fn(&mut Case)) -> bool {
     let mut other = case.clone();
     change(&mut other);
     let truth = render(&case.scene, case.width, case.height, case.format, &case.settings).unwrap();
-    let drawn = draw(&other);
+    let drawn = draw_case(&other);
     !compare(&drawn.memory, drawn.depth.as_ref(), &truth).is_right()
 }
 

@@ -95,12 +95,12 @@ fn rows(effort: &Effort) -> Vec<Row> {
         };
         let exact = picture::truth(&case(HiddenSurface::ZBuffer, None));
         let truth = exact.bytes();
-        let drawn = exact.depths().iter().filter(|z| **z < 1.0).count();
+        let covered = exact.depths().iter().filter(|z| **z < 1.0).count();
         for (name, hide, cull, at_most) in ways {
             let case = case(hide, cull);
-            let ((memory, _), timing) = effort.run(|| picture::draw(&case));
-            let e = compare_bytes(width as usize, memory.bytes(), &truth);
-            let part = e.pixels_off as f64 / drawn.max(1) as f64;
+            let (drawn, timing) = effort.run(|| picture::draw_case(&case));
+            let e = compare_bytes(width as usize, drawn.memory.bytes(), &truth);
+            let part = e.pixels_off as f64 / covered.max(1) as f64;
             rows.push(Row {
                 subject: subject.into(),
                 alternative: name.into(),

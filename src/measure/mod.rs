@@ -14,6 +14,7 @@ mod coverage;
 mod depth;
 mod experiment;
 mod fan;
+mod hard;
 mod hidden;
 mod interpolation;
 mod lines;
@@ -26,4 +27,6 @@ pub mod write;
 
 pub use clock::Timing;
 pub use experiment::{Bound, Effort, Experiment, Row};
+pub use hard::{HardRow, hard};
+pub use picture::{Drawn, draw_case};
 pub use report::{Report, Section, experiments, run};

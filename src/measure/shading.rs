@@ -67,12 +67,12 @@ fn on_triangles(effort: &Effort) -> Vec<Row> {
     modes
         .map(|(shade, at_most)| {
             let case = case(shade);
-            let ((memory, _), timing) = effort.run(|| picture::draw(&case));
+            let (drawn, timing) = effort.run(|| picture::draw_case(&case));
             Row {
                 subject: "sphere of triangles".into(),
                 alternative: shade.as_str().into(),
                 is_default: shade == ShadeMode::Phong,
-                errors: columns(side as usize, memory.bytes(), &truth),
+                errors: columns(side as usize, drawn.memory.bytes(), &truth),
                 bounds: vec![Bound { column: 0, at_most }],
                 timing,
                 work: (side * side) as f64,

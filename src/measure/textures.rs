@@ -91,12 +91,12 @@ fn rows(effort: &Effort) -> Vec<Row> {
     let mut rows = Vec::new();
     for (subject, mesh) in [("floor to the horizon", floor as fn() -> _), ("card before the eye", card)] {
         let many = SAMPLES as u32;
-        let (fine, _) = picture::draw(&case(mesh(), Filter::Nearest, width * many, height * many));
+        let fine = picture::draw_case(&case(mesh(), Filter::Nearest, width * many, height * many)).memory;
         let truth = reduced(fine.bytes(), width as usize, height as usize);
         for &filter in Filter::ALL {
             let case = case(mesh(), filter, width, height);
-            let ((memory, _), timing) = effort.run(|| picture::draw(&case));
-            let e = compare_bytes(width as usize, memory.bytes(), &truth);
+            let (drawn, timing) = effort.run(|| picture::draw_case(&case));
+            let e = compare_bytes(width as usize, drawn.memory.bytes(), &truth);
             let at_most = if filter == Filter::Nearest { 64.0 } else { 48.0 };
             rows.push(Row {
                 subject: subject.into(),

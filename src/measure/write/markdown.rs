@@ -1,7 +1,7 @@
 //! The report as Markdown tables.
 
 use super::{number, time};
-use crate::measure::{Report, Section};
+use crate::measure::{HardRow, Report, Section};
 use std::fmt::Write;
 
 /// The whole report. `machine` says where and when it was made.
@@ -46,4 +46,16 @@ fn table(out: &mut String, section: &Section) {
                 writeln!(out, "| {subject} | {name} |{errors} {} | {spent} | {front} |", bounds.join("; "));
         }
     }
+}
+
+/// The hard cases as a table.
+pub fn hard_markdown(rows: &[HardRow]) -> String {
+    let failed = rows.iter().filter(|r| !r.passed).count();
+    let mut out = format!("# Hard cases\n\n{} cases, {failed} failed.\n\n", rows.len());
+    out.push_str("| case | what is promised | what was measured | |\n|---|---|---|---|\n");
+    for r in rows {
+        let verdict = if r.passed { "pass" } else { "**FAIL**" };
+        let _ = writeln!(out, "| {} | {} | {} | {verdict} |", r.case, r.promise, r.measured);
+    }
+    out
 }

@@ -7,7 +7,7 @@ mod plot;
 
 pub use html::html;
 pub use json::{errors_json, json};
-pub use markdown::markdown;
+pub use markdown::{hard_markdown, markdown};
 
 /// An error as it stands in a table: the digits that matter, the same everywhere.
 pub(super) fn number(x: f64) -> String {
