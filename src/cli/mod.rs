@@ -6,6 +6,7 @@
 mod address;
 mod play;
 mod render;
+mod report;
 mod scene_file;
 mod send;
 mod serve;
@@ -31,6 +32,8 @@ pub struct Cli {
 enum Task {
     /// Play a stream of commands, in a window or without one
     Play(play::Play),
+    /// Measure every stage's alternatives for speed and error
+    Report(report::Report),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
     /// Render a scene file to a picture
@@ -66,6 +69,7 @@ impl From<Status> for ExitCode {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Task::Play(play) => play.run().into(),
+        Task::Report(report) => report.run().into(),
         Task::Serve(serve) => serve.run().into(),
         Task::Render(render) => render.run().into(),
         Task::Snap(snap) => snap.run().into(),

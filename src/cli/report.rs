@@ -1,0 +1,120 @@
+//! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
+
+use super::{Status, say, say_as_program};
+use crate::measure::{Effort, hard, run, write};
+use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Measures every stage's alternatives for speed and error, and writes report.md, report.json and report.html
+#[derive(Debug, Args)]
+pub(super) struct Report {
+    /// The folder to write into; without one the tables go to standard output
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Smaller subjects and shorter times: under a minute
+    #[arg(long)]
+    quick: bool,
+    /// The hard cases instead: promise, measure, verdict, one row each
+    #[arg(long)]
+    hard: bool,
+}
+
+impl Report {
+    pub fn run(&self) -> Status {
+        let mut progress = |title: &str| say(&format!("measuring: {title}"));
+        let (files, broken) = if self.hard {
+            let rows = hard(&mut progress);
+            let failed = rows.iter().filter(|r| !r.passed);
+            let broken: Vec<String> = failed.map(|r| format!("{}: {}", r.case, r.measured)).collect();
+            (vec![("hard.md", write::hard_markdown(&rows))], broken)
+        } else {
+            let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
+            let report = run(effort, &mut progress);
+            let machine = machine(if self.quick { "fbptr report --quick" } else { "fbptr report" });
+            let json = format!("{:#}\n", write::json(&report, &machine));
+            let files = vec![
+                ("report.md", write::markdown(&report, &machine)),
+                ("report.json", json),
+                ("report.html", write::html(&report, &machine)),
+            ];
+            (files, report.broken_bounds())
+        };
+        let written = match &self.out {
+            Some(folder) => save_all(folder, &files),
+            None => write_out(&files[0].1),
+        };
+        for line in &broken {
+            say_as_program(format_args!("outside its bound: {line}"));
+        }
+        if written && broken.is_empty() { Status::Success } else { Status::Failed }
+    }
+}
+
+/// Tables to standard output; a pipe that nobody reads any more is no failure.
+fn write_out(text: &str) -> bool {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    true
+}
+
+fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
+    if let Err(error) = std::fs::create_dir_all(folder) {
+        say_as_program(format_args!("cannot make {}: {error}", folder.display()));
+        return false;
+    }
+    for (name, text) in files {
+        let path = folder.join(name);
+        if let Err(error) = std::fs::write(&path, text) {
+            say_as_program(format_args!("cannot write {}: {error}", path.display()));
+            return false;
+        }
+        say(&format!("wrote {}", path.display()));
+    }
+    true
+}
+
+/// Processor, cores, build, date and command, in one line.
+fn machine(command: &str) -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
+    let processor = model.map_or(std::env::consts::ARCH, |(_, name)| name);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let build = if cfg!(debug_assertions) { "debug build" } else { "release build" };
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let (year, month, day) = date(seconds / 86_400);
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        "{processor}, {cores} threads, fbptr {version} ({build}), {year}-{month:02}-{day:02}, `{command}`"
+    )
+}
+
+/// Year, month and day of a number of days since 1970-01-01, by counting years and months.
+fn date(mut days: u64) -> (u64, u64, u64) {
+    let is_leap = |y: u64| y.is_multiple_of(4) && (!y.is_multiple_of(100) || y.is_multiple_of(400));
+    let mut year = 1970;
+    while days >= 365 + u64::from(is_leap(year)) {
+        days -= 365 + u64::from(is_leap(year));
+        year += 1;
+    }
+    let lengths = [31, 28 + u64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let mut month = 0;
+    while days >= lengths[month] {
+        days -= lengths[month];
+        month += 1;
+    }
+    (year, month as u64 + 1, days + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_become_dates() {
+        assert_eq!(date(0), (1970, 1, 1));
+        assert_eq!(date(19_782), (2024, 2, 29));
+        assert_eq!(date(19_783), (2024, 3, 1));
+        assert_eq!(date(20_819), (2027, 1, 1));
+    }
+}
