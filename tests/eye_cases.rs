@@ -27,7 +27,10 @@ fn every_worked_case_is_reproduced() {
         let picture = render(&scene);
         let differences = picture.differences(&expected, &fragile);
         assert!(differences.are_none(), "{}: {differences:?}", path.display());
-        assert_eq!(EyePicture::from_value(&picture.to_value(), &scene).unwrap(), picture);
+        assert_eq!(
+            EyePicture::from_value(&serde_json::from_str(&picture.to_json()).unwrap(), &scene).unwrap(),
+            picture
+        );
         seen += 1;
     }
     assert!(seen >= 8, "only {seen} cases found");

@@ -79,6 +79,11 @@ impl<const N: usize> Bvh<N> {
         self.build(right, first + half as u32);
     }
 
+    /// How many boxes there are.
+    pub fn boxes(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// The first solid, in the order of the tree, that `test` accepts among those on the way from `p` to the light.
     pub fn find(&self, p: &[f64; N], target: &Target<N>, mut test: impl FnMut(u32) -> bool) -> Option<u32> {
         let (way, end) = match target {

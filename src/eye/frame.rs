@@ -147,6 +147,18 @@ impl<const N: usize> Frame<N> {
         }
     }
 
+    /// Bytes that the facets' numbers take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.facets)
+            + size_of_val(&*self.order)
+            + size_of_val(&*self.bands)
+            + size_of_val(&*self.planes)
+            + size_of_val(&*self.hulls)
+            + size_of_val(&*self.solids)
+            + size_of_val(&*self.stands)
+            + size_of_val(&*self.fan)
+    }
+
     /// The functionals of visible facet `index`.
     #[inline(always)]
     pub fn planes_of(&self, index: usize) -> &[[f64; N]] {

@@ -12,6 +12,7 @@ mod lights;
 mod method;
 mod paint;
 mod picture;
+mod plan;
 mod pose;
 mod render;
 mod scene;
@@ -23,8 +24,9 @@ pub use error::EyeError;
 pub use method::{Fibre, MAX_FAN_RAYS};
 pub use paint::{Sheet, paint, sheet};
 pub use picture::{Differences, EyePicture, MISS};
+pub use plan::{EyePlan, ObstaclePlan};
 pub use pose::{Pose, Rotation, sin_cos_deg};
-pub use render::{Here, Job, Pool, render, render_with};
+pub use render::{Here, Job, Pool, plan, render, render_with};
 pub use scene::{
     EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, MAX_FLAGS, MAX_PIXELS, SceneParts,
 };

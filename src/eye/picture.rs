@@ -6,7 +6,8 @@
 use super::error::EyeError;
 use super::json::Node;
 use super::scene::EyeScene;
-use serde_json::{Value, json};
+use serde_json::Value;
+use std::fmt::Write;
 
 /// Facet index of a pixel that sees nothing.
 pub const MISS: i32 = -1;
@@ -50,17 +51,30 @@ impl EyePicture {
         &self.lit[index * self.lights..(index + 1) * self.lights]
     }
 
-    /// The picture as `{facet, dist, lit, color, skipped_facets}`: `dist` null and `lit` [] on a miss.
-    pub fn to_value(&self) -> Value {
-        let hit = |i: usize| self.facet[i] != MISS;
-        let count = 0..self.facet.len();
-        json!({
-            "facet": self.facet,
-            "dist": count.clone().map(|i| if hit(i) { json!(self.dist[i]) } else { Value::Null }).collect::<Vec<_>>(),
-            "lit": count.map(|i| if hit(i) { json!(self.flags(i)) } else { json!([]) }).collect::<Vec<_>>(),
-            "color": self.color,
-            "skipped_facets": self.skipped_facets,
-        })
+    /// The picture as JSON `{facet, dist, lit, color, skipped_facets}`: `dist` null and `lit` [] on a miss, numbers in the
+    /// shortest form that reads back to the same bits.
+    pub fn to_json(&self) -> String {
+        let count = self.facet.len();
+        let mut out = String::with_capacity(count * 64);
+        list(&mut out, "{\"facet\":", 0..count, |out, i| write!(out, "{}", self.facet[i]));
+        list(&mut out, ",\"dist\":", 0..count, |out, i| match self.facet[i] {
+            MISS => write!(out, "null"),
+            _ => write!(out, "{:?}", self.dist[i]),
+        });
+        list(&mut out, ",\"lit\":", 0..count, |out, i| {
+            let flags = if self.facet[i] == MISS { &[] } else { self.flags(i) };
+            list(out, "", 0..flags.len(), |out, l| write!(out, "{}", flags[l]));
+            Ok(())
+        });
+        list(&mut out, ",\"color\":", 0..count, |out, i| {
+            let [r, g, b] = self.color[i];
+            write!(out, "[{r:?},{g:?},{b:?}]")
+        });
+        list(&mut out, ",\"skipped_facets\":", 0..self.skipped_facets.len(), |out, i| {
+            write!(out, "{}", self.skipped_facets[i])
+        });
+        out.push('}');
+        out
     }
 
     /// Reads a picture of `scene` from `{facet, dist, lit, color, skipped_facets}`; a `fragile` list is allowed and not kept.
@@ -130,6 +144,24 @@ impl EyePicture {
         }
         out
     }
+}
+
+/// Appends a name and a JSON array.
+fn list(
+    out: &mut String,
+    name: &str,
+    entries: std::ops::Range<usize>,
+    mut entry: impl FnMut(&mut String, usize) -> std::fmt::Result,
+) {
+    out.push_str(name);
+    out.push('[');
+    for i in entries.clone() {
+        if i > entries.start {
+            out.push(',');
+        }
+        entry(out, i).expect("writing to a string cannot fail");
+    }
+    out.push(']');
 }
 
 /// How two pictures differ.

@@ -14,9 +14,19 @@ use super::fibre::TILE_PIXELS;
 use super::frame::Frame;
 use super::method::{Fibre, MAX_FAN_RAYS, Method};
 use super::picture::EyePicture;
+use super::plan::EyePlan;
 use super::scene::EyeScene;
 use super::tile::{Output, World};
 
+/// Calls `$function::<N>` for the scene's dimension.
+macro_rules! for_dimension {
+    ($scene:expr, $function:ident $arguments:tt, $($n:literal)*) => {
+        match $scene.dim {
+            $($n => $function::<$n> $arguments,)*
+            n => unreachable!("a checked scene has 2..=8 dimensions, not {n}"),
+        }
+    };
+}
 /// A piece of work that may run on any thread.
 pub type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
 
@@ -35,6 +45,12 @@ impl Pool for Here {
     }
 }
 
+impl Pool for rayon::ThreadPool {
+    fn run<'a>(&self, jobs: Vec<Job<'a>>) {
+        self.scope(|scope| jobs.into_iter().for_each(|job| scope.spawn(|_| job())));
+    }
+}
+
 /// Renders a scene with exact fibres, on this thread.
 pub fn render(scene: &EyeScene) -> EyePicture {
     dispatch(scene, Fibre::Exact, &Here)
@@ -45,6 +61,25 @@ pub fn render(scene: &EyeScene) -> EyePicture {
 /// # Errors
 /// A fan without rays, or of more than [`MAX_FAN_RAYS`] in one fibre.
 pub fn render_with(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> Result<EyePicture, EyeError> {
+    check_fan(scene, fibre)?;
+    Ok(dispatch(scene, fibre, pool))
+}
+
+/// What rendering the scene would do, and what it leaves out.
+///
+/// # Errors
+/// As [`render_with`].
+pub fn plan(scene: &EyeScene, fibre: Fibre) -> Result<EyePlan, EyeError> {
+    check_fan(scene, fibre)?;
+    Ok(for_dimension!(scene, plan_dim (scene, fibre), 2 3 4 5 6 7 8))
+}
+
+fn plan_dim<const N: usize>(scene: &EyeScene, fibre: Fibre) -> EyePlan {
+    let method = Method::new(N, scene.screen_dim(), fibre);
+    EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Here)))
+}
+
+fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
     if let Fibre::Fan(rays) = fibre {
         let total = u64::from(rays).saturating_pow(scene.hidden_dim() as u32);
         if rays == 0 {
@@ -55,18 +90,9 @@ pub fn render_with(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> Result<Ey
             return Err(EyeError::TooBig { path: "fan".into(), limit: MAX_FAN_RAYS, found: total });
         }
     }
-    Ok(dispatch(scene, fibre, pool))
+    Ok(())
 }
 
-/// Calls `$function::<N>` for the scene's dimension.
-macro_rules! for_dimension {
-    ($scene:expr, $function:ident $arguments:tt, $($n:literal)*) => {
-        match $scene.dim {
-            $($n => $function::<$n> $arguments,)*
-            n => unreachable!("a checked scene has 2..=8 dimensions, not {n}"),
-        }
-    };
-}
 fn dispatch(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
     for_dimension!(scene, render_dim (scene, fibre, pool), 2 3 4 5 6 7 8)
 }

@@ -69,7 +69,7 @@ struct Seen<const N: usize> {
 pub(super) struct World<'a, const N: usize> {
     scene: &'a EyeScene,
     pub frame: Frame<N>,
-    obstacles: Option<Bvh<N>>,
+    pub obstacles: Option<Bvh<N>>,
 }
 
 impl<'a, const N: usize> World<'a, N> {

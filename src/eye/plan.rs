@@ -1,0 +1,178 @@
+//! What a scene needs, and what is left out because it does not: printed by `--explain`.
+
+use super::method::Method;
+use super::scene::{EyeLightKind, EyeScene};
+use super::tile::World;
+use std::fmt;
+
+/// How shadows are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObstaclePlan {
+    /// There are no lights: no obstacle is kept, no point is asked for shadow.
+    None,
+    /// So many obstacles; those that may shadow a tile are picked for each tile.
+    Picked(usize),
+    /// So many obstacles, in a hierarchy of so many boxes.
+    Boxes(usize, usize),
+}
+
+/// The plan of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EyePlan {
+    /// N.
+    pub dim: usize,
+    /// Pixels along the screen axes.
+    pub pixels: Vec<u32>,
+    /// How a fibre is searched, in words.
+    pub fibre: String,
+    /// Facets of the scene.
+    pub facets: usize,
+    /// Degenerate ones, skipped.
+    pub skipped: usize,
+    /// Edge-on ones, invisible.
+    pub edge_on: usize,
+    /// Facets behind the eye, beside the screen or outside the aperture, culled once.
+    pub out_of_view: usize,
+    /// Facets that fibres are searched for.
+    pub searched: usize,
+    /// Suns, light planes and point lights.
+    pub lights: [usize; 3],
+    /// How shadows are found.
+    pub obstacles: ObstaclePlan,
+    /// Bytes of the frame's own numbers.
+    pub frame_bytes: usize,
+    /// Bytes of the picture.
+    pub picture_bytes: usize,
+}
+
+impl EyePlan {
+    pub(super) fn new<const N: usize>(scene: &EyeScene, world: &World<N>) -> Self {
+        let frame = &world.frame;
+        let rays = frame.fan.len();
+        let kind = |k: &EyeLightKind| match k {
+            EyeLightKind::Sun { .. } => 0,
+            EyeLightKind::Plane { .. } => 1,
+            EyeLightKind::Radial { .. } => 2,
+        };
+        let mut lights = [0; 3];
+        scene.lights.iter().for_each(|l| lights[kind(&l.kind)] += 1);
+        let solids = frame.solids.len();
+        EyePlan {
+            dim: N,
+            pixels: scene.pixels.clone(),
+            fibre: match frame.method {
+                Method::Ray => "a ray: no hidden axis, so no search in a fibre".into(),
+                Method::Plane => "closed form: one hidden axis, a facet meets the fibre in a segment".into(),
+                Method::Cone => {
+                    format!("nearest point of a polytope: {} hidden axes", scene.hidden_dim())
+                }
+                Method::Fan(_) => format!("sampled by {rays} rays: never nearer than exact"),
+            },
+            facets: scene.facets.len(),
+            skipped: frame.skipped.len(),
+            edge_on: frame.edge_on,
+            out_of_view: scene.facets.len() - frame.skipped.len() - frame.edge_on - frame.facets.len(),
+            searched: frame.facets.len(),
+            lights,
+            obstacles: match &world.obstacles {
+                _ if scene.lights.is_empty() => ObstaclePlan::None,
+                None => ObstaclePlan::Picked(solids),
+                Some(boxes) => ObstaclePlan::Boxes(solids, boxes.boxes()),
+            },
+            frame_bytes: frame.bytes(),
+            picture_bytes: scene.pixel_count() * (4 + 8 + 24 + scene.lights.len()),
+        }
+    }
+}
+
+impl fmt::Display for EyePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pixels: Vec<String> = self.pixels.iter().map(u32::to_string).collect();
+        writeln!(
+            f,
+            "space      {} dimensions on a screen of {} ({} pixels)",
+            self.dim,
+            self.pixels.len(),
+            pixels.join("x")
+        )?;
+        writeln!(f, "fibre      {}", self.fibre)?;
+        writeln!(
+            f,
+            "facets     {}: {} degenerate, {} edge-on, {} out of view, {} searched, nearest first",
+            self.facets, self.skipped, self.edge_on, self.out_of_view, self.searched
+        )?;
+        match self.lights {
+            [0, 0, 0] => writeln!(f, "lights     none: diffuse light alone")?,
+            [suns, planes, points] => {
+                writeln!(f, "lights     {suns} suns, {planes} light planes, {points} points")?;
+            }
+        }
+        match self.obstacles {
+            ObstaclePlan::None => writeln!(f, "shadows    none: no lights")?,
+            ObstaclePlan::Picked(n) => writeln!(f, "shadows    {n} obstacles, picked for each tile")?,
+            ObstaclePlan::Boxes(n, boxes) => writeln!(f, "shadows    {n} obstacles in {boxes} boxes")?,
+        }
+        write!(
+            f,
+            "memory     {} bytes for the frame, {} for the picture",
+            self.frame_bytes, self.picture_bytes
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::shapes::{Stage, cell24, cube};
+    use crate::eye::{Fibre, plan};
+
+    fn stage(dim: usize, pixels: &[u32], change: impl Fn(&mut crate::eye::SceneParts)) -> EyePlan {
+        let stage = Stage { pixels: pixels.to_vec(), aperture_tan: 0.3, turns: vec![(0, 1, 20.0)] };
+        let mut parts = stage.scene(cube(dim).unwrap()).unwrap().into_parts();
+        change(&mut parts);
+        plan(&EyeScene::new(parts).unwrap(), Fibre::Exact).unwrap()
+    }
+
+    #[test]
+    fn without_lights_there_are_no_shadows() {
+        let plan = stage(3, &[8, 8], |parts| parts.lights.clear());
+        assert_eq!((plan.lights, plan.obstacles), ([0; 3], ObstaclePlan::None));
+        assert!(plan.to_string().contains("shadows    none: no lights"));
+        assert_eq!(stage(3, &[8, 8], |_| {}).obstacles, ObstaclePlan::Picked(12));
+    }
+
+    #[test]
+    fn without_hidden_axes_no_fibre_is_searched() {
+        assert!(stage(3, &[8, 8], |_| {}).fibre.starts_with("a ray"));
+        assert!(stage(4, &[8, 8], |_| {}).fibre.starts_with("closed form"));
+        assert!(stage(5, &[8, 8], |_| {}).fibre.starts_with("nearest point of a polytope: 2"));
+    }
+
+    #[test]
+    fn what_cannot_be_seen_is_culled_once_and_counted() {
+        let plan = stage(3, &[8, 8], |parts| {
+            let mut behind = parts.facets[0].clone();
+            behind.v.iter_mut().for_each(|p| p[0] -= 90.0);
+            let mut edge_on = behind.clone();
+            edge_on.v = vec![vec![-4.0, 0.5, 0.0], vec![4.0, 0.5, 0.0], vec![0.0, 0.5, 1.0]];
+            parts.pose.position[1] = 0.5;
+            let mut flat = behind.clone();
+            flat.v[1] = flat.v[0].clone();
+            parts.facets.extend([behind, edge_on, flat]);
+        });
+        assert_eq!(
+            (plan.facets, plan.skipped, plan.edge_on, plan.out_of_view, plan.searched),
+            (15, 1, 1, 1, 12)
+        );
+    }
+
+    #[test]
+    fn a_hierarchy_is_built_only_for_many_obstacles() {
+        let stage = Stage { pixels: vec![4, 4], aperture_tan: 0.3, turns: vec![] };
+        let mut parts = stage.scene(cell24(4).unwrap()).unwrap().into_parts();
+        let facets = parts.facets.clone();
+        (0..3).for_each(|_| parts.facets.extend(facets.clone()));
+        let plan = plan(&EyeScene::new(parts).unwrap(), Fibre::Exact).unwrap();
+        assert!(matches!(plan.obstacles, ObstaclePlan::Boxes(384, boxes) if boxes > 100), "{plan}");
+    }
+}
