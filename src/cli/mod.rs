@@ -4,6 +4,7 @@
 //! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
 
 mod address;
+mod eye;
 mod play;
 mod render;
 mod report;
@@ -42,6 +43,8 @@ enum Task {
     Snap(snap::Snap),
     /// Send a stream to a running server, and print its replies
     Send(send::Send),
+    /// See a scene of N dimensions on a screen of M
+    Eye(eye::Eye),
 }
 
 /// How the program ended.
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         Task::Render(render) => render.run().into(),
         Task::Snap(snap) => snap.run().into(),
         Task::Send(send) => send.run().into(),
+        Task::Eye(eye) => eye.run().into(),
     }
 }
 

@@ -9,7 +9,7 @@ use serde_json::json;
 pub(super) const FAN: Experiment = Experiment {
     id: "fan",
     title: "The fibre of the N-dimensional eye",
-    about: "Random triangles in three dimensions on a screen of one, random tetrahedra in four on one of two. Each pixel sees the \
+    about: "Random simplices of N dimensions on screens of M. Each pixel sees the \
             nearest point within its fibre; a fan of rays samples the fibre and so sees further or past it.",
     columns: &[
         "pixels that miss",
@@ -40,7 +40,7 @@ fn scene(dim: usize, pixels: &[u32], facets: usize) -> EyeScene {
         "pixels": pixels,
         "d": 1,
         "S": pixels.iter().map(|_| 1.6).collect::<Vec<f64>>(),
-        "aperture_tan": [0.5],
+        "aperture_tan": vec![0.5; dim - 1 - pixels.len()],
         "I_d": 0.3,
         "view": { "k": 2, "n": 1 },
         "lights": [],
@@ -67,10 +67,24 @@ fn errors(found: &EyePicture, truth: &EyePicture) -> Vec<f64> {
     vec![missed as f64, other as f64, further, (squares / (3.0 * n)).sqrt()]
 }
 
+/// Rays of a fan in one fibre; none for the exact search.
+fn rays(fibre: Fibre, hidden: usize) -> u64 {
+    match fibre {
+        Fibre::Exact => 0,
+        Fibre::Fan(rays) => u64::from(rays).pow(hidden as u32),
+    }
+}
+
 fn rows(effort: &Effort) -> Vec<Row> {
-    let (line, side) = effort.pick((256, 24), (2048, 96));
-    let subjects =
-        [("3 dimensions on 1", scene(3, &[line], 40)), ("4 dimensions on 2", scene(4, &[side, side], 30))];
+    let (line, side, cube) = effort.pick((256, 24, 8), (2048, 96, 24));
+    let subjects = [
+        ("3 dimensions on 1", scene(3, &[line], 40)),
+        ("4 dimensions on 2", scene(4, &[side, side], 30)),
+        ("5 dimensions on 3", scene(5, &[cube, cube, cube], 30)),
+        ("4 dimensions on 1", scene(4, &[line / 4], 40)),
+        ("5 dimensions on 2", scene(5, &[side / 2, side / 2], 30)),
+        ("5 dimensions on 1", scene(5, &[line / 16], 40)),
+    ];
     let ways = [
         ("exact", Fibre::Exact),
         ("fan of 3 rays", Fibre::Fan(3)),
@@ -82,7 +96,9 @@ fn rows(effort: &Effort) -> Vec<Row> {
     for (subject, scene) in &subjects {
         let draw = |fibre| render_with(scene, fibre, &Here).expect("fans of at most 129 rays");
         let truth = draw(Fibre::Exact);
-        for (name, fibre) in ways {
+        // Hidden axes multiply a fan's rays.
+        let hidden = scene.hidden_dim();
+        for (name, fibre) in ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 20_000) {
             let (picture, timing) = effort.run(|| draw(fibre));
             let bounds = match fibre {
                 Fibre::Exact => (0..4).map(|column| Bound { column, at_most: 0.0 }).collect(),

@@ -1,0 +1,120 @@
+//! `fbptr eye --make`: scenes around regular polytopes and prisms.
+
+use crate::eye::EyeScene;
+use crate::eye::shapes::{Shape, Stage, cell24, cross_polytope, cube, extrude, from_mesh, simplex};
+use crate::load::obj;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What to make.
+#[derive(Debug, Args)]
+pub(super) struct Make {
+    /// Print a scene around this shape
+    #[arg(long = "make", value_name = "SHAPE")]
+    pub shape: Option<Made>,
+    /// Dimensions of the space
+    #[arg(long, value_name = "N", default_value_t = 4, requires = "shape")]
+    dim: usize,
+    /// Pixels along each axis of the screen, as many numbers as it has axes
+    #[arg(long, value_name = "AxBxC", default_value = "320x240", requires = "shape")]
+    pixels: String,
+    /// Tangent of the aperture of each hidden axis
+    #[arg(long, value_name = "TAN", default_value_t = 0.4, requires = "shape")]
+    aperture: f64,
+    /// Turn the shape in the plane of two axes, from A towards B; again for further turns
+    #[arg(long, value_name = "A,B,DEGREES", requires = "shape", allow_hyphen_values = true)]
+    turn: Vec<String>,
+    /// The mesh that a prism stands on
+    #[arg(long, value_name = "FILE.obj", requires = "shape")]
+    mesh: Option<PathBuf>,
+    /// Half the length of a prism along each further axis, in radii of its mesh
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.5, requires = "shape")]
+    half: f64,
+}
+
+/// Shapes that can be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Made {
+    /// The regular simplex of N dimensions
+    Simplex,
+    /// The cube of N dimensions
+    Cube,
+    /// The cube of 4 dimensions
+    Tesseract,
+    /// The cross-polytope of N dimensions
+    CrossPolytope,
+    /// The 24-cell of 4 dimensions
+    #[value(name = "24-cell", alias = "cell24")]
+    Cell24,
+    /// A mesh drawn out along the axes from the fourth on
+    Prism,
+}
+
+impl Make {
+    /// The scene, or what is wrong with the arguments.
+    pub fn scene(&self, made: Made) -> Result<EyeScene, String> {
+        let shape = match made {
+            Made::Simplex => simplex(self.dim),
+            Made::Cube => cube(self.dim),
+            Made::Tesseract => cube(4),
+            Made::CrossPolytope => cross_polytope(self.dim),
+            Made::Cell24 => cell24(4),
+            Made::Prism => return self.stage(self.prism()?),
+        };
+        self.stage(shape.map_err(|e| format!("--dim: {e}"))?)
+    }
+
+    fn stage(&self, shape: Shape) -> Result<EyeScene, String> {
+        let stage =
+            Stage { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns: turns(&self.turn)? };
+        stage.scene(shape).map_err(|e| e.to_string())
+    }
+
+    /// The mesh, its middle at 0 and its radius 1, drawn out.
+    fn prism(&self) -> Result<Shape, String> {
+        let path = self.mesh.as_ref().ok_or("--make prism needs --mesh FILE.obj")?;
+        let name = path.display().to_string();
+        if !(3..=8).contains(&self.dim) {
+            return Err(format!("--dim: a prism has 3 to 8 dimensions, not {}", self.dim));
+        }
+        if !(self.half.is_finite() && self.half > 0.0) {
+            return Err(format!("--half: expected a length over 0, found {}", self.half));
+        }
+        let bytes = std::fs::read(path).map_err(|e| format!("{name}: {e}"))?;
+        // Materials play no part: a cell's colour tells it from its neighbours.
+        let loaded = obj::parse(&bytes, &mut |_| None, &name).map_err(|e| e.to_string())?;
+        let mut shape = from_mesh(&loaded.geometry.mesh).map_err(|e| format!("{name}: {e}"))?;
+        let bounds = |a: usize| {
+            let along = shape.points.iter().map(|p| p[a]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+        };
+        let middle: Vec<f64> = (0..3).map(|a| -0.5 * (bounds(a).0 + bounds(a).1)).collect();
+        shape = shape.placed(1.0, &middle);
+        let radius = shape.radius();
+        if radius > 0.0 {
+            shape = shape.placed(1.0 / radius, &[0.0; 3]);
+        }
+        for _ in 3..self.dim {
+            shape = extrude(&shape, -self.half, self.half);
+        }
+        Ok(shape)
+    }
+}
+
+fn pixels(text: &str) -> Result<Vec<u32>, String> {
+    let wrong = || format!("--pixels: expected numbers from 1 with an x between, found {text:?}");
+    text.split('x').map(|n| n.parse().ok().filter(|&n: &u32| n > 0).ok_or_else(wrong)).collect()
+}
+
+fn turns(texts: &[String]) -> Result<Vec<(usize, usize, f64)>, String> {
+    let one = |text: &String| {
+        let wrong = || format!("--turn: expected two axes and degrees, as in 0,3,30, found {text:?}");
+        let parts: Vec<&str> = text.split(',').collect();
+        let [a, b, degrees] = parts[..] else { return Err(wrong()) };
+        match (a.parse(), b.parse(), degrees.parse()) {
+            (Ok(a), Ok(b), Ok(degrees)) => Ok((a, b, degrees)),
+            _ => Err(wrong()),
+        }
+    };
+    texts.iter().map(one).collect()
+}

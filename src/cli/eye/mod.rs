@@ -1,0 +1,150 @@
+//! `fbptr eye`: the N-dimensional eye. Prints a scene's picture as JSON, makes scenes, and measures fans against the exact fibre.
+
+mod bench;
+mod make;
+
+use super::{FrameSize, Status, say, say_as_program};
+use crate::eye::{EyeScene, Fibre, Here, Pool, Sheet, paint, plan, render_with};
+use crate::memory::VideoMemory;
+use clap::Args;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+/// See a scene of N dimensions on a screen of M.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  fbptr eye --make tesseract --turn 0,3,30 > scene.json
+  fbptr eye scene.json > picture.json
+  fbptr eye --make cube --dim 5 --pixels 64x64x64 | fbptr eye --explain - > volume.json
+  fbptr eye --make prism --mesh model.obj --pixels 320x240 > prism.json
+  fbptr eye --bench --out fan.html")]
+pub struct Eye {
+    /// The scene, as JSON; `-` is standard input
+    #[arg(value_name = "SCENE.json", required_unless_present_any = ["shape", "bench"], conflicts_with_all = ["shape", "bench"])]
+    scene: Option<PathBuf>,
+    /// Sample each fibre by so many rays along every hidden axis, not exactly
+    #[arg(long, value_name = "RAYS", conflicts_with_all = ["shape", "bench"])]
+    fan: Option<u32>,
+    /// Threads to render on; as many as there are cores unless given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Say on standard error what the scene needs, and what is left out
+    #[arg(long)]
+    explain: bool,
+    #[command(flatten)]
+    make: make::Make,
+    #[command(flatten)]
+    bench: bench::Bench,
+}
+
+impl Eye {
+    /// Prints what is asked for; the exit status.
+    pub(super) fn run(self) -> Status {
+        if self.bench.bench {
+            return self.bench.run();
+        }
+        let text = match (&self.scene, self.make.shape) {
+            (_, Some(shape)) => match self.make.scene(shape) {
+                Ok(scene) => scene.to_value().to_string(),
+                Err(message) => {
+                    say_as_program(message);
+                    return Status::BadArguments;
+                }
+            },
+            (Some(path), None) => match self.picture(path) {
+                Ok(text) => text,
+                Err(refusal) => return refusal.say(),
+            },
+            // clap asks for one of them.
+            (None, None) => return Status::BadArguments,
+        };
+        let mut out = std::io::stdout().lock();
+        // A reader that has gone away wants no more.
+        let _ = out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush());
+        Status::Success
+    }
+
+    fn picture(&self, path: &Path) -> Result<String, Refusal> {
+        let scene = read_scene(path)?;
+        let fibre = self.fan.map_or(Fibre::Exact, Fibre::Fan);
+        let refused = |e: crate::eye::EyeError| Refusal::Arguments(format!("--{e}"));
+        if self.explain {
+            say(&plan(&scene, fibre).map_err(refused)?.to_string());
+        }
+        let picture = render_with(&scene, fibre, &*pool(self.threads)).map_err(refused)?;
+        Ok(picture.to_json())
+    }
+}
+
+/// Why there is no picture.
+pub(crate) enum Refusal {
+    /// The arguments are no use.
+    Arguments(String),
+    /// The file is.
+    File(String),
+}
+
+impl Refusal {
+    /// Says it; the exit status.
+    pub(crate) fn say(self) -> Status {
+        match self {
+            Refusal::Arguments(message) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+            Refusal::File(message) => {
+                say_as_program(message);
+                Status::Failed
+            }
+        }
+    }
+}
+
+/// Threads to render on: a pool, or this one where one is asked for or no more can be had.
+fn pool(threads: Option<u16>) -> Box<dyn Pool> {
+    let count =
+        threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
+    match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
+        Ok(pool) if count > 1 => Box::new(pool),
+        _ => Box::new(Here),
+    }
+}
+
+fn read_scene(path: &Path) -> Result<EyeScene, Refusal> {
+    let mut text = Vec::new();
+    let read = match path == Path::new("-") {
+        true => std::io::stdin().lock().read_to_end(&mut text),
+        false => std::fs::File::open(path).and_then(|mut file| file.read_to_end(&mut text)),
+    };
+    read.map_err(|e| Refusal::Arguments(format!("{}: {e}", path.display())))?;
+    EyeScene::from_json(&text).map_err(|e| Refusal::File(format!("{}: {}: {e}", path.display(), e.code())))
+}
+
+/// The scene's picture in a frame: of the size given, or of the screen's own pixels enlarged by a whole number to some 512.
+/// `explain` says the plan on standard error.
+pub(crate) fn render_file(
+    path: &Path,
+    size: Option<FrameSize>,
+    explain: bool,
+) -> Result<VideoMemory, Refusal> {
+    let scene = read_scene(path)?;
+    if explain {
+        let plan = plan(&scene, Fibre::Exact).map_err(|e| Refusal::File(e.to_string()))?;
+        say(&plan.to_string());
+    }
+    let [w, h] = Sheet::of(&scene.pixels).size();
+    let (width, height) = match size {
+        Some(size) => (size.width, size.height),
+        None => {
+            let enlarge = (512 / w.max(h)).max(1);
+            // A line is a band an eighth as high as it is long.
+            let h = if scene.screen_dim() == 1 { w.div_ceil(8) } else { h };
+            (w * enlarge, h * enlarge)
+        }
+    };
+    let mut memory = VideoMemory::new(width, height).map_err(|e| Refusal::Arguments(e.to_string()))?;
+    let picture =
+        render_with(&scene, Fibre::Exact, &*pool(None)).map_err(|e| Refusal::File(e.to_string()))?;
+    paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
+    Ok(memory)
+}
