@@ -190,11 +190,17 @@ impl Render {
 
     fn render_eye(&self, scene: &EyeScene) -> Result<(), SceneError> {
         let refused = |message: String| SceneError::Refused(message);
-        let picture = eye::render(scene);
+        let exact = eye::Fibre::Exact;
+        if self.explain {
+            let plan = eye::plan(scene, exact).map_err(|e| refused(e.to_string()))?;
+            let _ = writeln!(std::io::stdout(), "{plan}");
+        }
         let [width, height] = match self.size {
             Some(FrameSize { width, height }) => [width, height],
-            None => eye::Sheet::of(&picture.pixels).size(),
+            None => eye::Sheet::of(&scene.pixels).picture_size(),
         };
+        let picture =
+            eye::render_with(scene, exact, &*super::eye::pool(None)).map_err(|e| refused(e.to_string()))?;
         let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
         eye::paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
         self.write(&memory, None, None)

@@ -46,6 +46,14 @@ impl Sheet {
         [self.columns * self.layer[0], self.rows * self.layer[1]]
     }
 
+    /// The size of a picture of the sheet on its own: a line is a band an eighth as high as it is long.
+    pub fn picture_size(&self) -> [u32; 2] {
+        match self.size() {
+            [w, 1] if self.columns == 1 => [w, w.div_ceil(8)],
+            size => size,
+        }
+    }
+
     /// The flat index of the screen's pixel at a place of the sheet, given how many there are, or `None` in an empty cell.
     fn pixel(&self, x: u32, y: u32, count: usize) -> Option<usize> {
         let [w, h] = self.layer;

@@ -103,8 +103,11 @@ impl fmt::Display for EyePlan {
         )?;
         match self.lights {
             [0, 0, 0] => writeln!(f, "lights     none: diffuse light alone")?,
-            [suns, planes, points] => {
-                writeln!(f, "lights     {suns} suns, {planes} light planes, {points} points")?;
+            counts => {
+                let named = counts.iter().zip(["sun", "light plane", "point"]).filter(|(n, _)| **n > 0);
+                let named: Vec<String> =
+                    named.map(|(n, name)| format!("{n} {name}{}", if *n == 1 { "" } else { "s" })).collect();
+                writeln!(f, "lights     {}", named.join(", "))?;
             }
         }
         match self.obstacles {

@@ -4,6 +4,7 @@ use crate::eye::EyeScene;
 use crate::eye::shapes::{Shape, Stage, cell24, cross_polytope, cube, extrude, from_mesh, simplex};
 use crate::load::obj;
 use clap::{Args, ValueEnum};
+use glam::DVec3;
 use std::path::PathBuf;
 
 /// What to make.
@@ -59,19 +60,28 @@ impl Make {
             Made::Tesseract => cube(4),
             Made::CrossPolytope => cross_polytope(self.dim),
             Made::Cell24 => cell24(4),
-            Made::Prism => return self.stage(self.prism()?),
+            Made::Prism => {
+                let (shape, colors) = self.prism()?;
+                let scene = self.stage(3)?.scene_in_colors(shape, |cell| colors[cell as usize]);
+                return scene.map_err(|e| e.to_string());
+            }
         };
-        self.stage(shape.map_err(|e| format!("--dim: {e}"))?)
+        let shape = shape.map_err(|e| format!("--dim: {e}"))?;
+        self.stage(shape.dim)?.scene(shape).map_err(|e| e.to_string())
     }
 
-    fn stage(&self, shape: Shape) -> Result<EyeScene, String> {
-        let stage =
-            Stage { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns: turns(&self.turn)? };
-        stage.scene(shape).map_err(|e| e.to_string())
+    /// The stage; without turns of its own a shape stands askew in its first `dim` dimensions.
+    fn stage(&self, dim: usize) -> Result<Stage, String> {
+        let askew = [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
+        let turns = match self.turn.is_empty() {
+            true => askew.into_iter().filter(|&(_, b, _)| b < dim).collect(),
+            false => turns(&self.turn)?,
+        };
+        Ok(Stage { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns })
     }
 
-    /// The mesh, its middle at 0 and its radius 1, drawn out.
-    fn prism(&self) -> Result<Shape, String> {
+    /// The mesh, its middle at 0 and its radius 1, drawn out, and a colour for each of its polygons: that of its direction.
+    fn prism(&self) -> Result<(Shape, Vec<[f64; 3]>), String> {
         let path = self.mesh.as_ref().ok_or("--make prism needs --mesh FILE.obj")?;
         let name = path.display().to_string();
         if !(3..=8).contains(&self.dim) {
@@ -94,10 +104,16 @@ impl Make {
         if radius > 0.0 {
             shape = shape.placed(1.0 / radius, &[0.0; 3]);
         }
+        let mut colors = vec![[0.0; 3]; shape.cells.iter().max().map_or(0, |&c| c as usize + 1)];
+        for (triangle, &cell) in shape.simplices.iter().zip(&shape.cells) {
+            let corner = |i: usize| DVec3::from_slice(&shape.points[triangle[i] as usize]);
+            let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalize_or_zero();
+            colors[cell as usize] = (DVec3::splat(150.0) + normal * 100.0).to_array();
+        }
         for _ in 3..self.dim {
             shape = extrude(&shape, -self.half, self.half);
         }
-        Ok(shape)
+        Ok((shape, colors))
     }
 }
 

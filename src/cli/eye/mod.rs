@@ -3,9 +3,8 @@
 mod bench;
 mod make;
 
-use super::{FrameSize, Status, say, say_as_program};
-use crate::eye::{EyeScene, Fibre, Here, Pool, Sheet, paint, plan, render_with};
-use crate::memory::VideoMemory;
+use super::{Status, say, say_as_program};
+use crate::eye::{EyeScene, Fibre, Here, Pool, plan, render_with};
 use clap::Args;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// See a scene of N dimensions on a screen of M.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  fbptr eye --make tesseract --turn 0,3,30 > scene.json
+  fbptr eye --make tesseract > scene.json
   fbptr eye scene.json > picture.json
   fbptr eye --make cube --dim 5 --pixels 64x64x64 | fbptr eye --explain - > volume.json
   fbptr eye --make prism --mesh model.obj --pixels 320x240 > prism.json
@@ -77,7 +76,7 @@ impl Eye {
 }
 
 /// Why there is no picture.
-pub(crate) enum Refusal {
+enum Refusal {
     /// The arguments are no use.
     Arguments(String),
     /// The file is.
@@ -86,7 +85,7 @@ pub(crate) enum Refusal {
 
 impl Refusal {
     /// Says it; the exit status.
-    pub(crate) fn say(self) -> Status {
+    fn say(self) -> Status {
         match self {
             Refusal::Arguments(message) => {
                 say_as_program(message);
@@ -101,7 +100,7 @@ impl Refusal {
 }
 
 /// Threads to render on: a pool, or this one where one is asked for or no more can be had.
-fn pool(threads: Option<u16>) -> Box<dyn Pool> {
+pub(super) fn pool(threads: Option<u16>) -> Box<dyn Pool> {
     let count =
         threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
     match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
@@ -118,33 +117,4 @@ fn read_scene(path: &Path) -> Result<EyeScene, Refusal> {
     };
     read.map_err(|e| Refusal::Arguments(format!("{}: {e}", path.display())))?;
     EyeScene::from_json(&text).map_err(|e| Refusal::File(format!("{}: {}: {e}", path.display(), e.code())))
-}
-
-/// The scene's picture in a frame: of the size given, or of the screen's own pixels enlarged by a whole number to some 512.
-/// `explain` says the plan on standard error.
-pub(crate) fn render_file(
-    path: &Path,
-    size: Option<FrameSize>,
-    explain: bool,
-) -> Result<VideoMemory, Refusal> {
-    let scene = read_scene(path)?;
-    if explain {
-        let plan = plan(&scene, Fibre::Exact).map_err(|e| Refusal::File(e.to_string()))?;
-        say(&plan.to_string());
-    }
-    let [w, h] = Sheet::of(&scene.pixels).size();
-    let (width, height) = match size {
-        Some(size) => (size.width, size.height),
-        None => {
-            let enlarge = (512 / w.max(h)).max(1);
-            // A line is a band an eighth as high as it is long.
-            let h = if scene.screen_dim() == 1 { w.div_ceil(8) } else { h };
-            (w * enlarge, h * enlarge)
-        }
-    };
-    let mut memory = VideoMemory::new(width, height).map_err(|e| Refusal::Arguments(e.to_string()))?;
-    let picture =
-        render_with(&scene, Fibre::Exact, &*pool(None)).map_err(|e| Refusal::File(e.to_string()))?;
-    paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
-    Ok(memory)
 }

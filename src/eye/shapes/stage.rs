@@ -32,6 +32,15 @@ impl Stage {
     /// The scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a white point light to the upper left of the
     /// eye and a bluish sun from the right.
     pub fn scene(&self, shape: Shape) -> Result<EyeScene, EyeError> {
+        self.scene_in_colors(shape, |cell| PALETTE[cell as usize % PALETTE.len()])
+    }
+
+    /// The same, with a colour for each cell.
+    pub fn scene_in_colors(
+        &self,
+        shape: Shape,
+        color: impl Fn(u32) -> [f64; 3],
+    ) -> Result<EyeScene, EyeError> {
         let dim = shape.dim;
         let mut shape = shape;
         for (i, &(a, b, angle_deg)) in self.turns.iter().enumerate() {
@@ -74,7 +83,7 @@ impl Stage {
                     color: [0.6, 0.75, 1.0],
                 },
             ],
-            facets: shape.facets(|cell| PALETTE[cell as usize % PALETTE.len()]),
+            facets: shape.facets(color),
         };
         EyeScene::new(parts)
     }
