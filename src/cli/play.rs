@@ -25,6 +25,9 @@ pub struct Play {
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Begin paused: the full stop goes on to the next frame, space to the end
+    #[arg(long)]
+    paused: bool,
     /// Write the frame at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
@@ -87,6 +90,7 @@ impl Play {
         let display =
             self.wants_window().then(|| Display::new(engine.memory().width(), engine.memory().height()));
         if let Some(display) = &display {
+            display.set_paused(self.paused);
             engine.set_display(display.clone());
         }
         let has_failed = Arc::new(AtomicBool::new(false));
