@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_seen_is_culled_once_and_counted() {
-        let plan = stage(3, &[8, 8], |parts| {
+        let plan = stage(3, &[64, 64], |parts| {
             let mut behind = parts.facets[0].clone();
             behind.v.iter_mut().for_each(|p| p[0] -= 90.0);
             let mut edge_on = behind.clone();
