@@ -6,7 +6,7 @@
 use crate::recorder::{Event, hear_pieces};
 use fbptr::command::{Command, EndOfInput, Limits};
 
-/// One step of a stream: what the decoder must say about `bytes[from..to]`.
+/// The words of a line.
 fn text(text: &str) -> Vec<&str> {
     text.split([' ', '\t']).filter(|w| !w.is_empty()).collect()
 }

@@ -342,7 +342,8 @@ fn the_strategy_makes_every_verb() {
 
 #[test]
 fn what_has_no_bytes_says_why_and_leaves_the_buffer_alone() {
-    let cases: [(Command, fn(&EncodeError) -> bool); 9] = [
+    type IsRight = fn(&EncodeError) -> bool;
+    let cases: [(Command, IsRight); 9] = [
         (Command::Translate(DVec3::new(0.0, f64::NAN, 0.0)), |e| e.code().as_str() == "ENUM"),
         (Command::Read { rect: Rect { x: 0, y: 0, w: -1, h: 0 } }, |e| e.code().as_str() == "ERANGE"),
         (Command::Blit { rect: Rect { x: 0, y: 0, w: 1, h: 1 }, rgba: vec![0; 5] }, |e| {
