@@ -295,6 +295,7 @@ impl Replay {
                         "a recording's line must be \"#@ connection seconds bytes\"",
                     )
                     .got(text.chars().take(60).collect::<String>()),
+                    raw_token: None,
                 }));
             }
         }

@@ -6,7 +6,7 @@
 use super::{Audience, Effect, Engine, Session};
 use crate::command::{
     Command, Decoder, EndOfInput, Flow, Limits as StreamLimits, Place, Rect, Sink, StreamError, format_fault,
-    format_play_fault,
+    format_play_error, format_play_fault,
 };
 use crate::error::{Code, Fault};
 use crate::memory::Rgba;
@@ -22,12 +22,20 @@ pub struct Complaint {
     pub verb: String,
     /// Why it was refused.
     pub fault: Fault,
+    /// The token's bytes as they came, where they are no text.
+    pub raw_token: Option<Vec<u8>>,
 }
 
 impl Complaint {
     /// `FILE:LINE: CODE VERB: message`, as `play` says it.
     pub fn play_line(&self, file: &str) -> String {
-        format_play_fault(file, self.place, &self.verb, &self.fault)
+        match &self.raw_token {
+            Some(token) => {
+                let Fault { code, message, .. } = &self.fault;
+                format_play_error(file, self.place, &self.verb, *code, message, Some(token))
+            }
+            None => format_play_fault(file, self.place, &self.verb, &self.fault),
+        }
     }
 }
 
@@ -204,7 +212,7 @@ impl Runner<'_> {
                     self.out.replies.push(b'\n');
                 }
                 Audience::Owner => {
-                    let complaint = Complaint { place, verb: verb.to_owned(), fault };
+                    let complaint = Complaint { place, verb: verb.to_owned(), fault, raw_token: None };
                     self.out.notices.push(Notice::Refused(complaint));
                 }
             }
@@ -305,7 +313,16 @@ impl Sink for Runner<'_> {
                 self.out.replies.push(b'\n');
                 self.after_error()
             }
-            _ => self.refuse(error.place, &error.subject.name(), Fault::from(&error)),
+            _ => {
+                let flow = self.refuse(error.place, &error.subject.name(), Fault::from(&error));
+                if std::str::from_utf8(&error.token).is_err()
+                    && let Some(Notice::Refused(complaint)) = self.out.notices.last_mut()
+                    && complaint.place == error.place
+                {
+                    complaint.raw_token = Some(error.token);
+                }
+                flow
+            }
         };
         match error.closes {
             true => {
@@ -385,6 +402,9 @@ mod tests {
         assert_eq!(out.replies, b"");
         let (_, out) = play(b"NOPE\nPX 1\n", 5, Audience::Owner);
         assert_eq!(out.notices.len(), 2, "the player always hears");
+        let (_, out) = play(b"PX 1 2 \xff\"\n", 5, Audience::Owner);
+        let [Notice::Refused(complaint)] = &out.notices[..] else { panic!("{:?}", out.notices) };
+        assert!(complaint.play_line("f").ends_with(", got \"\\xff\\x22\""), "{}", complaint.play_line("f"));
     }
 
     #[test]
