@@ -8,7 +8,6 @@
 //! zbuffer hidden lines are removed by depth: the faces go into the depth memory first, without colour, and a line's pixel
 //! is seen when its depth, or that of one of its own faces there, is not behind what is stored.
 
-use super::assemble::Face;
 use super::call::{DrawStats, Target};
 use super::clip::{ClipVertex, ClippedLine, clip_line};
 use super::light::Lit;
@@ -30,7 +29,7 @@ enum DepthRule<'p> {
     /// As a face's: strictly nearer passes.
     Strict,
     /// The edge of faces that are in the depth already: not behind passes, and so does what lies on these faces.
-    Edge([Option<&'p FacePlane>; 2]),
+    Edge(&'p [Option<FacePlane>; 2]),
 }
 
 /// An edge of a wireframe: its ends' corner indices, lower position first, and the planes of the faces on it.
@@ -46,31 +45,31 @@ impl Prepared<'_> {
         let mesh = &self.call.geometry.mesh;
         // Which faces are seen; under zbuffer they hide lines.
         let hides = self.plan.uses(Part::Coverage) && self.call.hide == HiddenSurface::ZBuffer;
-        let mut faces: Vec<Option<Face>> = Vec::with_capacity(mesh.triangles.len());
+        let mut is_face_seen = Vec::with_capacity(mesh.triangles.len());
         let mut is_seen = vec![false; mesh.polygons.len()];
         for t in 0..mesh.triangles.len() as u32 {
             if hides {
                 self.draw_depth(t, target, stats);
             }
-            let face = self.assemble(t, &mut DrawStats::default());
-            is_seen[mesh.triangle_polygon[t as usize] as usize] |= face.is_some();
-            faces.push(face);
+            let seen = self.assemble(t, &mut DrawStats::default()).is_some();
+            is_seen[mesh.triangle_polygon[t as usize] as usize] |= seen;
+            is_face_seen.push(seen);
         }
         if !hides {
             stats.faces += mesh.triangles.len() as u64;
         }
-        for edge in self.edges(&is_seen, &faces) {
+        for edge in self.edges(&is_seen, &is_face_seen) {
             let material =
                 self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
-            let plane = |t: Option<u32>| faces[t? as usize].as_ref().map(|f| &f.plane);
-            let rule = if hides { DepthRule::Edge(edge.planes.map(plane)) } else { DepthRule::Strict };
+            let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?)));
+            let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };
             self.draw_line(ends, material, rule, target, stats);
         }
     }
 
     /// Each edge of the polygons that are seen, once, in the order in which the file brings them.
-    fn edges(&self, is_seen: &[bool], faces: &[Option<Face>]) -> Vec<Edge> {
+    fn edges(&self, is_seen: &[bool], is_face_seen: &[bool]) -> Vec<Edge> {
         let mesh = &self.call.geometry.mesh;
         let mut edges: Vec<Edge> = Vec::new();
         let mut found: HashMap<[u32; 2], usize> = HashMap::new();
@@ -90,7 +89,7 @@ impl Prepared<'_> {
             }
         }
         // The seen triangles on each edge: what lies on them is the edge's own surface.
-        for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| faces[t].is_some()) {
+        for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| is_face_seen[t]) {
             for i in 0..3 {
                 let mut ends =
                     [triangle[i], triangle[(i + 1) % 3]].map(|c| mesh.corners[c as usize].position);

@@ -56,7 +56,9 @@ impl Raster<'_, '_> {
         let (plane, screen, lighting) = (&face.plane, self.screen, self.lighting);
         let width = self.target.memory.width() as usize;
         let mut depth = self.target.depth.as_mut().filter(|_| self.depth);
-        let mut ids = self.target.ids.as_deref_mut().filter(|_| depth.is_some());
+        let size = (self.target.memory.width(), self.target.memory.height());
+        let ids = self.target.ids.as_deref_mut();
+        let mut ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size);
         let memory = &mut *self.target.memory;
         let (interp, divide) = (self.interp, self.divide);
         let shares_of = |weights: &Weights| plane.shares(weights, interp, divide);
