@@ -5,10 +5,10 @@ use crate::command::EndOfInput;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory};
 use crate::save;
-use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RenderThread};
+use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RECORD_MAGIC, RenderThread};
 use clap::Args;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,6 +59,7 @@ impl Play {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
+        let mut recorded_size = None;
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
             Some(path) if path != Path::new("-") => {
                 let name = path.display().to_string();
@@ -69,11 +70,14 @@ impl Play {
                     return Err(format!("{name}: is a folder"));
                 }
                 let end = if meta.is_file() { EndOfInput::File } else { EndOfInput::Stream };
+                if meta.is_file() {
+                    recorded_size = size_of_recording(&file).map_err(refused)?;
+                }
                 (Box::new(file), name, end)
             }
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
-        let FrameSize { width, height } = self.size.unwrap_or(FrameSize::DEFAULT);
+        let FrameSize { width, height } = self.size.or(recorded_size).unwrap_or(FrameSize::DEFAULT);
         let mut engine = Engine::with_limits(width, height, Limits::default().for_frame(width, height))
             .map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
@@ -192,6 +196,15 @@ impl Play {
         }
         is_saved
     }
+}
+
+/// The frame's size of a recording, from its first line; `None` for a stream. The file is read from its beginning again.
+fn size_of_recording(mut file: &File) -> io::Result<Option<FrameSize>> {
+    let mut first = Vec::new();
+    file.take(100).read_to_end(&mut first)?;
+    file.rewind()?;
+    let line = first.strip_prefix(RECORD_MAGIC).and_then(|rest| rest.split(|&b| b == b'\n').next());
+    Ok(line.and_then(|line| std::str::from_utf8(line).ok()).and_then(|size| size.parse().ok()))
 }
 
 /// A signal ends the play, with its snapshot written; a second one at once. Whether one has come.

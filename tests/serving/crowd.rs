@@ -1,0 +1,138 @@
+//! Many connections at once, and each with what is its own.
+
+use crate::support::{Serving, Wire};
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+#[test]
+fn fifty_connections_at_once_keep_their_own_states() {
+    let serving = Serving::start(500, 100);
+    let address = serving.address;
+    let draw = move |i: i32| {
+        let mut wire = Wire::connect(address);
+        wire.send(format!("OFFSET {} {}\n", i % 10 * 50, i / 10 * 20).as_bytes());
+        if i % 2 == 0 {
+            wire.send(b"BLEND over\n");
+        }
+        wire.send(
+            format!("MESH m {}\nTRANSLATE {i} 0 0\n", if i % 3 == 0 { "BOX" } else { "SPHERE" }).as_bytes(),
+        );
+        for y in 0..20 {
+            for x in 0..50 {
+                wire.send(format!("PX {x} {y} {i:02x}ffff80\n").as_bytes());
+            }
+            assert_eq!(wire.ask(&format!("SYNC {i}.{y}\n")), format!("SYNC {i}.{y}\n"));
+        }
+        assert_eq!(wire.ask("FREE m\nFREE m\n").split(' ').nth(3), Some("ENOENT"), "one m each");
+    };
+    let clients: Vec<_> = (0..50).map(|i| std::thread::spawn(move || draw(i))).collect();
+    clients.into_iter().for_each(|c| c.join().unwrap());
+    let memory = serving.memory();
+    for i in 0..50 {
+        let (x, y) = (i % 10 * 50, i / 10 * 20);
+        let over = |s: i32| ((s * 128 + 127) / 255) as u8;
+        let want = match i % 2 == 0 {
+            true => [over(i), over(255), over(255), 255],
+            false => [i as u8, 255, 255, 128],
+        };
+        for (dx, dy) in [(0, 0), (49, 0), (0, 19), (49, 19), (25, 10)] {
+            assert_eq!(memory.get_pixel(x + dx, y + dy).unwrap(), want, "client {i} at ({dx},{dy})");
+        }
+    }
+}
+
+#[test]
+fn names_are_private_but_for_those_with_an_at_sign() {
+    let serving = Serving::start(32, 16);
+    let mut one = serving.connect();
+    let mut two = serving.connect();
+    assert_eq!(one.ask("MESH m BOX\nMESH @s SPHERE\nSYNC a\n"), "SYNC a\n");
+    assert!(two.ask("DRAW m\n").contains("ENOENT DRAW"));
+    assert_eq!(two.ask("DRAW @s\nSYNC b\n"), "SYNC b\n");
+    drop(one);
+    assert_eq!(two.ask("DRAW @s\nSYNC c\n"), "SYNC c\n", "shared names stay");
+    assert_eq!(serving.say("DRAW @s\nFREE @s\nSYNC d\n"), "SYNC d\n");
+    assert!(two.ask("DRAW @s\n").contains("ENOENT DRAW"));
+}
+
+#[test]
+fn what_a_connection_had_is_freed_with_it() {
+    let serving = Serving::start(32, 16);
+    for _ in 0..20 {
+        serving.say("MESH a TEAPOT 30\nMESH b KNOT 300 40\nLIGHT 0 DIR 0 0 -1 1 1 1\nPUSH\nPUSH\n");
+    }
+    let mut wire = serving.connect();
+    let stats = wire.ask("HELLO\nSTATS\n") + &wire.line();
+    assert!(stats.contains(" names=0 resource_bytes=0 shared_names=0 "), "{stats}");
+}
+
+#[test]
+fn none_waits_long_for_a_sync_while_others_flood() {
+    let serving = Serving::start(640, 480);
+    let address = serving.address;
+    let until = Instant::now() + Duration::from_millis(1500);
+    let flood = move |i: usize| {
+        let mut wire = Wire::connect(address);
+        let bytes: Vec<u8> = match i % 2 {
+            0 => {
+                (0..4000).flat_map(|n| format!("PX {} {} ff00ff\n", n % 640, n % 480).into_bytes()).collect()
+            }
+            // Costly ones: a slice of these is bounded by time, not by bytes.
+            _ => b"FILLRECT 0 0 640 480 00ff00\n".repeat(400),
+        };
+        // The server holds a flood of costly commands back: a write may well time out.
+        wire.0.set_write_timeout(Some(Duration::from_millis(50))).unwrap();
+        while Instant::now() < until {
+            let _ = wire.0.write_all(&bytes);
+        }
+        wire.reset();
+    };
+    let floods: Vec<_> = (0..8).map(|i| std::thread::spawn(move || flood(i))).collect();
+    let mut wire = serving.connect();
+    let (mut waits, mut count) = (Duration::ZERO, 0);
+    while Instant::now() < until {
+        let begun = Instant::now();
+        assert_eq!(wire.ask("SYNC me\n"), "SYNC me\n");
+        waits += begun.elapsed();
+        count += 1;
+    }
+    floods.into_iter().for_each(|f| f.join().unwrap());
+    // Eight slices of two milliseconds are in between; the rest is for a busy machine in a slow profile.
+    assert!(count > 5 && waits / count < Duration::from_millis(250), "{count} syncs took {waits:?}");
+}
+
+#[test]
+fn connections_come_and_go_without_a_leak() {
+    let serving = Serving::start(64, 64);
+    let crowd = |count: usize| {
+        for i in 0..count {
+            let mut wire = serving.connect();
+            match i % 4 {
+                0 => {}
+                1 => wire.send(b"PX 1 1 ff0000\nLINE 0 0"),
+                2 => wire.send(b"BLIT 0 0 1000 1000 :4000000\nhalf"),
+                _ => assert_eq!(wire.ask("SYNC a\n"), "SYNC a\n"),
+            }
+            if i % 8 == 2 {
+                wire.reset();
+            }
+        }
+        let until = Instant::now() + Duration::from_secs(10);
+        while !serving.say("STATS\n").contains(" connections=1 ") {
+            assert!(Instant::now() < until, "connections are left over: {}", serving.say("STATS\n"));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    crowd(300);
+    let threads = thread_count();
+    crowd(900);
+    if let (Some(before), Some(after)) = (threads, thread_count()) {
+        // Other tests of this program run beside this one.
+        assert!(after < before + 200, "{before} threads before 900 connections, {after} after");
+    }
+}
+
+/// How many threads this process has, where the system tells.
+fn thread_count() -> Option<usize> {
+    std::fs::read_dir("/proc/self/task").ok().map(|tasks| tasks.count())
+}

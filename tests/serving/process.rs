@@ -1,0 +1,352 @@
+//! The program itself: signals, socket files, the shared file, recordings, small clients.
+
+#![cfg(unix)]
+
+use crate::support::{Folder, Wire};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::SocketAddr;
+use std::os::unix::fs::{FileExt, PermissionsExt};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn fbptr() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_fbptr"))
+}
+
+/// `fbptr serve` as a process of its own, ended when the test ends.
+struct Process {
+    child: Child,
+    stderr: BufReader<ChildStderr>,
+}
+
+impl Process {
+    fn start(arguments: &[&str]) -> Process {
+        let mut child = fbptr()
+            .args(["serve", "--headless"])
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        Process { child, stderr }
+    }
+
+    /// The next line that it says.
+    fn says(&mut self) -> String {
+        let mut line = String::new();
+        self.stderr.read_line(&mut line).unwrap();
+        line.trim_end().to_owned()
+    }
+
+    /// Where it says that it listens on TCP.
+    fn address(&mut self) -> SocketAddr {
+        let line = self.says();
+        line.strip_prefix("fbptr: listening on tcp ").unwrap_or_else(|| panic!("{line}")).parse().unwrap()
+    }
+
+    fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+    }
+
+    /// The exit status, which must come within three seconds of the signal.
+    fn ends_after(mut self, signal: &str) -> Option<i32> {
+        let begun = Instant::now();
+        self.signal(signal);
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status.code();
+            }
+            assert!(begun.elapsed() < Duration::from_secs(3), "still there three seconds after {signal}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn play(recording: &Path, out: &Path) -> Output {
+    let arguments = ["play", text(recording), "--headless", "--snap", text(out)];
+    fbptr().args(arguments).output().unwrap()
+}
+
+#[test]
+fn a_signal_ends_it_in_order_whatever_its_clients_do() {
+    let folder = Folder::new("signals");
+    for signal in ["TERM", "INT"] {
+        let (socket, snap) = (folder.join("socket"), folder.join("end.raw"));
+        let arguments = ["--listen", ":0", "--unix", text(&socket), "--size", "40x30", "--snap", text(&snap)];
+        let mut process = Process::start(&arguments);
+        let address = process.address();
+        assert_eq!(process.says(), format!("fbptr: listening on unix {}", socket.display()));
+        // One that floods, one that never reads, one in the middle of a payload, one that is idle.
+        let flood = std::thread::spawn(move || {
+            let mut wire = Wire::connect(address);
+            while wire.0.write_all(&b"PX 3 3 ff0000\n".repeat(1000)).is_ok() {}
+        });
+        let mut mute = Wire::connect(address);
+        mute.0.set_write_timeout(Some(Duration::from_millis(100))).unwrap();
+        while mute.0.write_all(&b"READ 0 0 40 30\n".repeat(1000)).is_ok() {}
+        let mut half = Wire::connect(address);
+        half.send(b"BLIT 0 0 2 2 :16\n0123");
+        let mut polite = UnixStream::connect(&socket).unwrap();
+        polite.write_all(b"PX 5 5 00ff00\nPX 5 5\n").unwrap();
+        let mut reply = [0; 14];
+        polite.read_exact(&mut reply).unwrap();
+        assert_eq!(process.ends_after(signal), Some(0), "{signal}");
+        flood.join().unwrap();
+        let frame = std::fs::read(&snap).unwrap();
+        assert_eq!(frame[(40 * 5 + 5) * 4..][..4], [0, 255, 0, 255], "the snapshot is written");
+        assert_eq!(frame[..4], [0, 0, 0, 255], "and half a command is not in it");
+        assert!(!socket.exists(), "the socket file goes at the end");
+        std::fs::remove_file(&snap).unwrap();
+    }
+}
+
+#[test]
+fn replies_to_what_was_received_come_before_the_end() {
+    let mut process = Process::start(&["--listen", ":0", "--size", "40x30"]);
+    let mut wire = Wire::connect(process.address());
+    let many = 2000;
+    assert_eq!(wire.ask("SYNC first\n"), "SYNC first\n");
+    wire.send("CRC\n".repeat(many).as_bytes());
+    std::thread::sleep(Duration::from_millis(100));
+    let reader = std::thread::spawn(move || wire.rest());
+    assert_eq!(process.ends_after("TERM"), Some(0));
+    assert_eq!(reader.join().unwrap().len(), many * "CRC 12345678\n".len());
+}
+
+#[test]
+fn a_dead_socket_is_replaced_and_nothing_else_is() {
+    let folder = Folder::new("unix");
+    let socket = folder.join("s");
+    let mut process = Process::start(&["--unix", text(&socket)]);
+    assert!(process.says().ends_with(text(&socket)));
+    assert_eq!(std::fs::metadata(&socket).unwrap().permissions().mode() & 0o777, 0o600);
+    let second = fbptr().args(["serve", "--headless", "--unix", text(&socket)]).output().unwrap();
+    assert_eq!(second.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&second.stderr).contains("another server answers there"));
+    process.child.kill().unwrap();
+    process.child.wait().unwrap();
+    assert!(socket.exists(), "a killed server leaves its socket");
+    let mut process = Process::start(&["--unix", text(&socket)]);
+    assert!(process.says().ends_with(text(&socket)));
+    let mut client = UnixStream::connect(&socket).unwrap();
+    client.write_all(b"SIZE\nQUIT\n").unwrap();
+    let mut reply = String::new();
+    client.read_to_string(&mut reply).unwrap();
+    assert_eq!(reply, "SIZE 640 480\n");
+    assert_eq!(process.ends_after("TERM"), Some(0));
+    let letter = folder.join("letter");
+    std::fs::write(&letter, "dear friend").unwrap();
+    let refused = fbptr().args(["serve", "--headless", "--unix", text(&letter)]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert_eq!(std::fs::read(&letter).unwrap(), b"dear friend");
+}
+
+#[test]
+fn arguments_that_are_no_use_have_status_2_before_anything_starts() {
+    let folder = Folder::new("arguments");
+    let foreign = folder.join("foreign");
+    std::fs::write(&foreign, "not a video memory").unwrap();
+    let cases: [&[&str]; 8] = [
+        &["--size", "0x5"],
+        &["--size", "32768x32768"],
+        &["--size", "1000x1000", "--max-frame", "100"],
+        &["--listen", "0.0.0.0:0"],
+        &["--listen", "nonsense:port"],
+        &["--shm", text(&foreign)],
+        &["--snap-dir", "/nowhere/at/all"],
+        &["--snap", "picture.xyz"],
+    ];
+    for arguments in cases {
+        let out = fbptr().args(["serve", "--headless", "--listen", ":0"]).args(arguments).output().unwrap();
+        assert_eq!(out.status.code(), Some(2), "{arguments:?}");
+        assert!(!out.stderr.is_empty() && out.stdout.is_empty(), "{arguments:?}");
+    }
+    assert_eq!(std::fs::read(&foreign).unwrap(), b"not a video memory");
+    let mut open = Process::start(&["--listen", "0.0.0.0:0", "--allow-remote"]);
+    assert!(open.says().starts_with("fbptr: warning: 0.0.0.0:0 can be reached from other machines"));
+}
+
+#[test]
+fn standard_input_alone_is_served_to_its_end() {
+    let mut child = fbptr()
+        .args(["serve", "--headless", "--stdin", "--size", "10x6"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(b"PX 1 1 ff0000\nPX 1 1\nLINE 1\nSIZE\n").unwrap();
+    let out = child.wait_with_output().unwrap();
+    assert_eq!(out.status.code(), Some(0));
+    let replies = String::from_utf8(out.stdout).unwrap();
+    assert!(
+        replies.starts_with("PX 1 1 ff0000\nERR 3 21 EARGS LINE: ") && replies.ends_with("\nSIZE 10 6\n"),
+        "{replies}"
+    );
+}
+
+#[test]
+fn a_recording_plays_to_the_same_memory() {
+    let folder = Folder::new("record");
+    let (recording, end, replay) = (folder.join("r"), folder.join("end.raw"), folder.join("replay.raw"));
+    let shm = folder.join("fb");
+    let arguments = [
+        "--listen",
+        ":0",
+        "--size",
+        "50x60",
+        "--record",
+        text(&recording),
+        "--snap",
+        text(&end),
+        "--shm",
+        text(&shm),
+    ];
+    let mut process = Process::start(&arguments);
+    let address = process.address();
+    let mut wires: Vec<Wire> = (0..5).map(|_| Wire::connect(address)).collect();
+    for round in 0..40 {
+        for (i, wire) in wires.iter_mut().enumerate() {
+            let x = round + i;
+            match i {
+                0 => wire.send(format!("OFFSET {i} {round}\nPX {x} 1 ff{round:02x}00\n").as_bytes()),
+                1 => wire.send(&[b"PB".as_slice(), &[x as u8, 0, round as u8, 0, 1, 2, 3, 200]].concat()),
+                2 => wire.send(format!("BLEND over\nLINE 0 {round} 49 {x} 00ff0040\nNONSENSE\n").as_bytes()),
+                3 => wire.send(b"MESH m BOX\nROTATE 0 1 0 .1\nDRAW m\nBLIT 40 2 1 1 :4\nabcd"),
+                _ => wire.send(b"TEXT 9 9 ffffff :3\na\nbPX 1 1\nSYNC x\n"),
+            }
+        }
+    }
+    let foreign = std::fs::OpenOptions::new().write(true).open(&shm).unwrap();
+    foreign.write_all_at(b"wxyzwxyz", 4096 + 50 * 55 * 4).unwrap();
+    for wire in &mut wires {
+        wire.send(b"SYNC end\n");
+    }
+    std::thread::sleep(Duration::from_millis(120));
+    for wire in wires {
+        let replies = String::from_utf8_lossy(&wire.rest()).into_owned();
+        assert!(replies.ends_with("SYNC end\n"), "{replies}");
+    }
+    assert_eq!(process.ends_after("TERM"), Some(0));
+    let out = play(&recording, &replay);
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let (end, replay) = (std::fs::read(&end).unwrap(), std::fs::read(&replay).unwrap());
+    assert_eq!(end[50 * 55 * 4..][..8], *b"wxyzwxyz");
+    assert!(end == replay, "{} bytes differ", end.iter().zip(&replay).filter(|(a, b)| a != b).count());
+}
+
+#[test]
+fn small_clients_send_and_take_pictures() {
+    let folder = Folder::new("clients");
+    let socket = folder.join("s");
+    let mut process = Process::start(&["--listen", ":0", "--unix", text(&socket), "--size", "20x10"]);
+    let address = process.address().to_string();
+    process.says();
+    let stream = folder.join("stream");
+    std::fs::write(&stream, "PX 2 3 ff8000\nPX 2 3\nSYNC done\n").unwrap();
+    for place in [address.as_str(), text(&socket)] {
+        let out = fbptr().args(["send", place, text(&stream)]).output().unwrap();
+        assert_eq!((out.status.code(), out.stdout.as_slice()), (Some(0), &b"PX 2 3 ff8000\nSYNC done\n"[..]));
+        let picture = folder.join("p.raw");
+        assert!(fbptr().args(["snap", place, text(&picture)]).status().unwrap().success());
+        let bytes = std::fs::read(&picture).unwrap();
+        assert_eq!((bytes.len(), &bytes[(20 * 3 + 2) * 4..][..4]), (800, &[255, 128, 0, 255][..]));
+    }
+    std::fs::write(&stream, "LINE 1\n").unwrap();
+    assert_eq!(fbptr().args(["send", &address, text(&stream)]).output().unwrap().status.code(), Some(1));
+    assert_eq!(fbptr().args(["send", &address, "no such file"]).output().unwrap().status.code(), Some(2));
+    assert_eq!(fbptr().args(["snap", &address, "x.xyz"]).output().unwrap().status.code(), Some(2));
+    assert_eq!(process.ends_after("TERM"), Some(0));
+    assert_eq!(fbptr().args(["snap", &address, text(&stream)]).output().unwrap().status.code(), Some(2));
+    let gone = fbptr().args(["send", &address, text(&stream)]).output().unwrap();
+    assert_eq!(gone.status.code(), Some(1), "nobody listens any more");
+}
+
+/// What another program does with the shared file: it knows the layout and nothing of us.
+const FOREIGN_PROGRAM: &str = r#"
+import mmap, socket, struct, sys, time
+path, port = sys.argv[1], int(sys.argv[2])
+f = open(path, "r+b")
+m = mmap.mmap(f.fileno(), 0)
+magic, version, header, width, height, stride, form = struct.unpack_from("<8s6I", m, 0)
+assert (magic, version, header, form) == (b"FBPTRSHM", 1, 4096, 1), m[:64]
+assert stride == width * 4 and len(m) == header + stride * height
+text = dict(line.split("=", 1) for line in m[256:4096].split(b"\0")[0].decode("ascii").splitlines())
+assert int(text["width"]) == width and int(text["stride"]) == stride, text
+at = lambda x, y: header + (width * y + x) * 4
+s = socket.create_connection(("127.0.0.1", port))
+r = s.makefile("rb")
+def ask(line):
+    s.sendall(line.encode() + b"\n")
+    return r.readline().decode().strip()
+# The server's drawing is in the file before the reply that follows it.
+for i in range(300):
+    assert ask("PX %d 3 %06x\nSYNC %d" % (i % width, i, i)) == "SYNC %d" % i
+    got = m[at(i % width, 3):at(i % width, 3) + 3]
+    assert got == struct.pack(">I", i)[1:], (i, got)
+# Foreign writes are seen at once with the bell, and within 50 ms without.
+for i in range(100):
+    m[at(5, 5):at(6, 5)] = bytes([i, 1, 2, 255])
+    bell, = struct.unpack_from("<Q", m, 40)
+    struct.pack_into("<Q", m, 40, bell + 1)
+    assert ask("PX 5 5") == "PX 5 5 %02x0102" % i
+for i in range(10):
+    m[at(6, 5):at(7, 5)] = bytes([i, 9, 9, 255])
+    time.sleep(0.05)
+    assert ask("PX 6 5") == "PX 6 5 %02x0909" % i
+# Writes to pixels that the server does not draw are never lost, while it draws all around them.
+s.sendall(b"".join(b"FILLRECT 0 0 %d 8 %06x\n" % (width - 1, n * 99991 % 0xffffff) for n in range(3000)))
+for i in range(200):
+    for y in range(8):
+        m[at(width - 1, y):at(width - 1, y) + 4] = bytes([i, y, 7, 255])
+    time.sleep(0.0005)
+assert ask("SYNC end") == "SYNC end"
+time.sleep(0.06)
+for y in range(8):
+    assert ask("PX %d %d" % (width - 1, y)) == "PX %d %d c7%02x07" % (width - 1, y, y)
+    assert m[at(width - 1, y):at(width - 1, y) + 4] == bytes([199, y, 7, 255])
+assert ask("PRESENT wait").startswith("FRAME ")
+frame, = struct.unpack_from("<Q", m, 32)
+assert frame == 1, frame
+print("fine")
+"#;
+
+#[test]
+fn another_program_maps_the_shared_file() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        println!("skipped: there is no python3 to be the other program");
+        return;
+    }
+    let folder = Folder::new("shm");
+    let shm = folder.join("fb");
+    let mut process = Process::start(&["--listen", ":0", "--size", "61x40", "--shm", text(&shm)]);
+    let port = process.address().port().to_string();
+    let out = Command::new("python3").args(["-c", FOREIGN_PROGRAM, text(&shm), &port]).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&out.stdout), "fine\n", "{}", String::from_utf8_lossy(&out.stderr));
+    assert_eq!(process.ends_after("TERM"), Some(0));
+    // A restarted server goes on with the pixels; another size is refused, no size takes the file's.
+    let mut wrong = fbptr();
+    wrong
+        .args(["serve", "--headless", "--listen", ":0", "--size", "60x40", "--shm", text(&shm)])
+        .stderr(Stdio::null());
+
+    assert_eq!(wrong.status().unwrap().code(), Some(2));
+    let mut process = Process::start(&["--listen", ":0", "--shm", text(&shm)]);
+    let mut wire = Wire::connect(process.address());
+    assert_eq!(wire.ask("SIZE\n"), "SIZE 61 40\n");
+    assert_eq!(wire.ask("PX 60 3\n"), "PX 60 3 c70307\n");
+}

@@ -1,0 +1,146 @@
+//! Servers and clients for the tests.
+
+use fbptr::memory::VideoMemory;
+use fbptr::server::{Engine, Limits, ListenPlace, Server};
+use std::io::{Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A server on a free loopback port.
+pub struct Serving {
+    pub server: Server,
+    pub address: SocketAddr,
+}
+
+impl Serving {
+    pub fn start(width: u32, height: u32) -> Serving {
+        Serving::with(Engine::new(width, height).unwrap())
+    }
+
+    pub fn limited(width: u32, height: u32, limits: Limits) -> Serving {
+        Serving::with(Engine::with_limits(width, height, limits).unwrap())
+    }
+
+    pub fn with(engine: Engine) -> Serving {
+        let mut server = Server::start(engine).unwrap();
+        let place = ListenPlace::Tcp("127.0.0.1:0".parse().unwrap());
+        let ListenPlace::Tcp(address) = server.listen(place).unwrap() else { panic!("not tcp") };
+        Serving { server, address }
+    }
+
+    pub fn connect(&self) -> Wire {
+        Wire::connect(self.address)
+    }
+
+    /// Sends all of it, closes the sending side, reads all that comes.
+    pub fn talk(&self, request: &[u8]) -> Vec<u8> {
+        self.connect().talk(request)
+    }
+
+    /// The same, as text.
+    pub fn say(&self, request: &str) -> String {
+        String::from_utf8_lossy(&self.talk(request.as_bytes())).into_owned()
+    }
+
+    pub fn memory(&self) -> VideoMemory {
+        self.server.client().snapshot().unwrap()
+    }
+
+    pub fn end(self) -> Engine {
+        self.server.shut_down(Duration::from_secs(2))
+    }
+}
+
+/// A client's socket. Nothing takes longer than ten seconds.
+pub struct Wire(pub TcpStream);
+
+impl Wire {
+    pub fn connect(address: SocketAddr) -> Wire {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_nodelay(true).unwrap();
+        let patience = Some(Duration::from_secs(20));
+        stream.set_read_timeout(patience).unwrap();
+        stream.set_write_timeout(patience).unwrap();
+        Wire(stream)
+    }
+
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.0.write_all(bytes).unwrap();
+    }
+
+    /// One reply line, with its LF.
+    pub fn line(&mut self) -> String {
+        let mut line = Vec::new();
+        let mut byte = [0];
+        while !line.ends_with(b"\n") {
+            self.0.read_exact(&mut byte).unwrap();
+            line.push(byte[0]);
+        }
+        String::from_utf8(line).unwrap()
+    }
+
+    pub fn ask(&mut self, request: &str) -> String {
+        self.send(request.as_bytes());
+        self.line()
+    }
+
+    pub fn talk(mut self, request: &[u8]) -> Vec<u8> {
+        self.send(request);
+        self.rest()
+    }
+
+    /// Closes the sending side and reads to the end.
+    pub fn rest(mut self) -> Vec<u8> {
+        self.0.shutdown(Shutdown::Write).unwrap();
+        let mut all = Vec::new();
+        self.0.read_to_end(&mut all).unwrap();
+        all
+    }
+
+    /// Breaks the connection off, with a reset where the system does that for unread bytes.
+    pub fn reset(self) {
+        self.0.set_nonblocking(true).unwrap();
+        drop(self.0.shutdown(Shutdown::Both));
+    }
+}
+
+/// A folder that goes with the test.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("fbptr-serving-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+impl AsRef<Path> for Folder {
+    fn as_ref(&self) -> &Path {
+        &self.0
+    }
+}
+
+/// A generator of numbers that look random: xorshift32.
+pub struct Numbers(pub u32);
+
+impl Numbers {
+    pub fn below(&mut self, limit: u32) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0 % limit
+    }
+}
