@@ -1,7 +1,7 @@
 //! Pixels and the memory map: the frame is one array of bytes, R G B A from the upper left corner, row by row.
 //!
-//! Every pixel is put in the colour of its own place: red and green are its row's and column's number, blue the low byte of
-//! its number. Then bytes are written by offset alone: a white frame around a window, made with `FbPtr` arithmetic.
+//! Every pixel is put in a colour that tells its place: red its row, green its column, blue how far along the array it lies.
+//! Then bytes are written by offset alone: a white frame around a window, and the reds of the last rows.
 
 mod common;
 

@@ -1,0 +1,144 @@
+//! Every demo, run as its reader would: headless, some frames, a snapshot. Is the picture still the one that was kept?
+
+use fbptr::memory::VideoMemory;
+use fbptr::save::golden::{self, Mode, Tolerance, assert_golden};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// No demo may take longer; one that hangs is ended and fails.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The demos' programs, brought up to date the way this test was built.
+fn programs() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        // target/PROFILE/deps/this-test
+        let own = std::env::current_exe().expect("this program has a file");
+        let profile = own.ancestors().nth(2).expect("target/PROFILE");
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet", "--locked", "--examples", "--target-dir"]);
+        cargo.arg(profile.parent().expect("target")).current_dir(root());
+        match profile.file_name().and_then(|n| n.to_str()) {
+            Some("debug") => {}
+            Some(name) => drop(cargo.args(["--profile", name])),
+            None => panic!("{} is no folder of a profile", profile.display()),
+        }
+        if !cfg!(feature = "window") {
+            cargo.arg("--no-default-features");
+        }
+        assert!(cargo.status().expect("cargo runs").success(), "the demos do not build");
+        profile.join("examples")
+    })
+}
+
+/// Runs a program to its end, or ends it when it takes too long.
+fn run(program: &Path, arguments: &[&str]) -> Output {
+    let mut child = Command::new(program)
+        .args(arguments)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap_or_else(|e| panic!("{}: {e}", program.display()));
+    let started = Instant::now();
+    while child.try_wait().expect("a child can be asked").is_none() {
+        if started.elapsed() > PATIENCE {
+            let _ = child.kill();
+            panic!("{} {arguments:?} did not end", program.display());
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().expect("its output can be read")
+}
+
+/// The last of `frames` frames of a demo.
+fn picture(demo: &str, frames: &str) -> VideoMemory {
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("demo-{demo}-{frames}.png"));
+    let _ = std::fs::remove_file(&file);
+    let name = file.to_str().expect("a name of UTF-8");
+    let output = run(&programs().join(demo), &["--headless", "--frames", frames, "--snap", name]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && errors.is_empty(), "{demo}: {} {errors}", output.status);
+    golden::read_png(&file).unwrap_or_else(|e| panic!("{demo}: {e}"))
+}
+
+fn golden_file(name: &str) -> PathBuf {
+    root().join("tests/data/demos").join(format!("{name}.png"))
+}
+
+#[test]
+fn every_demo_draws_the_picture_that_was_kept() {
+    let demos =
+        ["memory_map", "lines", "triangles", "wire_cube", "gouraud_teapot", "phong_teapot", "tcp_client"];
+    let check =
+        |demo| golden::check(&picture(demo, "5"), golden_file(demo), Tolerance::EXACT, Mode::from_env());
+    let failures: Vec<String> =
+        demos.into_iter().filter_map(|d| check(d).err()).map(|e| e.to_string()).collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn what_moves_moves_and_what_is_still_is_still() {
+    for (demo, moves) in [("wire_cube", true), ("phong_teapot", true), ("tcp_client", true), ("lines", false)]
+    {
+        let (first, second) = (picture(demo, "1"), picture(demo, "2"));
+        let difference = golden::compare(&first, &second, 0).expect("one size");
+        assert_eq!(difference.pixels > 0, moves, "{demo}: {difference:?}");
+    }
+}
+
+#[test]
+fn without_a_display_a_demo_says_so_and_goes_on() {
+    let output = run(&programs().join("wire_cube"), &["--frames", "2"]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && errors.contains("going on headless"), "{} {errors}", output.status);
+    let output = run(&programs().join("wire_cube"), &[]);
+    assert!(output.status.success(), "without a number of frames it ends as well");
+    let output = run(&programs().join("lines"), &["--frames", "many"]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = run(&programs().join("lines"), &["--headless", "--snap", "no/such/folder/a.png"]);
+    assert_eq!(output.status.code(), Some(1));
+}
+
+/// Plays a stream headless and gives its last frame and its output.
+fn play(stream: &Path, name: &str) -> (VideoMemory, Output) {
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
+    let (stream, snap) = (stream.to_str().expect("UTF-8"), file.to_str().expect("UTF-8"));
+    let program = Path::new(env!("CARGO_BIN_EXE_fbptr"));
+    let output = run(program, &["play", stream, "--size", "480x360", "--headless", "--snap", snap]);
+    (golden::read_png(&file).unwrap_or_else(|e| panic!("{name}: {e}")), output)
+}
+
+#[test]
+fn the_tour_goes_from_one_pixel_to_the_phong_teapot() {
+    let tour = root().join("demos/tour.fbs");
+    let (last, output) = play(&tour, "tour");
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    let crc = format!("CRC {:08x}\n", fbptr::save::crc32(&last));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), crc);
+    assert_golden(&last, golden_file("tour"), Tolerance::EXACT);
+
+    // Each step by itself: it shows something, and something other than the step before.
+    let text = std::fs::read_to_string(&tour).expect("readable");
+    let ends: Vec<usize> = text.match_indices("\nPRESENT\n").map(|(at, end)| at + end.len()).collect();
+    assert_eq!(ends.len(), 9);
+    let mut before = VideoMemory::new(480, 360).expect("a frame");
+    for (step, end) in (1..).zip(ends) {
+        let part = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("tour-{step}.fbs"));
+        std::fs::write(&part, &text[..end]).expect("writable");
+        let (frame, output) = play(&part, &format!("tour-{step}"));
+        assert!(output.status.success(), "step {step}: {output:?}");
+        let changed = golden::compare(&before, &frame, 0).expect("one size").pixels;
+        assert!(changed > 100, "step {step} changes {changed} pixels");
+        before = frame;
+    }
+    assert_eq!(before.bytes(), last.bytes());
+}
