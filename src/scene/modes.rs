@@ -91,7 +91,7 @@ keywords! {
 }
 
 keywords! {
-    /// What happens outside [0,1] of texture space.
+    /// What happens outside 0..1 of texture space.
     Wrap {
         /// The texture goes on.
         #[default]

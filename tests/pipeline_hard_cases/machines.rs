@@ -84,3 +84,69 @@ fn a_draw_of_a_whole_frame_takes_time_by_its_pixels() {
     }
     assert_eq!(written, 64 * 128 * 128);
 }
+
+/// A number from where f64 ends.
+fn wild(r: &mut fbptr::truth::scenes::Random) -> f64 {
+    let far =
+        [0.0, -0.0, 5e-324, 1e-200, -1e-30, 1e30, -1e150, 1e308, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    r.pick(&far)
+}
+
+#[test]
+fn no_number_anywhere_makes_a_draw_panic() {
+    for seed in 0..400 {
+        let mut r = fbptr::truth::scenes::Random::new(seed);
+        let case = fbptr::truth::scenes::random(seed);
+        let mut s = case.scene;
+        for object in &mut s.objects {
+            let mut geometry = (*object.geometry).clone();
+            let mesh = &mut geometry.mesh;
+            for _ in 0..3 {
+                let (p, v) = (r.below(mesh.positions.len() as u32) as usize, wild(&mut r));
+                mesh.positions[p][r.below(3) as usize] = v;
+                if !mesh.texcoords.is_empty() {
+                    let t = r.below(mesh.texcoords.len() as u32) as usize;
+                    mesh.texcoords[t].x = wild(&mut r);
+                }
+                if !mesh.normals.is_empty() {
+                    let n = r.below(mesh.normals.len() as u32) as usize;
+                    mesh.normals[n].y = wild(&mut r);
+                }
+            }
+            mesh.lines.push([0, mesh.corners.len() as u32 - 1]);
+            mesh.points.push(1);
+            object.geometry = Arc::new(geometry);
+            object.material.n = wild(&mut r);
+            object.material.kd.x = wild(&mut r);
+            object.material.ks.y = wild(&mut r);
+            object.material.transparency = wild(&mut r);
+            if r.one_in(4) {
+                object.model.w_axis.y = wild(&mut r);
+                object.model.x_axis.x = wild(&mut r);
+            }
+        }
+        for light in &mut s.lights {
+            light.color.z = wild(&mut r);
+            if let LightKind::Point { position, attenuation, .. } = &mut light.kind {
+                position.x = wild(&mut r);
+                attenuation.q = wild(&mut r);
+            }
+        }
+        if let Some(camera) = s.camera.as_mut().filter(|_| r.one_in(3)) {
+            camera.look_at.eye.x = wild(&mut r);
+        }
+        let mut memory = VideoMemory::new(16, 16).unwrap();
+        let mut depth = None;
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: None };
+        let mut options = SceneOptions::new(16, 16);
+        options.shade = r.pick(ShadeMode::ALL);
+        options.hide = case.settings.hide;
+        options.interp = case.settings.interpolation;
+        // Refused or drawn: either way the depths that are there are numbers.
+        let _ = pipeline::draw_scene(&mut target, &s, &options);
+        if let Some(depth) = depth {
+            assert!((0..256).all(|i| (0.0..=1.0).contains(&depth.z(i % 16, i / 16).unwrap())), "seed {seed}");
+        }
+    }
+}

@@ -91,6 +91,92 @@ fn golden_mip_level() {
     }
 }
 
+/// Every number that notes 003 print, from the pipeline's own planes, logarithm and cameras.
+#[test]
+fn golden_printed_numbers() {
+    let inputs = golden("seed003_mip_level")["inputs"].clone();
+    let z = [9.5, 10.5, 10.0];
+    let plane = golden_plane(&inputs, z);
+    let uv = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 1.0)];
+    let mut found: Vec<(String, f64)> = Vec::new();
+    let mut say = |what: &str, value: f64| found.push((what.to_owned(), value));
+    let w = shares(&plane, [28.0, 22.0], Interpolation::Affine);
+    let p = |i: usize, k: usize| number(&inputs[["P0", "P1", "P2"][i]][k]);
+    let double_area = (p(1, 0) - p(0, 0)) * (p(2, 1) - p(0, 1)) - (p(2, 0) - p(0, 0)) * (p(1, 1) - p(0, 1));
+    let area = double_area.abs() / 2.0;
+    for (what, value) in ["A", "A0", "A1", "A2"].iter().zip([1.0, w[0], w[1], w[2]]) {
+        say(what, value * area);
+    }
+    for (i, what) in ["alpha", "beta", "gamma = A2/A"].into_iter().enumerate() {
+        say(what, w[i]);
+    }
+    let rounded = [0.668, 0.194, 0.139];
+    say("gamma = 1 - alpha - beta (from the 3-decimal weights)", 1.0 - rounded[0] - rounded[1]);
+    for (i, what) in ["alpha/Z0", "beta/Z1", "gamma/Z2"].into_iter().enumerate() {
+        say(what, rounded[i] / z[i]);
+    }
+    say("Z (rounded weights)", 1.0 / (0..3).map(|i| rounded[i] / z[i]).sum::<f64>());
+    let b = plane.weights_at(ndc([28.5, 22.5])).b;
+    say("Z (exact weights)", 1.0 / (b[0] + b[1] + b[2]));
+    let exact = shares(&plane, [28.0, 22.0], Interpolation::Perspective);
+    for (i, c) in ["CR", "CG", "CB"].into_iter().enumerate() {
+        say(&format!("{c} (printed Z=9.74 and rounded weights)"), 9.74 * rounded[i] / z[i]);
+        say(&format!("{c} (exact weights)"), exact[i]);
+    }
+    let by_rounded = uv[1] * rounded[1] + uv[2] * rounded[2];
+    say("uv p00.u affine with the 3-decimal weights", by_rounded.x);
+    say("uv p00.v affine with the 3-decimal weights", by_rounded.y);
+    let places = [("p00", [28.0, 22.0]), ("p10", [29.0, 22.0]), ("p01", [28.0, 23.0])];
+    let right = places.map(|(_, p)| uv_from_first(&uv, shares(&plane, p, Interpolation::Perspective)));
+    for ((name, _), uv) in places.iter().zip(right) {
+        say(&format!("uv {name}.u perspective-correct"), uv.x);
+        say(&format!("uv {name}.v perspective-correct"), uv.y);
+    }
+    let printed = [[0.264, 0.139], [0.414, 0.129], [0.248, -0.010]].map(DVec2::from);
+    let steps = |uv: [DVec2; 3]| (32.0 * (uv[1] - uv[0]), 32.0 * (uv[2] - uv[0]));
+    let ((px, py), (cx, cy)) = (steps(printed), steps(right));
+    say("du/dx from the printed UVs", px.x);
+    say("du/dx perspective-correct", cx.x);
+    say("dv/dx", px.y);
+    say("du/dy from the printed UVs", py.x);
+    say("du/dy perspective-correct", cy.x);
+    say("dv/dy", py.y);
+    let level = |x: DVec2, y: DVec2| Footprint::Steps(x / 32.0, y / 32.0).level(32, 32);
+    let length = |x: DVec2, y: DVec2| crate::math::power::exp2(level(x, y));
+    say("L from the printed derivatives", length(DVec2::new(4.8, -0.32), DVec2::new(-0.56, -4.8)));
+    say("L from printed UVs (unrounded derivatives)", length(px, py));
+    say("L perspective-correct", length(cx, cy));
+    say("D = log2 L (L=4.83)", level(DVec2::new(4.83, 0.0), DVec2::ZERO));
+    say("D perspective-correct", level(cx, cy));
+    for (range, near, far) in [("n=0.01 f=1000", 0.01, 1000.0), ("n=5 f=10", 5.0, 10.0)] {
+        for (face, d) in [("red", 8.0), ("blue", 9.0)] {
+            let projection =
+                crate::scene::Projection::Perspective { fov_rad: 1.0, near, far, on_smaller_side: false };
+            let camera = crate::scene::Camera { projection, ..Default::default() }.matrices(1.0).unwrap();
+            let clip = camera.projection * DVec4::new(0.0, 0.0, -d, 1.0);
+            let z = clip.z / clip.w;
+            say(&format!("NDC {face} {range}"), 2.0 * z - 1.0);
+            say(&format!("normalised {face} {range}"), z);
+            for (name, format) in
+                [("Int16", crate::memory::DepthFormat::U16), ("Int32", crate::memory::DepthFormat::U32)]
+            {
+                say(&format!("{name} {face} {range}"), format.encode(z, 1.0 - z) as f64);
+            }
+        }
+    }
+    let table = golden("seed003_printed_numbers_check");
+    let table = table["expected"].as_array().unwrap();
+    assert_eq!(table.len(), found.len());
+    for row in table {
+        let what = row["what"].as_str().unwrap();
+        let value = found.iter().find(|f| f.0 == what).unwrap_or_else(|| panic!("nothing computes {what}")).1;
+        assert!((value - number(&row["computed"])).abs() <= 1e-12 * value.abs().max(1.0), "{what}: {value}");
+        let half_unit = 0.5 * libm::pow(10.0, -number(&row["printed_decimals"]));
+        let agrees = (value - number(&row["printed"])).abs() <= half_unit * (1.0 + 1e-9);
+        assert_eq!(agrees, row["agrees"].as_bool().unwrap(), "{what}: {value} against {}", row["printed"]);
+    }
+}
+
 #[test]
 fn a_face_of_constant_depth_has_one_depth_everywhere() {
     for (w, z) in [(1.0, 0.3), (7.3, 6.1)] {
