@@ -239,7 +239,7 @@ fn light_reaches(simplices: &[Simplex], hit: &Hit, kind: &EyeLightKind, origin: 
     }
     let blocked = simplices.iter().any(|g| {
         let tau = &q(1e-10) * &largest(p).max(g.size.clone());
-        let over = |h: &Q| &(h * h) > &(&(&tau * &tau) * &dot(&g.normal, &g.normal));
+        let over = |h: &Q| (h * h) > (&(&tau * &tau) * &dot(&g.normal, &g.normal));
         let height = &dot(&g.normal, p) - &g.offset;
         let change = dot(&g.normal, &way);
         if !over(&height) || height.sign() == -change.sign() && change.sign() == 0 {

@@ -157,8 +157,7 @@ fn faces_without_area_and_repeated_corners_draw_nothing() {
 fn positions_that_are_not_numbers_draw_nothing() {
     for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.7e308] {
         let mesh = triangle([[bad, -1.0, -3.0], [1.0, -1.0, -3.0], [0.0, 1.0, -3.0]]);
-        let mut material = Material::default();
-        material.ks = DVec3::ONE;
+        let material = Material { ks: DVec3::ONE, ..Material::default() };
         let s = scene(eye_at_origin(0.1, 50.0), vec![both_sides(mesh, material)]);
         for shade in ShadeMode::ALL {
             draw(&s, 16, DepthFormat::F32, &Settings { shade: *shade, ..Settings::default() });

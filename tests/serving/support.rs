@@ -47,9 +47,6 @@ impl Serving {
         self.server.client().snapshot().unwrap()
     }
 
-    pub fn end(self) -> Engine {
-        self.server.shut_down(Duration::from_secs(2))
-    }
 }
 
 /// A client's socket. Nothing takes longer than ten seconds.

@@ -58,7 +58,7 @@ impl PreparedMesh {
                 });
                 prepared.indices.push(vertex);
                 let uv = mesh.texcoords.get(corner.texcoord as usize).copied().unwrap_or_default();
-                is_plain_only |= !(uv.abs().max_element() <= LARGEST_TEXCOORD);
+                is_plain_only |= uv.is_nan() || uv.abs().max_element() > LARGEST_TEXCOORD;
             }
             prepared.plain_only.push(is_plain_only);
         }

@@ -200,7 +200,7 @@ impl Kernel for SetupKernel<'_> {
             }
             // The depth plane of the unsnapped face, from its corners in an order of their own, so that faces with the
             // same corners in any order get the same plane.
-            let (a, b, c) = sort_corners(s, corner::<S>(r0), corner::<S>(r1), corner::<S>(r2));
+            let [a, b, c] = sort_corners(s, [corner::<S>(r0), corner::<S>(r1), corner::<S>(r2)]);
             let (bx, by, cx, cy) =
                 (pixels(s, a[0], b[0]), pixels(s, a[1], b[1]), pixels(s, a[0], c[0]), pixels(s, a[1], c[1]));
             let (za, zb, zc) = (a[2].as_f32(), b[2].as_f32(), c[2].as_f32());
@@ -265,12 +265,12 @@ fn snapped<S: Simd>(s: S, r: [S::F; 4]) -> (S::I, S::I) {
     (r[0].bits().sar::<8>() + (up & one), r[1].bits().sar::<8>() + (up.shr::<1>() & one))
 }
 
-/// A record's position in 1/65536 pixel and the bits of its depth.
+/// A corner: position in 1/65536 pixel, and the bits of its depth.
+type Corner<S> = [<S as Simd>::I; 3];
+
+/// The corner of a record.
 #[inline(always)]
-fn corner<S: Simd>(r: [S::F; 4]) -> [S::I; 3]
-where
-    S::F: F32<S>,
-{
+fn corner<S: Simd>(r: [S::F; 4]) -> Corner<S> {
     [r[0].bits(), r[1].bits(), r[2].bits()]
 }
 
@@ -282,20 +282,15 @@ fn pixels<S: Simd>(s: S, p: S::I, q: S::I) -> S::F {
 
 /// The corners in ascending order of (x, y), lane by lane.
 #[inline(always)]
-fn sort_corners<S: Simd>(
-    s: S,
-    a: [S::I; 3],
-    b: [S::I; 3],
-    c: [S::I; 3],
-) -> ([S::I; 3], [S::I; 3], [S::I; 3]) {
+fn sort_corners<S: Simd>(s: S, [a, b, c]: [Corner<S>; 3]) -> [Corner<S>; 3] {
     let (a, b) = in_order(s, a, b);
     let (b, c) = in_order(s, b, c);
     let (a, b) = in_order(s, a, b);
-    (a, b, c)
+    [a, b, c]
 }
 
 #[inline(always)]
-fn in_order<S: Simd>(s: S, p: [S::I; 3], q: [S::I; 3]) -> ([S::I; 3], [S::I; 3]) {
+fn in_order<S: Simd>(s: S, p: Corner<S>, q: Corner<S>) -> (Corner<S>, Corner<S>) {
     let swap = p[0].gt(q[0]) | (p[0].eq(q[0]) & p[1].gt(q[1]));
     let low = [s.select_i(swap, q[0], p[0]), s.select_i(swap, q[1], p[1]), s.select_i(swap, q[2], p[2])];
     let high = [s.select_i(swap, p[0], q[0]), s.select_i(swap, p[1], q[1]), s.select_i(swap, p[2], q[2])];
