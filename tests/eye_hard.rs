@@ -41,7 +41,7 @@ fn h01_facets_through_behind_and_beside_the_eye() {
     // Facet 3 is y = 3 x + 0.5: met by offset 4 at t = 0.5, before its first end x = 1: missed.
     assert_eq!(picture.facet, [4, 4, 4, 4, 4, 5, 5, 5, 5]);
     for (i, c) in [4.0, 3.0, 2.0, 1.0, 0.0].into_iter().enumerate() {
-        near(picture.dist[i], 2.0 / (1.0 + c) * (1.0 + c * c).sqrt());
+        near(picture.dist[i], 2.0 / (1.0 + c) * f64::sqrt(1.0 + c * c));
     }
     near(picture.dist[8], 7.0 * 17f64.sqrt());
 }

@@ -1,7 +1,7 @@
 //! A refusal in a stream, and how it stands on the wire and on `play`'s stderr.
 //!
 //! `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, one ASCII line under 1,000 bytes. A token is cut at
-//! [`TOKEN_BYTES`] bytes; its bytes beyond printable ASCII, `"` and `\` are written as `\xNN`.
+//! `TOKEN_BYTES` bytes; its bytes beyond printable ASCII, `"` and `\` are written as `\xNN`.
 
 use super::args::Refusal;
 use super::sink::Place;
@@ -21,7 +21,7 @@ pub const LINE_BYTES: usize = 1000;
 pub enum Subject {
     /// A verb of the table.
     Known(&'static Verb),
-    /// A word that is none, at most [`TOKEN_BYTES`] of it, as it came.
+    /// A word that is none, at most `TOKEN_BYTES` of it, as it came.
     Unknown(Vec<u8>),
 }
 
@@ -56,7 +56,7 @@ pub struct StreamError {
     pub code: Code,
     /// What was expected: lower case, one line.
     pub message: Cow<'static, str>,
-    /// What was found instead, at most [`TOKEN_BYTES`] bytes of it, as it came.
+    /// What was found instead, at most `TOKEN_BYTES` bytes of it, as it came.
     pub token: Vec<u8>,
     /// Whether the stream cannot be followed any further: the connection is to be closed.
     pub closes: bool,
@@ -103,7 +103,7 @@ impl From<&StreamError> for Fault {
     }
 }
 
-/// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under [`LINE_BYTES`].
+/// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under `LINE_BYTES`.
 pub fn format_error(place: Place, verb: &str, code: Code, message: &str, token: Option<&[u8]>) -> String {
     with_reason(format!("ERR {} {} {code} {}", place.line, place.byte, one_word(verb)), message, token)
 }

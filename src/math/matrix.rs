@@ -26,7 +26,7 @@ pub fn shear(xy: f64, xz: f64, yx: f64, yz: f64, zx: f64, zy: f64) -> DMat4 {
 
 /// Turns by `angle_rad` about `axis` (right-hand rule, through the origin), or `None` for an axis without direction.
 ///
-/// Rodrigues: R = cos I + sin [k]x + (1 - cos) k k^T. The axis is scaled before it is normalised, so neither a huge nor
+/// Rodrigues: R = cos I + sin K + (1 - cos) k k^T, K x = k cross x. The axis is scaled before it is normalised, so neither a huge nor
 /// a tiny one overflows.
 pub fn rotate(axis: DVec3, angle_rad: f64) -> Option<DMat4> {
     let k = unit(axis)?;

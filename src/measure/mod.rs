@@ -3,7 +3,7 @@
 //! An [`Experiment`] is data: what it asks, which error columns it has, and a function that makes its [`Row`]s. Every row
 //! is one alternative on one subject; its errors come from the very output that was timed, held to a truth in f64 or wider, and
 //! are the same to the digit on every machine. Times are taken only where [`Effort`] carries a clock, and a row outside its
-//! stated bound shows none. The report's writers are in [`write`].
+//! stated bound shows none. The report's writers are in [`mod@write`].
 //!
 //! ```text
 //!   experiments() -> Experiment { columns, rows(&effort) } -> Report -> Markdown | JSON | one HTML page

@@ -44,7 +44,7 @@ impl DepthFormat {
         }
     }
 
-    /// The stored word for depth `z` in [0,1] and its complement `one_minus_z` (computed without cancellation):
+    /// The stored word for depth `z` in 0..=1 and its complement `one_minus_z` (computed without cancellation):
     /// smaller words are nearer in every format.
     #[inline]
     pub fn encode(self, z: f64, one_minus_z: f64) -> u32 {
@@ -58,7 +58,7 @@ impl DepthFormat {
         }
     }
 
-    /// The depth z in [0,1] that a stored word stands for.
+    /// The depth z in 0..=1 that a stored word stands for.
     pub fn decode(self, word: u32) -> f64 {
         match self {
             DepthFormat::U16 => word as f64 / 65535.0,
@@ -150,7 +150,7 @@ impl DepthMemory {
         }
     }
 
-    /// The depth z in [0,1] of pixel (x, y), or `None` off the frame.
+    /// The depth z in 0..=1 of pixel (x, y), or `None` off the frame.
     pub fn z(&self, x: i32, y: i32) -> Option<f64> {
         let inside = (x as u32) < self.width && (y as u32) < self.height;
         inside.then(|| self.format.decode(self.word(self.width as usize * y as usize + x as usize)))

@@ -37,7 +37,7 @@ pub struct State {
     pub hi: [u8; 3],
     /// Colour before it became bytes: the least and the largest, unclamped.
     pub real: [DVec3; 2],
-    /// Depth in [0,1]: the least and the largest.
+    /// Depth in 0..=1: the least and the largest.
     pub z: [Wide; 2],
     /// The face whose depth this is.
     pub depth_owner: Option<FaceKey>,

@@ -46,7 +46,6 @@ impl Serving {
     pub fn memory(&self) -> VideoMemory {
         self.server.client().snapshot().unwrap()
     }
-
 }
 
 /// A client's socket. Nothing takes longer than ten seconds.

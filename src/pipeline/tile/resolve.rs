@@ -28,7 +28,7 @@ pub enum Mode {
 /// How a pixel's place in the shading frame is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
-    /// Eye-relative position = (ray[0] + ray[1] column + ray[2] row) * w; V points back along it.
+    /// Eye-relative position = (ray 0 + ray 1 * column + ray 2 * row) * w; V points back along it.
     Perspective {
         /// At pixel (0,0), per column, per row.
         ray: [[f32; 3]; 3],

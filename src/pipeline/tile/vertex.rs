@@ -19,14 +19,14 @@ const REACH: f64 = 16_000.0;
 pub struct ToScreen {
     /// Rows of the object-to-clip matrix.
     pub rows: [[f64; 4]; 4],
-    /// x_s = center[0] + x_ndc * half[0].
+    /// Screen = center + ndc * half, x then y.
     pub center: [f64; 2],
     /// Half extents in pixels; y's is negative, since rows grow downwards.
     pub half: [f64; 2],
 }
 
 impl ToScreen {
-    /// One point on the screen: x and y in pixels, z; in f64, with the roundings of [`VertexKernel`].
+    /// One point on the screen: x and y in pixels, z; in f64, with the roundings of the vertex stage.
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         let [x, y, z, w] = self.rows.map(|[a, b, c, d]| ((a * p[0] + b * p[1]) + c * p[2]) + d);
         [self.center[0] + x / w * self.half[0], self.center[1] + y / w * self.half[1], z / w]

@@ -5,7 +5,7 @@
 //! line that is not whole) ends the run and is left to the general reader. Every byte is looked at: a line with anything
 //! out of place is not taken. Out: x, y and R,G,B,A of each, in order.
 //!
-//! Two twins with the same answer for every input: [`portable`] in whole words of eight bytes, and vectors of sixteen
+//! Two twins with the same answer for every input: `portable` in whole words of eight bytes, and vectors of sixteen
 //! bytes where the CPU has AVX2. Which one runs is asked of the CPU at each call, which costs a load.
 
 mod portable;
