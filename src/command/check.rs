@@ -192,11 +192,10 @@ impl Command {
     }
 }
 
-fn from_zero<T: Into<f64> + std::fmt::Display>(what: &str, value: T) -> Result<(), Fault> {
-    let shown = value.to_string();
+fn from_zero<T: Into<f64> + Copy + std::fmt::Display>(what: &str, value: T) -> Result<(), Fault> {
     match value.into() < 0.0 {
         false => Ok(()),
-        true => Err(Fault::new(Code::Range, format!("the {what} must be 0 or more")).got(shown)),
+        true => Err(Fault::new(Code::Range, format!("the {what} must be 0 or more")).got(value.to_string())),
     }
 }
 

@@ -134,8 +134,10 @@ fn without_cr(line: &[u8]) -> &[u8] {
 impl Decoder {
     /// A decoder at the beginning of a stream.
     pub fn new(limits: Limits) -> Self {
+        // What a buffer can have at all is a limit, too.
+        let payload_bytes = limits.payload_bytes.min(isize::MAX as u64);
         Decoder {
-            limits,
+            limits: Limits { payload_bytes },
             start: Place::START,
             here: Place::START,
             state: State::Head,
@@ -476,12 +478,14 @@ impl Decoder {
         let State::Collect { length, .. } = self.state else { return 0 };
         let held = self.payload.len();
         let taken = &bytes[..bytes.len().min(length - held)];
-        self.pass(taken);
         // What has been announced may never come: room is made as bytes do, and never more than for all of them.
         if self.payload.capacity() < held + taken.len() {
             let wanted = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
-            self.payload.reserve_exact(wanted - held);
+            if self.payload.try_reserve_exact(wanted - held).is_err() {
+                return self.give_up_payload(bytes, sink);
+            }
         }
+        self.pass(taken);
         self.payload.extend_from_slice(taken);
         if self.payload.len() == length
             && let State::Collect { command, .. } = std::mem::replace(&mut self.state, State::Head)
@@ -491,6 +495,18 @@ impl Decoder {
             self.obey(flow);
         }
         taken.len()
+    }
+
+    /// There is no memory for the payload that has begun: says so, and discards it to its end.
+    fn give_up_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let State::Collect { command, length } = std::mem::replace(&mut self.state, State::Head) else {
+            return 0;
+        };
+        let left = (length - self.payload.len()) as u64;
+        self.payload = Vec::new();
+        let refusal =
+            Refusal::new(Code::TooBig, "there is no memory for the payload", format!(":{length}").as_bytes());
+        self.refuse(binary_or_text(command.verb().as_bytes()), refusal, left, bytes, sink)
     }
 
     fn put_away_payload(&mut self) {

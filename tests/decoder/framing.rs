@@ -299,3 +299,18 @@ fn a_payload_that_lies_whole_in_a_piece_is_not_copied_first() {
     let _ = decoder.feed(b"BLIT 0 0 1 1 :4\nabcd", &mut recorder);
     assert_eq!((recorder.calls_by_slice, decoder.pending_bytes()), (1, 0));
 }
+
+#[test]
+fn a_payload_that_no_memory_can_hold_is_refused_and_not_awaited() {
+    // Half of all addresses: the room for it grows with what comes, and little comes.
+    let limits = Limits { payload_bytes: u64::MAX };
+    let (mut decoder, mut recorder) = (Decoder::new(limits), Recorder::default());
+    let _ = decoder.feed(b"TEX a :9223372036854775807\nabc", &mut recorder);
+    assert!(recorder.events.is_empty() && decoder.pending_bytes() < 1 << 20);
+    let _ = decoder.finish(EndOfInput::Stream, &mut recorder);
+    assert_eq!(told(&recorder.events), "EPROTO");
+    let mut recorder = Recorder::default();
+    let mut decoder = Decoder::new(limits);
+    let _ = decoder.feed(b"TEX a :9223372036854775808\nabc", &mut recorder);
+    assert_eq!(told(&recorder.events), "ETOOBIG");
+}

@@ -5,6 +5,7 @@
 //! Words are little-endian: the first character is the lowest byte.
 
 use super::WINDOW;
+use std::num::NonZero;
 
 const LOW: u64 = 0x0101_0101_0101_0101;
 const HIGH: u64 = 0x8080_8080_8080_8080;
@@ -32,15 +33,16 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     let start = word(window, 0)?;
     let ends = word(window, first)? ^ (LOW * b'\n' as u64);
     // The lowest flag marks the first zero byte; higher ones may be false.
-    let ends = ends.wrapping_sub(LOW) & !ends & HIGH;
-    if start & 0xff_ffff != u64::from_le_bytes(*b"PX \0\0\0\0\0") || ends == 0 {
+    let ends = NonZero::new(ends.wrapping_sub(LOW) & !ends & HIGH)?;
+    if start & 0xff_ffff != u64::from_le_bytes(*b"PX \0\0\0\0\0") {
         return None;
     }
     let lf = first + ends.trailing_zeros() as usize / 8;
     let (x, x_digits) = number(start >> 24)?;
     let (y, y_digits) = number(word(window, 4 + x_digits)?)?;
     let end = 5 + x_digits + y_digits + DIGITS;
-    if end + ENDS - 1 != lf || (ENDS == 2 && window[end] != b'\r') {
+    let ends_well = end + ENDS == lf + 1 && (ENDS == 1 || window[end] == b'\r');
+    if !ends_well || window[3 + x_digits] != b' ' || window[4 + x_digits + y_digits] != b' ' {
         return None;
     }
     let color = color::<DIGITS>(word(window, end.checked_sub(8)?)?)?;
@@ -48,20 +50,16 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     Some((x, y, color, lf + 1))
 }
 
-/// The digits at the start of a word, one to four before a blank: as digit values, the last in the highest byte, zeros
-/// before the first; and how many there are.
+/// The digits at the start of a word, one to four: as digit values, the last in the highest byte, zeros before the
+/// first; and how many there are.
 #[inline(always)]
 fn number(word: u64) -> Option<(u32, usize)> {
     // Digits become 0 to 9, which stay below 0x80 when 0x76 is added; all else does not, or has the bit already.
     let values = word ^ (LOW * b'0' as u64);
-    let others = (values.wrapping_add(LOW * 0x76) | values) & HIGH;
-    let bit = others.trailing_zeros();
-    let is_blank = word.wrapping_shr(bit & !7) as u8 == b' ';
+    let others = NonZero::new((values.wrapping_add(LOW * 0x76) | values) & HIGH)?;
     // One to four digits put the flag at bit 15, 23, 31 or 39.
-    if !(15..=39).contains(&bit) || !is_blank {
-        return None;
-    }
-    Some(((values as u32) << ((39 - bit) & 31), bit as usize / 8))
+    let bit = others.trailing_zeros();
+    (15..=39).contains(&bit).then(|| ((values as u32) << (39 - bit), bit as usize / 8))
 }
 
 /// The numbers that two words of four digit values each stand for.
@@ -91,12 +89,15 @@ fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
     }
     let nibbles = w + k * 10;
     let bytes = (nibbles << 4 | nibbles >> 8) & 0x00ff_00ff_00ff_00ff;
-    let [r, _, g, _, b, _, a, _] = bytes.to_le_bytes();
-    Some(match DIGITS {
-        2 => [r, r, r, 255],
-        6 => [r, g, b, 255],
-        _ => [r, g, b, a],
-    })
+    // r, g, b and a stand in every other byte.
+    let pairs = bytes | bytes >> 8;
+    let rgb = (pairs & 0xffff | (bytes >> 16) & 0xff_0000) as u32;
+    let rgba = match DIGITS {
+        2 => (bytes as u32 & 0xff) * 0x01_0101 | 0xff00_0000,
+        6 => rgb | 0xff00_0000,
+        _ => rgb | (bytes >> 24) as u32 & 0xff00_0000,
+    };
+    Some(rgba.to_le_bytes())
 }
 
 #[cfg(test)]
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_one_to_four_digits_and_a_blank() {
+    fn numbers_have_one_to_four_digits() {
         for n in 0..=9999u16 {
             for width in 1..=4 {
                 let text = format!("{n:0width$} 77777777");
@@ -139,8 +140,7 @@ mod tests {
                 let mut text = *b"1234 678";
                 text[at] = byte;
                 let found = number(u64::from_le_bytes(text)).map(|n| n.1);
-                let expected = text.iter().position(|b| !b.is_ascii_digit()).unwrap_or(8);
-                let expected = ((1..=4).contains(&expected) && text[expected] == b' ').then_some(expected);
+                let expected = text.iter().position(|b| !b.is_ascii_digit()).filter(|n| (1..=4).contains(n));
                 assert_eq!(found, expected, "{text:?}");
             }
         }
