@@ -25,12 +25,14 @@ pub(super) const FAN: Experiment = Experiment {
 /// Simplices about a point before the eye.
 fn scene(dim: usize, pixels: &[u32], facets: usize) -> EyeScene {
     let mut r = Random::new(2002 + dim as u64);
+    // In more dimensions a fibre passes between small simplices.
+    let reach = if dim > 4 { 1.6 } else { 0.6 };
     let facets: Vec<_> = (0..facets)
         .map(|_| {
             let center: Vec<f64> =
                 (0..dim).map(|k| if k == 0 { r.real(3.0, 6.0) } else { r.real(-1.5, 1.5) }).collect();
             let vertices: Vec<Vec<f64>> =
-                (0..dim).map(|_| center.iter().map(|c| c + r.real(-0.6, 0.6)).collect()).collect();
+                (0..dim).map(|_| center.iter().map(|c| c + r.real(-reach, reach)).collect()).collect();
             let color: Vec<u32> = (0..3).map(|_| 60 + r.below(190)).collect();
             json!({ "v": vertices, "color": color })
         })

@@ -15,8 +15,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use super::Complaint;
 use super::thread::message::{Id, Inbox, Item, Message};
+use super::{Complaint, InputEvent};
 use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, Rect};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, VideoMemory};
@@ -90,6 +90,11 @@ impl Client {
     /// What was refused since the last call; the line of its place counts commands from 1.
     pub fn complaints(&self) -> Vec<Complaint> {
         self.inbox.complaints()
+    }
+
+    /// The window's events since the last call, in order; none until `EVENTS on` was sent.
+    pub fn events(&self) -> Vec<InputEvent> {
+        self.inbox.events()
     }
 
     /// A copy of the video memory after all commands before.

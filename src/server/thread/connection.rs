@@ -5,7 +5,7 @@ use crate::command::EndOfInput;
 use crate::error::Fault;
 use crate::server::outbox::Outbox;
 use crate::server::record::{RECORD_MAGIC, Replay};
-use crate::server::{Budget, Engine, Notice, Output, Standing, Stream};
+use crate::server::{Budget, Engine, InputEvent, Notice, Output, Standing, Stream};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -255,6 +255,17 @@ impl Connection {
                     port.start_writer(outbox.clone(), limit, Box::new(on_room));
                 }
             }
+        }
+    }
+
+    /// Tells it of an event; a client that does not read misses events, not replies.
+    pub fn tell_event(&mut self, event: &InputEvent, limit: usize, messages: &Sender<Message>) {
+        match &self.source {
+            Source::Inbox(inbox) => inbox.hear(event),
+            Source::Stream { outbox, .. } if outbox.pending() < limit => {
+                self.reply(&mut format!("{event}\n").into_bytes(), limit, messages);
+            }
+            Source::Stream { .. } => {}
         }
     }
 

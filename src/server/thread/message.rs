@@ -1,7 +1,7 @@
 //! What travels to the render thread.
 
 use super::super::outbox::Outbox;
-use super::super::{Audience, Complaint, Notice};
+use super::super::{Audience, Complaint, InputEvent, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
 use crate::server::Engine;
@@ -110,10 +110,14 @@ struct Mail {
     items: Vec<Item>,
     is_closed: bool,
     complaints: Vec<Complaint>,
+    events: Vec<InputEvent>,
 }
 
 /// A client that is further ahead than this many commands waits.
 const MAX_AHEAD: usize = 1 << 14;
+
+/// Events that a client does not take beyond this many are missed.
+const MAX_EVENTS: usize = 4096;
 
 /// Complaints beyond this many are counted in STATS alone.
 const MAX_COMPLAINTS: usize = 1000;
@@ -160,6 +164,19 @@ impl Inbox {
         if mail.complaints.len() < MAX_COMPLAINTS {
             mail.complaints.push(complaint);
         }
+    }
+
+    /// Keeps an event of the window for the client.
+    pub fn hear(&self, event: &InputEvent) {
+        let mut mail = self.lock();
+        if mail.events.len() < MAX_EVENTS {
+            mail.events.push(event.clone());
+        }
+    }
+
+    /// The events since the last call.
+    pub fn events(&self) -> Vec<InputEvent> {
+        std::mem::take(&mut self.lock().events)
     }
 
     /// The complaints since the last call.

@@ -265,12 +265,10 @@ impl Loop {
         match input {
             Input::Look => display.answer_probe(self.engine.depth()),
             Input::Event(event) => {
-                let line = format!("{event}\n");
                 let limit = self.engine.limits().reply_bytes;
                 for connection in self.connections.values_mut() {
-                    // A client that does not read misses events, not replies.
-                    if connection.stream.session().events && connection.unread() < limit {
-                        connection.reply(&mut line.clone().into_bytes(), limit, &self.sender);
+                    if connection.stream.session().events {
+                        connection.tell_event(&event, limit, &self.sender);
                     }
                 }
             }

@@ -1,0 +1,31 @@
+//! A tesseract turns in front of an eye with two screen axes and one hidden: to the left its slice (the hidden aperture shut), to the
+//! right what the same eye sees through an aperture of 30 degrees to either side.
+
+mod common;
+
+use common::{Motion, show};
+use fbptr::eye::shapes::{Stage, cube};
+use fbptr::eye::{self, Fibre};
+use std::process::ExitCode;
+
+const SIDE: i32 = 280;
+
+fn main() -> ExitCode {
+    let threads = rayon::ThreadPoolBuilder::new().build().expect("threads to render on");
+    show("tesseract", [2 * SIDE as u32, SIDE as u32 + 20], Motion::Moving, move |client, frame| {
+        let angle = frame as f64 * 0.7;
+        let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (0, 3, angle), (1, 3, 40.0 + angle * 0.6)];
+        client.clear([0, 0, 0, 255]);
+        let views = [(0.0, "its slice"), (30f64.to_radians().tan(), "seen through its aperture")];
+        for (x, (aperture_tan, name)) in [0, SIDE].into_iter().zip(views) {
+            let stage = Stage { pixels: vec![SIDE as u32; 2], aperture_tan, turns: turns.clone() };
+            let tesseract = cube(4).expect("there is a cube of 4 dimensions");
+            let scene = stage.scene(tesseract).expect("the stage fits the tesseract");
+            let picture = eye::render_with(&scene, Fibre::Exact, &threads).expect("no fan, no refusal");
+            let (_, pixels) = eye::sheet(&picture);
+            client.blit(x, 0, SIDE, SIDE, pixels.into_flattened());
+            client.text(x + 8, SIDE + 6, [170, 170, 170, 255], name);
+        }
+        Ok(())
+    })
+}
