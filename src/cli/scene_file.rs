@@ -71,7 +71,10 @@ pub(super) fn read(path: &Path) -> Result<SceneFile, SceneError> {
 
 /// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left.
 pub(super) fn scene_of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64) -> Scene {
-    let camera = geometry.mesh.bounds().map_or_else(Camera::default, |bounds| scene::frame(bounds, aspect));
+    let camera = geometry
+        .mesh
+        .bounds()
+        .map_or_else(Camera::default, |bounds| scene::frame_mesh(&geometry.mesh, bounds, aspect));
     let (eye, reference) = (camera.look_at.eye, camera.look_at.reference);
     let ahead = (reference - eye).normalize_or(DVec3::NEG_Z);
     let right = ahead.cross(camera.look_at.up).normalize_or(DVec3::X);

@@ -1,6 +1,6 @@
 //! Cameras that show the whole of a scene, for files that name none.
 
-use super::{Camera, LookAt, Projection, Scene};
+use super::{Camera, LookAt, Mesh, Projection, Scene};
 use crate::math::matrix::unit;
 use glam::DVec3;
 
@@ -19,6 +19,25 @@ const DIRECTION: DVec3 = DVec3::new(0.45, 0.3, 1.0);
 /// closely, so that depth keeps its digits. A box without size counts as one of size 1; numbers that are not finite as 0.
 pub fn frame(bounds: (DVec3, DVec3), aspect: f64) -> Camera {
     let z = unit(DIRECTION).expect("a constant with a direction");
+    let x = unit(DVec3::Y.cross(z)).expect("not along y");
+    frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
+}
+
+/// [`frame`], from the side on which an open surface has its front: where the faces of `mesh`, added up by area, look away
+/// from the usual eye, the eye stands on the opposite side. A closed surface adds up to nothing and is seen as usual.
+pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64) -> Camera {
+    let mut sum = DVec3::ZERO;
+    let mut total = 0.0;
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| mesh.positions[mesh.corners[i as usize].position as usize]);
+        let normal = (b - a).cross(c - a);
+        sum += normal;
+        total += normal.length();
+    }
+    let usual = unit(DIRECTION).expect("a constant with a direction");
+    // A tenth of the area: less is the rounding, or the bottom that somebody left out.
+    let looks_away = sum.dot(usual) < -0.1 * total;
+    let z = if looks_away { -usual } else { usual };
     let x = unit(DVec3::Y.cross(z)).expect("not along y");
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
@@ -83,6 +102,21 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_open_surface_is_seen_from_its_front_and_a_closed_one_as_usual() {
+        let points =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(DVec3::from).to_vec();
+        let eye_of = |triangles: &[[u32; 3]]| {
+            let mesh = Mesh::from_triangles(points.clone(), triangles);
+            let bounds = mesh.bounds().expect("points");
+            let camera = frame_mesh(&mesh, bounds, 1.0);
+            (camera.look_at.eye - camera.look_at.reference).z
+        };
+        assert!(eye_of(&[[0, 1, 2]]) > 0.0 && eye_of(&[[0, 2, 1]]) < 0.0);
+        assert!(eye_of(&[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]) > 0.0);
+        assert!(eye_of(&[]) > 0.0);
+    }
 
     #[test]
     fn every_corner_of_the_box_is_inside_the_picture() {

@@ -17,7 +17,7 @@ mod world;
 pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
 };
-pub use frame::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along};
+pub use frame::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
 pub use light::{Attenuation, Light, LightKind};
 pub use material::{LightingModel, Material};
 pub use matrices::contain;
