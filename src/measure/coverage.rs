@@ -184,6 +184,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: if is_default { vec![none(0), none(1)] } else { Vec::new() },
                 timing,
                 work: pixels as f64,
+                picture: None,
             });
         }
     }

@@ -70,6 +70,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: vec![Bound { column: 2, at_most: if theory > 0.25 { f64::INFINITY } else { 2.5 } }],
                 timing,
                 work: pairs as f64,
+                picture: None,
             });
         }
     }

@@ -66,6 +66,29 @@ pub struct Row {
     pub timing: Option<Timing>,
     /// Units of work in one run (see [`Experiment::unit`]).
     pub work: f64,
+    /// What was drawn, where the experiment is on pictures.
+    pub picture: Option<Picture>,
+}
+
+/// A small picture beside its truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: u32,
+    /// RGBA bytes that were drawn.
+    pub found: Vec<u8>,
+    /// RGBA bytes that are right.
+    pub truth: Vec<u8>,
+}
+
+impl Picture {
+    /// The difference of each channel, 16 times, as RGBA bytes.
+    pub fn difference(&self) -> Vec<u8> {
+        let channel = |(i, (a, b)): (usize, (&u8, &u8))| {
+            if i % 4 == 3 { 255 } else { a.abs_diff(*b).saturating_mul(16) }
+        };
+        self.found.iter().zip(&self.truth).enumerate().map(channel).collect()
+    }
 }
 
 impl Row {

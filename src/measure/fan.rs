@@ -114,6 +114,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds,
                 timing,
                 work: truth.facet.len() as f64,
+                picture: None,
             });
         }
     }

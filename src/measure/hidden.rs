@@ -1,6 +1,6 @@
 //! Hidden surfaces: painter, back faces only, z-buffer.
 
-use super::experiment::{Bound, Effort, Experiment, Row};
+use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::picture;
 use crate::memory::DepthFormat;
 use crate::scene::{Cull, HiddenSurface, LightingModel, Material, Object, Scene, shapes};
@@ -109,6 +109,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: vec![Bound { column: 1, at_most }],
                 timing,
                 work: (width * height) as f64,
+                picture: Some(Picture { width, found: drawn.memory.bytes().to_vec(), truth: truth.clone() }),
             });
         }
     }

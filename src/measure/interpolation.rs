@@ -127,6 +127,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: vec![Bound { column: 0, at_most }],
                 timing,
                 work: n,
+                picture: None,
             });
         }
     }

@@ -137,6 +137,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: vec![bound],
                 timing,
                 work: segments.len() as f64,
+                picture: None,
             });
         }
     }

@@ -26,7 +26,7 @@ mod textures;
 pub mod write;
 
 pub use clock::Timing;
-pub use experiment::{Bound, Effort, Experiment, Row};
+pub use experiment::{Bound, Effort, Experiment, Picture, Row};
 pub use hard::{HardRow, hard};
 pub use picture::{Drawn, draw_case};
 pub use report::{Report, Section, experiments, run};

@@ -1,6 +1,6 @@
 //! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and powers.
 
-use super::experiment::{Bound, Effort, Experiment, Row};
+use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::{picture, rsqrt};
 use crate::math::power;
 use crate::memory::DepthFormat;
@@ -76,6 +76,11 @@ fn on_triangles(effort: &Effort) -> Vec<Row> {
                 bounds: vec![Bound { column: 0, at_most }],
                 timing,
                 work: (side * side) as f64,
+                picture: Some(Picture {
+                    width: side,
+                    found: drawn.memory.bytes().to_vec(),
+                    truth: truth.clone(),
+                }),
             }
         })
         .to_vec()
@@ -112,6 +117,7 @@ fn on_a_sphere(effort: &Effort) -> Vec<Row> {
             bounds: vec![Bound { column: 0, at_most }],
             timing,
             work: (side * side) as f64,
+            picture: Some(Picture { width: side as u32, found: bytes, truth: truth.clone() }),
         }
     })
     .to_vec()

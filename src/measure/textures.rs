@@ -1,6 +1,6 @@
 //! Texture filters against a picture sampled 16 x 16 times a pixel.
 
-use super::experiment::{Bound, Effort, Experiment, Row};
+use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::picture;
 use crate::memory::DepthFormat;
 use crate::scene::{
@@ -106,6 +106,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 bounds: vec![Bound { column: 1, at_most }],
                 timing,
                 work: (width * height) as f64,
+                picture: Some(Picture { width, found: drawn.memory.bytes().to_vec(), truth: truth.clone() }),
             });
         }
     }

@@ -18,6 +18,9 @@ tr.default td:first-child { font-weight: 600; color: var(--mark); }
 tr.broken td { color: #c00; }
 .plots { display: flex; flex-wrap: wrap; gap: 1rem; margin: 1rem 0; } figure { margin: 0; flex: 1 1 24rem; max-width: 32rem; }
 figcaption { font-weight: 600; font-size: 13px; }
+figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px; } .usual { color: var(--mark); font-weight: 600; }
+.number { fill: var(--paper); font-weight: 600; } .pictures { display: flex; flex-wrap: wrap; gap: 1rem; } .pictures figure { flex: 0 0 auto; max-width: none; }
+.pictures img { image-rendering: pixelated; width: 9rem; margin-right: 2px; background: #000; }
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .grid { stroke: var(--faint); stroke-width: 1; } .dot { fill: var(--ink); } .default { fill: var(--mark); stroke: var(--paper); stroke-width: 1.5; }
 .front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
@@ -33,7 +36,7 @@ pub fn html(report: &Report, machine: &str) -> String {
     );
     let _ = writeln!(out, "<p>{}</p>", escape(machine));
     out.push_str(
-        "<p>Each point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue point is what \
+        "<p>Each numbered point is one way of doing a stage. To the left: nearer to the truth; down: faster. The blue one is what \
          the program does unless told otherwise; the dashed line is the Pareto front. Errors are the same to the digit on \
          every machine; times are of this one.</p>\n",
     );
@@ -87,5 +90,74 @@ fn section_html(out: &mut String, section: &Section) {
             let _ = writeln!(out, "<td>{}</td><td>{spent}</td></tr>", bounds.join("<br>"));
         }
     }
-    out.push_str("</tbody>\n</table>\n</section>\n");
+    out.push_str("</tbody>\n</table>\n");
+    pictures(out, section);
+    out.push_str("</section>\n");
+}
+
+/// What was drawn, what is right, and the difference 16 times, for every row that has pictures.
+fn pictures(out: &mut String, section: &Section) {
+    let rows: Vec<_> = section.rows.iter().filter_map(|r| Some((r, r.picture.as_ref()?))).collect();
+    if rows.is_empty() {
+        return;
+    }
+    out.push_str("<p>Drawn, true, and the difference 16 times:</p>\n<div class=\"pictures\">\n");
+    for (row, p) in rows {
+        let _ = writeln!(
+            out,
+            "<figure><figcaption>{}, {}</figcaption>",
+            escape(&row.subject),
+            escape(&row.alternative)
+        );
+        for (bytes, what) in [(&p.found, "drawn"), (&p.truth, "true"), (&p.difference(), "difference")] {
+            let png = png_base64(p.width, bytes);
+            let _ = write!(out, "<img alt=\"{what}\" src=\"data:image/png;base64,{png}\"/>");
+        }
+        out.push_str("</figure>\n");
+    }
+    out.push_str("</div>\n");
+}
+
+/// RGBA bytes as a PNG in base 64.
+fn png_base64(width: u32, rgba: &[u8]) -> String {
+    let height = rgba.len() as u32 / 4 / width.max(1);
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::write_buffer_with_format(
+        &mut png,
+        rgba,
+        width,
+        height,
+        image::ExtendedColorType::Rgba8,
+        image::ImageFormat::Png,
+    )
+    .expect("whole rows of RGBA can be written to memory as PNG");
+    base64(png.get_ref())
+}
+
+/// RFC 4648's base 64, padded.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let word = three.iter().enumerate().fold(0u32, |w, (i, b)| w | (*b as u32) << (16 - 8 * i));
+        for digit in 0..4 {
+            let is_there = digit <= three.len();
+            let at = (word >> (18 - 6 * digit)) as usize & 63;
+            out.push(if is_there { DIGITS[at] as char } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::base64;
+
+    #[test]
+    fn base64_of_the_standards_examples() {
+        let cases = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
+        for (plain, coded) in cases {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
 }

@@ -5,7 +5,7 @@ use crate::measure::{Row, Section};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 300.0;
+const HEIGHT: f64 = 280.0;
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
@@ -112,32 +112,37 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     let path: Vec<String> = front.iter().map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
     let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
-    let mut labels: Vec<(f64, f64)> = Vec::new();
-    for (row, error, ns) in &points {
-        let (px, py) = (x.place(*error), y.place(*ns));
+    // Points that fall together move apart sideways, so that every number can be read.
+    let mut placed: Vec<(f64, f64)> = Vec::new();
+    let mut legend = String::from("<ol>");
+    for (k, (row, error, ns)) in points.iter().enumerate() {
+        let (mut px, py) = (x.place(*error), y.place(*ns));
+        // Always the same way, so that this ends: towards the middle.
+        let aside = if px > WIDTH / 2.0 { -17.0 } else { 17.0 };
+        while placed.iter().any(|p| (p.0 - px).abs() < 16.0 && (p.1 - py).abs() < 16.0) {
+            px += aside;
+        }
+        placed.push((px, py));
         let class = if row.is_default { "default" } else { "dot" };
         let tip =
             format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
         let _ = writeln!(
             out,
-            "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"5\"><title>{}</title></circle>",
-            escape(&tip)
+            "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"8\"><title>{}</title></circle>\
+             <text class=\"number\" x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            escape(&tip),
+            py + 4.0,
+            k + 1
         );
-        // A label that would lie on another one moves down.
-        let mut ly = py + 4.0;
-        while labels.iter().any(|l| (l.0 - px).abs() < 150.0 && (l.1 - ly).abs() < 12.0) {
-            ly += 12.0;
-        }
-        labels.push((px, ly));
-        let (lx, anchor) = if px > WIDTH * 0.6 { (px - 9.0, "end") } else { (px + 9.0, "start") };
-        let _ = writeln!(
-            out,
-            "<text class=\"name\" x=\"{lx:.1}\" y=\"{ly:.1}\" text-anchor=\"{anchor}\">{}</text>",
+        let _ = write!(
+            legend,
+            "<li{}>{}</li>",
+            if row.is_default { " class=\"usual\"" } else { "" },
             escape(&row.alternative)
         );
     }
     out.push_str("</svg>\n");
-    out
+    out + &legend + "</ol>\n"
 }
 
 fn number_of_decade(v: f64) -> String {
