@@ -1,0 +1,288 @@
+//! From the socket to the memory: what a flood costs, beside what a socket that only reads and discards can take.
+//!
+//! `cargo bench --bench socket [-- --quick]`. Each workload is sent by one thread of this process to a server in it, over
+//! loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling
+//! is the same bytes, sent the same way, to a thread that reads and discards them. Rounds of both alternate, the best of
+//! each counts, and the pixels of every measured run are compared with what was sent.
+
+use fbptr::memory::VideoMemory;
+use fbptr::server::{Engine, ListenPlace, Server};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+const WIDTH: u32 = 1920;
+const HEIGHT: u32 = 1080;
+const WRITE_BYTES: usize = 256 << 10;
+
+trait Wire: Read + Write + Send {}
+impl<T: Read + Write + Send> Wire for T {}
+
+/// Where servers listen and clients go.
+#[derive(Clone)]
+enum Road {
+    Tcp,
+    Unix(PathBuf),
+}
+
+fn connect(place: &ListenPlace) -> Box<dyn Wire> {
+    match place {
+        ListenPlace::Tcp(address) => {
+            let stream = TcpStream::connect(address).expect("the server listens");
+            stream.set_nodelay(true).expect("a socket option");
+            Box::new(stream)
+        }
+        #[cfg(unix)]
+        ListenPlace::Unix(path) => {
+            Box::new(std::os::unix::net::UnixStream::connect(path).expect("the server listens"))
+        }
+        #[cfg(not(unix))]
+        ListenPlace::Unix(_) => unreachable!("no unix sockets here"),
+    }
+}
+
+/// A stream that is sent over and over, and the picture that it leaves.
+struct Workload {
+    name: &'static str,
+    unit: &'static str,
+    bytes: Vec<u8>,
+    /// Of what the unit counts, once through the stream.
+    units: u64,
+    picture: VideoMemory,
+}
+
+struct Numbers(u32);
+
+impl Numbers {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+}
+
+/// Pixels at random places, the last one of each place being what stays.
+fn random_pixels(count: u32, mut each: impl FnMut(u32, u32, [u8; 4])) -> VideoMemory {
+    let mut numbers = Numbers(0x1234_5678);
+    let mut picture = VideoMemory::new(WIDTH, HEIGHT).expect("a frame");
+    for _ in 0..count {
+        let (x, y) = (numbers.next() % WIDTH, numbers.next() % HEIGHT);
+        let [r, g, b, _] = numbers.next().to_le_bytes();
+        let color = [r, g, b, 255];
+        picture.put_pixel(x as i32, y as i32, color);
+        each(x, y, color);
+    }
+    picture
+}
+
+fn rows(mut each: impl FnMut(u32, &[u8])) -> VideoMemory {
+    let mut numbers = Numbers(77);
+    let mut picture = VideoMemory::new(WIDTH, HEIGHT).expect("a frame");
+    for y in 0..HEIGHT {
+        let row: Vec<u8> = (0..WIDTH).flat_map(|_| numbers.next().to_le_bytes()).collect();
+        let at = y as usize * row.len();
+        picture.bytes_mut()[at..at + row.len()].copy_from_slice(&row);
+        each(y, &row);
+    }
+    picture
+}
+
+fn workloads() -> Vec<Workload> {
+    const PIXELS: u32 = 200_000;
+    let mut text = Vec::new();
+    let picture = random_pixels(PIXELS, |x, y, [r, g, b, _]| {
+        writeln!(text, "PX {x} {y} {r:02x}{g:02x}{b:02x}").expect("a Vec takes all bytes");
+    });
+    let px = Workload { name: "PX text", unit: "M commands/s", bytes: text, units: PIXELS.into(), picture };
+    let mut binary = Vec::new();
+    let picture = random_pixels(PIXELS, |x, y, color| {
+        binary.extend_from_slice(b"PB");
+        binary.extend_from_slice(&(x as u16).to_le_bytes());
+        binary.extend_from_slice(&(y as u16).to_le_bytes());
+        binary.extend_from_slice(&color);
+    });
+    let pb = Workload { name: "PB", unit: "M pixels/s", bytes: binary, units: PIXELS.into(), picture };
+    let pixels = u64::from(WIDTH) * u64::from(HEIGHT);
+    let mut runs = Vec::new();
+    let picture = rows(|y, row| {
+        runs.extend_from_slice(b"PXMULTI\0\0");
+        runs.extend_from_slice(&(y as u16).to_le_bytes());
+        runs.extend_from_slice(&WIDTH.to_le_bytes());
+        runs.extend_from_slice(row);
+    });
+    let multi = Workload { name: "PXMULTI rows", unit: "M pixels/s", bytes: runs, units: pixels, picture };
+    let mut blits = Vec::new();
+    let picture = rows(|y, row| {
+        write!(blits, "BLIT 0 {y} {WIDTH} 1 :{}\n", row.len()).expect("a Vec takes all bytes");
+        blits.extend_from_slice(row);
+    });
+    let blit = Workload { name: "BLIT rows", unit: "M pixels/s", bytes: blits, units: pixels, picture };
+    let mut whole = Vec::new();
+    let picture = rows(|y, row| {
+        if y == 0 {
+            write!(whole, "BLIT 0 0 {WIDTH} {HEIGHT} :{}\n", row.len() * HEIGHT as usize).expect("a Vec");
+        }
+        whole.extend_from_slice(row);
+    });
+    let frame = Workload { name: "BLIT frames", unit: "M pixels/s", bytes: whole, units: pixels, picture };
+    vec![px, pb, multi, blit, frame]
+}
+
+/// Sends the stream `times` over and waits for the answer to what stands behind it.
+fn send(wire: &mut dyn Wire, bytes: &[u8], times: usize, last: &[u8], answer: usize) {
+    for _ in 0..times {
+        for piece in bytes.chunks(WRITE_BYTES) {
+            wire.write_all(piece).expect("the other side reads");
+        }
+    }
+    wire.write_all(last).expect("the other side reads");
+    wire.read_exact(&mut vec![0; answer]).expect("the other side answers");
+}
+
+/// A thread that reads and discards, and answers one byte to the letter `~`, which no workload ends a read with.
+fn discard(road: &Road, total: u64) -> (ListenPlace, std::thread::JoinHandle<()>) {
+    fn run(mut wire: impl Read + Write, total: u64) {
+        let (mut buffer, mut left) = (vec![0; WRITE_BYTES], total);
+        while left > 0 {
+            let n = wire.read(&mut buffer).expect("a client that sends");
+            left -= n as u64;
+        }
+        wire.write_all(b"~").expect("a client that reads");
+    }
+    match road {
+        Road::Tcp => {
+            let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+            let address: SocketAddr = listener.local_addr().expect("an address");
+            let thread = std::thread::spawn(move || run(listener.accept().expect("a client").0, total));
+            (ListenPlace::Tcp(address), thread)
+        }
+        #[cfg(unix)]
+        Road::Unix(path) => {
+            let path = path.with_extension("ceiling");
+            let _ = std::fs::remove_file(&path);
+            let listener = std::os::unix::net::UnixListener::bind(&path).expect("a socket file");
+            let thread = std::thread::spawn(move || run(listener.accept().expect("a client").0, total));
+            (ListenPlace::Unix(path), thread)
+        }
+        #[cfg(not(unix))]
+        Road::Unix(_) => unreachable!("no unix sockets here"),
+    }
+}
+
+fn ceiling(road: &Road, workload: &Workload, times: usize) -> Duration {
+    let total = workload.bytes.len() as u64 * times as u64 + 1;
+    let (place, thread) = discard(road, total);
+    let mut wire = connect(&place);
+    let begun = Instant::now();
+    send(&mut *wire, &workload.bytes, times, b"~", 1);
+    let took = begun.elapsed();
+    thread.join().expect("the reader ends");
+    took
+}
+
+fn serve(road: &Road) -> (Server, ListenPlace) {
+    let mut server = Server::start(Engine::new(WIDTH, HEIGHT).expect("a frame")).expect("a thread");
+    let place = match road {
+        Road::Tcp => ListenPlace::Tcp("127.0.0.1:0".parse().expect("an address")),
+        Road::Unix(path) => ListenPlace::Unix(path.clone()),
+    };
+    let place = server.listen(place).expect("a place to listen");
+    (server, place)
+}
+
+/// Sends the workload over `connections` at once, each its share, and checks the picture.
+fn measured(road: &Road, workload: &Workload, times: usize, connections: usize) -> Duration {
+    let (server, place) = serve(road);
+    let mut wires: Vec<_> = (0..connections).map(|_| connect(&place)).collect();
+    let begun = Instant::now();
+    std::thread::scope(|scope| {
+        for wire in &mut wires {
+            scope.spawn(|| send(&mut **wire, &workload.bytes, times / connections, b"SYNC end\n", 9));
+        }
+    });
+    let took = begun.elapsed();
+    let engine = server.shut_down(Duration::from_secs(1));
+    // Connections that send the same stream at once agree about the last pixel of each place only when each ends with it.
+    let differs = |(a, b): (&[u8; 4], &[u8; 4])| a != b;
+    let (got, want) =
+        (engine.memory().bytes().as_chunks::<4>().0, workload.picture.bytes().as_chunks::<4>().0);
+    let wrong = got.iter().zip(want).filter(|&p| differs(p)).count();
+    if connections == 1 || !workload.name.starts_with('P') || workload.name.contains("rows") {
+        assert_eq!(wrong, 0, "{}: pixels that are wrong", workload.name);
+    } else {
+        let drawn = want.iter().filter(|p| p[..3] != [0, 0, 0]).count();
+        assert!(wrong < drawn / 10, "{}: {wrong} of {drawn} pixels are wrong", workload.name);
+    }
+    took
+}
+
+/// How long one client waits for a SYNC while 63 others flood.
+fn longest_wait(workload: &Workload) -> (Duration, Duration) {
+    let (server, place) = serve(&Road::Tcp);
+    let until = Instant::now() + Duration::from_secs(2);
+    let mut waits = Vec::new();
+    std::thread::scope(|scope| {
+        for _ in 0..63 {
+            let mut wire = connect(&place);
+            scope.spawn(move || {
+                while Instant::now() < until {
+                    send(&mut *wire, &workload.bytes[..workload.bytes.len() / 8], 1, b"", 0);
+                }
+            });
+        }
+        let mut wire = connect(&place);
+        while Instant::now() < until {
+            let begun = Instant::now();
+            send(&mut *wire, b"", 0, b"SYNC me\n", 8);
+            waits.push(begun.elapsed());
+        }
+    });
+    drop(server.shut_down(Duration::from_secs(2)));
+    waits.sort();
+    (waits[waits.len() / 2], waits[waits.len() - 1])
+}
+
+fn main() {
+    let is_quick = std::env::args().any(|a| a == "--quick");
+    let (megabytes, rounds) = if is_quick { (200, 2) } else { (1500, 5) };
+    let mut roads = vec![("tcp", Road::Tcp)];
+    if cfg!(unix) {
+        let path = std::env::temp_dir().join(format!("fbptr-bench-{}", std::process::id()));
+        roads.push(("unix", Road::Unix(path)));
+    }
+    println!(
+        "{:<6}{:<14}{:>6}{:>10}{:>10}{:>8}{:>22}",
+        "road", "workload", "conns", "MB/s", "ceiling", "share", "rate"
+    );
+    let workloads = workloads();
+    for (road_name, road) in &roads {
+        for workload in &workloads {
+            for connections in [1, 64] {
+                if connections > 1 && *road_name == "unix" {
+                    continue;
+                }
+                let times = (megabytes * 1_000_000 / workload.bytes.len()).next_multiple_of(connections);
+                let (mut best, mut best_ceiling) = (Duration::MAX, Duration::MAX);
+                for _ in 0..rounds {
+                    best_ceiling = best_ceiling.min(ceiling(road, workload, times));
+                    best = best.min(measured(road, workload, times, connections));
+                }
+                let total = workload.bytes.len() as f64 * times as f64;
+                let rate = |took: Duration| total / took.as_secs_f64() / 1e6;
+                println!(
+                    "{road_name:<6}{:<14}{connections:>6}{:>10.0}{:>10.0}{:>7.0}%{:>9.1} {}",
+                    workload.name,
+                    rate(best),
+                    rate(best_ceiling),
+                    best_ceiling.as_secs_f64() / best.as_secs_f64() * 100.0,
+                    workload.units as f64 * times as f64 / best.as_secs_f64() / 1e6,
+                    workload.unit,
+                );
+            }
+        }
+    }
+    let (median, longest) = longest_wait(&workloads[0]);
+    println!("a SYNC beside 63 floods: median {median:?}, longest {longest:?}");
+}

@@ -1,0 +1,245 @@
+//! The command line's `play` and `render`: exit status, messages, files.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn fbptr(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fbptr"));
+    command.args(arguments);
+    command
+}
+
+fn run(arguments: &[&str], input: &[u8]) -> Output {
+    let mut child =
+        fbptr(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_vec();
+    let writer = std::thread::spawn(move || {
+        // The program may have ended before it read everything.
+        let _ = stdin.write_all(&input);
+    });
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    output
+}
+
+fn out(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+fn err(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("fbptr-play-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
+        let path = self.0.join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_str().unwrap().to_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_stream_from_standard_input_answers_on_stdout() {
+    let script = b"PX 1 1 ff0000\nLINE 0 0 9 5 00ff00\nCRC\n";
+    let played = run(&["play", "-", "--headless", "--size", "10x6"], script);
+    assert_eq!((played.status.code(), err(&played)), (Some(0), ""));
+    // LINE 0 0 9 5 on paper: one pixel a column, rows 0 1 1 2 2 3 3 4 4 5, ties along the major axis.
+    let mut frame = [[0, 0, 0, 255u8]; 60];
+    frame[10 + 1] = [255, 0, 0, 255];
+    for (x, y) in [0, 1, 1, 2, 2, 3, 3, 4, 4, 5].into_iter().enumerate() {
+        frame[y * 10 + x] = [0, 255, 0, 255];
+    }
+    assert_eq!(out(&played), format!("CRC {:08x}\n", crc32fast::hash(frame.as_flattened())));
+}
+
+#[test]
+fn a_refused_command_is_said_with_its_line_and_the_rest_is_drawn() {
+    let folder = Folder::new("refused");
+    let script = b"PX 1 1 ff0000\nLINE 0 0 nine 5 00ff00\nPX 2 1 0000ff\nPX 2 1\n";
+    let played = run(&["play", "-", "--headless", "--size", "10x6"], script);
+    assert_eq!((played.status.code(), out(&played)), (Some(1), "PX 2 1 0000ff\n"));
+    assert!(
+        err(&played).starts_with("-:2: ENUM LINE: ") && err(&played).ends_with(", got \"nine\"\n"),
+        "{}",
+        err(&played)
+    );
+    let file = folder.file("a b.fbs", script);
+    let played = run(&["play", &file, "--headless", "--size", "10x6"], b"");
+    assert_eq!(played.status.code(), Some(1));
+    assert!(err(&played).starts_with(&format!("{file}:2: ENUM LINE: ")), "{}", err(&played));
+    // ERRORS count makes no difference here, ERRORS close does.
+    let played = run(&["play", "--headless"], b"ERRORS count\nNOPE\nSIZE\n");
+    assert_eq!((played.status.code(), out(&played)), (Some(1), "SIZE 640 480\n"));
+    assert!(err(&played).starts_with("-:2: EVERB NOPE: "), "{}", err(&played));
+    let played = run(&["play", "--headless"], b"ERRORS close\nNOPE\nSIZE\n");
+    assert_eq!((played.status.code(), out(&played)), (Some(1), ""));
+}
+
+#[test]
+fn only_a_regular_file_may_end_without_its_last_lf() {
+    let folder = Folder::new("lf");
+    let file = folder.file("s", "SIZE\nSIZE");
+    let played = run(&["play", &file, "--headless", "--size", "3x2"], b"");
+    assert_eq!((played.status.code(), out(&played)), (Some(0), "SIZE 3 2\nSIZE 3 2\n"));
+    let played = run(&["play", "-", "--headless", "--size", "3x2"], b"SIZE\nSIZE");
+    assert_eq!((played.status.code(), out(&played)), (Some(1), "SIZE 3 2\n"));
+    assert!(err(&played).starts_with("-:2: EPROTO SIZE: "), "{}", err(&played));
+    let file = folder.file("half", "BLIT 0 0 1 1 :4\nab");
+    let played = run(&["play", &file, "--headless"], b"");
+    assert_eq!(played.status.code(), Some(1), "half a payload is no command anywhere");
+}
+
+#[test]
+fn bad_arguments_have_status_2() {
+    let folder = Folder::new("arguments");
+    let there = folder.file("s", "SIZE\n");
+    let nowhere = folder.path("nowhere");
+    let cases: [&[&str]; 7] = [
+        &["play", &nowhere, "--headless"],
+        &["play", &folder.path(""), "--headless"],
+        &["play", &there, "--headless", "--size", "0x0"],
+        &["play", &there, "--headless", "--size", "99999x99999"],
+        &["play", &there, "--headless", "--snap", "picture.xyz"],
+        &["play", &there, "--nonsense"],
+        &["nonsense"],
+    ];
+    for arguments in cases {
+        let played = run(arguments, b"");
+        assert_eq!((played.status.code(), out(&played)), (Some(2), ""), "{arguments:?}");
+        assert!(!err(&played).is_empty());
+    }
+    assert!(err(&run(cases[0], b"")).contains(&nowhere));
+}
+
+#[test]
+fn snapshots_and_depth_are_written_at_the_end() {
+    let folder = Folder::new("snap");
+    let (raw, png, pfm) = (folder.path("a.raw"), folder.path("a.png"), folder.path("a.pfm"));
+    let script = b"CLEAR 102030\nMESH b BOX\nDRAW b\nDEPTHAT 16 12\nCRC\n";
+    let arguments = ["play", "-", "--headless", "--size", "32x24", "--snap", &raw, "--depth-out", &pfm];
+    let played = run(&arguments, script);
+    assert_eq!(played.status.code(), Some(0), "{}", err(&played));
+    let bytes = std::fs::read(&raw).unwrap();
+    let [depth, crc] = out(&played).lines().collect::<Vec<_>>()[..] else { panic!("{}", out(&played)) };
+    assert_eq!(crc, format!("CRC {:08x}", crc32fast::hash(&bytes)));
+    let depths = std::fs::read(&pfm).unwrap();
+    let header = b"Pf\n32 24\n-1.0\n";
+    assert!(depths.starts_with(header));
+    // Rows bottom-up: row 12 from the top is row 11 from below.
+    let at = header.len() + (11 * 32 + 16) * 4;
+    let z = f32::from_le_bytes(depths[at..at + 4].try_into().unwrap());
+    let asked: f64 = depth.strip_prefix("DEPTHAT 16 12 ").unwrap().parse().unwrap();
+    assert!((f64::from(z) - asked).abs() < 1e-7 && z < 1.0, "{z} and {asked}");
+    assert_eq!(depths[header.len()..header.len() + 4], 1f32.to_le_bytes(), "1 where nothing was drawn");
+    assert!(run(&["play", "-", "--headless", "--size", "4x4", "--snap", &png], b"").status.success());
+    assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+    let lost = run(&["play", "-", "--headless", "--snap", &folder.path("no/such/folder.png")], b"SIZE\n");
+    assert_eq!((lost.status.code(), out(&lost)), (Some(1), "SIZE 640 480\n"));
+}
+
+#[test]
+fn quit_ends_the_stream_and_queries_keep_their_order() {
+    let played =
+        run(&["play", "--headless", "--size", "4x3"], b"SYNC 1\nPX 0 0 ff0000\nPX 0 0\nQUIT\nSYNC 2\nNOPE\n");
+    assert_eq!((played.status.code(), out(&played), err(&played)), (Some(0), "SYNC 1\nPX 0 0 ff0000\n", ""));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_nobody_reads_panics_nowhere() {
+    for (arguments, script) in [
+        (&["play", "--headless"][..], b"CRC\n".repeat(20_000)),
+        (&["play", "--headless"], b"NOPE\n".repeat(20_000)),
+        (&["serve", "--headless", "--stdin"], b"CRC\n".repeat(20_000)),
+        (&["--help"], Vec::new()),
+    ] {
+        let mut child = fbptr(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // Both ends are closed before the program says anything.
+        drop((child.stdout.take(), child.stderr.take()));
+        let mut stdin = child.stdin.take().unwrap();
+        let _ = stdin.write_all(&script);
+        drop(stdin);
+        let status = child.wait().unwrap();
+        assert!(matches!(status.code(), Some(0 | 1)), "{arguments:?}: {status}");
+    }
+}
+
+#[test]
+fn a_played_stream_may_load_and_save_in_its_folders_alone() {
+    let folder = Folder::new("folders");
+    folder.file("tri.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let script = b"LOAD MESH t tri.obj\nDRAW t\nPICK 8 8\nSNAP s.raw\n";
+    let root = folder.path("");
+    let played =
+        run(&["play", "--headless", "--size", "16x16", "--load-dir", &root, "--snap-dir", &root], script);
+    assert_eq!(played.status.code(), Some(0), "{}", err(&played));
+    assert!(out(&played).starts_with("PICK 8 8 t 0\nSNAP s.raw 16 16 "), "{}", out(&played));
+    assert!(Path::new(&folder.path("s.raw")).exists());
+    let played = run(&["play", "--headless"], script);
+    assert_eq!(err(&played).matches("EPERM").count(), 2, "{}", err(&played));
+}
+
+#[test]
+fn a_scene_is_rendered_and_explained_and_a_broken_one_is_placed() {
+    let folder = Folder::new("render");
+    let picture = folder.path("p.raw");
+    let obj = folder.file("tri.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let x3d = folder.file(
+        "s.x3d",
+        "<X3D><Scene><Shape><Appearance><Material diffuseColor='1 0 0'/></Appearance><Box/></Shape></Scene></X3D>",
+    );
+    for scene in [&obj, &x3d] {
+        let rendered = run(&["render", scene, "-o", &picture, "--size", "20x20", "--explain"], b"");
+        assert_eq!(rendered.status.code(), Some(0), "{}", err(&rendered));
+        let bytes = std::fs::read(&picture).unwrap();
+        assert!(bytes[(20 * 10 + 10) * 4] > 50, "something red or grey is in the middle");
+        assert!(out(&rendered).starts_with("plan: "), "{}", out(&rendered));
+    }
+    let flat = folder.path("flat.png");
+    let frames =
+        run(&["render", &x3d, "-o", &flat, "--size", "8x8", "--frames", "2", "--shade", "flat"], b"");
+    assert_eq!(frames.status.code(), Some(0), "{}", err(&frames));
+    assert!(
+        Path::new(&folder.path("flat-0000.png")).exists()
+            && Path::new(&folder.path("flat-0001.png")).exists()
+    );
+    let broken = folder.file("broken.x3d", "<X3D>\n<Scene>\n<Shape>\n</Scene></X3D>");
+    let refused = run(&["render", &broken, "-o", &picture], b"");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(err(&refused).starts_with(&format!("{broken}:4:")), "{}", err(&refused));
+    for arguments in [
+        &["render", &folder.path("none.x3d"), "-o", &picture][..],
+        &["render", &obj, "-o", "p.xyz"],
+        &["render", &picture, "-o", &picture],
+        &["render", &x3d, "-o", &picture, "--near", "5", "--far", "2"],
+        &["render", &x3d, "-o", &picture, "--near", "nan"],
+    ] {
+        assert_eq!(run(arguments, b"").status.code(), Some(2), "{arguments:?}");
+    }
+}
