@@ -1,12 +1,12 @@
 //! From the socket to the memory: what a flood costs, beside what a socket that only reads and discards can take.
 //!
-//! `cargo bench --bench socket [-- --quick]`. Each workload is sent by one thread of this process to a server in it, over
+//! `cargo bench --bench socket [-- --quick|--memory]`. Each workload is sent by one thread of this process to a server in it, over
 //! loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling
 //! is the same bytes, sent the same way, to a thread that reads and discards them. Rounds of both alternate, the best of
 //! each counts, and the pixels of every measured run are compared with what was sent.
 
 use fbptr::memory::VideoMemory;
-use fbptr::server::{Engine, ListenPlace, Server};
+use fbptr::server::{Audience, Budget, Engine, ListenPlace, Output, Server, Standing, Stream};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
@@ -192,6 +192,23 @@ fn serve(road: &Road) -> (Server, ListenPlace) {
     (server, place)
 }
 
+/// The same bytes from memory, in the pieces that a reader hands on: what decoding and drawing alone cost.
+fn from_memory(workload: &Workload) -> Duration {
+    let mut engine = Engine::new(WIDTH, HEIGHT).expect("a frame");
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let (mut out, mut best) = (Output::default(), Duration::MAX);
+    for _ in 0..100 {
+        let begun = Instant::now();
+        for piece in workload.bytes.chunks(WRITE_BYTES) {
+            let (used, standing) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+            assert_eq!((used, standing), (piece.len(), Standing::Ready));
+        }
+        best = best.min(begun.elapsed());
+    }
+    assert!(engine.memory().bytes() == workload.picture.bytes() && out.replies.is_empty());
+    best
+}
+
 /// Sends the workload over `connections` at once, each its share, and checks the picture.
 fn measured(road: &Road, workload: &Workload, times: usize, connections: usize) -> Duration {
     let (server, place) = serve(road);
@@ -257,6 +274,14 @@ fn main() {
         "road", "workload", "conns", "MB/s", "ceiling", "share", "rate"
     );
     let workloads = workloads();
+    for workload in &workloads {
+        let took = from_memory(workload).as_secs_f64();
+        let (rate, units) = (workload.bytes.len() as f64 / took / 1e6, workload.units as f64 / took / 1e6);
+        println!("memory{:<14}{:>6}{rate:>10.0}{:>18}{units:>9.1} {}", workload.name, "-", "", workload.unit);
+    }
+    if std::env::args().any(|a| a == "--memory") {
+        return;
+    }
     for (road_name, road) in &roads {
         for workload in &workloads {
             for connections in [1, 64] {
