@@ -93,7 +93,7 @@ fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
     let pairs = bytes | bytes >> 8;
     let rgb = (pairs & 0xffff | (bytes >> 16) & 0xff_0000) as u32;
     let rgba = match DIGITS {
-        2 => (bytes as u32 & 0xff) * 0x01_0101 | 0xff00_0000,
+        2 => ((bytes as u32 & 0xff) * 0x01_0101) | 0xff00_0000,
         6 => rgb | 0xff00_0000,
         _ => rgb | (bytes >> 24) as u32 & 0xff00_0000,
     };
