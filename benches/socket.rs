@@ -115,14 +115,14 @@ fn workloads() -> Vec<Workload> {
     let multi = Workload { name: "PXMULTI rows", unit: "M pixels/s", bytes: runs, units: pixels, picture };
     let mut blits = Vec::new();
     let picture = rows(|y, row| {
-        write!(blits, "BLIT 0 {y} {WIDTH} 1 :{}\n", row.len()).expect("a Vec takes all bytes");
+        writeln!(blits, "BLIT 0 {y} {WIDTH} 1 :{}", row.len()).expect("a Vec takes all bytes");
         blits.extend_from_slice(row);
     });
     let blit = Workload { name: "BLIT rows", unit: "M pixels/s", bytes: blits, units: pixels, picture };
     let mut whole = Vec::new();
     let picture = rows(|y, row| {
         if y == 0 {
-            write!(whole, "BLIT 0 0 {WIDTH} {HEIGHT} :{}\n", row.len() * HEIGHT as usize).expect("a Vec");
+            writeln!(whole, "BLIT 0 0 {WIDTH} {HEIGHT} :{}", row.len() * HEIGHT as usize).expect("a Vec");
         }
         whole.extend_from_slice(row);
     });
