@@ -118,14 +118,15 @@ pub fn with_server(
     let ListenPlace::Tcp(address) = server.listen(ListenPlace::Tcp("127.0.0.1:0".parse()?))? else {
         return Err("asked for TCP, got something else".into());
     };
-    let is_endless = arguments.frames.is_none() && !arguments.headless;
+    let (is_endless, snap) = (arguments.frames.is_none() && !arguments.headless, arguments.snap.clone());
     let client = std::thread::spawn(move || client(&address.to_string(), &arguments));
     if let Some(display) = display {
         look(title, display, server.thread());
     }
     if is_endless {
         // The window is closed: the server goes, and the client sees it.
-        server.shut_down(Duration::from_secs(1));
+        let engine = server.shut_down(Duration::from_secs(1));
+        snap.map_or(Ok(()), |path| save::to_path(engine.memory(), &path))?;
         return client.join().expect("a demo does not panic");
     }
     let drawn = client.join().expect("a demo does not panic");

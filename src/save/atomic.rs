@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Lets `write` fill the file at `path`, which changes only when all of it is written: a temporary file in the same folder
-/// is renamed over it. What is no plain file (a pipe, `/dev/stdout`) is written as it stands; a link is followed.
+/// is renamed over it, so that a program that ends half-way leaves the old one.
+///
+/// What is no plain file (a pipe, `/dev/stdout`) is written as it stands; a link is followed.
 pub fn atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -20,8 +22,6 @@ pub fn atomically(
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let (temporary, file) = create_beside(&target).map_err(fail)?;
     let written = fill(file, write).and_then(|file| {
-        // The name must not reach the disk before the bytes do.
-        file.sync_all()?;
         drop(file);
         fs::rename(&temporary, &target)
     });

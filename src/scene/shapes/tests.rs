@@ -170,10 +170,29 @@ fn the_knot_has_the_benchmarks_faces() {
     check(&mesh);
     assert!(is_closed(&mesh));
     assert_eq!(mesh.texcoords.last(), Some(&DVec2::new(8.0, 2.0)));
-    // u = 0: c = (1.5, 0, 0), c' = (0, 1.5, 0.75) R: the tube's first point lies inwards, 0.3 from the curve.
-    let first = mesh.positions[0];
-    assert!(((first - DVec3::new(1.5, 0.0, 0.0)).length() - 0.3).abs() < 1e-15);
-    assert!((first - DVec3::new(1.2, 0.0, 0.0)).length() < 0.01, "{first}");
+    // Worked by the formulas in another program, with another sine: steps (i, j), position, normal.
+    let worked = [
+        (
+            (0, 0),
+            [1.2000091873831065, -0.0020999635629196808, -0.001049999281065043],
+            [-0.9999693753896454, -0.006999878543065603, -0.0034999976035501434],
+        ),
+        (
+            (123, 17),
+            [-0.8253382927586732, -0.053497624052407766, -0.74594494425966],
+            [0.45260943865144665, -0.3394985674665731, -0.8245516470978438],
+        ),
+        (
+            (499, 69),
+            [1.2005271609444899, -0.041294414568616336, 0.009417236719051508],
+            [-0.9954799049894397, -0.0120273307126254, 0.09420776018006581],
+        ),
+    ];
+    for ((i, j), position, normal) in worked {
+        let vertex = i * 70 + j;
+        assert!((mesh.positions[vertex] - DVec3::from_array(position)).length() < 1e-12);
+        assert!((mesh.normals[vertex] - DVec3::from_array(normal)).length() < 1e-12);
+    }
     // The tube keeps its radius everywhere: every point is 0.3 from the curve's point of its ring.
     for ring in mesh.positions.chunks(70) {
         let centre = ring.iter().fold(DVec3::ZERO, |sum, p| sum + *p) / 70.0;
