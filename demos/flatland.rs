@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         let scene = EyeScene::from_json(SCENE).expect("the scene of the figure is sound");
         let mut parts = scene.into_parts();
         // The sun swings to and fro, and the eye loses no light with distance.
-        let swing = (frame as f64 * 0.02).sin() * 0.6;
+        let swing = eye::sin_cos_deg(frame as f64).0 * 0.6;
         for light in &mut parts.lights {
             light.kind = EyeLightKind::Sun { direction: vec![swing, -1.0] };
         }

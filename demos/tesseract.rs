@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         let angle = frame as f64 * 0.7;
         let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (0, 3, angle), (1, 3, 40.0 + angle * 0.6)];
         client.clear([0, 0, 0, 255]);
-        let views = [(0.0, "its slice"), (30f64.to_radians().tan(), "seen through its aperture")];
+        let views = [(0.0, "its slice"), (0.577, "seen through its aperture")];
         for (x, (aperture_tan, name)) in [0, SIDE].into_iter().zip(views) {
             let stage = Stage { pixels: vec![SIDE as u32; 2], aperture_tan, turns: turns.clone() };
             let tesseract = cube(4).expect("there is a cube of 4 dimensions");

@@ -76,8 +76,18 @@ fn golden_file(name: &str) -> PathBuf {
 
 #[test]
 fn every_demo_draws_the_picture_that_was_kept() {
-    let demos =
-        ["memory_map", "lines", "triangles", "wire_cube", "gouraud_teapot", "phong_teapot", "tcp_client"];
+    let demos = [
+        "memory_map",
+        "lines",
+        "triangles",
+        "wire_cube",
+        "gouraud_teapot",
+        "phong_teapot",
+        "tcp_client",
+        "flatland",
+        "tesseract",
+        "line_room",
+    ];
     let check =
         |demo| golden::check(&picture(demo, "5"), golden_file(demo), Tolerance::EXACT, Mode::from_env());
     let failures: Vec<String> =
@@ -87,8 +97,16 @@ fn every_demo_draws_the_picture_that_was_kept() {
 
 #[test]
 fn what_moves_moves_and_what_is_still_is_still() {
-    for (demo, moves) in [("wire_cube", true), ("phong_teapot", true), ("tcp_client", true), ("lines", false)]
-    {
+    let demos = [
+        ("wire_cube", true),
+        ("phong_teapot", true),
+        ("tcp_client", true),
+        ("flatland", true),
+        ("tesseract", true),
+        ("line_room", true),
+        ("lines", false),
+    ];
+    for (demo, moves) in demos {
         let (first, second) = (picture(demo, "1"), picture(demo, "2"));
         let difference = golden::compare(&first, &second, 0).expect("one size");
         assert_eq!(difference.pixels > 0, moves, "{demo}: {difference:?}");

@@ -100,7 +100,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
         let truth = draw(Fibre::Exact);
         // Hidden axes multiply a fan's rays.
         let hidden = scene.hidden_dim();
-        for (name, fibre) in ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 20_000) {
+        for (name, fibre) in ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 2_000) {
             let (picture, timing) = effort.run(|| draw(fibre));
             let bounds = match fibre {
                 Fibre::Exact => (0..4).map(|column| Bound { column, at_most: 0.0 }).collect(),

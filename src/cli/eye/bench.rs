@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(super) struct Bench {
     /// Print a table of speed against error: fans of rays against the exact fibre
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shape")]
     pub bench: bool,
     /// Small pictures, little time
     #[arg(long, requires = "bench")]
