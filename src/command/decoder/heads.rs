@@ -1,0 +1,191 @@
+//! Where commands begin, and where their heads end.
+
+use super::line::without_cr;
+use super::{Decoder, MAX_LINE_BYTES, State};
+use crate::command::args::{Refusal, words};
+use crate::command::decoder::Announced;
+use crate::command::long_line::LongLine;
+use crate::command::model::Command;
+use crate::command::scan::find_lf;
+use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
+use crate::command::stream_error::Subject;
+use crate::command::verb::{Reading, Verb};
+use crate::error::Code;
+use crate::simd::text;
+
+/// Bytes of `PXMULTI`, x, y and n.
+const RUN_HEADER_BYTES: usize = 15;
+
+/// Binary pixels are handed on in runs of at most this many: the first look at them must still be in the nearest cache.
+const RECORDS_AT_ONCE: usize = 1024;
+
+/// What the first bytes of a command tell.
+pub(super) enum Kind {
+    Undecided,
+    Pixel,
+    Run,
+    Text,
+}
+
+pub(super) fn kind(bytes: &[u8]) -> Kind {
+    const RUN: &[u8] = b"PXMULTI";
+    match bytes {
+        [b'P', b'B', ..] => Kind::Pixel,
+        _ if bytes.starts_with(RUN) => Kind::Run,
+        b"P" => Kind::Undecided,
+        _ if RUN.starts_with(bytes) => Kind::Undecided,
+        _ => Kind::Text,
+    }
+}
+
+impl Decoder {
+    /// Reads commands that lie whole in `bytes`, from a boundary on; keeps the beginning of one that does not.
+    /// Answers how many bytes it took.
+    pub(super) fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let mut at = 0;
+        while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
+            let (used, lines) =
+                text::pixel_lines(&bytes[at..], &mut |x, y, color| sink.pixel(x.into(), y.into(), color));
+            self.here.byte += used as u64;
+            self.here.line += lines;
+            at += used;
+            let rest = &bytes[at..];
+            if rest.is_empty() {
+                break;
+            }
+            self.start = self.here;
+            at += match kind(rest) {
+                Kind::Pixel if rest.len() >= BINARY_PIXEL_BYTES => self.binary_pixels(rest, sink),
+                Kind::Run if rest.len() >= RUN_HEADER_BYTES => self.run(rest, sink),
+                Kind::Text => match find_lf(&rest[..rest.len().min(MAX_LINE_BYTES + 2)]) {
+                    Some(lf) if !is_too_long(&rest[..lf]) => {
+                        self.pass(&rest[..lf + 1]);
+                        lf + 1 + self.line(without_cr(&rest[..lf]), &rest[lf + 1..], sink)
+                    }
+                    _ => return at + self.keep(rest, sink),
+                },
+                Kind::Undecided | Kind::Pixel | Kind::Run => return at + self.keep(rest, sink),
+            };
+        }
+        at
+    }
+
+    /// Keeps the beginning of a command for the next piece; a line that is already too long is not kept.
+    fn keep(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let taken = &bytes[..bytes.len().min(MAX_LINE_BYTES + 2)];
+        self.pass(taken);
+        self.head.extend_from_slice(taken);
+        if is_too_long(&self.head) {
+            self.begin_long_line(sink);
+        }
+        taken.len()
+    }
+
+    /// Adds to a head that came in pieces, as little as can make it whole. Answers how many bytes it took.
+    pub(super) fn read_head(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let wanted = match kind(&self.head) {
+            Kind::Undecided => 1,
+            Kind::Pixel => BINARY_PIXEL_BYTES - self.head.len(),
+            Kind::Run => RUN_HEADER_BYTES - self.head.len(),
+            Kind::Text => MAX_LINE_BYTES + 2 - self.head.len(),
+        };
+        let mut taken = &bytes[..bytes.len().min(wanted)];
+        if let (Kind::Text | Kind::Undecided, Some(lf)) = (kind(&self.head), find_lf(taken)) {
+            taken = &taken[..lf + 1];
+        }
+        self.pass(taken);
+        let mut head = std::mem::take(&mut self.head);
+        head.extend_from_slice(taken);
+        match kind(&head) {
+            Kind::Pixel if head.len() == BINARY_PIXEL_BYTES => sink.binary_pixels(&head),
+            Kind::Run if head.len() == RUN_HEADER_BYTES => {
+                self.run_header(&head, &[], sink);
+            }
+            Kind::Text if head.ends_with(b"\n") && !is_too_long(&head[..head.len() - 1]) => {
+                self.line(without_cr(&head[..head.len() - 1]), &[], sink);
+            }
+            _ => {
+                self.head = head;
+                if is_too_long(&self.head) {
+                    self.begin_long_line(sink);
+                }
+                return taken.len();
+            }
+        }
+        head.clear();
+        self.head = head;
+        taken.len()
+    }
+
+    /// Hands on the binary pixels at the beginning of `bytes`, of which the first is whole.
+    fn binary_pixels(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let records = bytes.as_chunks::<BINARY_PIXEL_BYTES>().0;
+        let records = &records[..records.len().min(RECORDS_AT_ONCE)];
+        let n = records.iter().position(|r| r[0] != b'P' || r[1] != b'B').unwrap_or(records.len());
+        let records = records[..n].as_flattened();
+        self.pass(records);
+        sink.binary_pixels(records);
+        records.len()
+    }
+
+    /// Reads a `PXMULTI` whose header is whole in `bytes`.
+    fn run(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let (header, rest) = bytes.split_at(RUN_HEADER_BYTES);
+        self.pass(header);
+        RUN_HEADER_BYTES + self.run_header(header, rest, sink)
+    }
+
+    /// Begins a `PXMULTI`'s run. Answers how many bytes of `rest` it took.
+    fn run_header(&mut self, header: &[u8], rest: &[u8], sink: &mut impl Sink) -> usize {
+        let &[_, _, _, _, _, _, _, x0, x1, y0, y1, n0, n1, n2, n3] = header else { return 0 };
+        let (x, y) = (u16::from_le_bytes([x0, x1]), u16::from_le_bytes([y0, y1]));
+        let length = u64::from(u32::from_le_bytes([n0, n1, n2, n3])) * 4;
+        if length > self.limits.payload_bytes {
+            let subject = binary_or_text(b"PXMULTI");
+            return self.refuse_payload(subject, length, rest, sink);
+        }
+        self.payload(Command::PixelRun { x, y, rgba: Vec::new() }, length, rest, sink)
+    }
+
+    /// `head` holds the beginning of a line over the limit: says so, and goes on to its end.
+    fn begin_long_line(&mut self, sink: &mut impl Sink) {
+        let head = std::mem::take(&mut self.head);
+        let long = LongLine::new(&head);
+        let word = words(&head).next().unwrap_or(b"");
+        let refusal = Refusal::new(Code::Proto, format!("a line has at most {MAX_LINE_BYTES} bytes"), &head);
+        self.state = State::LongLine(long);
+        self.error(Subject::of(word), refusal, sink);
+        self.end_long_line();
+    }
+
+    pub(super) fn read_long_line(&mut self, bytes: &[u8]) -> usize {
+        let State::LongLine(long) = &mut self.state else { return 0 };
+        let taken = long.read(bytes);
+        self.pass(&bytes[..taken]);
+        self.end_long_line();
+        taken
+    }
+
+    fn end_long_line(&mut self) {
+        let State::LongLine(long) = &self.state else { return };
+        let Some(announced) = long.payload() else { return };
+        self.state = match announced {
+            Announced::Length(0) | Announced::Junk => State::Head,
+            Announced::Length(left) => State::Skip { left, subject: None },
+            Announced::Beyond => State::Closed,
+        };
+    }
+}
+
+/// Whether a line without LF has more bytes than a line may, whatever follows.
+fn is_too_long(line: &[u8]) -> bool {
+    line.len() > MAX_LINE_BYTES + 1 || (line.len() == MAX_LINE_BYTES + 1 && !line.ends_with(b"\r"))
+}
+
+/// The subject of a command that begins with `word`, a binary verb's name included.
+pub(super) fn binary_or_text(word: &[u8]) -> Subject {
+    match Verb::all().iter().find(|v| matches!(v.reading, Reading::Binary) && v.name.as_bytes() == word) {
+        Some(verb) => Subject::Known(verb),
+        None => Subject::of(word),
+    }
+}

@@ -1,0 +1,166 @@
+//! Payloads: waited for, handed on, or discarded.
+
+use super::heads::binary_or_text;
+use super::line::refusal;
+use super::{Decoder, State};
+use crate::command::args::Refusal;
+use crate::command::model::Command;
+use crate::command::sink::{Flow, Place, Sink};
+use crate::command::stream_error::{StreamError, Subject};
+use crate::error::Code;
+
+/// A payload buffer of more than this is put away after use, so that an idle connection holds little.
+const KEPT_BYTES: usize = 256 << 10;
+
+/// The room that a payload in pieces begins with, unless it is smaller.
+const LEAST_ROOM: usize = 16 << 10;
+
+impl Decoder {
+    /// A command whose head is right: runs it if its payload lies in `rest`, else waits for it.
+    /// Answers how many bytes of `rest` it took.
+    pub(super) fn payload(
+        &mut self,
+        command: Command,
+        length: u64,
+        rest: &[u8],
+        sink: &mut impl Sink,
+    ) -> usize {
+        let length = length as usize;
+        if let Some(payload) = rest.get(..length) {
+            self.pass(payload);
+            let flow = deliver(command, Bytes::Borrowed(payload), self.start, sink);
+            self.obey(flow);
+            return length;
+        }
+        if length > KEPT_BYTES
+            && let Some(spare) = &self.spare
+        {
+            spare.swap_for_larger(&mut self.payload);
+        }
+        self.state = State::Collect { command, length };
+        if rest.is_empty() { 0 } else { self.read_payload(rest, sink) }
+    }
+
+    pub(super) fn read_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let State::Collect { length, .. } = self.state else { return 0 };
+        let held = self.payload.len();
+        let taken = &bytes[..bytes.len().min(length - held)];
+        // What has been announced may never come: room is made as bytes do, and never more than for all of them.
+        if self.payload.capacity() < held + taken.len() {
+            let wanted = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
+            if self.payload.try_reserve_exact(wanted - held).is_err() {
+                return self.give_up_payload(bytes, sink);
+            }
+        }
+        self.pass(taken);
+        self.payload.extend_from_slice(taken);
+        if self.payload.len() == length
+            && let State::Collect { command, .. } = std::mem::replace(&mut self.state, State::Head)
+        {
+            let flow = deliver(command, Bytes::Owned(&mut self.payload), self.start, sink);
+            self.put_away_payload();
+            self.obey(flow);
+        }
+        taken.len()
+    }
+
+    /// There is no memory for the payload that has begun: says so, and discards it to its end.
+    fn give_up_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+        let State::Collect { command, length } = std::mem::replace(&mut self.state, State::Head) else {
+            return 0;
+        };
+        let left = (length - self.payload.len()) as u64;
+        self.payload = Vec::new();
+        let refusal =
+            Refusal::new(Code::TooBig, "there is no memory for the payload", format!(":{length}").as_bytes());
+        self.refuse(binary_or_text(command.verb().as_bytes()), refusal, left, bytes, sink)
+    }
+
+    fn put_away_payload(&mut self) {
+        self.payload.clear();
+        if self.payload.capacity() > KEPT_BYTES {
+            let large = std::mem::take(&mut self.payload);
+            if let Some(spare) = &self.spare {
+                spare.give(large);
+            }
+        }
+    }
+
+    pub(super) fn skip(&mut self, bytes: &[u8]) -> usize {
+        let State::Skip { left, .. } = &mut self.state else { return 0 };
+        let taken = usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len());
+        *left -= taken as u64;
+        if *left == 0 {
+            self.state = State::Head;
+        }
+        self.pass(&bytes[..taken]);
+        taken
+    }
+
+    /// A payload over the limit: said at the header, then discarded.
+    pub(super) fn refuse_payload(
+        &mut self,
+        subject: Subject,
+        length: u64,
+        rest: &[u8],
+        sink: &mut impl Sink,
+    ) -> usize {
+        let message = format!("a payload has at most {} bytes here", self.limits.payload_bytes);
+        let token = format!(":{length}");
+        self.refuse(subject, Refusal::new(Code::TooBig, message, token.as_bytes()), length, rest, sink)
+    }
+
+    /// Says an error and skips the payload of the refused command. Answers how many bytes of `rest` it took.
+    pub(super) fn refuse(
+        &mut self,
+        subject: Subject,
+        refusal: Refusal,
+        payload: u64,
+        rest: &[u8],
+        sink: &mut impl Sink,
+    ) -> usize {
+        if payload > 0 {
+            self.state = State::Skip { left: payload, subject: Some(subject.clone()) };
+        }
+        self.error(subject, refusal, sink);
+        match self.state {
+            State::Skip { .. } if !rest.is_empty() => self.skip(rest),
+            _ => 0,
+        }
+    }
+}
+
+/// A payload, in the piece that was fed or in the decoder's buffer.
+enum Bytes<'a> {
+    Borrowed(&'a [u8]),
+    Owned(&'a mut Vec<u8>),
+}
+
+/// Gives a whole command to the sink.
+fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut impl Sink) -> Flow {
+    let seen: &[u8] = match &payload {
+        Bytes::Borrowed(bytes) => bytes,
+        Bytes::Owned(bytes) => bytes,
+    };
+    match command {
+        Command::PixelRun { x, y, .. } => return sink.pixel_run(x, y, seen, place),
+        Command::Blit { rect, .. } => return sink.blit(rect, seen, place),
+        Command::Points { .. } => return sink.points(seen, place),
+        _ => {}
+    }
+    if let Some(own) = command.payload_mut() {
+        *own = match payload {
+            Bytes::Borrowed(bytes) => bytes.to_vec(),
+            // A buffer with much more room than bytes would be held for nothing; it is of use here.
+            Bytes::Owned(bytes) if bytes.capacity() / 2 > bytes.len() => bytes.to_vec(),
+            Bytes::Owned(bytes) => std::mem::take(bytes),
+        };
+    }
+    match command.check_text() {
+        Ok(()) => sink.command(command, place),
+        Err(fault) => {
+            let subject = Subject::of(command.verb().as_bytes());
+            sink.error(StreamError::new(place, subject, refusal(fault)))
+        }
+    }
+}
