@@ -60,8 +60,8 @@ pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> R
             continue;
         };
         material_of_use.push(geometry.mesh.materials.len() as u32);
-        geometry.textures.push(read_texture(found, side_files, &mut warnings)?);
-        geometry.mesh.materials.push(found.material.clone());
+        geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings)?);
+        geometry.mesh.materials.push(found.material.material.clone());
     }
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
         LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
@@ -73,13 +73,24 @@ pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> R
     Ok(LoadedObj { geometry, warnings })
 }
 
+/// A material, and the folder of its MTL file, as `mtllib` names it.
+struct Found {
+    material: mtl::FileMaterial,
+    folder: String,
+}
+
+/// The folders in front of a file's name, with the last `/`.
+fn folder_of(name: &str) -> &str {
+    name.rfind(['/', '\\']).map_or("", |end| &name[..=end])
+}
+
 /// All materials of the MTL files that `mtllib` names, by name; of two with one name the first counts.
 fn read_libraries(
     libraries: &[(String, u32)],
     side_files: &mut SideFiles<'_>,
     file_name: &str,
     warnings: &mut Vec<LoadWarning>,
-) -> Result<HashMap<String, mtl::FileMaterial>, LoadError> {
+) -> Result<HashMap<String, Found>, LoadError> {
     let mut all = HashMap::new();
     let mut warn = |line: u32, message: String| {
         warnings.push(LoadWarning { place: Place::line(file_name, line), message });
@@ -99,10 +110,12 @@ fn read_libraries(
         }
     }
     for (name, bytes) in files {
-        let (materials, mut its_warnings) = mtl::parse(&bytes, &name)?;
+        let shown = format!("{}{name}", folder_of(file_name));
+        let (materials, mut its_warnings) = mtl::parse(&bytes, &shown)?;
         warnings.append(&mut its_warnings);
         for material in materials {
-            all.entry(material.material.name.clone()).or_insert(material);
+            let found = Found { material, folder: folder_of(&name).to_owned() };
+            all.entry(found.material.material.name.clone()).or_insert(found);
         }
     }
     Ok(all)
@@ -115,21 +128,19 @@ fn find(side_files: &mut SideFiles<'_>, name: &str) -> Option<Vec<u8>> {
 
 /// The texture of a material: beside its MTL file, or beside the OBJ file. A file that is there must be a picture.
 fn read_texture(
-    material: &mtl::FileMaterial,
+    Found { material, folder }: &Found,
     side_files: &mut SideFiles<'_>,
+    file_name: &str,
     warnings: &mut Vec<LoadWarning>,
 ) -> Result<Option<Arc<Texture>>, LoadError> {
     let Some(name) = &material.material.texture else { return Ok(None) };
-    let folder = material.place.file.rfind(['/', '\\']).map_or("", |end| &material.place.file[..=end]);
-    let beside_mtl = format!("{folder}{name}");
-    let found = find(side_files, &beside_mtl)
-        .or_else(|| (!folder.is_empty()).then(|| find(side_files, name)).flatten());
-    match found {
-        Some(bytes) => texture::decode_file(&bytes, name).map(|t| Some(Arc::new(t))),
-        None => {
-            let message = format!("texture {name:?} cannot be found: it is left out");
-            warnings.push(LoadWarning { place: material.place.clone(), message });
-            Ok(None)
+    for name in [format!("{folder}{name}"), name.clone()] {
+        if let Some(bytes) = find(side_files, &name) {
+            let shown = format!("{}{name}", folder_of(file_name));
+            return texture::decode_file(&bytes, &shown).map(|t| Some(Arc::new(t)));
         }
     }
+    let message = format!("texture {name:?} cannot be found: it is left out");
+    warnings.push(LoadWarning { place: material.place.clone(), message });
+    Ok(None)
 }

@@ -329,7 +329,11 @@ fn textures_are_found_by_names_with_blanks_and_options() {
     // A file that is there and is no picture is an error that names it.
     let broken: [(&str, &[u8]); 2] = [("lib/my.mtl", mtl.as_bytes()), ("lib/my picture.png", b"no")];
     let error = load_with(&obj, &broken).unwrap_err();
-    assert!(error.to_string().starts_with("my picture.png: not a readable picture"), "{error}");
+    assert!(error.to_string().starts_with("lib/my picture.png: not a readable picture"), "{error}");
+    // Names are shown as the OBJ file's own: from where its reader stands.
+    let mut find = |name: &str| (name == "lib/my.mtl").then(|| b"newmtl a\nKd x".to_vec());
+    let error = parse(obj.as_bytes(), &mut find, "there/m.obj").unwrap_err();
+    assert!(error.to_string().starts_with("there/lib/my.mtl:2: a colour"), "{error}");
 }
 
 #[test]
