@@ -56,6 +56,9 @@ pub fn poly(memory: &mut VideoMemory, points: &[[i32; 2]], color: Rgba, blend: B
     }
 }
 
+/// Lines of fewer pixels are stepped without a division at their start.
+const SHORT: u32 = 16;
+
 /// The steps of a line that lie inside the frame, ready to walk.
 #[derive(Clone, Copy, Debug)]
 struct VisibleRun {
@@ -110,6 +113,37 @@ impl Axis {
 
 impl VisibleRun {
     fn new(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<Self> {
+        let inside = |p: [i32; 2]| (p[0] as u32) < width && (p[1] as u32) < height;
+        if inside(p0) && inside(p1) {
+            Some(Self::whole(p0, p1, width))
+        } else {
+            Self::clipped(p0, p1, width, height)
+        }
+    }
+
+    /// A line with both ends inside the frame.
+    #[inline]
+    fn whole(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
+        let (dx, dy) = (p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1]));
+        let stride = width as isize;
+        let x_step = if p1[0] < p0[0] { -1 } else { 1 };
+        let y_step = if p1[1] < p0[1] { -stride } else { stride };
+        let (n, m, major, minor) = if dx >= dy { (dx, dy, x_step, y_step) } else { (dy, dx, y_step, x_step) };
+        VisibleRun {
+            length: n.into(),
+            first: 0,
+            count: n + 1,
+            at: p0[1] as usize * width as usize + p0[0] as usize,
+            major,
+            minor,
+            rest: u64::from(n).saturating_sub(1),
+            slope: 2 * u64::from(m),
+            y_ends: [p0[1] as u32, p1[1] as u32],
+        }
+    }
+
+    /// Any other line: the range of its steps that lie inside, by division.
+    fn clipped(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<Self> {
         let (x, y) = (Axis::new(p0[0], p1[0], width), Axis::new(p0[1], p1[1], height));
         let x_is_major = x.steps >= y.steps;
         let (major, minor) = if x_is_major { (x, y) } else { (y, x) };
@@ -173,7 +207,15 @@ impl VisibleRun {
 
     /// Calls `plot` with the index of each pixel in the order of travel.
     #[inline]
-    fn walk(&self, mut plot: impl FnMut(usize)) {
+    fn walk(&self, plot: impl FnMut(usize)) {
+        // In u64: both factors are below 2^33. With 32 bits behind the point, see `walk_long`.
+        let is_fine = (u64::from(self.count) + 1) * 2 * self.length < 1 << 32;
+        if self.count >= SHORT && is_fine { self.walk_long(plot) } else { self.walk_short(plot) }
+    }
+
+    /// Steps the exact fraction, a pixel at a time: no division.
+    #[inline]
+    fn walk_short(&self, mut plot: impl FnMut(usize)) {
         let divisor = 2 * self.length;
         let (mut at, mut rest) = (self.at, self.rest);
         for _ in 0..self.count {
@@ -184,6 +226,34 @@ impl VisibleRun {
                 rest -= divisor;
                 at = at.wrapping_add_signed(self.minor);
             }
+        }
+    }
+
+    /// Steps in 32.32 fixed point, so that eight pixels are found side by side.
+    ///
+    /// The minor coordinate is floor(V), V a multiple of 1 / 2 n. Start and step are rounded down, which leaves what is
+    /// kept less than count + 1 ulp below V; that much is added at the start, and as it is less than 1 / 2 n no whole
+    /// number is reached that V does not reach.
+    #[inline]
+    fn walk_long(&self, mut plot: impl FnMut(usize)) {
+        let divisor = 2 * self.length;
+        let slope = (self.slope << 32) / divisor;
+        let mut along = (self.rest << 32) / divisor + u64::from(self.count) + 1;
+        let mut at = self.at;
+        let place = |at: usize, k: usize, along: u64| {
+            let minor = (along >> 32) as usize;
+            at.wrapping_add((self.major as usize).wrapping_mul(k))
+                .wrapping_add((self.minor as usize).wrapping_mul(minor))
+        };
+        for _ in 0..self.count / 8 {
+            for k in 0..8 {
+                plot(place(at, k, along + k as u64 * slope));
+            }
+            along += 8 * slope;
+            at = place(at, 8, 0);
+        }
+        for k in 0..self.count as usize % 8 {
+            plot(place(at, k, along + k as u64 * slope));
         }
     }
 
