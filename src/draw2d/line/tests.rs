@@ -148,6 +148,20 @@ proptest! {
     }
 
     #[test]
+    fn eight_abreast_visits_what_one_by_one_does(p0 in [-9000..9000i32, -9000..9000i32], p1 in [-9000..9000i32, -9000..9000i32]) {
+        if let Some(run) = VisibleRun::new(p0, p1, 1920, 1080) {
+            let (mut long, mut short, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
+            run.walk_short(|at| short.push(at));
+            run.walk(|at| chosen.push(at));
+            prop_assert_eq!(&chosen, &short);
+            if (u64::from(run.count) + 1) * 2 * run.length < 1 << 32 && run.length > 0 {
+                run.walk_long(|at| long.push(at));
+                prop_assert_eq!(&long, &short);
+            }
+        }
+    }
+
+    #[test]
     fn a_line_without_ties_is_the_same_backwards(p0 in end_point(), p1 in end_point()) {
         let d = [p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1])].map(u64::from);
         let (n, m) = (d[0].max(d[1]), d[0].min(d[1]));

@@ -1,0 +1,173 @@
+//! The 2-D paths on one thread, each beside the plainest loop or copy that does the same, with the pictures compared.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use fbptr::draw2d::{self, AreaColors, Blend, RampColor, Rect};
+use fbptr::memory::{Rgba, VideoMemory};
+use std::hint::black_box;
+
+const W: u32 = 1920;
+const H: u32 = 1080;
+const COLOR: Rgba = [255, 204, 51, 255];
+
+fn frame() -> VideoMemory {
+    VideoMemory::new(W, H).expect("a frame of ordinary size")
+}
+
+/// Ends of lines all over the frame, or at most 12 pixels long.
+fn ends(n: usize, is_short: bool) -> Vec<[[i32; 2]; 2]> {
+    let mut state = 0x1234_5678u32;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        state
+    };
+    let place = |r: u32| [(((r & 0xffff) * W) >> 16) as i32, (((r >> 16) * H) >> 16) as i32];
+    let near = |[x, y]: [i32; 2], r: u32| {
+        let (dx, dy) = (r % 23, (r >> 16) % 23);
+        [(x + dx as i32 - 11).clamp(0, W as i32 - 1), (y + dy as i32 - 11).clamp(0, H as i32 - 1)]
+    };
+    (0..n)
+        .map(|_| {
+            let (a, b) = (next(), next());
+            [place(a), if is_short { near(place(a), b) } else { place(b) }]
+        })
+        .collect()
+}
+
+/// Bresenham's loop as it is usually written, with the same rule for ties.
+fn naive_line(pixels: &mut [Rgba], [p0, p1]: [[i32; 2]; 2]) {
+    let [[mut x, mut y], [x1, y1]] = [p0, p1];
+    let (dx, dy) = ((x1 - x).abs(), (y1 - y).abs());
+    let (sx, sy) = (if x < x1 { 1 } else { -1 }, if y < y1 { 1 } else { -1 });
+    let mut d = 2 * dx.min(dy) - dx.max(dy);
+    for _ in 0..=dx.max(dy) {
+        pixels[(y * W as i32 + x) as usize] = COLOR;
+        if dx >= dy {
+            x += sx;
+        } else {
+            y += sy;
+        }
+        if d > 0 {
+            d -= 2 * dx.max(dy);
+            if dx >= dy {
+                y += sy;
+            } else {
+                x += sx;
+            }
+        }
+        d += 2 * dx.min(dy);
+    }
+}
+
+fn lines(c: &mut Criterion) {
+    for (name, n, is_short) in [("long lines", 10_000, false), ("short lines", 100_000, true)] {
+        let ends = ends(n, is_short);
+        let (mut ours, mut naive) = (frame(), frame());
+        let color = RampColor { from: COLOR, to: None };
+        let draw = |m: &mut VideoMemory| {
+            ends.iter().for_each(|&[p0, p1]| draw2d::line(m, p0, p1, color, Blend::Replace));
+        };
+        let draw_naive = |m: &mut VideoMemory| {
+            let pixels = m.bytes_mut().as_chunks_mut().0;
+            ends.iter().for_each(|&line| naive_line(pixels, line));
+        };
+        draw(&mut ours);
+        draw_naive(&mut naive);
+        assert!(ours.bytes() == naive.bytes(), "the pictures differ: no time is worth printing");
+        let mut group = c.benchmark_group(name);
+        group.throughput(Throughput::Elements(n as u64));
+        group.bench_function("draw2d", |b| b.iter(|| draw(black_box(&mut ours))));
+        group.bench_function("naive", |b| b.iter(|| draw_naive(black_box(&mut naive))));
+        group.finish();
+    }
+}
+
+fn pixels(c: &mut Criterion) {
+    const N: usize = 1_000_000;
+    let places: Vec<[i32; 2]> = ends(N / 2, false).into_iter().flatten().collect();
+    let (mut ours, mut raw) = (frame(), frame());
+    let put = |m: &mut VideoMemory| {
+        places
+            .iter()
+            .for_each(|&[x, y]| draw2d::put_pixel(m, x, y, [x as u8, y as u8, 7, 255], Blend::Replace));
+    };
+    let store = |m: &mut VideoMemory| {
+        let pixels: &mut [Rgba] = m.bytes_mut().as_chunks_mut().0;
+        places
+            .iter()
+            .for_each(|&[x, y]| pixels[y as usize * W as usize + x as usize] = [x as u8, y as u8, 7, 255]);
+    };
+    put(&mut ours);
+    store(&mut raw);
+    assert!(ours.bytes() == raw.bytes(), "the pictures differ: no time is worth printing");
+    let mut group = c.benchmark_group("put_pixel at random");
+    group.throughput(Throughput::Elements(N as u64));
+    group.bench_function("draw2d", |b| b.iter(|| put(black_box(&mut ours))));
+    group.bench_function("raw store", |b| b.iter(|| store(black_box(&mut raw))));
+    group.finish();
+}
+
+fn areas(c: &mut Criterion) {
+    let whole = Rect { x: 0, y: 0, w: W as i32, h: H as i32 };
+    let part = Rect { x: 100, y: 100, w: 1700, h: 900 };
+    let source: Vec<u8> = (0..W * H).flat_map(u32::to_le_bytes).collect();
+    let mut m = frame();
+    let mut group = c.benchmark_group("areas");
+    group.throughput(Throughput::Bytes(u64::from(W) * u64::from(H) * 4));
+    group.bench_function("memset of the frame", |b| b.iter(|| black_box(&mut m).bytes_mut().fill(7)));
+    group.bench_function("clear", |b| b.iter(|| black_box(&mut m).clear(COLOR)));
+    group.bench_function("fill_rect whole", |b| {
+        b.iter(|| draw2d::fill_rect(black_box(&mut m), whole, COLOR, Blend::Replace));
+    });
+    group.bench_function("memcpy of the frame", |b| {
+        b.iter(|| black_box(&mut m).bytes_mut().copy_from_slice(&source));
+    });
+    group.bench_function("blit", |b| {
+        b.iter(|| draw2d::blit(black_box(&mut m), whole, &source, Blend::Replace));
+    });
+    group.bench_function("blit over", |b| {
+        b.iter(|| draw2d::blit(black_box(&mut m), whole, &source, Blend::Over));
+    });
+    group.throughput(Throughput::Bytes(part.w as u64 * part.h as u64 * 4));
+    group.bench_function("fill_rect part", |b| {
+        b.iter(|| draw2d::fill_rect(black_box(&mut m), part, COLOR, Blend::Replace));
+    });
+    group.bench_function("fill_rect over", |b| {
+        b.iter(|| draw2d::fill_rect(black_box(&mut m), part, [9, 8, 7, 100], Blend::Over));
+    });
+    group.finish();
+}
+
+fn figures(c: &mut Criterion) {
+    let corners = [[10.3, 20.7], [1900.1, 300.9], [700.5, 1070.2]];
+    let colors = AreaColors::Three([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]]);
+    let mut m = frame();
+    let mut group = c.benchmark_group("figures");
+    for (name, colors) in [("one colour", AreaColors::One(COLOR)), ("three colours", colors)] {
+        group.bench_function(format!("fill {name}"), |b| {
+            b.iter(|| draw2d::fill(black_box(&mut m), corners, colors, Blend::Replace));
+        });
+    }
+    group.bench_function("fill three colours, corners at 1e23", |b| {
+        let far = corners.map(|p| p.map(|v| (v - 700.0) * 1e20));
+        b.iter(|| draw2d::fill(black_box(&mut m), far, colors, Blend::Replace));
+    });
+    group.bench_function("fill_circle r 400", |b| {
+        b.iter(|| draw2d::fill_circle(black_box(&mut m), [960.2, 540.7], 400.0, COLOR, Blend::Replace));
+    });
+    group.bench_function("circle r 400", |b| {
+        b.iter(|| draw2d::circle(black_box(&mut m), [960, 540], 400, COLOR, Blend::Replace));
+    });
+    group.bench_function("line_aa across", |b| {
+        b.iter(|| draw2d::line_aa(black_box(&mut m), [3.1, 5.9], [1900.4, 1000.2], COLOR));
+    });
+    let ramp = RampColor { from: COLOR, to: Some([0, 0, 255, 255]) };
+    group.bench_function("line ramp across", |b| {
+        b.iter(|| draw2d::line(black_box(&mut m), [3, 5], [1900, 1000], ramp, Blend::Replace));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, lines, pixels, areas, figures);
+criterion_main!(benches);
