@@ -1,7 +1,7 @@
 //! The 2-D paths on one thread, each beside the plainest loop or copy that does the same, with the pictures compared.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use fbptr::draw2d::{self, AreaColors, Blend, RampColor, Rect};
+use fbptr::draw2d::{self, AreaColors, Blend, Line, RampColor, Rect};
 use fbptr::memory::{Rgba, VideoMemory};
 use std::hint::black_box;
 
@@ -72,12 +72,20 @@ fn lines(c: &mut Criterion) {
             let pixels = m.bytes_mut().as_chunks_mut().0;
             ends.iter().for_each(|&line| naive_line(pixels, line));
         };
+        let draw_batch = |m: &mut VideoMemory| {
+            draw2d::lines(m, ends.iter().map(|&[p0, p1]| Line { p0, p1, color }), Blend::Replace);
+        };
+        draw_batch(&mut ours);
+        let batch = ours.bytes().to_vec();
+        ours.clear(VideoMemory::CLEAR);
         draw(&mut ours);
+        assert!(ours.bytes() == batch, "the pictures differ: no time is worth printing");
         draw_naive(&mut naive);
         assert!(ours.bytes() == naive.bytes(), "the pictures differ: no time is worth printing");
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(n as u64));
         group.bench_function("draw2d", |b| b.iter(|| draw(black_box(&mut ours))));
+        group.bench_function("draw2d, as a batch", |b| b.iter(|| draw_batch(black_box(&mut ours))));
         group.bench_function("naive", |b| b.iter(|| draw_naive(black_box(&mut naive))));
         group.finish();
     }

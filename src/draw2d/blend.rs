@@ -83,8 +83,7 @@ fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
         std::array::from_fn(|i| if i % 4 == 3 { 255 } else { u16::from(color[i % 4]) } * a + 127);
     let mix = |d: &mut u8, s: u16| {
         let v = s + u16::from(*d) * (255 - a);
-        // v / 255 for every v below 65535.
-        *d = ((v + 1 + (v >> 8)) >> 8) as u8;
+        *d = div_255(v) as u8;
     };
     let (groups, rest) = pixels.as_flattened_mut().as_chunks_mut::<16>();
     for group in groups {
@@ -97,13 +96,36 @@ fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
     }
 }
 
-/// Meets each pixel of `dest` with the source pixel at the same place.
+/// Meets each pixel of `dest` with the source pixel at the same place; both are as long.
 #[inline]
 pub(super) fn run_of_many(blend: Blend, source: &[Rgba], dest: &mut [Rgba]) {
     match blend {
         Blend::Replace => dest.copy_from_slice(source),
-        Blend::Over => dest.iter_mut().zip(source).for_each(|(d, s)| *d = over(*s, *d)),
+        Blend::Over => compose_many(source, dest),
     }
+}
+
+/// [`over`] pixel by pixel, two channels in each half of a word.
+fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
+    const EVEN: u32 = 0x00FF_00FF;
+    for (dest, source) in dest.iter_mut().zip(source) {
+        let (s, d) = (u32::from_le_bytes(*source), u32::from_le_bytes(*dest));
+        let a = s >> 24;
+        let mix = |s: u32, d: u32| {
+            // Both fields stay below 2^16; the division is `div_255`.
+            let v = s * a + d * (255 - a) + 127 * 0x0001_0001;
+            ((v + 0x0001_0001 + ((v >> 8) & EVEN)) >> 8) & EVEN
+        };
+        let opaque = s | 0xFF00_0000;
+        let mixed = mix(opaque & EVEN, d & EVEN) | (mix((opaque >> 8) & EVEN, (d >> 8) & EVEN) << 8);
+        *dest = mixed.to_le_bytes();
+    }
+}
+
+/// v / 255 for every v below 65535.
+#[inline]
+fn div_255(v: u16) -> u16 {
+    (v + 1 + (v >> 8)) >> 8
 }
 
 #[cfg(test)]
@@ -146,7 +168,19 @@ mod tests {
 
     #[test]
     fn the_division_by_255_is_exact() {
-        assert!((0..65535u32).all(|v| (v + 1 + (v >> 8)) >> 8 == v / 255));
+        assert!((0..65535).all(|v| div_255(v) == v / 255));
+    }
+
+    #[test]
+    fn many_are_composed_as_one_by_one() {
+        let mix = |i: u32| i.wrapping_mul(2_654_435_761).to_le_bytes();
+        for len in (0..20).chain([1001]) {
+            let source: Vec<Rgba> = (0..len).map(mix).collect();
+            let mut dest: Vec<Rgba> = (0..len).map(|i| mix(i + 12_345)).collect();
+            let want: Vec<Rgba> = source.iter().zip(&dest).map(|(s, d)| over(*s, *d)).collect();
+            run_of_many(Blend::Over, &source, &mut dest);
+            assert_eq!(dest, want);
+        }
     }
 
     #[test]

@@ -13,28 +13,102 @@ use super::blend::Paint;
 use super::ramp::Ramp;
 use super::{AreaColors, Blend, RampColor, over, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
+use std::hint::select_unpredictable;
 use std::ops::Range;
 
 /// Draws the line from `p0` to `p1`, both ends lit.
 ///
 /// With two colours, step k of n takes c0 + (c1 - c0) k / n, each channel rounded half up; a line of one pixel takes the
 /// first colour. The cost is that of the visible pixels.
+#[inline]
 pub fn line(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
-    let Some(run) = VisibleRun::new(p0, p1, memory.width(), memory.height()) else { return };
-    let to = color.to.unwrap_or(color.from);
-    if to == color.from {
-        match Paint::new(color.from, blend) {
-            Some(paint) => run.paint(memory, paint),
-            None => return,
-        }
+    let size = [memory.width(), memory.height()];
+    if blend == Blend::Replace
+        && color.to.is_none()
+        && is_short(p0, p1)
+        && inside(p0, size)
+        && inside(p1, size)
+    {
+        store_short(pixels_mut(memory), p0, p1, size[0], color.from);
+        memory.mark_row(p0[1] as u32);
+        memory.mark_row(p1[1] as u32);
     } else {
-        let ramp = Ramp::along_line(color.from, to, run.length, run.first, run.count);
-        match blend {
-            Blend::Replace => run.shade(memory, ramp, |pixel, color| *pixel = color),
-            Blend::Over => run.shade(memory, ramp, |pixel, color| *pixel = over(color, *pixel)),
+        draw(memory, p0, p1, color, blend);
+    }
+}
+
+/// A line as [`lines`] takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Line {
+    /// The end it starts from.
+    pub p0: [i32; 2],
+    /// The end it goes to.
+    pub p1: [i32; 2],
+    /// Its colour, or the two that it runs between.
+    pub color: RampColor,
+}
+
+/// Draws lines one after the other, as [`line`] does, with less to do for each.
+#[inline]
+pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, blend: Blend) {
+    let size = [memory.width(), memory.height()];
+    let mut rows = u32::MAX..0;
+    let mut lines = lines.into_iter();
+    loop {
+        let pixels = pixels_mut(memory);
+        let other = lines.find(|&Line { p0, p1, color }| {
+            if blend == Blend::Over
+                || color.to.is_some()
+                || !is_short(p0, p1)
+                || !inside(p0, size)
+                || !inside(p1, size)
+            {
+                return true;
+            }
+            store_short(pixels, p0, p1, size[0], color.from);
+            let (a, b) = (p0[1] as u32, p1[1] as u32);
+            rows = rows.start.min(a.min(b))..rows.end.max(a.max(b) + 1);
+            false
+        });
+        match other {
+            Some(Line { p0, p1, color }) => draw(memory, p0, p1, color, blend),
+            None => return memory.mark_rows(rows),
         }
     }
-    memory.mark_rows(run.rows());
+}
+
+#[inline]
+fn inside(p: [i32; 2], [width, height]: [u32; 2]) -> bool {
+    (p[0] as u32) < width && (p[1] as u32) < height
+}
+
+#[inline]
+fn is_short(p0: [i32; 2], p1: [i32; 2]) -> bool {
+    p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1])) < SHORT
+}
+
+/// The path of short lines of one colour, both ends inside.
+///
+/// Stores that miss the cache pile up, and the next load of a number that was itself just stored, in pieces or in a long
+/// queue, waits for all of them. So this path keeps its numbers in registers and stores nothing but pixels.
+#[inline(always)]
+fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, color: Rgba) {
+    VisibleRun::whole(p0, p1, width).visit_short(|at| {
+        if let Some(pixel) = pixels.get_mut(at) {
+            *pixel = color;
+        }
+    });
+}
+
+/// Any line.
+#[inline(never)]
+fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
+    let size @ [width, height] = [memory.width(), memory.height()];
+    if inside(p0, size) && inside(p1, size) {
+        VisibleRun::whole(p0, p1, width).draw(memory, color, blend);
+    } else if let Some(run) = VisibleRun::clipped(p0, p1, width, height) {
+        run.draw(memory, color, blend);
+    }
 }
 
 /// Draws the three lines p0p1, p1p2, p2p0; with three colours each runs between those of its ends.
@@ -56,7 +130,7 @@ pub fn poly(memory: &mut VideoMemory, points: &[[i32; 2]], color: Rgba, blend: B
     }
 }
 
-/// Lines of fewer pixels are stepped without a division at their start.
+/// Lines of fewer steps are walked without a division at their start.
 const SHORT: u32 = 16;
 
 /// The steps of a line that lie inside the frame, ready to walk.
@@ -112,23 +186,16 @@ impl Axis {
 }
 
 impl VisibleRun {
-    fn new(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<Self> {
-        let inside = |p: [i32; 2]| (p[0] as u32) < width && (p[1] as u32) < height;
-        if inside(p0) && inside(p1) {
-            Some(Self::whole(p0, p1, width))
-        } else {
-            Self::clipped(p0, p1, width, height)
-        }
-    }
-
     /// A line with both ends inside the frame.
-    #[inline]
+    #[inline(always)]
     fn whole(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
         let (dx, dy) = (p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1]));
         let stride = width as isize;
-        let x_step = if p1[0] < p0[0] { -1 } else { 1 };
-        let y_step = if p1[1] < p0[1] { -stride } else { stride };
-        let (n, m, major, minor) = if dx >= dy { (dx, dy, x_step, y_step) } else { (dy, dx, y_step, x_step) };
+        let x_step = select_unpredictable(p1[0] < p0[0], -1, 1);
+        let y_step = select_unpredictable(p1[1] < p0[1], -stride, stride);
+        let (n, m) = (dx.max(dy), dx.min(dy));
+        let major = select_unpredictable(dx >= dy, x_step, y_step);
+        let minor = select_unpredictable(dx >= dy, y_step, x_step);
         VisibleRun {
             length: n.into(),
             first: 0,
@@ -200,32 +267,64 @@ impl VisibleRun {
         })
     }
 
-    fn rows(&self) -> Range<u32> {
+    #[inline(never)]
+    fn draw(self, memory: &mut VideoMemory, color: RampColor, blend: Blend) {
+        match (color.to, Paint::new(color.from, blend)) {
+            (Some(to), _) if to != color.from => self.shade(memory, color.from, to, blend),
+            (_, Some(Paint::Store(color))) => self.walk(memory, |pixel| *pixel = color),
+            (_, Some(Paint::Compose(color))) => self.walk(memory, |pixel| *pixel = over(color, *pixel)),
+            (_, None) => {}
+        }
+    }
+
+    /// Gives each pixel to `put`, in the order of travel, and marks the rows.
+    #[inline(always)]
+    fn walk(self, memory: &mut VideoMemory, mut put: impl FnMut(&mut Rgba)) {
+        let pixels = pixels_mut(memory);
+        self.visit(|at| {
+            // Always found: every step of the run is inside the frame.
+            if let Some(pixel) = pixels.get_mut(at) {
+                put(pixel);
+            }
+        });
         let [a, b] = self.y_ends;
-        a.min(b)..a.max(b) + 1
+        memory.mark_rows(a.min(b)..a.max(b) + 1);
+    }
+
+    fn shade(self, memory: &mut VideoMemory, from: Rgba, to: Rgba, blend: Blend) {
+        let mut ramp = Ramp::along_line(from, to, self.length, self.first, self.count);
+        let mut next = || {
+            let color = ramp.color();
+            ramp.step();
+            color
+        };
+        match blend {
+            Blend::Replace => self.walk(memory, |pixel| *pixel = next()),
+            Blend::Over => self.walk(memory, |pixel| *pixel = over(next(), *pixel)),
+        }
     }
 
     /// Calls `plot` with the index of each pixel in the order of travel.
-    #[inline]
-    fn walk(&self, plot: impl FnMut(usize)) {
-        // In u64: both factors are below 2^33. With 32 bits behind the point, see `walk_long`.
+    #[inline(always)]
+    fn visit(self, plot: impl FnMut(usize)) {
+        // In u64: both factors are below 2^33. With 32 bits behind the point, see `visit_long`.
         let is_fine = (u64::from(self.count) + 1) * 2 * self.length < 1 << 32;
-        if self.count >= SHORT && is_fine { self.walk_long(plot) } else { self.walk_short(plot) }
+        if is_fine && self.length >= SHORT.into() { self.visit_long(plot) } else { self.visit_short(plot) }
     }
 
     /// Steps the exact fraction, a pixel at a time: no division.
-    #[inline]
-    fn walk_short(&self, mut plot: impl FnMut(usize)) {
-        let divisor = 2 * self.length;
-        let (mut at, mut rest) = (self.at, self.rest);
+    #[inline(always)]
+    fn visit_short(self, mut plot: impl FnMut(usize)) {
+        let (major, both) = (self.major as usize, self.major.wrapping_add(self.minor) as usize);
+        // The fraction less one, so that a sign tells when the minor coordinate changes. Both are below 2^33.
+        let divisor = 2 * self.length as i64;
+        let (mut at, mut rest) = (self.at, self.rest as i64 - divisor);
         for _ in 0..self.count {
             plot(at);
-            rest += self.slope;
-            at = at.wrapping_add_signed(self.major);
-            if rest >= divisor {
-                rest -= divisor;
-                at = at.wrapping_add_signed(self.minor);
-            }
+            rest += self.slope as i64;
+            // Lines turn at random, so neither choice may become a branch.
+            at = at.wrapping_add(select_unpredictable(rest >= 0, both, major));
+            rest -= select_unpredictable(rest >= 0, divisor, 0);
         }
     }
 
@@ -234,8 +333,8 @@ impl VisibleRun {
     /// The minor coordinate is floor(V), V a multiple of 1 / 2 n. Start and step are rounded down, which leaves what is
     /// kept less than count + 1 ulp below V; that much is added at the start, and as it is less than 1 / 2 n no whole
     /// number is reached that V does not reach.
-    #[inline]
-    fn walk_long(&self, mut plot: impl FnMut(usize)) {
+    #[inline(always)]
+    fn visit_long(self, mut plot: impl FnMut(usize)) {
         let divisor = 2 * self.length;
         let slope = (self.slope << 32) / divisor;
         let mut along = (self.rest << 32) / divisor + u64::from(self.count) + 1;
@@ -255,38 +354,6 @@ impl VisibleRun {
         for k in 0..self.count as usize % 8 {
             plot(place(at, k, along + k as u64 * slope));
         }
-    }
-
-    fn paint(&self, memory: &mut VideoMemory, paint: Paint) {
-        let pixels = pixels_mut(memory);
-        if self.slope == 0 && self.major.abs() == 1 {
-            // A level line is a run of memory.
-            let back = if self.major < 0 { self.count as usize - 1 } else { 0 };
-            let start = self.at - back;
-            return paint.run(&mut pixels[start..start + self.count as usize]);
-        }
-        match paint {
-            Paint::Store(color) => self.walk(|at| {
-                if let Some(pixel) = pixels.get_mut(at) {
-                    *pixel = color;
-                }
-            }),
-            Paint::Compose(color) => self.walk(|at| {
-                if let Some(pixel) = pixels.get_mut(at) {
-                    *pixel = over(color, *pixel);
-                }
-            }),
-        }
-    }
-
-    fn shade(&self, memory: &mut VideoMemory, mut ramp: Ramp, put: impl Fn(&mut Rgba, Rgba)) {
-        let pixels = pixels_mut(memory);
-        self.walk(|at| {
-            if let Some(pixel) = pixels.get_mut(at) {
-                put(pixel, ramp.color());
-            }
-            ramp.step();
-        });
     }
 }
 

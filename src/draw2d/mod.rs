@@ -28,7 +28,7 @@ pub use circle::circle;
 pub use disc::fill_circle;
 pub use error::DrawError;
 pub use fill::{fill, fill_poly};
-pub use line::{line, poly, triangle_outline};
+pub use line::{Line, line, lines, poly, triangle_outline};
 pub use line_aa::line_aa;
 pub use pixels::{binary_pixels, pixel_run, points, put_pixel};
 pub use rect::{fill_rect, rect};
@@ -75,11 +75,13 @@ fn frame(memory: &VideoMemory) -> PixelRect {
 }
 
 /// All pixels, row 0 first. The caller marks the rows it writes.
+#[inline]
 fn pixels_mut(memory: &mut VideoMemory) -> &mut [Rgba] {
     memory.bytes_mut().as_chunks_mut().0
 }
 
 /// Pixels `xs` of row `y`, both inside the frame. The caller marks the row.
+#[inline]
 fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
     let at = memory.width() as usize * y as usize;
     &mut pixels_mut(memory)[at + xs.start as usize..at + xs.end as usize]

@@ -99,11 +99,13 @@ impl VideoMemory {
     }
 
     /// Width in pixels.
+    #[inline]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Height in pixels.
+    #[inline]
     pub fn height(&self) -> u32 {
         self.height
     }
@@ -119,6 +121,7 @@ impl VideoMemory {
     }
 
     /// All bytes, for writing. The caller says which rows it wrote with [`VideoMemory::mark_rows`].
+    #[inline]
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.bytes
     }
@@ -201,11 +204,17 @@ impl VideoMemory {
     /// Remembers that row `y` was written.
     #[inline]
     pub fn mark_row(&mut self, y: u32) {
-        self.damage.start = self.damage.start.min(y);
-        self.damage.end = self.damage.end.max(y + 1);
+        // Written only when it grows, which is seldom: a store a pixel would crowd out the pixels' own.
+        if y < self.damage.start {
+            self.damage.start = y;
+        }
+        if y >= self.damage.end {
+            self.damage.end = y + 1;
+        }
     }
 
     /// Remembers that `rows` were written.
+    #[inline]
     pub fn mark_rows(&mut self, rows: Range<u32>) {
         if rows.start < rows.end {
             self.mark_row(rows.start);

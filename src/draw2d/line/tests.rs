@@ -8,6 +8,13 @@ use std::time::Instant;
 
 const WHITE: RampColor = RampColor { from: [255; 4], to: None };
 
+/// The run that [`draw`] walks.
+fn visible(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<VisibleRun> {
+    let is_whole = inside(p0, [width, height]) && inside(p1, [width, height]);
+    let clipped = VisibleRun::clipped(p0, p1, width, height);
+    if is_whole { Some(VisibleRun::whole(p0, p1, width)) } else { clipped }
+}
+
 /// Pixel k of the line, from the closed form alone: minor = ceil(k m / n - 1/2).
 fn pixel_at(p0: [i32; 2], p1: [i32; 2], k: i128) -> [i128; 2] {
     let d: [i128; 2] = [0, 1].map(|i| i128::from(p1[i]) - i128::from(p0[i]));
@@ -71,9 +78,9 @@ fn the_golden_ramps_have_the_golden_colours() {
 fn every_small_line_is_the_closed_form_in_its_order() {
     for (dx, dy) in (-9..=9).flat_map(|dx| (-9..=9).map(move |dy| (dx, dy))) {
         let (p0, p1) = ([10, 10], [10 + dx, 10 + dy]);
-        let run = VisibleRun::new(p0, p1, 21, 21).unwrap();
+        let run = visible(p0, p1, 21, 21).unwrap();
         let mut visited = Vec::new();
-        run.walk(|at| visited.push([(at % 21) as i128, (at / 21) as i128]));
+        run.visit(|at| visited.push([(at % 21) as i128, (at / 21) as i128]));
         let n = i128::from(dx.abs().max(dy.abs()));
         let want: Vec<_> = (0..=n).map(|k| pixel_at(p0, p1, k)).collect();
         assert_eq!(visited, want, "({dx},{dy})");
@@ -149,13 +156,13 @@ proptest! {
 
     #[test]
     fn eight_abreast_visits_what_one_by_one_does(p0 in [-9000..9000i32, -9000..9000i32], p1 in [-9000..9000i32, -9000..9000i32]) {
-        if let Some(run) = VisibleRun::new(p0, p1, 1920, 1080) {
+        if let Some(run) = visible(p0, p1, 1920, 1080) {
             let (mut long, mut short, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
-            run.walk_short(|at| short.push(at));
-            run.walk(|at| chosen.push(at));
+            run.visit_short(|at| short.push(at));
+            run.visit(|at| chosen.push(at));
             prop_assert_eq!(&chosen, &short);
             if (u64::from(run.count) + 1) * 2 * run.length < 1 << 32 && run.length > 0 {
-                run.walk_long(|at| long.push(at));
+                run.visit_long(|at| long.push(at));
                 prop_assert_eq!(&long, &short);
             }
         }
@@ -174,6 +181,54 @@ proptest! {
         line(&mut there, p0, p1, WHITE, Blend::Replace);
         line(&mut back, p1, p0, WHITE, Blend::Replace);
         prop_assert_eq!(there.bytes(), back.bytes());
+    }
+}
+
+#[test]
+fn a_whole_line_clipped_is_itself() {
+    let mut seen = 0;
+    for (a, b) in (0..12 * 9).flat_map(|a| (0..12 * 9).step_by(5).map(move |b| (a, b))) {
+        let (p0, p1) = ([a % 12, a / 12], [b % 12, b / 12]);
+        let (mut whole, mut clipped) = (Vec::new(), Vec::new());
+        VisibleRun::whole(p0, p1, 12).visit(|at| whole.push(at));
+        VisibleRun::clipped(p0, p1, 12, 9).unwrap().visit(|at| clipped.push(at));
+        assert_eq!(whole, clipped, "{p0:?} {p1:?}");
+        seen += whole.len();
+    }
+    assert!(seen > 10_000);
+}
+
+#[test]
+fn many_lines_are_each_line_in_turn() {
+    let mut state = 1u32;
+    let mut next = |n: i32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as i32 % n
+    };
+    let all: Vec<Line> = (0..600)
+        .map(|i| {
+            let p0 = [next(80) - 10, next(60) - 10];
+            let p1 = if i % 3 == 0 {
+                [next(80) - 10, next(60) - 10]
+            } else {
+                [p0[0] + next(17) - 8, p0[1] + next(17) - 8]
+            };
+            let color = std::array::from_fn(|_| next(256) as u8);
+            Line { p0, p1, color: RampColor { from: color, to: (i % 7 == 0).then_some([9, 250, 3, 100]) } }
+        })
+        .collect();
+    for blend in [Blend::Replace, Blend::Over] {
+        for chunk in [1, 7, 600] {
+            let (mut one, mut many) = (memory(60, 40), memory(60, 40));
+            one.take_damage();
+            many.take_damage();
+            for part in all.chunks(chunk) {
+                part.iter().for_each(|l| line(&mut one, l.p0, l.p1, l.color, blend));
+                lines(&mut many, part.iter().copied(), blend);
+                assert_eq!(one.take_damage(), many.take_damage());
+            }
+            assert!(one.bytes() == many.bytes());
+        }
     }
 }
 
