@@ -78,7 +78,7 @@ fn store_run(color: Rgba, pixels: &mut [Rgba]) {
 /// [`over`] for every pixel: what depends on the source alone is made once, four pixels side by side.
 fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
     let a = u16::from(color[3]);
-    // s a + 127, at most 65152; with d (255 - a) still below 2^16.
+    // s a + 127; with d (255 - a) at most 255 * 255 + 127.
     let source: [u16; 16] =
         std::array::from_fn(|i| if i % 4 == 3 { 255 } else { u16::from(color[i % 4]) } * a + 127);
     let mix = |d: &mut u8, s: u16| {
@@ -122,7 +122,7 @@ fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
-/// v / 255 for every v below 65535.
+/// v / 255 for every v up to 255 * 255 + 127, the largest that composing gives.
 #[inline]
 fn div_255(v: u16) -> u16 {
     (v + 1 + (v >> 8)) >> 8
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_division_by_255_is_exact() {
-        assert!((0..65535).all(|v| div_255(v) == v / 255));
+        assert!((0..=255 * 255 + 127).all(|v| div_255(v) == v / 255));
     }
 
     #[test]
