@@ -1,5 +1,6 @@
 //! `fbptr play`: a stream of commands from a file or standard input, in a window or without one.
 
+use super::drawing::Drawing;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
 use crate::load::Folder;
@@ -40,6 +41,8 @@ pub struct Play {
     /// Let LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
 }
 
 impl Play {
@@ -81,6 +84,7 @@ impl Play {
         let mut engine = Engine::with_limits(width, height, Limits::default().for_frame(width, height))
             .map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
+        engine.set_renderer(self.drawing.renderer());
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
         }

@@ -1,10 +1,11 @@
 //! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
 
+use super::drawing::Drawing;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
-use crate::pipeline::{self, DepthUse, SceneOptions, Target};
+use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
 use crate::save;
 use crate::scene::{Projection, Scene, ShadeMode};
 use crate::server::Limits;
@@ -49,6 +50,8 @@ pub struct Render {
     /// Pictures a second
     #[arg(long, value_name = "F", value_parser = positive, default_value = "25")]
     fps: f64,
+    #[command(flatten)]
+    drawing: Drawing,
 }
 
 fn shade(text: &str) -> Result<ShadeMode, String> {
@@ -94,11 +97,12 @@ impl Render {
             return self.render_eye(&scene);
         }
         let mut plans = String::new();
+        let mut renderer = self.drawing.renderer();
         for i in 0..self.frames.unwrap_or(1) {
             let time = self.time + f64::from(i) / self.fps;
             let mut scene = self.scene_at(&file, time, size);
             self.set_planes(&mut scene)?;
-            let plan = self.draw(&scene, size, self.frames.map(|_| i))?;
+            let plan = self.draw(&mut renderer, &scene, size, self.frames.map(|_| i))?;
             if !plans.ends_with(&plan) {
                 plans.push_str(&plan);
             }
@@ -143,7 +147,13 @@ impl Render {
     }
 
     /// Draws and writes one picture; its plan.
-    fn draw(&self, scene: &Scene, size: FrameSize, number: Option<u32>) -> Result<String, SceneError> {
+    fn draw(
+        &self,
+        renderer: &mut Renderer,
+        scene: &Scene,
+        size: FrameSize,
+        number: Option<u32>,
+    ) -> Result<String, SceneError> {
         let refused = |message: String| SceneError::Refused(message);
         let mut memory = VideoMemory::new(size.width, size.height).map_err(|e| refused(e.to_string()))?;
         let mut depth = None;
@@ -162,7 +172,8 @@ impl Render {
             true => pipeline::plan_scene(&target, scene, &options).to_string(),
             false => String::new(),
         };
-        pipeline::draw_scene(&mut target, scene, &options)
+        renderer
+            .draw_scene(&mut target, scene, &options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
         self.write(&memory, depth.as_ref(), number)?;
         Ok(plan)

@@ -1,5 +1,6 @@
 //! `fbptr serve`: a server for any program in any language, with a window or without one.
 
+use super::drawing::Drawing;
 use super::{FrameSize, Status, address, say_as_program};
 use crate::load::Folder;
 use crate::memory::SharedFile;
@@ -53,6 +54,8 @@ pub struct Serve {
     /// Record what is executed; `fbptr play` plays it again
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     #[command(flatten)]
     quotas: Quotas,
 }
@@ -210,6 +213,7 @@ impl Serve {
         let FrameSize { width, height } = size;
         let mut engine =
             Engine::with_limits(width, height, self.quotas.limits(size)).map_err(|e| e.message)?;
+        engine.set_renderer(self.drawing.renderer());
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
         }

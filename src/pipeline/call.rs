@@ -7,6 +7,7 @@ use crate::scene::{
     ShadeMode, Texture, TransparencyOrder, Viewport,
 };
 use glam::{DMat4, DVec3};
+use std::sync::Arc;
 
 /// The memories that a draw writes.
 #[derive(Debug)]
@@ -26,6 +27,8 @@ pub struct Target<'a> {
 pub struct DrawCall<'a> {
     /// The mesh, and the textures of its own materials.
     pub geometry: &'a Geometry,
+    /// The same geometry as something shared, where it is: a renderer then keeps its prepared form from draw to draw.
+    pub shared: Option<&'a Arc<Geometry>>,
     /// Object to world space; its last row is 0 0 0 1.
     pub model: DMat4,
     /// View and projection.
@@ -67,6 +70,7 @@ impl<'a> DrawCall<'a> {
     pub fn new(geometry: &'a Geometry, material: &'a Material, width: u32, height: u32) -> Self {
         DrawCall {
             geometry,
+            shared: None,
             model: DMat4::IDENTITY,
             camera: Camera::default(),
             viewport: Viewport { x: 0, y: 0, width, height, rule: Default::default() },

@@ -25,6 +25,7 @@ mod plan;
 mod plane;
 mod prepare;
 mod raster;
+mod renderer;
 mod sample;
 mod shade;
 pub mod tile;
@@ -35,6 +36,7 @@ mod whole;
 pub use call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use plan::{Part, Plan, PlanItem};
+pub use renderer::{RenderOptions, RenderPath, Renderer};
 pub use whole::{draw_scene, plan_scene};
 
 use crate::scene::ShadeMode;

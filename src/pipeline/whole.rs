@@ -97,6 +97,7 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
 fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
     let call = |(index, object): (usize, &'a crate::scene::Object)| DrawCall {
         geometry: &object.geometry,
+        shared: Some(&object.geometry),
         model: object.model,
         camera: scene.camera.unwrap_or(options.camera),
         viewport: options.viewport,

@@ -14,6 +14,7 @@ mod stats;
 mod stream;
 mod thread;
 mod transport;
+mod workers;
 
 pub use client::Client;
 pub use display::{Display, EventSender, Input, InputEvent, PixelInfo, ShownFrame};
@@ -28,3 +29,4 @@ pub use stats::Stats;
 pub use stream::{Budget, Complaint, Notice, Output, Pace, Standing, Stream};
 pub use thread::{Finish, RenderThread, SLICE_BYTES, SLICE_TIME};
 pub use transport::{ListenError, ListenPlace, Listener};
+pub use workers::worker_pool;

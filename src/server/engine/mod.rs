@@ -31,6 +31,7 @@ use crate::command::{Command, SparePayload};
 use crate::error::Fault;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::pipeline::Renderer;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -56,6 +57,7 @@ pub struct Engine {
     depth: Option<DepthMemory>,
     depth_format: DepthFormat,
     ids: Option<IdMemory>,
+    renderer: Renderer,
     /// The names that ids stand for.
     id_names: IdNames,
     shared: Names,
@@ -133,6 +135,7 @@ impl Engine {
             depth: None,
             depth_format: DepthFormat::default(),
             ids: None,
+            renderer: Renderer::default(),
             id_names: IdNames::default(),
             shared: Names::default(),
             limits,
@@ -153,6 +156,11 @@ impl Engine {
             spare: SparePayload::default(),
             spare_swept: Instant::now(),
         })
+    }
+
+    /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.
+    pub fn set_renderer(&mut self, renderer: Renderer) {
+        self.renderer = renderer;
     }
 
     /// Lets SNAP write files, in this folder only.

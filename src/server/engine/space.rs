@@ -5,7 +5,7 @@ use crate::command::{Command, LightCommand};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory};
-use crate::pipeline::{self, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
     Camera, CameraError, Light, LightKind, LookAt, Object, Sampling, Scene, TransparencyOrder, Viewport,
 };
@@ -164,6 +164,7 @@ impl Engine {
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
         let name = self.id_of(name);
         let call = DrawCall {
+            shared: Some(&geometry),
             model: s.model,
             camera: s.camera,
             viewport,
@@ -178,7 +179,8 @@ impl Engine {
             name,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
-        let stats = pipeline::draw(&mut self.target(), &call)?;
+        let (renderer, mut target) = self.target();
+        let stats = renderer.draw(&mut target, &call)?;
         self.note_draw(s, &stats);
         Ok(())
     }
@@ -202,7 +204,8 @@ impl Engine {
             first_name: self.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
-        let stats = pipeline::draw_scene(&mut self.target(), &scene, &options)?;
+        let (renderer, mut target) = self.target();
+        let stats = renderer.draw_scene(&mut target, &scene, &options)?;
         self.note_draw(s, &stats);
         Ok(())
     }
@@ -224,15 +227,16 @@ impl Engine {
         self.id_names.last_scene
     }
 
-    /// The memories that a draw writes; ids are kept from the first draw on, since a PICK may come.
-    pub(super) fn target(&mut self) -> Target<'_> {
+    /// What draws, and the memories that it writes; ids are kept from the first draw on, since a PICK may come.
+    pub(super) fn target(&mut self) -> (&mut Renderer, Target<'_>) {
         let (width, height) = (self.memory.width(), self.memory.height());
-        Target {
+        let target = Target {
             memory: &mut self.memory,
             depth: &mut self.depth,
             depth_format: self.depth_format,
             ids: Some(self.ids.get_or_insert_with(|| IdMemory::new(width, height))),
-        }
+        };
+        (&mut self.renderer, target)
     }
 
     pub(super) fn note_draw(&mut self, s: &mut Session, stats: &DrawStats) {

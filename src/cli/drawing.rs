@@ -1,0 +1,49 @@
+//! The arguments that say by what means pictures are drawn; they never change a byte of them.
+
+use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use crate::server::worker_pool;
+use crate::simd::Level;
+use clap::Args;
+
+/// How drawing is done.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct Drawing {
+    /// Threads that draw [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Vectors that draw: auto, avx512, avx2 or portable
+    #[arg(long, value_name = "S", value_parser = simd, default_value = "auto")]
+    simd: Simd,
+}
+
+/// A level, or the widest there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+struct Simd(Option<Level>);
+
+impl std::fmt::Display for Simd {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.0.map_or("auto", Level::as_str))
+    }
+}
+
+fn simd(text: &str) -> Result<Simd, String> {
+    if text.eq_ignore_ascii_case("auto") {
+        return Ok(Simd(None));
+    }
+    match Level::from_name(text) {
+        None => Err("expected auto, avx512, avx2 or portable".to_owned()),
+        Some(level) if !level.is_available() => Err(format!("this CPU has no {}", level.as_str())),
+        level => Ok(Simd(level)),
+    }
+}
+
+impl Drawing {
+    /// A renderer with its threads.
+    pub(super) fn renderer(&self) -> Renderer {
+        Renderer::new(RenderOptions {
+            pool: worker_pool(self.threads.map(usize::from)),
+            simd: self.simd.0,
+            path: RenderPath::Fast,
+        })
+    }
+}
