@@ -110,6 +110,68 @@ impl Lamp {
     }
 }
 
+/// What one light adds at one point, with the numbers on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightTerm {
+    /// Unit, to the light.
+    pub to_light: DVec3,
+    /// Attenuation times cone.
+    pub strength: f64,
+    /// N.L; not above 0 where the light is behind the surface.
+    pub n_dot_l: f64,
+    /// R, or H after Blinn, where a highlight was asked for.
+    pub mirror: Option<DVec3>,
+    /// R.V or N.H, clamped to 0..1, and its power n.
+    pub cosine: f64,
+    pub power: f64,
+    /// R, G, B of the three terms.
+    pub ambient: DVec3,
+    pub diffuse: DVec3,
+    pub specular: DVec3,
+}
+
+impl Lamp {
+    /// `None` where the light does not reach.
+    #[inline]
+    fn term(&self, point: SurfacePoint, material: &Material, v: DVec3) -> Option<LightTerm> {
+        let (l, strength) = self.reach(point.position)?;
+        let n = point.normal;
+        let n_dot_l = n.dot(l);
+        let mut term = LightTerm {
+            to_light: l,
+            strength,
+            n_dot_l,
+            mirror: None,
+            cosine: 0.0,
+            power: 0.0,
+            ambient: material.ka * self.light.ambient * strength,
+            diffuse: DVec3::ZERO,
+            specular: DVec3::ZERO,
+        };
+        if n_dot_l.is_nan() || n_dot_l <= 0.0 {
+            return Some(term);
+        }
+        term.diffuse = material.kd * self.light.color * (strength * n_dot_l);
+        if material.ks != DVec3::ZERO {
+            let (mirror, cosine) = match material.model {
+                LightingModel::Blinn => {
+                    let h = unit(l + v).unwrap_or(DVec3::ZERO);
+                    (h, n.dot(h))
+                }
+                _ => {
+                    let r = n * (2.0 * n_dot_l) - l;
+                    (r, r.dot(v))
+                }
+            };
+            term.mirror = Some(mirror);
+            term.cosine = cosine.clamp(0.0, 1.0);
+            term.power = pow(term.cosine, material.n);
+            term.specular = material.ks * self.light.color * (strength * term.power);
+        }
+        Some(term)
+    }
+}
+
 /// Unit vector and distance from `p` to a light; `None` when it is at the point.
 fn towards(light: DVec3, p: DVec3) -> Option<(DVec3, f64)> {
     let to = light - p;
@@ -172,26 +234,26 @@ impl Lighting {
         if material.model == LightingModel::Unlit {
             return lit;
         }
-        let n = point.normal;
         let v = self.viewer.direction_from(point.position);
         for lamp in &self.lamps {
-            let Some((l, strength)) = lamp.reach(point.position) else { continue };
-            lit.base += material.ka * lamp.light.ambient * strength;
-            let n_dot_l = n.dot(l);
-            if n_dot_l.is_nan() || n_dot_l <= 0.0 {
-                continue;
-            }
-            lit.base += material.kd * lamp.light.color * (strength * n_dot_l);
-            if material.ks != DVec3::ZERO {
-                let cosine = match material.model {
-                    LightingModel::Blinn => n.dot(unit(l + v).unwrap_or(DVec3::ZERO)),
-                    _ => (n * (2.0 * n_dot_l) - l).dot(v),
-                };
-                lit.extra +=
-                    material.ks * lamp.light.color * (strength * pow(cosine.clamp(0.0, 1.0), material.n));
-            }
+            let Some(term) = lamp.term(point, material, v) else { continue };
+            lit.base += term.ambient;
+            lit.base += term.diffuse;
+            lit.extra += term.specular;
         }
         lit
+    }
+
+    /// V at a point, and what each light that reaches it adds there, in order.
+    pub fn terms(&self, point: SurfacePoint, material: &Material) -> (DVec3, Vec<LightTerm>) {
+        let v = self.viewer.direction_from(point.position);
+        let lamps = self.lamps.iter().filter(|_| material.model != LightingModel::Unlit);
+        (v, lamps.filter_map(|lamp| lamp.term(point, material, v)).collect())
+    }
+
+    /// The ambient light.
+    pub fn ambient(&self) -> DVec3 {
+        self.ambient
     }
 }
 

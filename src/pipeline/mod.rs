@@ -29,6 +29,7 @@ mod renderer;
 mod sample;
 mod shade;
 pub mod tile;
+pub mod trace;
 mod vertex;
 mod viewport;
 mod whole;

@@ -53,6 +53,13 @@ pub(crate) struct Weights {
     own: [f64; 3],
 }
 
+impl Weights {
+    /// In the caller's order; their sum is 1/w.
+    pub fn values(&self) -> [f64; 3] {
+        self.b
+    }
+}
+
 impl FacePlane {
     /// The plane through three corners, at least one of which has w > 0; `None` for a face without area, or with
     /// numbers that leave f64.

@@ -71,7 +71,7 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    fn transform(&self) -> &Transform {
+    pub fn transform(&self) -> &Transform {
         &self.assembler.transform
     }
 
@@ -103,7 +103,7 @@ impl<'a> Prepared<'a> {
         (a + b + c) / 3.0
     }
 
-    fn corners(&self, triangle: u32) -> [&Corner; 3] {
+    pub fn corners(&self, triangle: u32) -> [&Corner; 3] {
         let mesh = &self.call.geometry.mesh;
         mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize])
     }
@@ -154,7 +154,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    fn polygon_of(&self, triangle: u32) -> usize {
+    pub fn polygon_of(&self, triangle: u32) -> usize {
         self.call.geometry.mesh.triangle_polygon[triangle as usize] as usize
     }
 
@@ -181,14 +181,14 @@ impl<'a> Prepared<'a> {
     }
 
     /// The three corners' u, v, when all have one.
-    fn texcoords(&self, corners: [&Corner; 3]) -> Option<[glam::DVec2; 3]> {
+    pub fn texcoords(&self, corners: [&Corner; 3]) -> Option<[glam::DVec2; 3]> {
         let uv = &self.call.geometry.mesh.texcoords;
         let [a, b, c] = corners.map(|c| uv.get(c.texcoord as usize).copied());
         Some([a?, b?, c?])
     }
 
     /// The unit world normal of a triangle's polygon; its own where the polygon has none; zero without area.
-    fn face_normal(&self, triangle: u32) -> DVec3 {
+    pub fn face_normal(&self, triangle: u32) -> DVec3 {
         let mesh = &self.call.geometry.mesh;
         let polygon = self.polygon_of(triangle);
         let position = |c: &Corner| mesh.positions[c.position as usize];
@@ -201,7 +201,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The unit world normal at a corner: the file's, or the mean, or the face's.
-    fn corner_normal(&self, corner: &Corner, face_normal: DVec3) -> DVec3 {
+    pub fn corner_normal(&self, corner: &Corner, face_normal: DVec3) -> DVec3 {
         let given = self.call.geometry.mesh.normals.get(corner.normal as usize);
         given
             .and_then(|&n| self.normal_matrix.apply(n))
@@ -210,7 +210,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The part of stages 8 and 9 that is done once a face.
-    fn shade(&self, triangle: u32, side: Side, stats: &mut DrawStats) -> FaceShade<'a> {
+    pub fn shade(&self, triangle: u32, side: Side, stats: &mut DrawStats) -> FaceShade<'a> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let polygon = self.polygon_of(triangle);
         let (material, texture) = call.material_of(&mesh.polygons[polygon], side);
@@ -281,7 +281,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The mean of a polygon's corners, in the world.
-    fn polygon_center(&self, polygon: usize) -> DVec3 {
+    pub fn polygon_center(&self, polygon: usize) -> DVec3 {
         let mesh = &self.call.geometry.mesh;
         let corners = mesh.polygon_corners(polygon);
         let sum = corners

@@ -5,7 +5,7 @@
 use super::assemble::Face;
 use super::call::{DrawStats, Target};
 use super::light::Lighting;
-use super::plane::Weights;
+use super::plane::{FacePlane, Weights};
 use super::sample::Footprint;
 use super::shade::{FaceShade, uv_from_first};
 use super::viewport::Screen;
@@ -103,18 +103,7 @@ impl Raster<'_, '_> {
                         Some(solid) => solid,
                         None => {
                             let Some(s) = shares_of(&weights) else { continue };
-                            let footprint = |uv: &[DVec2; 3]| {
-                                let at = |x: i32, y: i32| {
-                                    let ndc = screen.ndc_of_pixel(x, y);
-                                    shares_of(&plane.weights_at(ndc)).map(|s| uv_from_first(uv, s))
-                                };
-                                match (at(x, y), at(x + 1, y), at(x, y + 1)) {
-                                    (Some(here), Some(right), Some(below)) => {
-                                        Footprint::Steps(right - here, below - here)
-                                    }
-                                    _ => Footprint::Horizon,
-                                }
-                            };
+                            let footprint = |uv: &[DVec2; 3]| footprint(plane, screen, shares_of, [x, y], uv);
                             shade.at(s, footprint, lighting, stats)
                         }
                     };
@@ -134,6 +123,24 @@ impl Raster<'_, '_> {
                 }
             });
         }
+    }
+}
+
+/// How far the texture runs from the pixel to its neighbours on the right and below, on the face's plane.
+pub(crate) fn footprint(
+    plane: &FacePlane,
+    screen: &Screen,
+    shares_of: impl Fn(&Weights) -> Option<[f64; 3]>,
+    [x, y]: [i32; 2],
+    uv: &[DVec2; 3],
+) -> Footprint {
+    let at = |x: i32, y: i32| {
+        let ndc = screen.ndc_of_pixel(x, y);
+        shares_of(&plane.weights_at(ndc)).map(|s| uv_from_first(uv, s))
+    };
+    match (at(x, y), at(x + 1, y), at(x, y + 1)) {
+        (Some(here), Some(right), Some(below)) => Footprint::Steps(right - here, below - here),
+        _ => Footprint::Horizon,
     }
 }
 

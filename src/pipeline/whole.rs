@@ -94,7 +94,7 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
 }
 
 /// One call an object.
-fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
+pub(super) fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
     let call = |(index, object): (usize, &'a crate::scene::Object)| DrawCall {
         geometry: &object.geometry,
         shared: Some(&object.geometry),
@@ -137,6 +137,24 @@ fn faces(all: &[Prepared], wanted: impl Fn(&Prepared, u32) -> bool) -> Vec<(usiz
         found.extend(triangles.filter(|&t| wanted(p, t)).map(|t| (object, t)));
     }
     found
+}
+
+/// The faces of all objects in the order in which [`draw_scene`] draws them.
+pub(super) fn drawing_order(all: &[Prepared], options: &SceneOptions) -> Vec<(usize, u32)> {
+    let sorted = |mut faces: Vec<(usize, u32)>| {
+        faces.sort_by(|a, b| all[a.0].center_z(a.1).total_cmp(&all[b.0].center_z(b.1)));
+        faces
+    };
+    let (mut order, through) =
+        (faces(all, |p, t| !p.is_transparent(t)), faces(all, |p, t| p.is_transparent(t)));
+    if options.hide == HiddenSurface::Painter {
+        order = sorted(order);
+    }
+    order.extend(match options.transparency {
+        TransparencyOrder::Sorted => sorted(through),
+        TransparencyOrder::FileOrder => through,
+    });
+    order
 }
 
 /// Draws faces far to near by view z of their centres; equals stay in file order.

@@ -1,0 +1,225 @@
+//! What a trace says is what the memory holds; and the numbers that the notes print come out of it.
+
+use super::*;
+use crate::pipeline::{draw, draw_scene, golden};
+use crate::scene::{
+    Background, Camera, Geometry, Light, LightKind, LookAt, Mesh, Object, Projection, Viewport, shapes,
+};
+use glam::dvec3;
+
+fn camera(eye: DVec3, projection: Projection) -> Camera {
+    Camera { look_at: LookAt { eye, reference: DVec3::ZERO, up: DVec3::Y }, projection }
+}
+
+fn perspective(near: f64, far: f64) -> Projection {
+    Projection::Perspective { fov_rad: std::f64::consts::FRAC_PI_4, near, far, on_smaller_side: true }
+}
+
+/// The red and the blue triangle of notes 003.
+fn two_triangles() -> Scene {
+    let file = golden("seed003_tables_opaque");
+    let object = |given: &serde_json::Value| {
+        let list = |v: &serde_json::Value| DVec3::from_slice(&numbers(v));
+        let points = given["points"].as_array().expect("points").iter().map(list).collect();
+        Object {
+            name: given["name"].as_str().expect("a name").to_owned(),
+            geometry: std::sync::Arc::new(Geometry {
+                mesh: Mesh::from_triangles(points, &[[0, 1, 2]]),
+                ..Default::default()
+            }),
+            model: DMat4::from_translation(list(&given["translation"])),
+            material: Material { emissive: list(&given["emissive"]), kd: DVec3::ZERO, ..Default::default() },
+            back_material: None,
+            cull: crate::scene::Cull::None,
+            two_sided_lighting: false,
+            shade: None,
+            texture: None,
+            lights: None,
+        }
+    };
+    Scene {
+        camera: Some(camera(dvec3(0.0, 0.0, 8.0), perspective(5.0, 10.0))),
+        background: Background { color: Some(DVec3::ZERO) },
+        objects: file["inputs"]["objects_in_order"].as_array().expect("objects").iter().map(object).collect(),
+        ..Scene::default()
+    }
+}
+
+fn numbers(v: &serde_json::Value) -> Vec<f64> {
+    v.as_array().expect("numbers").iter().map(|n| n.as_f64().expect("a number")).collect()
+}
+
+#[test]
+fn the_depths_of_notes_003_come_out_of_it() {
+    let options = SceneOptions::new(12, 10);
+    let scene = two_triangles();
+    for (number, distance) in [(0, 8.0), (1, 9.0)] {
+        for expected in golden("seed003_depth_values")["expected"].as_array().expect("cases") {
+            let (near, far) = (expected["near"].as_f64().expect("n"), expected["far"].as_f64().expect("f"));
+            if expected["view_distance"].as_f64() != Some(distance) {
+                continue;
+            }
+            let scene =
+                Scene { camera: Some(camera(dvec3(0.0, 0.0, 8.0), perspective(near, far))), ..scene.clone() };
+            for (format, key) in [(DepthFormat::U16, "u16"), (DepthFormat::U32, "u32")] {
+                let trace = trace_scene(&scene, &options, [12, 10], format, Probe::Triangle(number))
+                    .expect("there is such a triangle");
+                let pixel = trace.pixel.expect("some of it is seen");
+                assert!((pixel.z - expected["normalised"].as_f64().expect("z")).abs() < 1e-12);
+                assert_eq!(u64::from(pixel.depth_word), expected[key].as_u64().expect("a word"), "{key}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pixel_is_followed_to_the_triangle_that_is_seen_there() {
+    let (scene, options) = (two_triangles(), SceneOptions::new(12, 10));
+    let mut memory = VideoMemory::new(12, 10).expect("a frame");
+    let mut depth = None;
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+    draw_scene(&mut target, &scene, &options).expect("drawn");
+    let mut seen = [0; 2];
+    for (x, y) in (0..10).flat_map(|y| (0..12).map(move |x| (x, y))) {
+        let stored = memory.get_pixel(x, y).expect("on the frame");
+        match trace_scene(&scene, &options, [12, 10], DepthFormat::F32, Probe::Pixel(x, y)) {
+            Ok(trace) => {
+                seen[trace.object.0] += 1;
+                let pixel = trace.pixel.expect("it is seen");
+                assert_eq!(pixel.bytes, stored, "({x}, {y})");
+                assert!(pixel.is_covered);
+                assert_eq!(pixel.offset, Some(FbPtr::of_pixel(12, x as u32, y as u32)));
+            }
+            Err(e) => {
+                assert!(matches!(e, TraceError::NothingThere { .. }), "{e}");
+                assert_eq!(stored, [0, 0, 0, 255], "({x}, {y})");
+            }
+        }
+    }
+    assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
+}
+
+#[test]
+fn the_corners_of_notes_001_come_out_of_it() {
+    let file = golden("seed001_pipeline_matrices");
+    let case = &file["inputs"]["cases"][0];
+    let expected = &file["expected"][0];
+    let d = case["d"].as_f64().expect("d");
+    let eye = DVec3::from_slice(&numbers(&case["eye"]));
+    let mesh =
+        Mesh::from_triangles(vec![dvec3(-1., -1., 1.), dvec3(1., -1., 1.), dvec3(1., 1., 1.)], &[[0, 1, 2]]);
+    let geometry = Geometry { mesh, ..Default::default() };
+    let material = Material::default();
+    let plane = Projection::Plane { d, near: 0.1, far: 100.0 };
+    let viewport =
+        Viewport { x: 0, y: 0, width: 512, height: 512, rule: crate::scene::ViewportRule::Centres };
+    let call =
+        DrawCall { camera: camera(eye, plane), viewport, ..DrawCall::new(&geometry, &material, 512, 512) };
+    let trace =
+        trace_draw(&call, [512, 512], DepthFormat::F32, Probe::Triangle(0)).expect("there is one triangle");
+    // The file's points 1, 5 and 7 are the triangle's corners.
+    let points = expected["points"].as_array().expect("points");
+    for (corner, i) in trace.corners.iter().zip([1, 5, 7]) {
+        let (screen, clip) = (numbers(&points[i]["screen"]), numbers(&points[i]["clip"]));
+        assert!((corner.clip.x - clip[0]).abs() < 1e-12 && (corner.clip.w - clip[3]).abs() < 1e-12);
+        for axis in 0..2 {
+            // The notes put pixel centres at whole numbers.
+            assert!(
+                (corner.screen[axis] - 0.5 - screen[axis]).abs() < 1e-9,
+                "{:?} {screen:?}",
+                corner.screen
+            );
+        }
+    }
+}
+
+/// A lit, coloured knot under one shading mode, and what it draws.
+fn knot(shade: ShadeMode, probe: Probe) -> (VideoMemory, Result<Trace, TraceError>) {
+    let geometry = Geometry { mesh: shapes::knot(60, 10).expect("a knot"), ..Default::default() };
+    let material = Material {
+        ka: DVec3::splat(0.1),
+        kd: dvec3(0.8, 0.4, 0.2),
+        ks: DVec3::splat(0.5),
+        n: 32.0,
+        ..Default::default()
+    };
+    let lights = [Light {
+        kind: LightKind::Point {
+            position: dvec3(3.0, 4.0, 5.0),
+            attenuation: crate::scene::Attenuation::NONE,
+            radius: f64::INFINITY,
+        },
+        color: DVec3::ONE,
+        ambient: DVec3::ZERO,
+        clamp_attenuation: false,
+    }];
+    let call = DrawCall {
+        camera: camera(dvec3(0.0, 0.0, 5.2), perspective(1.0, 10.0)),
+        ambient: DVec3::ONE,
+        lights: &lights,
+        shade,
+        ..DrawCall::new(&geometry, &material, 64, 48)
+    };
+    let mut memory = VideoMemory::new(64, 48).expect("a frame");
+    let mut depth = None;
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+    draw(&mut target, &call).expect("drawn");
+    (memory, trace_draw(&call, [64, 48], DepthFormat::F32, probe))
+}
+
+#[test]
+fn every_shading_mode_ends_in_the_byte_that_is_stored() {
+    for shade in [ShadeMode::Flat, ShadeMode::Gouraud, ShadeMode::Phong] {
+        let mut count = 0;
+        for at in [[32, 20], [20, 24], [40, 30], [25, 15], [44, 22], [30, 33]] {
+            let (memory, trace) = knot(shade, Probe::Pixel(at[0], at[1]));
+            let Ok(trace) = trace else { continue };
+            let pixel = trace.pixel.as_ref().expect("it is seen");
+            assert_eq!(
+                pixel.bytes,
+                memory.get_pixel(at[0], at[1]).expect("on it"),
+                "{shade:?} {at:?}\n{trace}"
+            );
+            // The terms add up to the light that is used.
+            for lit in &pixel.lit {
+                let sum = |part: fn(&LightTerm) -> DVec3| lit.terms.iter().map(part).sum::<DVec3>();
+                let base = trace.material.ka * trace.ambient + sum(|t| t.ambient) + sum(|t| t.diffuse);
+                assert!((base - lit.base).abs().max_element() < 1e-15 && sum(|t| t.specular) == lit.extra);
+            }
+            let text = trace.to_string();
+            for word in
+                ["object", "world", "eye", "clip", "NDC", "snapped", "edges", "N.L", "bytes", "FBptr["]
+            {
+                assert!(text.contains(word), "{word}\n{text}");
+            }
+            count += 1;
+        }
+        assert!(count >= 3, "{shade:?}: {count} pixels of the knot");
+    }
+}
+
+#[test]
+fn barycentrics_are_the_edge_functions_over_the_area() {
+    let (_, trace) = knot(ShadeMode::Phong, Probe::Triangle(40));
+    let trace = trace.expect("there are so many");
+    if let Some(pixel) = &trace.pixel {
+        let edges = pixel.edges.expect("near the frame");
+        let area = trace.doubled_area.expect("near the frame").unsigned_abs() as f64;
+        for (edge, weight) in edges.iter().zip(pixel.screen_weights) {
+            // Snapping moves a corner by up to 1/512 pixel.
+            assert!((*edge as f64 / area - weight).abs() < 0.02, "{trace}");
+        }
+    }
+    assert!(matches!(
+        knot(ShadeMode::Phong, Probe::Triangle(1 << 40)).1,
+        Err(TraceError::NoTriangle { asked, .. }) if asked == 1 << 40
+    ));
+    assert!(matches!(
+        knot(ShadeMode::Phong, Probe::Pixel(i32::MIN, i32::MAX)).1,
+        Err(TraceError::NothingThere { .. })
+    ));
+    let far = knot(ShadeMode::Phong, Probe::TriangleAt(3, i32::MAX, i32::MIN)).1.expect("a plane has no end");
+    assert!(far.pixel.is_none_or(|p| p.offset.is_none() && !p.is_covered));
+}
