@@ -14,6 +14,7 @@ mod send;
 mod serve;
 mod size;
 mod snap;
+mod trace;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;

@@ -2,6 +2,7 @@
 
 use super::drawing::Drawing;
 use super::scene_file::{self, SceneError, SceneFile};
+use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
@@ -21,8 +22,8 @@ pub struct Render {
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: .png, .ppm or .raw
-    #[arg(short, long, value_name = "OUT")]
-    out: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "trace")]
+    out: Option<PathBuf>,
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
@@ -41,6 +42,9 @@ pub struct Render {
     /// Print what the scene needs, and why
     #[arg(long)]
     explain: bool,
+    /// Print every number that a triangle (N), a pixel (X,Y) or a triangle at a pixel (N@X,Y) has on its way
+    #[arg(long, value_name = "N|X,Y|N@X,Y")]
+    trace: Option<TraceAt>,
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
@@ -84,7 +88,9 @@ impl Render {
 
     fn render(&self) -> Result<(), SceneError> {
         let bad = |message: String| SceneError::NoFile(message);
-        save::SnapshotFormat::of_path(&self.out).map_err(|e| bad(e.to_string()))?;
+        if let Some(out) = &self.out {
+            save::SnapshotFormat::of_path(out).map_err(|e| bad(e.to_string()))?;
+        }
         if let (Some(near), Some(far)) = (self.near, self.far)
             && near >= far
         {
@@ -94,6 +100,9 @@ impl Render {
         Limits::default().check_frame(size.width, size.height).map_err(|e| bad(e.message))?;
         let file = scene_file::read(&self.scene)?;
         if let SceneFile::Eye(scene) = file {
+            if self.trace.is_some() {
+                return Err(bad("--trace follows triangles of .obj and .x3d scenes".to_owned()));
+            }
             return self.render_eye(&scene);
         }
         let mut plans = String::new();
@@ -172,6 +181,9 @@ impl Render {
             true => pipeline::plan_scene(&target, scene, &options).to_string(),
             false => String::new(),
         };
+        if let Some(trace) = self.trace {
+            trace::print(scene, &options, [size.width, size.height], trace).map_err(refused)?;
+        }
         renderer
             .draw_scene(&mut target, scene, &options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
@@ -186,7 +198,9 @@ impl Render {
         number: Option<u32>,
     ) -> Result<(), SceneError> {
         let refused = |e: save::SaveError| SceneError::Refused(e.to_string());
-        save::to_path(memory, &numbered(&self.out, number)).map_err(refused)?;
+        if let Some(out) = &self.out {
+            save::to_path(memory, &numbered(out, number)).map_err(refused)?;
+        }
         let Some(path) = &self.depth_out else { return Ok(()) };
         let path = numbered(path, number);
         match depth {

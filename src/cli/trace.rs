@@ -1,0 +1,71 @@
+//! `render --trace`: the textbook mode. Which triangle or pixel is meant, and its numbers on stdout.
+
+use crate::memory::DepthFormat;
+use crate::pipeline::SceneOptions;
+use crate::pipeline::trace::{Probe, trace_scene};
+use crate::scene::Scene;
+use std::io::Write;
+use std::str::FromStr;
+
+/// `N`, `X,Y` or `N@X,Y`, as the argument gives it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TraceAt(Probe);
+
+impl FromStr for TraceAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected the number of a triangle (7), a pixel (320,200) or both (7@320,200), found {text:?}"
+            )
+        };
+        let triangle = |s: &str| s.parse::<u64>().map_err(|_| expected());
+        let pixel = |s: &str| {
+            let (x, y) = s.split_once(',')?;
+            Some((x.trim().parse::<i32>().ok()?, y.trim().parse::<i32>().ok()?))
+        };
+        let pixel = |s: &str| pixel(s).ok_or_else(expected);
+        Ok(TraceAt(match text.split_once('@') {
+            Some((number, place)) => {
+                let (x, y) = pixel(place)?;
+                Probe::TriangleAt(triangle(number)?, x, y)
+            }
+            None if text.contains(',') => {
+                let (x, y) = pixel(text)?;
+                Probe::Pixel(x, y)
+            }
+            None => Probe::Triangle(triangle(text)?),
+        }))
+    }
+}
+
+/// Prints the numbers of one triangle and pixel of `scene`, drawn with `options` into a frame of `size`.
+pub(super) fn print(
+    scene: &Scene,
+    options: &SceneOptions,
+    size: [u32; 2],
+    TraceAt(probe): TraceAt,
+) -> Result<(), String> {
+    let trace = trace_scene(scene, options, size, DepthFormat::default(), probe)
+        .map_err(|e| format!("--trace: {e}"))?;
+    // Nobody may be reading.
+    let _ = writeln!(std::io::stdout(), "{trace}");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_a_pixel_or_both() {
+        let probe = |text: &str| text.parse().map(|TraceAt(p)| p);
+        assert_eq!(probe("7"), Ok(Probe::Triangle(7)));
+        assert_eq!(probe("3,-4"), Ok(Probe::Pixel(3, -4)));
+        assert_eq!(probe("7@3, 4"), Ok(Probe::TriangleAt(7, 3, 4)));
+        for wrong in ["", "-1", "a", "1,", "1,2,3", "@1,2", "1@2", "1@", "99999999999999999999"] {
+            assert!(probe(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}
