@@ -28,9 +28,9 @@ pub use circle::circle;
 pub use disc::fill_circle;
 pub use error::DrawError;
 pub use fill::{fill, fill_poly};
-pub use line::{Line, line, lines, poly, triangle_outline};
+pub use line::{Line, line, lines, lines_on, poly, triangle_outline};
 pub use line_aa::line_aa;
-pub use pixels::{binary_pixels, pixel_run, points, put_pixel};
+pub use pixels::{binary_pixels, pixel_run, points, points_on, put_pixel};
 pub use rect::{fill_rect, rect};
 pub use text::text;
 

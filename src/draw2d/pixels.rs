@@ -3,6 +3,10 @@
 use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
+use crate::pipeline::tile::Crew;
+use std::hint::select_unpredictable;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Lights pixel (x, y); off the frame it does nothing.
 #[doc(alias = "putPixel")]
@@ -28,6 +32,72 @@ pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(
     };
     list(memory, records.iter().map(|&[a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend);
     Ok(())
+}
+
+/// Lights the pixels of `POINTS` as [`points`] does, on all threads of `crew` where there is enough to do.
+///
+/// Every thread has a band of rows of its own, in which the records come in their order: the same bytes with any number
+/// of threads.
+pub fn points_on<C: Crew>(
+    crew: &C,
+    memory: &mut VideoMemory,
+    packed: &[u8],
+    blend: Blend,
+) -> Result<(), DrawError> {
+    let (records, broken) = packed.as_chunks::<8>();
+    let (width, height) = (memory.width(), memory.height());
+    let bands = crew.threads().clamp(1, height as usize);
+    if bands == 1 || records.len() < FEW_POINTS || !broken.is_empty() {
+        return points(memory, packed, blend);
+    }
+    let band_rows = height.div_ceil(bands as u32);
+    let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
+    crew.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
+        let top = i as u32 * band_rows;
+        let rows = points_of_band(pixels, top..(top + band_rows).min(height), width, records, blend);
+        low.fetch_min(rows.start, Ordering::Relaxed);
+        high.fetch_max(rows.end, Ordering::Relaxed);
+    });
+    memory.mark_rows(low.into_inner()..high.into_inner());
+    Ok(())
+}
+
+/// Fewer points are drawn before another thread is awake.
+const FEW_POINTS: usize = 30_000;
+/// Records that are looked through at once: what is found of them stays in the first cache.
+const BLOCK: usize = 256;
+
+/// Lights those of `records` that fall into `rows`, whose pixels are given; answers which rows were lit.
+fn points_of_band(
+    pixels: &mut [Rgba],
+    rows: Range<u32>,
+    width: u32,
+    records: &[[u8; 8]],
+    blend: Blend,
+) -> Range<u32> {
+    let (mut low, mut high) = (u32::MAX, 0);
+    for block in records.chunks(BLOCK) {
+        let mut here = [(0u32, [0u8; 4]); BLOCK];
+        let mut count = 0;
+        // Which points fall into the band is as good as random, so no branch asks for it.
+        for &[a, b, c, d, color @ ..] in block {
+            let (x, y) = xy([a, b, c, d]);
+            let below = y.wrapping_sub(rows.start);
+            if let Some(place) = here.get_mut(count) {
+                *place = (below.wrapping_mul(width).wrapping_add(x), color);
+            }
+            let is_here = (x < width) & (below < rows.end - rows.start);
+            count += usize::from(is_here);
+            low = select_unpredictable(is_here & (y < low), y, low);
+            high = select_unpredictable(is_here & (y >= high), y + 1, high);
+        }
+        for &(at, color) in &here[..count] {
+            if let Some(pixel) = pixels.get_mut(at as usize) {
+                *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
+            }
+        }
+    }
+    low..high
 }
 
 /// Lights the pixels of whole binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in order.
@@ -78,6 +148,7 @@ fn list(memory: &mut VideoMemory, records: impl Iterator<Item = ((u32, u32), Rgb
 mod tests {
     use super::*;
     use crate::draw2d::raster::{golden, memory};
+    use crate::pipeline::tile::Pool;
 
     #[test]
     fn the_golden_frame_holds_the_golden_bytes() {
@@ -130,6 +201,40 @@ mod tests {
         let broken = points(&mut m, &[0; 15], Blend::Replace);
         assert_eq!(broken, Err(DrawError::BrokenRecord { record: 8, found: 15 }));
         assert_eq!(m.bytes(), memory(4, 3).bytes());
+    }
+
+    #[test]
+    fn bands_of_threads_light_what_one_thread_does() {
+        let mut state = 7u32;
+        let mut next = |n: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % n
+        };
+        // Some fall off the frame, and many fall on each other, in every alpha.
+        let mut packed = Vec::new();
+        for _ in 0..2 * FEW_POINTS {
+            packed.extend((next(110) as u16).to_le_bytes());
+            packed.extend((2 + next(90) as u16).to_le_bytes());
+            packed.extend([0; 4].map(|_: u8| next(256) as u8));
+        }
+        for blend in [Blend::Replace, Blend::Over] {
+            let mut want = memory(100, 77);
+            want.take_damage();
+            points(&mut want, &packed, blend).unwrap();
+            let rows = want.take_damage();
+            for threads in [2, 3, 16, 100] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let mut got = memory(100, 77);
+                got.take_damage();
+                points_on(&Pool(pool.into()), &mut got, &packed, blend).unwrap();
+                assert!(got.bytes() == want.bytes(), "{threads} threads, {blend:?}");
+                assert_eq!(got.take_damage(), rows);
+            }
+        }
+        let pool = Pool(rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap().into());
+        let mut m = memory(100, 77);
+        let broken = points_on(&pool, &mut m, &packed[1..], Blend::Replace);
+        assert_eq!(broken, Err(DrawError::BrokenRecord { record: 8, found: 16 * FEW_POINTS as u64 - 1 }));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::draw2d::raster::{extremes, golden, lit, memory, picture};
+use crate::pipeline::tile::Pool;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::time::Instant;
@@ -11,7 +12,7 @@ const WHITE: RampColor = RampColor { from: [255; 4], to: None };
 /// The run that [`draw`] walks.
 fn visible(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<VisibleRun> {
     let is_whole = inside(p0, [width, height]) && inside(p1, [width, height]);
-    let clipped = VisibleRun::clipped(p0, p1, width, height);
+    let clipped = VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height);
     if is_whole { Some(VisibleRun::whole(p0, p1, width)) } else { clipped }
 }
 
@@ -191,32 +192,41 @@ fn a_whole_line_clipped_is_itself() {
         let (p0, p1) = ([a % 12, a / 12], [b % 12, b / 12]);
         let (mut whole, mut clipped) = (Vec::new(), Vec::new());
         VisibleRun::whole(p0, p1, 12).visit(|at| whole.push(at));
-        VisibleRun::clipped(p0, p1, 12, 9).unwrap().visit(|at| clipped.push(at));
+        VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), 12, 9)
+            .unwrap()
+            .visit(|at| clipped.push(at));
         assert_eq!(whole, clipped, "{p0:?} {p1:?}");
         seen += whole.len();
     }
     assert!(seen > 10_000);
 }
 
-#[test]
-fn many_lines_are_each_line_in_turn() {
+/// Lines of every kind: short and long, inside and out, at the ends of i32, of one colour and two.
+fn crowd(count: usize) -> Vec<Line> {
     let mut state = 1u32;
     let mut next = |n: i32| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (state >> 8) as i32 % n
     };
-    let all: Vec<Line> = (0..600)
+    let far = [i32::MIN, i32::MIN + 1, -70_000, 50, 3_000_000, i32::MAX - 1, i32::MAX];
+    (0..count)
         .map(|i| {
             let p0 = [next(80) - 10, next(60) - 10];
-            let p1 = if i % 3 == 0 {
-                [next(80) - 10, next(60) - 10]
-            } else {
-                [p0[0] + next(17) - 8, p0[1] + next(17) - 8]
+            let p1 = match i % 3 {
+                0 => [next(80) - 10, next(60) - 10],
+                1 if i % 5 == 0 => [far[next(7) as usize], far[next(7) as usize]],
+                _ => [p0[0] + next(17) - 8, p0[1] + next(17) - 8],
             };
-            let color = std::array::from_fn(|_| next(256) as u8);
+            let color: Rgba = std::array::from_fn(|_| next(256) as u8);
+            let color = if i % 11 == 0 { [color[0], 1, 2, 0] } else { color };
             Line { p0, p1, color: RampColor { from: color, to: (i % 7 == 0).then_some([9, 250, 3, 100]) } }
         })
-        .collect();
+        .collect()
+}
+
+#[test]
+fn many_lines_are_each_line_in_turn() {
+    let all = crowd(600);
     for blend in [Blend::Replace, Blend::Over] {
         for chunk in [1, 7, 600] {
             let (mut one, mut many) = (memory(60, 40), memory(60, 40));
@@ -230,6 +240,49 @@ fn many_lines_are_each_line_in_turn() {
             assert!(one.bytes() == many.bytes());
         }
     }
+}
+
+#[test]
+fn bands_of_threads_draw_what_one_thread_does() {
+    let all = crowd(5_000);
+    assert!(batch::is_worth_threads(&all) && !batch::is_worth_threads(&all[..1]));
+    for blend in [Blend::Replace, Blend::Over] {
+        for height in [1, 2, 40] {
+            let mut one = memory(60, height);
+            one.take_damage();
+            all.iter().for_each(|l| line(&mut one, l.p0, l.p1, l.color, blend));
+            let rows = one.take_damage();
+            for threads in [1, 2, 3, 16, 50] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let mut many = memory(60, height);
+                many.take_damage();
+                lines_on(&Pool(pool.into()), &mut many, &all, blend);
+                assert!(one.bytes() == many.bytes(), "{threads} threads, {height} rows, {blend:?}");
+                assert_eq!(many.take_damage(), rows);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_line_clipped_to_bands_is_the_line() {
+    // Each row by itself: rows of the whole line, asked one at a time.
+    let mut marked = 0;
+    for l in crowd(400) {
+        let (mut whole, mut rows) = (memory(60, 40), memory(60, 40));
+        whole.take_damage();
+        line(&mut whole, l.p0, l.p1, l.color, Blend::Replace);
+        for y in 0..40 {
+            let [a, b] = [l.p0, l.p1].map(|[x, line_y]| [i64::from(x), i64::from(line_y) - y]);
+            if let Some(run) = VisibleRun::clipped(a, b, 60, 1) {
+                let row = &mut super::pixels_mut(&mut rows)[60 * y as usize..][..60];
+                assert_eq!(run.draw(row, l.color, Blend::Replace), 0..1);
+                marked += 1;
+            }
+        }
+        assert!(whole.bytes() == rows.bytes(), "{l:?}");
+    }
+    assert!(marked > 2_000);
 }
 
 #[test]

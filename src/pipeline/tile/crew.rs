@@ -7,6 +7,9 @@ use std::sync::Arc;
 
 /// Runs pieces of work, each once, in any order, perhaps at the same time.
 pub trait Crew: Sync {
+    /// How many threads there are, at least 1.
+    fn threads(&self) -> usize;
+
     /// Calls `work` with the number and the items of each run of `size` items (the last may be shorter).
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync);
 
@@ -26,6 +29,10 @@ pub trait Crew: Sync {
 pub struct Alone;
 
 impl Crew for Alone {
+    fn threads(&self) -> usize {
+        1
+    }
+
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
         items.chunks_mut(size).enumerate().for_each(|(i, run)| work(i, run));
     }
@@ -48,6 +55,10 @@ impl Crew for Alone {
 pub struct Pool(pub Arc<rayon::ThreadPool>);
 
 impl Crew for Pool {
+    fn threads(&self) -> usize {
+        self.0.current_num_threads().max(1)
+    }
+
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
         self.0.install(|| {
             items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(|(i, run)| work(i, run));

@@ -1,0 +1,142 @@
+//! Many lines at once: one after the other on this thread, or every thread of a crew in a band of rows of its own.
+//!
+//! A pixel belongs to one band, and in it the lines come in their order, so the bytes are those of [`line`](super::line) called for
+//! each, with any number of threads.
+
+use super::run::{NO_ROWS, VisibleRun};
+use super::{draw, inside, is_short, store_short};
+use crate::draw2d::{Blend, RampColor, pixels_mut};
+use crate::memory::{Rgba, VideoMemory};
+use crate::pipeline::tile::Crew;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// A line as [`lines`] takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Line {
+    /// The end it starts from.
+    pub p0: [i32; 2],
+    /// The end it goes to.
+    pub p1: [i32; 2],
+    /// Its colour, or the two that it runs between.
+    pub color: RampColor,
+}
+
+/// Draws lines one after the other, as [`line`](super::line) does, with less to do for each.
+#[inline]
+pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, blend: Blend) {
+    let size = [memory.width(), memory.height()];
+    let mut rows = NO_ROWS;
+    let mut lines = lines.into_iter();
+    loop {
+        let pixels = pixels_mut(memory);
+        let other = lines.find(|&Line { p0, p1, color }| {
+            if blend == Blend::Over
+                || color.to.is_some()
+                || !is_short(p0, p1)
+                || !inside(p0, size)
+                || !inside(p1, size)
+            {
+                return true;
+            }
+            store_short(pixels, p0, p1, size[0], color.from);
+            let (a, b) = (p0[1] as u32, p1[1] as u32);
+            rows = rows.start.min(a.min(b))..rows.end.max(a.max(b) + 1);
+            false
+        });
+        match other {
+            Some(Line { p0, p1, color }) => draw(memory, p0, p1, color, blend),
+            None => return memory.mark_rows(rows),
+        }
+    }
+}
+
+/// Draws lines as [`lines`] does, on all threads of `crew` where there is enough to do.
+pub fn lines_on<C: Crew>(crew: &C, memory: &mut VideoMemory, lines: &[Line], blend: Blend) {
+    let (width, height) = (memory.width(), memory.height());
+    let bands = crew.threads().clamp(1, height as usize);
+    if bands == 1 || !is_worth_threads(lines) {
+        return super::lines(memory, lines.iter().copied(), blend);
+    }
+    let band_rows = height.div_ceil(bands as u32);
+    let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
+    crew.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
+        let top = i as u32 * band_rows;
+        let band = Band { top: top as i32, rows: band_rows.min(height - top), width };
+        let drawn = band.draw(pixels, lines, blend);
+        if drawn.start < drawn.end {
+            low.fetch_min(top + drawn.start, Ordering::Relaxed);
+            high.fetch_max(top + drawn.end, Ordering::Relaxed);
+        }
+    });
+    memory.mark_rows(low.into_inner()..high.into_inner());
+}
+
+/// Steps below which waking other threads costs more than it brings: some 50 microseconds of work.
+const FEW_STEPS: u64 = 50_000;
+
+pub(super) fn is_worth_threads(lines: &[Line]) -> bool {
+    // A line costs its steps, and its start as much as some more.
+    let cost =
+        |l: &Line| u64::from(l.p0[0].abs_diff(l.p1[0]).max(l.p0[1].abs_diff(l.p1[1])).min(1 << 15)) + 16;
+    lines.len() as u64 * 16 > FEW_STEPS || lines.iter().map(cost).sum::<u64>() > FEW_STEPS
+}
+
+/// Lines that are looked through at once: their numbers stay in the first cache.
+const BLOCK: usize = 256;
+
+/// Some rows of the frame, as one thread draws them.
+struct Band {
+    top: i32,
+    rows: u32,
+    width: u32,
+}
+
+impl Band {
+    /// Draws what falls into the band, and answers in which of its rows.
+    fn draw(&self, pixels: &mut [Rgba], lines: &[Line], blend: Blend) -> Range<u32> {
+        let mut drawn = NO_ROWS;
+        for block in lines.chunks(BLOCK) {
+            let mut here = [0u8; BLOCK];
+            let mut count = 0;
+            // Which lines touch the band is as good as random, so no branch asks for it.
+            for (k, line) in block.iter().enumerate() {
+                if let Some(place) = here.get_mut(count) {
+                    *place = k as u8;
+                }
+                count += usize::from(self.touches(line));
+            }
+            for &k in &here[..count] {
+                let Some(line) = block.get(usize::from(k)) else { continue };
+                let rows = self.draw_one(pixels, line, blend);
+                drawn = drawn.start.min(rows.start)..drawn.end.max(rows.end);
+            }
+        }
+        drawn
+    }
+
+    #[inline(always)]
+    fn touches(&self, line: &Line) -> bool {
+        let (low, high) = (line.p0[1].min(line.p1[1]), line.p0[1].max(line.p1[1]));
+        (high >= self.top) & (i64::from(low) < i64::from(self.top) + i64::from(self.rows))
+    }
+
+    #[inline(always)]
+    fn draw_one(&self, pixels: &mut [Rgba], line: &Line, blend: Blend) -> Range<u32> {
+        let &Line { p0, p1, color } = line;
+        // The top is 0 or more: only ends above the frame can leave i32, and they are not inside either way.
+        let [a, b] = [p0, p1].map(|[x, y]| [x, y.saturating_sub(self.top)]);
+        let size = [self.width, self.rows];
+        if inside(a, size) && inside(b, size) {
+            if blend == Blend::Replace && color.to.is_none() && is_short(a, b) {
+                store_short(pixels, a, b, self.width, color.from);
+                let (a, b) = (a[1] as u32, b[1] as u32);
+                return a.min(b)..a.max(b) + 1;
+            }
+            return VisibleRun::whole(a, b, self.width).draw(pixels, color, blend);
+        }
+        let [a, b] = [p0, p1].map(|[x, y]| [i64::from(x), i64::from(y) - i64::from(self.top)]);
+        let run = VisibleRun::clipped(a, b, self.width, self.rows);
+        run.map_or(NO_ROWS, |run| run.draw(pixels, color, blend))
+    }
+}

@@ -1,0 +1,256 @@
+//! The visible steps of one line, and the two ways of walking them.
+
+use std::hint::select_unpredictable;
+use std::ops::Range;
+
+use super::super::blend::Paint;
+use super::super::ramp::Ramp;
+use super::super::{Blend, RampColor, over};
+use crate::memory::Rgba;
+
+/// No row at all: a range that every row widens.
+pub(super) const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
+
+/// Lines of fewer steps are walked without a division at their start.
+pub(super) const SHORT: u32 = 16;
+
+/// The steps of a line that lie inside the frame (or inside a band of its rows), ready to walk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VisibleRun {
+    /// n: the steps of the whole line.
+    pub length: u64,
+    /// The first visible step.
+    first: u64,
+    /// How many steps are visible: one a column or a row, so at most the frame's longer side.
+    pub count: u32,
+    /// Index of the first visible pixel.
+    at: usize,
+    /// Added to the index by every step.
+    major: isize,
+    /// Added too when the minor coordinate changes.
+    minor: isize,
+    /// (2 k m + n - 1) mod 2 n at the first step.
+    rest: u64,
+    /// 2 m.
+    slope: u64,
+    /// First and last visible row, in the order of travel.
+    y_ends: [u32; 2],
+}
+
+/// One coordinate on its way: from `start`, in the direction of `sign`.
+#[derive(Clone, Copy)]
+struct Axis {
+    start: i64,
+    sign: i64,
+    steps: u64,
+    limit: i64,
+}
+
+impl Axis {
+    fn new(a: i64, b: i64, limit: u32) -> Self {
+        let sign = if b < a { -1 } else { 1 };
+        Axis { start: a, sign, steps: a.abs_diff(b), limit: limit.into() }
+    }
+
+    /// How far along the axis the frame begins and ends (half-open), from the start and in its direction.
+    fn visible(self) -> Range<i64> {
+        let range = match self.sign {
+            1 => -self.start..self.limit - self.start,
+            _ => self.start - (self.limit - 1)..self.start + 1,
+        };
+        range.start.max(0)..range.end.min(self.steps as i64 + 1)
+    }
+
+    fn at(self, step: u64) -> i64 {
+        self.start + self.sign * step as i64
+    }
+}
+
+/// Lines of fewer steps are clipped in 64 bits: 2 n t, with t at most n + 1, stays below 2^62.
+const MODEST: u64 = 1 << 30;
+
+/// The least k at which the minor coordinate has made t > 0 of its m steps: ceil((2 n t - n + 1) / 2 m).
+fn step_that_reaches(t: i64, n: u64, m: u64) -> u64 {
+    if n < MODEST {
+        // t and n are at least 1, so the numerator is positive.
+        (2 * n * t as u64 - n + 1).div_ceil(2 * m)
+    } else {
+        let numerator = 2 * i128::from(n) * i128::from(t) - i128::from(n) + 1;
+        let whole = numerator.div_euclid(2 * i128::from(m));
+        let k = whole + i128::from(numerator.rem_euclid(2 * i128::from(m)) != 0);
+        u64::try_from(k).unwrap_or(u64::MAX)
+    }
+}
+
+/// (2 k m + n - 1) / 2 n, and what remains of it: the minor steps made at step k, and the fraction.
+fn minor_at(k: u64, n: u64, m: u64) -> (u64, u64) {
+    if k == 0 {
+        (0, n.saturating_sub(1))
+    } else if n < MODEST {
+        let numerator = 2 * k * m + n - 1;
+        (numerator / (2 * n), numerator % (2 * n))
+    } else {
+        let numerator = 2 * u128::from(k) * u128::from(m) + u128::from(n) - 1;
+        let divisor = 2 * u128::from(n);
+        ((numerator / divisor) as u64, (numerator % divisor) as u64)
+    }
+}
+
+impl VisibleRun {
+    /// A line with both ends inside the frame.
+    #[inline(always)]
+    pub fn whole(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
+        let (dx, dy) = (p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1]));
+        let stride = width as isize;
+        let x_step = select_unpredictable(p1[0] < p0[0], -1, 1);
+        let y_step = select_unpredictable(p1[1] < p0[1], -stride, stride);
+        let (n, m) = (dx.max(dy), dx.min(dy));
+        let major = select_unpredictable(dx >= dy, x_step, y_step);
+        let minor = select_unpredictable(dx >= dy, y_step, x_step);
+        VisibleRun {
+            length: n.into(),
+            first: 0,
+            count: n + 1,
+            at: p0[1] as usize * width as usize + p0[0] as usize,
+            major,
+            minor,
+            rest: u64::from(n).saturating_sub(1),
+            slope: 2 * u64::from(m),
+            y_ends: [p0[1] as u32, p1[1] as u32],
+        }
+    }
+
+    /// Any other line: the range of its steps that lie inside, by division. Both coordinates lie within 2^32 of 0.
+    pub fn clipped(p0: [i64; 2], p1: [i64; 2], width: u32, height: u32) -> Option<Self> {
+        let (x, y) = (Axis::new(p0[0], p1[0], width), Axis::new(p0[1], p1[1], height));
+        let x_is_major = x.steps >= y.steps;
+        let (major, minor) = if x_is_major { (x, y) } else { (y, x) };
+        let (n, m) = (major.steps, minor.steps);
+        let (along, across) = (major.visible(), minor.visible());
+        if along.is_empty() || across.is_empty() {
+            return None;
+        }
+        let (mut first, mut end) = (along.start as u64, along.end as u64);
+        if across.start > 0 {
+            first = first.max(step_that_reaches(across.start, n, m));
+        }
+        if across.end <= m as i64 {
+            end = end.min(step_that_reaches(across.end, n, m));
+        }
+        if first >= end {
+            return None;
+        }
+        let (made, rest) = minor_at(first, n, m);
+        let count = (end - first) as u32;
+        let last_made = if n == 0 { 0 } else { made + (rest + 2 * m * u64::from(count - 1)) / (2 * n) };
+        let (a, b) = (major.at(first), minor.at(made));
+        let (px, py) = if x_is_major { (a, b) } else { (b, a) };
+        let stride = width as isize;
+        let (major_step, minor_step) = if x_is_major {
+            (x.sign as isize, y.sign as isize * stride)
+        } else {
+            (y.sign as isize * stride, x.sign as isize)
+        };
+        let y_last = if x_is_major { minor.at(last_made) } else { major.at(end - 1) };
+        Some(VisibleRun {
+            length: n,
+            first,
+            count,
+            at: py as usize * width as usize + px as usize,
+            major: major_step,
+            minor: minor_step,
+            rest,
+            slope: 2 * m,
+            y_ends: [py as u32, y_last as u32],
+        })
+    }
+
+    /// Gives the run its colours, and answers in which rows; `pixels` begin at row 0 of what it was clipped to.
+    #[inline(never)]
+    pub fn draw(self, pixels: &mut [Rgba], color: RampColor, blend: Blend) -> Range<u32> {
+        match (color.to, Paint::new(color.from, blend)) {
+            (Some(to), _) if to != color.from => self.shade(pixels, color.from, to, blend),
+            (_, Some(Paint::Store(color))) => self.walk(pixels, |pixel| *pixel = color),
+            (_, Some(Paint::Compose(color))) => self.walk(pixels, |pixel| *pixel = over(color, *pixel)),
+            (_, None) => return NO_ROWS,
+        }
+        let [a, b] = self.y_ends;
+        a.min(b)..a.max(b) + 1
+    }
+
+    /// Gives each pixel to `put`, in the order of travel.
+    #[inline(always)]
+    fn walk(self, pixels: &mut [Rgba], mut put: impl FnMut(&mut Rgba)) {
+        self.visit(|at| {
+            // Always found: every step of the run is inside the frame.
+            if let Some(pixel) = pixels.get_mut(at) {
+                put(pixel);
+            }
+        });
+    }
+
+    fn shade(self, pixels: &mut [Rgba], from: Rgba, to: Rgba, blend: Blend) {
+        let mut ramp = Ramp::along_line(from, to, self.length, self.first, self.count);
+        let mut next = || {
+            let color = ramp.color();
+            ramp.step();
+            color
+        };
+        match blend {
+            Blend::Replace => self.walk(pixels, |pixel| *pixel = next()),
+            Blend::Over => self.walk(pixels, |pixel| *pixel = over(next(), *pixel)),
+        }
+    }
+
+    /// Calls `plot` with the index of each pixel in the order of travel.
+    #[inline(always)]
+    pub fn visit(self, plot: impl FnMut(usize)) {
+        // In u64: both factors are below 2^33. With 32 bits behind the point, see `visit_long`.
+        let is_fine = (u64::from(self.count) + 1) * 2 * self.length < 1 << 32;
+        if is_fine && self.length >= SHORT.into() { self.visit_long(plot) } else { self.visit_short(plot) }
+    }
+
+    /// Steps the exact fraction, a pixel at a time: no division.
+    #[inline(always)]
+    pub fn visit_short(self, mut plot: impl FnMut(usize)) {
+        let (major, both) = (self.major as usize, self.major.wrapping_add(self.minor) as usize);
+        // The fraction less one, so that a sign tells when the minor coordinate changes. Both are below 2^33.
+        let divisor = 2 * self.length as i64;
+        let (mut at, mut rest) = (self.at, self.rest as i64 - divisor);
+        for _ in 0..self.count {
+            plot(at);
+            rest += self.slope as i64;
+            // Lines turn at random, so neither choice may become a branch.
+            at = at.wrapping_add(select_unpredictable(rest >= 0, both, major));
+            rest -= select_unpredictable(rest >= 0, divisor, 0);
+        }
+    }
+
+    /// Steps in 32.32 fixed point, so that eight pixels are found side by side.
+    ///
+    /// The minor coordinate is floor(V), V a multiple of 1 / 2 n. Start and step are rounded down, which leaves what is
+    /// kept less than count + 1 ulp below V; that much is added at the start, and as it is less than 1 / 2 n no whole
+    /// number is reached that V does not reach.
+    #[inline(always)]
+    pub fn visit_long(self, mut plot: impl FnMut(usize)) {
+        let divisor = 2 * self.length;
+        let slope = (self.slope << 32) / divisor;
+        let mut along = (self.rest << 32) / divisor + u64::from(self.count) + 1;
+        let mut at = self.at;
+        let place = |at: usize, k: usize, along: u64| {
+            let minor = (along >> 32) as usize;
+            at.wrapping_add((self.major as usize).wrapping_mul(k))
+                .wrapping_add((self.minor as usize).wrapping_mul(minor))
+        };
+        for _ in 0..self.count / 8 {
+            for k in 0..8 {
+                plot(place(at, k, along + k as u64 * slope));
+            }
+            along += 8 * slope;
+            at = place(at, 8, 0);
+        }
+        for k in 0..self.count as usize % 8 {
+            plot(place(at, k, along + k as u64 * slope));
+        }
+    }
+}
