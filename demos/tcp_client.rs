@@ -4,8 +4,8 @@
 
 mod common;
 
-use common::{Arguments, Outcome, run, with_server};
-use std::io::{BufRead, BufReader, Read, Write};
+use common::{Arguments, Outcome, run, save_snapshot, with_server};
+use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::process::ExitCode;
 
@@ -48,15 +48,6 @@ fn draw(address: &str, arguments: &Arguments) -> Outcome {
             return Ok(());
         }
     }
-    if let Some(path) = &arguments.snap {
-        server.write_all(b"SNAP :\n")?;
-        // SNAP w h png :N, and N bytes.
-        let header = reply()?;
-        let bytes =
-            header.trim_end().rsplit_once(':').and_then(|(_, n)| n.parse().ok()).ok_or(header.as_str())?;
-        let mut png = Vec::new();
-        replies.take(bytes).read_to_end(&mut png)?;
-        std::fs::write(path, png)?;
-    }
-    Ok(server.write_all(b"QUIT\n")?)
+    server.write_all(b"QUIT\n")?;
+    arguments.snap.as_ref().map_or(Ok(()), |path| save_snapshot(address, path))
 }

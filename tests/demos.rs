@@ -70,29 +70,67 @@ fn picture(demo: &str, frames: &str) -> VideoMemory {
     golden::read_png(&file).unwrap_or_else(|e| panic!("{demo}: {e}"))
 }
 
-fn golden_file(name: &str) -> PathBuf {
-    root().join("tests/data/demos").join(format!("{name}.png"))
+/// A picture of the docs; `BLESS=1 cargo test --test demos` makes them all anew.
+fn gallery_file(name: &str) -> PathBuf {
+    root().join("docs/pictures").join(format!("{name}.png"))
+}
+
+/// The gallery: every demo, and after how many frames its picture was taken.
+const GALLERY: [(&str, &str); 19] = [
+    ("memory_map", "1"),
+    ("lines", "1"),
+    ("triangles", "1"),
+    ("bresenham", "13"),
+    ("wire_cube", "5"),
+    ("frustum", "5"),
+    ("gouraud_teapot", "5"),
+    ("phong_teapot", "5"),
+    ("zbuffer", "60"),
+    ("painter", "5"),
+    ("depth_precision", "1"),
+    ("affine_texture", "5"),
+    ("transparency", "5"),
+    ("pixelflut_wall", "5"),
+    ("tcp_client", "5"),
+    ("plotter", "60"),
+    ("flatland", "5"),
+    ("tesseract", "5"),
+    ("line_room", "5"),
+];
+
+#[test]
+fn the_gallery_is_what_the_demos_draw_today() {
+    let check = |(demo, frames): (&str, &str)| {
+        golden::check(&picture(demo, frames), gallery_file(demo), Tolerance::EXACT, Mode::from_env())
+    };
+    let failures: Vec<String> =
+        GALLERY.into_iter().filter_map(|d| check(d).err()).map(|e| e.to_string()).collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]
-fn every_demo_draws_the_picture_that_was_kept() {
-    let demos = [
-        "memory_map",
-        "lines",
-        "triangles",
-        "wire_cube",
-        "gouraud_teapot",
-        "phong_teapot",
-        "tcp_client",
-        "flatland",
-        "tesseract",
-        "line_room",
-    ];
-    let check =
-        |demo| golden::check(&picture(demo, "5"), golden_file(demo), Tolerance::EXACT, Mode::from_env());
-    let failures: Vec<String> =
-        demos.into_iter().filter_map(|d| check(d).err()).map(|e| e.to_string()).collect();
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
+fn every_demo_is_in_the_gallery_and_every_picture_is_of_something_that_is_tested() {
+    let names = |folder: &str, ending: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(root().join(folder)).expect("readable");
+        let names = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned());
+        let mut names: Vec<String> = names.filter_map(|n| Some(n.strip_suffix(ending)?.to_owned())).collect();
+        names.sort();
+        names
+    };
+    let mut demos: Vec<String> = GALLERY.iter().map(|(name, _)| (*name).to_owned()).collect();
+    demos.sort();
+    assert_eq!(names("demos", ".rs"), demos);
+    demos.push("tour".to_owned());
+    demos.sort();
+    assert_eq!(names("docs/pictures", ".png"), demos);
+    let page = std::fs::read_to_string(root().join("docs/gallery.md")).expect("there is a page");
+    for name in demos {
+        assert!(page.contains(&format!("(pictures/{name}.png)")), "docs/gallery.md does not show {name}");
+    }
+    for (name, frames) in GALLERY {
+        let command = format!("cargo run --release --example {name} -- --headless --frames {frames}");
+        assert!(page.contains(&command), "docs/gallery.md does not say {command:?}");
+    }
 }
 
 #[test]
@@ -104,7 +142,16 @@ fn what_moves_moves_and_what_is_still_is_still() {
         ("flatland", true),
         ("tesseract", true),
         ("line_room", true),
+        ("zbuffer", true),
+        ("bresenham", true),
+        ("frustum", true),
+        ("affine_texture", true),
+        ("painter", true),
+        ("transparency", true),
+        ("pixelflut_wall", true),
+        ("plotter", true),
         ("lines", false),
+        ("depth_precision", false),
     ];
     for (demo, moves) in demos {
         let (first, second) = (picture(demo, "1"), picture(demo, "2"));
@@ -142,7 +189,7 @@ fn the_tour_goes_from_one_pixel_to_the_phong_teapot() {
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
     let crc = format!("CRC {:08x}\n", fbptr::save::crc32(&last));
     assert_eq!(String::from_utf8_lossy(&output.stdout), crc);
-    assert_golden(&last, golden_file("tour"), Tolerance::EXACT);
+    assert_golden(&last, gallery_file("tour"), Tolerance::EXACT);
 
     // Each step by itself: it shows something, and something other than the step before.
     let text = std::fs::read_to_string(&tour).expect("readable");

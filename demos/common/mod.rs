@@ -6,7 +6,9 @@ use fbptr::error::Fault;
 use fbptr::save;
 use fbptr::server::{Client, Display, Engine, Finish, ListenPlace, RenderThread, Server};
 use std::error::Error;
-use std::path::PathBuf;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -132,6 +134,20 @@ pub fn with_server(
     let drawn = client.join().expect("a demo does not panic");
     server.shut_down(Duration::from_secs(1));
     drawn
+}
+
+/// Saves what a server shows as a PNG file.
+pub fn save_snapshot(address: &str, path: &Path) -> Outcome {
+    let mut server = TcpStream::connect(address)?;
+    server.write_all(b"SNAP :\n")?;
+    let mut replies = BufReader::new(server);
+    // SNAP w h png :N, and N bytes.
+    let mut header = String::new();
+    replies.read_line(&mut header)?;
+    let length = header.trim_end().rsplit_once(':').and_then(|(_, n)| n.parse().ok());
+    let mut png = Vec::new();
+    replies.take(length.ok_or(header)?).read_to_end(&mut png)?;
+    Ok(std::fs::write(path, png)?)
 }
 
 fn draw_frames(

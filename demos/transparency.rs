@@ -1,0 +1,48 @@
+//! Transparency in both orders: two panes that let light through, red before blue. Drawn far to near each pane tints what is
+//! behind it; drawn near to far the blue one is laid over the red, as if it stood in front.
+
+mod common;
+
+use common::{Motion, show};
+use fbptr::command::{Command, MeshSource, Rect};
+use fbptr::scene::{Cull, Material, ViewportRule};
+use glam::DVec3;
+use std::process::ExitCode;
+
+const SIDE: i32 = 220;
+const PANE: &[u8] = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+
+fn main() -> ExitCode {
+    show("transparency", [2 * SIDE as u32, SIDE as u32 + 16], Motion::Moving, |client, frame| {
+        if frame == 0 {
+            client.mesh("pane", MeshSource::Obj(PANE.to_vec()));
+            client.mesh("ball", MeshSource::Sphere(0.55));
+            client.look_at(DVec3::new(1.2, 0.9, 5.0), DVec3::ZERO, DVec3::Y);
+            client.send(Command::Cull(Cull::None));
+        }
+        let swing = 0.35 * libm::sin(frame as f64 * 0.03);
+        let red = (DVec3::new(-0.3, 0.2, 0.9 + swing), DVec3::new(1.0, 0.15, 0.1));
+        let blue = (DVec3::new(0.4, -0.2, -0.9 - swing), DVec3::new(0.1, 0.3, 1.0));
+        client.clear([235, 235, 228, 255]);
+        let halves = [(0, [blue, red], "far, then near"), (SIDE, [red, blue], "near, then far")];
+        for (x, panes, name) in halves {
+            let rect = Rect { x, y: 0, w: SIDE, h: SIDE };
+            client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
+            // The opaque first: what lets light through is hidden by it, and hides nothing itself.
+            let gold =
+                Material { emissive: DVec3::new(0.95, 0.75, 0.2), kd: DVec3::ZERO, ..Material::default() };
+            client.send(Command::Material(Box::new(gold)));
+            client.send(Command::Identity);
+            client.draw("ball");
+            for (place, emissive) in panes {
+                let glass = Material { emissive, transparency: 0.4, kd: DVec3::ZERO, ..Material::default() };
+                client.send(Command::Material(Box::new(glass)));
+                client.send(Command::Identity);
+                client.send(Command::Translate(place));
+                client.draw("pane");
+            }
+            client.text(x + 8, SIDE + 4, [60, 60, 60, 255], name);
+        }
+        Ok(())
+    })
+}
