@@ -75,7 +75,7 @@ fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
 }
 
 /// Processor, cores, build, date and command, in one line.
-fn machine(command: &str) -> String {
+pub(super) fn machine(command: &str) -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
     let processor = model.map_or(std::env::consts::ARCH, |(_, name)| name);

@@ -4,6 +4,7 @@
 //! x_0 > 0 inside the aperture; never too small, `None` when no pixel sees it.
 
 use super::frame::Screen;
+use crate::math::nvec::{ROUNDING, dot, unit};
 
 /// The pixels that may see the facet, or `None`.
 pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -> Option<[[u32; 2]; N]> {
@@ -110,8 +111,24 @@ fn edge_corners<const N: usize>(
     }
 }
 
-/// A lower bound of the distance of the facet from the eye: that of the box around it.
-pub(super) fn nearest<const N: usize>(v: &[[f64; N]; N]) -> f64 {
+/// A lower bound of the distance of the facet from the eye: that of the box around it, or of the plane before it that faces its
+/// middle. `farthest` is at least the largest length of its vertices.
+pub(super) fn nearest<const N: usize>(v: &[[f64; N]; N], farthest: f64) -> f64 {
+    let middle = unit(std::array::from_fn(|a| v.iter().map(|p| p[a]).sum()));
+    // Without a middle there is no such plane: NaN gives way to the other.
+    (nearest_to_box(v) * (1.0 - 1e-12)).max(along(v, &middle, farthest))
+}
+
+/// The least x.direction on the facet, less what rounding may add: no point is nearer to the eye, `direction` being a unit vector.
+///
+/// Where a large facet passes close by, its products cancel: the doubt is a part of `farthest`, not of the result.
+#[inline]
+pub(super) fn along<const N: usize>(v: &[[f64; N]; N], direction: &[f64; N], farthest: f64) -> f64 {
+    v.iter().fold(f64::INFINITY, |least, p| least.min(dot(p, direction)))
+        - (4 * N) as f64 * ROUNDING * farthest
+}
+
+fn nearest_to_box<const N: usize>(v: &[[f64; N]; N]) -> f64 {
     let mut sum = 0.0;
     for a in 0..N {
         let lo = v.iter().fold(f64::INFINITY, |m, p| m.min(p[a]));
@@ -120,4 +137,66 @@ pub(super) fn nearest<const N: usize>(v: &[[f64; N]; N]) -> f64 {
         sum += gap * gap;
     }
     sum.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// x.x of the point of the facet with barycentrics `weights`, with twice the digits where it matters: coordinates are whole
+    /// numbers times a power of two, so that no product is rounded.
+    fn length2(v: &[[i64; 4]; 4], weights: [i64; 4]) -> (i128, i128) {
+        let sum: i128 = weights.iter().map(|w| i128::from(*w)).sum();
+        let coordinate =
+            |a: usize| (0..4).map(|i| i128::from(weights[i]) * i128::from(v[i][a])).sum::<i128>();
+        ((0..4).map(coordinate).map(|x| x * x).sum(), sum * sum)
+    }
+
+    proptest! {
+        /// Large facets that pass close by the eye, and small ones far away: no point of theirs is nearer than the bounds say.
+        #[test]
+        fn no_point_is_nearer_than_the_bounds(
+            near in prop::array::uniform4(prop::array::uniform4(-40i64..40)),
+            shift in 0u32..21,
+            axis in 0usize..4,
+            depth in 1i64..60,
+            weights in prop::array::uniform32(0i64..50),
+            direction in prop::array::uniform4(-1.0f64..1.0),
+        ) {
+            // Spread along all axes but one, in which all of it lies a little before the eye.
+            let whole: [[i64; 4]; 4] = std::array::from_fn(|i| {
+                std::array::from_fn(|a| if a == axis { depth + near[i][a].rem_euclid(5) } else { near[i][a] << shift })
+            });
+            let unit_of_length = libm::exp2(-(f64::from(shift) + 6.0));
+            let v: [[f64; 4]; 4] = whole.map(|p| p.map(|x| x as f64 * unit_of_length));
+            let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
+            let bounds = [nearest(&v, farthest), along(&v, &unit(direction), farthest)];
+            for w in weights.chunks(4) {
+                let w = [w[0], w[1], w[2], w[3] + 1];
+                let (above, below) = length2(&whole, w);
+                for bound in bounds {
+                    // bound <= sqrt(above / below), squared in whole numbers of 2^-60.
+                    let scaled = (bound.max(0.0) / unit_of_length * libm::exp2(20.0)).floor() as i128;
+                    prop_assert!(scaled * scaled * below <= above << 40, "{bound} {v:?} {w:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_wall_that_the_eye_nearly_touches_has_no_bound_beyond_it() {
+        // x_0 = 2^-30 on all of it, and it reaches 1 to all sides: the products of the slanted direction cancel.
+        let near = libm::exp2(-30.0);
+        let v = [[near, 1.0, 1.0], [near, -1.0, 0.25], [near, 0.3, -1.0]];
+        assert!(nearest(&v, 1.5) <= near);
+        for k in 0..200 {
+            let turn = f64::from(k) * 1e-11;
+            let direction = unit([1.0, turn, -turn]);
+            assert!(along(&v, &direction, 1.5) <= near, "{k}");
+        }
+        // And it is of use: a wall that faces its middle.
+        let far = [[3.0, 1.0, 1.0], [3.0, -1.0, 1.0], [3.0, 0.0, -1.0]];
+        assert!(nearest(&far, 3.4) > 2.9);
+    }
 }

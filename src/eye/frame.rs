@@ -215,12 +215,14 @@ impl<const N: usize> Part<N> {
         }
         let Some(pixels) = bounds::pixel_box(&v, screen) else { return };
         let m = screen.dim();
+        let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
         let facet = Visible {
             id,
             solid: self.solids.len().saturating_sub(1) as u32,
             normal_hidden2: (m + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
-            nearest: bounds::nearest(&v).max(offset.abs()) * (1.0 - 1e-9),
-            farthest: v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt(),
+            nearest: bounds::nearest(&v, farthest).max(offset.abs() - ROUNDING * (4 * N) as f64 * farthest)
+                * (1.0 - 1e-9),
+            farthest,
             doubt: doubt(&v, screen, &pixels, matches!(method, Method::Fan(_))),
             v,
             normal,

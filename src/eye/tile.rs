@@ -3,6 +3,7 @@
 //! In: a frame, and where the slab's pixels go. Out: those pixels. Runs on any thread; a pixel does not depend on how the screen
 //! is cut, nor on what its neighbours found: what is skipped here can't be seen.
 
+use super::bounds;
 use super::bvh::Bvh;
 use super::fibre::{Nearest, Run, TILE_PIXELS, search};
 use super::frame::Frame;
@@ -10,7 +11,7 @@ use super::lights::shade;
 use super::method::Method;
 use super::scene::EyeScene;
 use super::solid::Target;
-use crate::math::nvec::{dot, max_abs};
+use crate::math::nvec::{dot, max_abs, unit};
 use std::ops::Range;
 
 /// Up to so many obstacles, those that may shadow a tile are picked for each tile; more are sorted into boxes.
@@ -44,6 +45,8 @@ struct Tile<const N: usize> {
     high: [u32; N],
     middle: [f64; N],
     half: [f64; N],
+    /// `middle` as a unit vector.
+    axis: [f64; N],
 }
 
 /// What is kept from tile to tile.
@@ -129,7 +132,7 @@ impl<'a, const N: usize> World<'a, N> {
             middle[a + 1] = 0.5 * (ends.0 + ends.1);
             half[a + 1] = 0.5 * (ends.0 - ends.1);
         }
-        Tile { low, high, middle, half }
+        Tile { low, high, middle, half, axis: unit(middle) }
     }
 
     /// Searches the fibres of a tile's pixels.
@@ -187,10 +190,18 @@ impl<'a, const N: usize> World<'a, N> {
         })
     }
 
-    /// Whether everything that the tile's pixels found is nearer than the facet's hyperplane in any of their fibres: q = c^2 /
-    /// (<n,P>^2 / |P|^2 + n_hidden^2), with the largest <n,P> and the least |P|.
+    /// Whether everything that the tile's pixels found is nearer than the facet, as seen along the tile's middle, or than the
+    /// facet's hyperplane in any of their fibres: q = c^2 / (<n,P>^2 / |P|^2 + n_hidden^2), with the largest <n,P> and the
+    /// least |P|.
     fn is_behind(&self, index: usize, tile: &Tile<N>, least_length2: f64, worst2: f64) -> bool {
+        if worst2 == f64::INFINITY {
+            return false;
+        }
         let facet = &self.frame.facets[index];
+        let along = bounds::along(&facet.v, &tile.axis, facet.farthest);
+        if along > 0.0 && along * along * (1.0 - 1e-9) > worst2 {
+            return true;
+        }
         let spread = (1..N).fold(0.0, |sum, a| sum + facet.normal[a].abs() * tile.half[a]);
         let along = dot(&facet.normal, &tile.middle).abs() + spread;
         let trace = along * along / least_length2 + facet.normal_hidden2;

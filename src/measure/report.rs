@@ -1,6 +1,7 @@
 //! The report: all experiments, run one after the other.
 
 use super::experiment::{Effort, Experiment, Row};
+use super::growth::Growth;
 
 /// Every experiment, in the order of the stages.
 pub fn experiments() -> Vec<Experiment> {
@@ -13,7 +14,28 @@ pub fn experiments() -> Vec<Experiment> {
         super::textures::TEXTURES,
         super::hidden::HIDDEN,
         super::fan::FAN,
+        super::eye::EYE,
     ]
+}
+
+/// A set of growths that is measured together.
+#[derive(Clone, Copy, Debug)]
+pub struct GrowthStudy {
+    /// Short name.
+    pub id: &'static str,
+    /// Heading.
+    pub title: &'static str,
+    /// Measures it; points carry no time where [`Effort`] has no clock.
+    pub run: fn(&Effort) -> Vec<Growth>,
+}
+
+/// Every growth study.
+pub fn growth_studies() -> Vec<GrowthStudy> {
+    vec![GrowthStudy {
+        id: "facets",
+        title: "Growth with the eye's facets",
+        run: super::eye::growth_with_facets,
+    }]
 }
 
 /// An experiment with its rows.
@@ -47,6 +69,8 @@ pub struct Report {
     pub effort: Effort,
     /// One section an experiment.
     pub sections: Vec<Section>,
+    /// How cost grows.
+    pub growth: Vec<Growth>,
 }
 
 impl Report {
@@ -81,5 +105,12 @@ pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
             Section { experiment, rows: (experiment.rows)(&effort) }
         })
         .collect();
-    Report { effort, sections }
+    let mut growth = Vec::new();
+    if effort.time_per_row.is_some() {
+        for study in growth_studies() {
+            progress(study.title);
+            growth.extend((study.run)(&effort));
+        }
+    }
+    Report { effort, sections, growth }
 }

@@ -1,7 +1,8 @@
 //! `fbptr eye --bench`: speed against error of fans of rays, per space and screen.
 
+use crate::cli::report::machine;
 use crate::cli::{Status, say, say_as_program};
-use crate::measure::{Effort, Report, Section, experiments, write};
+use crate::measure::{Effort, Report, Section, experiments, eye_targets, growth_studies, write};
 use crate::save;
 use clap::Args;
 use std::io::Write;
@@ -24,11 +25,16 @@ pub(super) struct Bench {
 impl Bench {
     pub fn run(&self) -> Status {
         let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
-        let sections = experiments().into_iter().filter(|e| e.id == "fan");
+        let sections = experiments().into_iter().filter(|e| matches!(e.id, "fan" | "eye"));
         let sections = sections.map(|experiment| Section { experiment, rows: (experiment.rows)(&effort) });
-        let report = Report { effort, sections: sections.collect() };
-        let machine = format!("Made by fbptr {} on {}.", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH);
-        let _ = write!(std::io::stdout().lock(), "{}", write::markdown(&report, &machine));
+        let sections = sections.collect();
+        let growth = growth_studies().into_iter().filter(|g| g.id == "facets");
+        let growth = growth.flat_map(|study| (study.run)(&effort)).collect();
+        let report = Report { effort, sections, growth };
+        let machine = machine(if self.quick { "fbptr eye --bench --quick" } else { "fbptr eye --bench" });
+        let targets = eye_targets(&report);
+        let text = write::markdown(&report, &machine) + &write::targets_markdown(&targets);
+        let _ = std::io::stdout().lock().write_all(text.as_bytes());
         let broken = report.broken_bounds();
         broken.iter().for_each(|line| say(line));
         let page = write::html(&report, &machine);

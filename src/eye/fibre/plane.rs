@@ -64,37 +64,70 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
     }
 }
 
+/// For each face of a simplex of n vertices (the one without vertex i): which minors are its barycentrics, and which of them with
+/// a minus sign.
+const fn faces(n: usize) -> [[u32; 2]; MAX_DIM] {
+    let mut faces = [[0; 2]; MAX_DIM];
+    let mut i = 0;
+    while i < n {
+        let mut j = 0;
+        while j < n {
+            if j != i {
+                let bit = 1 << pair_index(n, i, j);
+                faces[i][0] |= bit;
+                if (j - (j > i) as usize) % 2 == 1 {
+                    faces[i][1] |= bit;
+                }
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    faces
+}
+
 /// The ends (s, h) of the facet's segment in the plane, from the minors of its pairs.
 #[inline(always)]
-fn segment<const N: usize>(facet: &Visible<N>, minors: &[f64], d: f64) -> Option<([f64; 2], [f64; 2])> {
-    let mut ends = [[0.0; 2]; 2];
+fn segment<const N: usize>(
+    facet: &Visible<N>,
+    minors: &[f64; MAX_PAIRS],
+    d: f64,
+) -> Option<([f64; 2], [f64; 2])> {
+    let pairs = const { Method::Plane.planes_per_facet(N) };
+    let faces = const { faces(N) };
+    let (mut negative, mut zero) = (0u32, 0u32);
+    for k in 0..pairs {
+        negative |= u32::from(minors[k] < 0.0) << k;
+        zero |= u32::from(minors[k] == 0.0) << k;
+    }
+    // Ends as (depth, hidden, sum of weights), not divided yet.
+    let mut ends = [[0.0; 3]; 2];
     let mut count = 0;
     for i in 0..N {
-        // Barycentrics on the face without vertex i: +- the minors of the pairs with i.
-        let (mut positive, mut negative) = (false, false);
-        for j in (0..N).filter(|&j| j != i) {
-            let minor = minors[pair_index(N, i, j)];
-            let minor = if (j - usize::from(j > i)) % 2 == 0 { minor } else { -minor };
-            positive |= minor > 0.0;
-            negative |= minor < 0.0;
+        let [mask, flip] = faces[i];
+        // Met when the barycentrics that are not 0 have one sign; when all are 0 the face lies in the plane as a whole, and its
+        // own faces give the ends.
+        let counted = mask & !zero;
+        let signs = (negative ^ flip) & counted;
+        if counted == 0 || (signs != 0 && signs != counted) {
+            continue;
         }
-        if positive == negative {
-            continue; // not met, or in the plane as a whole: then its own faces give the ends
-        }
-        let (mut sum, mut depth, mut hidden) = (0.0, 0.0, 0.0);
+        let mut end = [0.0; 3];
         for j in (0..N).filter(|&j| j != i) {
             let weight = minors[pair_index(N, i, j)].abs();
-            sum += weight;
-            depth += weight * facet.v[j][0];
-            hidden += weight * facet.v[j][N - 1];
+            end[0] += weight * facet.v[j][0];
+            end[1] += weight * facet.v[j][N - 1];
+            end[2] += weight;
         }
-        let end = [depth / (sum * d), hidden / sum];
         match count {
             0 => ends = [end, end],
             1 => ends[1] = end,
             _ => {
                 // More than two faces meet at an end of the segment: keep the farthest from the first.
-                let span = |e: [f64; 2]| (e[0] - ends[0][0]).abs() + (e[1] - ends[0][1]).abs();
+                let part = |e: [f64; 3]| [e[0] / e[2], e[1] / e[2]];
+                let span = |e: [f64; 3]| {
+                    (part(e)[0] - part(ends[0])[0]).abs() + (part(e)[1] - part(ends[0])[1]).abs()
+                };
                 if span(end) > span(ends[1]) {
                     ends[1] = end;
                 }
@@ -102,7 +135,19 @@ fn segment<const N: usize>(facet: &Visible<N>, minors: &[f64], d: f64) -> Option
         }
         count += 1;
     }
-    (count > 0).then_some((ends[0], ends[1]))
+    if count == 0 {
+        return None;
+    }
+    // One division for all four, unless the product of the sums leaves the range in which it is exact enough.
+    let [a, b] = ends;
+    let product = a[2] * b[2] * d;
+    if !(1e-280..1e280).contains(&product) {
+        let point = |e: [f64; 3]| [e[0] / (e[2] * d), e[1] / e[2]];
+        return Some((point(a), point(b)));
+    }
+    let inverse = 1.0 / product;
+    let (scale_a, scale_b) = (b[2] * inverse, a[2] * inverse);
+    Some(([a[0] * scale_a, a[1] * scale_a * d], [b[0] * scale_b, b[1] * scale_b * d]))
 }
 
 /// The point (s, h) of the segment a..b, clipped to the aperture, that is nearest to the eye; `tan` is tan(alpha) d.

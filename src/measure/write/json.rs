@@ -49,7 +49,19 @@ pub fn json(report: &Report, machine: &str) -> Value {
             })
         })
         .collect();
-    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections })
+    let growth: Vec<Value> = report
+        .growth
+        .iter()
+        .map(|g| {
+            let points: Vec<Value> = g
+                .points
+                .iter()
+                .map(|p| json!({ "x": p.x, "seconds": p.timing.map(|t| t.min_s), "peak_bytes": p.peak_bytes }))
+                .collect();
+            json!({ "title": g.title, "grows": g.grows, "exponent": g.exponent(), "at_most": g.at_most, "points": points })
+        })
+        .collect();
+    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections, "growth": growth })
 }
 
 /// The errors alone, which are the same to the digit on every machine: section, subject, alternative, columns.

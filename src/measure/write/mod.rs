@@ -7,7 +7,7 @@ mod plot;
 
 pub use html::html;
 pub use json::{errors_json, json};
-pub use markdown::{hard_markdown, markdown};
+pub use markdown::{hard_markdown, markdown, targets_markdown};
 
 /// An error as it stands in a table: the digits that matter, the same everywhere.
 pub(super) fn number(x: f64) -> String {
@@ -30,4 +30,9 @@ pub(super) fn time(ns: f64) -> String {
         ns if ns < 1e6 => format!("{:.2} µs", ns / 1e3),
         ns => format!("{:.2} ms", ns / 1e6),
     }
+}
+
+/// Bytes in MiB, where they are known.
+pub(super) fn mebibytes(bytes: Option<u64>) -> String {
+    bytes.map_or("-".into(), |b| format!("{:.1} MiB", b as f64 / 1048576.0))
 }

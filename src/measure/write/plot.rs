@@ -1,7 +1,7 @@
 //! Plots as SVG: speed against error, both axes logarithmic.
 
 use super::{number, time};
-use crate::measure::{Row, Section};
+use crate::measure::{Growth, Row, Section};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
@@ -60,49 +60,8 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
         escape(e.title),
         escape(subject)
     );
-    for (k, v) in x.decades().enumerate() {
-        let at = x.place(v);
-        let label = if k == 0 { "0".into() } else { number_of_decade(v) };
-        let _ = writeln!(
-            out,
-            "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{:.1}\"/>",
-            HEIGHT - BOTTOM
-        );
-        let _ = writeln!(
-            out,
-            "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
-            HEIGHT - BOTTOM + 14.0
-        );
-    }
-    for v in y.decades() {
-        let at = y.place(v);
-        let _ = writeln!(
-            out,
-            "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>",
-            WIDTH - RIGHT
-        );
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            LEFT - 6.0,
-            at + 4.0,
-            time(v).replace(".0 ", " ").replace(".00 ", " ")
-        );
-    }
-    let _ = writeln!(
-        out,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-        (LEFT + WIDTH - RIGHT) / 2.0,
-        HEIGHT - 8.0,
-        escape(e.columns[e.plotted])
-    );
-    let _ = writeln!(
-        out,
-        "<text x=\"12\" y=\"{:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {:.1})\">time a {}</text>",
-        HEIGHT / 2.0,
-        HEIGHT / 2.0,
-        escape(e.unit)
-    );
+    let start = if points.iter().any(|p| p.1 == 0.0) { "0" } else { "" };
+    draw_axes(&mut out, &x, start, e.columns[e.plotted], &y, &format!("time a {}", e.unit));
     // The front, from the fastest to the nearest to the truth.
     let mut front: Vec<(f64, f64)> = points
         .iter()
@@ -143,6 +102,103 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     }
     out.push_str("</svg>\n");
     out + &legend + "</ol>\n"
+}
+
+/// Grid, labels and titles. `start` stands at the beginning of the x axis, where values of 0 are.
+fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y_title: &str) {
+    for (k, v) in x.decades().enumerate() {
+        let at = x.place(v);
+        let label = if k == 0 && !start.is_empty() { start.into() } else { number_of_decade(v) };
+        let _ = writeln!(
+            out,
+            "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{:.1}\"/>",
+            HEIGHT - BOTTOM
+        );
+        let _ = writeln!(
+            out,
+            "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            HEIGHT - BOTTOM + 14.0
+        );
+    }
+    for v in y.decades() {
+        let at = y.place(v);
+        let _ = writeln!(
+            out,
+            "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>",
+            WIDTH - RIGHT
+        );
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 6.0,
+            at + 4.0,
+            time(v).replace(".0 ", " ").replace(".00 ", " ")
+        );
+    }
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+        (LEFT + WIDTH - RIGHT) / 2.0,
+        HEIGHT - 8.0,
+        escape(x_title)
+    );
+    let _ = writeln!(
+        out,
+        "<text x=\"12\" y=\"{:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {:.1})\">{}</text>",
+        HEIGHT / 2.0,
+        HEIGHT / 2.0,
+        escape(y_title)
+    );
+}
+
+/// Time against size, with the line of the fitted power; empty where nothing was timed.
+pub(super) fn growth(g: &Growth) -> String {
+    let points: Vec<(f64, f64)> =
+        g.points.iter().filter_map(|p| Some((p.x, p.timing?.min_s * 1e9))).collect();
+    if points.is_empty() {
+        return String::new();
+    }
+    let mut x = Axis::over(points.iter().map(|p| p.0), LEFT, WIDTH - RIGHT);
+    x.first += 1.0; // no zeros here
+    let mut y = Axis::over(points.iter().map(|p| p.1), HEIGHT - BOTTOM, TOP);
+    y.first += 1.0;
+    let mut out = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"time against {}: {}\">\n",
+        g.grows,
+        escape(&g.title)
+    );
+    draw_axes(&mut out, &x, "", g.grows, &y, "time");
+    if let Some(exponent) = g.exponent() {
+        // Through the middle of the logarithms.
+        let mean = |f: fn(&(f64, f64)) -> f64| {
+            points.iter().map(|p| libm::log10(f(p))).sum::<f64>() / points.len() as f64
+        };
+        let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
+        let ends = [points[0].0, points[points.len() - 1].0];
+        let path = ends.map(|v| {
+            let fitted = libm::pow(10.0, my + exponent * (libm::log10(v) - mx));
+            format!("{:.1},{:.1}", x.place(v), y.place(fitted))
+        });
+        let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" style=\"font-size:15px\">{}<tspan dy=\"-5\" font-size=\"11\">{exponent:.2}</tspan></text>",
+            LEFT + 12.0,
+            TOP + 20.0,
+            escape(g.grows)
+        );
+    }
+    for (px, py) in points {
+        let _ = writeln!(
+            out,
+            "<circle class=\"default\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"5\"><title>{}: {}</title></circle>",
+            x.place(px),
+            y.place(py),
+            number(px),
+            time(py)
+        );
+    }
+    out + "</svg>\n"
 }
 
 fn number_of_decade(v: f64) -> String {

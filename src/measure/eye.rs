@@ -1,0 +1,149 @@
+//! The N-dimensional eye: how fast, on how many threads, with the same picture.
+
+use super::experiment::{Bound, Effort, Experiment, Row};
+use super::growth::{Growth, GrowthPoint};
+use super::memory;
+use crate::eye::shapes::{Shape, Stage, cross_polytope, cube};
+use crate::eye::{EyePicture, EyeScene, Fibre, Here, Pool, render_with};
+use crate::truth::scenes::Random;
+use serde_json::json;
+
+/// The experiment.
+pub(super) const EYE: Experiment = Experiment {
+    id: "eye",
+    title: "The N-dimensional eye on threads",
+    about: "Whole pictures of the N-dimensional eye, exact fibres, lights with shadows, on one thread and on several: the same bytes, \
+            different time.",
+    columns: &["pixels unlike those of one thread"],
+    plotted: 0,
+    unit: "pixel",
+    rows,
+};
+
+/// Two turned tesseracts, one partly before the other, with a point light and a sun.
+fn two_tesseracts(pixels: [u32; 2]) -> EyeScene {
+    let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0)];
+    let stage = Stage { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
+    let mut parts = stage.scene(tesseract()).expect("turns in planes of its axes").into_parts();
+    let small = tesseract().turned(0, 3, 33.0).turned(1, 2, 15.0).placed(0.45, &[-1.4, 0.9, -0.5, 0.1]);
+    parts.facets.extend(small.facets(|cell| [40.0 + 25.0 * f64::from(cell), 90.0, 230.0]));
+    EyeScene::new(parts).expect("a scene of this file's own making")
+}
+
+fn tesseract() -> Shape {
+    cube(4).expect("4 is a dimension of cubes")
+}
+
+/// The 16 tetrahedra of a cross-polytope in a volume, with one point light.
+fn sixteen_tetrahedra(side: u32) -> EyeScene {
+    let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0)];
+    let stage = Stage { pixels: vec![side; 3], aperture_tan: 0.0, turns };
+    let shape = cross_polytope(4).expect("4 is a dimension of cross-polytopes");
+    let mut parts = stage.scene(shape).expect("turns in planes of its axes").into_parts();
+    parts.lights.truncate(1);
+    EyeScene::new(parts).expect("a scene of this file's own making")
+}
+
+fn pixels_unlike(a: &EyePicture, b: &EyePicture) -> usize {
+    let lights = a.lit.len() / a.facet.len().max(1);
+    let same_bits = |i: usize| {
+        let color = |p: &EyePicture| p.color[i].map(f64::to_bits);
+        a.facet[i] == b.facet[i]
+            && a.dist[i].to_bits() == b.dist[i].to_bits()
+            && a.lit[i * lights..][..lights] == b.lit[i * lights..][..lights]
+            && color(a) == color(b)
+    };
+    (0..a.facet.len()).filter(|&i| !same_bits(i)).count()
+}
+
+/// The subjects of the two goals, for whole pictures.
+pub(super) const ON_A_PLANE: &str = "4-D on a plane: two tesseracts, 2 lights with shadows, 640x480";
+/// In a volume.
+pub(super) const IN_A_VOLUME: &str = "4-D in a volume: 16 tetrahedra, 1 light, 64x64x64";
+
+fn rows(effort: &Effort) -> Vec<Row> {
+    let subjects = [
+        (
+            effort.pick("4-D on a plane, 160x120", ON_A_PLANE),
+            two_tesseracts(effort.pick([160, 120], [640, 480])),
+        ),
+        (effort.pick("4-D in a volume, 16x16x16", IN_A_VOLUME), sixteen_tetrahedra(effort.pick(16, 64))),
+    ];
+    let mut rows = Vec::new();
+    for (subject, scene) in &subjects {
+        let truth = draw(scene, &Here);
+        for threads in [1, 2, 3] {
+            let pool: Box<dyn Pool> = pool(threads);
+            let (picture, timing) = effort.run(|| draw(scene, &*pool));
+            rows.push(Row {
+                subject: (*subject).into(),
+                alternative: if threads == 1 { "1 thread".into() } else { format!("{threads} threads") },
+                is_default: threads == 2,
+                errors: vec![pixels_unlike(&picture, &truth) as f64],
+                bounds: vec![Bound { column: 0, at_most: 0.0 }],
+                timing,
+                work: truth.facet.len() as f64,
+                picture: None,
+            });
+        }
+    }
+    rows
+}
+
+fn draw(scene: &EyeScene, pool: &dyn Pool) -> EyePicture {
+    render_with(scene, Fibre::Exact, pool).expect("no fan")
+}
+
+fn pool(threads: usize) -> Box<dyn Pool> {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) if threads > 1 => Box::new(pool),
+        _ => Box::new(Here),
+    }
+}
+
+/// Simplices of R^4 in a box before the eye, `reach` about their middles, with one point light.
+fn cloud(facets: usize, reach: f64, pixels: [u32; 2]) -> EyeScene {
+    let mut r = Random::new(4004);
+    let facets: Vec<_> = (0..facets)
+        .map(|_| {
+            let centre: Vec<f64> =
+                (0..4).map(|a| if a == 0 { r.real(3.0, 7.0) } else { r.real(-2.0, 2.0) }).collect();
+            let v: Vec<Vec<f64>> =
+                (0..4).map(|_| centre.iter().map(|c| c + r.real(-reach, reach)).collect()).collect();
+            json!({ "v": v, "color": [60 + r.below(190), 60 + r.below(190), 60 + r.below(190)] })
+        })
+        .collect();
+    let text = json!({
+        "dim": 4, "pixels": pixels, "d": 1, "S": [1.2, 0.9], "aperture_tan": [0.4], "I_d": 0.3,
+        "lights": [{ "type": "radial", "position": [0, 3, 3, 0.5], "k": 20, "n": 1 }], "facets": facets,
+    });
+    EyeScene::from_json(text.to_string().as_bytes()).expect("a scene of this file's own making")
+}
+
+/// Time a picture against facets: the same room filled with more and smaller facets, and with more of the same size.
+pub(super) fn growth_with_facets(effort: &Effort) -> Vec<Growth> {
+    let counts: &[usize] =
+        effort.pick(&[100, 1_000, 10_000], &[100, 316, 1_000, 3_162, 10_000, 31_623, 100_000]);
+    let pixels = effort.pick([160, 120], [640, 480]);
+    let grow = |title: &str, reach: &dyn Fn(usize) -> f64| {
+        let points = counts.iter().map(|&count| {
+            let scene = cloud(count, reach(count), pixels);
+            memory::forget_peak();
+            let (_, timing) = effort.run(|| draw(&scene, &Here));
+            GrowthPoint { x: count as f64, timing, peak_bytes: memory::peak() }
+        });
+        Growth {
+            title: format!(
+                "{title}, 4-D on a plane of {}x{}, one light with shadows, one thread",
+                pixels[0], pixels[1]
+            ),
+            grows: "facets",
+            at_most: Some(0.6),
+            points: points.collect(),
+        }
+    };
+    vec![
+        grow("a room filled with ever smaller facets", &|n| 3.0 / libm::cbrt(n as f64)),
+        grow("ever more facets of one size", &|_| 0.3),
+    ]
+}

@@ -1,0 +1,66 @@
+//! How cost grows: a series of times against what grows, the fitted exponent, and the memory beside it.
+
+use super::clock::Timing;
+
+/// One size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrowthPoint {
+    /// How many of what grows.
+    pub x: f64,
+    /// How long one run took, where times are taken.
+    pub timing: Option<Timing>,
+    /// The largest resident set of the whole process meanwhile, bytes, where the system tells it.
+    pub peak_bytes: Option<u64>,
+}
+
+/// Times at growing sizes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Growth {
+    /// What was done.
+    pub title: String,
+    /// What grows, a plural.
+    pub grows: &'static str,
+    /// The exponent that is promised, where one is.
+    pub at_most: Option<f64>,
+    /// Smallest first.
+    pub points: Vec<GrowthPoint>,
+}
+
+impl Growth {
+    /// b of the line log t = a + b log x that fits the times best (least squares); `None` without two sizes.
+    pub fn exponent(&self) -> Option<f64> {
+        let timed = self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.min_s))));
+        let logs: Vec<(f64, f64)> = timed.collect();
+        let n = logs.len() as f64;
+        let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
+        let (x, y) = (mean(|l| l.0), mean(|l| l.1));
+        let spread: f64 = logs.iter().map(|l| (l.0 - x) * (l.0 - x)).sum();
+        let slope: f64 = logs.iter().map(|l| (l.0 - x) * (l.1 - y)).sum();
+        (logs.len() > 1 && spread > 0.0).then(|| slope / spread)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn growth(time: impl Fn(f64) -> f64, sizes: &[f64]) -> Growth {
+        let point = |&x: &f64| {
+            let timing = Some(Timing { min_s: time(x), median_s: 0.0, runs: 3 });
+            GrowthPoint { x, timing, peak_bytes: None }
+        };
+        let points = sizes.iter().map(point).collect();
+        Growth { title: String::new(), grows: "things", at_most: None, points }
+    }
+
+    #[test]
+    fn a_power_law_gives_its_exponent() {
+        let sizes = [100.0, 1e3, 1e4, 1e5];
+        for exponent in [0.0, 0.6, 1.0, 2.0] {
+            let found = growth(|x| 3e-6 * libm::pow(x, exponent), &sizes).exponent().unwrap();
+            assert!((found - exponent).abs() < 1e-12, "{found}");
+        }
+        assert_eq!(growth(|x| x, &[7.0]).exponent(), None);
+        assert_eq!(growth(|x| x, &[7.0, 7.0]).exponent(), None);
+    }
+}

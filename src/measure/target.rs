@@ -1,0 +1,54 @@
+//! The eye's goals beside what was measured.
+
+use super::eye::{IN_A_VOLUME, ON_A_PLANE};
+use super::report::Report;
+
+/// A goal for speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Of what.
+    pub what: String,
+    /// What is asked for.
+    pub asked: String,
+    /// What was measured.
+    pub measured: String,
+    /// Whether that is enough.
+    pub is_met: bool,
+}
+
+/// The eye's goals for speed and growth, as far as `report` has measured them.
+pub fn eye_targets(report: &Report) -> Vec<Target> {
+    let seconds = |subject: &str, alternative: &str| {
+        let rows = report.sections.iter().flat_map(|s| &s.rows);
+        let row = rows.filter(|r| r.subject == subject).find(|r| r.alternative == alternative)?;
+        Some((row.nanoseconds_per_unit()? * row.work * 1e-9, row.work))
+    };
+    let mut targets = Vec::new();
+    if let Some((s, _)) = seconds(ON_A_PLANE, "2 threads") {
+        targets.push(Target {
+            what: format!("{ON_A_PLANE}, 2 threads"),
+            asked: "at least 10 pictures a second, goal 30".into(),
+            measured: format!("{:.1} pictures a second", 1.0 / s),
+            is_met: 1.0 / s >= 10.0,
+        });
+    }
+    if let Some((s, pixels)) = seconds(IN_A_VOLUME, "1 thread") {
+        targets.push(Target {
+            what: format!("{IN_A_VOLUME}, 1 thread"),
+            asked: "at least 5 Mpixel/s".into(),
+            measured: format!("{:.1} Mpixel/s", pixels / s * 1e-6),
+            is_met: pixels / s >= 5e6,
+        });
+    }
+    for g in report.growth.iter().filter(|g| g.grows == "facets") {
+        if let (Some(exponent), Some(at_most)) = (g.exponent(), g.at_most) {
+            targets.push(Target {
+                what: format!("time a pixel against facets: {}", g.title),
+                asked: format!("facets^{at_most} at most"),
+                measured: format!("facets^{exponent:.2}"),
+                is_met: exponent <= at_most,
+            });
+        }
+    }
+    targets
+}
