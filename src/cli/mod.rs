@@ -6,6 +6,7 @@
 mod address;
 mod drawing;
 mod eye;
+mod help;
 mod play;
 mod render;
 mod report;
@@ -16,7 +17,7 @@ mod size;
 mod snap;
 mod trace;
 
-use clap::{Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -47,6 +48,10 @@ enum Task {
     Send(send::Send),
     /// See a scene of N dimensions on a screen of M
     Eye(eye::Eye),
+    /// Print the manual as man pages
+    Man(help::Man),
+    /// Print the completions of a shell
+    Completions(help::Completions),
 }
 
 /// How the program ended.
@@ -72,7 +77,9 @@ impl From<Status> for ExitCode {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    match Cli::parse().command {
+    let matches = help::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    match cli.command {
         Task::Play(play) => play.run().into(),
         Task::Report(report) => report.run().into(),
         Task::Serve(serve) => serve.run().into(),
@@ -80,6 +87,8 @@ pub fn main() -> ExitCode {
         Task::Snap(snap) => snap.run().into(),
         Task::Send(send) => send.run().into(),
         Task::Eye(eye) => eye.run().into(),
+        Task::Man(man) => man.run().into(),
+        Task::Completions(completions) => completions.run().into(),
     }
 }
 

@@ -1,0 +1,182 @@
+//! What the program says of itself: examples under every `--help`, the man pages and the shells' completions, all made from the
+//! one description of the arguments that also parses them.
+
+use super::{Cli, Status, say_as_program};
+use clap::{Args, Command, CommandFactory};
+use clap_complete::Shell;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Examples for the foot of a subcommand's `--help`; each line is parsed by a test.
+const EXAMPLES: &[(&str, &str)] = &[
+    (
+        "play",
+        "  fbptr play demos/tour.fbs
+  fbptr play demos/tour.fbs --headless --size 480x360 --snap tour.png
+  printf 'CLEAR navy\\nLINE 0 0 99 49 gold\\n' | fbptr play - --size 100x50",
+    ),
+    (
+        "serve",
+        "  fbptr serve --size 640x480
+  fbptr serve --listen :1234 --listen :1235 --unix /tmp/fb.sock --headless
+  fbptr serve --shm /dev/shm/fb --snap-dir pictures --record session.fbs",
+    ),
+    (
+        "render",
+        "  fbptr render scene.x3d -o scene.png --size 1280x720 --explain
+  fbptr render model.obj -o model.png --shade gouraud --depth-out model.pfm
+  fbptr render scene.x3d --size 12x10 --trace 5,4",
+    ),
+    (
+        "snap",
+        "  fbptr snap 127.0.0.1:1234 picture.png
+  fbptr snap /tmp/fb.sock picture.ppm",
+    ),
+    (
+        "send",
+        "  fbptr send :1234 demos/tour.fbs
+  printf 'FILLCIRCLE 99 99 50 tomato\\n' | fbptr send :1234",
+    ),
+    (
+        "report",
+        "  fbptr report --quick
+  fbptr report --out report
+  fbptr report --hard",
+    ),
+    (
+        "man",
+        "  fbptr man | man -l -
+  fbptr man --out man",
+    ),
+    (
+        "completions",
+        "  fbptr completions bash > /etc/bash_completion.d/fbptr
+  fbptr completions fish > ~/.config/fish/completions/fbptr.fish",
+    ),
+];
+
+/// The foot of the program's own `--help`.
+const AFTER: &str = "Examples:
+  fbptr play demos/tour.fbs                 a stream of commands, in a window
+  fbptr serve                               a video memory that other programs draw into
+  fbptr render model.obj -o model.png       a file as a picture
+
+Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use, 130 ended by a signal.
+Colours on the terminal are left out with NO_COLOR=1.";
+
+/// The arguments' description, with examples.
+pub(super) fn command() -> Command {
+    EXAMPLES.iter().fold(Cli::command().after_help(AFTER), |command, (name, examples)| {
+        command.mut_subcommand(*name, |c| c.after_help(format!("Examples:\n{examples}")))
+    })
+}
+
+/// Print the manual as a man page, or write one page a subcommand.
+#[derive(Debug, Args)]
+pub struct Man {
+    /// The folder to write fbptr.1, fbptr-play.1 and so on into; without one fbptr.1 goes to standard output
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Man {
+    /// Writes the pages; the exit status.
+    pub(super) fn run(self) -> Status {
+        let Some(folder) = self.out else {
+            let mut page = Vec::new();
+            let rendered = clap_mangen::Man::new(command()).render(&mut page);
+            return ended("standard output", rendered.and_then(|()| print(&page)));
+        };
+        ended(&folder.display().to_string(), write_pages(&folder))
+    }
+}
+
+fn write_pages(folder: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    clap_mangen::generate_to(command(), folder)
+}
+
+/// Print the completions of a shell.
+#[derive(Debug, Args)]
+pub struct Completions {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    shell: Shell,
+}
+
+impl Completions {
+    /// Prints them; the exit status.
+    pub(super) fn run(self) -> Status {
+        let mut text = Vec::new();
+        clap_complete::generate(self.shell, &mut command(), "fbptr", &mut text);
+        ended("standard output", print(&text))
+    }
+}
+
+/// To standard output; a pipe that nobody reads any more is no failure.
+fn print(bytes: &[u8]) -> io::Result<()> {
+    match io::stdout().write_all(bytes) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(e),
+        _ => Ok(()),
+    }
+}
+
+fn ended(place: &str, outcome: io::Result<()>) -> Status {
+    match outcome {
+        Ok(()) => Status::Success,
+        Err(e) => {
+            say_as_program(format_args!("{place}: {e}"));
+            Status::Failed
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_is_sound() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_subcommand_has_examples_and_every_example_is_taken() {
+        let command = command();
+        let mut count = 0;
+        for sub in command.get_subcommands().filter(|s| s.get_name() != "help") {
+            let help = sub
+                .get_after_help()
+                .unwrap_or_else(|| panic!("{} has no examples", sub.get_name()))
+                .to_string();
+            let lines: Vec<&str> = help.lines().filter(|l| l.contains("fbptr ")).collect();
+            assert!(!lines.is_empty(), "{}: {help}", sub.get_name());
+            for line in lines {
+                // What another program, a pipe or a file gets is not ours.
+                for ours in line.split('|').map(str::trim).filter(|part| part.starts_with("fbptr ")) {
+                    let words = ours.split('>').next().unwrap_or(ours).split_whitespace();
+                    let parsed = command.clone().try_get_matches_from(words);
+                    assert!(parsed.is_ok(), "{ours}: {}", parsed.unwrap_err());
+                    count += 1;
+                }
+            }
+        }
+        assert!(count > 15, "{count} examples");
+    }
+
+    #[test]
+    fn manual_and_completions_name_every_subcommand() {
+        let mut page = Vec::new();
+        clap_mangen::Man::new(command()).render(&mut page).expect("to memory");
+        let page = String::from_utf8(page).expect("UTF-8");
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut command(), "fbptr", &mut text);
+            let text = String::from_utf8(text).expect("UTF-8");
+            for sub in command().get_subcommands() {
+                assert!(text.contains(sub.get_name()), "{shell}: {}", sub.get_name());
+                assert!(page.contains(&format!("fbptr\\-{}", sub.get_name())) || sub.get_name() == "help");
+            }
+        }
+    }
+}
