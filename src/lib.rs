@@ -1,15 +1,119 @@
 //! An emulated video memory that programs draw into by commands.
 //!
-//! The way of the source material, and where each step lives:
+//! # How a picture is made
 //!
-//! 1. **Point**: four bytes R, G, B, A at `offset = (width * y + x) * 4`: [`memory::VideoMemory`], [`memory::FbPtr`].
-//! 2. **Line**: Bresenham's midpoint variable in whole numbers, clipped exactly: [`draw2d::line`].
-//! 3. **Triangle**: edges as lines, areas by exact coverage: [`draw2d::fill`], [`math::coverage`].
-//! 4. **Spaces**: object, world, view, clip, NDC, screen: [`pipeline`], [`scene::Camera`].
-//! 5. **Clipping**: against six planes in homogeneous coordinates: [`pipeline::clip_polygon`].
-//! 6. **Projection**: perspective, parallel, oblique, the viewing transformation: [`scene::Projection`].
-//! 7. **Visibility**: back faces, painter, z-buffer: [`scene::HiddenSurface`], [`memory::DepthMemory`].
-//! 8. **Light**: flat, Gouraud, Phong, textures: [`scene::ShadeMode`], [`scene::Light`], [`scene::Material`].
+//! ## 1 Point
+//!
+//! The frame is one array of bytes, four a pixel, R G B A, row by row from the upper left corner. A pixel is a place in it:
+//! `offset = (width * y + x) * 4`. See [`memory::VideoMemory`] and [`memory::FbPtr`].
+//!
+//! ```
+//! use fbptr::memory::{FbPtr, VideoMemory};
+//!
+//! let mut memory = VideoMemory::new(64, 48)?;
+//! memory.put_pixel(3, 2, [255, 128, 0, 255]);
+//! let at = FbPtr::of_pixel(64, 3, 2);
+//! assert_eq!(at.offset_bytes(), (64 * 2 + 3) * 4);
+//! assert_eq!(memory.bytes()[at.offset_bytes() as usize..][..4], [255, 128, 0, 255]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! ## 2 Line
+//!
+//! Bresenham's decision variable in whole numbers chooses one pixel a step, for ends anywhere in 32 bits; see [`draw2d::line`].
+//!
+//! ```
+//! # use fbptr::{draw2d, memory::VideoMemory};
+//! let mut memory = VideoMemory::new(64, 48)?;
+//! let yellow = draw2d::RampColor { from: [255, 255, 0, 255], to: None };
+//! draw2d::line(&mut memory, [0, 0], [2_000_000_000, 1_000_000_000], yellow, draw2d::Blend::Replace);
+//! assert_eq!(memory.get_pixel(62, 31)?, [255, 255, 0, 255]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! ## 3 Triangle
+//!
+//! A pixel belongs to a triangle when its centre does; on a shared edge exactly one of the two has it. Corners are snapped to
+//! 1/256 pixel and everything else is decided in whole numbers: [`draw2d::fill`], [`math::coverage`].
+//!
+//! ```
+//! # use fbptr::{draw2d::{self, AreaColors, Blend}, memory::VideoMemory};
+//! let mut memory = VideoMemory::new(64, 48)?;
+//! let half = AreaColors::One([0, 0, 255, 128]);
+//! // A square of two triangles, half transparent: the seam is not lit twice.
+//! draw2d::fill(&mut memory, [[4.0, 4.0], [40.0, 4.0], [40.0, 40.0]], half, Blend::Over);
+//! draw2d::fill(&mut memory, [[4.0, 4.0], [40.0, 40.0], [4.0, 40.0]], half, Blend::Over);
+//! assert_eq!(memory.get_pixel(20, 20)?, memory.get_pixel(30, 10)?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! ## 4 Spaces
+//!
+//! object -> world -> view, looking along -z -> clip -> NDC -> screen. A [`scene::Camera`] gives the matrices.
+//!
+//! ```
+//! # use fbptr::scene::{Camera, LookAt, Projection};
+//! # use glam::DVec3;
+//! let look_at = LookAt { eye: DVec3::new(0.0, 0.0, 8.0), reference: DVec3::ZERO, up: DVec3::Y };
+//! let projection = Projection::Perspective { fov_rad: 0.8, near: 5.0, far: 10.0, on_smaller_side: false };
+//! let matrices = Camera { look_at, projection }.matrices(4.0 / 3.0)?;
+//! let clip = matrices.projection * matrices.view * DVec3::ZERO.extend(1.0);
+//! assert_eq!(clip.w, 8.0); // w is the distance from the eye's plane
+//! assert_eq!(clip.z / clip.w, 0.75); // notes 003: depth 3/4 at 8 between 5 and 10
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! ## 5 Clipping
+//!
+//! Against six planes in homogeneous coordinates, before the division: [`pipeline::clip_polygon`], [`pipeline::clip_line`].
+//!
+//! ```
+//! # use fbptr::pipeline::{ClipVertex, clip_polygon};
+//! # use glam::DVec4;
+//! let corner = |x: f64, y: f64| ClipVertex { pos_clip: DVec4::new(x, y, 0.5, 1.0), varyings: [] };
+//! // A corner beyond the right side is cut off: a triangle becomes a quadrilateral.
+//! let left = clip_polygon::<0>(&[corner(-0.5, -0.5), corner(2.0, 0.0), corner(-0.5, 0.5)]);
+//! assert_eq!(left.len(), 4);
+//! ```
+//!
+//! ## 6 Projection
+//!
+//! Perspective in four forms, orthographic, oblique, isometric, and the viewing transformation: [`scene::Projection`].
+//!
+//! ## 7 Visibility
+//!
+//! Faces that turn away are left out, then the painter or the z-buffer decides: [`scene::HiddenSurface`],
+//! [`memory::DepthMemory`].
+//!
+//! ## 8 Light
+//!
+//! Flat, Gouraud or Phong: once a face, once a corner, once a pixel; see [`scene::ShadeMode`], [`scene::Light`],
+//! [`scene::Material`]. With this a whole mesh is one call:
+//!
+//! ```
+//! use fbptr::memory::{DepthFormat, VideoMemory};
+//! use fbptr::pipeline::{self, DrawCall, Target, trace};
+//! use fbptr::scene::{Camera, Geometry, LookAt, Material, shapes};
+//! use glam::DVec3;
+//!
+//! let geometry = Geometry { mesh: shapes::sphere(1.0)?, ..Default::default() };
+//! let material = Material { emissive: DVec3::new(0.2, 0.4, 0.8), ..Default::default() };
+//! let look_at = LookAt { eye: DVec3::new(0.0, 0.0, 4.0), reference: DVec3::ZERO, up: DVec3::Y };
+//! let camera = Camera { look_at, ..Camera::default() };
+//! let call = DrawCall { camera, ..DrawCall::new(&geometry, &material, 64, 48) };
+//!
+//! let (mut memory, mut depth) = (VideoMemory::new(64, 48)?, None);
+//! let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+//! pipeline::draw(&mut target, &call)?;
+//! assert_eq!(memory.get_pixel(32, 24)?, [51, 102, 204, 255]);
+//!
+//! // Every number of that pixel, from the mesh's corners to its four bytes:
+//! let numbers = trace::trace_draw(&call, [64, 48], DepthFormat::F32, trace::Probe::Pixel(32, 24))?;
+//! assert!(numbers.to_string().ends_with("51 102 204 255 = #3366cc at FBptr[6272]\n"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # A video memory that others draw into
 //!
 //! Programs ask for all of it by [`command::Command`]s, as text on a socket or as values from the same process:
 //!
@@ -26,7 +130,7 @@
 //!
 //! The rooms below stand in layers; imports go down only (`tests/layers.rs` checks it).
 #![deny(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 
 // 0: numbers, kernels, refusal codes
 pub mod error;

@@ -1,0 +1,64 @@
+//! The pages that a reader meets: are their links alive, and does the README keep to its length?
+
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn pages() -> Vec<PathBuf> {
+    let mut pages = vec![root().join("README.md"), root().join("CHANGELOG.md")];
+    let docs = std::fs::read_dir(root().join("docs")).expect("there are docs");
+    pages.extend(
+        docs.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")),
+    );
+    pages.sort();
+    pages
+}
+
+/// The targets of `[text](target)` in a page.
+fn links(text: &str) -> Vec<&str> {
+    let after = |(at, _): (usize, &str)| text[at + 2..].split(')').next();
+    text.match_indices("](").filter_map(after).collect()
+}
+
+/// The anchors that a page's headings give, as the usual renderers make them.
+fn anchors(text: &str) -> Vec<String> {
+    let slug = |heading: &str| -> String {
+        let lower = heading.trim_start_matches('#').trim().to_lowercase();
+        let kept = lower.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    text.lines().filter(|l| l.starts_with('#')).map(slug).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let (mut dead, mut count) = (Vec::new(), 0);
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).expect("a page is text");
+        for link in links(&text).into_iter().filter(|l| !l.contains("://")) {
+            count += 1;
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target =
+                if file.is_empty() { page.clone() } else { page.parent().expect("a folder").join(file) };
+            let is_alive = match target.extension() {
+                Some(ending) if ending == "md" && !anchor.is_empty() => std::fs::read_to_string(&target)
+                    .is_ok_and(|text| anchors(&text).iter().any(|a| a == anchor)),
+                _ => target.exists(),
+            };
+            if !is_alive {
+                dead.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(count > 20 && dead.is_empty(), "{count} links, dead: {dead:#?}");
+}
+
+#[test]
+fn the_readme_keeps_to_its_length_and_shows_a_picture_first() {
+    let text = std::fs::read_to_string(root().join("README.md")).expect("there is one");
+    assert!(text.lines().count() < 250, "{} lines", text.lines().count());
+    let picture = text.find("](docs/pictures/").expect("a picture");
+    assert!(text[..picture].lines().count() < 5);
+}
