@@ -243,3 +243,68 @@ fn a_scene_is_rendered_and_explained_and_a_broken_one_is_placed() {
         assert_eq!(run(arguments, b"").status.code(), Some(2), "{arguments:?}");
     }
 }
+
+#[test]
+fn a_background_is_given_by_name_or_in_hex() {
+    for color in ["tomato", "ff6347", "#FF6347", "ff6347ff"] {
+        let output = run(
+            &["play", "-", "--headless", "--size", "4x3", "--background", color],
+            b"PX 3 2\nPX 0 0 rebeccapurple\nPX 0 0\n",
+        );
+        assert_eq!(out(&output), "PX 3 2 ff6347\nPX 0 0 663399\n", "{color}: {}", err(&output));
+    }
+    let output = run(&["play", "-", "--headless", "--background", "reddish"], b"");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(err(&output).contains("CSS name"), "{}", err(&output));
+    // Behind a mesh, too.
+    let folder = Folder::new("background");
+    let obj = folder.file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let picture = folder.path("a.ppm");
+    let output = run(&["render", &obj, "-o", &picture, "--size", "8x8", "--background", "gold"], b"");
+    assert!(output.status.success(), "{}", err(&output));
+    let ppm = std::fs::read(&picture).unwrap();
+    assert_eq!(ppm[ppm.len() - 3..], [255, 215, 0]);
+}
+
+#[test]
+fn a_trace_ends_in_the_bytes_of_the_picture() {
+    let folder = Folder::new("trace");
+    let obj = folder.file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n");
+    let picture = folder.path("a.raw");
+    let traced = run(&["render", &obj, "-o", &picture, "--size", "20x20", "--trace", "9,10"], b"");
+    assert!(traced.status.success(), "{}", err(&traced));
+    let bytes = std::fs::read(&picture).unwrap();
+    let offset = (20 * 10 + 9) * 4;
+    let [r, g, b, a] = bytes[offset..][..4] else { panic!("{} bytes", bytes.len()) };
+    assert_ne!([r, g, b], [0; 3], "the pixel is on the triangle");
+    let last = format!("bytes       {r} {g} {b} {a} = #{r:02x}{g:02x}{b:02x} at FBptr[{offset}]");
+    assert!(out(&traced).contains(&last), "{last}\n{}", out(&traced));
+    // The second triangle is turned away; there is no third.
+    let away = run(&["render", &obj, "--size", "20x20", "--trace", "1"], b"");
+    assert!(away.status.success() && out(&away).contains("left out by CULL"), "{}", out(&away));
+    for (probe, status, word) in [("2", 1, "below 2"), ("0,0", 1, "no triangle"), ("x", 2, "--trace")] {
+        let refused = run(&["render", &obj, "--size", "20x20", "--trace", probe], b"");
+        assert_eq!(refused.status.code(), Some(status), "{probe}: {}", err(&refused));
+        assert!(err(&refused).contains(word), "{probe}: {}", err(&refused));
+    }
+}
+
+#[test]
+fn the_program_describes_itself() {
+    for arguments in
+        [&["--version"][..], &["--help"], &["man"], &["completions", "zsh"], &["render", "--help"]]
+    {
+        let output = run(arguments, b"");
+        assert!(output.status.success() && out(&output).contains("fbptr"), "{arguments:?}: {}", err(&output));
+    }
+    let folder = Folder::new("man");
+    let pages = folder.path("pages");
+    assert!(run(&["man", "--out", &pages], b"").status.success());
+    for page in ["fbptr.1", "fbptr-play.1", "fbptr-serve.1"] {
+        let text = std::fs::read_to_string(Path::new(&pages).join(page)).unwrap();
+        assert!(
+            text.starts_with(".ie") && text.contains("EXIT STATUS") || text.contains("Examples"),
+            "{page}"
+        );
+    }
+}

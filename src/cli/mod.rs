@@ -4,6 +4,7 @@
 //! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
 
 mod address;
+mod color;
 mod drawing;
 mod eye;
 mod help;

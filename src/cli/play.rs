@@ -1,10 +1,11 @@
 //! `fbptr play`: a stream of commands from a file or standard input, in a window or without one.
 
+use super::color::color;
 use super::drawing::Drawing;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
 use crate::load::Folder;
-use crate::memory::{DepthFormat, DepthMemory};
+use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::save;
 use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RECORD_MAGIC, RenderThread};
 use clap::Args;
@@ -23,6 +24,9 @@ pub struct Play {
     /// The frame's size
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
+    /// The colour that the frame begins with, in hex or by its CSS name
+    #[arg(long, value_name = "COLOUR", value_parser = color, default_value = "black")]
+    background: Rgba,
     /// Open no window
     #[arg(long)]
     headless: bool,
@@ -85,6 +89,9 @@ impl Play {
             .map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
         engine.set_renderer(self.drawing.renderer());
+        if self.background != VideoMemory::CLEAR {
+            engine.fill_frame(self.background);
+        }
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
         }

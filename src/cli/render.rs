@@ -1,11 +1,12 @@
 //! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
 
+use super::color::color;
 use super::drawing::Drawing;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{self, EyeScene};
-use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
 use crate::save;
 use crate::scene::{Projection, Scene, ShadeMode};
@@ -27,6 +28,9 @@ pub struct Render {
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
+    /// The colour behind scenes that have no background of their own, in hex or by its CSS name
+    #[arg(long, value_name = "COLOUR", value_parser = color, default_value = "black")]
+    background: Rgba,
     /// How faces get their colours: wire, flat, gouraud or phong
     #[arg(long, value_name = "S", value_parser = shade)]
     shade: Option<ShadeMode>,
@@ -165,6 +169,9 @@ impl Render {
     ) -> Result<String, SceneError> {
         let refused = |message: String| SceneError::Refused(message);
         let mut memory = VideoMemory::new(size.width, size.height).map_err(|e| refused(e.to_string()))?;
+        if self.background != VideoMemory::CLEAR {
+            memory.clear(self.background);
+        }
         let mut depth = None;
         let options = SceneOptions {
             shade: self.shade.unwrap_or_default(),

@@ -30,7 +30,7 @@ use super::{Display, Limits, Session, Stats};
 use crate::command::{Command, SparePayload};
 use crate::error::Fault;
 use crate::load::Folder;
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -178,6 +178,11 @@ impl Engine {
         assert_eq!((display.width(), display.height()), (self.memory.width(), self.memory.height()));
         display.set_listeners(self.listeners);
         self.display = Some(display);
+    }
+
+    /// Fills the frame, as it stands before any command.
+    pub fn fill_frame(&mut self, color: Rgba) {
+        self.memory.clear(color);
     }
 
     /// The video memory.
