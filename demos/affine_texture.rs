@@ -16,7 +16,7 @@ const FLOOR: &[u8] =
 /// Eight by eight checks, as a PPM file.
 fn checks() -> Vec<u8> {
     let texel = |i: u32| {
-        let is_light = (i % 32 / 16 + i / 32 / 16) % 2 == 0;
+        let is_light = (i % 32 / 16 + i / 32 / 16).is_multiple_of(2);
         if is_light { [240, 220, 170] } else { [60, 70, 120] }
     };
     b"P6 32 32 255\n".iter().copied().chain((0..32 * 32).flat_map(texel)).collect()

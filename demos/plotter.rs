@@ -31,6 +31,8 @@ fn main() -> ExitCode {
     })
 }
 
+type Curve = fn(f64) -> f64;
+
 /// The other process: paper, axes, and three curves that grow to the right.
 fn plot(address: &str, arguments: &Arguments) -> Outcome {
     let mut server = TcpStream::connect(address)?;
@@ -38,12 +40,12 @@ fn plot(address: &str, arguments: &Arguments) -> Outcome {
     let paper = "CLEAR fffff4\nAUTO off\nLINE 20 120 460 120 8c8c96\nLINE 20 16 20 224 8c8c96\n\
                  TEXT 300 16 c02020 :12\nsin(x)/x * 3TEXT 300 28 2040c0 :10\nsin(x^2/8)TEXT 300 40 209040 :17\nexp(-x/8) cos(2x)";
     server.write_all(paper.as_bytes())?;
-    let curves: [(&str, fn(f64) -> f64); 3] = [
+    let curves: [(&str, Curve); 3] = [
         ("c02020", |x| 3.0 * libm::sin(x) / x.max(1e-9)),
         ("2040c0", |x| libm::sin(x * x / 8.0)),
         ("209040", |x| libm::exp(-x / 8.0) * libm::cos(2.0 * x)),
     ];
-    let at = |f: fn(f64) -> f64, step: u64| {
+    let at = |f: Curve, step: u64| {
         let x = step as f64 * 0.05;
         (20.0 + x * 22.0, 120.0 - 34.0 * f(x))
     };
