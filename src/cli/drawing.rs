@@ -40,10 +40,15 @@ fn simd(text: &str) -> Result<Simd, String> {
 impl Drawing {
     /// A renderer with its threads.
     pub(super) fn renderer(&self) -> Renderer {
-        Renderer::new(RenderOptions {
+        Renderer::new(self.options())
+    }
+
+    /// What a renderer is to work with, its threads among it.
+    pub(super) fn options(&self) -> RenderOptions {
+        RenderOptions {
             pool: worker_pool(self.threads.map(usize::from)),
             simd: self.simd.0,
             path: RenderPath::Fast,
-        })
+        }
     }
 }

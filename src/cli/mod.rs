@@ -4,6 +4,7 @@
 //! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
 
 mod address;
+mod bench;
 mod color;
 mod drawing;
 mod eye;
@@ -37,6 +38,8 @@ pub struct Cli {
 enum Task {
     /// Play a stream of commands, in a window or without one
     Play(play::Play),
+    /// Time fixed workloads, each held to its truth first
+    Bench(bench::Bench),
     /// Measure every stage's alternatives for speed and error
     Report(report::Report),
     /// Serve a video memory to other programs, in a window or without one
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     match cli.command {
         Task::Play(play) => play.run().into(),
+        Task::Bench(bench) => bench.run().into(),
         Task::Report(report) => report.run().into(),
         Task::Serve(serve) => serve.run().into(),
         Task::Render(render) => render.run().into(),

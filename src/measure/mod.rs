@@ -9,6 +9,7 @@
 //!   experiments() -> Experiment { columns, rows(&effort) } -> Report -> Markdown | JSON | one HTML page
 //! ```
 
+pub mod bench;
 mod clock;
 mod coverage;
 mod depth;

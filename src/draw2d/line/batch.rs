@@ -51,12 +51,16 @@ pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, bl
     }
 }
 
-/// Draws lines as [`lines`] does, on all threads of `crew` where there is enough to do.
-pub fn lines_on<C: Crew>(crew: &C, memory: &mut VideoMemory, lines: &[Line], blend: Blend) {
+/// Draws lines as [`lines`] does, on all threads of `crew` where there is enough to do; in any form that can be read as
+/// [`Line`]s.
+pub fn lines_on<C: Crew, L>(crew: &C, memory: &mut VideoMemory, lines: &[L], blend: Blend)
+where
+    L: Copy + Sync + Into<Line>,
+{
     let (width, height) = (memory.width(), memory.height());
     let bands = crew.threads().clamp(1, height as usize);
     if bands == 1 || !is_worth_threads(lines) {
-        return super::lines(memory, lines.iter().copied(), blend);
+        return super::lines(memory, lines.iter().map(|&l| l.into()), blend);
     }
     let band_rows = height.div_ceil(bands as u32);
     let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
@@ -75,10 +79,12 @@ pub fn lines_on<C: Crew>(crew: &C, memory: &mut VideoMemory, lines: &[Line], ble
 /// Steps below which waking other threads costs more than it brings: some 50 microseconds of work.
 const FEW_STEPS: u64 = 50_000;
 
-pub(super) fn is_worth_threads(lines: &[Line]) -> bool {
+pub(super) fn is_worth_threads<L: Copy + Into<Line>>(lines: &[L]) -> bool {
     // A line costs its steps, and its start as much as some more.
-    let cost =
-        |l: &Line| u64::from(l.p0[0].abs_diff(l.p1[0]).max(l.p0[1].abs_diff(l.p1[1])).min(1 << 15)) + 16;
+    let cost = |&line: &L| {
+        let Line { p0, p1, .. } = line.into();
+        u64::from(p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1])).min(1 << 15)) + 16
+    };
     lines.len() as u64 * 16 > FEW_STEPS || lines.iter().map(cost).sum::<u64>() > FEW_STEPS
 }
 
@@ -94,21 +100,21 @@ struct Band {
 
 impl Band {
     /// Draws what falls into the band, and answers in which of its rows.
-    fn draw(&self, pixels: &mut [Rgba], lines: &[Line], blend: Blend) -> Range<u32> {
+    fn draw<L: Copy + Into<Line>>(&self, pixels: &mut [Rgba], lines: &[L], blend: Blend) -> Range<u32> {
         let mut drawn = NO_ROWS;
         for block in lines.chunks(BLOCK) {
             let mut here = [0u8; BLOCK];
             let mut count = 0;
             // Which lines touch the band is as good as random, so no branch asks for it.
-            for (k, line) in block.iter().enumerate() {
+            for (k, &line) in block.iter().enumerate() {
                 if let Some(place) = here.get_mut(count) {
                     *place = k as u8;
                 }
-                count += usize::from(self.touches(line));
+                count += usize::from(self.touches(line.into()));
             }
             for &k in &here[..count] {
-                let Some(line) = block.get(usize::from(k)) else { continue };
-                let rows = self.draw_one(pixels, line, blend);
+                let Some(&line) = block.get(usize::from(k)) else { continue };
+                let rows = self.draw_one(pixels, line.into(), blend);
                 drawn = drawn.start.min(rows.start)..drawn.end.max(rows.end);
             }
         }
@@ -116,14 +122,14 @@ impl Band {
     }
 
     #[inline(always)]
-    fn touches(&self, line: &Line) -> bool {
+    fn touches(&self, line: Line) -> bool {
         let (low, high) = (line.p0[1].min(line.p1[1]), line.p0[1].max(line.p1[1]));
         (high >= self.top) & (i64::from(low) < i64::from(self.top) + i64::from(self.rows))
     }
 
     #[inline(always)]
-    fn draw_one(&self, pixels: &mut [Rgba], line: &Line, blend: Blend) -> Range<u32> {
-        let &Line { p0, p1, color } = line;
+    fn draw_one(&self, pixels: &mut [Rgba], line: Line, blend: Blend) -> Range<u32> {
+        let Line { p0, p1, color } = line;
         // The top is 0 or more: only ends above the frame can leave i32, and they are not inside either way.
         let [a, b] = [p0, p1].map(|[x, y]| [x, y.saturating_sub(self.top)]);
         let size = [self.width, self.rows];

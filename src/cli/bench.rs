@@ -1,0 +1,119 @@
+//! `fbptr bench`: the fixed workloads, each held to its truth and then timed.
+
+use super::drawing::Drawing;
+use super::{Status, say_as_program};
+use crate::measure::bench::{self, Options, Row, Size, Workload};
+use crate::save;
+use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels
+#[derive(Debug, Args)]
+pub(super) struct Bench {
+    /// Which: W1 to W7 or whole names, as W4_tex_nearest [default: all]
+    #[arg(value_name = "WORKLOAD", value_parser = workloads)]
+    workloads: Vec<Named>,
+    /// Frames to time, fewer where they take longer than 6 seconds
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..))]
+    frames: u16,
+    /// One JSON object a line instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Write the truth's pictures (NAME.ppm) into this folder instead of timing anything
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
+}
+
+/// The workloads of one argument.
+#[derive(Clone, Debug)]
+struct Named(Vec<Workload>);
+
+fn workloads(name: &str) -> Result<Named, String> {
+    match Workload::named(name) {
+        none if none.is_empty() => {
+            let names = Workload::ALL.map(Workload::name).join(", ");
+            Err(format!("expected W1 to W7 or one of {names}"))
+        }
+        some => Ok(Named(some)),
+    }
+}
+
+impl Bench {
+    pub fn run(&self) -> Status {
+        let mut chosen: Vec<Workload> = self.workloads.iter().flat_map(|n| n.0.iter().copied()).collect();
+        if chosen.is_empty() {
+            chosen.extend(Workload::ALL);
+        }
+        let options = Options {
+            render: self.drawing.options(),
+            size: Size::FULL,
+            frames: self.frames.into(),
+            budget: Duration::from_secs(6),
+        };
+        if let Some(folder) = &self.truth {
+            return save_truths(folder, &chosen, &options);
+        }
+        if !self.json {
+            print(HEADER);
+        }
+        let mut status = Status::Success;
+        for workload in chosen {
+            match bench::run(workload, &options) {
+                Ok(row) if self.json => print(&row.json()),
+                Ok(row) => print(&table_line(&row)),
+                Err(refusal) => {
+                    say_as_program(refusal);
+                    status = Status::Failed;
+                }
+            }
+        }
+        status
+    }
+}
+
+const HEADER: &str =
+    "workload           threads  simd      median ms     min ms  frames  max error  pixels off  beside";
+
+fn table_line(row: &Row) -> String {
+    let twin = row.twin.as_ref().map_or(String::new(), |t| {
+        let name = t.name.replace('_', " ");
+        format!("{:.2} times the {name}'s speed ({:.3} ms)", t.median_ms / row.median_ms, t.median_ms)
+    });
+    let line = format!(
+        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}",
+        row.workload.name(),
+        row.threads,
+        row.simd,
+        row.median_ms,
+        row.min_ms,
+        row.frames,
+        row.check.max_error_steps,
+        row.check.pixels_off,
+    );
+    line.trim_end().to_owned()
+}
+
+/// A line to standard output at once; a pipe that nobody reads any more is no failure.
+fn print(line: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}
+
+fn save_truths(folder: &Path, chosen: &[Workload], options: &Options) -> Status {
+    if let Err(error) = std::fs::create_dir_all(folder) {
+        say_as_program(format_args!("cannot make {}: {error}", folder.display()));
+        return Status::Failed;
+    }
+    for &workload in chosen {
+        let path = folder.join(workload.name()).with_extension("ppm");
+        if let Err(error) = save::to_path(&bench::truth_picture(workload, options), &path) {
+            say_as_program(error);
+            return Status::Failed;
+        }
+    }
+    Status::Success
+}

@@ -1,0 +1,223 @@
+//! W6 and W7: lines and pixels, beside the plainest loops that draw them.
+
+use super::check::Check;
+use super::space::BACKGROUND;
+use super::{Job, Options, Workload, Xorshift};
+use crate::draw2d::{self, Blend, Line, RampColor};
+use crate::memory::{Rgba, VideoMemory};
+use crate::pipeline::tile::{Alone, Pool};
+
+/// A line as a program would keep it: half the bytes of [`Line`].
+#[derive(Clone, Copy, Debug)]
+struct Packed {
+    p0: [i16; 2],
+    p1: [i16; 2],
+    color: Rgba,
+}
+
+impl From<Packed> for Line {
+    #[inline(always)]
+    fn from(p: Packed) -> Line {
+        let wide = |p: [i16; 2]| [i32::from(p[0]), i32::from(p[1])];
+        Line { p0: wide(p.p0), p1: wide(p.p1), color: RampColor { from: p.color, to: None } }
+    }
+}
+
+/// Every line has another colour, so that their order shows.
+fn color(i: usize) -> Rgba {
+    let [a, b, c, _] = (i as u32).wrapping_mul(2_654_435_761).to_le_bytes();
+    [a, b, c, 255]
+}
+
+/// The peers' lines: two draws of the generator each; short ones reach at most 11 pixels each way, held to the frame.
+fn packed_lines(count: usize, is_short: bool, width: u32, height: u32) -> Vec<Packed> {
+    let mut random = Xorshift::new();
+    let place = |r: u32| [(((r & 0xffff) * width) >> 16) as i16, (((r >> 16) * height) >> 16) as i16];
+    let held = |v: i32, limit: u32| v.clamp(0, limit as i32 - 1) as i16;
+    (0..count)
+        .map(|i| {
+            let (a, b) = (random.next(), random.next());
+            let p0 = place(a);
+            let near = [
+                held(i32::from(p0[0]) + (b % 23) as i32 - 11, width),
+                held(i32::from(p0[1]) + ((b >> 16) % 23) as i32 - 11, height),
+            ];
+            Packed { p0, p1: if is_short { near } else { place(b) }, color: color(i) }
+        })
+        .collect()
+}
+
+/// Bresenham's loop as textbooks write it, with the project's rule for ties.
+fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
+    let [mut x, mut y] = line.p0.map(i32::from);
+    let [x1, y1] = line.p1.map(i32::from);
+    let (dx, dy) = ((x1 - x).abs(), (y1 - y).abs());
+    let (sx, sy) = (if x < x1 { 1 } else { -1 }, if y < y1 { 1 } else { -1 });
+    if dx >= dy {
+        let mut d = 2 * dy - dx;
+        for _ in 0..=dx {
+            pixels[(y * width + x) as usize] = line.color;
+            if d > 0 {
+                y += sy;
+                d -= 2 * dx;
+            }
+            d += 2 * dy;
+            x += sx;
+        }
+    } else {
+        let mut d = 2 * dx - dy;
+        for _ in 0..=dy {
+            pixels[(y * width + x) as usize] = line.color;
+            if d > 0 {
+                x += sx;
+                d -= 2 * dy;
+            }
+            d += 2 * dx;
+            y += sy;
+        }
+    }
+}
+
+fn frames(options: &Options) -> [VideoMemory; 2] {
+    let size = options.size;
+    [0, 1].map(|_| VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame"))
+}
+
+fn spoil(memory: &mut VideoMemory) {
+    memory.clear([1, 254, 77, 3]);
+}
+
+pub(super) struct Lines {
+    lines: Vec<Packed>,
+    pool: Option<Pool>,
+    memory: VideoMemory,
+    twin: VideoMemory,
+}
+
+impl Lines {
+    pub fn new(workload: Workload, options: &Options) -> Self {
+        let is_short = workload == Workload::LinesShort;
+        let count = if is_short { 5_000_000 } else { 1_000_000 } / options.size.divisor as usize;
+        let [memory, twin] = frames(options);
+        let lines = packed_lines(count, is_short, memory.width(), memory.height());
+        Lines { lines, pool: options.render.pool.clone().map(Pool), memory, twin }
+    }
+}
+
+impl Job for Lines {
+    fn frame(&mut self) {
+        self.memory.clear(BACKGROUND);
+        match &self.pool {
+            Some(pool) => draw2d::lines_on(pool, &mut self.memory, &self.lines, Blend::Replace),
+            None => draw2d::lines_on(&Alone, &mut self.memory, &self.lines, Blend::Replace),
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.memory.bytes()
+    }
+
+    fn spoil(&mut self) {
+        spoil(&mut self.memory);
+    }
+
+    fn truth(&mut self) -> VideoMemory {
+        self.twin_frame();
+        self.twin.clone()
+    }
+
+    fn check(&mut self) -> Check {
+        self.twin_frame();
+        Check::of_bytes(self.memory.bytes(), self.twin.bytes(), BACKGROUND)
+    }
+
+    fn twin(&self) -> Option<&'static str> {
+        Some("naive")
+    }
+
+    fn twin_frame(&mut self) {
+        self.twin.clear(BACKGROUND);
+        let width = self.twin.width() as i32;
+        let pixels = self.twin.bytes_mut().as_chunks_mut().0;
+        self.lines.iter().for_each(|&line| naive_line(pixels, width, line));
+    }
+
+    fn threads(&self) -> usize {
+        self.pool.as_ref().map_or(1, |p| p.0.current_num_threads())
+    }
+
+    fn simd(&self) -> &'static str {
+        "none"
+    }
+}
+
+pub(super) struct Pixels {
+    count: usize,
+    memory: VideoMemory,
+    twin: VideoMemory,
+}
+
+impl Pixels {
+    pub fn new(options: &Options) -> Self {
+        let [memory, twin] = frames(options);
+        Pixels { count: 100_000_000 / options.size.divisor as usize, memory, twin }
+    }
+
+    /// Calls `put` with every pixel, made on the way.
+    #[inline(always)]
+    fn each(count: usize, width: u32, height: u32, mut put: impl FnMut(u32, u32, Rgba)) {
+        let mut random = Xorshift::new();
+        for _ in 0..count {
+            let r = random.next();
+            let [a, b, c, _] = r.to_le_bytes();
+            put(((r & 0xffff) * width) >> 16, ((r >> 16) * height) >> 16, [a, b, c, 255]);
+        }
+    }
+}
+
+impl Job for Pixels {
+    fn frame(&mut self) {
+        let memory = &mut self.memory;
+        memory.clear(BACKGROUND);
+        Self::each(self.count, memory.width(), memory.height(), |x, y, color| {
+            draw2d::put_pixel(memory, x as i32, y as i32, color, Blend::Replace);
+        });
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.memory.bytes()
+    }
+
+    fn spoil(&mut self) {
+        spoil(&mut self.memory);
+    }
+
+    fn truth(&mut self) -> VideoMemory {
+        self.twin_frame();
+        self.twin.clone()
+    }
+
+    fn check(&mut self) -> Check {
+        self.twin_frame();
+        Check::of_bytes(self.memory.bytes(), self.twin.bytes(), BACKGROUND)
+    }
+
+    fn twin(&self) -> Option<&'static str> {
+        Some("raw_store")
+    }
+
+    fn twin_frame(&mut self) {
+        self.twin.clear(BACKGROUND);
+        let (width, height) = (self.twin.width(), self.twin.height());
+        let pixels = self.twin.bytes_mut().as_chunks_mut().0;
+        Self::each(self.count, width, height, |x, y, color| pixels[(y * width + x) as usize] = color);
+    }
+
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn simd(&self) -> &'static str {
+        "none"
+    }
+}

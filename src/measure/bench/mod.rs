@@ -1,0 +1,295 @@
+//! THE WORKLOADS: ten fixed pieces of work, W1 to W7, each held to its truth before it is timed.
+//!
+//! In: a [`Workload`], a [`Size`] and what to draw with. Out: a [`Row`] of times, or a [`Refusal`] where the picture is
+//! further from the truth than its bound: then there is no time to tell. A frame is everything that a program would do:
+//! colour and depth are cleared, all is drawn, and what counts is the visible memory. After the timing the memory is
+//! spoilt and one more frame drawn, which must give the first frame's bytes: no frame can have left its work out.
+//!
+//! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
+//! path, all pixels of it. W6 and W7 are lines and pixels; their truth is the plainest loop, which is timed beside them.
+
+mod check;
+mod flat;
+mod space;
+
+pub use check::{Check, Refusal};
+
+use crate::memory::VideoMemory;
+use crate::pipeline::RenderOptions;
+use crate::scene::Filter;
+use std::time::{Duration, Instant};
+
+/// A piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Workload {
+    /// W1: a knot of 70,000 faces, lit at each pixel.
+    Phong70k,
+    /// W2: a knot of 1,000,000 faces, lit at each pixel.
+    Phong1M,
+    /// W3: 20 layers over the whole frame, each nearer than the last.
+    Fill20,
+    /// W4: the knot of W1 under a texture of 1024x1024, without light.
+    Textured(Filter),
+    /// W5: the knot of W1, lit at the vertices.
+    Gouraud70k,
+    /// W6: 1,000,000 lines over the whole frame.
+    LinesLong,
+    /// W6: 5,000,000 lines of at most 12 pixels.
+    LinesShort,
+    /// W7: 100,000,000 pixels at random places, one call each.
+    PutPixel,
+}
+
+impl Workload {
+    /// All, in the order of their names.
+    pub const ALL: [Workload; 10] = [
+        Workload::Phong70k,
+        Workload::Phong1M,
+        Workload::Fill20,
+        Workload::Textured(Filter::Trilinear),
+        Workload::Textured(Filter::Bilinear),
+        Workload::Textured(Filter::Nearest),
+        Workload::Gouraud70k,
+        Workload::LinesLong,
+        Workload::LinesShort,
+        Workload::PutPixel,
+    ];
+
+    /// The name in the tables of all peers.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Workload::Phong70k => "W1_phong70k",
+            Workload::Phong1M => "W2_phong1M",
+            Workload::Fill20 => "W3_fill20",
+            Workload::Textured(Filter::Trilinear) => "W4_tex_trilinear",
+            Workload::Textured(Filter::Bilinear) => "W4_tex_bilinear",
+            Workload::Textured(Filter::Nearest) => "W4_tex_nearest",
+            Workload::Textured(Filter::Mipmap) => "W4_tex_mipmap",
+            Workload::Gouraud70k => "W5_gouraud70k",
+            Workload::LinesLong => "W6_lines_long",
+            Workload::LinesShort => "W6_lines_short",
+            Workload::PutPixel => "W7_putpixel_100M",
+        }
+    }
+
+    /// The workloads of a name, or of its beginning up to a `_` (`W4` is three), in either case; none for an unknown one.
+    pub fn named(name: &str) -> Vec<Workload> {
+        let begins = |w: &Workload| {
+            let own = w.name();
+            own.eq_ignore_ascii_case(name)
+                || own.get(..name.len()).is_some_and(|start| start.eq_ignore_ascii_case(name))
+                    && own.as_bytes().get(name.len()) == Some(&b'_')
+        };
+        Self::ALL.into_iter().filter(begins).collect()
+    }
+}
+
+/// How much is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Faces, lines and pixels are as many as the workload's name says, divided by this.
+    pub divisor: u32,
+}
+
+impl Size {
+    /// What all peers draw.
+    pub const FULL: Size = Size { width: 1920, height: 1080, divisor: 1 };
+}
+
+/// How it is drawn and how often.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Threads and vectors.
+    pub render: RenderOptions,
+    /// How much is drawn.
+    pub size: Size,
+    /// Frames that are timed, unless their time runs out.
+    pub frames: usize,
+    /// After this long the frame that runs is the last one, if there were 3.
+    pub budget: Duration,
+}
+
+/// The plain loop that a workload is timed beside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twin {
+    /// What it is.
+    pub name: &'static str,
+    /// Its median frame.
+    pub median_ms: f64,
+    /// Its shortest frame.
+    pub min_ms: f64,
+}
+
+/// What was measured of one workload.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The workload.
+    pub workload: Workload,
+    /// Threads that drew.
+    pub threads: usize,
+    /// Vectors that drew.
+    pub simd: &'static str,
+    /// The median frame.
+    pub median_ms: f64,
+    /// The shortest frame.
+    pub min_ms: f64,
+    /// Frames timed.
+    pub frames: usize,
+    /// The picture against the truth.
+    pub check: Check,
+    /// The plain loop timed in turn with it.
+    pub twin: Option<Twin>,
+}
+
+impl Row {
+    /// One JSON object on one line: the peers' fields first.
+    pub fn json(&self) -> String {
+        let c = &self.check;
+        let mut line = format!(
+            "{{\"peer\":\"fbptr\",\"cfg\":\"{}T\",\"wl\":\"{}\",\"med_ms\":{:.3},\"min_ms\":{:.3},\"n\":{},\
+             \"simd\":\"{}\",\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{}",
+            self.threads,
+            self.workload.name(),
+            self.median_ms,
+            self.min_ms,
+            self.frames,
+            self.simd,
+            c.max_error_steps,
+            c.pixels_off,
+            c.coverage_off,
+            c.max_depth_error,
+            c.covered,
+        );
+        if let Some(twin) = &self.twin {
+            line += &format!(
+                ",\"{0}_med_ms\":{1:.3},\"{0}_min_ms\":{2:.3},\"times_{0}\":{3:.3}",
+                twin.name,
+                twin.median_ms,
+                twin.min_ms,
+                twin.median_ms / self.median_ms
+            );
+        }
+        line + "}"
+    }
+}
+
+/// A workload made ready.
+trait Job {
+    /// Draws one whole frame.
+    fn frame(&mut self);
+    /// The frame's RGBA bytes.
+    fn bytes(&self) -> &[u8];
+    /// Overwrites all memories with what no frame leaves.
+    fn spoil(&mut self);
+    /// The truth's picture.
+    fn truth(&mut self) -> VideoMemory;
+    /// Holds the last frame to the truth.
+    fn check(&mut self) -> Check;
+    /// The plain loop's name, if there is one.
+    fn twin(&self) -> Option<&'static str> {
+        None
+    }
+    /// Draws the frame by the plain loop, elsewhere.
+    fn twin_frame(&mut self) {}
+    /// Threads that draw.
+    fn threads(&self) -> usize;
+    /// Vectors that draw.
+    fn simd(&self) -> &'static str;
+}
+
+fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
+    match workload {
+        Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::new(workload, options)),
+        Workload::PutPixel => Box::new(flat::Pixels::new(options)),
+        _ => Box::new(space::Space::new(workload, options)),
+    }
+}
+
+/// Checks a workload, then times it.
+///
+/// # Errors
+/// When its picture is outside its bound, or a later frame differs from the first.
+pub fn run(workload: Workload, options: &Options) -> Result<Row, Refusal> {
+    measure(workload, &mut *job(workload, options), options)
+}
+
+/// The picture that the truth draws: what other programs' pictures of the workload are held to.
+pub fn truth_picture(workload: Workload, options: &Options) -> VideoMemory {
+    job(workload, options).truth()
+}
+
+/// Frames that are not timed, where they are short.
+const WARM_UP_FRAMES: usize = 5;
+const SHORT_FRAME: Duration = Duration::from_millis(300);
+
+fn measure(workload: Workload, job: &mut dyn Job, options: &Options) -> Result<Row, Refusal> {
+    let refuse = |reason: String| Refusal { workload, reason };
+    job.spoil();
+    let (first_time, _) = timed(|| job.frame());
+    let check = job.check();
+    check.within(workload).map_err(refuse)?;
+    let first = job.bytes().to_vec();
+    if first_time < SHORT_FRAME {
+        (0..WARM_UP_FRAMES).for_each(|_| job.frame());
+    }
+    let begin = Instant::now();
+    let (mut times, mut twin_times) = (Vec::new(), Vec::new());
+    while times.len() < options.frames.max(1) && (times.len() < 3 || begin.elapsed() < options.budget) {
+        times.push(timed(|| job.frame()).0);
+        if job.twin().is_some() {
+            twin_times.push(timed(|| job.twin_frame()).0);
+        }
+    }
+    job.spoil();
+    job.frame();
+    if job.bytes() != first {
+        return Err(refuse(
+            "a later frame differs from the first: what was timed is not what was checked".into(),
+        ));
+    }
+    let (median_ms, min_ms) = summary(&mut times);
+    let twin = job.twin().map(|name| {
+        let (median_ms, min_ms) = summary(&mut twin_times);
+        Twin { name, median_ms, min_ms }
+    });
+    let (threads, simd) = (job.threads(), job.simd());
+    Ok(Row { workload, threads, simd, median_ms, min_ms, frames: times.len(), check, twin })
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
+    let start = Instant::now();
+    let output = work();
+    (start.elapsed(), output)
+}
+
+/// Median and minimum, in milliseconds.
+fn summary(times: &mut [Duration]) -> (f64, f64) {
+    times.sort();
+    let ms = |t: Option<&Duration>| t.map_or(f64::NAN, |t| t.as_secs_f64() * 1e3);
+    (ms(times.get(times.len() / 2)), ms(times.first()))
+}
+
+/// The peers' generator: xorshift of 32 bits.
+#[derive(Clone, Copy, Debug)]
+struct Xorshift(u32);
+
+impl Xorshift {
+    fn new() -> Self {
+        Xorshift(0x1234_5678)
+    }
+
+    #[inline(always)]
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,243 @@
+//! W1 to W5: a knot or 20 layers, drawn by the renderer.
+//!
+//! The scene: a torus knot (500x70 or 2000x250 steps), turned by 0.3 about x after 0.4 about y; the eye at (0, 0, 5.2)
+//! looks along -z through 60 degrees, near 1, far 10; back faces are left out, less depth wins. A light at (3, 4, 5);
+//! colour = (0.8, 0.4, 0.2) (0.1 + 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
+
+use super::check::Check;
+use super::{Job, Options, Workload};
+use crate::math::matrix;
+use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
+use crate::pipeline::{self, DrawCall, Renderer, Target};
+use crate::scene::{
+    Attenuation, Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LightKind, LookAt, Material,
+    Mesh, NONE, Projection, Sampling, ShadeMode, Texture, Wrap, shapes,
+};
+use glam::{DMat4, DVec3, DVec4};
+
+/// What colour memory is cleared to: (0.1, 0.1, 0.15).
+pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];
+
+const TEXTURE_SIDE: u32 = 1024;
+const LAYERS: u32 = 20;
+
+pub(super) struct Space {
+    renderer: Renderer,
+    memory: VideoMemory,
+    depth: Option<DepthMemory>,
+    scene: Subject,
+}
+
+/// All that a draw points at.
+struct Subject {
+    geometry: Geometry,
+    material: Material,
+    texture: Option<Texture>,
+    lights: Vec<Light>,
+    model: DMat4,
+    camera: Camera,
+    shade: ShadeMode,
+    filter: Filter,
+    ambient: DVec3,
+}
+
+impl Space {
+    pub fn new(workload: Workload, options: &Options) -> Self {
+        let size = options.size;
+        let memory = VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame");
+        Space {
+            renderer: Renderer::new(options.render.clone()),
+            memory,
+            depth: Some(DepthMemory::new(size.width, size.height, DepthFormat::F32)),
+            scene: Subject::new(workload, size.divisor),
+        }
+    }
+
+    /// The plain path's picture and depths.
+    fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
+        let (width, height) = (self.memory.width(), self.memory.height());
+        let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
+        memory.clear(BACKGROUND);
+        let mut depth = None;
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+        let call = self.scene.call(width, height);
+        pipeline::draw(&mut target, &call).expect("the scene is sound");
+        (memory, depth)
+    }
+}
+
+impl Job for Space {
+    fn frame(&mut self) {
+        self.memory.clear(BACKGROUND);
+        if let Some(depth) = &mut self.depth {
+            depth.clear();
+        }
+        let call = self.scene.call(self.memory.width(), self.memory.height());
+        let mut target = Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: DepthFormat::F32,
+            ids: None,
+        };
+        self.renderer.draw(&mut target, &call).expect("the scene is sound");
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.memory.bytes()
+    }
+
+    fn spoil(&mut self) {
+        self.memory.clear([1, 254, 77, 3]);
+        if let Some(depth) = &mut self.depth {
+            let pixels = depth.width() as usize * depth.height() as usize;
+            (0..pixels).for_each(|i| depth.set_word(i, 0));
+        }
+    }
+
+    fn truth(&mut self) -> VideoMemory {
+        self.plain().0
+    }
+
+    fn check(&mut self) -> Check {
+        let (truth, depth) = self.plain();
+        let check = Check::of_bytes(self.bytes(), truth.bytes(), BACKGROUND);
+        match (&self.depth, &depth) {
+            (Some(found), Some(truth)) => check.with_depth(found, truth),
+            _ => Check { coverage_off: truth.bytes().len() / 4, ..check },
+        }
+    }
+
+    fn threads(&self) -> usize {
+        self.renderer.options().pool.as_ref().map_or(1, |p| p.current_num_threads())
+    }
+
+    fn simd(&self) -> &'static str {
+        self.renderer.level().as_str()
+    }
+}
+
+impl Subject {
+    fn new(workload: Workload, divisor: u32) -> Self {
+        let knot = |nu: u32, nv| {
+            let mesh = shapes::knot((nu / divisor.max(1)).max(16), nv).expect("at most a million faces");
+            Geometry { mesh, textures: Vec::new() }
+        };
+        let lit = Subject {
+            geometry: Geometry::default(),
+            material: Material {
+                ka: BASE * 0.1,
+                kd: BASE * 0.7,
+                ks: DVec3::splat(0.5),
+                n: 32.0,
+                ..Material::default()
+            },
+            texture: None,
+            lights: vec![Light {
+                kind: LightKind::Point {
+                    position: DVec3::new(3.0, 4.0, 5.0),
+                    attenuation: Attenuation::NONE,
+                    radius: f64::INFINITY,
+                },
+                color: DVec3::ONE,
+                ambient: DVec3::ZERO,
+                clamp_attenuation: false,
+            }],
+            model: turn(DVec3::X, 0.3) * turn(DVec3::Y, 0.4),
+            camera: Camera {
+                look_at: look_from(5.2),
+                projection: Projection::Perspective {
+                    fov_rad: 60f64.to_radians(),
+                    near: 1.0,
+                    far: 10.0,
+                    on_smaller_side: false,
+                },
+            },
+            shade: ShadeMode::Phong,
+            filter: Filter::default(),
+            ambient: DVec3::ONE,
+        };
+        // What shows its own colour: all of the ambient light, and no other.
+        let unlit = Material { ka: DVec3::ONE, kd: DVec3::ZERO, ks: DVec3::ZERO, ..Material::default() };
+        match workload {
+            Workload::Phong1M => Subject { geometry: knot(2000, 250), ..lit },
+            Workload::Gouraud70k => Subject { geometry: knot(500, 70), shade: ShadeMode::Gouraud, ..lit },
+            Workload::Fill20 => Subject {
+                geometry: Geometry { mesh: layers(), textures: Vec::new() },
+                material: unlit,
+                lights: Vec::new(),
+                model: DMat4::IDENTITY,
+                // Distances 1 to 3 from an eye at z = 2: z of the device is -z of the world.
+                camera: Camera {
+                    look_at: look_from(2.0),
+                    projection: Projection::Ortho { window: [-1.0, 1.0, -1.0, 1.0], near: 1.0, far: 3.0 },
+                },
+                shade: ShadeMode::Flat,
+                ..lit
+            },
+            Workload::Textured(filter) => Subject {
+                geometry: knot(500, 70),
+                material: unlit,
+                texture: Some(texture()),
+                lights: Vec::new(),
+                shade: ShadeMode::Flat,
+                filter,
+                ..lit
+            },
+            _ => Subject { geometry: knot(500, 70), ..lit },
+        }
+    }
+
+    fn call(&self, width: u32, height: u32) -> DrawCall<'_> {
+        DrawCall {
+            model: self.model,
+            camera: self.camera,
+            ambient: self.ambient,
+            lights: &self.lights,
+            texture: self.texture.as_ref(),
+            sampling: Sampling { filter: self.filter, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat },
+            shade: self.shade,
+            cull: Cull::Back,
+            hide: HiddenSurface::ZBuffer,
+            ..DrawCall::new(&self.geometry, &self.material, width, height)
+        }
+    }
+}
+
+const BASE: DVec3 = DVec3::new(0.8, 0.4, 0.2);
+
+fn turn(axis: DVec3, angle_rad: f64) -> DMat4 {
+    matrix::rotate(axis, angle_rad).expect("an axis has a direction")
+}
+
+fn look_from(z: f64) -> LookAt {
+    LookAt { eye: DVec3::new(0.0, 0.0, z), reference: DVec3::ZERO, up: DVec3::Y }
+}
+
+/// Full screens of one colour each, far to near, z of the device from 0.95 by -0.09.
+fn layers() -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..LAYERS {
+        let z = 0.09 * f64::from(i) - 0.95;
+        let color = [i * 37, i * 91 + 40, i * 151 + 90].map(|c| f64::from(c % 256) / 255.0);
+        mesh.colors.push(DVec4::new(color[0], color[1], color[2], 1.0));
+        let first = mesh.positions.len() as u32;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        mesh.positions.extend(corners.map(|(x, y)| DVec3::new(x, y, z)));
+        let corner = |k| Corner { position: first + k, normal: NONE, texcoord: NONE, color: i };
+        mesh.push_polygon(&[0, 1, 2, 3].map(corner), NONE);
+    }
+    mesh
+}
+
+/// r = x ^ y, g = squares of 32 texels, b = 3 x + 5 y, row 0 at t = 0.
+fn texture() -> Texture {
+    let side = TEXTURE_SIDE;
+    let texel = |x: u32, y: u32| {
+        let square = if ((x >> 5) + (y >> 5)) & 1 == 1 { 224 } else { 64 };
+        [(x ^ y) as u8, square, (3 * x + 5 * y) as u8, 255]
+    };
+    // The top row of a picture is t = 1.
+    let bytes = (0..side).rev().flat_map(|y| (0..side).flat_map(move |x| texel(x, y))).collect();
+    Texture::new(side, side, bytes).expect("a texture of ordinary size")
+}

@@ -1,0 +1,111 @@
+//! Workloads in small: every one is within its bound, and what is not is refused.
+
+use super::*;
+
+fn small() -> Options {
+    let size = Size { width: 96, height: 54, divisor: 5_000 };
+    Options { render: RenderOptions::default(), size, frames: 2, budget: Duration::from_millis(50) }
+}
+
+#[test]
+fn every_workload_is_held_to_its_truth_and_then_timed() {
+    for workload in Workload::ALL {
+        let row = run(workload, &small()).unwrap_or_else(|refusal| panic!("{refusal}"));
+        assert!(row.frames == 2 && row.min_ms > 0.0 && row.median_ms >= row.min_ms, "{row:?}");
+        assert!(row.check.covered > 200, "{row:?}");
+        assert_eq!(
+            row.twin.is_some(),
+            workload.name().starts_with("W6") || workload.name().starts_with("W7")
+        );
+        let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
+        assert_eq!((&json["peer"], &json["wl"]), (&"fbptr".into(), &workload.name().into()));
+        let fields = ["{\"peer\":", ",\"cfg\":\"1T\",\"wl\":", ",\"med_ms\":", ",\"min_ms\":"];
+        let places = fields.map(|f| row.json().find(f).expect("a field of all peers"));
+        assert!(places.is_sorted(), "{}", row.json());
+    }
+}
+
+#[test]
+fn names_and_their_beginnings_are_known() {
+    for w in Workload::ALL {
+        assert_eq!(Workload::named(w.name()), [w]);
+        assert_eq!(Workload::named(&w.name().to_lowercase()), [w]);
+    }
+    assert_eq!(Workload::named("w4").len(), 3);
+    assert_eq!(Workload::named("W6_lines").len(), 2);
+    for wrong in ["", "W", "W8", "W4_", "W4_tex_t", "W1_phong70k_", "ä"] {
+        assert_eq!(Workload::named(wrong), [], "{wrong}");
+    }
+}
+
+/// A job whose pictures are what a test wants.
+struct Fake {
+    frames: Vec<[u8; 4]>,
+    drawn: usize,
+    shown: [u8; 4],
+}
+
+impl Job for Fake {
+    fn frame(&mut self) {
+        self.shown = self.frames[self.drawn.min(self.frames.len() - 1)];
+        self.drawn += 1;
+    }
+    fn bytes(&self) -> &[u8] {
+        &self.shown
+    }
+    fn spoil(&mut self) {
+        self.shown = [0; 4];
+    }
+    fn truth(&mut self) -> VideoMemory {
+        VideoMemory::new(1, 1).unwrap()
+    }
+    fn check(&mut self) -> Check {
+        Check::of_bytes(&self.shown, &[100, 100, 100, 255], [0, 0, 0, 255])
+    }
+    fn threads(&self) -> usize {
+        1
+    }
+    fn simd(&self) -> &'static str {
+        "none"
+    }
+}
+
+#[test]
+fn a_picture_outside_its_bound_has_no_time() {
+    let run = |workload, frames: &[[u8; 4]]| {
+        measure(workload, &mut Fake { frames: frames.to_vec(), drawn: 0, shown: [0; 4] }, &small())
+    };
+    let [near, off, gone] = [[101, 99, 100, 255], [100, 102, 100, 255], [0, 0, 0, 255]];
+    assert!(run(Workload::Phong70k, &[near]).is_ok());
+    assert!(run(Workload::Textured(Filter::Nearest), &[off]).is_ok());
+    for (workload, picture, reason) in [
+        (Workload::Phong70k, off, "2/255 from the truth, 1/255 allowed"),
+        (Workload::LinesLong, near, "1/255 from the truth, 0/255 allowed"),
+        (Workload::Fill20, gone, "1 pixels are off in coverage"),
+    ] {
+        let refusal = run(workload, &[picture]).unwrap_err();
+        assert!(refusal.to_string().contains(reason), "{refusal}");
+    }
+    // Right at first, and lazy later.
+    let refusal =
+        run(Workload::Phong70k, &[near, near, near, near, near, near, near, near, off]).unwrap_err();
+    assert!(refusal.reason.contains("a later frame differs"), "{refusal}");
+}
+
+#[test]
+fn depth_is_part_of_the_bound() {
+    use crate::memory::{DepthFormat, DepthMemory};
+    let depth = |z: f64| {
+        let mut d = DepthMemory::new(2, 1, DepthFormat::F32);
+        d.set_word(0, DepthFormat::F32.encode(z, 1.0 - z));
+        d
+    };
+    let check = |found: f64| {
+        let c = Check::of_bytes(&[9; 8], &[9; 8], [0; 4]).with_depth(&depth(found), &depth(0.5));
+        assert_eq!(c.covered, 1);
+        c.within(Workload::Phong70k)
+    };
+    assert_eq!(check(0.500_000_2), Ok(()));
+    assert!(check(0.500_001).unwrap_err().contains("a depth is"));
+    assert!(check(1.0).unwrap_err().contains("coverage"));
+}
