@@ -38,6 +38,12 @@ const EXAMPLES: &[(&str, &str)] = &[
   printf 'FILLCIRCLE 99 99 50 tomato\\n' | fbptr send :1234",
     ),
     (
+        "bench",
+        "  fbptr bench W1 W5 --threads 2
+  fbptr bench W4_tex_nearest --simd portable --frames 10
+  fbptr bench --json",
+    ),
+    (
         "report",
         "  fbptr report --quick
   fbptr report --out report

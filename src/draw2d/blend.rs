@@ -1,6 +1,6 @@
 //! How a source colour meets what is in memory: stored as it is, or composed over it.
 
-use crate::memory::Rgba;
+use crate::memory::{Rgba, fill_pixels};
 
 /// The mode of `BLEND`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -45,7 +45,7 @@ impl Paint {
     #[inline]
     pub(super) fn run(self, pixels: &mut [Rgba]) {
         match self {
-            Paint::Store(color) => store_run(color, pixels),
+            Paint::Store(color) => fill_pixels(pixels, color),
             Paint::Compose(color) => compose_run(color, pixels),
         }
     }
@@ -58,21 +58,6 @@ impl Paint {
             Paint::Compose(color) => over(color, *pixel),
         }
     }
-}
-
-/// Pixels of the piece that long runs are made of: 8 KiB, which stay in the first cache.
-const PIECE: usize = 2048;
-
-/// Stores `color` in every pixel: a long run as copies of its own beginning, which machines do faster than filling.
-fn store_run(color: Rgba, pixels: &mut [Rgba]) {
-    if pixels.len() < 4 * PIECE {
-        return pixels.fill(color);
-    }
-    let (piece, rest) = pixels.split_at_mut(PIECE);
-    piece.fill(color);
-    let mut pieces = rest.chunks_exact_mut(PIECE);
-    pieces.by_ref().for_each(|p| p.copy_from_slice(piece));
-    pieces.into_remainder().fill(color);
 }
 
 /// [`over`] for every pixel: what depends on the source alone is made once, four pixels side by side.
@@ -151,8 +136,8 @@ mod tests {
     #[test]
     fn runs_are_their_pixels() {
         let dest: Vec<Rgba> = (0..10_000u32).map(|i| i.wrapping_mul(2_654_435_761).to_le_bytes()).collect();
-        for len in (0..40).chain([4 * PIECE - 1, 4 * PIECE, 4 * PIECE + 5, 10_000]) {
-            for color in [[1, 2, 3, 255], [255, 0, 77, 1], [255, 255, 255, 254], [9, 200, 31, 128]] {
+        for len in (0..40).chain([8191, 8192, 8197, 10_000]) {
+            for color in [[1, 2, 3, 255], [7; 4], [255, 0, 77, 1], [255, 255, 255, 254], [9, 200, 31, 128]] {
                 for blend in [Blend::Replace, Blend::Over] {
                     let (mut run, mut one) = (dest.clone(), dest.clone());
                     let paint = Paint::new(color, blend).unwrap();

@@ -15,12 +15,14 @@ mod avx2;
 mod avx512;
 mod level;
 mod portable;
+mod scan;
 #[cfg(test)]
 mod tests;
 pub mod text;
 
 pub use level::{Kernel, Level};
 pub use portable::Portable;
+pub use scan::{scan_out, word};
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 

@@ -3,13 +3,10 @@
 //! The only place that knows minifb's word order. Alpha is not shown: the screen shows what R, G and B say.
 
 use super::layout::Layout;
+use crate::simd::{Level, scan_out};
 use std::ops::Range;
 
-/// The word of a pixel: 0x00RRGGBB.
-#[inline]
-pub fn word(rgba: [u8; 4]) -> u32 {
-    u32::from_be_bytes(rgba) >> 8
-}
+pub use crate::simd::word;
 
 /// Converts frame rows `rows` of `rgba` into `words` (the whole window, row after row) as `layout` lays them out.
 ///
@@ -23,6 +20,7 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
     }
     let stride_bytes = frame_width * 4;
     let scale = shown_width / frame_width;
+    let level = Level::best();
     let mut last_source = None;
     for y in layout.window_rows(rows) {
         let row = (y - layout.origin[1]) * frame_height / shown_height;
@@ -36,12 +34,13 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
         let Some(target) = words.get_mut(start..start + shown_width) else { return };
         let source = source.as_chunks::<4>().0;
         if scale == 1 && shown_width == frame_width {
-            for (w, &p) in target.iter_mut().zip(source) {
-                *w = word(p);
-            }
+            scan_out(level, source.as_flattened(), target);
         } else if scale >= 1 {
-            for (block, &p) in target.chunks_exact_mut(scale).zip(source) {
-                block.fill(word(p));
+            match scale {
+                2 => enlarge::<2>(source, target),
+                3 => enlarge::<3>(source, target),
+                4 => enlarge::<4>(source, target),
+                _ => target.chunks_exact_mut(scale).zip(source).for_each(|(block, &p)| block.fill(word(p))),
             }
         } else {
             for (x, w) in target.iter_mut().enumerate() {
@@ -49,6 +48,13 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
             }
         }
         last_source = Some(row);
+    }
+}
+
+/// Each pixel N times: with N known the stores are a few wide ones.
+fn enlarge<const N: usize>(source: &[[u8; 4]], target: &mut [u32]) {
+    for (block, &p) in target.as_chunks_mut::<N>().0.iter_mut().zip(source) {
+        *block = [word(p); N];
     }
 }
 
@@ -62,7 +68,16 @@ mod tests {
 
     #[test]
     fn every_window_pixel_shows_the_pixel_that_the_pointer_finds() {
-        for (size, window) in [([5, 4], [5, 4]), ([5, 4], [17, 13]), ([20, 10], [7, 9]), ([1, 1], [3, 2])] {
+        for (size, window) in [
+            ([5, 4], [5, 4]),
+            ([5, 4], [17, 13]),
+            ([5, 4], [11, 9]),
+            ([50, 4], [210, 30]),
+            ([130, 3], [130, 3]),
+            ([2, 2], [12, 12]),
+            ([20, 10], [7, 9]),
+            ([1, 1], [3, 2]),
+        ] {
             let rgba = frame(size[0], size[1]);
             let layout = Layout::new(size, window);
             let mut words = vec![0xdead; window[0] * window[1]];

@@ -1,0 +1,69 @@
+//! Scan-out in vectors: R,G,B,A bytes to 0x00RRGGBB words.
+
+use super::{I32, Kernel, Level, Simd};
+
+/// The word of one pixel, 0x00RRGGBB: what every lane of [`scan_out`] gives.
+#[inline(always)]
+pub fn word(rgba: [u8; 4]) -> u32 {
+    u32::from_be_bytes(rgba) >> 8
+}
+
+/// Converts pixels of four bytes R,G,B,A to words, as many as both have.
+pub fn scan_out(level: Level, rgba: &[u8], words: &mut [u32]) {
+    let count = (rgba.len() / 4).min(words.len());
+    level.dispatch(ScanOut { rgba: &rgba[..count * 4], words: &mut words[..count] });
+}
+
+struct ScanOut<'a> {
+    rgba: &'a [u8],
+    words: &'a mut [u32],
+}
+
+impl Kernel for ScanOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        // SAFETY: u32 and i32 have one size and alignment, and every value of one is a value of the other.
+        let words: &mut [i32] =
+            unsafe { std::slice::from_raw_parts_mut(self.words.as_mut_ptr().cast(), self.words.len()) };
+        let (low, middle) = (s.splat_i(0xff), s.splat_i(0xff00));
+        let mut sources = self.rgba.chunks_exact(4 * S::LANES);
+        let mut targets = words.chunks_exact_mut(S::LANES);
+        for (source, target) in sources.by_ref().zip(targets.by_ref()) {
+            // R is the lowest byte of a loaded lane.
+            let v = s.load_bytes(source);
+            let [red, green, blue] = [(v & low).shl::<16>(), v & middle, v.shr::<16>() & low];
+            s.store_i(red + green + blue, target);
+        }
+        let rest = sources.remainder().as_chunks::<4>().0;
+        for (&pixel, target) in rest.iter().zip(targets.into_remainder()) {
+            *target = word(pixel) as i32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_level_gives_the_word_of_every_pixel(
+            pixels in prop::collection::vec(any::<[u8; 4]>(), 0..120), start in 0..5usize, room in 0..130usize,
+        ) {
+            // Bytes that begin anywhere, and more or fewer words than pixels.
+            let bytes: Vec<u8> = pixels.as_flattened().iter().copied().skip(start).collect();
+            let mut want = vec![0xdead_beef; room];
+            for (w, p) in want.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *w = u32::from(p[0]) << 16 | u32::from(p[1]) << 8 | u32::from(p[2]);
+            }
+            for level in Level::ALL.into_iter().filter(|l| l.is_available()) {
+                let mut words = vec![0xdead_beef; room];
+                scan_out(level, &bytes, &mut words);
+                prop_assert_eq!(&words, &want, "{}", level.as_str());
+            }
+        }
+    }
+}
