@@ -7,6 +7,7 @@ use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
+use crate::pipeline::budget::{Budget, BudgetKind, choose};
 use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
 use crate::save;
 use crate::scene::{Projection, Scene, ShadeMode};
@@ -43,6 +44,9 @@ pub struct Render {
     /// Write the depth too
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
+    /// Draw the cheapest way whose 99.9th percentile of colour error is at most E steps of 255
+    #[arg(long, value_name = "E", value_parser = not_negative)]
+    max_error: Option<f64>,
     /// Print what the scene needs, and why
     #[arg(long)]
     explain: bool,
@@ -72,6 +76,10 @@ fn finite(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| "expected a finite number above 0".to_owned())
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|n| *n >= 0.0).ok_or_else(|| "expected a finite number of 0 or more".to_owned())
 }
 
 impl Render {
@@ -173,21 +181,40 @@ impl Render {
             memory.clear(self.background);
         }
         let mut depth = None;
-        let options = SceneOptions {
+        let mut options = SceneOptions {
             shade: self.shade.unwrap_or_default(),
             depth_use: if self.depth_out.is_some() { DepthUse::Keep } else { DepthUse::SceneOnly },
             ..SceneOptions::new(size.width, size.height)
         };
+        let mut cheaper = None;
+        let mut plan = String::new();
+        if let Some(max_error) = self.max_error {
+            let budget = Budget {
+                scene,
+                options: &options,
+                kind: BudgetKind::Scene,
+                depth_format: DepthFormat::default(),
+                width: size.width,
+                height: size.height,
+                max_error,
+            };
+            let choice =
+                choose(renderer, &budget).map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
+            plan.push_str(&choice.to_string());
+            let mut changed = scene.clone();
+            choice.apply(&mut changed, &mut options);
+            cheaper = Some(changed);
+        }
+        let scene = cheaper.as_ref().unwrap_or(scene);
         let mut target = Target {
             memory: &mut memory,
             depth: &mut depth,
             depth_format: DepthFormat::default(),
             ids: None,
         };
-        let plan = match self.explain {
-            true => pipeline::plan_scene(&target, scene, &options).to_string(),
-            false => String::new(),
-        };
+        if self.explain {
+            plan.insert_str(0, &pipeline::plan_scene(&target, scene, &options).to_string());
+        }
         if let Some(trace) = self.trace {
             trace::print(scene, &options, [size.width, size.height], trace).map_err(refused)?;
         }
@@ -226,6 +253,12 @@ impl Render {
         if self.explain {
             let plan = eye::plan(scene, exact).map_err(|e| refused(e.to_string()))?;
             let _ = writeln!(std::io::stdout(), "{plan}");
+            if self.max_error.is_some() {
+                let _ = writeln!(
+                    std::io::stdout(),
+                    "budget: exact; no fan of rays is both cheaper than the exact fibre and as near"
+                );
+            }
         }
         let [width, height] = match self.size {
             Some(FrameSize { width, height }) => [width, height],

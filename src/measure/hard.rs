@@ -27,7 +27,7 @@ pub fn hard(progress: &mut dyn FnMut(&str)) -> Vec<HardRow> {
     progress("Hard cases through the pipeline");
     let mut rows: Vec<HardRow> = hard_cases().iter().map(through_the_pipeline).collect();
     progress("Limits of f32");
-    rows.extend(limits_of_f32());
+    rows.extend(limits_of_f32().iter().map(Limit::row));
     progress("The eye at all scales");
     rows.extend(eye_scales());
     rows
@@ -76,38 +76,78 @@ fn last_power_that(holds: impl Fn(f64) -> bool) -> f64 {
     last
 }
 
-/// A limit as theory has it and as it is found, which must be the same power of two.
-fn limit(case: &str, theory: (f64, &str), found: f64) -> HardRow {
-    HardRow {
-        case: case.into(),
-        promise: format!("f32 holds to {:e} {}", theory.0, theory.1),
-        measured: format!("holds to {found:e}, fails at {:e}", 2.0 * found),
-        passed: found == theory.0,
+/// A limit of f32: what theory says, derived from the format alone, and what holds.
+struct Limit {
+    case: &'static str,
+    /// The largest power of two at which it holds.
+    theory: f64,
+    /// Why.
+    because: &'static str,
+    /// Whether it holds at a power of two.
+    holds: fn(f64) -> bool,
+}
+
+impl Limit {
+    fn row(&self) -> HardRow {
+        let found = last_power_that(self.holds);
+        HardRow {
+            case: self.case.into(),
+            promise: format!("holds to {:e}: {}", self.theory, self.because),
+            measured: format!("holds to {found:e}, fails at {:e}", 2.0 * found),
+            passed: found == self.theory,
+        }
     }
 }
 
-fn limits_of_f32() -> Vec<HardRow> {
-    let spacing = |x: f64| crate::truth::ulp_f32(x);
-    let texels = last_power_that(|x| spacing(x) <= 1.0 / 256.0);
-    let pixels = last_power_that(|x| spacing(x) <= 1.0 / 256.0 && (x as f32 + 1.0 / 256.0) as f64 > x);
-    // An edge function of corners 2^k apart, asked half a unit from the edge: products of 2^(2k).
-    let edge = last_power_that(|x| {
-        let (d, p) = ([x as f32, x as f32 - 1.0], [x as f32 * 0.5, (x as f32 - 1.0) * 0.5 + 0.5]);
-        d[0] * p[1] - d[1] * p[0] != 0.0
-    });
-    let exponent = last_power_that(|n| {
-        let x = 1.0f32 - f32::EPSILON;
-        (libm::pow(x as f64, n) - libm::pow(1.0 - 2.0 * f32::EPSILON as f64, n)).abs() < 0.5 / 255.0
-    });
-    vec![
-        limit(
-            "a texture coordinate in f32, to 1/256 texel",
-            (65_536.0 / 2.0, "texels from the origin"),
-            texels,
-        ),
-        limit("a screen coordinate in f32, to 1/256 pixel", (32_768.0, "pixels"), pixels),
-        limit("the edge function in f32, half a unit beside the edge", (16_777_216.0, "units"), edge),
-        limit("Phong's power of a cosine in f32, to half a step", (8192.0 * 2.0, "as exponent"), exponent),
+/// Where f32 must fail. An f32 has a significand of 24 bits: from 2^k to 2^(k+1) its numbers stand 2^(k-23) apart.
+fn limits_of_f32() -> [Limit; 5] {
+    let power_under = |x: f64| libm::exp2(libm::floor(libm::log2(x)));
+    [
+        Limit {
+            case: "a texture coordinate in f32, to 1/256 texel, texels from the origin",
+            theory: libm::exp2(23.0 - 8.0),
+            because: "2^(k-23) <= 2^-8 up to k = 15",
+            holds: |x| {
+                let next = f32::from_bits((x as f32).to_bits() + 1);
+                next as f64 - x <= 1.0 / 256.0
+            },
+        },
+        Limit {
+            case: "a screen coordinate in f32, to 1/256 pixel",
+            theory: libm::exp2(23.0 - 8.0),
+            because: "a step of 1/256 is lost where numbers stand 1/128 apart, from 2^16 on",
+            holds: |x| (x as f32 + 1.0 / 256.0) as f64 == x + 1.0 / 256.0,
+        },
+        Limit {
+            case: "the edge function in f32, a point half a unit beside an edge through the origin",
+            theory: libm::exp2(24.0),
+            because: "the corner (x, x - 1) is on the diagonal once x - 1 takes more than 24 bits",
+            holds: |x| {
+                let (d, p) = ([x as f32, (x - 1.0) as f32], [(x * 0.5) as f32, (x * 0.5) as f32]);
+                d[0] * p[1] - d[1] * p[0] != 0.0
+            },
+        },
+        Limit {
+            case: "Phong's power of a cosine in f32, to half a step of 255, as exponent",
+            // Neighbours below 1 are 2^-24 apart; the nearest power is off by d(x^n) = n x^(n-1) 2^-24 at most, x near 1.
+            theory: power_under(0.5 / 255.0 * libm::exp2(24.0)),
+            because: "n 2^-24 <= 0.5/255",
+            holds: |n| {
+                let below = 1.0 - libm::exp2(-24.0);
+                (1.0 - libm::pow(below, n)).abs() <= 0.5 / 255.0
+            },
+        },
+        Limit {
+            case: "a depth of f32 behind a near plane at 1, two surfaces a unit apart, distance from the eye",
+            // z = 1 - 1/d with the far plane at infinity; numbers below 1 are 2^-24 apart.
+            theory: libm::exp2(11.0),
+            because: "1/(d (d+1)) > 2^-24 holds for all d under 2^12, so from 2^11 to its double",
+            holds: |d| {
+                let z = |d: f64| (1.0 - 1.0 / d) as f32;
+                // Any two surfaces a unit apart up to here.
+                (0..64).all(|i| z(d + d * i as f64 / 64.0) < z(d + d * i as f64 / 64.0 + 1.0))
+            },
+        },
     ]
 }
 
@@ -147,4 +187,26 @@ fn eye_scales() -> Vec<HardRow> {
             }
         })
         .to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn f32_holds_up_to_each_limit_and_not_beyond() {
+        for limit in limits_of_f32() {
+            assert!((limit.holds)(limit.theory), "{} at {}", limit.case, limit.theory);
+            assert!(!(limit.holds)(2.0 * limit.theory), "{} at {}", limit.case, 2.0 * limit.theory);
+        }
+    }
+
+    #[test]
+    fn f64_is_nowhere_near_these_limits() {
+        // The same edge, corner and point in f64, as the pipeline has them: far on both sides of f32's limit.
+        for k in [20, 24, 25, 40, 52] {
+            let x = libm::exp2(k as f64);
+            assert!(x * (x * 0.5) - (x - 1.0) * (x * 0.5) == x * 0.5, "2^{k}");
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod depth;
 mod experiment;
 mod eye;
 mod fan;
+mod growing;
 mod growth;
 mod hard;
 mod hidden;
@@ -28,6 +29,7 @@ mod rsqrt;
 mod shading;
 mod target;
 mod textures;
+mod threads;
 pub mod write;
 
 pub use clock::Timing;

@@ -15,6 +15,7 @@ pub fn experiments() -> Vec<Experiment> {
         super::hidden::HIDDEN,
         super::fan::FAN,
         super::eye::EYE,
+        super::threads::THREADS,
     ]
 }
 
@@ -31,11 +32,16 @@ pub struct GrowthStudy {
 
 /// Every growth study.
 pub fn growth_studies() -> Vec<GrowthStudy> {
-    vec![GrowthStudy {
-        id: "facets",
-        title: "Growth with the eye's facets",
-        run: super::eye::growth_with_facets,
-    }]
+    use super::{eye, growing};
+    let study = |id, title, run| GrowthStudy { id, title, run };
+    vec![
+        study("triangles", "Growth with triangles", growing::triangles),
+        study("pixels", "Growth with pixels", growing::pixels),
+        study("lights", "Growth with lights", growing::lights),
+        study("overdraw", "Growth with overdraw", growing::overdraw),
+        study("clients", "Growth with clients", growing::clients),
+        study("facets", "Growth with the eye's facets", eye::growth_with_facets),
+    ]
 }
 
 /// An experiment with its rows.
@@ -51,6 +57,39 @@ impl Section {
     /// Subjects in order, each with its rows.
     pub fn subjects(&self) -> impl Iterator<Item = (&str, &[Row])> {
         self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
+    }
+
+    /// Alternatives that are plainly better than the default: at least a tenth faster with no more error, on some subject;
+    /// `None` where nothing was timed or there is no default.
+    pub fn better_than_default(&self) -> Option<Vec<(&str, &str)>> {
+        let column = self.experiment.plotted;
+        let mut better = Vec::new();
+        let mut has_default = false;
+        for (subject, rows) in self.subjects() {
+            let Some(default) = rows.iter().find(|r| r.is_default) else { continue };
+            let Some(time) = default.nanoseconds_per_unit() else { continue };
+            has_default = true;
+            for row in rows.iter().filter(|r| !r.is_default && r.errors[column] <= default.errors[column]) {
+                if row.nanoseconds_per_unit().is_some_and(|t| t < 0.9 * time) {
+                    better.push((subject, row.alternative.as_str()));
+                }
+            }
+        }
+        has_default.then_some(better)
+    }
+
+    /// What that says of the default, in a sentence.
+    pub fn verdict(&self) -> String {
+        match self.better_than_default() {
+            None => "Nothing here is a default that could be bettered.".into(),
+            Some(better) if better.is_empty() => {
+                "Ruled out: nothing else is a tenth faster with no more error than the default, on any subject.".into()
+            }
+            Some(better) => {
+                let named: Vec<String> = better.iter().map(|(subject, name)| format!("{name} ({subject})")).collect();
+                format!("A tenth faster or more than the default with no more error: {}.", named.join("; "))
+            }
+        }
     }
 
     /// The rows of the Pareto front among `rows`: none other is both faster and nearer to the truth.

@@ -15,6 +15,7 @@
 //! (projections).
 
 mod assemble;
+pub mod budget;
 mod call;
 mod clip;
 mod derive;

@@ -181,6 +181,18 @@ fn judge(report: &mut Report, truth: &TruthPicture, [x, y]: [u32; 2], found: [u8
     }
 }
 
+/// How far a pixel's bytes are from the nearest right answer, in 1/255 steps; `index` is width y + x.
+///
+/// # Panics
+/// Off the picture.
+pub fn color_error(truth: &TruthPicture, index: usize, found: [u8; 4]) -> u8 {
+    let [x, y] = [index as u32 % truth.width(), index as u32 / truth.width()];
+    if truth.is_free(x, y) {
+        return 0;
+    }
+    truth.states(x, y).iter().map(|s| color_distance(s, found)).min().unwrap_or(0)
+}
+
 /// The largest distance of a byte from a right answer's range; a drawn pixel's alpha is 255.
 fn color_distance(s: &State, found: [u8; 4]) -> u8 {
     if s.drawn.is_some() && found[3] != 255 {

@@ -34,7 +34,7 @@ pub use compare::{Report, compare};
 pub use coverage::{Coverage, Outline};
 pub use hard::hard_cases;
 pub use picture::{FaceKey, FaceRecord, State, TruthPicture, byte, ulp_f32};
-pub use render::{Settings, Transparency, render};
+pub use render::{Settings, Transparency, render, render_pixels};
 pub use wide::Wide;
 
 #[cfg(test)]

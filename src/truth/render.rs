@@ -63,12 +63,43 @@ pub fn render(
 /// A run of layers whose sorting keys agree to this part of their size may come in any order.
 const KEY_TURN: f64 = 1e-12;
 
+/// Renders some pixels of a scene, a list of (x, y); the others stay cleared, or of the background's colour.
+///
+/// # Errors
+/// When the scene's camera cannot be used.
+pub fn render_pixels(
+    scene: &Scene,
+    width: u32,
+    height: u32,
+    format: DepthFormat,
+    settings: &Settings,
+    pixels: &[[u32; 2]],
+) -> Result<TruthPicture, CameraError> {
+    let mut wanted = vec![false; width as usize * height as usize];
+    for &[x, y] in pixels.iter().filter(|p| p[0] < width && p[1] < height) {
+        wanted[y as usize * width as usize + x as usize] = true;
+    }
+    let mut picture = TruthPicture::new(width, height, format);
+    picture.draw_where(scene, settings, |index| wanted[index])?;
+    Ok(picture)
+}
+
 impl TruthPicture {
     /// Draws a scene over what is there: background, then faces, each at every pixel of its box.
     ///
     /// # Errors
     /// When the scene's camera cannot be used; the picture is then as it was.
     pub fn draw(&mut self, scene: &Scene, settings: &Settings) -> Result<(), CameraError> {
+        self.draw_where(scene, settings, |_| true)
+    }
+
+    /// [`TruthPicture::draw`] where `is_wanted` says so of a pixel's index, width y + x; the background is drawn everywhere.
+    fn draw_where(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        is_wanted: impl Fn(usize) -> bool,
+    ) -> Result<(), CameraError> {
         let (width, height) = (self.width(), self.height());
         let whole = Viewport { x: 0, y: 0, width, height, rule: ViewportRule::Corners };
         let viewport = settings.viewport.unwrap_or(whole);
@@ -92,7 +123,7 @@ impl TruthPicture {
         for y in clip[2]..clip[3] {
             let row: Vec<usize> =
                 (0..faces.len()).filter(|&i| (boxes[i][2]..boxes[i][3]).contains(&y)).collect();
-            for x in clip[0]..clip[1] {
+            for x in (clip[0]..clip[1]).filter(|x| is_wanted((width as i64 * y + x) as usize)) {
                 let ndc = sight.ndc_of_pixel(x, y);
                 let mut layers = Vec::new();
                 for &i in row.iter().filter(|&&i| (boxes[i][0]..boxes[i][1]).contains(&x)) {

@@ -46,6 +46,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
                 "about": s.experiment.about,
                 "unit": s.experiment.unit,
                 "rows": rows,
+                "verdict": s.verdict(),
             })
         })
         .collect();

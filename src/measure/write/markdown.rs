@@ -77,6 +77,9 @@ fn table(out: &mut String, section: &Section) {
                 writeln!(out, "| {subject} | {name} |{errors} {} | {spent} | {front} |", bounds.join("; "));
         }
     }
+    if section.rows.iter().any(|r| r.timing.is_some()) {
+        let _ = writeln!(out, "\n{}", section.verdict());
+    }
 }
 
 /// The hard cases as a table.

@@ -20,6 +20,7 @@
 
 mod control;
 mod memory;
+mod quality;
 mod resources;
 mod shared;
 mod space;

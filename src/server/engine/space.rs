@@ -1,7 +1,7 @@
 //! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
 
 use super::{Engine, IdNames};
-use crate::command::{Command, LightCommand};
+use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory};
@@ -163,7 +163,7 @@ impl Engine {
         }
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
         let name = self.id_of(name);
-        let call = DrawCall {
+        let mut call = DrawCall {
             shared: Some(&geometry),
             model: s.model,
             camera: s.camera,
@@ -179,6 +179,13 @@ impl Engine {
             name,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
+        let kept_lights;
+        if let Quality::MaxError(max_error) = s.quality {
+            let cheaper = self.cheaper_draw(&call, &geometry, texture.as_ref(), max_error)?;
+            kept_lights = cheaper.lights;
+            call.lights = &kept_lights;
+            (call.shade, call.sampling, call.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
+        }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw(&mut target, &call)?;
         self.note_draw(s, &stats);
@@ -194,7 +201,7 @@ impl Engine {
         }
         let mut scene = document.at(time);
         apply_own_state(&mut scene, s);
-        let options = SceneOptions {
+        let mut options = SceneOptions {
             viewport,
             camera: s.camera,
             shade: s.shade,
@@ -204,6 +211,9 @@ impl Engine {
             first_name: self.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
+        if let Quality::MaxError(max_error) = s.quality {
+            self.cheaper_scene(&mut scene, &mut options, max_error)?;
+        }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw_scene(&mut target, &scene, &options)?;
         self.note_draw(s, &stats);
