@@ -23,7 +23,7 @@ fn main() -> ExitCode {
     let triangles: Vec<[u32; 3]> = (0..count).map(|i| mesh.triangles[shuffle(i)]).collect();
     let polygons: Vec<u32> = (0..count).map(|i| mesh.triangle_polygon[shuffle(i)]).collect();
     show("z-buffer", [2 * SIDE, SIDE + 16], Motion::Moving, move |client, frame| {
-        let shown = (frame as usize + 1) * FACES_A_FRAME % (count + 60 * FACES_A_FRAME);
+        let shown = FACES_A_FRAME + frame as usize * FACES_A_FRAME % (count + 60 * FACES_A_FRAME);
         mesh.triangles = triangles[..shown.min(count)].to_vec();
         mesh.triangle_polygon = polygons[..shown.min(count)].to_vec();
         let geometry = Geometry { mesh: mesh.clone(), ..Default::default() };
