@@ -308,3 +308,26 @@ fn the_program_describes_itself() {
         );
     }
 }
+
+#[test]
+fn a_stream_is_traced_to_what_is_seen_in_the_end() {
+    // Two quads, the nearer one drawn first; the second draw must not be taken for what is seen.
+    let quad = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+    let stream = format!(
+        "MESH quad obj :{}\n{quad}LOOKAT 0 0 5 0 0 0 0 1 0\n\
+         MATERIAL 0 0 0 0 0 0 0 0 0 1 1 0 0\nDRAW quad\n\
+         TRANSLATE 0 0 -1\nMATERIAL 0 0 0 0 0 0 0 0 0 1 0 1 0\nDRAW quad\nPX 10 10\n",
+        quad.len()
+    );
+    let stream = stream.as_bytes();
+    let seen = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "10,10"], stream);
+    assert!(seen.status.success(), "{} {}", out(&seen), err(&seen));
+    assert!(out(&seen).starts_with("PX 10 10 ff0000\n"), "{}", out(&seen));
+    assert!(out(&seen).contains("255 0 0 255 = #ff0000 at FBptr[840]"), "{}", out(&seen));
+    // By its number the hidden one is found, too: triangles count through all draws.
+    let hidden = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "3@10,10"], stream);
+    assert!(out(&hidden).contains("triangle 1 of object 0 \"quad\""), "{}", out(&hidden));
+    assert!(out(&hidden).contains("0 255 0 255 = #00ff00"), "{}", out(&hidden));
+    let nothing = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "4"], stream);
+    assert!(err(&nothing).contains("--trace"), "{}", err(&nothing));
+}

@@ -2,6 +2,7 @@
 
 use super::color::color;
 use super::drawing::Drawing;
+use super::trace::TraceAt;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
 use crate::load::Folder;
@@ -10,7 +11,7 @@ use crate::save;
 use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RECORD_MAGIC, RenderThread};
 use clap::Args;
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,6 +37,10 @@ pub struct Play {
     /// Write the frame at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
+    /// Print every number that a triangle (N, counted through all draws), what is seen at a pixel (X,Y) or a triangle at a
+    /// pixel (N@X,Y) has on its way
+    #[arg(long, value_name = "N|X,Y|N@X,Y")]
+    trace: Option<TraceAt>,
     /// Write the depth at the end
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
@@ -89,6 +94,9 @@ impl Play {
             .map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
         engine.set_renderer(self.drawing.renderer());
+        if let Some(trace) = self.trace {
+            engine.set_trace(trace.probe());
+        }
         if self.background != VideoMemory::CLEAR {
             engine.fill_frame(self.background);
         }
@@ -139,6 +147,13 @@ impl Play {
                 thread.finish(Finish::WhenAllEnded)
             }
         };
+        if self.trace.is_some() {
+            match engine.trace() {
+                // Nobody may be reading.
+                Some(numbers) => drop(writeln!(io::stdout(), "{numbers}")),
+                None => say_as_program("--trace: no draw had this triangle, or gave this pixel its colour"),
+            }
+        }
         let is_saved = self.save(&engine);
         if interrupted.load(Ordering::Acquire) {
             return Status::Interrupted;

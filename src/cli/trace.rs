@@ -40,6 +40,13 @@ impl FromStr for TraceAt {
     }
 }
 
+impl TraceAt {
+    /// What is followed.
+    pub(super) fn probe(self) -> Probe {
+        self.0
+    }
+}
+
 /// Prints the numbers of one triangle and pixel of `scene`, drawn with `options` into a frame of `size`.
 pub(super) fn print(
     scene: &Scene,

@@ -24,6 +24,7 @@ mod quality;
 mod resources;
 mod shared;
 mod space;
+mod trace;
 
 use super::names::Names;
 use super::record::Recorder;
@@ -80,6 +81,7 @@ pub struct Engine {
     queue_bytes: u64,
     /// What the last 3-D draw did, in words without blanks.
     plan: String,
+    tracing: Option<trace::Tracing>,
     shared_file: Option<shared::Shared>,
     recorder: Option<Recorder>,
     /// What stands in the recording for the command that is run.
@@ -151,6 +153,7 @@ impl Engine {
             listeners: 0,
             queue_bytes: 0,
             plan: String::from("-"),
+            tracing: None,
             shared_file: None,
             recorder: None,
             recorded_as: None,

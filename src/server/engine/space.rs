@@ -162,7 +162,7 @@ impl Engine {
             return Ok(());
         }
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
-        let name = self.id_of(name);
+        let (mesh_name, name) = (name, self.id_of(name));
         let mut call = DrawCall {
             shared: Some(&geometry),
             model: s.model,
@@ -188,6 +188,7 @@ impl Engine {
         }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw(&mut target, &call)?;
+        self.follow_draw(&call, mesh_name);
         self.note_draw(s, &stats);
         Ok(())
     }
@@ -216,6 +217,7 @@ impl Engine {
         }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw_scene(&mut target, &scene, &options)?;
+        self.follow_scene(&scene, &options);
         self.note_draw(s, &stats);
         Ok(())
     }

@@ -1,0 +1,75 @@
+//! The textbook mode of a stream: one triangle, or what is seen at one pixel, followed through the draws.
+
+use super::Engine;
+use crate::pipeline::trace::{Probe, Trace, TraceError, trace_draw, trace_scene};
+use crate::pipeline::{DrawCall, SceneOptions};
+use crate::scene::{HiddenSurface, Scene};
+
+/// How far the fast renderer's depth may be from the plain path's, which a trace follows.
+const DEPTH_TOLERANCE: f64 = 1e-6;
+
+/// What is followed, and what was found.
+#[derive(Debug)]
+pub(super) struct Tracing {
+    probe: Probe,
+    /// Triangles of the draws so far: a number counts through all of them.
+    triangles: u64,
+    found: Option<String>,
+}
+
+impl Engine {
+    /// Follows a triangle, counted from 0 through all draws, or what is seen at a pixel, from now on.
+    pub fn set_trace(&mut self, probe: Probe) {
+        self.tracing = Some(Tracing { probe, triangles: 0, found: None });
+    }
+
+    /// The numbers that were found, as text; `None` when no draw had the triangle, or reached the pixel.
+    pub fn trace(&self) -> Option<&str> {
+        self.tracing.as_ref()?.found.as_deref()
+    }
+
+    /// Looks for the probe in a draw that was just made.
+    pub(super) fn follow_draw(&mut self, call: &DrawCall, name: &str) {
+        let count = call.geometry.mesh.triangles.len() as u64;
+        let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
+        self.follow(count, call.hide, |probe| {
+            let mut trace = trace_draw(call, size, format, probe)?;
+            trace.object.1 = name.to_owned();
+            Ok(trace)
+        });
+    }
+
+    /// Looks for the probe in a scene that was just drawn.
+    pub(super) fn follow_scene(&mut self, scene: &Scene, options: &SceneOptions) {
+        let count = scene.objects.iter().map(|o| o.geometry.mesh.triangles.len() as u64).sum();
+        let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
+        self.follow(count, options.hide, |probe| trace_scene(scene, options, size, format, probe));
+    }
+
+    fn follow(
+        &mut self,
+        count: u64,
+        hide: HiddenSurface,
+        trace: impl FnOnce(Probe) -> Result<Trace, TraceError>,
+    ) {
+        let Some(tracing) = &mut self.tracing else { return };
+        let before = tracing.triangles;
+        tracing.triangles += count;
+        let within = |n: u64| n.checked_sub(before).filter(|n| *n < count);
+        let probe = match tracing.probe {
+            Probe::Triangle(n) => within(n).map(Probe::Triangle),
+            Probe::TriangleAt(n, x, y) => within(n).map(|n| Probe::TriangleAt(n, x, y)),
+            pixel @ Probe::Pixel(..) => Some(pixel),
+        };
+        let Some(Ok(found)) = probe.map(trace) else { return };
+        if let (Probe::Pixel(x, y), Some(pixel), Some(depth)) = (tracing.probe, &found.pixel, &self.depth)
+            && hide == HiddenSurface::ZBuffer
+            && let Some(stored) = depth.z(x, y)
+            // What was drawn before may be nearer. What lets light through writes no depth, but is seen where it is nearer.
+            && pixel.z > stored + DEPTH_TOLERANCE
+        {
+            return;
+        }
+        tracing.found = Some(found.to_string());
+    }
+}
