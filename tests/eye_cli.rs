@@ -165,4 +165,7 @@ fn the_table_of_fans_has_every_space_and_screen() {
         assert!(text(&output.stdout).contains(&format!("| {subject} | **exact** | 0 |")), "{subject}");
     }
     assert!(std::fs::read_to_string(page).unwrap().contains("<svg"));
+    for part in ["## The N-dimensional eye on threads", "facets^", "## Goals"] {
+        assert!(text(&output.stdout).contains(part), "{part}");
+    }
 }

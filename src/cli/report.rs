@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Measures every stage's alternatives for speed and error, and writes report.md, report.json and report.html
+/// Measures every stage's alternatives for speed and error, and writes report.md, .json, .html and .svg
 #[derive(Debug, Args)]
 pub(super) struct Report {
     /// The folder to write into; without one the tables go to standard output
@@ -38,6 +38,7 @@ impl Report {
                 ("report.md", write::markdown(&report, &machine)),
                 ("report.json", json),
                 ("report.html", write::html(&report, &machine)),
+                ("report.svg", write::sheet(&report, &machine)),
             ];
             (files, report.broken_bounds())
         };

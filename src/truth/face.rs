@@ -182,7 +182,7 @@ impl<'a> ObjectView<'a> {
     }
 
     /// Object to world, view and clip space, with a bound on what plain f64 may be off by in clip space.
-    fn place(&self, p: DVec3) -> Place {
+    pub fn place(&self, p: DVec3) -> Place {
         let m = self.object.model;
         let rows: [[f64; 4]; 4] = std::array::from_fn(|r| m.row(r).to_array());
         let object: Wide4 = [p.x.into(), p.y.into(), p.z.into(), Wide::ONE];
@@ -351,10 +351,12 @@ impl<'a> ObjectView<'a> {
 }
 
 /// A position on its way to the screen.
-struct Place {
-    world: Wide3,
+pub struct Place {
+    /// World space.
+    pub world: Wide3,
     view: Wide4,
-    clip: Wide4,
+    /// Clip space.
+    pub clip: Wide4,
     /// What the plain f64 evaluation of each clip coordinate may be off by.
     slack: [f64; 4],
 }

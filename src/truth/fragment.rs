@@ -50,7 +50,8 @@ pub struct Lens<'a> {
 }
 
 impl Tone {
-    fn hull(self, other: Tone) -> Tone {
+    /// The range that holds both.
+    pub fn hull(self, other: Tone) -> Tone {
         Tone {
             lo: self.lo.min(other.lo),
             hi: self.hi.max(other.hi),
@@ -142,7 +143,7 @@ impl Lens<'_> {
     }
 
     /// X3D's fog: f C + (1-f) fog, f = (range-d)/range or exp(-d/(range-d)), 0 from the range on.
-    fn fogged(&self, color: DVec3, point: DVec3) -> DVec3 {
+    pub fn fogged(&self, color: DVec3, point: DVec3) -> DVec3 {
         let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0) else { return color };
         let (d, range) = (point.distance(self.sight.eye), fog.visibility_range);
         let f = match fog.kind {

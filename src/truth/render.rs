@@ -6,6 +6,7 @@ use super::face::{Face, ObjectView};
 use super::fragment::Lens;
 use super::light::Lighting;
 use super::picture::{DepthUse, FaceKey, Layer, TruthPicture};
+use super::strokes::dots;
 use super::texture::Pyramid;
 use super::wide::Wide;
 use crate::memory::DepthFormat;
@@ -14,7 +15,7 @@ use crate::scene::{
     ViewportRule,
 };
 use std::cmp::Ordering;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// When transparent faces are drawn.
@@ -116,8 +117,8 @@ impl TruthPicture {
         if clip[0] >= clip[1] || clip[2] >= clip[3] {
             return Ok(());
         }
-        let (faces, keys) = self.faces_in_order(scene, settings, &sight);
         let lens = Lens { sight: &sight, interpolation: settings.interpolation, fog: scene.fog };
+        let (faces, keys, strokes) = self.faces_in_order(scene, settings, &lens, clip);
         let boxes: Vec<[i64; 4]> =
             faces.iter().map(|f| f.bounds(clip, |x, y| sight.to_screen(x, y))).collect();
         for y in clip[2]..clip[3] {
@@ -125,7 +126,7 @@ impl TruthPicture {
                 (0..faces.len()).filter(|&i| (boxes[i][2]..boxes[i][3]).contains(&y)).collect();
             for x in (clip[0]..clip[1]).filter(|x| is_wanted((width as i64 * y + x) as usize)) {
                 let ndc = sight.ndc_of_pixel(x, y);
-                let mut layers = Vec::new();
+                let mut ranked = Vec::new();
                 for &i in row.iter().filter(|&&i| (boxes[i][0]..boxes[i][1]).contains(&x)) {
                     let coverage = faces[i].covers(x, y, ndc);
                     if coverage == Coverage::No {
@@ -139,9 +140,16 @@ impl TruthPicture {
                             is_transparent: faces[i].is_transparent,
                             is_textured: faces[i].texture.is_some(),
                         };
-                        layers.push((sort_key(settings, &faces[i]), layer));
+                        let rank = face_rank(settings, &faces[i]);
+                        ranked.push((rank, (sort_key(settings, &faces[i]), layer)));
                     }
                 }
+                for (object, layer) in strokes.get(&[x, y]).into_iter().flatten() {
+                    ranked.push((stroke_rank(settings, *object), (None, layer.clone())));
+                }
+                // Stable: faces keep their order among themselves, and strokes theirs.
+                ranked.sort_by_key(|r| r.0);
+                let layers: Vec<_> = ranked.into_iter().map(|r| r.1).collect();
                 if !layers.is_empty() {
                     self.resolve((width as i64 * y + x) as usize, &right_orders(&layers));
                 }
@@ -150,13 +158,16 @@ impl TruthPicture {
         Ok(())
     }
 
-    /// All faces in the order in which they are drawn, with their keys in this picture.
+    /// All faces in the order in which they are drawn, with their keys in this picture; and what lines and points there are.
     fn faces_in_order<'a>(
         &mut self,
         scene: &'a Scene,
         settings: &'a Settings,
-        sight: &'a Sight,
-    ) -> (Vec<Face<'a>>, Vec<FaceKey>) {
+        lens: &Lens<'a>,
+        clip: [i64; 4],
+    ) -> (Vec<Face<'a>>, Vec<FaceKey>, Strokes) {
+        let sight = lens.sight;
+        let mut strokes = Strokes::new();
         let mut pyramids: HashMap<*const Texture, Rc<Pyramid>> = HashMap::new();
         let mut pyramid = |t: &'a Texture| {
             pyramids.entry(std::ptr::from_ref(t)).or_insert_with(|| Rc::new(Pyramid::new(t))).clone()
@@ -169,7 +180,34 @@ impl TruthPicture {
             };
             let lighting = Rc::new(Lighting { ambient: scene.ambient, lights, viewer: sight.viewer });
             let view = ObjectView { index: index as u32, object, sight, settings, lighting };
-            faces.extend(view.faces(&mut pyramid));
+            let own = view.faces(&mut pyramid);
+            let mesh = &object.geometry.mesh;
+            let is_wire = object.shade.unwrap_or(settings.shade) == ShadeMode::Wire;
+            if is_wire || !mesh.lines.is_empty() || !mesh.points.is_empty() {
+                let seen: HashSet<u32> = own.iter().map(|f| f.triangle).collect();
+                for dot in dots(&view, lens, clip, &seen, is_wire) {
+                    // Never of one depth with a face: its place among them is not theirs.
+                    let aside = [Wide::ZERO, Wide::ZERO, -Wide::ONE, Wide::new(-7.0)];
+                    let face =
+                        self.register(&object.name, index as u32, 0, [dot.clip[0], dot.clip[1], aside]);
+                    let depth_use = match (settings.hide, dot.is_transparent) {
+                        (HiddenSurface::ZBuffer, true) => DepthUse::Test,
+                        (HiddenSurface::ZBuffer, false) => DepthUse::TestAndWrite,
+                        _ => DepthUse::Ignore,
+                    };
+                    let layer = Layer {
+                        fragment: dot.fragment,
+                        face,
+                        depth_use,
+                        is_transparent: dot.is_transparent,
+                        is_textured: false,
+                    };
+                    strokes.entry([dot.x, dot.y]).or_default().push((index as u32, layer));
+                }
+            }
+            if !is_wire {
+                faces.extend(own);
+            }
         }
         // Stable: opaque before transparent where asked, then by the key where there is one.
         faces.sort_by(|a, b| {
@@ -186,7 +224,30 @@ impl TruthPicture {
                 self.register(name, f.object, f.triangle, [0, 1, 2].map(|i| f.corners[i].clip))
             })
             .collect();
-        (faces, keys)
+        (faces, keys, strokes)
+    }
+}
+
+/// Layers of lines and points by pixel, with their object's number, in drawing order.
+type Strokes = HashMap<[i64; 2], Vec<(u32, Layer)>>;
+
+/// Where a face stands among lines and points: late, then by object.
+fn face_rank(settings: &Settings, face: &Face) -> (bool, u32, bool) {
+    match settings.transparency {
+        Transparency::AtOnce => (false, face.object, false),
+        Transparency::AfterOpaque(_) if face.is_transparent => (true, 0, false),
+        Transparency::AfterOpaque(_) if settings.hide == HiddenSurface::Painter => (false, 0, false),
+        Transparency::AfterOpaque(_) => (false, face.object, false),
+    }
+}
+
+/// An object's lines and points follow its opaque faces; the painter's follow those of all objects.
+fn stroke_rank(settings: &Settings, object: u32) -> (bool, u32, bool) {
+    match settings.transparency {
+        Transparency::AfterOpaque(_) if settings.hide == HiddenSurface::Painter => {
+            (false, object.saturating_add(1), true)
+        }
+        _ => (false, object, true),
     }
 }
 

@@ -17,8 +17,8 @@ pub(super) struct Bench {
     /// Small pictures, little time
     #[arg(long, requires = "bench")]
     quick: bool,
-    /// Write the table with its plot as a page
-    #[arg(long, value_name = "FILE.html", requires = "bench")]
+    /// Write the tables with their plots as a page, or the plots alone as a picture
+    #[arg(long, value_name = "FILE.html|FILE.svg", requires = "bench")]
     out: Option<PathBuf>,
 }
 
@@ -37,7 +37,11 @@ impl Bench {
         let _ = std::io::stdout().lock().write_all(text.as_bytes());
         let broken = report.broken_bounds();
         broken.iter().for_each(|line| say(line));
-        let page = write::html(&report, &machine);
+        let is_picture = self.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "svg"));
+        let page = match is_picture {
+            true => write::sheet(&report, &machine),
+            false => write::html(&report, &machine),
+        };
         let saved =
             self.out.as_ref().map(|path| save::atomically(path, |out| out.write_all(page.as_bytes())));
         if let Some(Err(e)) = saved {

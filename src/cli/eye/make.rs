@@ -13,9 +13,9 @@ pub(super) struct Make {
     /// Print a scene around this shape
     #[arg(long = "make", value_name = "SHAPE")]
     pub shape: Option<Made>,
-    /// Dimensions of the space
-    #[arg(long, value_name = "N", default_value_t = 4, requires = "shape")]
-    dim: usize,
+    /// Dimensions of the space [default: 4]
+    #[arg(long, value_name = "N", requires = "shape")]
+    dim: Option<usize>,
     /// Pixels along each axis of the screen, as many numbers as it has axes
     #[arg(long, value_name = "AxBxC", default_value = "320x240", requires = "shape")]
     pixels: String,
@@ -54,14 +54,18 @@ pub(super) enum Made {
 impl Make {
     /// The scene, or what is wrong with the arguments.
     pub fn scene(&self, made: Made) -> Result<EyeScene, String> {
+        let dim = self.dim.unwrap_or(4);
         let shape = match made {
-            Made::Simplex => simplex(self.dim),
-            Made::Cube => cube(self.dim),
-            Made::Tesseract => cube(4),
-            Made::CrossPolytope => cross_polytope(self.dim),
-            Made::Cell24 => cell24(4),
+            Made::Simplex => simplex(dim),
+            Made::Cube => cube(dim),
+            Made::Tesseract if dim != 4 => {
+                return Err(format!("--dim: a tesseract has 4 dimensions, not {dim}; cube has any number"));
+            }
+            Made::Tesseract => cube(dim),
+            Made::CrossPolytope => cross_polytope(dim),
+            Made::Cell24 => cell24(dim),
             Made::Prism => {
-                let (shape, colors) = self.prism()?;
+                let (shape, colors) = self.prism(dim)?;
                 let scene = self.stage(3)?.scene_in_colors(shape, |cell| colors[cell as usize]);
                 return scene.map_err(|e| e.to_string());
             }
@@ -81,11 +85,11 @@ impl Make {
     }
 
     /// The mesh, its middle at 0 and its radius 1, drawn out, and a colour for each of its polygons: that of its direction.
-    fn prism(&self) -> Result<(Shape, Vec<[f64; 3]>), String> {
+    fn prism(&self, dim: usize) -> Result<(Shape, Vec<[f64; 3]>), String> {
         let path = self.mesh.as_ref().ok_or("--make prism needs --mesh FILE.obj")?;
         let name = path.display().to_string();
-        if !(3..=8).contains(&self.dim) {
-            return Err(format!("--dim: a prism has 3 to 8 dimensions, not {}", self.dim));
+        if !(3..=8).contains(&dim) {
+            return Err(format!("--dim: a prism has 3 to 8 dimensions, not {dim}"));
         }
         if !(self.half.is_finite() && self.half > 0.0) {
             return Err(format!("--half: expected a length over 0, found {}", self.half));
@@ -110,7 +114,7 @@ impl Make {
             let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalize_or_zero();
             colors[cell as usize] = (DVec3::splat(150.0) + normal * 100.0).to_array();
         }
-        for _ in 3..self.dim {
+        for _ in 3..dim {
             shape = extrude(&shape, -self.half, self.half);
         }
         Ok((shape, colors))

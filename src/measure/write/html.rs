@@ -87,8 +87,8 @@ fn section_html(out: &mut String, section: &Section) {
         writeln!(out, "<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>", e.id, escape(e.title), escape(e.about));
     out.push_str("<div class=\"plots\">\n");
     for (subject, rows) in section.subjects() {
-        let plot = speed_against_error(section, subject, rows);
-        if !plot.is_empty() {
+        if let Some(plot) = speed_against_error(section, subject, rows) {
+            let plot = plot.with_list();
             let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{plot}</figure>", escape(subject));
         }
     }

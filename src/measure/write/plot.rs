@@ -1,7 +1,7 @@
 //! Plots as SVG: speed against error, both axes logarithmic.
 
 use super::{number, time};
-use crate::measure::{Growth, Row, Section};
+use crate::measure::{Growth, Report, Row, Section};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
@@ -42,8 +42,28 @@ impl Axis {
     }
 }
 
-/// Speed against error for the rows of one subject; empty where nothing was timed.
-pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]) -> String {
+/// A plot, and what its numbered points are: names, and whether each is the default.
+pub(super) struct Plot {
+    /// An SVG element.
+    pub svg: String,
+    /// Names in order.
+    pub names: Vec<(String, bool)>,
+}
+
+impl Plot {
+    /// The plot with its names as a list below.
+    pub fn with_list(&self) -> String {
+        let item = |(name, is_default): &(String, bool)| {
+            let class = if *is_default { " class=\"usual\"" } else { "" };
+            format!("<li{class}>{}</li>", escape(name))
+        };
+        let items: String = self.names.iter().map(item).collect();
+        format!("{}<ol>{items}</ol>\n", self.svg)
+    }
+}
+
+/// Speed against error for the rows of one subject; `None` where nothing was timed.
+pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]) -> Option<Plot> {
     let e = &section.experiment;
     let points: Vec<(&Row, f64, f64)> = rows
         .iter()
@@ -51,7 +71,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
         .filter(|p| p.1.is_finite())
         .collect();
     if points.is_empty() {
-        return String::new();
+        return None;
     }
     let x = Axis::over(points.iter().map(|p| p.1), LEFT, WIDTH - RIGHT);
     let y = Axis::over(points.iter().map(|p| p.2), HEIGHT - BOTTOM, TOP);
@@ -73,7 +93,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
     // Points that fall together move apart sideways, so that every number can be read.
     let mut placed: Vec<(f64, f64)> = Vec::new();
-    let mut legend = String::from("<ol>");
+    let mut names = Vec::new();
     for (k, (row, error, ns)) in points.iter().enumerate() {
         let (mut px, py) = (x.place(*error), y.place(*ns));
         // Always the same way, so that this ends: towards the middle.
@@ -93,15 +113,10 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
             py + 4.0,
             k + 1
         );
-        let _ = write!(
-            legend,
-            "<li{}>{}</li>",
-            if row.is_default { " class=\"usual\"" } else { "" },
-            escape(&row.alternative)
-        );
+        names.push((row.alternative.clone(), row.is_default));
     }
     out.push_str("</svg>\n");
-    out + &legend + "</ol>\n"
+    Some(Plot { svg: out, names })
 }
 
 /// Grid, labels and titles. `start` stands at the beginning of the x axis, where values of 0 are.
@@ -203,6 +218,70 @@ pub(super) fn growth(g: &Growth) -> String {
 
 fn number_of_decade(v: f64) -> String {
     if (1e-3..1e4).contains(&v) { format!("{v}") } else { format!("{v:.0e}") }
+}
+
+/// What plots look like outside a page.
+const SHEET_STYLE: &str = "
+text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14px; font-weight: 600; } .subject { fill: #4a5564; }
+.grid { stroke: #d7dce3; stroke-width: 1; } .dot { fill: #1c2430; } .default { fill: #0b62c4; stroke: #fff; stroke-width: 1.5; }
+.number { fill: #fff; font-weight: 600; } .usual { fill: #0b62c4; font-weight: 600; }
+.front { fill: none; stroke: #c4570b; stroke-width: 1.5; stroke-dasharray: 4 3; }
+";
+
+/// One picture of several plots, two abreast: each experiment's first subject, then the growths.
+pub fn sheet(report: &Report, machine: &str) -> String {
+    const MARGIN: f64 = 24.0;
+    const HEAD: f64 = 40.0;
+    const LEGEND: f64 = 74.0;
+    let mut cells: Vec<(&str, String, Plot)> = Vec::new();
+    for section in &report.sections {
+        let plots = section.subjects().filter_map(|(subject, rows)| {
+            Some((subject.to_owned(), speed_against_error(section, subject, rows)?))
+        });
+        // One picture an experiment, but all of them where there is but one experiment.
+        let count = if report.sections.len() > 2 { 1 } else { usize::MAX };
+        cells.extend(plots.take(count).map(|(subject, plot)| (section.experiment.title, subject, plot)));
+    }
+    for g in report.growth.iter().filter(|g| g.exponent().is_some()) {
+        cells.push(("Growth", g.title.clone(), Plot { svg: growth(g), names: Vec::new() }));
+    }
+    let rows = cells.len().div_ceil(2) as f64;
+    let (width, cell) = (2.0 * WIDTH + 3.0 * MARGIN, HEAD + HEIGHT + LEGEND);
+    let height = rows * cell + 3.0 * MARGIN;
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
+         <style>{SHEET_STYLE}</style>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+         <text x=\"{MARGIN}\" y=\"{MARGIN}\">{}</text>\n",
+        escape(machine)
+    );
+    for (i, (title, subject, plot)) in cells.iter().enumerate() {
+        let x = MARGIN + (i % 2) as f64 * (WIDTH + MARGIN);
+        let y = 2.0 * MARGIN + (i / 2) as f64 * cell;
+        let _ = writeln!(
+            out,
+            "<text class=\"title\" x=\"{x}\" y=\"{}\">{}</text><text class=\"subject\" x=\"{x}\" y=\"{}\">{}</text>",
+            y + 14.0,
+            escape(title),
+            y + 30.0,
+            escape(subject)
+        );
+        let placed = format!("<svg x=\"{x}\" y=\"{}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" ", y + HEAD);
+        out.push_str(&plot.svg.replacen("<svg ", &placed, 1));
+        for (k, (name, is_default)) in plot.names.iter().enumerate() {
+            let half = plot.names.len().div_ceil(2).min(5);
+            let (column, line) = (k / half, k % half);
+            let class = if *is_default { " class=\"usual\"" } else { "" };
+            let _ = writeln!(
+                out,
+                "<text{class} x=\"{:.1}\" y=\"{:.1}\">{}. {}</text>",
+                x + 30.0 + column as f64 * WIDTH / 2.0,
+                y + HEAD + HEIGHT + 10.0 + line as f64 * 13.0,
+                k + 1,
+                escape(name)
+            );
+        }
+    }
+    out + "</svg>\n"
 }
 
 /// Text that may stand in HTML.

@@ -211,13 +211,10 @@ impl Reference {
         let mut scene = budget.scene.clone();
         scene.camera = Some(scene.camera.unwrap_or(budget.options.camera));
         let faces: usize = scene.objects.iter().map(|o| o.geometry.mesh.triangles.len()).sum();
-        // The reference draws neither lines nor points.
-        let has_lines = scene.objects.iter().any(|o| {
-            let mesh = &o.geometry.mesh;
-            let shade = o.shade.unwrap_or(budget.options.shade);
-            shade == ShadeMode::Wire || !mesh.lines.is_empty() || !mesh.points.is_empty()
-        });
-        if faces > MAX_TRUTH_FACES || has_lines {
+        // The reference draws no wireframe whose hidden lines depth removes.
+        let has_wire = budget.options.hide == HiddenSurface::ZBuffer
+            && scene.objects.iter().any(|o| o.shade.unwrap_or(budget.options.shade) == ShadeMode::Wire);
+        if faces > MAX_TRUTH_FACES || has_wire {
             return Ok(Reference::Exact(gallery.bytes.clone()));
         }
         let o = budget.options;

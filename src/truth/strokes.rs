@@ -1,0 +1,250 @@
+//! Lines and points: a mesh's own, and the edges of a wireframe.
+//!
+//! A line is cut by the six planes in homogeneous coordinates, its ends go to the pixels that hold them, and Bresenham's midpoint
+//! line (source 001) joins them, one step at a time. Depth runs straight on the screen, colour straight in space. The colour
+//! is Ke + Kd (an unlit material's emission) times the vertex colour. Where an end lies so near a pixel's border that plain
+//! f64 may put it on either side - always where it was cut at the side of the view - the lines to both are right.
+//!
+//! Edges of SHADE wire are those of polygons that CULL leaves, each once, from the lower position index. Wireframes whose hidden
+//! lines are removed by depth are not drawn by this reference.
+
+use super::coverage::Coverage;
+use super::face::ObjectView;
+use super::fragment::{Fragment, Lens, Tone};
+use super::wide::{Wide, Wide3, Wide4, narrow3};
+use crate::scene::{Corner, Interpolation, LightingModel, Material, NONE};
+use glam::{DVec3, DVec4};
+use std::collections::{HashMap, HashSet};
+
+/// An end this near to a pixel's border may lie beyond it, pixels.
+const BORDER_PX: f64 = 1e-6;
+
+/// 2 ulp of f32 just below 1.
+const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
+
+/// A pixel of a line, or a point.
+pub struct Dot {
+    /// Column.
+    pub x: i64,
+    /// Row.
+    pub y: i64,
+    /// What it gives to the pixel.
+    pub fragment: Fragment,
+    /// Clip positions of the line's ends.
+    pub clip: [Wide4; 2],
+    /// Whether it lets what lies behind shine through.
+    pub is_transparent: bool,
+}
+
+/// An end of a line.
+#[derive(Clone, Copy)]
+struct End {
+    clip: Wide4,
+    world: Wide3,
+    /// R G B, opacity.
+    color: [Wide; 4],
+}
+
+impl End {
+    fn towards(&self, other: &End, t: Wide) -> End {
+        let mix = |a: Wide, b: Wide| a + (b - a) * t;
+        End {
+            clip: std::array::from_fn(|k| mix(self.clip[k], other.clip[k])),
+            world: std::array::from_fn(|k| mix(self.world[k], other.world[k])),
+            color: std::array::from_fn(|k| mix(self.color[k], other.color[k])),
+        }
+    }
+}
+
+/// What is drawn of an object's lines and points, in order. `seen` are its triangles that CULL leaves; `is_wire` its shading.
+pub fn dots(view: &ObjectView, lens: &Lens, clip: [i64; 4], seen: &HashSet<u32>, is_wire: bool) -> Vec<Dot> {
+    let mesh = &view.object.geometry.mesh;
+    let pen = Pen { view, lens, clip };
+    let mut out = Vec::new();
+    if is_wire {
+        for (ends, material) in edges(view, seen) {
+            pen.line(ends.map(|c| pen.end(&c, material)), &mut out);
+        }
+    }
+    let own = &view.object.material;
+    for line in &mesh.lines {
+        pen.line(line.map(|c| pen.end(&mesh.corners[c as usize], own)), &mut out);
+    }
+    for &point in &mesh.points {
+        let end = pen.end(&mesh.corners[point as usize], own);
+        pen.line([end; 2], &mut out);
+    }
+    out
+}
+
+/// The polygons' edges in the order in which the file first has them, from the lower position index, with their material.
+fn edges<'a>(view: &ObjectView<'a>, seen: &HashSet<u32>) -> Vec<([Corner; 2], &'a Material)> {
+    let mesh = &view.object.geometry.mesh;
+    let polygons: HashSet<u32> = seen.iter().map(|&t| mesh.triangle_polygon[t as usize]).collect();
+    let mut known = HashSet::new();
+    let mut out = Vec::new();
+    for (p, polygon) in mesh.polygons.iter().enumerate() {
+        if !polygons.contains(&(p as u32)) {
+            continue;
+        }
+        let first = polygon.first_corner as usize;
+        let corners = &mesh.corners[first..first + polygon.corner_count as usize];
+        for (i, &from) in corners.iter().enumerate() {
+            let to = corners[(i + 1) % corners.len()];
+            let ends = if from.position <= to.position { [from, to] } else { [to, from] };
+            if known.insert(ends.map(|c| c.position)) {
+                let material = match polygon.material {
+                    NONE => &view.object.material,
+                    own => &mesh.materials[own as usize],
+                };
+                out.push((ends, material));
+            }
+        }
+    }
+    out
+}
+
+struct Pen<'a> {
+    view: &'a ObjectView<'a>,
+    lens: &'a Lens<'a>,
+    clip: [i64; 4],
+}
+
+impl Pen<'_> {
+    fn end(&self, corner: &Corner, material: &Material) -> End {
+        let mesh = &self.view.object.geometry.mesh;
+        let place = self.view.place(mesh.positions[corner.position as usize]);
+        let own = if corner.color == NONE { DVec4::ONE } else { mesh.colors[corner.color as usize] };
+        let rgb = match material.model {
+            LightingModel::Unlit => material.emissive * own.truncate(),
+            _ => material.kd * own.truncate() + material.emissive,
+        };
+        let opacity = (1.0 - material.transparency.clamp(0.0, 1.0)) * own.w;
+        End { clip: place.clip, world: place.world, color: [rgb.x, rgb.y, rgb.z, opacity].map(Wide::new) }
+    }
+
+    /// The pixels of a line; both ends alike make a point.
+    fn line(&self, ends: [End; 2], out: &mut Vec<Dot>) {
+        if !ends.iter().all(|e| e.clip.iter().all(|c| c.is_finite())) {
+            return;
+        }
+        let Some(([a, b], is_sure)) = cut(&ends) else { return };
+        let places = [&a, &b].map(|e| self.pixels_of(e));
+        // Every way of rounding the ends: pixels with all that may be drawn there, and by how many of the ways.
+        let mut ways = 0;
+        let mut found: HashMap<[i64; 2], (usize, [Wide; 2], Tone)> = HashMap::new();
+        let mut order = Vec::new();
+        for &from in &places[0] {
+            for &to in &places[1] {
+                ways += 1;
+                for (k, n, [x, y]) in bresenham(from, to) {
+                    if x < self.clip[0] || x >= self.clip[1] || y < self.clip[2] || y >= self.clip[3] {
+                        continue;
+                    }
+                    let (z, tone) = self.at(&a, &b, k, n);
+                    let entry = found.entry([x, y]).or_insert_with(|| {
+                        order.push([x, y]);
+                        (0, [z; 2], tone)
+                    });
+                    entry.0 += 1;
+                    entry.1 = [entry.1[0].min(z), entry.1[1].max(z)];
+                    entry.2 = entry.2.hull(tone);
+                }
+            }
+        }
+        for [x, y] in order {
+            let (count, z, tone) = found[&[x, y]];
+            let is_far = z[1] > Wide::ONE - Wide::new(DEPTH_EDGE);
+            let presence = if count == ways && is_sure && !is_far { Coverage::Yes } else { Coverage::Maybe };
+            let z = z.map(|z| z.max(Wide::ZERO).min(Wide::ONE));
+            out.push(Dot {
+                x,
+                y,
+                fragment: Fragment { presence, z, tones: vec![tone] },
+                clip: [a.clip, b.clip],
+                is_transparent: tone.alpha[0] < 1.0,
+            });
+        }
+    }
+
+    /// The pixels that may hold an end.
+    fn pixels_of(&self, end: &End) -> Vec<[i64; 2]> {
+        let w = end.clip[3];
+        let choices = self.lens.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
+            let v = v.to_f64();
+            let at = v.floor();
+            match v - at {
+                part if part < BORDER_PX => vec![at as i64 - 1, at as i64],
+                part if part > 1.0 - BORDER_PX => vec![at as i64, at as i64 + 1],
+                _ => vec![at as i64],
+            }
+        });
+        choices[0].iter().flat_map(|&x| choices[1].iter().map(move |&y| [x, y])).collect()
+    }
+
+    /// Depth and colour at step k of n.
+    fn at(&self, a: &End, b: &End, k: i64, n: i64) -> (Wide, Tone) {
+        let s = if n == 0 { Wide::ZERO } else { Wide::new(k as f64) / Wide::new(n as f64) };
+        let [wa, wb] = [a.clip[3], b.clip[3]];
+        let (za, zb) = (a.clip[2] / wa, b.clip[2] / wb);
+        let t = match self.lens.interpolation {
+            Interpolation::Affine => s,
+            Interpolation::Perspective => (s / wb) / ((Wide::ONE - s) / wa + s / wb),
+        };
+        let here = a.towards(b, t);
+        let rgb = DVec3::new(here.color[0].to_f64(), here.color[1].to_f64(), here.color[2].to_f64());
+        let rgb = self.lens.fogged(rgb, narrow3(here.world));
+        let alpha = here.color[3].to_f64().clamp(0.0, 1.0);
+        (za + (zb - za) * s, Tone { lo: rgb, hi: rgb, alpha: [alpha; 2] })
+    }
+}
+
+/// The part of a line within -w <= x, y <= w, 0 <= z <= w, and whether it is sure that there is one.
+fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
+    let heights = |e: &End| {
+        let [x, y, z, w] = e.clip;
+        [w + x, w - x, w + y, w - y, z, w - z]
+    };
+    let (mut from, mut to) = (Wide::ZERO, Wide::ONE);
+    let mut is_sure = true;
+    for (p, q) in heights(a).into_iter().zip(heights(b)) {
+        let size = p.abs().max(q.abs()).to_f64() * 1e-12;
+        is_sure &= p.to_f64().max(q.to_f64()) > size || size == 0.0;
+        match (p < Wide::ZERO, q < Wide::ZERO) {
+            (true, true) => return None,
+            (true, false) => from = from.max(p / (p - q)),
+            (false, true) => to = to.min(p / (p - q)),
+            (false, false) => {}
+        }
+    }
+    if from > to {
+        return None;
+    }
+    let ends = [from, to].map(|t| match t {
+        t if t == Wide::ZERO => *a,
+        t if t == Wide::ONE => *b,
+        t => a.towards(b, t),
+    });
+    let is_sure = is_sure && ((to - from).to_f64() > 1e-9 || (from == Wide::ZERO && to == Wide::ONE));
+    ends.iter().all(|e| e.clip[3] > Wide::ZERO).then_some((ends, is_sure))
+}
+
+/// Source 001: the midpoint variable d begins at 2 dy - dx, in whole numbers, for all octants; (step, steps, pixel), both ends lit.
+fn bresenham(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
+    let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
+    let length = [0, 1].map(|k| (to[k] - from[k]).abs());
+    let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
+    let (n, m) = (length[major], length[minor]);
+    let (mut p, mut d) = (from, 2 * m - n);
+    let mut out = vec![(0, n, p)];
+    for k in 1..=n {
+        p[major] += sign[major];
+        if d > 0 {
+            p[minor] += sign[minor];
+            d -= 2 * n;
+        }
+        d += 2 * m;
+        out.push((k, n, p));
+    }
+    out
+}
