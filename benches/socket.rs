@@ -1,6 +1,7 @@
 //! From the socket to the memory: what a flood costs, beside what a socket that only reads and discards can take.
 //!
-//! `cargo bench --bench socket [-- --quick|--memory]`. Each workload is sent by one thread of this process to a server in it, over
+//! `cargo bench --bench socket [-- --quick|--memory] [-- --only=WORDS]`, where WORDS are part of a line's road, workload and
+//! connections, as `--only='tcp PB 64'`. Each workload is sent by one thread of this process to a server in it, over
 //! loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling
 //! is the same bytes, sent the same way, to a thread that reads and discards them. Rounds of both alternate, the best of
 //! each counts, and the pixels of every measured run are compared with what was sent.
@@ -142,7 +143,7 @@ fn send(wire: &mut dyn Wire, bytes: &[u8], times: usize, last: &[u8], answer: us
 }
 
 /// A thread that reads and discards, and answers one byte to the letter `~`, which no workload ends a read with.
-fn discard(road: &Road, total: u64) -> (ListenPlace, std::thread::JoinHandle<()>) {
+fn discard(road: &Road, total: u64, connections: usize) -> (ListenPlace, std::thread::JoinHandle<()>) {
     fn run(mut wire: impl Read + Write, total: u64) {
         let (mut buffer, mut left) = (vec![0; WRITE_BYTES], total);
         while left > 0 {
@@ -155,7 +156,14 @@ fn discard(road: &Road, total: u64) -> (ListenPlace, std::thread::JoinHandle<()>
         Road::Tcp => {
             let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
             let address: SocketAddr = listener.local_addr().expect("an address");
-            let thread = std::thread::spawn(move || run(listener.accept().expect("a client").0, total));
+            let thread = std::thread::spawn(move || {
+                std::thread::scope(|scope| {
+                    for _ in 0..connections {
+                        let wire = listener.accept().expect("a client").0;
+                        scope.spawn(move || run(wire, total));
+                    }
+                });
+            });
             (ListenPlace::Tcp(address), thread)
         }
         #[cfg(unix)]
@@ -163,7 +171,14 @@ fn discard(road: &Road, total: u64) -> (ListenPlace, std::thread::JoinHandle<()>
             let path = path.with_extension("ceiling");
             let _ = std::fs::remove_file(&path);
             let listener = std::os::unix::net::UnixListener::bind(&path).expect("a socket file");
-            let thread = std::thread::spawn(move || run(listener.accept().expect("a client").0, total));
+            let thread = std::thread::spawn(move || {
+                std::thread::scope(|scope| {
+                    for _ in 0..connections {
+                        let wire = listener.accept().expect("a client").0;
+                        scope.spawn(move || run(wire, total));
+                    }
+                });
+            });
             (ListenPlace::Unix(path), thread)
         }
         #[cfg(not(unix))]
@@ -171,12 +186,25 @@ fn discard(road: &Road, total: u64) -> (ListenPlace, std::thread::JoinHandle<()>
     }
 }
 
-fn ceiling(road: &Road, workload: &Workload, times: usize) -> Duration {
+/// Seconds of processor that this process has used, where the system tells.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
+    let ticks = |i: usize| fields.get(i).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0);
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+fn ceiling(road: &Road, workload: &Workload, times: usize, connections: usize) -> Duration {
+    let times = times / connections;
     let total = workload.bytes.len() as u64 * times as u64 + 1;
-    let (place, thread) = discard(road, total);
-    let mut wire = connect(&place);
+    let (place, thread) = discard(road, total, connections);
+    let mut wires: Vec<_> = (0..connections).map(|_| connect(&place)).collect();
     let begun = Instant::now();
-    send(&mut *wire, &workload.bytes, times, b"~", 1);
+    std::thread::scope(|scope| {
+        for wire in &mut wires {
+            scope.spawn(|| send(&mut **wire, &workload.bytes, times, b"~", 1));
+        }
+    });
     let took = begun.elapsed();
     thread.join().expect("the reader ends");
     took
@@ -263,6 +291,7 @@ fn longest_wait(workload: &Workload) -> (Duration, Duration) {
 
 fn main() {
     let is_quick = std::env::args().any(|a| a == "--quick");
+    let only = std::env::args().find_map(|a| a.strip_prefix("--only=").map(String::from)).unwrap_or_default();
     let (megabytes, rounds) = if is_quick { (200, 2) } else { (1500, 5) };
     let mut roads = vec![("tcp", Road::Tcp)];
     if cfg!(unix) {
@@ -274,7 +303,7 @@ fn main() {
         "road", "workload", "conns", "MB/s", "ceiling", "share", "rate"
     );
     let workloads = workloads();
-    for workload in &workloads {
+    for workload in workloads.iter().filter(|_| only.is_empty()) {
         let took = from_memory(workload).as_secs_f64();
         let (rate, units) = (workload.bytes.len() as f64 / took / 1e6, workload.units as f64 / took / 1e6);
         println!("memory{:<14}{:>6}{rate:>10.0}{:>18}{units:>9.1} {}", workload.name, "-", "", workload.unit);
@@ -285,28 +314,39 @@ fn main() {
     for (road_name, road) in &roads {
         for workload in &workloads {
             for connections in [1, 64] {
-                if connections > 1 && *road_name == "unix" {
+                let line = format!("{road_name} {} {connections}", workload.name);
+                if (connections > 1 && *road_name == "unix") || !line.contains(&only) {
                     continue;
                 }
                 let times = (megabytes * 1_000_000 / workload.bytes.len()).next_multiple_of(connections);
                 let (mut best, mut best_ceiling) = (Duration::MAX, Duration::MAX);
+                let (mut cost, mut cost_ceiling) = (f64::MAX, f64::MAX);
                 for _ in 0..rounds {
-                    best_ceiling = best_ceiling.min(ceiling(road, workload, times));
+                    let begun = processor_seconds();
+                    best_ceiling = best_ceiling.min(ceiling(road, workload, times, connections));
+                    let between = processor_seconds();
                     best = best.min(measured(road, workload, times, connections));
+                    cost_ceiling = cost_ceiling.min(between - begun);
+                    cost = cost.min(processor_seconds() - between);
                 }
                 let total = workload.bytes.len() as f64 * times as f64;
                 let rate = |took: Duration| total / took.as_secs_f64() / 1e6;
                 println!(
-                    "{road_name:<6}{:<14}{connections:>6}{:>10.0}{:>10.0}{:>7.0}%{:>9.1} {}",
+                    "{road_name:<6}{:<14}{connections:>6}{:>10.0}{:>10.0}{:>7.0}%{:>9.1} {:<13} {:>6.2} {:>6.2}",
                     workload.name,
                     rate(best),
                     rate(best_ceiling),
                     best_ceiling.as_secs_f64() / best.as_secs_f64() * 100.0,
                     workload.units as f64 * times as f64 / best.as_secs_f64() / 1e6,
                     workload.unit,
+                    cost / total * 1e9,
+                    cost_ceiling / total * 1e9,
                 );
             }
         }
+    }
+    if !only.is_empty() {
+        return;
     }
     let (median, longest) = longest_wait(&workloads[0]);
     println!("a SYNC beside 63 floods: median {median:?}, longest {longest:?}");

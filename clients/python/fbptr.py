@@ -157,6 +157,33 @@ class Client:
             pass
         self._raise_errors()
 
+    def listen(self, on=True):
+        """Asks for the window's events; `next_event` gives them."""
+        self.command("EVENTS", "on" if on else "off")
+
+    def next_event(self):
+        """Waits for the window's next event: its words, as ["mouse", "12", "30", "1"]. `None` when the server ends."""
+        self.flush()
+        if self.events:
+            return self.events.pop(0)
+        timeout = self._socket.gettimeout()
+        self._socket.settimeout(None)
+        try:
+            line = self._replies.readline()
+        except ConnectionError:
+            return None
+        finally:
+            self._socket.settimeout(timeout)
+        if not line.endswith(b"\n"):
+            return None
+        words = line[:-1].decode("utf-8", "replace").split(" ")
+        if words[0] == "ERR":
+            self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
+            self._raise_errors()
+        if words[0] != "EVENT":
+            raise ConnectionError("expected an event, got %r" % line)
+        return words[1:]
+
     # -- the frame
 
     def size(self):

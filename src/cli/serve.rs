@@ -6,6 +6,7 @@ use crate::load::Folder;
 use crate::memory::SharedFile;
 use crate::save;
 use crate::server::{Display, Engine, Limits, ListenPlace, Recorder, Server};
+use crate::simd::allocator;
 use clap::Args;
 use crossbeam_channel::{Sender, bounded};
 use std::fs::File;
@@ -111,6 +112,7 @@ enum Ending {
 impl Serve {
     /// Serves until a signal comes, the window is closed, or standard input alone was served and ends.
     pub(super) fn run(self) -> Status {
+        allocator::give_large_blocks_back();
         match self.serve() {
             Ok(status) => status,
             Err(message) => {

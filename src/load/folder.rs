@@ -107,8 +107,8 @@ impl Folder {
         let mut file = File::open(&path).map_err(|e| from_io(name, &e))?;
         let opened = file.metadata().map_err(|e| from_io(name, &e))?;
         check_plain(name, &opened)?;
-        if !is_same_file(&meta, &opened) {
-            // It was exchanged between the look and the opening.
+        if !is_same_file(&meta, &opened) || !self.holds(&file, &path) {
+            // It, or a folder on the way, was exchanged between the look and the opening.
             return Err(FolderError::Link { name: name.into() });
         }
         let too_large = |found| FolderError::TooLarge { name: name.into(), found, limit };
@@ -123,6 +123,19 @@ impl Folder {
             true => Ok(bytes),
             false => Err(too_large(bytes.len() as u64)),
         }
+    }
+
+    /// Whether an opened file lies in the folder, wherever its path leads by now.
+    fn holds(&self, file: &File, path: &Path) -> bool {
+        #[cfg(target_os = "linux")]
+        {
+            use std::os::fd::AsRawFd;
+            if let Ok(real) = fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())) {
+                return real.starts_with(&self.root);
+            }
+        }
+        let _ = file;
+        fs::canonicalize(path).is_ok_and(|real| real.starts_with(&self.root))
     }
 
     /// The path under which the file `name` may be written: a plain file that is there, or none.
@@ -247,6 +260,40 @@ mod tests {
         assert_eq!(folder.path_to_write("a").unwrap(), folder.root().join("a"));
         assert_eq!(folder.path_to_write("nowhere/new").unwrap_err().code(), Code::NoEnt);
         assert!(Folder::open(Path::new("/dev/null")).is_err());
+        fs::remove_dir_all(&base).unwrap();
+    }
+
+    #[test]
+    fn a_folder_that_becomes_a_link_while_it_is_walked_leads_nowhere() {
+        let base = std::env::temp_dir().join(format!("fbptr-folder-swap-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&base);
+        fs::create_dir_all(base.join("in/sub")).unwrap();
+        fs::create_dir_all(base.join("out")).unwrap();
+        fs::write(base.join("in/sub/a"), "mine").unwrap();
+        fs::write(base.join("out/a"), "secret").unwrap();
+        symlink(base.join("out"), base.join("in/link")).unwrap();
+        let folder = Folder::open(&base.join("in")).unwrap();
+        // What the last check sees when the swap comes after the first ones.
+        let path = base.join("in/link/a");
+        assert!(!folder.holds(&File::open(&path).unwrap(), &path));
+        let path = base.join("in/sub/a");
+        assert!(folder.holds(&File::open(&path).unwrap(), &path));
+        let is_over = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                    let (sub, link, kept) = (base.join("in/sub"), base.join("in/link"), base.join("in/kept"));
+                    let _ = fs::rename(&sub, &kept).and_then(|()| fs::rename(&link, &sub));
+                    let _ = fs::rename(&sub, &link).and_then(|()| fs::rename(&kept, &sub));
+                }
+            });
+            for _ in 0..3000 {
+                if let Ok(bytes) = folder.read("sub/a", 99) {
+                    assert_eq!(bytes, b"mine");
+                }
+            }
+            is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
         fs::remove_dir_all(&base).unwrap();
     }
 

@@ -1,4 +1,4 @@
-//! What a server allows: every quota with its default. Each has a flag on the command line.
+//! What a server allows: every quota with its default. All but the last two have a flag on the command line.
 
 use crate::error::{Code, Fault};
 

@@ -9,7 +9,7 @@ pub struct Stats {
     pub bytes: u64,
     /// Commands run, whether they did something or were refused.
     pub commands: u64,
-    /// Pixels stored.
+    /// Pixels stored by pixel, block and `CLEAR` commands; figures are counted as commands.
     pub pixels: u64,
     /// Refused commands.
     pub errors: u64,

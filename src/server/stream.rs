@@ -140,8 +140,9 @@ impl Stream {
         while used < bytes.len() && standing == Standing::Ready {
             let piece = &bytes[used..used.saturating_add(portion).min(bytes.len())];
             let before = self.session.stats.commands;
-            let mut runner = Runner { engine, session: &mut self.session, out, budget, standing };
+            let mut runner = Runner::new(engine, &mut self.session, out, budget);
             let (taken, flow) = self.decoder.feed_some(piece, &mut runner);
+            runner.settle();
             standing = match (runner.standing, flow) {
                 (Standing::Ready, Flow::Stop) => Standing::Ended,
                 (standing, _) => standing,
@@ -157,9 +158,9 @@ impl Stream {
 
     /// Says that no more bytes come.
     pub fn finish(&mut self, engine: &mut Engine, end: EndOfInput, out: &mut Output) -> Standing {
-        let (session, budget) = (&mut self.session, Budget::NONE);
-        let mut runner = Runner { engine, session, out, budget, standing: Standing::Ready };
+        let mut runner = Runner::new(engine, &mut self.session, out, Budget::NONE);
         let _ = self.decoder.finish(end, &mut runner);
+        runner.settle();
         match runner.standing {
             Standing::WaitsFor(frame) => Standing::WaitsFor(frame),
             _ => Standing::Ended,
@@ -176,8 +177,7 @@ impl Stream {
     ) -> Standing {
         let place = Place { line: self.session.stats.commands + 1, byte: 0 };
         let checked = command.check();
-        let session = &mut self.session;
-        let mut runner = Runner { engine, session, out, budget, standing: Standing::Ready };
+        let mut runner = Runner::new(engine, &mut self.session, out, budget);
         let flow = match checked {
             Ok(()) => runner.command(command, place),
             Err(fault) => {
@@ -200,9 +200,51 @@ struct Runner<'a> {
     out: &'a mut Output,
     budget: Budget,
     standing: Standing,
+    /// Text pixels whose places are on their way from memory, in order: the first `announced_len`.
+    announced: [(usize, Rgba); ANNOUNCED],
+    announced_len: usize,
+    /// Text pixels that the session has not counted, on the frame and off it.
+    uncounted: u64,
+    uncounted_clipped: u64,
 }
 
-impl Runner<'_> {
+/// So many places are fetched at the same time.
+const ANNOUNCED: usize = 32;
+
+impl<'a> Runner<'a> {
+    fn new(engine: &'a mut Engine, session: &'a mut Session, out: &'a mut Output, budget: Budget) -> Self {
+        Runner {
+            engine,
+            session,
+            out,
+            budget,
+            standing: Standing::Ready,
+            announced: [(0, [0; 4]); ANNOUNCED],
+            announced_len: 0,
+            uncounted: 0,
+            uncounted_clipped: 0,
+        }
+    }
+
+    /// Stores the pixels that wait for their places.
+    #[inline]
+    fn store(&mut self) {
+        let pixels = self.announced.get(..self.announced_len).unwrap_or(&[]);
+        self.uncounted += pixels.len() as u64;
+        self.engine.put_announced(pixels);
+        self.announced_len = 0;
+    }
+
+    /// Brings the memory and the session's counters up to date: before anything but a plain text pixel, and at the end.
+    fn settle(&mut self) {
+        self.store();
+        let (stored, clipped) =
+            (std::mem::take(&mut self.uncounted), std::mem::take(&mut self.uncounted_clipped));
+        self.session.stats.commands += stored + clipped;
+        self.session.stats.pixels += stored;
+        self.session.stats.clipped += clipped;
+    }
+
     /// Tells the audience of a refusal, which is counted already.
     fn refuse(&mut self, place: Place, verb: &str, fault: Fault) -> Flow {
         if self.session.reports_errors() {
@@ -273,17 +315,33 @@ impl Runner<'_> {
 }
 
 impl Sink for Runner<'_> {
-    #[inline]
+    /// The hot one. Pixels at random places wait for memory, so many of them wait at the same time.
+    #[inline(always)]
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
-        self.engine.put_pixel(self.session, x, y, color);
+        if !self.engine.stores_plainly(self.session) {
+            return self.engine.put_pixel(self.session, x, y, color);
+        }
+        let Some(at) = self.engine.announce_pixel(self.session, x, y) else {
+            self.uncounted_clipped += 1;
+            return;
+        };
+        if let Some(next) = self.announced.get_mut(self.announced_len) {
+            *next = (at, color);
+        }
+        self.announced_len += 1;
+        if self.announced_len == ANNOUNCED {
+            self.store();
+        }
     }
 
     fn binary_pixels(&mut self, records: &[u8]) {
+        self.settle();
         self.engine.put_binary_pixels(self.session, records);
     }
 
     fn command(&mut self, command: Command, place: Place) -> Flow {
         let verb = command.verb();
+        self.settle();
         if matches!(command, Command::Stats) {
             // Up to this command; the rest of the piece is not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
@@ -334,16 +392,19 @@ impl Sink for Runner<'_> {
     }
 
     fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
+        self.settle();
         let result = self.engine.put_pixel_run(self.session, x, y, rgba);
         self.after(result.map(|()| Effect::Done), place, "PXMULTI")
     }
 
     fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+        self.settle();
         let result = self.engine.put_blit(self.session, rect, rgba);
         self.after(result.map(|()| Effect::Done), place, "BLIT")
     }
 
     fn points(&mut self, packed: &[u8], place: Place) -> Flow {
+        self.settle();
         let result = self.engine.put_points(self.session, packed);
         self.after(result.map(|()| Effect::Done), place, "POINTS")
     }

@@ -9,12 +9,14 @@
 //! [`Level::dispatch`], after the CPU was asked. Holding one is the proof that its instructions exist.
 #![allow(unsafe_code)]
 
+pub mod allocator;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod level;
 mod portable;
+pub mod prefetch;
 mod scan;
 #[cfg(test)]
 mod tests;

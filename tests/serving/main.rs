@@ -2,8 +2,10 @@
 
 mod crowd;
 mod display;
+mod loads;
 mod process;
 mod protocol;
 mod quotas;
+mod shell;
 mod support;
 mod trust;

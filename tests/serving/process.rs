@@ -16,13 +16,13 @@ fn fbptr() -> Command {
 }
 
 /// `fbptr serve` as a process of its own, ended when the test ends.
-struct Process {
+pub struct Process {
     child: Child,
     stderr: BufReader<ChildStderr>,
 }
 
 impl Process {
-    fn start(arguments: &[&str]) -> Process {
+    pub fn start(arguments: &[&str]) -> Process {
         let mut child = fbptr()
             .args(["serve", "--headless"])
             .args(arguments)
@@ -42,9 +42,13 @@ impl Process {
     }
 
     /// Where it says that it listens on TCP.
-    fn address(&mut self) -> SocketAddr {
+    pub fn address(&mut self) -> SocketAddr {
         let line = self.says();
         line.strip_prefix("fbptr: listening on tcp ").unwrap_or_else(|| panic!("{line}")).parse().unwrap()
+    }
+
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     fn signal(&self, name: &str) {
@@ -53,7 +57,7 @@ impl Process {
     }
 
     /// The exit status, which must come within three seconds of the signal.
-    fn ends_after(mut self, signal: &str) -> Option<i32> {
+    pub fn ends_after(mut self, signal: &str) -> Option<i32> {
         let begun = Instant::now();
         self.signal(signal);
         loop {

@@ -9,6 +9,7 @@ const TABLE: &[(&str, &str)] = &[
     ("PX 1 2 ff8040\nPX 1 2\n", "PX 1 2 ff8040\n"),
     ("PX 1 2 FF804080\nPEEK 164 4\n", "PEEK 164 ff804080\n"),
     ("PX 1 2 7f\nPX 1 2\n", "PX 1 2 7f7f7f\n"),
+    ("PX   ff\nPX    ff\nPX 1   \nSIZE\n", "SIZE 20 10\n"),
     ("PX 1 2 tomato\nPX 1 2\n", "PX 1 2 ff6347\n"),
     ("OFFSET 3 4\nPX 1 2 0000ff\nPX 1 2\nOFFSET 0 0\nPX 4 6\n", "PX 1 2 0000ff\nPX 4 6 0000ff\n"),
     ("OFFSET -1 0\nPX 1 2 00ff00\nOFFSET 0 0\nPX 0 2\n", "PX 0 2 00ff00\n"),

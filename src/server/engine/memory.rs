@@ -40,8 +40,29 @@ impl Engine {
         Ok(())
     }
 
-    /// `PX x y colour`, moved by OFFSET: the hot path of text pixels.
+    /// Whether nothing but storing is asked of a session's `PX x y colour`: neither blending nor recording.
+    #[inline(always)]
+    pub(in crate::server) fn stores_plainly(&self, s: &Session) -> bool {
+        s.blend == Blend::Replace && self.recorder.is_none()
+    }
+
+    /// The byte offset that such a pixel will be stored at, fetched into the cache; `None` off the frame.
+    #[inline(always)]
+    pub(in crate::server) fn announce_pixel(&mut self, s: &Session, x: i32, y: i32) -> Option<usize> {
+        let (x, y) = (i64::from(x) + i64::from(s.offset[0]), i64::from(y) + i64::from(s.offset[1]));
+        self.memory.announce_pixel(x, y)
+    }
+
+    /// Stores announced pixels, in order.
     #[inline]
+    pub(in crate::server) fn put_announced(&mut self, pixels: &[(usize, Rgba)]) {
+        for &(at, color) in pixels {
+            self.memory.put_announced(at, color);
+        }
+    }
+
+    /// `PX x y colour`, moved by OFFSET.
+    #[inline(never)]
     pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         s.stats.commands += 1;
         if let Some(recorder) = &mut self.recorder {

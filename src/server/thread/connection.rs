@@ -224,8 +224,7 @@ impl Connection {
 
     fn give_back(&self, batch: Batch) {
         if let Source::Stream { recycle, .. } = &self.source {
-            // A reader that is gone needs no buffer.
-            let _ = recycle.try_send(batch.buffer);
+            recycle.put(batch.buffer);
         }
     }
 

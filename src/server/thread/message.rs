@@ -1,6 +1,7 @@
 //! What travels to the render thread.
 
 use super::super::outbox::Outbox;
+use super::super::transport::Recycle;
 use super::super::{Audience, Complaint, InputEvent, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
@@ -69,7 +70,7 @@ pub(crate) struct Opening {
 /// Where a connection's commands come from, and where its replies go.
 pub(crate) enum Source {
     /// A stream of bytes.
-    Stream { recycle: Sender<Vec<u8>>, outbox: Arc<Outbox>, port: Box<dyn Port> },
+    Stream { recycle: Recycle, outbox: Arc<Outbox>, port: Box<dyn Port> },
     /// An in-process client.
     Inbox(Arc<Inbox>),
 }

@@ -3,7 +3,7 @@
 //! In: batches of bytes and typed commands over one bounded channel; input from the display. Out: replies in each
 //! connection's outbox, frames on the display. Promises: each connection's commands run in order and its replies keep
 //! that order; connections take turns of [`SLICE_BYTES`] or [`SLICE_TIME`], whichever is used up first (one command more
-//! at most); the thread waits for no client, no window and no reader. A reader has few buffers and waits for the next
+//! at most; where many take turns, less time); the thread waits for no client, no window and no reader. A reader has few buffers and waits for the next
 //! one, so what is received and not run is bounded, and the socket itself holds a fast sender back.
 
 pub(crate) mod connection;
@@ -15,6 +15,7 @@ use connection::{Connection, Leaving};
 use crossbeam_channel::{Receiver, Sender, bounded, never, select};
 use message::{Id, Inbox, Message, Opening, Source};
 use std::collections::{HashMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
@@ -22,8 +23,10 @@ use std::time::{Duration, Instant};
 
 /// Stream bytes of one connection before the next has its turn.
 pub const SLICE_BYTES: usize = 64 << 10;
-/// Time of one connection before the next has its turn.
+/// Time of one connection before the next has its turn, and the time in which all of them have one, where that leaves
+/// each no less than a tenth of it.
 pub const SLICE_TIME: Duration = Duration::from_millis(2);
+const ROUND_TIME: Duration = Duration::from_millis(24);
 /// Messages that may wait. Each connection has few, so that this is never what limits one of them.
 const CHANNEL_ROOM: usize = 8192;
 /// The display is not given a new picture more often than this, but for PRESENT.
@@ -299,7 +302,9 @@ impl Loop {
         let limit = self.engine.limits().reply_bytes;
         let reply_bytes = limit.saturating_sub(connection.unread()).max(1);
         let now = Instant::now();
-        let budget = Budget { until: Some(now + SLICE_TIME), reply_bytes, pace };
+        let others = u32::try_from(self.round.len()).unwrap_or(u32::MAX);
+        let time = (ROUND_TIME / others.saturating_add(1)).clamp(SLICE_TIME / 10, SLICE_TIME);
+        let budget = Budget { until: Some(now + time), reply_bytes, pace };
         self.engine.set_time(now);
         self.engine.before_slice(now);
         let mut standing = Standing::Rests;
@@ -307,7 +312,9 @@ impl Loop {
         loop {
             let before = connection.commands();
             if connection.is_runnable() {
-                standing = connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
+                // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
+                let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
+                standing = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Standing::Ended);
             }
             let has_run = connection.commands() > before;
             if pace == Pace::Free || has_run || !connection.is_runnable() || standing == Standing::Ended {

@@ -15,9 +15,9 @@ use super::thread::Link;
 use super::thread::message::{Batch, Message, Opening, Port, Source};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
-use crossbeam_channel::{Receiver, bounded};
 use std::io::{self, ErrorKind, Read, Write};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 
 /// Buffers of one reader.
@@ -62,11 +62,11 @@ pub(crate) struct Conversation {
 }
 
 /// A place among the connections that are allowed; counts itself out when it goes.
-pub(crate) struct Slot(pub Arc<std::sync::atomic::AtomicUsize>);
+pub(crate) struct Slot(pub Arc<AtomicUsize>);
 
 impl Drop for Slot {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, std::sync::atomic::Ordering::AcqRel);
+        self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
@@ -78,23 +78,74 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
     let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end, slot } =
         conversation;
     let id = link.new_id();
-    let (recycle, buffers) = bounded(BUFFERS);
-    for _ in 0..BUFFERS {
-        recycle.try_send(Vec::new()).expect("the channel has room for all buffers");
-    }
+    let buffers = Arc::new(Pool::new());
     let life = Arc::new(slot);
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
-    let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
+    let source = Source::Stream {
+        recycle: Recycle(buffers.clone()),
+        outbox: Arc::new(Outbox::default()),
+        port: Box::new(port),
+    };
     let opening = Box::new(Opening { audience, may_replay, source, on_notice, on_end });
     let messages = link.messages.clone();
     let read = move || {
         let _life = life;
         if messages.send(Message::Open(id, opening)).is_ok() {
-            read_all(input, buffers, end, |message| messages.send(message(id)).is_ok());
+            read_all(input, &buffers, end, |message| messages.send(message(id)).is_ok());
         }
     };
     Builder::new().name(format!("read {id}")).stack_size(STACK_BYTES).spawn(read)?;
     Ok(())
+}
+
+/// The buffers of one reader that are not on their way. Waiting is left to the system at once: where many readers wait,
+/// each look whether there is one now takes the processor from those who could make one free.
+struct Pool {
+    /// `None` when the connection is over.
+    free: Mutex<Option<Vec<Vec<u8>>>>,
+    changed: Condvar,
+}
+
+impl Pool {
+    fn new() -> Self {
+        Pool { free: Mutex::new(Some(vec![Vec::new(); BUFFERS])), changed: Condvar::new() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Vec<Vec<u8>>>> {
+        // Buffers are as good after a panic as before.
+        self.free.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for a buffer; `None` when the connection is over.
+    fn take(&self) -> Option<Vec<u8>> {
+        let mut free = self.lock();
+        loop {
+            match free.as_mut()?.pop() {
+                Some(buffer) => return Some(buffer),
+                None => free = self.changed.wait(free).unwrap_or_else(PoisonError::into_inner),
+            }
+        }
+    }
+}
+
+/// Where a reader's buffers are given back. The reader ends when it is dropped.
+pub(crate) struct Recycle(Arc<Pool>);
+
+impl Recycle {
+    /// Gives a buffer back.
+    pub fn put(&self, buffer: Vec<u8>) {
+        if let Some(free) = self.0.lock().as_mut() {
+            free.push(buffer);
+        }
+        self.0.changed.notify_one();
+    }
+}
+
+impl Drop for Recycle {
+    fn drop(&mut self) {
+        *self.0.lock() = None;
+        self.0.changed.notify_one();
+    }
 }
 
 /// A message, once it is known whose.
@@ -103,15 +154,17 @@ type Unaddressed = Box<dyn FnOnce(u64) -> Message>;
 /// Reads to the end, in buffers that grow where reads fill them.
 fn read_all(
     mut input: Box<dyn Read + Send>,
-    buffers: Receiver<Vec<u8>>,
+    buffers: &Pool,
     end: EndOfInput,
     send: impl Fn(Unaddressed) -> bool,
 ) {
     let mut size = SMALL_BYTES;
     // Ends when the render thread wants no more.
-    for mut buffer in buffers.iter() {
+    while let Some(mut buffer) = buffers.take() {
+        if buffer.capacity() > 2 * size {
+            buffer = Vec::new();
+        }
         buffer.resize(size, 0);
-        buffer.shrink_to(size);
         let filled = match read_some(&mut *input, &mut buffer) {
             // A connection that died says no more than one that was closed: what came before still counts.
             Ok(0) | Err(_) => {

@@ -183,6 +183,18 @@ mod tests {
     }
 
     #[test]
+    fn every_arrangement_of_blanks_and_digits_is_read_alike() {
+        let letters = *b" 7f";
+        for length in 0..=8u32 {
+            for number in 0..3usize.pow(length) {
+                let words = (0..length).map(|i| letters[number / 3usize.pow(i) % 3]);
+                let line: Vec<u8> = b"PX".iter().copied().chain(words).chain(*b"\n").collect();
+                check(&[&line[..], b"PX 5 6 ff0000\n"].concat());
+            }
+        }
+    }
+
+    #[test]
     fn other_lengths_of_words_are_left() {
         for line in [
             "PX 12345 6 ff0000\n",
@@ -190,6 +202,9 @@ mod tests {
             "PX  1 2 ff0000\n",
             "PX 1  2 ff0000\n",
             "PX 1 2  ff0000\n",
+            "PX   ff\n",
+            "PX    ff\n",
+            "PX   ff0000\n",
             "PX 1 2 f\n",
             "PX 1 2 fff\n",
             "PX 1 2 ffff\n",

@@ -71,7 +71,9 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     let shuffle = load(&SHUFFLES[a][b], 0);
     let numbers = _mm_shuffle_epi8(words, shuffle);
     let numbers = _mm_or_si128(numbers, _mm_and_si128(shuffle, _mm_set1_epi8(b'0' as i8)));
-    let color = _mm_cvtsi64_si128(i64::from_le_bytes(*window[end - 8..].first_chunk()?));
+    // Blanks in a row put the end of a short colour nearer than that: such a line is not taken.
+    let color = window.get(end.checked_sub(8)?..)?.first_chunk()?;
+    let color = _mm_cvtsi64_si128(i64::from_le_bytes(*color));
     let digits = _mm_unpacklo_epi64(numbers, color);
     // Decimal digits everywhere, letters in the colour alone: 0x80 puts all bytes of the numbers out of their reach.
     let decimal = _mm_sub_epi8(digits, _mm_set1_epi8(b'0' as i8));

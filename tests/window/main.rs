@@ -3,107 +3,12 @@
 //! Skipped, with the reason printed, where Xvfb or xdotool is not installed or the crate was built without `window`.
 #![cfg(feature = "window")]
 
-use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+mod events;
+mod screen;
 
-const PATIENCE: Duration = Duration::from_secs(30);
-
-/// A temporary folder that goes when the test ends.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fbptr-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("temporary folder");
-        Folder(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-/// A process that ends with the test.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-struct Screen {
-    _server: Guard,
-    display: String,
-    memory_file: PathBuf,
-}
-
-impl Screen {
-    /// An X server without hardware whose screen is a file, or `None` with the reason printed.
-    fn start(folder: &Path) -> Option<Screen> {
-        for tool in ["Xvfb", "xdotool"] {
-            let is_there = std::env::var_os("PATH")
-                .is_some_and(|paths| std::env::split_paths(&paths).any(|dir| dir.join(tool).is_file()));
-            if !is_there {
-                eprintln!("skipped: {tool} is not installed");
-                return None;
-            }
-        }
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-fbdir"])
-            .arg(folder)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb starts");
-        let mut number = String::new();
-        let stdout = server.stdout.take().expect("piped");
-        BufReader::new(stdout).read_line(&mut number).expect("Xvfb tells its display");
-        let display = format!(":{}", number.trim());
-        Some(Screen { _server: Guard(server), display, memory_file: folder.join("Xvfb_screen0") })
-    }
-
-    fn xdotool(&self, args: &[&str]) -> String {
-        let output =
-            Command::new("xdotool").args(args).env("DISPLAY", &self.display).output().expect("xdotool runs");
-        String::from_utf8_lossy(&output.stdout).into_owned()
-    }
-
-    /// The R, G, B of a rectangle of the screen, from the server's XWD file.
-    fn pixels(&self, x: usize, y: usize, w: usize, h: usize) -> Vec<[u8; 3]> {
-        let file = std::fs::read(&self.memory_file).expect("the screen's file");
-        let word =
-            |i: usize| u32::from_be_bytes(file[i * 4..i * 4 + 4].try_into().expect("4 bytes")) as usize;
-        let (header_bytes, is_big_endian, bits, stride, colors) =
-            (word(0), word(7) == 1, word(11), word(12), word(19));
-        assert_eq!(bits, 32, "a 24-bit screen has 32-bit pixels");
-        let start = header_bytes + colors * 12;
-        let at = |column: usize, row: usize| {
-            let p = &file[start + row * stride + column * 4..][..4];
-            if is_big_endian { [p[1], p[2], p[3]] } else { [p[2], p[1], p[0]] }
-        };
-        (y..y + h)
-            .flat_map(|row| (x..x + w).map(move |column| (column, row)))
-            .map(|(c, r)| at(c, r))
-            .collect()
-    }
-}
-
-fn wait_for<T>(what: &str, mut probe: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(found) = probe() {
-            return found;
-        }
-        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(50));
-    }
-}
+use screen::{Folder, Guard, Screen, wait_for};
+use std::process::Command;
+use std::time::Duration;
 
 const STREAM: &str = "CLEAR 203040\nFILL 20 20 600 80 300 460 ff0000 00ff00 0000ff\nLINE 0 0 639 479 ffffff\nCIRCLE 320 240 200 ffff00\n";
 const SIZE: [usize; 2] = [640, 480];
@@ -129,18 +34,8 @@ fn the_screen_is_the_snapshot_and_the_keys_work() {
             .spawn()
             .expect("the player starts"),
     );
-    let id = wait_for("the window", || {
-        let found = screen.xdotool(&["search", "--onlyvisible", "--name", "fbptr"]);
-        found.lines().next().map(str::to_string)
-    });
-    let place = || {
-        let geometry = screen.xdotool(&["getwindowgeometry", "--shell", &id]);
-        let value = |key: &str| {
-            let line = geometry.lines().find_map(|l| l.strip_prefix(key)).expect("geometry");
-            line.parse::<usize>().expect("a number")
-        };
-        [value("X="), value("Y="), value("WIDTH="), value("HEIGHT=")]
-    };
+    let id = screen.window();
+    let place = || screen.place(&id);
     let [x, y, w, h] = place();
     assert_eq!([w, h], SIZE, "the frame opens at a scale of 1");
     let shown = || screen.pixels(x, y, w, h);
