@@ -21,9 +21,9 @@ pub(super) struct Bench {
     /// One JSON object a line instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the truth's pictures (NAME.ppm) into this folder instead of timing anything
+    /// Write the meshes, the texture and the truth's pictures into this folder, for other programs, and time nothing
     #[arg(long, value_name = "DIR")]
-    truth: Option<PathBuf>,
+    export: Option<PathBuf>,
     #[command(flatten)]
     drawing: Drawing,
 }
@@ -54,8 +54,8 @@ impl Bench {
             frames: self.frames.into(),
             budget: Duration::from_secs(6),
         };
-        if let Some(folder) = &self.truth {
-            return save_truths(folder, &chosen, &options);
+        if let Some(folder) = &self.export {
+            return export(folder, &chosen, &options);
         }
         if !self.json {
             print(HEADER);
@@ -103,10 +103,17 @@ fn print(line: &str) {
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
-fn save_truths(folder: &Path, chosen: &[Workload], options: &Options) -> Status {
+fn export(folder: &Path, chosen: &[Workload], options: &Options) -> Status {
     if let Err(error) = std::fs::create_dir_all(folder) {
         say_as_program(format_args!("cannot make {}: {error}", folder.display()));
         return Status::Failed;
+    }
+    for (name, bytes) in bench::export(options) {
+        let path = folder.join(name);
+        if let Err(error) = std::fs::write(&path, bytes) {
+            say_as_program(format_args!("cannot write {}: {error}", path.display()));
+            return Status::Failed;
+        }
     }
     for &workload in chosen {
         let path = folder.join(workload.name()).with_extension("ppm");

@@ -47,32 +47,25 @@ fn packed_lines(count: usize, is_short: bool, width: u32, height: u32) -> Vec<Pa
         .collect()
 }
 
-/// Bresenham's loop as textbooks write it, with the project's rule for ties.
+/// Bresenham's loop as it is usually written, one error for all octants, with the project's rule for ties.
 fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
     let [mut x, mut y] = line.p0.map(i32::from);
     let [x1, y1] = line.p1.map(i32::from);
-    let (dx, dy) = ((x1 - x).abs(), (y1 - y).abs());
+    let (dx, dy) = ((x1 - x).abs(), -(y1 - y).abs());
     let (sx, sy) = (if x < x1 { 1 } else { -1 }, if y < y1 { 1 } else { -1 });
-    if dx >= dy {
-        let mut d = 2 * dy - dx;
-        for _ in 0..=dx {
-            pixels[(y * width + x) as usize] = line.color;
-            if d > 0 {
-                y += sy;
-                d -= 2 * dx;
-            }
-            d += 2 * dy;
+    let mut error = dx + dy;
+    loop {
+        pixels[(y * width + x) as usize] = line.color;
+        if x == x1 && y == y1 {
+            return;
+        }
+        let twice = 2 * error;
+        if twice > dy {
+            error += dy;
             x += sx;
         }
-    } else {
-        let mut d = 2 * dx - dy;
-        for _ in 0..=dy {
-            pixels[(y * width + x) as usize] = line.color;
-            if d > 0 {
-                x += sx;
-                d -= 2 * dy;
-            }
-            d += 2 * dx;
+        if twice < dx {
+            error += dx;
             y += sy;
         }
     }

@@ -9,10 +9,12 @@
 //! path, all pixels of it. W6 and W7 are lines and pixels; their truth is the plainest loop, which is timed beside them.
 
 mod check;
+mod export;
 mod flat;
 mod space;
 
 pub use check::{Check, Refusal};
+pub use export::{ExportedFile, export};
 
 use crate::memory::VideoMemory;
 use crate::pipeline::RenderOptions;

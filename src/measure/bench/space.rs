@@ -29,10 +29,10 @@ pub(super) struct Space {
 }
 
 /// All that a draw points at.
-struct Subject {
-    geometry: Geometry,
+pub(super) struct Subject {
+    pub geometry: Geometry,
     material: Material,
-    texture: Option<Texture>,
+    pub texture: Option<Texture>,
     lights: Vec<Light>,
     model: DMat4,
     camera: Camera,
@@ -51,6 +51,11 @@ impl Space {
             depth: Some(DepthMemory::new(size.width, size.height, DepthFormat::F32)),
             scene: Subject::new(workload, size.divisor),
         }
+    }
+
+    /// What is drawn.
+    pub fn subject(&self) -> &Subject {
+        &self.scene
     }
 
     /// The plain path's picture and depths.

@@ -26,6 +26,21 @@ fn every_workload_is_held_to_its_truth_and_then_timed() {
 }
 
 #[test]
+fn exported_meshes_are_the_knot() {
+    let files = export(&small());
+    assert_eq!(files.iter().map(|f| f.0).collect::<Vec<_>>(), ["knot70k.bin", "knot1m.bin", "texture.rgba"]);
+    let word = |b: &[u8], i: usize| u32::from_le_bytes(b[4 * i..4 * i + 4].try_into().unwrap());
+    let (knot, texture) = (&files[0].1, &files[2].1);
+    // 16 steps along, 70 around, and a seam each way; two triangles a step.
+    let (vertices, triangles) = (word(knot, 0) as usize, word(knot, 1) as usize);
+    assert_eq!((vertices, triangles), (17 * 71, 2 * 16 * 70));
+    assert_eq!(knot.len(), 8 + vertices * 32 + triangles * 12);
+    assert!((0..3 * triangles).all(|i| (word(knot, 2 + 8 * vertices + i) as usize) < vertices));
+    // Row 0 is t = 0: r = x ^ y, squares of 32, b = 3 x + 5 y.
+    assert_eq!(texture[4 * (1024 * 32 + 3)..][..4], [35, 224, 169, 255]);
+}
+
+#[test]
 fn names_and_their_beginnings_are_known() {
     for w in Workload::ALL {
         assert_eq!(Workload::named(w.name()), [w]);

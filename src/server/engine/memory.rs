@@ -6,6 +6,7 @@ use crate::command::{Command, Rect};
 use crate::draw2d::{self, Blend};
 use crate::error::{Code, Fault};
 use crate::memory::{FbPtr, MemoryError, Rgba};
+use crate::pipeline::tile::Pool;
 use crate::server::Session;
 use std::fmt::Write;
 
@@ -221,7 +222,10 @@ impl Engine {
     }
 
     pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
-        draw2d::points(&mut self.memory, packed, s.blend)?;
+        match self.renderer.options().pool.clone().map(Pool) {
+            Some(pool) => draw2d::points_on(&pool, &mut self.memory, packed, s.blend)?,
+            None => draw2d::points(&mut self.memory, packed, s.blend)?,
+        }
         let (w, h) = (self.memory.width(), self.memory.height());
         let records = packed.as_chunks::<8>().0;
         let is_inside = |r: &&[u8; 8]| {
