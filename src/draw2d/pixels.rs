@@ -12,7 +12,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 #[doc(alias = "putPixel")]
 #[inline]
 pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: Blend) {
-    match Paint::new(color, blend) {
+    match blend {
+        Blend::Replace => memory.put_pixel(x, y, color),
+        Blend::Over => compose_pixel(memory, x, y, color),
+    }
+}
+
+fn compose_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba) {
+    match Paint::new(color, Blend::Over) {
         Some(Paint::Store(color)) => memory.put_pixel(x, y, color),
         Some(Paint::Compose(color)) => {
             if let Ok(dest) = memory.get_pixel(x, y) {

@@ -243,13 +243,19 @@ impl VideoMemory {
     /// Remembers that row `y` was written.
     #[inline]
     pub fn mark_row(&mut self, y: u32) {
-        // Written only when it grows, which is seldom: a store a pixel would crowd out the pixels' own.
-        if y < self.damage.start {
-            self.damage.start = y;
+        // Written only when it grows, which is seldom: a store a pixel would crowd out the pixels' own. One question does
+        // for `start..end` and for the empty range.
+        let (start, end) = (self.damage.start, self.damage.end);
+        if y.wrapping_sub(start) >= end.wrapping_sub(start) {
+            self.grow_damage(y);
         }
-        if y >= self.damage.end {
-            self.damage.end = y + 1;
-        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow_damage(&mut self, y: u32) {
+        self.damage.start = self.damage.start.min(y);
+        self.damage.end = self.damage.end.max(y + 1);
     }
 
     /// Remembers that `rows` were written.
