@@ -3,7 +3,7 @@
 //! `cargo bench --bench socket [-- --quick|--memory] [-- --only=WORDS]`, where WORDS are part of a line's road, workload and
 //! connections, as `--only='tcp PB 64'`. Each workload is sent by one thread of this process to a server in it, over
 //! loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling
-//! is the same bytes, sent the same way, to a thread that reads and discards them. Rounds of both alternate, the best of
+//! is the same bytes, sent the same way, to as many threads that read and discard them. Rounds of both alternate, the best of
 //! each counts, and the pixels of every measured run are compared with what was sent.
 
 use fbptr::memory::VideoMemory;
@@ -299,7 +299,7 @@ fn main() {
         roads.push(("unix", Road::Unix(path)));
     }
     println!(
-        "{:<6}{:<14}{:>6}{:>10}{:>10}{:>8}{:>22}",
+        "{:<6}{:<14}{:>6}{:>10}{:>10}{:>8}{:>22}   processor ns/byte, and the ceiling's",
         "road", "workload", "conns", "MB/s", "ceiling", "share", "rate"
     );
     let workloads = workloads();
