@@ -138,7 +138,8 @@ pub(super) fn growth_with_facets(effort: &Effort) -> Vec<Growth> {
                 pixels[0], pixels[1]
             ),
             grows: "facets",
-            at_most: Some(0.6),
+            // The goal is stated for 100 to 100,000 facets.
+            at_most: (!effort.is_quick).then_some(0.6),
             points: points.collect(),
         }
     };

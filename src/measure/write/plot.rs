@@ -11,7 +11,7 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 44.0;
 
-/// An axis over decades; values at or below `floor` stand at its beginning.
+/// An axis over decades; values of 0 stand at its beginning.
 struct Axis {
     first: f64,
     last: f64,
@@ -21,13 +21,14 @@ struct Axis {
 
 impl Axis {
     fn over(values: impl Iterator<Item = f64> + Clone, from_px: f64, to_px: f64) -> Axis {
-        let positive = values.filter(|v| *v > 0.0 && v.is_finite());
+        let positive = values.clone().filter(|v| *v > 0.0 && v.is_finite());
         let low = positive.clone().fold(f64::INFINITY, f64::min);
         let high = positive.fold(0.0, f64::max);
         let (low, high) = if low.is_finite() { (low, high) } else { (1.0, 1.0) };
-        // One decade of room below, where zeros stand.
-        let first = libm::log10(low).floor() - 1.0;
-        let last = (libm::log10(high) + 0.05).ceil().max(first + 2.0);
+        // One decade of room below, where there are zeros to stand.
+        let room = if values.clone().any(|v| v <= 0.0) { 1.0 } else { 0.0 };
+        let first = libm::floor(libm::log10(low) - 0.05) - room;
+        let last = libm::ceil(libm::log10(high) + 0.05).max(first + 1.0);
         Axis { first, last, from_px, to_px }
     }
 
@@ -173,10 +174,8 @@ pub(super) fn growth(g: &Growth) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let mut x = Axis::over(points.iter().map(|p| p.0), LEFT, WIDTH - RIGHT);
-    x.first += 1.0; // no zeros here
-    let mut y = Axis::over(points.iter().map(|p| p.1), HEIGHT - BOTTOM, TOP);
-    y.first += 1.0;
+    let x = Axis::over(points.iter().map(|p| p.0), LEFT, WIDTH - RIGHT);
+    let y = Axis::over(points.iter().map(|p| p.1), HEIGHT - BOTTOM, TOP);
     let mut out = format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"time against {}: {}\">\n",
         g.grows,
