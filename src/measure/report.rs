@@ -59,8 +59,8 @@ impl Section {
         self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
     }
 
-    /// Alternatives that are plainly better than the default: at least a tenth faster with no more error, on some subject;
-    /// `None` where nothing was timed or there is no default.
+    /// Alternatives that are plainly better than the default on some subject: a tenth faster or more with no more error, or with at
+    /// most half the error in no more time; `None` where nothing was timed or there is no default.
     pub fn better_than_default(&self) -> Option<Vec<(&str, &str)>> {
         let column = self.experiment.plotted;
         let mut better = Vec::new();
@@ -69,8 +69,12 @@ impl Section {
             let Some(default) = rows.iter().find(|r| r.is_default) else { continue };
             let Some(time) = default.nanoseconds_per_unit() else { continue };
             has_default = true;
-            for row in rows.iter().filter(|r| !r.is_default && r.errors[column] <= default.errors[column]) {
-                if row.nanoseconds_per_unit().is_some_and(|t| t < 0.9 * time) {
+            let error = default.errors[column];
+            for row in rows.iter().filter(|r| !r.is_default) {
+                let Some(t) = row.nanoseconds_per_unit() else { continue };
+                let is_faster = t < 0.9 * time && row.errors[column] <= error;
+                let is_nearer = t <= 1.05 * time && row.errors[column] <= 0.5 * error && error > 0.0;
+                if is_faster || is_nearer {
                     better.push((subject, row.alternative.as_str()));
                 }
             }
@@ -83,11 +87,16 @@ impl Section {
         match self.better_than_default() {
             None => "Nothing here is a default that could be bettered.".into(),
             Some(better) if better.is_empty() => {
-                "Ruled out: nothing else is a tenth faster with no more error than the default, on any subject.".into()
+                "Ruled out: nothing else is a tenth faster than the default with no more error, or has half its error in no more \
+                 time, on any subject."
+                    .into()
             }
             Some(better) => {
                 let named: Vec<String> = better.iter().map(|(subject, name)| format!("{name} ({subject})")).collect();
-                format!("A tenth faster or more than the default with no more error: {}.", named.join("; "))
+                format!(
+                    "Plainly better than the default, a tenth faster with no more error or half the error in no more time: {}.",
+                    named.join("; ")
+                )
             }
         }
     }
