@@ -79,10 +79,62 @@ pub struct DepthMemory {
     words: Words,
 }
 
+/// The stored words of some pixels; see [`DepthFormat::encode`].
+#[derive(Debug)]
+pub enum DepthWords<'a> {
+    /// Of u16.
+    Narrow(&'a mut [u16]),
+    /// Of every other format: the bits of the u32 word.
+    Wide(&'a mut [i32]),
+}
+
+impl<'a> DepthWords<'a> {
+    /// The stored word of pixel number `index`.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    #[inline]
+    pub fn word(&self, index: usize) -> u32 {
+        match self {
+            DepthWords::Narrow(w) => w[index] as u32,
+            DepthWords::Wide(w) => w[index] as u32,
+        }
+    }
+
+    /// Stores a word.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    #[inline]
+    pub fn set_word(&mut self, index: usize, word: u32) {
+        match self {
+            DepthWords::Narrow(w) => w[index] = word as u16,
+            DepthWords::Wide(w) => w[index] = word as i32,
+        }
+    }
+
+    /// The words before pixel number `mid`, and those from it on.
+    ///
+    /// # Panics
+    /// When there are fewer.
+    pub fn split_at(self, mid: usize) -> (DepthWords<'a>, DepthWords<'a>) {
+        match self {
+            DepthWords::Narrow(w) => {
+                let (a, b) = w.split_at_mut(mid);
+                (DepthWords::Narrow(a), DepthWords::Narrow(b))
+            }
+            DepthWords::Wide(w) => {
+                let (a, b) = w.split_at_mut(mid);
+                (DepthWords::Wide(a), DepthWords::Wide(b))
+            }
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Words {
     Narrow(Vec<u16>),
-    Wide(Vec<u32>),
+    Wide(Vec<i32>),
 }
 
 impl DepthMemory {
@@ -92,7 +144,7 @@ impl DepthMemory {
         let far = format.encode(1.0, 0.0);
         let words = match format {
             DepthFormat::U16 => Words::Narrow(vec![far as u16; len]),
-            _ => Words::Wide(vec![far; len]),
+            _ => Words::Wide(vec![far as i32; len]),
         };
         DepthMemory { width, height, format, words }
     }
@@ -122,7 +174,7 @@ impl DepthMemory {
         let far = self.format.encode(1.0, 0.0);
         match &mut self.words {
             Words::Narrow(w) => w.fill(far as u16),
-            Words::Wide(w) => w.fill(far),
+            Words::Wide(w) => w.fill(far as i32),
         }
     }
 
@@ -134,7 +186,7 @@ impl DepthMemory {
     pub fn word(&self, index: usize) -> u32 {
         match &self.words {
             Words::Narrow(w) => w[index] as u32,
-            Words::Wide(w) => w[index],
+            Words::Wide(w) => w[index] as u32,
         }
     }
 
@@ -146,7 +198,15 @@ impl DepthMemory {
     pub fn set_word(&mut self, index: usize, word: u32) {
         match &mut self.words {
             Words::Narrow(w) => w[index] = word as u16,
-            Words::Wide(w) => w[index] = word,
+            Words::Wide(w) => w[index] = word as i32,
+        }
+    }
+
+    /// All stored words, row 0 first, for writing.
+    pub fn words_mut(&mut self) -> DepthWords<'_> {
+        match &mut self.words {
+            Words::Narrow(w) => DepthWords::Narrow(w),
+            Words::Wide(w) => DepthWords::Wide(w),
         }
     }
 

@@ -44,6 +44,11 @@ impl IdMemory {
         (id != NO_FACE).then_some((id[0], id[1]))
     }
 
+    /// Name and triangle of every pixel, row 0 first, for writing.
+    pub fn ids_mut(&mut self) -> &mut [[u32; 2]] {
+        &mut self.ids
+    }
+
     /// Remembers a face at pixel number `index` (= width * y + x).
     ///
     /// # Panics

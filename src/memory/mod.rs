@@ -10,7 +10,7 @@ mod ids;
 mod shared;
 mod video;
 
-pub use depth::{DepthFormat, DepthMemory};
+pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;
 pub use ids::IdMemory;
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};

@@ -2,6 +2,7 @@
 
 use super::assemble::Side;
 use super::call::{DrawCall, Target};
+use super::known::Known;
 use super::light::{Lighting, Viewer};
 use super::plan::{Part, Plan};
 use super::vertex::Vertex;
@@ -17,7 +18,7 @@ impl Plan {
     /// It costs a look at the mesh's polygons and corners, not at its vertices.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
         let lighting = call.lighting(Viewer::Axis(DVec3::Z));
-        derive(call, target, &lighting)
+        derive(call, target, &lighting, &Known::of(call.geometry))
     }
 }
 
@@ -72,7 +73,7 @@ impl<'a> DrawCall<'a> {
     }
 }
 
-pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting) -> Plan {
+pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, known: &Known) -> Plan {
     let mesh = &call.geometry.mesh;
     let (width, height) = (target.memory.width(), target.memory.height());
     let pixels = width as u64 * height as u64;
@@ -119,7 +120,7 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting) -> P
         plan.add(Part::Points, "the mesh has points", mesh.points.len() as u64, 0);
     }
     if faces > 0 {
-        plan_faces(call, lighting, &mut plan, faces, wire);
+        plan_faces(call, lighting, known, &mut plan, faces, wire);
     }
     plan
 }
@@ -133,17 +134,11 @@ struct Asks {
     transparent: bool,
 }
 
-fn asks_of(call: &DrawCall, lighting: &Lighting) -> Asks {
+fn asks_of(call: &DrawCall, lighting: &Lighting, known: &Known) -> Asks {
     let mesh = &call.geometry.mesh;
-    // One look at each material that some polygon has.
-    let mut seen = vec![false; mesh.materials.len() + 1];
     let mut asks = Asks::default();
     let mut textures: Vec<*const Texture> = Vec::new();
-    for p in &mesh.polygons {
-        let slot = (p.material as usize).min(mesh.materials.len());
-        if std::mem::replace(&mut seen[slot], true) {
-            continue;
-        }
+    for p in known.materials.iter().map(|&p| &mesh.polygons[p as usize]) {
         for &side in call.sides() {
             let (material, texture) = call.material_of(p, side);
             asks.light |= lighting.depends_on_point(material);
@@ -160,7 +155,7 @@ fn asks_of(call: &DrawCall, lighting: &Lighting) -> Asks {
     asks
 }
 
-fn plan_faces(call: &DrawCall, lighting: &Lighting, plan: &mut Plan, faces: u64, wire: bool) {
+fn plan_faces(call: &DrawCall, lighting: &Lighting, known: &Known, plan: &mut Plan, faces: u64, wire: bool) {
     let mesh = &call.geometry.mesh;
     let parallel = call.is_parallel();
     match call.cull {
@@ -184,16 +179,14 @@ fn plan_faces(call: &DrawCall, lighting: &Lighting, plan: &mut Plan, faces: u64,
     if wire {
         return;
     }
-    let asks = asks_of(call, lighting);
+    let asks = asks_of(call, lighting, known);
     let lamps = lighting.lamp_count() as u64;
     let polygons = mesh.polygons.len() as u64;
     let normal_bytes = size_of::<DVec3>() as u64;
     if asks.light {
         let flat = call.shade == ShadeMode::Flat;
         // A corner without a normal of its own takes the mean of its faces' normals.
-        let given =
-            |c: &crate::scene::Corner| mesh.normals.get(c.normal as usize).is_some_and(|n| *n != DVec3::ZERO);
-        let all_given = mesh.corners.iter().all(given);
+        let all_given = known.all_normals_given;
         if flat || !all_given {
             let reason = if flat { "SHADE flat lights with them" } else { "vertex normals are their means" };
             plan.add(Part::FaceNormals, reason, polygons, polygons * normal_bytes);
@@ -251,7 +244,7 @@ fn plan_faces(call: &DrawCall, lighting: &Lighting, plan: &mut Plan, faces: u64,
         plan.add(Part::Fog, "the scene has fog", faces, 0);
         plan.add(Part::InterpolatePositions, "fog needs the distance", faces, 0);
     }
-    if asks.transparent || mesh.colors.iter().any(|c| c.w < 1.0) {
+    if asks.transparent || known.has_clear_colors {
         plan.add(Part::ReadBack, "transparent faces are blended", faces, 0);
     } else {
         plan.leave_out(Part::ReadBack, "every face is opaque");

@@ -4,6 +4,7 @@
 //! in place of R. Specular only where N.L > 0. All vectors are unit, in world space; L points to the light, V to the
 //! viewer. What the texture multiplies (Ka and Kd terms) and what it does not (Ks and Ke) are kept apart.
 
+use super::tile::{Cone, Exponent, FastLight, Place};
 use crate::math::matrix::unit;
 use crate::math::power::pow;
 use crate::scene::{Attenuation, CameraMatrices, Light, LightKind, LightingModel, Material};
@@ -226,6 +227,59 @@ impl Lighting {
             LightingModel::Unlit => Lit { base: material.emissive, extra: DVec3::ZERO },
             _ => Lit { base: material.ka * self.ambient, extra: material.emissive },
         }
+    }
+
+    /// The lights as the kernels want them, in their frame; `None` where f32 does not carry one.
+    pub fn fast(
+        &self,
+        material: &Material,
+        point: impl Fn(DVec3) -> DVec3,
+        direction: impl Fn(DVec3) -> DVec3,
+    ) -> Option<Vec<FastLight>> {
+        let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
+        let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
+        let mut fast = Vec::with_capacity(self.lamps.len());
+        for lamp in &self.lamps {
+            let light = &lamp.light;
+            let at = |p: DVec3| Place::At(f32s(point(p)));
+            let axis = f32s(direction(lamp.direction));
+            let (place, cone, radius, attenuation) = match light.kind {
+                LightKind::Directional { .. } => {
+                    (Place::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
+                }
+                LightKind::Point { position, attenuation, radius } => {
+                    (at(position), Cone::None, radius, attenuation)
+                }
+                LightKind::Spot { position, exponent, attenuation, .. } => {
+                    let exponent = Exponent::new(exponent)?;
+                    let cone = Cone::Power { axis, cos_angle: lamp.cos_angle as f32, exponent };
+                    (at(position), cone, f64::INFINITY, attenuation)
+                }
+                LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
+                    let (beam, cut_off) = (beam_width_rad as f32, cut_off_rad as f32);
+                    (at(position), Cone::Linear { axis, beam, cut_off }, radius, attenuation)
+                }
+            };
+            let own = FastLight {
+                place,
+                cone,
+                radius: radius as f32,
+                ambient: f32s(material.ka * light.ambient),
+                diffuse: f32s(material.kd * light.color),
+                specular: f32s(material.ks * light.color),
+                attenuation: (attenuation != Attenuation::NONE)
+                    .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
+                is_clamped: light.clamp_attenuation,
+            };
+            let (Place::At(p) | Place::Toward(p)) = place;
+            let sums = own.attenuation.unwrap_or([0.0; 3]);
+            if ![p, own.ambient, own.diffuse, own.specular, sums].into_iter().all(carried) || radius.is_nan()
+            {
+                return None;
+            }
+            fast.push(own);
+        }
+        Some(fast)
     }
 
     /// The colour of one point.

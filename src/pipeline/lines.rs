@@ -62,7 +62,7 @@ impl Prepared<'_> {
             let material =
                 self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
-            let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?)));
+            let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?).each_ref()));
             let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };
             self.draw_line(ends, material, rule, target, stats);
         }
@@ -130,7 +130,7 @@ impl Prepared<'_> {
 
     fn line_vertex(&self, corner: &Corner, material: &Material) -> LineVertex {
         let mesh = &self.call.geometry.mesh;
-        let v = &self.vertices[corner.position as usize];
+        let v = self.vertex(corner.position);
         let p = self.assembler.transform.world(mesh.positions[corner.position as usize]);
         let color = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
         let Lit { base, extra } = match material.model {

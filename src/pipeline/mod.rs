@@ -15,10 +15,13 @@
 //! (projections).
 
 mod assemble;
+mod bands;
 pub mod budget;
 mod call;
 mod clip;
 mod derive;
+mod fast;
+mod known;
 mod light;
 mod lines;
 mod normals;

@@ -15,6 +15,7 @@
 //! depends on their positions alone, so the depth of a face is the same bits in any corner order.
 
 use super::vertex::Vertex;
+use super::viewport::Screen;
 use crate::scene::Interpolation;
 
 /// A face's plane over the screen.
@@ -34,6 +35,36 @@ pub(crate) struct FacePlane {
     order: [usize; 3],
     /// Whether all w are positive: the weights on the screen are then weights.
     in_front: bool,
+}
+
+/// Depth and weights of a face as linear functions of the pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linear {
+    /// Where the reference corner is, in pixels.
+    origin: [f64; 2],
+    /// z at the origin, per column, per row.
+    pub z: [f64; 3],
+    /// For each corner in the caller's order, b at the origin, per column, per row.
+    pub shares: [[f64; 3]; 3],
+}
+
+impl Linear {
+    #[inline]
+    fn at(&self, [base, dx, dy]: [f64; 3], x: i32, y: i32) -> f64 {
+        base + (dx * (x as f64 + 0.5 - self.origin[0]) + dy * (y as f64 + 0.5 - self.origin[1]))
+    }
+
+    /// z at the centre of pixel (x, y).
+    #[inline]
+    pub fn z_at(&self, x: i32, y: i32) -> f64 {
+        self.at(self.z, x, y)
+    }
+
+    /// b of a corner at the centre of pixel (x, y).
+    #[inline]
+    pub fn share_at(&self, corner: usize, x: i32, y: i32) -> f64 {
+        self.at(self.shares[corner], x, y)
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -99,6 +130,32 @@ impl FacePlane {
             .chain(plane.others.iter().flat_map(|o| [&o.z, &o.complement]))
             .all(|v| v.is_finite());
         (det != 0.0 && sound).then_some(plane)
+    }
+
+    /// The plane over the pixels of a screen: depth, and the weights b, or with `affine` those straight on the screen.
+    pub fn linear(&self, screen: &Screen, interp: Interpolation) -> Linear {
+        let scale = screen.ndc_per_pixel();
+        let [o1, o2] = &self.others;
+        let z = [0, 1].map(|axis| (o1.gradient[axis] * o1.z + o2.gradient[axis] * o2.z) * scale[axis]);
+        let own = [0, 1, 2].map(|i| match i {
+            0 => {
+                let slope = |axis: usize| {
+                    -(o1.gradient[axis] * o1.w + o2.gradient[axis] * o2.w) * self.inv_w * scale[axis]
+                };
+                [self.inv_w, slope(0), slope(1)]
+            }
+            _ => {
+                let o = &self.others[i - 1];
+                [0.0, o.gradient[0] * scale[0], o.gradient[1] * scale[1]]
+            }
+        });
+        let mut shares = [[0.0; 3]; 3];
+        for (i, &at) in self.order.iter().enumerate() {
+            let w = if i == 0 { self.w } else { self.others[i - 1].w };
+            let factor = if interp == Interpolation::Affine { w } else { 1.0 };
+            shares[at] = own[i].map(|v| v * factor);
+        }
+        Linear { origin: screen.of_ndc(self.origin), z: [self.z, z[0], z[1]], shares }
     }
 
     /// The weights at an NDC point of the plane; outside the face some are negative.

@@ -3,16 +3,19 @@
 use super::assemble::{Assembler, Face, Side};
 use super::call::{DrawCall, DrawStats, PipelineError, Target};
 use super::derive::derive;
+use super::known::Known;
 use super::light::{Lighting, SurfacePoint, Viewer};
 use super::normals::{NormalMatrix, Normals, polygon_normal};
 use super::plan::{Part, Plan};
-use super::raster::{Raster, Writes};
+use super::raster::{Canvas, Raster, Writes};
 use super::shade::{FaceShade, LightMode};
 use super::vertex::{Transform, Vertex};
 use super::viewport::Screen;
+use crate::math::coverage::PixelRect;
 use crate::memory::DepthMemory;
 use crate::scene::{Corner, Interpolation, ShadeMode};
 use glam::{DVec3, DVec4};
+use std::sync::Arc;
 
 /// Which faces of a draw are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,10 +30,11 @@ pub(crate) struct Prepared<'a> {
     pub call: &'a DrawCall<'a>,
     pub plan: Plan,
     pub assembler: Assembler,
-    pub vertices: Vec<Vertex>,
+    /// All vertices, or none yet.
+    vertices: Vec<Vertex>,
     pub lighting: Lighting,
-    normals: Normals,
-    normal_matrix: NormalMatrix,
+    pub known: Arc<Known>,
+    pub normal_matrix: NormalMatrix,
 }
 
 impl<'a> Prepared<'a> {
@@ -40,35 +44,62 @@ impl<'a> Prepared<'a> {
         target: &Target,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
-        check(call)?;
+        let mut prepared = Prepared::with(call, target, Arc::new(Known::of(call.geometry)), stats)?;
+        prepared.transform_all();
+        Ok(prepared)
+    }
+
+    /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
+    /// [`Prepared::transform_all`].
+    pub fn with(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        known: Arc<Known>,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
+        check(call, &known)?;
         let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
         let camera = call.camera.matrices(aspect)?;
         let screen = Screen::new(call.viewport, target.memory.width(), target.memory.height());
         let transform = Transform { model: call.model, camera, screen };
         let lighting = call.lighting(Viewer::of(&camera));
         // 1: what this draw needs
-        let plan = derive(call, target, &lighting);
-        // 2: positions to clip space and the screen
-        let mesh = &call.geometry.mesh;
-        let vertices: Vec<Vertex> = match plan.uses(Part::TransformVertices) {
-            true => mesh.positions.iter().map(|&p| transform.vertex(p)).collect(),
-            false => Vec::new(),
-        };
-        stats.vertices += vertices.len() as u64;
-        // 3: normals
-        let normals = match plan.uses(Part::FaceNormals) {
-            true => Normals::of(mesh, plan.uses(Part::VertexNormals)),
-            false => Normals::default(),
-        };
+        let plan = derive(call, target, &lighting, &known);
+        if plan.uses(Part::TransformVertices) {
+            stats.vertices += call.geometry.mesh.positions.len() as u64;
+        }
         Ok(Prepared {
             call,
             plan,
             assembler: Assembler::new(transform, call.cull),
-            vertices,
+            vertices: Vec::new(),
             lighting,
-            normals,
+            known,
             normal_matrix: NormalMatrix::of(&call.model),
         })
+    }
+
+    /// 2: all positions to clip space and the screen; 3: normals.
+    pub fn transform_all(&mut self) {
+        if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
+            let positions = &self.call.geometry.mesh.positions;
+            self.vertices = positions.iter().map(|&p| self.transform().vertex(p)).collect();
+        }
+    }
+
+    /// The vertex of a position.
+    #[inline]
+    pub fn vertex(&self, position: u32) -> Vertex {
+        match self.vertices.get(position as usize) {
+            Some(vertex) => *vertex,
+            None => self.transform().vertex(self.call.geometry.mesh.positions[position as usize]),
+        }
+    }
+
+    /// 3: the normals that the plan asks for.
+    fn normals(&self) -> Option<&Normals> {
+        let smooth = self.plan.uses(Part::VertexNormals);
+        self.plan.uses(Part::FaceNormals).then(|| self.known.normals(&self.call.geometry.mesh, smooth))
     }
 
     pub fn transform(&self) -> &Transform {
@@ -108,23 +139,32 @@ impl<'a> Prepared<'a> {
         mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize])
     }
 
-    pub fn corner_vertices(&self, triangle: u32) -> [&Vertex; 3] {
-        self.corners(triangle).map(|c| &self.vertices[c.position as usize])
+    pub fn corner_vertices(&self, triangle: u32) -> [Vertex; 3] {
+        self.corners(triangle).map(|c| self.vertex(c.position))
     }
 
     /// Stages 4 and 5 for one triangle.
     pub fn assemble(&self, triangle: u32, stats: &mut DrawStats) -> Option<Face> {
-        self.assembler.face(self.corner_vertices(triangle), stats)
+        self.assembler.face(self.corner_vertices(triangle).each_ref(), stats)
     }
 
     /// Stages 4 to 10 for one triangle, if it belongs to `layer`.
     pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
-        if layer != Layer::All && self.is_transparent(triangle) != (layer == Layer::Transparent) {
-            return;
+        if self.is_in(triangle, layer) {
+            self.draw_any_face(triangle, target, stats);
         }
+    }
+
+    /// Whether a triangle belongs to `layer`.
+    pub fn is_in(&self, triangle: u32, layer: Layer) -> bool {
+        layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
+    }
+
+    /// Stages 4 to 10 for one triangle.
+    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
         let Some(face) = self.assemble(triangle, stats) else { return };
         let shade = self.shade(triangle, face.side, stats);
-        self.raster(target).face(&face, &shade, triangle, Writes::Color, stats);
+        self.cover(&face, &shade, triangle, Writes::Color, target, stats);
     }
 
     /// Stages 6, 7 and 10 for one triangle, into the depth alone.
@@ -139,18 +179,56 @@ impl<'a> Prepared<'a> {
             fog: None,
             is_transparent: false,
         };
-        self.raster(target).face(&face, &shade, triangle, Writes::DepthOnly, stats);
+        self.cover(&face, &shade, triangle, Writes::DepthOnly, target, stats);
     }
 
-    fn raster<'r, 't>(&'r self, target: &'r mut Target<'t>) -> Raster<'r, 't> {
+    fn cover(
+        &self,
+        face: &Face,
+        shade: &FaceShade,
+        triangle: u32,
+        writes: Writes,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let mut canvas = self.canvas(target);
+        self.raster(&mut canvas).face(face, shade, triangle, writes, stats);
+        let written = canvas.written;
+        target.memory.mark_rows(written);
+    }
+
+    /// The memories of this draw.
+    pub fn canvas<'t>(&self, target: &'t mut Target) -> Canvas<'t> {
+        Canvas::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
+    }
+
+    /// What covers and colours the faces of this draw.
+    pub fn raster<'r, 't>(&'r self, canvas: &'r mut Canvas<'t>) -> Raster<'r, 't> {
         Raster {
-            target,
+            canvas,
             screen: &self.transform().screen,
             lighting: &self.lighting,
             interp: self.call.interp,
             divide: self.plan.uses(Part::PerspectiveDivision),
-            depth: self.plan.uses(Part::DepthMemory),
             name: self.call.name,
+        }
+    }
+
+    /// Columns and rows outside of which a triangle covers nothing, inside the view.
+    pub fn bounds_of(&self, triangle: u32) -> PixelRect {
+        let corners = self.corner_vertices(triangle);
+        let clip = self.transform().screen.clip;
+        if corners.iter().any(|v| !(v.screen[0].is_finite() && v.screen[1].is_finite())) {
+            return clip;
+        }
+        let low = |axis: usize| corners.iter().fold(f64::INFINITY, |m, v| m.min(v.screen[axis])) - 1.0;
+        let high = |axis: usize| corners.iter().fold(f64::NEG_INFINITY, |m, v| m.max(v.screen[axis])) + 1.0;
+        // Casts saturate, so that the farthest corners stay at the sides.
+        PixelRect {
+            x0: (low(0).floor() as i32).clamp(clip.x0, clip.x1),
+            y0: (low(1).floor() as i32).clamp(clip.y0, clip.y1),
+            x1: (high(0).ceil() as i32).clamp(clip.x0, clip.x1),
+            y1: (high(1).ceil() as i32).clamp(clip.y0, clip.y1),
         }
     }
 
@@ -168,7 +246,7 @@ impl<'a> Prepared<'a> {
         // Which side is seen is known only once the face is on the screen; a back material of another kind is rare.
         let side = match self.call.back_material.is_some() {
             false => Side::Front,
-            true => self.assembler.side(self.corner_vertices(triangle)).unwrap_or(Side::Front),
+            true => self.assembler.side(self.corner_vertices(triangle).each_ref()).unwrap_or(Side::Front),
         };
         let (material, texture) = self.call.material_of(polygon, side);
         let texture = texture.filter(|_| self.texcoords(corners).is_some());
@@ -192,7 +270,7 @@ impl<'a> Prepared<'a> {
         let mesh = &self.call.geometry.mesh;
         let polygon = self.polygon_of(triangle);
         let position = |c: &Corner| mesh.positions[c.position as usize];
-        let whole = match self.normals.of_polygon.get(polygon) {
+        let whole = match self.normals().and_then(|n| n.of_polygon.get(polygon)) {
             Some(&n) => Some(n).filter(|n| *n != DVec3::ZERO),
             None => polygon_normal(mesh.polygon_corners(polygon).iter().map(position)),
         };
@@ -205,7 +283,7 @@ impl<'a> Prepared<'a> {
         let given = self.call.geometry.mesh.normals.get(corner.normal as usize);
         given
             .and_then(|&n| self.normal_matrix.apply(n))
-            .or_else(|| self.normal_matrix.apply(*self.normals.of_position.get(corner.position as usize)?))
+            .or_else(|| self.normal_matrix.apply(*self.normals()?.of_position.get(corner.position as usize)?))
             .unwrap_or(face_normal)
     }
 
@@ -304,7 +382,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// Refuses what no picture can be made of.
-fn check(call: &DrawCall) -> Result<(), PipelineError> {
+fn check(call: &DrawCall, known: &Known) -> Result<(), PipelineError> {
     if !call.model.is_finite() {
         return Err(PipelineError::NotFinite { what: "the model matrix" });
     }
@@ -312,26 +390,5 @@ fn check(call: &DrawCall) -> Result<(), PipelineError> {
     if row != [0.0, 0.0, 0.0, 1.0] {
         return Err(PipelineError::PerspectiveModel { row });
     }
-    let mesh = &call.geometry.mesh;
-    let inside = |what: &'static str, index: u64, len: usize| match index < len as u64 {
-        true => Ok(()),
-        false => Err(PipelineError::BadIndex { what, index, len: len as u64 }),
-    };
-    for c in &mesh.corners {
-        inside("position", c.position.into(), mesh.positions.len())?;
-    }
-    for p in &mesh.polygons {
-        inside("corner", p.first_corner as u64 + p.corner_count.max(1) as u64 - 1, mesh.corners.len())?;
-    }
-    inside("triangle", mesh.triangles.len() as u64, mesh.triangle_polygon.len() + 1)?;
-    for (t, &p) in mesh.triangles.iter().zip(&mesh.triangle_polygon) {
-        inside("polygon", p.into(), mesh.polygons.len())?;
-        for &c in t {
-            inside("corner", c.into(), mesh.corners.len())?;
-        }
-    }
-    for &c in mesh.lines.iter().flatten().chain(&mesh.points) {
-        inside("corner", c.into(), mesh.corners.len())?;
-    }
-    Ok(())
+    known.checked.clone()
 }

@@ -9,9 +9,11 @@ use super::plane::{FacePlane, Weights};
 use super::sample::Footprint;
 use super::shade::{FaceShade, uv_from_first};
 use super::viewport::Screen;
-use crate::memory::{DepthMemory, IdMemory, Rgba};
+use crate::math::coverage::PixelRect;
+use crate::memory::{DepthFormat, DepthWords, IdMemory, Rgba};
 use crate::scene::Interpolation;
 use glam::{DVec2, DVec3};
+use std::ops::Range;
 
 /// A byte of a colour: floor(255 clamp(c, 0, 1) + 0.5); NaN is 0.
 #[inline]
@@ -20,16 +22,93 @@ pub(crate) fn to_byte(c: f64) -> u8 {
     (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
+/// Some rows of the memories that a draw writes, and which of their pixels it may.
+pub(crate) struct Canvas<'t> {
+    /// Pixels in a row.
+    width: usize,
+    /// What may be drawn, in pixels of the frame: no row outside of this canvas.
+    clip: PixelRect,
+    /// The first row.
+    y0: u32,
+    bytes: &'t mut [u8],
+    depth: Option<(DepthFormat, DepthWords<'t>)>,
+    ids: Option<&'t mut [[u32; 2]]>,
+    /// Rows that were written.
+    pub written: Range<u32>,
+}
+
+impl<'t> Canvas<'t> {
+    /// The whole frame. With `depth`, depth is tested and written, and ids where they are kept.
+    pub fn new(target: &'t mut Target, clip: PixelRect, depth: bool) -> Self {
+        let size = (target.memory.width(), target.memory.height());
+        let depth = target.depth.as_mut().filter(|_| depth).map(|d| (d.format(), d.words_mut()));
+        let ids = target.ids.as_deref_mut();
+        let ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size).map(IdMemory::ids_mut);
+        let bytes = target.memory.bytes_mut();
+        Canvas { width: size.0 as usize, clip, y0: 0, bytes, depth, ids, written: 0..0 }
+    }
+
+    /// The rows that may be drawn.
+    pub fn rows(&self) -> Range<i32> {
+        self.clip.y0..self.clip.y1
+    }
+
+    /// The rows above `row` of the frame, and those from it on.
+    pub fn split(self, row: u32) -> (Self, Self) {
+        let (width, y0) = (self.width, self.y0);
+        let end = y0 + (self.bytes.len() / (width * 4)) as u32;
+        let row = row.clamp(y0, end);
+        let pixels = (row - y0) as usize * width;
+        let (bytes, bytes_below) = self.bytes.split_at_mut(pixels * 4);
+        let (depth, depth_below) = match self.depth {
+            None => (None, None),
+            Some((format, words)) => {
+                let (a, b) = words.split_at(pixels);
+                (Some((format, a)), Some((format, b)))
+            }
+        };
+        let (ids, ids_below) = self.ids.map(|ids| ids.split_at_mut(pixels)).unzip();
+        let at = row as i32;
+        let above = PixelRect { y1: self.clip.y1.min(at), ..self.clip };
+        let below = PixelRect { y0: self.clip.y0.max(at), ..self.clip };
+        (
+            Canvas { width, clip: above, y0, bytes, depth, ids, written: 0..0 },
+            Canvas {
+                width,
+                clip: below,
+                y0: row,
+                bytes: bytes_below,
+                depth: depth_below,
+                ids: ids_below,
+                written: 0..0,
+            },
+        )
+    }
+
+    #[inline]
+    fn store_depth(&mut self, index: usize, word: Option<u32>, id: [u32; 2]) {
+        if let (Some((_, words)), Some(word)) = (&mut self.depth, word) {
+            words.set_word(index, word);
+            if let Some(ids) = &mut self.ids {
+                ids[index] = id;
+            }
+        }
+    }
+
+    fn mark_row(&mut self, y: u32) {
+        let w = &mut self.written;
+        *w = if w.start >= w.end { y..y + 1 } else { w.start.min(y)..w.end.max(y + 1) };
+    }
+}
+
 /// What a draw does with a pixel that passed, in every mode the same for all of its faces.
 pub(crate) struct Raster<'r, 't> {
-    pub target: &'r mut Target<'t>,
+    pub canvas: &'r mut Canvas<'t>,
     pub screen: &'r Screen,
     pub lighting: &'r Lighting,
     pub interp: Interpolation,
     /// Whether w differs from 1 anywhere.
     pub divide: bool,
-    /// Whether depth is tested and written.
-    pub depth: bool,
     pub name: u32,
 }
 
@@ -40,6 +119,45 @@ pub(crate) enum Writes {
     Color,
     /// Depth alone: what hides the lines of a wireframe.
     DepthOnly,
+}
+
+impl Face {
+    /// The colour and opacity of the face at the centre of a pixel; `None` where its plane shows nothing there.
+    pub fn pixel(
+        &self,
+        shade: &FaceShade,
+        [x, y]: [i32; 2],
+        screen: &Screen,
+        lighting: &Lighting,
+        (interp, divide): (Interpolation, bool),
+        stats: &mut DrawStats,
+    ) -> Option<(DVec3, f64)> {
+        if let Some(solid) = shade.solid() {
+            return Some(solid);
+        }
+        let weights = self.plane.clamped(self.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
+        self.color_at(&weights, shade, [x, y], screen, lighting, (interp, divide), stats)
+    }
+
+    /// 8 and 9: attributes and colour where the weights are.
+    #[inline]
+    #[expect(clippy::too_many_arguments, reason = "a pixel's whole surroundings")]
+    fn color_at(
+        &self,
+        weights: &Weights,
+        shade: &FaceShade,
+        [x, y]: [i32; 2],
+        screen: &Screen,
+        lighting: &Lighting,
+        (interp, divide): (Interpolation, bool),
+        stats: &mut DrawStats,
+    ) -> Option<(DVec3, f64)> {
+        let plane = &self.plane;
+        let shares_of = |weights: &Weights| plane.shares(weights, interp, divide);
+        let shares = shares_of(weights)?;
+        let footprint = |uv: &[DVec2; 3]| footprint(plane, screen, shares_of, [x, y], uv);
+        Some(shade.at(shares, footprint, lighting, stats))
+    }
 }
 
 impl Raster<'_, '_> {
@@ -54,16 +172,11 @@ impl Raster<'_, '_> {
     ) {
         let solid = shade.solid();
         let (plane, screen, lighting) = (&face.plane, self.screen, self.lighting);
-        let width = self.target.memory.width() as usize;
-        let mut depth = self.target.depth.as_mut().filter(|_| self.depth);
-        let size = (self.target.memory.width(), self.target.memory.height());
-        let ids = self.target.ids.as_deref_mut();
-        let mut ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size);
-        let memory = &mut *self.target.memory;
-        let (interp, divide) = (self.interp, self.divide);
-        let shares_of = |weights: &Weights| plane.shares(weights, interp, divide);
+        let (interp, divide, name) = (self.interp, self.divide, self.name);
+        let canvas = &mut *self.canvas;
+        let (width, first_row) = (canvas.width, canvas.y0 as i32);
         for outline in face.outlines.iter().flatten() {
-            outline.for_each_span(screen.clip, |y, xs| {
+            outline.for_each_span(canvas.clip, |y, xs| {
                 let mut row_is_written = false;
                 for x in xs {
                     let ndc = screen.ndc_of_pixel(x, y);
@@ -76,50 +189,53 @@ impl Raster<'_, '_> {
                     } else if !(0.0..1.0).contains(&z) {
                         continue;
                     }
-                    let index = width * y as usize + x as usize;
+                    let index = width * (y - first_row) as usize + x as usize;
                     let mut passed = None;
-                    if let Some(depth) = &mut depth {
-                        let word = depth.format().encode(z, complement.max(0.0));
-                        if word >= depth.word(index) {
+                    if let Some((format, words)) = &canvas.depth {
+                        let word = format.encode(z, complement.max(0.0));
+                        if word >= words.word(index) {
                             continue;
                         }
                         passed = Some(word);
                     }
-                    let store_depth =
-                        |depth: &mut Option<&mut DepthMemory>, ids: &mut Option<&mut IdMemory>| {
-                            if let (Some(depth), Some(word)) = (depth, passed) {
-                                depth.set_word(index, word);
-                                if let Some(ids) = ids {
-                                    ids.set(index, self.name, triangle);
-                                }
-                            }
-                        };
                     if writes == Writes::DepthOnly {
-                        store_depth(&mut depth, &mut ids);
+                        canvas.store_depth(index, passed, [name, triangle]);
                         continue;
                     }
                     // 8 and 9: attributes and colour
                     let (rgb, opacity) = match solid {
                         Some(solid) => solid,
                         None => {
-                            let Some(s) = shares_of(&weights) else { continue };
-                            let footprint = |uv: &[DVec2; 3]| footprint(plane, screen, shares_of, [x, y], uv);
-                            shade.at(s, footprint, lighting, stats)
+                            let at = [x, y];
+                            match face.color_at(
+                                &weights,
+                                shade,
+                                at,
+                                screen,
+                                lighting,
+                                (interp, divide),
+                                stats,
+                            ) {
+                                Some(color) => color,
+                                None => continue,
+                            }
                         }
                     };
                     // 10: the bytes
-                    let pixel = &mut memory.bytes_mut()[index * 4..index * 4 + 4];
+                    if !shade.is_transparent {
+                        canvas.store_depth(index, passed, [name, triangle]);
+                    }
+                    let pixel = &mut canvas.bytes[index * 4..index * 4 + 4];
                     if shade.is_transparent {
                         blend(pixel, rgb, opacity);
                     } else {
-                        store_depth(&mut depth, &mut ids);
                         pixel.copy_from_slice(&opaque(rgb));
                     }
                     stats.pixels_written += 1;
                     row_is_written = true;
                 }
                 if row_is_written {
-                    memory.mark_row(y as u32);
+                    canvas.mark_row(y as u32);
                 }
             });
         }

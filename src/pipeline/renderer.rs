@@ -1,13 +1,21 @@
 //! The renderer that programs run: each draw by the fastest path that gives its picture.
 //!
 //! In: what [`super::draw`] and [`super::draw_scene`] take. Out: the same meaning - coverage and bytes by the limits of the
-//! plain path, which stays the truth. It keeps what is worth keeping from draw to draw: working memories, and meshes
-//! made ready. It starts no thread: a pool is given to it. The same bytes with any pool and at any level.
+//! plain path, which stays the truth. It keeps what is worth keeping from draw to draw: working memories, and what is
+//! known of shared geometries, their prepared forms included. It starts no thread: a pool is given to it. The same bytes
+//! with any pool and at any level.
 
+use super::bands::draw_listed;
 use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
-use crate::scene::Scene;
+use super::fast::{Memories, Tools, obstacle};
+use super::known::Known;
+use super::prepare::{Layer, Prepared};
+use super::tile::Workers;
+use super::whole::{Painter, draw_scene_with};
+use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::Level;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Weak};
 
 /// Which path draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -34,12 +42,16 @@ pub struct RenderOptions {
 #[derive(Debug, Default)]
 pub struct Renderer {
     options: RenderOptions,
+    crew: Workers,
+    memories: Memories,
+    cache: Cache,
 }
 
 impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
-        Renderer { options }
+        let crew = Workers::new(options.pool.clone());
+        Renderer { options, crew, memories: Memories::default(), cache: Cache::default() }
     }
 
     /// What it works with.
@@ -52,12 +64,23 @@ impl Renderer {
         self.options.simd.unwrap_or_else(Level::best).min(Level::best())
     }
 
+    /// Bytes that it keeps from draw to draw: working memories and prepared meshes.
+    pub fn size_bytes(&self) -> usize {
+        self.memories.size_bytes() + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
+    }
+
     /// Draws one mesh, as [`super::draw`] does.
     ///
     /// # Errors
     /// As [`super::draw`].
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
-        super::draw(target, call)
+        let mut stats = DrawStats::default();
+        let mut prepared = Prepared::with(call, target, self.known(call), &mut stats)?;
+        prepared.open_memories(target);
+        self.faces(&mut prepared, Layer::All, target, &mut stats);
+        prepared.draw_lines(target, &mut stats);
+        prepared.draw_points(target, &mut stats);
+        Ok(stats)
     }
 
     /// Draws a whole scene, as [`super::draw_scene`] does.
@@ -70,6 +93,124 @@ impl Renderer {
         scene: &Scene,
         options: &SceneOptions,
     ) -> Result<DrawStats, PipelineError> {
-        super::draw_scene(target, scene, options)
+        draw_scene_with(self, target, scene, options)
+    }
+}
+
+impl Painter for Renderer {
+    fn known(&mut self, call: &DrawCall) -> Arc<Known> {
+        match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
+            Some(shared) => self.cache.known(shared),
+            None => Arc::new(Known::of(call.geometry)),
+        }
+    }
+
+    fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+        let is_fast = self.options.path == RenderPath::Fast
+            && layer != Layer::Transparent
+            && obstacle(prepared.call, target, &prepared.plan).is_none();
+        if is_fast {
+            let tools = Tools { level: self.level(), crew: &self.crew, memories: &mut self.memories };
+            if prepared.draw_fast(tools, target, stats) {
+                return;
+            }
+        }
+        prepared.transform_all();
+        if prepared.call.shade == ShadeMode::Wire {
+            prepared.draw_wire(target, stats);
+        } else {
+            let order = prepared.face_order().into_iter();
+            let list: Vec<_> = order.filter(|&t| prepared.is_in(t, layer)).map(|t| (0, t)).collect();
+            self.listed(&[prepared], &list, target, stats);
+        }
+    }
+
+    fn listed(
+        &mut self,
+        all: &[&Prepared],
+        list: &[(usize, u32)],
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        draw_listed(&self.crew, all, list, target, stats);
+    }
+}
+
+/// Geometries that are known at one time at most.
+const MOST_ENTRIES: usize = 1 << 15;
+
+/// Bytes of prepared forms that are kept at most, beside the one in use.
+const MOST_BYTES: usize = 1 << 30;
+
+/// What is known of shared geometries.
+#[derive(Debug, Default)]
+struct Cache {
+    entries: HashMap<usize, Entry>,
+    /// Counts look-ups.
+    clock: u64,
+}
+
+#[derive(Debug)]
+struct Entry {
+    /// Keeps the address from being given to another geometry, but not the geometry alive. Whoever changes a geometry in
+    /// place while this is held gets a new address for it (`Arc::make_mut`), or is refused (`Arc::get_mut`).
+    geometry: Weak<Geometry>,
+    known: Arc<Known>,
+    last_used: u64,
+}
+
+impl Cache {
+    fn known(&mut self, shared: &Arc<Geometry>) -> Arc<Known> {
+        self.clock += 1;
+        let address = Arc::as_ptr(shared).addr();
+        if let Some(entry) = self.entries.get_mut(&address) {
+            entry.last_used = self.clock;
+            return Arc::clone(&entry.known);
+        }
+        self.forget();
+        let known = Arc::new(Known::of(shared));
+        let geometry = Arc::downgrade(shared);
+        self.entries.insert(address, Entry { geometry, known: Arc::clone(&known), last_used: self.clock });
+        known
+    }
+
+    /// Drops what nobody can ask for again, and when that is not enough, what was asked for longest ago.
+    fn forget(&mut self) {
+        // A look through all of them at every doubling, or when they are many.
+        if self.entries.len().is_power_of_two() || self.entries.len() >= MOST_ENTRIES {
+            self.entries.retain(|_, e| e.geometry.strong_count() > 0);
+            let bytes: usize = self.entries.values().map(|e| e.known.size_bytes()).sum();
+            if self.entries.len() >= MOST_ENTRIES || bytes > MOST_BYTES {
+                let mut times: Vec<u64> = self.entries.values().map(|e| e.last_used).collect();
+                times.sort_unstable();
+                let middle = times[times.len() / 2];
+                self.entries.retain(|_, e| e.last_used > middle);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+
+    #[test]
+    fn a_geometry_is_known_by_its_address_as_long_as_that_is_its_own() {
+        let mut cache = Cache::default();
+        let geometry = |n| Arc::new(Geometry { mesh: shapes::knot(n, 4).expect("a knot"), textures: vec![] });
+        let mut first = geometry(5);
+        let known = cache.known(&first);
+        assert!(Arc::ptr_eq(&known, &cache.known(&first)));
+        // Changed in place: it moves, because the cache holds on to the address.
+        Arc::make_mut(&mut first).mesh.positions[0].x = 9.0;
+        assert!(!Arc::ptr_eq(&known, &cache.known(&first)));
+        drop(first);
+        for n in 6..40 {
+            let other = geometry(n);
+            let known = cache.known(&other);
+            assert_eq!(known.prepared(&other.mesh, false).triangle_count, n as usize * 8);
+        }
+        assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
     }
 }

@@ -43,6 +43,16 @@ impl Screen {
         [self.origin[0] + ndc[0] * self.half[0], self.origin[1] + ndc[1] * self.half[1]]
     }
 
+    /// Origin and half extents: pixel = origin + ndc * half.
+    pub fn map(&self) -> ([f64; 2], [f64; 2]) {
+        (self.origin, self.half)
+    }
+
+    /// How far NDC runs from one pixel to the next, across and down.
+    pub fn ndc_per_pixel(&self) -> [f64; 2] {
+        self.half.map(|h| 1.0 / h)
+    }
+
     /// The NDC point at the centre of pixel (x, y); not finite for a viewport without extent.
     #[inline]
     pub fn ndc_of_pixel(&self, x: i32, y: i32) -> [f64; 2] {

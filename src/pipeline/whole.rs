@@ -2,11 +2,13 @@
 
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
+use super::known::Known;
 use super::plan::{Part, Plan};
 use super::prepare::{Layer, Prepared};
 use super::raster::opaque;
 use super::viewport::Screen;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
+use std::sync::Arc;
 
 /// Draws a scene: its background over the viewport, the opaque faces, lines and points, then the transparent faces in
 /// file order or far to near.
@@ -18,13 +20,71 @@ pub fn draw_scene(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
+    draw_scene_with(&mut Plain, target, scene, options)
+}
+
+/// Who draws the parts of a scene.
+pub(crate) trait Painter {
+    /// What is known of a draw's geometry.
+    fn known(&mut self, call: &DrawCall) -> Arc<Known>;
+
+    /// Draws the faces of one object that belong to a layer, in order; a wireframe whole.
+    fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats);
+
+    /// Draws faces of several objects - object, triangle - in the list's order.
+    fn listed(
+        &mut self,
+        all: &[&Prepared],
+        list: &[(usize, u32)],
+        target: &mut Target,
+        stats: &mut DrawStats,
+    );
+}
+
+/// The plain path.
+struct Plain;
+
+impl Painter for Plain {
+    fn known(&mut self, call: &DrawCall) -> Arc<Known> {
+        Arc::new(Known::of(call.geometry))
+    }
+
+    fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+        prepared.transform_all();
+        if prepared.call.shade == ShadeMode::Wire {
+            prepared.draw_wire(target, stats);
+            return;
+        }
+        for triangle in prepared.face_order() {
+            prepared.draw_face(triangle, layer, target, stats);
+        }
+    }
+
+    fn listed(
+        &mut self,
+        all: &[&Prepared],
+        list: &[(usize, u32)],
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        list.iter().for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+    }
+}
+
+/// [`draw_scene`] by a painter.
+pub(crate) fn draw_scene_with(
+    painter: &mut impl Painter,
+    target: &mut Target,
+    scene: &Scene,
+    options: &SceneOptions,
+) -> Result<DrawStats, PipelineError> {
     let calls = calls_of(scene, options);
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
     // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
     let mut all = Vec::with_capacity(calls.len());
     for call in &calls {
-        let mut prepared = Prepared::new(call, target, &mut stats)?;
+        let mut prepared = Prepared::with(call, target, painter.known(call), &mut stats)?;
         if !keeps_depth {
             prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
             prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
@@ -38,28 +98,28 @@ pub fn draw_scene(
         prepared.open_memories(target);
     }
     if options.hide == HiddenSurface::Painter {
+        all.iter_mut().for_each(Prepared::transform_all);
         let opaque_faces = faces(&all, |p, t| !p.is_transparent(t));
-        draw_sorted(&all, opaque_faces, target, &mut stats);
+        let list = sorted(&all, opaque_faces);
+        painter.listed(&all.iter().collect::<Vec<_>>(), &list, target, &mut stats);
     }
-    for prepared in &all {
-        if prepared.call.shade == ShadeMode::Wire {
-            prepared.draw_wire(target, &mut stats);
-        } else if options.hide != HiddenSurface::Painter {
-            for triangle in prepared.face_order() {
-                prepared.draw_face(triangle, Layer::Opaque, target, &mut stats);
-            }
+    for prepared in &mut all {
+        if prepared.call.shade == ShadeMode::Wire || options.hide != HiddenSurface::Painter {
+            painter.faces(prepared, Layer::Opaque, target, &mut stats);
         }
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
     }
+    for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
+        prepared.transform_all();
+    }
     let through = faces(&all, |p, t| p.is_transparent(t));
-    match options.transparency {
-        TransparencyOrder::Sorted => draw_sorted(&all, through, target, &mut stats),
-        TransparencyOrder::FileOrder => {
-            for (object, triangle) in through {
-                all[object].draw_face(triangle, Layer::All, target, &mut stats);
-            }
-        }
+    let through = match options.transparency {
+        TransparencyOrder::Sorted => sorted(&all, through),
+        TransparencyOrder::FileOrder => through,
+    };
+    if !through.is_empty() {
+        painter.listed(&all.iter().collect::<Vec<_>>(), &through, target, &mut stats);
     }
     Ok(stats)
 }
@@ -157,13 +217,11 @@ pub(super) fn drawing_order(all: &[Prepared], options: &SceneOptions) -> Vec<(us
     order
 }
 
-/// Draws faces far to near by view z of their centres; equals stay in file order.
-fn draw_sorted(all: &[Prepared], faces: Vec<(usize, u32)>, target: &mut Target, stats: &mut DrawStats) {
+/// Faces far to near by view z of their centres; equals stay in file order.
+fn sorted(all: &[Prepared], faces: Vec<(usize, u32)>) -> Vec<(usize, u32)> {
     let mut keyed: Vec<_> = faces.into_iter().map(|(o, t)| (all[o].center_z(t), o, t)).collect();
     keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (_, object, triangle) in keyed {
-        all[object].draw_face(triangle, Layer::All, target, stats);
-    }
+    keyed.into_iter().map(|(_, object, triangle)| (object, triangle)).collect()
 }
 
 /// The background over the viewport.

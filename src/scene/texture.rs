@@ -145,6 +145,14 @@ impl Texture {
         }
     }
 
+    /// The RGBA texels of a level in 0..255, row 0 at the top; `None` for level 0, whose texels are the bytes.
+    ///
+    /// # Panics
+    /// When there is no such level.
+    pub fn level_texels(&self, level: u32) -> Option<&[[f32; 4]]> {
+        Some(&self.levels[level.checked_sub(1)? as usize].2)
+    }
+
     /// Bytes that all levels take.
     pub fn size_bytes(&self) -> usize {
         self.bytes.len() + self.levels.iter().map(|l| l.2.len() * 16).sum::<usize>()

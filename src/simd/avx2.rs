@@ -338,6 +338,15 @@ impl Simd for Avx2 {
         unsafe { I(_mm256_mask_i32gather_epi32::<4>(_mm256_setzero_si256(), from.as_ptr(), index.0, mask.0)) }
     }
     #[inline(always)]
+    fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
+        check(mask, index, from.len() / 4);
+        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
+        unsafe {
+            let base = from.as_ptr().cast::<i32>();
+            I(_mm256_mask_i32gather_epi32::<4>(_mm256_setzero_si256(), base, index.0, mask.0))
+        }
+    }
+    #[inline(always)]
     fn gather(self, mask: M, from: &[f32], index: I) -> F {
         check(mask, index, from.len());
         // SAFETY: the token proves the features; every set lane's index was found inside the slice.

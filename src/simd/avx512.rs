@@ -292,6 +292,14 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
+    fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
+        check(mask, index, from.len() / 4);
+        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
+        unsafe {
+            I(_mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), mask.0, index.0, from.as_ptr().cast()))
+        }
+    }
+    #[inline(always)]
     fn gather(self, mask: M, from: &[f32], index: I) -> F {
         check(mask, index, from.len());
         // SAFETY: the token proves the features; every set lane's index was found inside the slice.

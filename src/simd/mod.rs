@@ -138,6 +138,9 @@ pub trait Simd: Copy + 'static {
     fn select_i(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I;
     /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
     fn gather_i(self, mask: Self::M, from: &[i32], index: Self::I) -> Self::I;
+    /// Pixel number `index` of `from` (four bytes each, the first byte lowest) in each lane where the mask is set, 0
+    /// elsewhere. Panics when a set lane's pixel is outside.
+    fn gather_bytes(self, mask: Self::M, from: &[u8], index: Self::I) -> Self::I;
     /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
     fn gather(self, mask: Self::M, from: &[f32], index: Self::I) -> Self::F;
     /// The four numbers of `from[index]` in each lane where the mask is set, transposed: component c of lane i is

@@ -263,6 +263,13 @@ impl<const N: usize> Simd for Portable<N> {
         IntLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0 }))
     }
     #[inline(always)]
+    fn gather_bytes(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> IntLanes<N> {
+        let from = from.as_chunks::<4>().0;
+        IntLanes(from_fn(|i| {
+            if mask.0[i] != 0 { i32::from_le_bytes(from[index.0[i] as u32 as usize]) } else { 0 }
+        }))
+    }
+    #[inline(always)]
     fn gather(self, mask: MaskLanes<N>, from: &[f32], index: IntLanes<N>) -> FloatLanes<N> {
         FloatLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0.0 }))
     }

@@ -12,16 +12,6 @@ pub trait Crew: Sync {
 
     /// Calls `work` with the number and the items of each run of `size` items (the last may be shorter).
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync);
-
-    /// Calls `work` with each band of `size` pixels: its number, depths, ids and RGBA bytes.
-    fn bands(
-        &self,
-        depth: &mut [i32],
-        ids: &mut [i32],
-        bytes: &mut [u8],
-        size: usize,
-        work: impl Fn(usize, &mut [i32], &mut [i32], &mut [u8]) + Sync,
-    );
 }
 
 /// The calling thread.
@@ -35,18 +25,6 @@ impl Crew for Alone {
 
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
         items.chunks_mut(size).enumerate().for_each(|(i, run)| work(i, run));
-    }
-
-    fn bands(
-        &self,
-        depth: &mut [i32],
-        ids: &mut [i32],
-        bytes: &mut [u8],
-        size: usize,
-        work: impl Fn(usize, &mut [i32], &mut [i32], &mut [u8]) + Sync,
-    ) {
-        let bands = depth.chunks_mut(size).zip(ids.chunks_mut(size)).zip(bytes.chunks_mut(size * 4));
-        bands.enumerate().for_each(|(i, ((depth, ids), bytes))| work(i, depth, ids, bytes));
     }
 }
 
@@ -62,24 +40,6 @@ impl Crew for Pool {
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
         self.0.install(|| {
             items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(|(i, run)| work(i, run));
-        });
-    }
-
-    fn bands(
-        &self,
-        depth: &mut [i32],
-        ids: &mut [i32],
-        bytes: &mut [u8],
-        size: usize,
-        work: impl Fn(usize, &mut [i32], &mut [i32], &mut [u8]) + Sync,
-    ) {
-        self.0.install(|| {
-            let bands =
-                depth.par_chunks_mut(size).zip(ids.par_chunks_mut(size)).zip(bytes.par_chunks_mut(size * 4));
-            bands
-                .with_max_len(1)
-                .enumerate()
-                .for_each(|(i, ((depth, ids), bytes))| work(i, depth, ids, bytes));
         });
     }
 }

@@ -18,17 +18,50 @@ pub enum Place {
     At([f32; 3]),
 }
 
+/// Which directions a light shines in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cone {
+    /// All of them.
+    None,
+    /// Within an angle of the axis, with a power of the cosine.
+    Power {
+        /// Unit, in which light travels.
+        axis: [f32; 3],
+        /// The cosine of the angle.
+        cos_angle: f32,
+        /// The power.
+        exponent: Exponent,
+    },
+    /// Full within one angle, none from another on, straight between.
+    Linear {
+        /// Unit, in which light travels.
+        axis: [f32; 3],
+        /// The angle of the full beam, radians.
+        beam: f32,
+        /// The angle where the light ends, radians.
+        cut_off: f32,
+    },
+}
+
 /// One light with the material's answer multiplied in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FastLight {
     /// Where it is.
     pub place: Place,
+    /// Where it shines.
+    pub cone: Cone,
+    /// Beyond this distance it gives nothing.
+    pub radius: f32,
+    /// Ka times the light's own ambient colour.
+    pub ambient: [f32; 3],
     /// Kd times colour.
     pub diffuse: [f32; 3],
     /// Ks times colour; all 0 leaves the specular term out.
     pub specular: [f32; 3],
     /// 1 / (c + l d + q d^2), or `None` for none.
     pub attenuation: Option<[f32; 3]>,
+    /// Whether that sum is at least 1.
+    pub is_clamped: bool,
 }
 
 /// The specular exponent.
@@ -54,11 +87,11 @@ impl Exponent {
 /// Everything that lights one material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lighting {
-    /// Ke + Ka times ambient light.
-    pub base: [f32; 3],
-    /// Ke alone: what a texture does not multiply.
-    pub emissive: [f32; 3],
-    /// The lights that are on.
+    /// What is there without lights and answers texture and vertex colour: Ka times ambient light.
+    pub matte: [f32; 3],
+    /// What is there without lights and answers nothing: Ke.
+    pub gloss: [f32; 3],
+    /// The lights that are on; none for what no light reaches.
     pub lights: Vec<FastLight>,
     /// The exponent.
     pub exponent: Exponent,
@@ -78,37 +111,44 @@ pub struct Lit<S: Simd> {
     pub matte: V3<S>,
     /// Emissive and specular terms.
     pub gloss: V3<S>,
+    /// Where f32 lacks the digits: a light much nearer than the eye.
+    pub delicate: S::M,
 }
+
+/// A light nearer than this part of the eye's distance is delicate.
+const NEAR_LIGHT: f32 = 1.0 / 64.0;
+
+/// The largest attenuation factor, as in the plain path.
+const MAX_FACTOR: f32 = 1e30;
 
 /// Lights points at `position` with unit normals `normal`, seen along unit `to_viewer`.
 #[inline(always)]
 pub fn light<S: Simd>(s: S, lighting: &Lighting, position: V3<S>, normal: V3<S>, to_viewer: V3<S>) -> Lit<S> {
     let zero = s.splat(0.0);
     let one = s.splat(1.0);
-    let (base, emissive) = (lighting.base, lighting.emissive);
-    let mut matte = splat3(s, [base[0] - emissive[0], base[1] - emissive[1], base[2] - emissive[2]]);
-    let mut gloss = splat3(s, emissive);
+    let mut matte = splat3(s, lighting.matte);
+    let mut gloss = splat3(s, lighting.gloss);
+    let mut delicate = s.mask(0);
     let n_dot_v = dot::<S>(normal, to_viewer);
     for light in &lighting.lights {
-        let (toward, reach) = match light.place {
-            Place::Toward(d) => (splat3(s, d), None),
+        let (toward, strength) = match light.place {
+            Place::Toward(d) => (splat3(s, d), one),
             Place::At(p) => {
                 let d =
                     [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
                 let d2 = dot::<S>(d, d);
+                let away2 = dot::<S>(position, position);
+                delicate = delicate | d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
                 let length = d2.sqrt();
                 // A light at the surface point gives 0: its direction is made 0.
-                let inverse = s.select(zero.lt(d2), one / length, zero);
-                (scale::<S>(d, inverse), Some((length, d2)))
+                let toward = scale::<S>(d, s.select(zero.lt(d2), one / length, zero));
+                (toward, reach(s, light, length, d2, toward))
             }
         };
+        if light.ambient != [0.0; 3] {
+            matte = add_scaled(s, matte, light.ambient, strength);
+        }
         let n_dot_l = dot::<S>(normal, toward);
-        let strength = match (light.attenuation, reach) {
-            (Some([c, l, q]), Some((length, d2))) => {
-                one / (s.splat(c) + (s.splat(l) * length + s.splat(q) * d2))
-            }
-            _ => one,
-        };
         let diffuse = n_dot_l.max(zero) * strength;
         matte = add_scaled(s, matte, light.diffuse, diffuse);
         if light.specular == [0.0; 3] {
@@ -124,11 +164,65 @@ pub fn light<S: Simd>(s: S, lighting: &Lighting, position: V3<S>, normal: V3<S>,
             }
             _ => (n_dot_l + n_dot_l) * n_dot_v - l_dot_v,
         };
-        let specular = power(s, cosine.max(zero), lighting.exponent) * strength;
+        let cosine = cosine.max(zero).min(one);
+        let specular = power(s, cosine, lighting.exponent) * strength;
         let specular = s.select(zero.lt(n_dot_l), specular, zero);
         gloss = add_scaled(s, gloss, light.specular, specular);
     }
-    Lit { matte, gloss }
+    Lit { matte, gloss, delicate }
+}
+
+/// What of a light reaches a point: attenuation, radius, cone.
+#[inline(always)]
+fn reach<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F, toward: V3<S>) -> S::F {
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let mut strength = one;
+    if let Some([c, l, q]) = light.attenuation {
+        let sum = s.splat(c) + (s.splat(l) * length + s.splat(q) * d2);
+        let sum = if light.is_clamped { sum.max(one) } else { sum };
+        strength = (one / sum).min(s.splat(MAX_FACTOR)).max(s.splat(-MAX_FACTOR));
+        strength = s.select(zero.lt(d2), strength, zero);
+    } else if light.ambient != [0.0; 3] {
+        strength = s.select(zero.lt(d2), strength, zero);
+    }
+    if light.radius < f32::INFINITY {
+        strength = s.select(length.le(s.splat(light.radius)), strength, zero);
+    }
+    match light.cone {
+        Cone::None => strength,
+        Cone::Power { axis, cos_angle, exponent } => {
+            let cos = zero - dot::<S>(toward, splat3(s, axis));
+            let part = power(s, cos.max(zero).min(one), exponent);
+            s.select(s.splat(cos_angle).le(cos), strength * part, zero)
+        }
+        Cone::Linear { axis, beam, cut_off } => {
+            let angle = acos(s, zero - dot::<S>(toward, splat3(s, axis)));
+            let part = (s.splat(cut_off) - angle) / s.splat(cut_off - beam);
+            let part = s.select(angle.le(s.splat(beam)), one, part);
+            s.select(angle.lt(s.splat(cut_off)), strength * part, zero)
+        }
+    }
+}
+
+/// The angle in 0..pi whose cosine this is, to about 2e-7: Abramowitz, Stegun, "Handbook of mathematical functions", 4.4.46.
+#[inline(always)]
+fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
+    let one = s.splat(1.0);
+    let x = cos.abs().min(one);
+    let mut series = s.splat(-0.001_262_491_1);
+    for c in [
+        0.006_670_090_1,
+        -0.017_088_125_6,
+        0.030_891_881,
+        -0.050_174_304_6,
+        0.088_978_987_4,
+        -0.214_598_801_6,
+        1.570_796_305,
+    ] {
+        series = series * x + s.splat(c);
+    }
+    let angle = (one - x).sqrt() * series;
+    s.select(cos.lt(s.splat(0.0)), s.splat(std::f32::consts::PI) - angle, angle)
 }
 
 /// x^n for x in [0, about 1]; 0^0 = 1.
@@ -220,6 +314,32 @@ fn add_scaled<S: Simd>(s: S, sum: V3<S>, color: [f32; 3], k: S::F) -> V3<S> {
 mod tests {
     use super::*;
     use crate::simd::{Kernel, Level, Portable};
+
+    struct Angles(Vec<f32>);
+
+    impl Kernel for Angles {
+        type Output = Vec<f32>;
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Vec<f32> {
+            let mut out = vec![0.0; self.0.len()];
+            for (from, to) in self.0.chunks_exact(S::LANES).zip(out.chunks_exact_mut(S::LANES)) {
+                s.store(acos(s, s.load(from)), to);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn angles_are_those_of_their_cosines() {
+        let cos: Vec<f32> = (0..4096).map(|i| i as f32 / 2047.5 - 1.0).collect();
+        let truth = Angles(cos.clone()).run(Portable::<16>);
+        for (c, a) in cos.iter().zip(&truth) {
+            assert!((libm::acos(*c as f64) - *a as f64).abs() < 4e-7, "acos {c} is not {a}");
+        }
+        for level in Level::ALL {
+            assert_eq!(level.dispatch(Angles(cos.clone())), truth, "{level:?}");
+        }
+    }
 
     struct Powers(Vec<f32>, Exponent);
 

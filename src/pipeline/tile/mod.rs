@@ -2,15 +2,12 @@
 //!
 //! Visibility first: faces are set up a vector at a time, binned into bands of rows, and each band finds out which face
 //! is seen at each of its pixels (exact integer coverage, then depth, in file order); then every pixel that was won is
-//! shaded once. A face that f32 records cannot hold (behind the eye, steep, sliver-thin) is drawn by the plain path's own
-//! arithmetic in the middle of it, so the picture is the plain path's within its limits: the same coverage, depth within
-//! 4e-7, colour within 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of
-//! threads and at every vector width.
+//! shaded once. A face that f32 records cannot hold (behind the eye, steep, huge) is set up by the plain path in f64 in the
+//! middle of it, so the picture is the plain path's within its limits: the same coverage, depth within 4e-7, colour within
+//! 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of threads and at every
+//! vector width.
 //!
-//! It draws what [`Job`] can say: opaque meshes, lit per pixel or coloured, under the f32 z-buffer. `pipeline::draw` does not
-//! hand its calls to it yet.
-//!
-//! Stages: vertex -> setup (cull, bound, bin) -> raster (band by band) -> resolve (band by band).
+//! Stages: vertex -> setup (cull, bound, cover, bin) -> raster (band by band) -> resolve (band by band).
 
 mod crew;
 mod light;
@@ -18,20 +15,30 @@ mod prepared;
 mod raster;
 mod resolve;
 mod setup;
+mod tables;
+mod texture;
 mod vertex;
+mod wide;
+mod workers;
 
 pub use crew::{Alone, Crew, Pool};
-pub use light::{Exponent, FastLight, Lighting, Place};
-pub use prepared::PreparedMesh;
-pub use raster::PlainFace;
-pub use resolve::{Eye, Mode, PlainPixel, Shading};
-pub use setup::{Keep, View};
-pub use vertex::{Record, ToScreen};
+pub(crate) use light::{Cone, Exponent, FastLight, Lighting, Place};
+pub(crate) use prepared::{FaceTable, PreparedMesh};
+pub(crate) use resolve::{Eye, Shading, Source, Surface};
+pub(crate) use setup::{Keep, View};
+pub(crate) use tables::TableKernel;
+pub(crate) use texture::TextureShade;
+pub(crate) use vertex::{Record, ToScreen};
+pub(crate) use wide::WideFace;
+pub(crate) use workers::Workers;
 
+use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
 use raster::{Band, NO_FACE, RasterKernel};
 use resolve::{Faces, ResolveKernel};
 use setup::{Chunk, SetupKernel};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use vertex::VertexKernel;
 
 /// Faces that one piece of set-up work takes.
@@ -40,22 +47,22 @@ const CHUNK_FACES: usize = 4096;
 const CHUNK_VERTICES: usize = 4096;
 /// Rows of a band.
 const BAND_ROWS: usize = 32;
-/// Below this many faces threads cost more than they bring.
-const SERIAL_FACES: usize = 512;
 
 /// A frame's memories, as the tile renderer writes them.
-pub struct Frame<'a> {
+pub(crate) struct Frame<'a> {
     /// Pixels in a row.
     pub width: usize,
     /// RGBA bytes.
     pub bytes: &'a mut [u8],
-    /// Bits of f32 depths.
+    /// Bits of f32 depths; empty where depth is neither tested nor kept.
     pub depth: &'a mut [i32],
+    /// Name and triangle of each pixel, for PICK; empty where nobody asks.
+    pub pick: &'a mut [[u32; 2]],
 }
 
 /// Memories that are kept from draw to draw, so that a steady frame allocates nothing large.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub(crate) struct Scratch {
     records: Vec<Record>,
     chunks: Vec<Chunk>,
     ids: Vec<i32>,
@@ -65,35 +72,17 @@ impl Scratch {
     /// Bytes that the memories take.
     pub fn size_bytes(&self) -> usize {
         let chunk = |c: &Chunk| {
-            c.setups.capacity() * size_of::<setup::Setup>()
-                + c.bins.iter().map(|b| b.capacity() * 4).sum::<usize>()
+            c.tiny.capacity() * size_of::<setup::Tiny>()
+                + c.small.capacity() * size_of::<setup::Small>()
+                + c.wide.capacity() * size_of::<WideFace>()
+                + c.bins.iter().map(|b| b.entries.capacity() * 4).sum::<usize>()
         };
         self.records.capacity() * 16 + self.ids.capacity() * 4 + self.chunks.iter().map(chunk).sum::<usize>()
     }
-
-    /// The records of the vertices that were transformed last.
-    pub fn records(&self) -> &[Record] {
-        &self.records
-    }
-}
-
-/// What came in and went out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TileStats {
-    /// Faces left out by their winding.
-    pub culled: u64,
-    /// Faces without a pixel centre in their box.
-    pub empty: u64,
-    /// Faces handed to the rasteriser.
-    pub drawn: u64,
-    /// Fragments that passed the depth test.
-    pub passed: u64,
-    /// Pixels shaded.
-    pub shaded: u64,
 }
 
 /// One draw of opaque faces.
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// The mesh.
     pub mesh: &'a PreparedMesh,
     /// Object space to the screen.
@@ -104,126 +93,183 @@ pub struct Job<'a> {
     pub view: View,
     /// How pixels get their colours.
     pub shading: Shading<'a>,
-    /// Coverage and depth of faces that only the plain path can draw.
-    pub plain_face: PlainFace<'a>,
+    /// The plain path's set-up, for faces that records cannot hold.
+    pub plain: setup::PlainSetup<'a>,
+    /// What the memory of ids keeps.
+    pub name: u32,
 }
 
-/// The widest and tallest frame whose pixels the records reach, and the narrowest that a vector fits.
-pub const FRAME_LIMITS: (usize, usize) = (16, 16_000);
+/// The narrowest frame that a vector fits, and the widest and tallest whose pixels the records reach.
+pub(crate) const FRAME_LIMITS: (usize, usize) = (16, 15_900);
+
+/// What a draw did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TileStats {
+    /// Faces in and out, fragments tested and passed; nothing about light.
+    pub draw: DrawStats,
+    /// Pixels shaded: each once.
+    pub shaded: u64,
+    /// The rows that may have been written, first and one beyond the last.
+    pub rows: (u32, u32),
+}
 
 /// Draws `job` into `frame`.
 ///
-/// The frame's sides must lie within [`FRAME_LIMITS`] and the view inside the frame; the faces must be fewer than 2^30.
-pub fn render<C: Crew>(
+/// The frame's sides must lie within [`FRAME_LIMITS`] and the view inside the frame; the faces must be fewer than 2^30. To be
+/// called inside [`Workers::run`].
+pub(crate) fn render(
     level: Level,
-    crew: &C,
+    crew: &Workers,
     scratch: &mut Scratch,
     job: &Job<'_>,
-    frame: &mut Frame<'_>,
+    frame: Frame<'_>,
 ) -> TileStats {
     let mesh = job.mesh;
-    let (faces, view, width) = (mesh.triangle_count(), job.view, frame.width);
+    let (faces, view, width) = (mesh.triangle_count, job.view, frame.width);
     let mut stats = TileStats::default();
-    if faces == 0 || view.x0 >= view.x1 || view.y0 >= view.y1 {
+    if faces == 0 {
         return stats;
     }
-    let is_serial = faces < SERIAL_FACES;
-
     // Vertices: each to a record.
     scratch.records.resize(mesh.vertex_count(), [0.0; 4]);
-    each_chunk(crew, is_serial, &mut scratch.records, CHUNK_VERTICES, |i, records| {
+    crew.chunks(&mut scratch.records, CHUNK_VERTICES, |i, records| {
         let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + records.len();
         let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
         level.dispatch(VertexKernel { positions, to_screen: &job.to_screen, records });
     });
 
-    // Faces: culled, bounded, binned into bands.
-    let bands = ((view.y1 - view.y0) as usize).div_ceil(BAND_ROWS);
+    // Faces: culled, bounded, covered if they are tiny, binned into bands.
+    let bands = ((view.y1 - view.y0).max(0) as usize).div_ceil(BAND_ROWS);
     let chunk_count = faces.div_ceil(CHUNK_FACES);
     if scratch.chunks.len() < chunk_count {
         scratch.chunks.resize_with(chunk_count, Chunk::default);
     }
     let records = scratch.records.as_slice();
-    each_chunk(crew, is_serial, &mut scratch.chunks[..chunk_count], 1, |i, chunk| {
+    crew.chunks(&mut scratch.chunks[..chunk_count], 1, |i, chunk| {
         let range = i * CHUNK_FACES..((i + 1) * CHUNK_FACES).min(faces);
+        let padded = range.start..range.end.next_multiple_of(16);
         chunk[0].reset(bands);
         level.dispatch(SetupKernel {
             records,
-            indices: &mesh.indices[range.start * 3..range.end * 3],
-            plain_only: &mesh.plain_only[range.clone()],
+            corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
+            faces: range.len(),
             first_face: range.start as u32,
             keep: job.keep,
             view,
             band_rows: BAND_ROWS as i32,
+            plain: job.plain,
             chunk: &mut chunk[0],
         });
     });
     let chunks = &scratch.chunks[..chunk_count];
     for chunk in chunks {
-        stats.culled += chunk.culled;
-        stats.empty += chunk.empty;
-        stats.drawn += chunk.setups.len() as u64;
+        stats.draw += chunk.stats;
     }
-    if stats.drawn == 0 {
-        return stats;
-    }
+    // The bands that something reaches.
+    let is_reached = |band: usize| chunks.iter().any(|c| !c.bins[band].entries.is_empty());
+    let Some(first) = (0..bands).find(|&b| is_reached(b)) else { return stats };
+    let last = (0..bands).rfind(|&b| is_reached(b)).unwrap_or(first);
 
     // Bands: visibility, then colour.
-    scratch.ids.resize(frame.depth.len(), NO_FACE);
-    let rows = view.y0 as usize * width..view.y1 as usize * width;
-    let counts = std::sync::atomic::AtomicU64::new(0);
-    let shaded = std::sync::atomic::AtomicU64::new(0);
-    let work = |band: usize, depth: &mut [i32], ids: &mut [i32], bytes: &mut [u8]| {
+    let pixels = frame.bytes.len() / 4;
+    if scratch.ids.len() < pixels {
+        scratch.ids.resize(pixels, NO_FACE);
+    }
+    let top = view.y0 as usize + first * BAND_ROWS;
+    let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
+    let (tested, passed, shaded) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
+    let wide_of = |face: u32| {
+        let list = &chunks[face as usize / CHUNK_FACES].wide;
+        list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
+    };
+    let corners = mesh.records.as_slice();
+    let work = |band: usize, memories: Memories<'_>| {
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
-        let band_rows = (depth.len() / width) as i32;
-        let mut passed = 0;
-        for chunk in chunks.iter().filter(|c| !c.bins[band].is_empty()) {
-            passed += level.dispatch(RasterKernel {
-                setups: &chunk.setups,
-                bin: &chunk.bins[band],
-                records,
-                indices: &mesh.indices,
-                positions: [&mesh.positions[0], &mesh.positions[1], &mesh.positions[2]],
-                to_screen: &job.to_screen,
-                keep: job.keep,
-                view,
-                rows: band_rows,
-                band: &mut Band { y0, width, depth, ids },
-                plain: job.plain_face,
-            });
+        let rows = (memories.ids.len() / width) as i32;
+        let Memories { depth, ids, bytes, pick } = memories;
+        let mut target = Band { y0, width, depth, ids };
+        let (mut own_tested, mut own_passed) = (0, 0);
+        let mut reach = [i16::MAX, i16::MAX, 0, 0];
+        for chunk in chunks.iter().filter(|c| !c.bins[band].entries.is_empty()) {
+            let r = chunk.bins[band].reach;
+            reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
+            let kernel = RasterKernel { chunk, bin: band, view, rows, band: &mut target };
+            let (t, p) = level.dispatch(kernel);
+            (own_tested, own_passed) = (own_tested + t, own_passed + p);
         }
-        if passed == 0 {
+        tested.fetch_add(own_tested, Relaxed);
+        if own_passed == 0 {
             return;
         }
-        let faces = Faces { shading: &job.shading, indices: &mesh.indices, records };
-        let kernel = ResolveKernel { faces, view, y0, rows: band_rows, width, ids, bytes };
-        let pixels = level.dispatch(kernel);
-        counts.fetch_add(passed, std::sync::atomic::Ordering::Relaxed);
-        shaded.fetch_add(pixels, std::sync::atomic::Ordering::Relaxed);
+        passed.fetch_add(own_passed, Relaxed);
+        let [x0, top, x1, bottom] = reach.map(i32::from);
+        let pixels = level.dispatch(ResolveKernel {
+            faces: Faces { shading: &job.shading, corners, records, wide: &wide_of },
+            reach: View { x0, y0: top.max(y0), x1, y1: bottom.min(y0 + rows) },
+            y0,
+            width,
+            ids: target.ids,
+            bytes,
+            pick,
+            name: job.name,
+        });
+        shaded.fetch_add(pixels, Relaxed);
     };
-    let (depth, ids) = (&mut frame.depth[rows.clone()], &mut scratch.ids[rows.clone()]);
-    let bytes = &mut frame.bytes[rows.start * 4..rows.end * 4];
-    match is_serial {
-        true => Alone.bands(depth, ids, bytes, BAND_ROWS * width, work),
-        false => crew.bands(depth, ids, bytes, BAND_ROWS * width, work),
-    }
-    stats.passed = counts.into_inner();
+    let pixels = top * width..bottom * width;
+    let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
+    let (depth_range, pick_range) = (some(frame.depth.len()), some(frame.pick.len()));
+    let memories = Memories {
+        depth: &mut frame.depth[depth_range],
+        ids: &mut scratch.ids[pixels.clone()],
+        bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
+        pick: &mut frame.pick[pick_range],
+    };
+    share(crew, first..last + 1, memories, BAND_ROWS * width, &work);
+    stats.draw.pixels_tested += tested.into_inner();
+    stats.draw.pixels_written = passed.into_inner();
     stats.shaded = shaded.into_inner();
+    stats.rows = (top as u32, bottom as u32);
     stats
 }
 
-fn each_chunk<C: Crew, T: Send>(
-    crew: &C,
-    is_serial: bool,
-    items: &mut [T],
-    size: usize,
-    work: impl Fn(usize, &mut [T]) + Sync,
-) {
-    match is_serial {
-        true => Alone.chunks(items, size, work),
-        false => crew.chunks(items, size, work),
-    }
+/// The memories of some bands; the first and the last may be empty altogether.
+struct Memories<'a> {
+    depth: &'a mut [i32],
+    ids: &'a mut [i32],
+    bytes: &'a mut [u8],
+    pick: &'a mut [[u32; 2]],
 }
 
-#[cfg(test)]
-mod tests;
+/// Hands each band's memories to `work`; `size` pixels a band.
+fn share(
+    crew: &Workers,
+    bands: Range<usize>,
+    memories: Memories<'_>,
+    size: usize,
+    work: &(impl Fn(usize, Memories<'_>) + Sync),
+) {
+    if bands.len() <= 1 {
+        work(bands.start, memories);
+        return;
+    }
+    let half = bands.len() / 2;
+    let middle = half * size;
+    let split = |length: usize| if length == 0 { 0 } else { middle };
+    let (at_depth, at_pick) = (split(memories.depth.len()), split(memories.pick.len()));
+    let (depth, depth_below) = memories.depth.split_at_mut(at_depth);
+    let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
+    let (ids, ids_below) = memories.ids.split_at_mut(middle);
+    let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
+    let above = Memories { depth, ids, bytes, pick };
+    let below = Memories { depth: depth_below, ids: ids_below, bytes: bytes_below, pick: pick_below };
+    let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
+    match crew {
+        Workers::Alone => {
+            share(crew, upper, above, size, work);
+            share(crew, lower, below, size, work);
+        }
+        Workers::Pool(_) => {
+            rayon::join(|| share(crew, upper, above, size, work), || share(crew, lower, below, size, work));
+        }
+    }
+}

@@ -1,66 +1,144 @@
 //! A mesh as the tile renderer wants it, made once: every distinct corner is one vertex with all its attributes.
 //!
 //! Positions stay f64 (they are transformed in f64); normals, texture coordinates and colours become f32 records of
-//! four numbers, as the shading kernels gather them. Nothing here depends on camera, light or frame.
+//! four numbers, as the shading kernels gather them. Vertices stand in the order in which the faces first ask for them,
+//! so neighbours lie together. Nothing here depends on camera, light or frame.
 
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec3, DVec4};
-use std::collections::HashMap;
 
-/// Above this, a texture coordinate no longer has the digits in f32 that a texel needs; such faces are drawn plainly.
-const LARGEST_TEXCOORD: f64 = 16.0;
+/// The index lists are filled up to a multiple of this, with faces without area.
+const PADDING: usize = 16;
 
 /// See the module's text.
 #[derive(Clone, Debug, Default)]
 pub struct PreparedMesh {
     /// Object-space positions, x of every vertex, then y, then z.
     pub positions: [Vec<f64>; 3],
-    /// Three vertex indices a triangle, in file order.
-    pub indices: Vec<i32>,
+    /// Three vertices a triangle, in file order: first corners, second corners, third corners. Filled up with vertex 0.
+    pub corners: [Vec<i32>; 3],
+    /// The same as one record a triangle: the bits of its three vertices and of its material's number.
+    pub records: Vec<[f32; 4]>,
+    /// How many triangles there are.
+    pub triangle_count: usize,
     /// Unit normals in object space; w is 0.
     pub normals: Vec<[f32; 4]>,
-    /// u, v, and a spare pair.
+    /// u and v, then what f32 lost of them: together they have 48 bits.
     pub texcoords: Vec<[f32; 4]>,
     /// R, G, B, A.
     pub colors: Vec<[f32; 4]>,
-    /// For each triangle, 1 where only the plain path has the digits that it needs.
-    pub plain_only: Vec<bool>,
+    /// Of each triangle, its material's number in `materials`; empty where there is but one.
+    pub face_materials: Vec<i32>,
+    /// A polygon of each material that occurs, in the order in which they do.
+    pub materials: Vec<u32>,
+    /// Runs of vertices of one material: where each ends, and which.
+    pub vertex_runs: Vec<(usize, usize)>,
+    /// Whether every corner has texture coordinates.
+    pub has_all_texcoords: bool,
+    /// How far u and v run over a face at most.
+    pub longest_texcoord_run: f64,
+}
+
+/// The shading of faces one by one: centres and normals, in object space.
+#[derive(Clone, Debug, Default)]
+pub struct FaceTable {
+    /// The middle of each triangle's polygon, x of all, then y, then z.
+    pub centers: [Vec<f64>; 3],
+    /// The unit normal of each triangle's polygon; w is 0.
+    pub normals: Vec<[f32; 4]>,
+    /// The mean of each polygon's colours; empty without colours.
+    pub colors: Vec<[f32; 4]>,
 }
 
 impl PreparedMesh {
-    /// The prepared form of `mesh`, whose corners' unit normals in object space are `normals`, one a corner.
-    pub fn new(mesh: &Mesh, normals: &[DVec3]) -> Self {
-        let mut prepared = PreparedMesh::default();
-        let mut known: HashMap<([u64; 3], Corner), i32> = HashMap::with_capacity(mesh.positions.len());
-        let has_texcoords = !mesh.texcoords.is_empty();
+    /// The prepared form of `mesh`. `normal_of` gives a corner's unit normal in object space: triangle, corner.
+    pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3) -> Self {
+        let mut prepared =
+            PreparedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
         let has_colors = !mesh.colors.is_empty();
-        for triangle in &mesh.triangles {
-            let mut is_plain_only = false;
-            for &at in triangle {
+        let mut slots = vec![u32::MAX; mesh.materials.len() + 1];
+        // For each position the vertices made of it, as a chain: most have one.
+        let mut first = vec![-1i32; mesh.positions.len()];
+        let mut next: Vec<i32> = Vec::new();
+        let mut keys: Vec<(Corner, u32, DVec3)> = Vec::new();
+        let mut face_materials = Vec::with_capacity(mesh.triangles.len());
+        for list in &mut prepared.corners {
+            list.reserve(mesh.triangles.len() + PADDING);
+        }
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            let polygon = mesh.triangle_polygon[t];
+            let material = mesh.polygons[polygon as usize].material as usize;
+            let slot = &mut slots[material.min(mesh.materials.len())];
+            if *slot == u32::MAX {
+                *slot = prepared.materials.len() as u32;
+                prepared.materials.push(polygon);
+            }
+            let slot = *slot;
+            face_materials.push(slot as i32);
+            let mut low = DVec4::INFINITY;
+            let mut high = DVec4::NEG_INFINITY;
+            for (k, &at) in triangle.iter().enumerate() {
                 let corner = mesh.corners[at as usize];
-                let normal = normals.get(at as usize).copied().unwrap_or(DVec3::ZERO);
-                let key = (normal.to_array().map(f64::to_bits), Corner { normal: NONE, ..corner });
-                let vertex = *known.entry(key).or_insert_with(|| {
+                let normal = normal_of(t as u32, &corner);
+                let key = (Corner { normal: NONE, ..corner }, slot, normal);
+                let head = &mut first[corner.position as usize];
+                let mut vertex = *head;
+                while vertex >= 0 && keys[vertex as usize] != key {
+                    vertex = next[vertex as usize];
+                }
+                let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
+                if vertex < 0 {
+                    vertex = keys.len() as i32;
+                    keys.push(key);
+                    next.push(*head);
+                    *head = vertex;
                     let p = mesh.positions[corner.position as usize];
                     for (axis, list) in prepared.positions.iter_mut().enumerate() {
                         list.push(p[axis]);
                     }
                     prepared.normals.push(normal.extend(0.0).as_vec4().to_array());
-                    if has_texcoords {
-                        let uv = mesh.texcoords.get(corner.texcoord as usize).copied().unwrap_or_default();
-                        prepared.texcoords.push([uv.x as f32, uv.y as f32, 0.0, 0.0]);
+                    if !mesh.texcoords.is_empty() {
+                        let uv = uv.unwrap_or_default();
+                        let near = [uv.x as f32, uv.y as f32];
+                        let rest = [uv.x - near[0] as f64, uv.y - near[1] as f64];
+                        prepared.texcoords.push([near[0], near[1], rest[0] as f32, rest[1] as f32]);
                     }
                     if has_colors {
                         let c = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
                         prepared.colors.push(c.as_vec4().to_array());
                     }
-                    prepared.positions[0].len() as i32 - 1
-                });
-                prepared.indices.push(vertex);
-                let uv = mesh.texcoords.get(corner.texcoord as usize).copied().unwrap_or_default();
-                is_plain_only |= uv.is_nan() || uv.abs().max_element() > LARGEST_TEXCOORD;
+                    match prepared.vertex_runs.last_mut() {
+                        Some((end, last)) if *last == slot as usize => *end += 1,
+                        _ => prepared.vertex_runs.push((vertex as usize + 1, slot as usize)),
+                    }
+                }
+                prepared.corners[k].push(vertex);
+                match uv {
+                    Some(uv) => {
+                        let uv = uv.extend(0.0).extend(0.0);
+                        (low, high) = (low.min(uv), high.max(uv));
+                    }
+                    None => prepared.has_all_texcoords = false,
+                }
             }
-            prepared.plain_only.push(is_plain_only);
+            let run = (high - low).max_element();
+            // Written so that a NaN is longest.
+            if !(run <= prepared.longest_texcoord_run) && prepared.has_all_texcoords {
+                prepared.longest_texcoord_run = if run.is_nan() { f64::INFINITY } else { run };
+            }
+        }
+        prepared.records = (0..mesh.triangles.len())
+            .map(|t| {
+                let bits = |v: i32| f32::from_bits(v as u32);
+                let [a, b, c] = &prepared.corners;
+                [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
+            })
+            .collect();
+        for list in &mut prepared.corners {
+            list.resize(mesh.triangles.len().next_multiple_of(PADDING), 0);
+        }
+        if prepared.materials.len() > 1 {
+            prepared.face_materials = face_materials;
         }
         prepared
     }
@@ -70,16 +148,38 @@ impl PreparedMesh {
         self.positions[0].len()
     }
 
-    /// How many triangles there are.
-    pub fn triangle_count(&self) -> usize {
-        self.indices.len() / 3
-    }
-
     /// Bytes that the arrays take.
     pub fn size_bytes(&self) -> usize {
         self.vertex_count() * 24
             + (self.normals.len() + self.texcoords.len() + self.colors.len()) * 16
-            + self.indices.len() * 4
-            + self.plain_only.len()
+            + (self.corners[0].len() * 7 + self.face_materials.len() + self.materials.len()) * 4
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+
+    #[test]
+    fn corners_that_agree_are_one_vertex_and_seams_are_two() {
+        let mesh = shapes::knot(12, 5).expect("a knot");
+        let unit = |_: u32, c: &Corner| mesh.normals[c.normal as usize].normalize();
+        let prepared = PreparedMesh::new(&mesh, unit);
+        assert_eq!(prepared.triangle_count, 120);
+        assert_eq!(prepared.corners[0].len(), 128);
+        assert!(prepared.vertex_count() <= mesh.corners.len() && prepared.vertex_count() >= 60);
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            for (k, &at) in triangle.iter().enumerate() {
+                let vertex = prepared.corners[k][t] as usize;
+                let corner = mesh.corners[at as usize];
+                let p = mesh.positions[corner.position as usize].to_array();
+                assert_eq!([0, 1, 2].map(|a| prepared.positions[a][vertex]), p);
+                let n = unit(0, &corner).as_vec3().to_array();
+                assert_eq!(prepared.normals[vertex][..3], n);
+            }
+        }
+        assert!(prepared.face_materials.is_empty() && prepared.materials.len() == 1);
+        assert_eq!(prepared.vertex_runs, [(prepared.vertex_count(), 0)]);
     }
 }

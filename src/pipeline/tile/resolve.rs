@@ -2,26 +2,30 @@
 //!
 //! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped at 0;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
-//! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. Where f32 lacks the digits (slivers, faces that only the
-//! plain path can draw) the plain path shades the pixel in f64.
+//! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. A wide face brings e_i / w_i as linear functions of the
+//! pixel. Where f32 lacks the digits (slivers, normals that cancel) the plain path shades the pixel in f64.
 
-use super::light::{Lighting, Lit, V3, dot, light, pack, scale, splat3};
+use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
 use super::raster::NO_FACE;
 use super::setup::View;
+use super::texture::{self, Footprint, TextureShade};
 use super::vertex::Record;
+use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
-/// Set in the memory of ids beside the number of a face that only the plain path can draw.
-pub const PLAIN_BIT: i32 = 1 << 30;
+/// Set in the memory of ids beside the number of a face that was set up in f64.
+pub const WIDE_BIT: i32 = 1 << 30;
 
-/// Where values come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Normals gathered and interpolated, lit per pixel.
-    Phong,
-    /// Colours gathered and interpolated: lit before, or never.
-    Colors,
-    /// One colour for everything.
+/// Where colours come from.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// Lit at each pixel; normals in the shading frame, one a vertex.
+    Pixels(&'a [[f32; 4]]),
+    /// Lit at the vertices: the matte part, and what a texture does not multiply (empty when both are one).
+    Vertices(&'a [[f32; 4]], &'a [[f32; 4]]),
+    /// One colour a face, in the same two parts.
+    Faces(&'a [[f32; 4]], &'a [[f32; 4]]),
+    /// One colour a material.
     Constant,
 }
 
@@ -43,24 +47,35 @@ pub enum Eye {
 /// Shades one pixel in f64: face, column, row; R, G, B, A.
 pub type PlainPixel<'a> = &'a (dyn Fn(u32, i32, i32) -> [u8; 4] + Sync);
 
+/// What the faces of one material share.
+#[derive(Clone, Debug)]
+pub struct Surface<'a> {
+    /// The material and its lights.
+    pub lighting: Lighting,
+    /// Its texture.
+    pub texture: Option<TextureShade<'a>>,
+}
+
 /// What every pixel of a draw shares.
 pub struct Shading<'a> {
-    /// Where values come from.
-    pub mode: Mode,
+    /// Where colours come from.
+    pub source: Source<'a>,
     /// The eye.
     pub eye: Eye,
-    /// The material and its lights; for `Colors` and `Constant`, `base` alone is used by `Constant`.
-    pub lighting: &'a Lighting,
-    /// Normals in the shading frame (Phong).
-    pub normals: &'a [[f32; 4]],
-    /// Colours (Colors).
+    /// The materials.
+    pub surfaces: &'a [Surface<'a>],
+    /// Vertex colours that multiply the matte part at each pixel; empty for none.
     pub colors: &'a [[f32; 4]],
-    /// Eye-relative positions in the shading frame (parallel projections that are lit per pixel).
+    /// Texture coordinates.
+    pub texcoords: &'a [[f32; 4]],
+    /// Positions in the shading frame (parallel projections that are lit per pixel).
     pub positions: &'a [[f32; 4]],
     /// How slender a face may be: its longest side squared over its doubled area.
     pub slenderest: f32,
     /// Whether values run straight on the screen.
     pub is_affine: bool,
+    /// Faces with this sign of their screen area turn their normals: 1 clockwise, -1 counter-clockwise, 0 none.
+    pub turned: i32,
     /// The plain path.
     pub plain: PlainPixel<'a>,
 }
@@ -70,28 +85,54 @@ pub struct Shading<'a> {
 pub struct Faces<'a> {
     /// What all pixels share.
     pub shading: &'a Shading<'a>,
-    /// Three vertices a face.
-    pub indices: &'a [i32],
+    /// The bits of the three vertices of each face, and of its material's number.
+    pub corners: &'a [[f32; 4]],
     /// The vertices.
     pub records: &'a [Record],
+    /// Finds a face that was set up in f64.
+    pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
 }
 
 /// Shades a band.
 pub struct ResolveKernel<'a, 'b> {
-    /// What all pixels share.
+    /// The faces.
     pub faces: Faces<'a>,
-    /// What may be drawn; rows of this band outside it hold no faces.
-    pub view: View,
+    /// Which columns and rows may hold faces, inside the band.
+    pub reach: View,
     /// The band's first row.
     pub y0: i32,
-    /// Its rows.
-    pub rows: i32,
     /// Pixels in a row of the frame.
     pub width: usize,
     /// Faces of the band's pixels; left empty.
     pub ids: &'b mut [i32],
     /// The band's RGBA bytes.
     pub bytes: &'b mut [u8],
+    /// The band's part of the memory of ids, where PICK asks for it: name and triangle; else empty.
+    pub pick: &'b mut [[u32; 2]],
+    /// What the memory of ids keeps for this draw.
+    pub name: u32,
+}
+
+/// The vertices of the faces that a vector of pixels shows.
+#[derive(Clone, Copy)]
+enum Corners<S: Simd> {
+    /// Each pixel its own face's.
+    Many([S::I; 3]),
+    /// One face's.
+    One([usize; 3]),
+}
+
+/// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
+struct Shares<S: Simd> {
+    /// e_i / w_i, not yet divided by their sum.
+    p: [S::F; 3],
+    /// 1 / their sum.
+    inverse: S::F,
+    /// The pixel's w.
+    w: S::F,
+    /// The same at the pixel on the right and the one below, where a texture asks.
+    right: [S::F; 3],
+    below: [S::F; 3],
 }
 
 impl Kernel for ResolveKernel<'_, '_> {
@@ -103,36 +144,62 @@ impl Kernel for ResolveKernel<'_, '_> {
         let lanes = S::LANES as i32;
         let mut shaded = 0;
         let empty = s.splat_i(NO_FACE);
-        for y in self.view.y0.max(self.y0)..self.view.y1.min(self.y0 + self.rows) {
+        let last_start = self.width as i32 - lanes;
+        for y in self.reach.y0..self.reach.y1 {
             let row = (y - self.y0) as usize * self.width;
-            let mut x = self.view.x0;
-            while x < self.view.x1 {
-                let start = x.min(self.width as i32 - lanes);
+            let mut x = self.reach.x0 & !(lanes - 1);
+            while x < self.reach.x1 {
+                let start = x.min(last_start);
                 let at = row + start as usize;
-                let faces = s.load_i(&self.ids[at..at + S::LANES]);
-                let seen = faces.gt(empty);
+                let ids = s.load_i(&self.ids[at..at + S::LANES]);
+                let seen = ids.gt(empty);
                 x += lanes;
                 if !seen.any() {
                     continue;
                 }
                 s.store_i(empty, &mut self.ids[at..at + S::LANES]);
                 shaded += seen.bits().count_ones() as u64;
-                let plain = (faces & s.splat_i(PLAIN_BIT)).gt(s.splat_i(0)) & seen;
-                let fast = seen & !plain;
+                let is_wide = (ids & s.splat_i(WIDE_BIT)).gt(s.splat_i(0)) & seen;
                 let target = &mut self.bytes[at * 4..(at + S::LANES) * 4];
-                let mut left = plain.bits();
-                if fast.any() {
-                    let (color, delicate) = self.faces.pixels(s, fast, faces, start, y);
-                    s.store_masked_bytes(fast & !delicate, color, target);
-                    left |= (fast & delicate).bits();
+                let faces = ids & s.splat_i(!WIDE_BIT);
+                let mut left = 0;
+                let narrow = seen & !is_wide;
+                if narrow.any() {
+                    let (color, delicate) = self.faces.narrow(s, narrow, faces, start, y);
+                    s.store_masked_bytes(narrow & !delicate, color, target);
+                    left |= (narrow & delicate).bits();
                 }
-                if left != 0 {
-                    let mut numbers = [0; 16];
+                let mut numbers = [0; 16];
+                if is_wide.any() || left != 0 || !self.pick.is_empty() {
                     s.store_i(faces, &mut numbers[..S::LANES]);
-                    for lane in (0..S::LANES).filter(|lane| left >> lane & 1 != 0) {
-                        let face = (numbers[lane] & !PLAIN_BIT) as u32;
-                        let color = (self.faces.shading.plain)(face, start + lane as i32, y);
-                        target[lane * 4..lane * 4 + 4].copy_from_slice(&color);
+                }
+                // Wide faces one by one: there are few, and a vector mostly holds one.
+                let mut wide_left = is_wide;
+                while wide_left.any() {
+                    let face = numbers[wide_left.bits().trailing_zeros() as usize];
+                    let same = wide_left & faces.eq(s.splat_i(face));
+                    wide_left = wide_left & !same;
+                    match (self.faces.wide)(face as u32) {
+                        Some(wide) => {
+                            let (color, delicate) = self.faces.wide(s, same, wide, start, y);
+                            s.store_masked_bytes(same & !delicate, color, target);
+                            left |= (same & delicate).bits();
+                        }
+                        None => left |= same.bits(),
+                    }
+                }
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    let color = (self.faces.shading.plain)(numbers[lane] as u32, start + lane as i32, y);
+                    target[lane * 4..lane * 4 + 4].copy_from_slice(&color);
+                }
+                if !self.pick.is_empty() {
+                    let mut seen = seen.bits();
+                    while seen != 0 {
+                        let lane = seen.trailing_zeros() as usize;
+                        seen &= seen - 1;
+                        self.pick[at + lane] = [self.name, numbers[lane] as u32];
                     }
                 }
             }
@@ -142,17 +209,21 @@ impl Kernel for ResolveKernel<'_, '_> {
 }
 
 impl Faces<'_> {
-    /// The packed colours of the pixels (x.., y) where `mask` is set, and where f32 lacks the digits.
+    /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
     #[inline(always)]
-    fn pixels<S: Simd>(&self, s: S, mask: S::M, faces: S::I, x: i32, y: i32) -> (S::I, S::M) {
+    fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, x: i32, y: i32) -> (S::I, S::M) {
         let shading = self.shading;
-        if shading.mode == Mode::Constant {
-            return (pack(s, splat3(s, shading.lighting.base)), s.mask(0));
+        let none = s.mask(0);
+        if let Some(surface) = self.is_plain_color() {
+            return (pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))), none);
         }
-        let at = s.select_i(mask, faces, s.splat_i(0)) * s.splat_i(3);
-        let c0 = s.gather_i(mask, self.indices, at);
-        let c1 = s.gather_i(mask, self.indices, at + s.splat_i(1));
-        let c2 = s.gather_i(mask, self.indices, at + s.splat_i(2));
+        let faces = s.select_i(mask, faces, s.splat_i(0));
+        if let (Source::Faces(matte, []), []) = (shading.source, shading.colors) {
+            let [r, g, b, _] = s.gather4(mask, matte, faces);
+            return (pack(s, [r, g, b]), none);
+        }
+        let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
+        let (c0, c1, c2) = (c0.bits(), c1.bits(), c2.bits());
         let r0 = s.gather4(mask, self.records, c0);
         let r1 = s.gather4(mask, self.records, c1);
         let r2 = s.gather4(mask, self.records, c2);
@@ -164,49 +235,295 @@ impl Faces<'_> {
         let area = (e0 + e1) + e2;
         let zero = s.splat(0.0);
         let reach2 = distance2::<S>(d0, d1).max(distance2::<S>(d1, d2)).max(distance2::<S>(d2, d0));
-        let delicate = mask & !(reach2.le(area.abs() * s.splat(shading.slenderest)) & zero.lt(reach2));
+        let slender = mask & !(reach2.le(area.abs() * s.splat(shading.slenderest)) & zero.lt(reach2));
         let is_turned = area.lt(zero);
-        let e0 = s.select(is_turned, -e0, e0).max(zero);
-        let e1 = s.select(is_turned, -e1, e1).max(zero);
-        let e2 = s.select(is_turned, -e2, e2).max(zero);
-        let (p0, p1, p2) = match shading.is_affine {
-            true => (e0, e1, e2),
-            false => (e0 * r0[3], e1 * r1[3], e2 * r2[3]),
+        let f0 = s.select(is_turned, -e0, e0);
+        let f1 = s.select(is_turned, -e1, e1);
+        let f2 = s.select(is_turned, -e2, e2);
+        let (e0, e1, e2) = (f0.max(zero), f1.max(zero), f2.max(zero));
+        let [i0, i1, i2] = match shading.is_affine {
+            true => [s.splat(1.0); 3],
+            false => [r0[3], r1[3], r2[3]],
         };
-        let inverse = s.splat(1.0) / ((p0 + p1) + p2);
-        let corners = [c0, c1, c2];
-        let b = [p0 * inverse, p1 * inverse, p2 * inverse];
-        if shading.mode == Mode::Colors {
-            return (pack(s, blend(s, mask, shading.colors, corners, b)), delicate);
+        let p = [e0 * i0, e1 * i1, e2 * i2];
+        let inverse = s.splat(1.0) / ((p[0] + p[1]) + p[2]);
+        let w = ((e0 + e1) + e2) * inverse;
+        let (mut right, mut below) = (p, p);
+        if shading.surfaces.iter().any(|m| m.texture.is_some()) {
+            // A pixel further on, an edge function has moved by the edge's extent on the other axis.
+            let unit = s.splat(65536.0);
+            let unit = s.select(is_turned, -unit, unit);
+            let steps = [(d1, d2), (d2, d0), (d0, d1)];
+            let (f, i) = ([f0, f1, f2], [i0, i1, i2]);
+            right = [
+                (f[0] + unit * (steps[0].0[1] - steps[0].1[1])) * i[0],
+                (f[1] + unit * (steps[1].0[1] - steps[1].1[1])) * i[1],
+                (f[2] + unit * (steps[2].0[1] - steps[2].1[1])) * i[2],
+            ];
+            below = [
+                (f[0] + unit * (steps[0].1[0] - steps[0].0[0])) * i[0],
+                (f[1] + unit * (steps[1].1[0] - steps[1].0[0])) * i[1],
+                (f[2] + unit * (steps[2].1[0] - steps[2].0[0])) * i[2],
+            ];
         }
-        let n = blend(s, mask, shading.normals, corners, b);
-        let length2 = dot::<S>(n, n);
-        // Normals that cancel fall back to the face's, in f64.
-        let delicate = delicate | (mask & length2.lt(s.splat(1e-4)));
-        let n_inverse = s.splat(1.0) / length2.sqrt();
-        let normal = scale::<S>(n, n_inverse);
-        let (position, to_viewer) = match shading.eye {
-            Eye::Perspective { ray } => {
-                let w = ((e0 + e1) + e2) * inverse;
-                let (column, row) = (column.to_f32(), s.splat(y as f32));
-                let ray = [
-                    s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
-                    s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
-                    s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
-                ];
-                let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                (scale::<S>(ray, w), scale::<S>(ray, back))
+        let turn = match shading.turned {
+            0 => none,
+            1 => !is_turned,
+            _ => is_turned,
+        };
+        let shares = Shares { p, inverse, w, right, below };
+        let (color, delicate) =
+            self.shade(s, mask, (faces, materials.bits()), Corners::Many([c0, c1, c2]), shares, turn, (x, y));
+        (color, delicate | slender)
+    }
+
+    /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
+    #[inline(always)]
+    fn wide<S: Simd>(&self, s: S, mask: S::M, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
+        let shading = self.shading;
+        let zero = s.splat(0.0);
+        let [b0, b1, b2] = wide::weights(s, wide, x, y);
+        let p = match wide.is_cut {
+            true => [b0, b1, b2],
+            false => [b0.max(zero), b1.max(zero), b2.max(zero)],
+        };
+        let sum = (p[0] + p[1]) + p[2];
+        let inverse = s.splat(1.0) / sum;
+        let (mut right, mut below) = (p, p);
+        if shading.surfaces.iter().any(|m| m.texture.is_some()) {
+            let [g0, g1, g2] = &wide.plane.shares;
+            right = [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
+            below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
+        }
+        let face = wide.face as usize;
+        if let Some(color) = self.only_color(face) {
+            return (pack(s, splat3(s, color)), s.mask(0));
+        }
+        let [c0, c1, c2, material] = self.corners[face];
+        let vertices = Corners::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
+        let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
+        // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
+        let off = mask & !s.splat(1e-30).lt(sum);
+        let mut w = inverse;
+        if shading.is_affine {
+            w = s.splat(1.0);
+        }
+        let shares = Shares { p, inverse, w, right, below };
+        let faces = s.splat_i(wide.face as i32);
+        let materials = s.splat(material).bits();
+        let (color, delicate) = self.shade(s, mask, (faces, materials), vertices, shares, turn, (x, y));
+        let needs_w = shading.is_affine && matches!(shading.source, Source::Pixels(_));
+        (color, if needs_w { mask } else { delicate | off })
+    }
+
+    /// The one colour of a face, where it is easily seen that it has but one.
+    #[inline(always)]
+    fn only_color(&self, face: usize) -> Option<[f32; 3]> {
+        let shading = self.shading;
+        let [only] = shading.surfaces else { return None };
+        if only.texture.is_some() {
+            return None;
+        }
+        let [c0, c1, c2, _] = self.corners[face];
+        let alike = |table: &[[f32; 4]]| {
+            let [v0, v1, v2] =
+                [table[c0.to_bits() as usize], table[c1.to_bits() as usize], table[c2.to_bits() as usize]];
+            (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
+        };
+        let (matte, gloss) = (only.lighting.matte, only.lighting.gloss);
+        match shading.source {
+            Source::Constant if shading.colors.is_empty() => {
+                Some([matte[0] + gloss[0], matte[1] + gloss[1], matte[2] + gloss[2]])
             }
-            Eye::Parallel { to_viewer } => {
-                (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
+            Source::Constant => {
+                let c = alike(shading.colors)?;
+                Some([matte[0] * c[0] + gloss[0], matte[1] * c[1] + gloss[1], matte[2] * c[2] + gloss[2]])
+            }
+            Source::Vertices(table, []) if shading.colors.is_empty() => alike(table),
+            Source::Faces(table, []) if shading.colors.is_empty() => {
+                let [r, g, b, _] = table[face];
+                Some([r, g, b])
+            }
+            _ => None,
+        }
+    }
+
+    /// The one colour of everything, where there is one.
+    #[inline(always)]
+    fn is_plain_color(&self) -> Option<&Lighting> {
+        let s = self.shading;
+        match (s.source, s.surfaces) {
+            (Source::Constant, [only]) if s.colors.is_empty() && only.texture.is_none() => {
+                Some(&only.lighting)
+            }
+            _ => None,
+        }
+    }
+
+    /// Colours from shares: the same for all kinds of faces.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
+    fn shade<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        (faces, materials): (S::I, S::I),
+        corners: Corners<S>,
+        shares: Shares<S>,
+        turn: S::M,
+        at: (i32, i32),
+    ) -> (S::I, S::M) {
+        let shading = self.shading;
+        if let [only] = shading.surfaces {
+            return self.surface(s, mask, only, faces, corners, &shares, turn, at);
+        }
+        // One material after the other; mostly there is one in a vector.
+        let mut numbers = [0; 16];
+        s.store_i(materials, &mut numbers[..S::LANES]);
+        let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
+        while left.any() {
+            let material = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & materials.eq(s.splat_i(material));
+            left = left & !same;
+            let surface = &shading.surfaces[material as usize];
+            let (own, d) = self.surface(s, same, surface, faces, corners, &shares, turn, at);
+            color = s.select_i(same, own, color);
+            delicate = delicate | (d & same);
+        }
+        (color, delicate)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
+    fn surface<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        surface: &Surface<'_>,
+        faces: S::I,
+        corners: Corners<S>,
+        shares: &Shares<S>,
+        turn: S::M,
+        (x, y): (i32, i32),
+    ) -> (S::I, S::M) {
+        let shading = self.shading;
+        let lighting = &surface.lighting;
+        let mut delicate = s.mask(0);
+        let b = [shares.p[0] * shares.inverse, shares.p[1] * shares.inverse, shares.p[2] * shares.inverse];
+        let zero = s.splat(0.0);
+        let (mut matte, gloss) = match shading.source {
+            Source::Constant => (splat3(s, lighting.matte), splat3(s, lighting.gloss)),
+            Source::Faces(matte, gloss) => {
+                let [r, g, b, _] = s.gather4(mask, matte, faces);
+                let gloss = match gloss.is_empty() {
+                    true => [zero; 3],
+                    false => {
+                        let [r, g, b, _] = s.gather4(mask, gloss, faces);
+                        [r, g, b]
+                    }
+                };
+                ([r, g, b], gloss)
+            }
+            Source::Vertices(matte, gloss) => {
+                let matte = blend(s, mask, matte, corners, b);
+                let gloss = if gloss.is_empty() { [zero; 3] } else { blend(s, mask, gloss, corners, b) };
+                (matte, gloss)
+            }
+            Source::Pixels(_) if lighting.lights.is_empty() => {
+                (splat3(s, lighting.matte), splat3(s, lighting.gloss))
+            }
+            Source::Pixels(normals) => {
+                let n = blend(s, mask, normals, corners, b);
+                let length2 = dot::<S>(n, n);
+                // Normals that cancel fall back to the face's, in f64.
+                delicate = mask & !s.splat(1e-4).le(length2);
+                let n_inverse = s.splat(1.0) / length2.sqrt();
+                let n_inverse = s.select(turn, zero - n_inverse, n_inverse);
+                let normal = scale::<S>(n, n_inverse);
+                let (position, to_viewer) = match shading.eye {
+                    Eye::Perspective { ray } => {
+                        let column = (s.iota() + s.splat_i(x)).to_f32();
+                        let row = s.splat(y as f32);
+                        let ray = [
+                            s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
+                            s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
+                            s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
+                        ];
+                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
+                        let position = match shading.is_affine {
+                            false => scale::<S>(ray, shares.w),
+                            true => blend(s, mask, shading.positions, corners, b),
+                        };
+                        let to_viewer = match shading.is_affine {
+                            false => scale::<S>(ray, back),
+                            true => {
+                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
+                                scale::<S>(position, back)
+                            }
+                        };
+                        (position, to_viewer)
+                    }
+                    Eye::Parallel { to_viewer } => {
+                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
+                    }
+                };
+                let lit = light(s, lighting, position, normal, to_viewer);
+                delicate = delicate | (lit.delicate & mask);
+                (lit.matte, lit.gloss)
             }
         };
-        let Lit { matte, gloss } = light(s, shading.lighting, position, normal, to_viewer);
-        (pack(s, [matte[0] + gloss[0], matte[1] + gloss[1], matte[2] + gloss[2]]), delicate)
+        if !shading.colors.is_empty() {
+            let color = blend(s, mask, shading.colors, corners, b);
+            matte = [matte[0] * color[0], matte[1] * color[1], matte[2] * color[2]];
+        }
+        if let Some(texture) = &surface.texture {
+            let [t0, t1, t2] = gather3(s, mask, shading.texcoords, corners);
+            // Relative to the first corner, so that coordinates far from 0 keep their digits.
+            let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
+            let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
+            let footprint = match texture.needs_level() {
+                false => None,
+                true => {
+                    let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
+                    let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
+                    let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
+                    Some(Footprint {
+                        right: [right[0] - here[0], right[1] - here[1]],
+                        below: [below[0] - here[0], below[1] - here[1]],
+                        is_horizon,
+                    })
+                }
+            };
+            let origin = [[t0[0], t0[1]], [t0[2], t0[3]]];
+            let (texel, d) = texture::sample(s, mask, texture, origin, here, footprint);
+            delicate = delicate | (d & mask);
+            matte = [matte[0] * texel[0], matte[1] * texel[1], matte[2] * texel[2]];
+        }
+        (pack(s, add::<S>(matte, gloss)), delicate)
     }
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+/// u, v relative to the first corner where the shares are these, and their sum.
+#[inline(always)]
+fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S::F; 2], S::F) {
+    let sum = (p[0] + p[1]) + p[2];
+    let inverse = s.splat(1.0) / sum;
+    let (b1, b2) = (p[1] * inverse, p[2] * inverse);
+    ([b1 * u.0 + b2 * u.1, b1 * v.0 + b2 * v.1], sum)
+}
+
+/// From texture coordinates to others, both in two parts.
+#[inline(always)]
+fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
+    [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]
+}
+
+#[inline(always)]
+fn add<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
 
 /// From the pixel's centre to a record's position, in 1/65536 pixel; the floor in the record is half a unit low.
 #[inline(always)]
@@ -226,12 +543,26 @@ fn distance2<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
     x * x + y * y
 }
 
+/// A table's records at the corners.
+#[inline(always)]
+fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: Corners<S>) -> [[S::F; 4]; 3] {
+    match corners {
+        Corners::Many([c0, c1, c2]) => {
+            [s.gather4(mask, table, c0), s.gather4(mask, table, c1), s.gather4(mask, table, c2)]
+        }
+        Corners::One([c0, c1, c2]) => [splat4(s, table[c0]), splat4(s, table[c1]), splat4(s, table[c2])],
+    }
+}
+
+#[inline(always)]
+fn splat4<S: Simd>(s: S, [a, b, c, d]: [f32; 4]) -> [S::F; 4] {
+    [s.splat(a), s.splat(b), s.splat(c), s.splat(d)]
+}
+
 /// Three numbers of a table's records at the corners, weighed.
 #[inline(always)]
-fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: [S::I; 3], b: [S::F; 3]) -> V3<S> {
-    let v0 = s.gather4(mask, table, corners[0]);
-    let v1 = s.gather4(mask, table, corners[1]);
-    let v2 = s.gather4(mask, table, corners[2]);
+fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: Corners<S>, b: [S::F; 3]) -> V3<S> {
+    let [v0, v1, v2] = gather3(s, mask, table, corners);
     [
         (v0[0] * b[0] + v1[0] * b[1]) + v2[0] * b[2],
         (v0[1] * b[0] + v1[1] * b[1]) + v2[1] * b[2],

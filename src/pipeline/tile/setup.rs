@@ -1,40 +1,49 @@
 //! Faces: culled, bounded and given their edge functions and depth plane, a vector of faces at a time.
 //!
-//! In: records of vertices, three indices a face. Out: for each face that may light a pixel one [`Setup`], in file order,
-//! and for each band of rows the list of those that reach it. A face with up to [`SMALL_SIDE`] pixels a side has all its
-//! edge functions exact in i32; larger ones are walked by exact spans; what a record cannot hold is left to the plain path.
+//! In: records of vertices, three indices a face. Out: the faces that may light a pixel, in file order, and for each band of
+//! rows the list of those that reach it. Four kinds of set-up, by what a face needs:
+//! - [`Tiny`]: at most 8 pixels a side; its coverage is found here, a bit a pixel, and what covers none is dropped.
+//! - [`Small`]: edge functions that stay exact in i32.
+//! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
 
-use super::vertex::Record;
+use super::vertex::{Outcode, Record};
+use super::wide::WideFace;
+use crate::pipeline::call::DrawStats;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
 /// The largest side of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
 pub const SMALL_SIDE: i32 = 62;
 
-/// How much depth may run over a face, times its slenderness (longest side squared over doubled area), to be right in f32.
-const STEEPEST: f32 = 1.0 / 512.0;
+/// The largest side of a face whose coverage is a word of bits.
+pub const TINY_SIDE: i32 = 8;
 
-/// The steepest depth, per pixel, that may rest on positions known to 1/65536 pixel: an error below 5e-8.
-const STEEPEST_SLOPE: f32 = 1.0 / 256.0;
+/// How much depth may run over a face, times its slenderness (longest side squared over doubled area): a rounding of the
+/// slope then moves depth by less than 6e-8 over the face.
+const STEEPEST: f32 = 1.0 / 2.0;
 
-/// How a face is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Kind {
-    /// Edge functions in i32, depth plane in f32.
-    Small,
-    /// By exact spans, depth in f64: large faces, and those whose depth f32 does not carry.
-    Large,
-    /// By the plain path's own set-up and arithmetic.
-    Plain,
-}
+/// The steepest depth, per pixel, that may rest on positions known to 1/65536 pixel: an error below 1e-7.
+const STEEPEST_SLOPE: f32 = 1.0 / 128.0;
 
-/// A face ready to be drawn: where, and by which numbers.
+/// A face of at most 8x8 pixels.
 #[derive(Clone, Copy, Debug)]
-pub struct Setup {
+pub struct Tiny {
+    /// Bit 8 j + i is pixel (x + i, y + j).
+    pub mask: u64,
     /// The triangle's number in the mesh.
     pub face: u32,
-    /// How it is drawn.
-    pub kind: Kind,
+    /// The first column and row.
+    pub at: [i16; 2],
+    /// Depth at the centre of that pixel, and its steps per column and row.
+    pub depth: [f32; 3],
+    /// Columns and rows.
+    pub size: [u8; 2],
+}
+
+/// A face whose edge functions fit i32.
+#[derive(Clone, Copy, Debug)]
+pub struct Small {
+    /// The triangle's number in the mesh.
+    pub face: u32,
     /// Columns and rows that may hold covered pixels, half-open, inside the view: x0, y0, x1, y1.
     pub bounds: [i16; 4],
     /// Edge functions at the centre of pixel (x0, y0), biased so that >= 0 is inside.
@@ -46,6 +55,15 @@ pub struct Setup {
     /// Depth at the centre of pixel (x0, y0), and its steps.
     pub depth: [f32; 3],
 }
+
+/// In a bin's entries: which list the index is of.
+pub const TINY: u32 = 0;
+/// See [`TINY`].
+pub const SMALL: u32 = 1 << 30;
+/// See [`TINY`].
+pub const WIDE: u32 = 2 << 30;
+/// The part of an entry that is the index.
+pub const INDEX: u32 = (1 << 30) - 1;
 
 /// Which faces are left out, by the sign of their area on the screen (rows grow downwards).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,48 +89,79 @@ pub struct View {
     pub y1: i32,
 }
 
+/// A chunk's faces in one band.
+#[derive(Debug)]
+pub struct Bin {
+    /// Kind and index of each, in file order.
+    pub entries: Vec<u32>,
+    /// Columns and rows that they reach, half-open: x0, y0, x1, y1.
+    pub reach: [i16; 4],
+}
+
+impl Bin {
+    const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
+}
+
+impl Default for Bin {
+    fn default() -> Self {
+        Bin { entries: Vec::new(), reach: Bin::NOTHING }
+    }
+}
+
 /// What a chunk of faces became.
 #[derive(Debug, Default)]
 pub struct Chunk {
-    /// The faces that may light a pixel, in file order.
-    pub setups: Vec<Setup>,
-    /// For each band, indices into `setups`, in order.
-    pub bins: Vec<Vec<u32>>,
-    /// Faces left out by their winding, without area or without a pixel centre, and handed on.
-    pub culled: u64,
-    /// Faces without area or without a pixel centre in their box.
-    pub empty: u64,
+    /// Faces of at most 8x8 pixels, in file order.
+    pub tiny: Vec<Tiny>,
+    /// Faces with edge functions in i32.
+    pub small: Vec<Small>,
+    /// Faces set up in f64.
+    pub wide: Vec<WideFace>,
+    /// For each band, the faces that reach it.
+    pub bins: Vec<Bin>,
+    /// What was left out, and drawn.
+    pub stats: DrawStats,
 }
 
 impl Chunk {
-    /// Makes room for `bands` bands and forgets the last frame; keeps its memory.
+    /// Makes room for `bands` bands and forgets the last draw; keeps its memory.
     pub fn reset(&mut self, bands: usize) {
-        self.setups.clear();
-        self.bins.iter_mut().for_each(Vec::clear);
-        if self.bins.len() < bands {
-            self.bins.resize_with(bands, Vec::new);
+        self.tiny.clear();
+        self.small.clear();
+        self.wide.clear();
+        for bin in &mut self.bins {
+            bin.entries.clear();
+            bin.reach = Bin::NOTHING;
         }
-        (self.culled, self.empty) = (0, 0);
+        if self.bins.len() < bands {
+            self.bins.resize_with(bands, Bin::default);
+        }
+        self.stats = DrawStats::default();
     }
 
-    fn push(&mut self, setup: Setup, view: &View, band_rows: i32) {
-        let index = self.setups.len() as u32;
-        let (first, last) = (setup.bounds[1] as i32 - view.y0, setup.bounds[3] as i32 - 1 - view.y0);
+    #[inline(always)]
+    fn bin(&mut self, entry: u32, [x0, y0, x1, y1]: [i16; 4], view: &View, band_rows: i32) {
+        let (first, last) = (y0 as i32 - view.y0, y1 as i32 - 1 - view.y0);
         for band in first / band_rows..=last / band_rows {
-            self.bins[band as usize].push(index);
+            let bin = &mut self.bins[band as usize];
+            bin.entries.push(entry);
+            let r = bin.reach;
+            bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
         }
-        self.setups.push(setup);
     }
 }
+
+/// Sets up one face as the plain path does, for what records cannot hold: its number; `None` when nothing of it is drawn.
+pub type PlainSetup<'a> = &'a (dyn Fn(u32, &mut DrawStats) -> Option<WideFace> + Sync);
 
 /// Sets up the faces `first_face..` of a chunk.
 pub struct SetupKernel<'a> {
     /// The vertices.
     pub records: &'a [Record],
-    /// Three vertices a face: this chunk's faces.
-    pub indices: &'a [i32],
-    /// Which of this chunk's faces only the plain path can draw.
-    pub plain_only: &'a [bool],
+    /// Three vertices a face: this chunk's faces, with what fills up the last vector.
+    pub corners: [&'a [i32]; 3],
+    /// How many faces this chunk has.
+    pub faces: usize,
     /// The number of the chunk's first face in the mesh.
     pub first_face: u32,
     /// Which windings are kept.
@@ -121,82 +170,106 @@ pub struct SetupKernel<'a> {
     pub view: View,
     /// Rows of a band.
     pub band_rows: i32,
+    /// The plain path's set-up.
+    pub plain: PlainSetup<'a>,
     /// Where it goes.
     pub chunk: &'a mut Chunk,
 }
 
 /// What the vector stage hands to the scalar one, a row of lanes each.
-const FIELDS: usize = 17;
+const FIELDS: usize = 18;
 
 impl Kernel for SetupKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let faces = self.indices.len() / 3;
         let mut lanes = [[0i32; 16]; FIELDS];
-        let mut order = [0i32; 16];
-        for start in (0..faces).step_by(S::LANES) {
-            let count = (faces - start).min(S::LANES);
+        let view = self.view;
+        let (zero, none) = (s.splat(0.0), s.splat_i(0));
+        for start in (0..self.faces).step_by(S::LANES) {
+            let count = (self.faces - start).min(S::LANES);
             let live = s.mask(u32::MAX >> (32 - count));
-            let at = (s.iota() + s.splat_i(start as i32)) * s.splat_i(3);
-            let r0 = s.gather4(live, self.records, s.gather_i(live, self.indices, at));
-            let r1 = s.gather4(live, self.records, s.gather_i(live, self.indices, at + s.splat_i(1)));
-            let r2 = s.gather4(live, self.records, s.gather_i(live, self.indices, at + s.splat_i(2)));
-            let zero = s.splat(0.0);
-            // A record without 1/w is one that the plain path must look at.
-            let none = s.splat_i(0);
-            let is_plain = live & (r0[3].bits().eq(none) | r1[3].bits().eq(none) | r2[3].bits().eq(none));
+            let all = s.mask(u32::MAX);
+            let c0 = s.load_i(&self.corners[0][start..start + S::LANES]);
+            let c1 = s.load_i(&self.corners[1][start..start + S::LANES]);
+            let c2 = s.load_i(&self.corners[2][start..start + S::LANES]);
+            let r0 = s.gather4(all, self.records, c0);
+            let r1 = s.gather4(all, self.records, c1);
+            let r2 = s.gather4(all, self.records, c2);
+            // A record without 1/w is one that only the plain path can place.
+            let (odd0, odd1, odd2) = (r0[3].bits().eq(none), r1[3].bits().eq(none), r2[3].bits().eq(none));
+            let is_odd = live & (odd0 | odd1 | odd2);
+            let fits = live & !is_odd;
+            let (min_fx, max_fx) = bounds3::<S>(r0[0].bits(), r1[0].bits(), r2[0].bits());
+            let (min_fy, max_fy) = bounds3::<S>(r0[1].bits(), r1[1].bits(), r2[1].bits());
+            // Beyond a side of the view by more than a pixel, before near or beyond far: as the plain path counts it.
+            let (z0, z1, z2) = (r0[2], r1[2], r2[2]);
+            let (z_min, z_max) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
+            let is_beyond = s.splat_i((view.x0 - 1) << 16).gt(max_fx)
+                | min_fx.gt(s.splat_i((view.x1 + 1) << 16))
+                | s.splat_i((view.y0 - 1) << 16).gt(max_fy)
+                | min_fy.gt(s.splat_i((view.y1 + 1) << 16));
+            let outside = fits & (is_beyond | z_max.lt(zero) | s.splat(1.0).lt(z_min));
             let ((x0, y0), (x1, y1), (x2, y2)) = (snapped(s, r0), snapped(s, r1), snapped(s, r2));
-            let (min_x, max_x) = (x0.min(x1).min(x2), x0.max(x1).max(x2));
-            let (min_y, max_y) = (y0.min(y1).min(y2), y0.max(y1).max(y2));
-            // Centres lie at 128 mod 256: the first at or after the low side, the last at or before the high one.
-            let left = (min_x + s.splat_i(127)).sar::<8>().max(s.splat_i(self.view.x0));
-            let top = (min_y + s.splat_i(127)).sar::<8>().max(s.splat_i(self.view.y0));
-            let right = (max_x + s.splat_i(128)).sar::<8>().min(s.splat_i(self.view.x1));
-            let bottom = (max_y + s.splat_i(128)).sar::<8>().min(s.splat_i(self.view.y1));
-            let has_centres = right.gt(left) & bottom.gt(top);
-            // The area's sign: exact in i32 for boxes of SMALL_SIDE; larger boxes ask in i64, one by one, below.
+            let (min_x, max_x) = bounds3::<S>(x0, x1, x2);
+            let (min_y, max_y) = bounds3::<S>(y0, y1, y2);
+            // The area's sign: exact in i32 for boxes of SMALL_SIDE; larger ones are the plain set-up's.
             let side = s.splat_i((SMALL_SIDE + 1) * 256);
             let is_small = side.gt(max_x - min_x) & side.gt(max_y - min_y);
             let (ux, uy, vx, vy) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
             let area = ux * vy - vx * uy;
-            let is_clockwise = area.gt(s.splat_i(0));
-            let is_counter = s.splat_i(0).gt(area);
+            let is_clockwise = area.gt(none);
+            let is_counter = none.gt(area);
             let kept = match self.keep {
                 Keep::CounterClockwise => is_counter,
                 Keep::Clockwise => is_clockwise,
                 Keep::Both => is_counter | is_clockwise,
             };
-            let candidate = live & !is_plain & has_centres;
-            let small = candidate & is_small & kept;
-            let large = candidate & !is_small;
-            let dropped = (live & !is_plain & !small & !large).bits().count_ones() as u64;
-            let wrong_way =
-                (candidate & is_small & !kept & (is_clockwise | is_counter)).bits().count_ones() as u64;
-            self.chunk.culled += wrong_way;
-            self.chunk.empty += dropped - wrong_way;
-            let plain_bits = is_plain.bits();
-            let work = small | large | is_plain;
-            if !work.any() {
+            let inside = fits & !outside;
+            let sized = inside & is_small;
+            let large = inside & !is_small;
+            let seen = sized & kept;
+            let stats = &mut self.chunk.stats;
+            let (n_outside, n_seen) = (count_of::<S>(outside), count_of::<S>(seen));
+            let n_empty = count_of::<S>(sized & !(is_counter | is_clockwise));
+            stats.faces_outside += n_outside;
+            stats.faces_drawn += n_seen;
+            stats.faces_empty += n_empty;
+            stats.faces_culled += count_of::<S>(sized) - n_seen - n_empty;
+            stats.faces += count_of::<S>(outside | sized);
+            // Behind the eye with all corners, or beyond one plane: the flags stand where the position would.
+            let flags = r0[0].bits() & r1[0].bits() & r2[0].bits();
+            let is_all_odd = odd0 & odd1 & odd2;
+            let gone = is_odd & is_all_odd & !(flags & s.splat_i(Outcode::OUTSIDE)).eq(none);
+            let n_gone = count_of::<S>(gone);
+            stats.faces += n_gone;
+            stats.faces_outside += n_gone;
+            let by_plain = large | (is_odd & !gone);
+            // Centres lie at 128 mod 256: the first at or after the low side, the last at or before the high one.
+            let left = (min_x + s.splat_i(127)).sar::<8>().max(s.splat_i(view.x0));
+            let top = (min_y + s.splat_i(127)).sar::<8>().max(s.splat_i(view.y0));
+            let right = (max_x + s.splat_i(128)).sar::<8>().min(s.splat_i(view.x1));
+            let bottom = (max_y + s.splat_i(128)).sar::<8>().min(s.splat_i(view.y1));
+            let (columns, rows) = (right - left, bottom - top);
+            let mut work = seen & columns.gt(none) & rows.gt(none);
+            if !(work | by_plain).any() {
                 continue;
             }
             // Edge k runs from corner k+1 to k+2; all turned so that the inside is >= 0.
-            let sign = s.select_i(is_counter, s.splat_i(-1), s.splat_i(1));
             let px = left.shl::<8>() + s.splat_i(128);
             let py = top.shl::<8>() + s.splat_i(128);
-            for (k, (xa, ya, xb, yb)) in
-                [(x1, y1, x2, y2), (x2, y2, x0, y0), (x0, y0, x1, y1)].into_iter().enumerate()
-            {
-                let (dx, dy) = ((xb - xa) * sign, (yb - ya) * sign);
-                // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own their centres.
-                let e = dx * (py - ya) - dy * (px - xa);
-                let is_left = none.gt(dy);
-                let is_top = dy.eq(none) & dx.gt(none);
-                let bias = s.select_i(is_left | is_top, none, s.splat_i(-1));
-                s.store_i((e + bias).sar::<8>(), &mut lanes[k]);
-                s.store_i(none - dy, &mut lanes[3 + k]);
-                s.store_i(dx, &mut lanes[6 + k]);
+            let (e0, sx0, sy0) = edge(s, is_counter, (x1, y1), (x2, y2), (px, py));
+            let (e1, sx1, sy1) = edge(s, is_counter, (x2, y2), (x0, y0), (px, py));
+            let (e2, sx2, sy2) = edge(s, is_counter, (x0, y0), (x1, y1), (px, py));
+            let tiny_side = s.splat_i(TINY_SIDE + 1);
+            let is_tiny = work & tiny_side.gt(columns) & tiny_side.gt(rows);
+            let (low, high) =
+                coverage(s, is_tiny, (columns, rows), [e0, e1, e2], [sx0, sx1, sx2], [sy0, sy1, sy2]);
+            // What covers no centre is done.
+            work = work & !(is_tiny & (low | high).eq(none));
+            if !(work | by_plain).any() {
+                continue;
             }
             // The depth plane of the unsnapped face, from its corners in an order of their own, so that faces with the
             // same corners in any order get the same plane.
@@ -211,52 +284,170 @@ impl Kernel for SetupKernel<'_> {
             let from_a =
                 (pixels(s, a[0], px.shl::<8>()) - half_unit, pixels(s, a[1], py.shl::<8>()) - half_unit);
             let z = za + (zx * from_a.0 + zy * from_a.1);
-            // f32 is enough where a rounding error of the plane's slope, times the box, stays below 1e-7.
+            // f32 is enough where the roundings of the slope, times the box, stay below 6e-8.
             let reach2 =
                 (bx * bx + by * by).max(cx * cx + cy * cy).max((cx - bx) * (cx - bx) + (cy - by) * (cy - by));
             let rise = bz.abs().max(cz.abs()).max((cz - bz).abs());
             let is_gentle = (rise * reach2).le(det.abs() * s.splat(STEEPEST))
                 & zero.lt(det.abs())
                 & (zx.abs() + zy.abs()).le(s.splat(STEEPEST_SLOPE));
-            s.store_i(z.bits(), &mut lanes[9]);
-            s.store_i(zx.bits(), &mut lanes[10]);
-            s.store_i(zy.bits(), &mut lanes[11]);
-            s.store_i(left, &mut lanes[12]);
-            s.store_i(top, &mut lanes[13]);
-            s.store_i(right, &mut lanes[14]);
-            s.store_i(bottom, &mut lanes[15]);
-            let small_bits = (small & is_gentle).bits();
-            let n = s.compress_i(work, s.iota(), &mut order);
-            for &lane in &order[..n] {
-                let lane = lane as usize;
-                let is_handed_on = plain_bits >> lane & 1 != 0 || self.plain_only[start + lane];
-                let kind = match (is_handed_on, small_bits >> lane & 1 != 0) {
-                    (true, _) => Kind::Plain,
-                    (false, true) => Kind::Small,
-                    (false, false) => Kind::Large,
+            let is_between = zero.le(z_min) & z_max.lt(s.splat(1.0));
+            let by_plain = by_plain | (work & !(is_gentle & is_between));
+            let (work_bits, tiny_bits, plain_bits) = (work.bits(), is_tiny.bits(), by_plain.bits());
+            let fields = [
+                e0,
+                e1,
+                e2,
+                sx0,
+                sx1,
+                sx2,
+                sy0,
+                sy1,
+                sy2,
+                z.bits(),
+                zx.bits(),
+                zy.bits(),
+                left,
+                top,
+                right,
+                bottom,
+                low,
+                high,
+            ];
+            let mut field = 0;
+            while field < FIELDS {
+                s.store_i(fields[field], &mut lanes[field]);
+                field += 1;
+            }
+            let mut left_over = work_bits | plain_bits;
+            while left_over != 0 {
+                let lane = left_over.trailing_zeros() as usize;
+                left_over &= left_over - 1;
+                let face = self.first_face + (start + lane) as u32;
+                if plain_bits >> lane & 1 != 0 {
+                    let mut own = DrawStats::default();
+                    if let Some(wide) = (self.plain)(face, &mut own) {
+                        let b = wide.bounds;
+                        if !b.is_empty() {
+                            let entry = WIDE | self.chunk.wide.len() as u32;
+                            let bounds = [b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16];
+                            self.chunk.bin(entry, bounds, &view, self.band_rows);
+                            self.chunk.wide.push(wide);
+                        }
+                    }
+                    // What the vectors have decided is counted already.
+                    if work_bits >> lane & 1 == 0 {
+                        self.chunk.stats += own;
+                    }
+                    continue;
+                }
+                let depth = [real(lanes[9][lane]), real(lanes[10][lane]), real(lanes[11][lane])];
+                let bounds = [
+                    lanes[12][lane] as i16,
+                    lanes[13][lane] as i16,
+                    lanes[14][lane] as i16,
+                    lanes[15][lane] as i16,
+                ];
+                let entry = if tiny_bits >> lane & 1 != 0 {
+                    let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
+                    self.chunk.stats.pixels_tested += mask.count_ones() as u64;
+                    let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
+                    self.chunk.tiny.push(Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size });
+                    TINY | (self.chunk.tiny.len() - 1) as u32
+                } else {
+                    self.chunk.small.push(Small {
+                        face,
+                        bounds,
+                        edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
+                        steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
+                        steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
+                        depth,
+                    });
+                    SMALL | (self.chunk.small.len() - 1) as u32
                 };
-                let field = |k: usize| lanes[k][lane];
-                let bounds = match plain_bits >> lane & 1 != 0 {
-                    // Where it lies is not known here: every band looks.
-                    true => [self.view.x0, self.view.y0, self.view.x1, self.view.y1].map(|v| v as i16),
-                    false => [field(12), field(13), field(14), field(15)].map(|v| v as i16),
-                };
-                let setup = Setup {
-                    face: self.first_face + (start + lane) as u32,
-                    kind,
-                    bounds,
-                    edges: [field(0), field(1), field(2)],
-                    steps_x: [field(3), field(4), field(5)],
-                    steps_y: [field(6), field(7), field(8)],
-                    depth: [field(9), field(10), field(11)].map(|v| f32::from_bits(v as u32)),
-                };
-                self.chunk.push(setup, &self.view, self.band_rows);
+                self.chunk.bin(entry, bounds, &view, self.band_rows);
             }
         }
     }
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+/// The edge function from p to q at a pixel's centre, biased so that >= 0 is inside, and its steps per column and row.
+#[inline(always)]
+fn edge<S: Simd>(
+    s: S,
+    is_counter: S::M,
+    (xa, ya): (S::I, S::I),
+    (xb, yb): (S::I, S::I),
+    (px, py): (S::I, S::I),
+) -> (S::I, S::I, S::I) {
+    let none = s.splat_i(0);
+    let (dx, dy) = (xb - xa, yb - ya);
+    let (dx, dy) = (s.select_i(is_counter, none - dx, dx), s.select_i(is_counter, none - dy, dy));
+    // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own their centres.
+    let e = dx * (py - ya) - dy * (px - xa);
+    let is_left = none.gt(dy);
+    let is_top = dy.eq(none) & dx.gt(none);
+    let bias = s.select_i(is_left | is_top, none, s.splat_i(-1));
+    ((e + bias).sar::<8>(), none - dy, dx)
+}
+
+/// Which of 8x8 pixels are covered: rows 0 to 3 in the first word, 4 to 7 in the second, 8 bits a row.
+#[inline(always)]
+fn coverage<S: Simd>(
+    s: S,
+    live: S::M,
+    (columns, rows): (S::I, S::I),
+    edges: [S::I; 3],
+    steps_x: [S::I; 3],
+    steps_y: [S::I; 3],
+) -> (S::I, S::I) {
+    let none = s.splat_i(0);
+    let mut words = [none, none];
+    let [mut r0, mut r1, mut r2] = edges;
+    let mut row = 0;
+    while row < TINY_SIDE {
+        let in_row = live & rows.gt(s.splat_i(row));
+        if !in_row.any() {
+            break;
+        }
+        let (mut e0, mut e1, mut e2) = (r0, r1, r2);
+        let mut word = none;
+        let mut bit = 1 << ((row & 3) * 8);
+        let mut column = 0;
+        while column < TINY_SIDE {
+            let inside = in_row & columns.gt(s.splat_i(column));
+            if !inside.any() {
+                break;
+            }
+            let covered = inside & (e0 | e1 | e2).gt(s.splat_i(-1));
+            word = s.select_i(covered, word | s.splat_i(bit), word);
+            (e0, e1, e2) = (e0 + steps_x[0], e1 + steps_x[1], e2 + steps_x[2]);
+            bit = ((bit as u32) << 1) as i32;
+            column += 1;
+        }
+        words[(row >> 2) as usize] = words[(row >> 2) as usize] | word;
+        (r0, r1, r2) = (r0 + steps_y[0], r1 + steps_y[1], r2 + steps_y[2]);
+        row += 1;
+    }
+    (words[0], words[1])
+}
+
+#[inline(always)]
+fn real(bits: i32) -> f32 {
+    f32::from_bits(bits as u32)
+}
+
+#[inline(always)]
+fn count_of<S: Simd>(mask: S::M) -> u64 {
+    mask.bits().count_ones() as u64
+}
+
+#[inline(always)]
+fn bounds3<S: Simd>(a: S::I, b: S::I, c: S::I) -> (S::I, S::I) {
+    (a.min(b).min(c), a.max(b).max(c))
+}
 
 /// A record's position snapped to 1/256 pixel.
 #[inline(always)]

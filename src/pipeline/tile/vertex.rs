@@ -14,23 +14,37 @@ pub type Record = [f32; 4];
 /// The farthest from pixel (0,0) that a record can hold, in pixels.
 const REACH: f64 = 16_000.0;
 
-/// Object space to the screen: rows of clip x, y, z, w, and the viewport.
+/// What stands in a record's first place where it has no position: beyond which planes the vertex is.
+pub struct Outcode;
+
+impl Outcode {
+    /// w <= 0.
+    pub const BEHIND: i32 = 1;
+    /// z < 0.
+    pub const NEAR: i32 = 2;
+    /// z > w.
+    pub const FAR: i32 = 4;
+    /// More than a pixel left of the view, right of it, above, below.
+    pub const SIDES: [i32; 4] = [8, 16, 32, 64];
+    /// A face all of whose corners share one of these shows nothing.
+    pub const OUTSIDE: i32 = 127;
+}
+
+/// Object space to the screen, in the steps of the plain path, so that both round alike.
 #[derive(Clone, Copy, Debug)]
 pub struct ToScreen {
-    /// Rows of the object-to-clip matrix.
-    pub rows: [[f64; 4]; 4],
+    /// Rows of the model matrix; the last is 0 0 0 1.
+    pub model: [[f64; 4]; 3],
+    /// Rows of the view matrix; the last is 0 0 0 1.
+    pub view: [[f64; 4]; 3],
+    /// Rows of the projection.
+    pub projection: [[f64; 4]; 4],
     /// Screen = center + ndc * half, x then y.
     pub center: [f64; 2],
     /// Half extents in pixels; y's is negative, since rows grow downwards.
     pub half: [f64; 2],
-}
-
-impl ToScreen {
-    /// One point on the screen: x and y in pixels, z; in f64, with the roundings of the vertex stage.
-    pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        let [x, y, z, w] = self.rows.map(|[a, b, c, d]| ((a * p[0] + b * p[1]) + c * p[2]) + d);
-        [self.center[0] + x / w * self.half[0], self.center[1] + y / w * self.half[1], z / w]
-    }
+    /// The first column and row that may be drawn, and those beyond the last.
+    pub sides: [[f64; 2]; 2],
 }
 
 /// Transforms a run of vertices.
@@ -46,6 +60,8 @@ pub struct VertexKernel<'a> {
 /// Vertices worked on at once: one AVX-512 register of f64, two of AVX2.
 const WIDTH: usize = 8;
 
+type Lanes = [f64; WIDTH];
+
 impl Kernel for VertexKernel<'_> {
     type Output = ();
 
@@ -56,25 +72,46 @@ impl Kernel for VertexKernel<'_> {
         for (((out, x), y), z) in chunks.iter_mut().zip(xs.0).zip(ys.0).zip(zs.0) {
             transform(self.to_screen, x, y, z, out);
         }
-        let pad = |from: &[f64]| std::array::from_fn(|i| from.get(i).copied().unwrap_or(0.0));
-        let mut last = [[0.0; 4]; WIDTH];
-        transform(self.to_screen, &pad(xs.1), &pad(ys.1), &pad(zs.1), &mut last);
-        tail.copy_from_slice(&last[..tail.len()]);
+        if tail.is_empty() {
+            return;
+        }
+        let mut last = [[0.0; WIDTH]; 3];
+        for (lanes, from) in last.iter_mut().zip([xs.1, ys.1, zs.1]) {
+            lanes[..from.len()].copy_from_slice(from);
+        }
+        let mut records = [[0.0; 4]; WIDTH];
+        transform(self.to_screen, &last[0], &last[1], &last[2], &mut records);
+        tail.copy_from_slice(&records[..tail.len()]);
     }
 }
 
+/// A row times (x, y, z, 1), with glam's roundings.
 #[inline(always)]
-fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH], out: &mut [Record; WIDTH]) {
-    let clip: [[f64; WIDTH]; 4] = std::array::from_fn(|r| {
-        let [a, b, c, d] = t.rows[r];
-        std::array::from_fn(|i| ((a * x[i] + b * y[i]) + c * z[i]) + d)
-    });
+fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
+    let mut out = [0.0; WIDTH];
+    for i in 0..WIDTH {
+        out[i] = ((a * x[i] + b * y[i]) + c * z[i]) + d;
+    }
+    out
+}
+
+#[inline(always)]
+fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; WIDTH]) {
+    let [m0, m1, m2] = t.model;
+    let world = [affine(m0, [x, y, z]), affine(m1, [x, y, z]), affine(m2, [x, y, z])];
+    let world = [&world[0], &world[1], &world[2]];
+    let [v0, v1, v2] = t.view;
+    let view = [affine(v0, world), affine(v1, world), affine(v2, world)];
+    let view = [&view[0], &view[1], &view[2]];
+    let [p0, p1, p2, p3] = t.projection;
+    let clip = [affine(p0, view), affine(p1, view), affine(p2, view), affine(p3, view)];
     // Adding and taking away 1.5 * 2^52 rounds to a whole number, ties to even, without a call or a branch.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let mut x_fixed = [0i32; WIDTH];
     let mut y_fixed = [0i32; WIDTH];
     let mut depth = [0f32; WIDTH];
     let mut inverse = [0u32; WIDTH];
+    let mut all_fit = true;
     for i in 0..WIDTH {
         let w = clip[3][i];
         let inv = 1.0 / w;
@@ -82,13 +119,12 @@ fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH],
         let sx = t.center[0] + clip[0][i] / w * t.half[0];
         let sy = t.center[1] + clip[1][i] / w * t.half[1];
         let sz = clip[2][i] / w;
-        let fits = w > 1e-30 && w < 1e30 && sx.abs() < REACH && sy.abs() < REACH && sz.abs() < 2.0;
+        let fits = (w > 1e-30) & (w < 1e30) & (sx.abs() < REACH) & (sy.abs() < REACH) & (sz.abs() < 2.0);
+        all_fit &= fits;
         let (sx, sy) = if fits { (sx, sy) } else { (0.0, 0.0) };
-        let floor = |v: f64| {
-            let r = (v + ROUND) - ROUND;
-            if r > v { r - 1.0 } else { r }
-        };
-        let (fx, fy) = (floor(sx * 65536.0), floor(sy * 65536.0));
+        let (rx, ry) = ((sx * 65536.0 + ROUND) - ROUND, (sy * 65536.0 + ROUND) - ROUND);
+        let fx = rx - if rx > sx * 65536.0 { 1.0 } else { 0.0 };
+        let fy = ry - if ry > sy * 65536.0 { 1.0 } else { 0.0 };
         let snapped_x = (sx * 256.0 + ROUND) - ROUND;
         let snapped_y = (sy * 256.0 + ROUND) - ROUND;
         x_fixed[i] = fx as i32;
@@ -107,6 +143,38 @@ fn transform(t: &ToScreen, x: &[f64; WIDTH], y: &[f64; WIDTH], z: &[f64; WIDTH],
             f32::from_bits(inverse[i]),
         ];
     }
+    if !all_fit {
+        for i in (0..WIDTH).filter(|&i| inverse[i] == 0) {
+            let code = outcode(t, std::array::from_fn(|k| clip[k][i]));
+            out[i] = [f32::from_bits(code as u32), 0.0, 0.0, 0.0];
+        }
+    }
+}
+
+/// Beyond which planes a clip space point is.
+#[inline(never)]
+fn outcode(t: &ToScreen, [x, y, z, w]: [f64; 4]) -> i32 {
+    let mut code = 0;
+    if w <= 0.0 {
+        code |= Outcode::BEHIND;
+    } else {
+        let screen = [t.center[0] + x / w * t.half[0], t.center[1] + y / w * t.half[1]];
+        for axis in 0..2 {
+            if screen[axis] < t.sides[axis][0] - 1.0 {
+                code |= Outcode::SIDES[axis * 2];
+            }
+            if screen[axis] > t.sides[axis][1] + 1.0 {
+                code |= Outcode::SIDES[axis * 2 + 1];
+            }
+        }
+    }
+    if z < 0.0 {
+        code |= Outcode::NEAR;
+    }
+    if z > w {
+        code |= Outcode::FAR;
+    }
+    code
 }
 
 #[cfg(test)]
@@ -114,12 +182,17 @@ mod tests {
     use super::*;
     use crate::simd::Level;
 
+    const UNIT: [[f64; 4]; 3] = [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.]];
+
     #[test]
     fn records_hold_the_floor_and_the_snap_of_every_position() {
         let to_screen = ToScreen {
-            rows: [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 0.5, 0.], [0., 0., 0., 2.0]],
+            model: UNIT,
+            view: UNIT,
+            projection: [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 0.5, 0.], [0., 0., 0., 2.0]],
             center: [100.0, 50.0],
             half: [100.0, -50.0],
+            sides: [[0.0, 200.0], [0.0, 100.0]],
         };
         let n = 1003;
         // Quarters of 1/256 pixel, so that ties and both neighbours come up, and values off the frame.
@@ -154,9 +227,16 @@ mod tests {
     }
 
     #[test]
-    fn what_a_record_cannot_hold_says_so() {
-        let rows = [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 1.0, 0.], [0., 0., 1.0, 0.]];
-        let to_screen = ToScreen { rows, center: [0.0; 2], half: [10.0, -10.0] };
+    fn what_a_record_cannot_hold_says_where_it_is() {
+        let projection = [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 1.0, 0.], [0., 0., 1.0, 0.]];
+        let to_screen = ToScreen {
+            model: UNIT,
+            view: UNIT,
+            projection,
+            center: [0.0; 2],
+            half: [10.0, -10.0],
+            sides: [[0.0, 10.0], [0.0, 10.0]],
+        };
         let xs = [1.0, 1.0, 1e9, f64::NAN, 1.0];
         let zs = [0.0, -1.0, 1.0, 1.0, 1e-300];
         let mut records = vec![[1f32; 4]; 5];
@@ -166,5 +246,8 @@ mod tests {
             records: &mut records,
         });
         assert!(records.iter().all(|r| r[3] == 0.0), "{records:?}");
+        let codes: Vec<i32> = records.iter().map(|r| r[0].to_bits() as i32).collect();
+        let right = Outcode::SIDES[1];
+        assert_eq!(codes, [Outcode::BEHIND, Outcode::BEHIND | Outcode::NEAR, right, 0, right]);
     }
 }

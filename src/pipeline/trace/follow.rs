@@ -21,7 +21,7 @@ use glam::DVec2;
 /// The covered pixel nearest to the middle of what is covered.
 pub(super) fn middle_pixel(p: &Prepared, triangle: u32) -> Option<[i32; 2]> {
     let corners = p.corner_vertices(triangle);
-    let face = p.assembler.face(corners, &mut DrawStats::default())?;
+    let face = p.assembler.face(corners.each_ref(), &mut DrawStats::default())?;
     let mut rows: Vec<(i32, std::ops::Range<i32>)> = Vec::new();
     for outline in face.outlines.iter().flatten() {
         outline.for_each_span(p.transform().screen.clip, |y, xs| rows.push((y, xs)));
@@ -239,7 +239,7 @@ fn pixel(
 /// The places at which the shading mode lights, and what it finds there.
 fn lit_at(p: &Prepared, triangle: u32, shade: &FaceShade, shares: [f64; 3]) -> Vec<LitAt> {
     let polygon = p.polygon_of(triangle);
-    let (mesh, side) = (&p.call.geometry.mesh, p.assembler.side(p.corner_vertices(triangle)));
+    let (mesh, side) = (&p.call.geometry.mesh, p.assembler.side(p.corner_vertices(triangle).each_ref()));
     let (material, _) = p.call.material_of(&mesh.polygons[polygon], side.unwrap_or(Side::Front));
     let turn = if p.call.two_sided_lighting && side == Some(Side::Back) { -1.0 } else { 1.0 };
     let at = |place: &'static str, point: SurfacePoint| {

@@ -1,0 +1,210 @@
+//! Textures, a vector of pixels at a time: the twin of `pipeline::sample`, in f32.
+//!
+//! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
+
+use super::light::{V3, log2, splat3};
+use crate::scene::{Filter, Sampling, Texture, Wrap};
+use crate::simd::{F32, I32, Mask, Simd};
+
+/// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
+const LEVEL_EDGE: f32 = 1e-3;
+
+/// A texture and its rules.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureShade<'a> {
+    /// The texture, without transparent texels.
+    pub texture: &'a Texture,
+    /// The rules.
+    pub sampling: Sampling,
+}
+
+impl TextureShade<'_> {
+    /// Whether the filter looks at levels.
+    #[inline(always)]
+    pub fn needs_level(&self) -> bool {
+        matches!(self.sampling.filter, Filter::Mipmap | Filter::Trilinear)
+    }
+}
+
+/// How far u, v move to the pixel on the right and to the one below.
+pub struct Footprint<S: Simd> {
+    /// To (x + 1, y).
+    pub right: [S::F; 2],
+    /// To (x, y + 1).
+    pub below: [S::F; 2],
+    /// Where one of them lies beyond the horizon.
+    pub is_horizon: S::M,
+}
+
+/// R, G, B in 0..1 at `origin` (u, v, and what f32 lost of them) + `away`, and where f32 lacks the digits.
+#[inline(always)]
+pub fn sample<S: Simd>(
+    s: S,
+    mask: S::M,
+    shade: &TextureShade<'_>,
+    origin: [[S::F; 2]; 2],
+    away: [S::F; 2],
+    footprint: Option<Footprint<S>>,
+) -> (V3<S>, S::M) {
+    let (texture, sampling) = (shade.texture, shade.sampling);
+    let u = turns(s, origin[0][0], origin[1][0], away[0], sampling.wrap_s);
+    let v = turns(s, origin[0][1], origin[1][1], away[1], sampling.wrap_t);
+    let mut delicate = s.mask(0);
+    let last = texture.level_count() - 1;
+    let scale = s.splat(1.0 / 255.0);
+    let texel = match (sampling.filter, footprint) {
+        (Filter::Nearest, _) => {
+            let (w, h) = texture.level_size(0);
+            let i = wrapped(s, in_texels(s, u, sampling.wrap_s, w).floor().to_i32(), sampling.wrap_s, w);
+            let j = wrapped(s, in_texels(s, v, sampling.wrap_t, h).floor().to_i32(), sampling.wrap_t, h);
+            fetch(s, mask, texture, 0, i, j)
+        }
+        (Filter::Mipmap | Filter::Trilinear, Some(footprint)) => {
+            let (w, h) = (s.splat(texture.width() as f32), s.splat(texture.height() as f32));
+            let longer = length2::<S>(footprint.right, w, h).max(length2::<S>(footprint.below, w, h));
+            let d = s.splat(0.5) * log2(s, longer);
+            let d = s.select(footprint.is_horizon, s.splat(100.0), d);
+            let top = s.splat(last as f32);
+            if sampling.filter == Filter::Mipmap {
+                let at = d + s.splat(0.5);
+                let part = at - at.floor();
+                let is_edge = part.lt(s.splat(LEVEL_EDGE)) | s.splat(1.0 - LEVEL_EDGE).lt(part);
+                delicate = mask & is_edge & s.splat(0.5).lt(at);
+                let level = at.floor().max(s.splat(0.0)).min(top);
+                levels(s, mask, shade, u, v, level, None, last)
+            } else {
+                let d = d.max(s.splat(0.0)).min(top);
+                let near = d.floor();
+                levels(s, mask, shade, u, v, near, Some(d - near), last)
+            }
+        }
+        _ => bilinear(s, mask, shade, u, v, 0),
+    };
+    ([texel[0] * scale, texel[1] * scale, texel[2] * scale], delicate)
+}
+
+/// Bilinear in each lane's own level, and with `part` on the way to the next.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
+fn levels<S: Simd>(
+    s: S,
+    mask: S::M,
+    shade: &TextureShade<'_>,
+    u: S::F,
+    v: S::F,
+    level: S::F,
+    part: Option<S::F>,
+    last: u32,
+) -> V3<S> {
+    let mut numbers = [0f32; 16];
+    s.store(level, &mut numbers[..S::LANES]);
+    let mut out = splat3(s, [0.0; 3]);
+    let mut left = mask;
+    while left.any() {
+        let first = numbers[left.bits().trailing_zeros() as usize];
+        let number = s.splat(first);
+        let same = left & level.le(number) & number.le(level);
+        left = left & !same;
+        let own = (first as u32).min(last);
+        let mut texel = bilinear(s, same, shade, u, v, own);
+        if let (Some(part), true) = (part, own < last) {
+            let next = bilinear(s, same, shade, u, v, own + 1);
+            for c in 0..3 {
+                texel[c] = texel[c] + (next[c] - texel[c]) * part;
+            }
+        }
+        for c in 0..3 {
+            out[c] = s.select(same, texel[c], out[c]);
+        }
+        if first.is_nan() {
+            break;
+        }
+    }
+    out
+}
+
+/// A coordinate without its whole turns, or as it is where it is clamped.
+#[inline(always)]
+fn turns<S: Simd>(_: S, origin: S::F, rest: S::F, away: S::F, wrap: Wrap) -> S::F {
+    match wrap {
+        Wrap::Repeat => {
+            let f = (origin - origin.floor()) + (rest + away);
+            f - f.floor()
+        }
+        Wrap::Clamp => origin + (rest + away),
+    }
+}
+
+#[inline(always)]
+fn in_texels<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: u32) -> S::F {
+    let texels = coordinate * s.splat(size as f32);
+    match wrap {
+        Wrap::Repeat => texels,
+        Wrap::Clamp => texels.max(s.splat(-1.0)).min(s.splat(size as f32 + 1.0)),
+    }
+}
+
+/// A texel's number that is at most one size beyond the texture.
+#[inline(always)]
+fn wrapped<S: Simd>(s: S, texel: S::I, wrap: Wrap, size: u32) -> S::I {
+    let (none, size) = (s.splat_i(0), s.splat_i(size as i32));
+    let highest = size - s.splat_i(1);
+    let texel = match wrap {
+        Wrap::Repeat => {
+            let texel = s.select_i(none.gt(texel), texel + size, texel);
+            s.select_i(texel.gt(highest), texel - size, texel)
+        }
+        Wrap::Clamp => texel,
+    };
+    // Whatever a lane that nobody looks at holds, it stays inside.
+    texel.max(none).min(highest)
+}
+
+#[inline(always)]
+fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, u: S::F, v: S::F, level: u32) -> V3<S> {
+    let (texture, sampling) = (shade.texture, shade.sampling);
+    let (w, h) = texture.level_size(level);
+    let x = in_texels(s, u, sampling.wrap_s, w) - s.splat(0.5);
+    let y = in_texels(s, v, sampling.wrap_t, h) - s.splat(0.5);
+    let (i, j) = (x.floor(), y.floor());
+    let (fx, fy) = (x - i, y - j);
+    let (i, j) = (i.to_i32(), j.to_i32());
+    let one = s.splat_i(1);
+    let i0 = wrapped(s, i, sampling.wrap_s, w);
+    let i1 = wrapped(s, i + one, sampling.wrap_s, w);
+    let j0 = wrapped(s, j, sampling.wrap_t, h);
+    let j1 = wrapped(s, j + one, sampling.wrap_t, h);
+    let a = between::<S>(fetch(s, mask, texture, level, i0, j0), fetch(s, mask, texture, level, i1, j0), fx);
+    let b = between::<S>(fetch(s, mask, texture, level, i0, j1), fetch(s, mask, texture, level, i1, j1), fx);
+    between::<S>(a, b, fy)
+}
+
+#[inline(always)]
+fn between<S: Simd>(a: V3<S>, b: V3<S>, t: S::F) -> V3<S> {
+    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
+}
+
+/// Texels in 0..255; i from the left, j from below.
+#[inline(always)]
+fn fetch<S: Simd>(s: S, mask: S::M, texture: &Texture, level: u32, i: S::I, j: S::I) -> V3<S> {
+    let (w, h) = texture.level_size(level);
+    // Rows are stored from the top.
+    let at = (s.splat_i(h as i32 - 1) - j) * s.splat_i(w as i32) + i;
+    match texture.level_texels(level) {
+        None => {
+            let rgba = s.gather_bytes(mask, texture.bytes(), at);
+            let low = s.splat_i(255);
+            [(rgba & low).to_f32(), (rgba.shr::<8>() & low).to_f32(), (rgba.shr::<16>() & low).to_f32()]
+        }
+        Some(texels) => {
+            let [r, g, b, _] = s.gather4(mask, texels, at);
+            [r, g, b]
+        }
+    }
+}
+
+#[inline(always)]
+fn length2<S: Simd>(step: [S::F; 2], w: S::F, h: S::F) -> S::F {
+    let (x, y) = (step[0] * w, step[1] * h);
+    x * x + y * y
+}

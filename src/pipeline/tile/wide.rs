@@ -1,0 +1,209 @@
+//! Faces that a record cannot hold or f32 cannot carry: behind the eye, huge, steep, in f64 from the plain path's own set-up.
+//!
+//! Coverage by exact spans, depth and weights as linear functions of the pixel, in f64. Along a row both are worked in f64
+//! at the first column of each run of 16 and in f32 from there: whichever width the vectors have, the numbers are the same.
+
+use super::raster::Band;
+use super::setup::View;
+use crate::math::coverage::{PixelRect, SnappedTriangle};
+use crate::pipeline::plane::Linear;
+use crate::simd::{F32, I32, Mask, Simd};
+
+/// Columns that share a base in f64.
+const RUN: i32 = 16;
+
+/// Depth that runs faster than this over a pixel is worked in f64 at every pixel.
+const STEEP: f64 = 1.0 / 64.0;
+
+/// What rounding may take off a depth of exactly 0.
+const NEAR_ROUNDING: f32 = 6e-8;
+
+/// A face set up by the plain path.
+#[derive(Clone, Debug)]
+pub struct WideFace {
+    /// The triangle's number in the mesh.
+    pub face: u32,
+    /// Columns and rows that may hold covered pixels, half-open, inside the view.
+    pub bounds: PixelRect,
+    /// What is covered: the face, or what is left of a cut one.
+    pub outlines: [Option<SnappedTriangle>; 2],
+    /// Depth and weights over the screen.
+    pub plane: Linear,
+    /// Whether 0 <= z < 1 at every corner.
+    pub is_between: bool,
+    /// Whether some w <= 0: weights may then be negative.
+    pub is_cut: bool,
+    /// Whether its weights run slowly enough for f32 along a run of columns.
+    pub is_gentle: bool,
+    /// Whether its normals are turned.
+    pub is_turned: bool,
+}
+
+/// A face's part in one row, from the set-up of its spans.
+type Span = (i32, std::ops::Range<i32>);
+
+/// Spans that are worked on at once: a closure would be compiled without the level's instructions.
+const SPANS: usize = 32;
+
+/// Draws the face's share of a band; fragments tested and passed.
+#[inline(always)]
+pub fn draw<S: Simd>(s: S, wide: &WideFace, view: &View, rows: i32, band: &mut Band<'_>) -> (u64, u64) {
+    let (mut tested, mut passed) = (0, 0);
+    let mut spans: [Span; SPANS] = [const { (0, 0..0) }; SPANS];
+    let top = wide.bounds.y0.max(band.y0);
+    let bottom = wide.bounds.y1.min(band.y0 + rows);
+    for outline in wide.outlines.iter().flatten() {
+        let mut next_row = top;
+        while next_row < bottom {
+            let until = (next_row + SPANS as i32).min(bottom);
+            let mut count = 0;
+            let clip = PixelRect { x0: view.x0, y0: next_row, x1: view.x1, y1: until };
+            outline.for_each_span(clip, |y, span| {
+                spans[count] = (y, span);
+                count += 1;
+            });
+            for (y, span) in &spans[..count] {
+                tested += span.len() as u64;
+                passed += row(s, wide, *y, span.clone(), band);
+            }
+            next_row = until;
+        }
+    }
+    (tested, passed)
+}
+
+/// One span: vectors that begin at multiples of their width, the first and the last in part.
+#[inline(always)]
+fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band: &mut Band<'_>) -> u64 {
+    let lanes = S::LANES as i32;
+    let width = band.width as i32;
+    let row_start = (y - band.y0) as usize * band.width;
+    // The last vector of a row that is no multiple of its width begins further left.
+    let last_whole = width & !(lanes - 1);
+    let mut passed = 0;
+    let mut x = span.start;
+    while x < span.end {
+        let start = x & !(lanes - 1);
+        let is_whole = start == x && wide.is_between;
+        let until = span.end.min(last_whole) & !(lanes - 1);
+        if is_whole && until > start {
+            passed += whole(s, wide, y, start, row_start, (until - start) as usize, band);
+            x = until;
+            continue;
+        }
+        let start = start.min(width - lanes);
+        let z = depths(s, wide, start, y);
+        let (from, to) = (x - start, (span.end - start).min(lanes));
+        let mut inside = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
+        if !wide.is_between {
+            // Closed at 0: what rounding took just below it is 0.
+            inside = inside & s.splat(-NEAR_ROUNDING).lt(z) & z.lt(s.splat(1.0));
+        }
+        let z = z.max(s.splat(0.0)).bits();
+        let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
+        let at = row_start + start as usize;
+        let mut passes = inside;
+        if !band.depth.is_empty() {
+            let depth = &mut band.depth[at..at + S::LANES];
+            passes = inside & s.load_i(depth).gt(z);
+            s.store_masked_i(passes, z, depth);
+        }
+        s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
+        passed += passes.bits().count_ones() as u64;
+        x = start + lanes;
+    }
+    passed
+}
+
+/// `count` columns from `x` on, all of them covered: whole vectors.
+#[inline(always)]
+fn whole<S: Simd>(
+    s: S,
+    wide: &WideFace,
+    y: i32,
+    x: i32,
+    row_start: usize,
+    count: usize,
+    band: &mut Band<'_>,
+) -> u64 {
+    let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
+    let at = row_start + x as usize;
+    let ids = &mut band.ids[at..at + count];
+    let mut passed = 0;
+    if band.depth.is_empty() {
+        for ids in ids.chunks_exact_mut(S::LANES) {
+            s.store_i(id, ids);
+        }
+        return count as u64;
+    }
+    let depth = &mut band.depth[at..at + count];
+    let is_level = wide.plane.z[1] == 0.0;
+    let constant = depths(s, wide, x, y).max(s.splat(0.0)).bits();
+    let mut column = x;
+    for (depth, ids) in depth.chunks_exact_mut(S::LANES).zip(ids.chunks_exact_mut(S::LANES)) {
+        let z = match is_level {
+            true => constant,
+            false => depths(s, wide, column, y).max(s.splat(0.0)).bits(),
+        };
+        let passes = s.load_i(depth).gt(z);
+        s.store_masked_i(passes, z, depth);
+        s.store_masked_i(passes, id, ids);
+        passed += passes.bits().count_ones() as u64;
+        column += S::LANES as i32;
+    }
+    passed
+}
+
+/// Depths at LANES pixels from (x, y) on: at each the same number, however wide the vectors and wherever they begin.
+#[inline(always)]
+fn depths<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> S::F {
+    let zx = wide.plane.z[1];
+    if zx.abs() <= STEEP && x & (S::LANES as i32 - 1) == 0 {
+        let base = x & !(RUN - 1);
+        let along = (s.iota() + s.splat_i(x - base)).to_f32();
+        return s.splat(wide.plane.z_at(base, y) as f32) + s.splat(zx as f32) * along;
+    }
+    let mut lanes = [0f32; 16];
+    for (i, d) in lanes[..S::LANES].iter_mut().enumerate() {
+        let column = x + i as i32;
+        *d = match zx.abs() <= STEEP {
+            true => {
+                let base = column & !(RUN - 1);
+                wide.plane.z_at(base, y) as f32 + zx as f32 * (column - base) as f32
+            }
+            false => wide.plane.z_at(column, y) as f32,
+        };
+    }
+    s.load(&lanes[..S::LANES])
+}
+
+/// The weights b of a wide face at LANES pixels from (x, y) on: b / sum(b) are the shares of the corners, 1 / sum(b) is w.
+#[inline(always)]
+pub fn weights<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> [S::F; 3] {
+    if wide.is_gentle && x & (S::LANES as i32 - 1) == 0 {
+        let base = x & !(RUN - 1);
+        let along = (s.iota() + s.splat_i(x - base)).to_f32();
+        let shares = &wide.plane.shares;
+        let (g0, g1, g2) = (shares[0][1] as f32, shares[1][1] as f32, shares[2][1] as f32);
+        return [
+            s.splat(wide.plane.share_at(0, base, y) as f32) + s.splat(g0) * along,
+            s.splat(wide.plane.share_at(1, base, y) as f32) + s.splat(g1) * along,
+            s.splat(wide.plane.share_at(2, base, y) as f32) + s.splat(g2) * along,
+        ];
+    }
+    let mut out = [s.splat(0.0); 3];
+    let mut lanes = [0f32; 16];
+    for (k, b) in out.iter_mut().enumerate() {
+        let gradient = wide.plane.shares[k][1] as f32;
+        for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
+            let column = x + i as i32;
+            let base = column & !(RUN - 1);
+            *lane = match wide.is_gentle {
+                true => wide.plane.share_at(k, base, y) as f32 + gradient * (column - base) as f32,
+                false => wide.plane.share_at(k, column, y) as f32,
+            };
+        }
+        *b = s.load(&lanes[..S::LANES]);
+    }
+    out
+}
