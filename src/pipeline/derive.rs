@@ -2,6 +2,7 @@
 
 use super::assemble::Side;
 use super::call::{DrawCall, Target};
+use super::fast::obstacle;
 use super::known::Known;
 use super::light::{Lighting, Viewer};
 use super::plan::{Part, Plan};
@@ -121,6 +122,15 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
     }
     if faces > 0 {
         plan_faces(call, lighting, known, &mut plan, faces, wire);
+    }
+    match obstacle(call, target, &plan) {
+        None => plan.add(
+            Part::TileRenderer,
+            "opaque faces: first what is seen, then its colour, in vectors",
+            faces,
+            0,
+        ),
+        Some(why) => plan.leave_out(Part::TileRenderer, why),
     }
     plan
 }

@@ -51,9 +51,6 @@ impl Memories {
     }
 }
 
-/// How slender a face may be for f32: its longest side squared over its doubled area.
-const SLENDEREST: f32 = 4096.0;
-
 /// The most texels that a face may run over: beyond, f32 does not know which.
 const LONGEST_RUN: f64 = 8192.0;
 
@@ -173,7 +170,6 @@ impl Prepared<'_> {
                     colors: if runs_colors { &prepared.colors } else { &[] },
                     texcoords: &prepared.texcoords,
                     positions: if needs_positions { positions } else { &[] },
-                    slenderest: SLENDEREST,
                     is_affine: call.interp == Interpolation::Affine
                         && self.plan.uses(Part::PerspectiveDivision),
                     turned,
@@ -260,7 +256,7 @@ impl Prepared<'_> {
         let at_eye = [x, y, w].map(|r| r.dot(t.camera.eye.extend(1.0)).abs());
         let size = from_eye.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let slack = 1e-9 * size * (1.0 + t.camera.eye.abs().max_element());
-        if at_eye.iter().any(|v| !(*v <= slack)) {
+        if at_eye.iter().any(|v| v.is_nan() || *v > slack) {
             return None;
         }
         let back = from_eye.inverse();
@@ -308,7 +304,8 @@ impl Prepared<'_> {
                 Some(_) if !prepared.has_all_texcoords => return None,
                 Some(texture) => {
                     let texels = texture.width().max(texture.height()) as f64;
-                    if !(prepared.longest_texcoord_run * texels <= LONGEST_RUN) {
+                    let run = prepared.longest_texcoord_run * texels;
+                    if run.is_nan() || run > LONGEST_RUN {
                         return None;
                     }
                     Some(TextureShade { texture, sampling: call.sampling })
@@ -498,6 +495,13 @@ impl Prepared<'_> {
             bounds,
             plane,
             is_between: face.wholly_between_near_and_far,
+            z_range: match is_cut {
+                true => [f32::NEG_INFINITY, f32::INFINITY],
+                false => {
+                    let z = corners.map(|v| (v.clip.z / v.clip.w) as f32);
+                    [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])]
+                }
+            },
             is_cut,
             is_gentle,
             is_turned: self.call.two_sided_lighting && face.side == Side::Back,

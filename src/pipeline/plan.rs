@@ -34,11 +34,12 @@ pub enum Part {
     ReadBack,
     Lines,
     Points,
+    TileRenderer,
 }
 
 impl Part {
     /// Every part, in order.
-    pub const ALL: [Part; 24] = [
+    pub const ALL: [Part; 25] = [
         Part::VideoMemory,
         Part::DepthMemory,
         Part::IdMemory,
@@ -63,6 +64,7 @@ impl Part {
         Part::ReadBack,
         Part::Lines,
         Part::Points,
+        Part::TileRenderer,
     ];
 
     /// The part's name in a printed plan, and what its count counts.
@@ -92,6 +94,7 @@ impl Part {
             Part::ReadBack => ("read back", "faces"),
             Part::Lines => ("lines", "lines"),
             Part::Points => ("points", "points"),
+            Part::TileRenderer => ("tile renderer", "faces"),
         }
     }
 }

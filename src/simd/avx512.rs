@@ -308,6 +308,15 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
+    fn prefetch4(self, from: &[[f32; 4]], index: I) {
+        let mut at = [0i32; 16];
+        self.store_i(index, &mut at);
+        for i in at {
+            // SAFETY: a prefetch of any address is a hint and never faults.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().wrapping_add(i as u32 as usize).cast()) }
+        }
+    }
+    #[inline(always)]
     fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());

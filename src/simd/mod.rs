@@ -143,6 +143,11 @@ pub trait Simd: Copy + 'static {
     fn gather_bytes(self, mask: Self::M, from: &[u8], index: Self::I) -> Self::I;
     /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
     fn gather(self, mask: Self::M, from: &[f32], index: Self::I) -> Self::F;
+    /// Asks for `from[index]` to be brought near, in every lane; any index will do. Changes nothing but time.
+    #[inline(always)]
+    fn prefetch4(self, from: &[[f32; 4]], index: Self::I) {
+        let _ = (from, index);
+    }
     /// The four numbers of `from[index]` in each lane where the mask is set, transposed: component c of lane i is
     /// `result[c]` lane i; unset lanes read record 0. Panics when a set lane's index is outside or `from` is empty.
     fn gather4(self, mask: Self::M, from: &[[f32; 4]], index: Self::I) -> [Self::F; 4];

@@ -5,6 +5,7 @@
 
 use crate::scene::LightingModel;
 use crate::simd::{F32, I32, Simd};
+use std::f32::consts::FRAC_PI_2;
 
 /// A vector of points or directions: x, y, z.
 pub type V3<S> = [<S as Simd>::F; 3];
@@ -210,15 +211,9 @@ fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
     let one = s.splat(1.0);
     let x = cos.abs().min(one);
     let mut series = s.splat(-0.001_262_491_1);
-    for c in [
-        0.006_670_090_1,
-        -0.017_088_125_6,
-        0.030_891_881,
-        -0.050_174_304_6,
-        0.088_978_987_4,
-        -0.214_598_801_6,
-        1.570_796_305,
-    ] {
+    for c in
+        [0.006_670_09, -0.017_088_126, 0.030_891_88, -0.050_174_303, 0.088_978_99, -0.214_598_8, FRAC_PI_2]
+    {
         series = series * x + s.splat(c);
     }
     let angle = (one - x).sqrt() * series;

@@ -45,6 +45,8 @@ use vertex::VertexKernel;
 const CHUNK_FACES: usize = 4096;
 /// Vertices that one piece of vertex work takes.
 const CHUNK_VERTICES: usize = 4096;
+/// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
+const NEAR_BYTES: usize = 4 << 20;
 /// Rows of a band.
 const BAND_ROWS: usize = 32;
 
@@ -182,6 +184,7 @@ pub(crate) fn render(
         let list = &chunks[face as usize / CHUNK_FACES].wide;
         list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
     };
+    let is_far_flung = mesh.vertex_count() * 32 + faces * 16 > NEAR_BYTES;
     let corners = mesh.records.as_slice();
     let work = |band: usize, memories: Memories<'_>| {
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
@@ -204,7 +207,7 @@ pub(crate) fn render(
         passed.fetch_add(own_passed, Relaxed);
         let [x0, top, x1, bottom] = reach.map(i32::from);
         let pixels = level.dispatch(ResolveKernel {
-            faces: Faces { shading: &job.shading, corners, records, wide: &wide_of },
+            faces: Faces { shading: &job.shading, corners, records, is_far_flung, wide: &wide_of },
             reach: View { x0, y0: top.max(y0), x1, y1: bottom.min(y0 + rows) },
             y0,
             width,

@@ -122,9 +122,10 @@ impl PreparedMesh {
                 }
             }
             let run = (high - low).max_element();
-            // Written so that a NaN is longest.
-            if !(run <= prepared.longest_texcoord_run) && prepared.has_all_texcoords {
-                prepared.longest_texcoord_run = if run.is_nan() { f64::INFINITY } else { run };
+            if prepared.has_all_texcoords {
+                // A NaN is longest.
+                let run = if run.is_nan() { f64::INFINITY } else { run };
+                prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
             }
         }
         prepared.records = (0..mesh.triangles.len())

@@ -3,7 +3,7 @@
 //! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped at 0;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
 //! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. A wide face brings e_i / w_i as linear functions of the
-//! pixel. Where f32 lacks the digits (slivers, normals that cancel) the plain path shades the pixel in f64.
+//! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
 
 use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
 use super::raster::NO_FACE;
@@ -70,8 +70,6 @@ pub struct Shading<'a> {
     pub texcoords: &'a [[f32; 4]],
     /// Positions in the shading frame (parallel projections that are lit per pixel).
     pub positions: &'a [[f32; 4]],
-    /// How slender a face may be: its longest side squared over its doubled area.
-    pub slenderest: f32,
     /// Whether values run straight on the screen.
     pub is_affine: bool,
     /// Faces with this sign of their screen area turn their normals: 1 clockwise, -1 counter-clockwise, 0 none.
@@ -89,6 +87,8 @@ pub struct Faces<'a> {
     pub corners: &'a [[f32; 4]],
     /// The vertices.
     pub records: &'a [Record],
+    /// Whether the mesh is larger than the nearer caches.
+    pub is_far_flung: bool,
     /// Finds a face that was set up in f64.
     pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
 }
@@ -157,6 +157,9 @@ impl Kernel for ResolveKernel<'_, '_> {
                 if !seen.any() {
                     continue;
                 }
+                if self.faces.is_far_flung && start < last_start - 2 * lanes {
+                    self.faces.prefetch(s, &self.ids[at + S::LANES..at + 3 * S::LANES]);
+                }
                 s.store_i(empty, &mut self.ids[at..at + S::LANES]);
                 shaded += seen.bits().count_ones() as u64;
                 let is_wide = (ids & s.splat_i(WIDE_BIT)).gt(s.splat_i(0)) & seen;
@@ -209,6 +212,29 @@ impl Kernel for ResolveKernel<'_, '_> {
 }
 
 impl Faces<'_> {
+    /// Asks for what the next two vectors of pixels will gather: the vertices' records of the first, and the faces' corners
+    /// of the second.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, s: S, ids: &[i32]) {
+        let low = s.splat_i(!WIDE_BIT);
+        let next = s.load_i(&ids[..S::LANES]);
+        let seen = next.gt(s.splat_i(NO_FACE));
+        if seen.any() {
+            let [c0, c1, c2, _] = s.gather4(seen, self.corners, s.select_i(seen, next & low, s.splat_i(0)));
+            let (c0, c1, c2) = (c0.bits(), c1.bits(), c2.bits());
+            s.prefetch4(self.records, c0);
+            s.prefetch4(self.records, c1);
+            s.prefetch4(self.records, c2);
+            if let Source::Pixels(table) | Source::Vertices(table, _) = self.shading.source {
+                s.prefetch4(table, c0);
+                s.prefetch4(table, c1);
+                s.prefetch4(table, c2);
+            }
+        }
+        let after = s.load_i(&ids[S::LANES..]);
+        s.prefetch4(self.corners, after & low);
+    }
+
     /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
     #[inline(always)]
     fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, x: i32, y: i32) -> (S::I, S::M) {
@@ -234,8 +260,6 @@ impl Faces<'_> {
         let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
         let area = (e0 + e1) + e2;
         let zero = s.splat(0.0);
-        let reach2 = distance2::<S>(d0, d1).max(distance2::<S>(d1, d2)).max(distance2::<S>(d2, d0));
-        let slender = mask & !(reach2.le(area.abs() * s.splat(shading.slenderest)) & zero.lt(reach2));
         let is_turned = area.lt(zero);
         let f0 = s.select(is_turned, -e0, e0);
         let f1 = s.select(is_turned, -e1, e1);
@@ -274,7 +298,7 @@ impl Faces<'_> {
         let shares = Shares { p, inverse, w, right, below };
         let (color, delicate) =
             self.shade(s, mask, (faces, materials.bits()), Corners::Many([c0, c1, c2]), shares, turn, (x, y));
-        (color, delicate | slender)
+        (color, delicate)
     }
 
     /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
@@ -535,12 +559,6 @@ fn offset<S: Simd>(s: S, r: [S::F; 4], px: S::I, py: S::I) -> [S::F; 2] {
 #[inline(always)]
 fn cross<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
     a[0] * b[1] - b[0] * a[1]
-}
-
-#[inline(always)]
-fn distance2<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
-    let (x, y) = (a[0] - b[0], a[1] - b[1]);
-    x * x + y * y
 }
 
 /// A table's records at the corners.

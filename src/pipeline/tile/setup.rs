@@ -21,6 +21,9 @@ pub const TINY_SIDE: i32 = 8;
 /// slope then moves depth by less than 6e-8 over the face.
 const STEEPEST: f32 = 1.0 / 2.0;
 
+/// How slender a face may be for weights in f32: its longest side squared over its doubled area.
+const SLENDEREST: f32 = 4096.0;
+
 /// The steepest depth, per pixel, that may rest on positions known to 1/65536 pixel: an error below 1e-7.
 const STEEPEST_SLOPE: f32 = 1.0 / 128.0;
 
@@ -288,7 +291,8 @@ impl Kernel for SetupKernel<'_> {
             let reach2 =
                 (bx * bx + by * by).max(cx * cx + cy * cy).max((cx - bx) * (cx - bx) + (cy - by) * (cy - by));
             let rise = bz.abs().max(cz.abs()).max((cz - bz).abs());
-            let is_gentle = (rise * reach2).le(det.abs() * s.splat(STEEPEST))
+            let is_gentle = reach2.le(det.abs() * s.splat(SLENDEREST))
+                & (rise * reach2).le(det.abs() * s.splat(STEEPEST))
                 & zero.lt(det.abs())
                 & (zx.abs() + zy.abs()).le(s.splat(STEEPEST_SLOPE));
             let is_between = zero.le(z_min) & z_max.lt(s.splat(1.0));

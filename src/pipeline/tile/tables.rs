@@ -31,6 +31,7 @@ pub struct TableKernel<'a> {
     pub gloss: &'a mut [[f32; 4]],
 }
 
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 impl Kernel for TableKernel<'_> {
     type Output = ();
 

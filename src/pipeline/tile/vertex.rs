@@ -86,6 +86,7 @@ impl Kernel for VertexKernel<'_> {
 }
 
 /// A row times (x, y, z, 1), with glam's roundings.
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
     let mut out = [0.0; WIDTH];
@@ -118,7 +119,8 @@ fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; W
         // Divided, not multiplied by 1/w: the plain path's roundings, so that both snap alike.
         let sx = t.center[0] + clip[0][i] / w * t.half[0];
         let sy = t.center[1] + clip[1][i] / w * t.half[1];
-        let sz = clip[2][i] / w;
+        // z goes to f32: the product's rounding is far below its own.
+        let sz = clip[2][i] * inv;
         let fits = (w > 1e-30) & (w < 1e30) & (sx.abs() < REACH) & (sy.abs() < REACH) & (sz.abs() < 2.0);
         all_fit &= fits;
         let (sx, sy) = if fits { (sx, sy) } else { (0.0, 0.0) };
@@ -152,6 +154,7 @@ fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; W
 }
 
 /// Beyond which planes a clip space point is.
+#[allow(clippy::needless_range_loop, reason = "an axis of several arrays")]
 #[inline(never)]
 fn outcode(t: &ToScreen, [x, y, z, w]: [f64; 4]) -> i32 {
     let mut code = 0;

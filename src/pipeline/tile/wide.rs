@@ -31,6 +31,9 @@ pub struct WideFace {
     pub plane: Linear,
     /// Whether 0 <= z < 1 at every corner.
     pub is_between: bool,
+    /// The nearest and farthest corner's z; everything where the face is cut. Depth stays between them, also where a pixel's
+    /// centre lies outside of the face.
+    pub z_range: [f32; 2],
     /// Whether some w <= 0: weights may then be negative.
     pub is_cut: bool,
     /// Whether its weights run slowly enough for f32 along a run of columns.
@@ -158,10 +161,12 @@ fn whole<S: Simd>(
 #[inline(always)]
 fn depths<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> S::F {
     let zx = wide.plane.z[1];
+    let (low, high) = (s.splat(wide.z_range[0]), s.splat(wide.z_range[1]));
     if zx.abs() <= STEEP && x & (S::LANES as i32 - 1) == 0 {
         let base = x & !(RUN - 1);
         let along = (s.iota() + s.splat_i(x - base)).to_f32();
-        return s.splat(wide.plane.z_at(base, y) as f32) + s.splat(zx as f32) * along;
+        let z = s.splat(wide.plane.z_at(base, y) as f32) + s.splat(zx as f32) * along;
+        return z.max(low).min(high);
     }
     let mut lanes = [0f32; 16];
     for (i, d) in lanes[..S::LANES].iter_mut().enumerate() {
@@ -174,7 +179,7 @@ fn depths<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> S::F {
             false => wide.plane.z_at(column, y) as f32,
         };
     }
-    s.load(&lanes[..S::LANES])
+    s.load(&lanes[..S::LANES]).max(low).min(high)
 }
 
 /// The weights b of a wide face at LANES pixels from (x, y) on: b / sum(b) are the shares of the corners, 1 / sum(b) is w.
