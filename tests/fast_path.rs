@@ -11,6 +11,9 @@ use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{Transparency, TruthPicture};
 use std::sync::Arc;
 
+/// Bytes, depths, and the name and triangle of each pixel.
+type Words<'a> = (&'a [u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>);
+
 /// What a renderer left behind.
 struct Drawn {
     memory: VideoMemory,
@@ -21,7 +24,7 @@ struct Drawn {
 
 impl Drawn {
     /// Every byte that a program could see.
-    fn words(&self) -> (&[u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>) {
+    fn words(&self) -> Words<'_> {
         let (width, height) = (self.memory.width(), self.memory.height());
         let pixels = 0..(width * height) as usize;
         let depth = self.depth.as_ref().map(|d| pixels.clone().map(|i| d.word(i)).collect());
@@ -89,7 +92,7 @@ fn call_of<'a>(object: &'a Object, scene: &'a Scene, options: &SceneOptions) -> 
 /// A random scene, every other one bent to what the tile renderer serves: opaque, clear air, f32 depth.
 fn case(seed: u64) -> Case {
     let mut case = random(seed);
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         case.format = DepthFormat::F32;
         case.scene.fog = None;
         for object in &mut case.scene.objects {
