@@ -206,7 +206,7 @@ impl Prepared<'_> {
     }
 
     /// The steps of an object's points to the screen.
-    fn to_screen(&self) -> ToScreen {
+    pub fn to_screen(&self) -> ToScreen {
         let t = self.transform();
         let rows = |m: &glam::DMat4| m.transpose().to_cols_array_2d();
         let three = |m: [[f64; 4]; 4]| [m[0], m[1], m[2]];

@@ -7,6 +7,7 @@
 //!
 //! Source: notes 000 (stages, Phong), 001 (matrices, homogenisation, viewport), 003 (barycentrics, depth, mip level).
 
+mod fast;
 mod follow;
 mod write;
 
@@ -16,6 +17,7 @@ use super::prepare::Prepared;
 use super::whole::calls_of;
 use crate::memory::{DepthFormat, FbPtr, MemoryError, Rgba, VideoMemory};
 use crate::scene::{CameraMatrices, Material, Scene, ShadeMode};
+pub use fast::{FastCorner, FastTrace};
 use follow::{follow, middle_pixel, seen_at};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
@@ -166,6 +168,8 @@ pub struct Trace {
     pub ambient: DVec3,
     /// The pixel, where the face has a plane.
     pub pixel: Option<PixelTrace>,
+    /// The same as the fast path has it.
+    pub fast: Option<FastTrace>,
 }
 
 /// Follows one triangle or pixel through a scene, as [`super::draw_scene`] would draw it into a frame of `size`.
@@ -229,7 +233,9 @@ fn trace_calls(
         }
     };
     let name = names.get(object).copied().unwrap_or_default();
-    Ok(follow(&all[object], (object, name.to_owned()), triangle, at, size, format))
+    let mut trace = follow(&all[object], (object, name.to_owned()), triangle, at, size, format);
+    trace.fast = fast::fast(&all[object], triangle, at, size, format);
+    Ok(trace)
 }
 
 /// The object and triangle of a number that counts over all objects.

@@ -50,6 +50,15 @@ const NEAR_BYTES: usize = 4 << 20;
 /// Rows of a band.
 const BAND_ROWS: usize = 32;
 
+/// The records of three points of object space.
+pub(crate) fn records_of(level: Level, to_screen: &ToScreen, points: [[f64; 3]; 3]) -> [Record; 3] {
+    let axis = |axis: usize| points.map(|p| p[axis]);
+    let (xs, ys, zs) = (axis(0), axis(1), axis(2));
+    let mut records = [[0.0; 4]; 3];
+    level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], to_screen, records: &mut records });
+    records
+}
+
 /// A frame's memories, as the tile renderer writes them.
 pub(crate) struct Frame<'a> {
     /// Pixels in a row.

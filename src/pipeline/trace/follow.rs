@@ -161,6 +161,7 @@ pub(super) fn follow(
         face_normal,
         material: material.clone(),
         ambient: p.lighting.ambient(),
+        fast: None,
         pixel: face.zip(at).and_then(|(face, at)| pixel(p, triangle, &face, at, snapped, size, format)),
     }
 }

@@ -194,6 +194,19 @@ fn every_shading_mode_ends_in_the_byte_that_is_stored() {
             {
                 assert!(text.contains(word), "{word}\n{text}");
             }
+            // The fast path's own numbers are those within its limits.
+            let fast = trace.fast.as_ref().expect("there is always one");
+            assert_eq!(fast.obstacle, None);
+            let (z, bytes) = fast.stored.expect("the pixel is lit");
+            let most = bytes.iter().zip(pixel.bytes).map(|(a, b)| a.abs_diff(b)).max();
+            assert!(most <= Some(1) && (z.expect("a z-buffer") - pixel.z).abs() < 4e-7, "{trace}");
+            for (record, corner) in fast.corners.iter().zip(&trace.corners) {
+                for axis in 0..2 {
+                    let off = corner.screen[axis] - f64::from(record.position_fixed[axis]) / 65536.0;
+                    assert!((0.0..1.0 / 65536.0).contains(&off), "{off}");
+                }
+                assert!((f64::from(record.inverse_w) * corner.clip.w - 1.0).abs() < 1e-6);
+            }
             count += 1;
         }
         assert!(count >= 3, "{shade:?}: {count} pixels of the knot");

@@ -1,6 +1,6 @@
 //! A trace as text: one stage after the other, each number to its last digit.
 
-use super::{CornerTrace, LitAt, PixelTrace, Trace};
+use super::{CornerTrace, FastTrace, LitAt, PixelTrace, Trace};
 use crate::scene::LightingModel;
 use glam::{DMat4, DVec3, DVec4};
 use std::fmt::{self, Display, Formatter};
@@ -87,9 +87,10 @@ impl Display for Trace {
         number(f, m.n)?;
         writeln!(f, " Ke {}", Numbers(&v3(m.emissive)))?;
         match &self.pixel {
-            Some(pixel) => write_pixel(f, pixel, self),
-            None => writeln!(f, "\nno pixel of it is drawn"),
+            Some(pixel) => write_pixel(f, pixel, self)?,
+            None => writeln!(f, "\nno pixel of it is drawn")?,
         }
+        self.fast.as_ref().map_or(Ok(()), |fast| write_fast(f, fast))
     }
 }
 
@@ -192,4 +193,37 @@ fn write_light(f: &mut Formatter<'_>, lit: &LitAt, trace: &Trace) -> fmt::Result
         }
     }
     writeln!(f, "    sum       {} + {}", Numbers(&v3(lit.base)), Numbers(&v3(lit.extra)))
+}
+
+fn write_fast(f: &mut Formatter<'_>, fast: &FastTrace) -> fmt::Result {
+    writeln!(f, "\nthe fast path")?;
+    if let Some(reason) = fast.obstacle {
+        writeln!(f, "  leaves it to the plain one: {reason}")?;
+    }
+    for (i, c) in fast.corners.iter().enumerate() {
+        match c.inverse_w == 0.0 {
+            true => writeln!(f, "  corner {i}    beyond what a record holds: set up in f64")?,
+            false => {
+                let [x, y] = c.position_fixed;
+                let pixels = [f64::from(x) / 65536.0, f64::from(y) / 65536.0];
+                writeln!(
+                    f,
+                    "  corner {i}    ({x}, {y}) / 65536 = {}, z {}, 1/w {}",
+                    Numbers(&pixels),
+                    c.z,
+                    c.inverse_w
+                )?;
+            }
+        }
+    }
+    match fast.stored {
+        None => writeln!(f, "  stored      nothing at this pixel"),
+        Some((z, [r, g, b, a])) => {
+            write!(f, "  stored      ")?;
+            if let Some(z) = z {
+                write!(f, "depth {z}, ")?;
+            }
+            writeln!(f, "bytes {r} {g} {b} {a} = #{r:02x}{g:02x}{b:02x}")
+        }
+    }
 }

@@ -1,0 +1,85 @@
+//! The same triangle as the fast path has it: the records of its corners, and the depth and bytes that it stores alone.
+
+use crate::memory::{DepthFormat, Rgba, VideoMemory};
+use crate::pipeline::call::{DrawCall, Target};
+use crate::pipeline::fast::obstacle;
+use crate::pipeline::prepare::Prepared;
+use crate::pipeline::renderer::Renderer;
+use crate::pipeline::tile::{ToScreen, records_of};
+use crate::scene::{Geometry, Mesh};
+use crate::simd::Level;
+
+/// One corner's record: 16 bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FastCorner {
+    /// x and y on the screen in 1/65536 pixel, rounded down.
+    pub position_fixed: [i32; 2],
+    /// z, as f32.
+    pub z: f32,
+    /// 1/w, as f32; 0 where the record can't hold the corner, and its faces are set up in f64.
+    pub inverse_w: f32,
+}
+
+/// What the fast path knows of the triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FastTrace {
+    /// Why the plain path draws it instead; `None` where the fast one does.
+    pub obstacle: Option<&'static str>,
+    /// The corners' records.
+    pub corners: [FastCorner; 3],
+    /// The stored depth (where depth is kept) and the bytes of the pixel, the triangle being drawn alone; `None` where it does not
+    /// light the pixel.
+    pub stored: Option<(Option<f64>, Rgba)>,
+}
+
+/// The numbers of `triangle` of the prepared draw, and of pixel `at`.
+pub(super) fn fast(
+    p: &Prepared,
+    triangle: u32,
+    at: Option<[i32; 2]>,
+    size: [u32; 2],
+    format: DepthFormat,
+) -> Option<FastTrace> {
+    let mesh = &p.call.geometry.mesh;
+    let to_screen: ToScreen = p.to_screen();
+    let points = p.corners(triangle).map(|c| mesh.positions[c.position as usize].to_array());
+    let corners = records_of(Level::best(), &to_screen, points).map(|[x, y, z, w]| FastCorner {
+        position_fixed: [x.to_bits() as i32, y.to_bits() as i32],
+        z,
+        inverse_w: w,
+    });
+    // The whole mesh with this triangle alone: its polygons stay, since normals rest on them.
+    let alone = Geometry {
+        mesh: Mesh {
+            triangles: vec![mesh.triangles[triangle as usize]],
+            triangle_polygon: vec![mesh.triangle_polygon[triangle as usize]],
+            lines: Vec::new(),
+            points: Vec::new(),
+            ..mesh.clone()
+        },
+        textures: p.call.geometry.textures.clone(),
+    };
+    let call = DrawCall { geometry: &alone, shared: None, ..p.call.clone() };
+    // Over two colours: what differs is not lit, or lets light through.
+    let draw = |background: Rgba| {
+        let mut memory = VideoMemory::new(size[0], size[1]).ok()?;
+        memory.clear(background);
+        let mut depth = None;
+        let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
+        let obstacle = obstacle(&call, &target, &p.plan);
+        Renderer::default().draw(&mut target, &call).ok()?;
+        let [x, y] = at?;
+        let pixel = memory.get_pixel(x, y).ok()?;
+        Some((obstacle, depth.and_then(|d| d.z(x, y)), pixel))
+    };
+    let over_black = draw([0, 0, 0, 255]);
+    let over_white = draw([255; 4]);
+    let (obstacle, stored) = match (over_black, over_white) {
+        (Some((obstacle, _, black)), Some((_, _, white))) if black == [0, 0, 0, 255] && white == [255; 4] => {
+            (obstacle, None)
+        }
+        (Some((obstacle, z, black)), Some(_)) => (obstacle, Some((z.filter(|z| *z < 1.0), black))),
+        _ => (None, None),
+    };
+    Some(FastTrace { obstacle, corners, stored })
+}
