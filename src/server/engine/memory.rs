@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::command::{BINARY_PIXEL_BYTES, binary_pixel};
 use crate::command::{Command, Rect};
-use crate::draw2d::{self, Blend};
+use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
 use crate::memory::{FbPtr, MemoryError, Rgba};
 use crate::pipeline::tile::Pool;
@@ -138,6 +138,23 @@ impl Engine {
             recorder.command(s.id, &Command::Blit { rect, rgba: rgba.to_vec() });
         }
         Ok(())
+    }
+
+    /// Counts and records a `LINE` whose drawing may wait for those that follow it.
+    pub(in crate::server) fn note_line(&mut self, s: &mut Session, command: &Command) {
+        s.stats.commands += 1;
+        s.has_used_other_verbs = true;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.command(s.id, command);
+        }
+    }
+
+    /// Draws lines in their order, on all threads where that pays.
+    pub(in crate::server) fn draw_lines(&mut self, s: &Session, lines: &[Line]) {
+        match self.renderer.options().pool.clone().map(Pool) {
+            Some(pool) => draw2d::lines_on(&pool, &mut self.memory, lines, s.blend),
+            None => draw2d::lines(&mut self.memory, lines.iter().copied(), s.blend),
+        }
     }
 
     /// `POINTS` with borrowed bytes.
