@@ -1,6 +1,7 @@
 //! How a source colour meets what is in memory: stored as it is, or composed over it.
 
-use crate::memory::{Rgba, fill_pixels};
+use crate::memory::Rgba;
+use crate::simd::fill_pixels;
 
 /// The mode of `BLEND`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]

@@ -1,7 +1,7 @@
 //! Rectangles of pixels: into the frame, out of it, and from one place in it to another.
 
 use super::blend::run_of_many;
-use super::{Blend, DrawError, Rect, clip_range, run_mut};
+use super::{Blend, DrawError, Rect, clip_range, pixels_mut, run_mut};
 use crate::memory::VideoMemory;
 use std::ops::Range;
 
@@ -21,6 +21,14 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
     }
     let source = rgba.as_chunks().0;
     let skip = (i64::from(xs.start) - i64::from(x)) as usize;
+    if w == memory.width() as i32 && xs.len() == w as usize {
+        // Whole rows lie in one piece on both sides.
+        let start = (i64::from(ys.start) - i64::from(y)) as usize * w as usize;
+        let pixels = &mut pixels_mut(memory)[w as usize * ys.start as usize..w as usize * ys.end as usize];
+        run_of_many(blend, &source[start..start + pixels.len()], pixels);
+        memory.mark_rows(ys.start as u32..ys.end as u32);
+        return Ok(());
+    }
     for row in ys.clone() {
         let at = (i64::from(row) - i64::from(y)) as usize * w as usize + skip;
         run_of_many(blend, &source[at..at + xs.len()], run_mut(memory, row, xs.clone()));
@@ -129,6 +137,24 @@ mod tests {
                     if let (Some(px), Some(py)) = (px, py) {
                         put_pixel(&mut want, px, py, color, blend);
                     }
+                }
+                assert_eq!(got.bytes(), want.bytes(), "{x} {y} {blend:?}");
+                if blend == Blend::Replace {
+                    assert_eq!(got.take_damage(), want.take_damage(), "{x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn whole_rows_are_their_pixels_above_and_below_the_frame() {
+        let source: Vec<Rgba> = (0..28).map(|i| [100 + i, i, 3, 9 * i]).collect();
+        for (x, y) in (-1..2).flat_map(|x| (-5..7).map(move |y| (x, y))) {
+            for blend in [Blend::Replace, Blend::Over] {
+                let (mut got, mut want) = (marked(7, 5), marked(7, 5));
+                blit(&mut got, Rect { x, y, w: 7, h: 4 }, source.as_flattened(), blend).unwrap();
+                for (i, &color) in source.iter().enumerate() {
+                    put_pixel(&mut want, x + i as i32 % 7, y + i as i32 / 7, color, blend);
                 }
                 assert_eq!(got.bytes(), want.bytes(), "{x} {y} {blend:?}");
                 if blend == Blend::Replace {

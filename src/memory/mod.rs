@@ -14,4 +14,4 @@ pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;
 pub use ids::IdMemory;
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
-pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory, fill_pixels};
+pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

@@ -2,6 +2,7 @@
 
 use super::FbPtr;
 use crate::error::Code;
+use crate::simd::fill_pixels;
 use std::ops::Range;
 
 /// A pixel as it lies in memory: R, G, B, A.
@@ -59,25 +60,6 @@ impl MemoryError {
             MemoryError::Outside { .. } | MemoryError::NoPixel { .. } => Code::Range,
         }
     }
-}
-
-/// Pixels of the piece that long runs are made of: 8 KiB, which stay in the first cache.
-const PIECE: usize = 2048;
-
-/// Stores `color` in every pixel: a long run as copies of its own beginning, which machines do faster than filling.
-#[inline]
-pub fn fill_pixels(pixels: &mut [Rgba], color: Rgba) {
-    if pixels.len() < 4 * PIECE {
-        return pixels.fill(color);
-    }
-    if color == [color[0]; 4] {
-        return pixels.as_flattened_mut().fill(color[0]);
-    }
-    let (piece, rest) = pixels.split_at_mut(PIECE);
-    piece.fill(color);
-    let mut pieces = rest.chunks_exact_mut(PIECE);
-    pieces.by_ref().for_each(|p| p.copy_from_slice(piece));
-    pieces.into_remainder().fill(color);
 }
 
 /// An empty damage range: every row is below its start and above its end.

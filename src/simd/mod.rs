@@ -14,6 +14,7 @@ pub mod allocator;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod fill;
 mod level;
 mod portable;
 pub mod prefetch;
@@ -22,6 +23,7 @@ mod scan;
 mod tests;
 pub mod text;
 
+pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
 pub use portable::Portable;
 pub use scan::{scan_out, word};
