@@ -108,6 +108,16 @@ fn a_picture_outside_its_bound_has_no_time() {
 }
 
 #[test]
+fn nearest_may_take_either_texel_at_a_border_and_no_other() {
+    let mut job = space::Space::new(Workload::Textured(Filter::Nearest), &small());
+    job.frame();
+    assert_eq!(job.check().within(Workload::Textured(Filter::Nearest)), Ok(()));
+    // A fiftieth of a texel is no turn.
+    job.frame_shifted(0.02);
+    assert!(job.check().max_error_steps > 2);
+}
+
+#[test]
 fn depth_is_part_of_the_bound() {
     use crate::memory::{DepthFormat, DepthMemory};
     let depth = |z: f64| {
