@@ -39,7 +39,7 @@ fn fill(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io:
 }
 
 /// A new file in the folder of `target`, under a name that nothing else has.
-fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
+pub(super) fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {
         let mut hidden = std::ffi::OsString::from(".");

@@ -62,7 +62,7 @@ pub struct Difference {
 }
 
 /// Why a frame did not pass.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GoldenError {
     /// There is no golden file yet.
     #[error("{}: no golden file; look at {}, and keep it with BLESS=1", .golden.display(), .actual.display())]

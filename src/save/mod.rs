@@ -1,4 +1,5 @@
-//! PIXELS OUT to files: snapshots (png, ppm, raw), depth as PFM, and the comparison of snapshots in tests.
+//! PIXELS OUT to files: snapshots (png, ppm, raw), movies (GIF, APNG, y4m, numbered PNGs), depth as PFM, and the comparison
+//! of snapshots in tests.
 //!
 //! In: a [`VideoMemory`](crate::memory::VideoMemory) or a [`DepthMemory`](crate::memory::DepthMemory), row 0 at the top.
 //! Out: bytes to any writer, or a file that is there whole or not at all. The same picture gives the same file.
@@ -6,16 +7,18 @@
 mod atomic;
 mod formats;
 pub mod golden;
+mod movie;
 
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
+pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 
 use crate::error::Code;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Why a picture was not written.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SaveError {
     /// The file name's ending names no format.
     #[error("{}: expected a name that ends in {expected}", .path.display())]
@@ -24,6 +27,18 @@ pub enum SaveError {
         path: PathBuf,
         /// The endings there are.
         expected: &'static str,
+    },
+    /// So many frames a second make no movie of this format.
+    #[error("{}: expected {least} to {most} frames a second, found {found}", .path.display())]
+    Rate {
+        /// The name.
+        path: PathBuf,
+        /// The least there can be.
+        least: f64,
+        /// The most.
+        most: f64,
+        /// What was asked for.
+        found: f64,
     },
     /// The system refused.
     #[error("{}: {reason}", .path.display())]
@@ -46,6 +61,7 @@ impl SaveError {
     pub fn code(&self) -> Code {
         match self {
             SaveError::UnknownEnding { .. } => Code::Args,
+            SaveError::Rate { .. } => Code::Range,
             SaveError::Io { kind: io::ErrorKind::NotFound, .. } => Code::NoEnt,
             SaveError::Io { kind: io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded, .. } => {
                 Code::Quota
