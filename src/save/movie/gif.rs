@@ -4,16 +4,14 @@
 //! first byte. Before that one-byte write the file ends where it ended; after it, the frame is in. No moment between.
 //! Source: CompuServe, Graphics Interchange Format, version 89a (1990).
 
+use super::palette::indexed;
 use super::{FrameWriter, Growing, Ticks, changed_box, cut_rgb};
 use crate::memory::VideoMemory;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
-use std::collections::HashMap;
 use std::io;
 
 /// Ends a GIF.
 const TRAILER: u8 = 0x3b;
-/// So many pixels for each step of NeuQuant's sampling: 1 is the best, 20 fast enough for the largest frames.
-const PIXELS_PER_SPEED: usize = 25_000;
 
 /// A GIF that grows.
 pub(super) struct GifMovie {
@@ -63,7 +61,8 @@ impl FrameWriter for GifMovie {
                 None => [0, 0, 1, 1],
             },
         };
-        let mut frame = indexed(&cut_rgb(memory.bytes(), width, area), area[2] as u16, area[3] as u16);
+        let (indices, palette) = indexed(&cut_rgb(memory.bytes(), width, area));
+        let mut frame = Frame::from_palette_pixels(area[2] as u16, area[3] as u16, indices, palette, None);
         (frame.left, frame.top) = (area[0] as u16, area[1] as u16);
         (frame.delay, frame.dispose) = (ticks as u16, DisposalMethod::Keep);
         let (bytes, header_bytes) = self.encode(&frame)?;
@@ -88,31 +87,4 @@ impl FrameWriter for GifMovie {
         self.last.extend_from_slice(memory.bytes());
         Ok(())
     }
-}
-
-/// A frame of at most 256 colours: the very ones where there are no more, else chosen by NeuQuant.
-fn indexed(rgb: &[u8], width: u16, height: u16) -> Frame<'static> {
-    let mut palette: Vec<u8> = Vec::new();
-    let mut numbers: HashMap<[u8; 3], u8> = HashMap::new();
-    let mut indices = Vec::with_capacity(rgb.len() / 3);
-    let mut last = ([0; 3], None);
-    for &pixel in rgb.as_chunks::<3>().0 {
-        if last.0 != pixel || last.1.is_none() {
-            let number = match (numbers.get(&pixel), numbers.len()) {
-                (Some(&number), _) => number,
-                (None, 256..) => {
-                    let speed = (rgb.len() / 3 / PIXELS_PER_SPEED).clamp(1, 20) as i32;
-                    return Frame::from_rgb_speed(width, height, rgb, speed);
-                }
-                (None, count) => {
-                    palette.extend_from_slice(&pixel);
-                    numbers.insert(pixel, count as u8);
-                    count as u8
-                }
-            };
-            last = (pixel, Some(number));
-        }
-        indices.extend(last.1);
-    }
-    Frame::from_palette_pixels(width, height, indices, palette, None)
 }
