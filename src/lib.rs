@@ -150,9 +150,11 @@ pub mod load;
 pub mod save;
 // 4: the render thread
 pub mod server;
-// 5: the screen, the measurements
+// 5: the viewer, the measurements
 pub mod measure;
+pub mod viewer;
+// 6: the screen
 #[cfg(feature = "window")]
 pub mod window;
-// 6: the command line
+// 7: the command line
 pub mod cli;

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const LAYERS: [&[&str]; 7] = [
+const LAYERS: [&[&str]; 8] = [
     &["math", "simd", "error"],
     &["memory", "scene"],
     &["draw2d", "pipeline", "eye", "truth"],
     &["command", "load", "save"],
     &["server"],
-    &["window", "measure"],
+    &["viewer", "measure"],
+    &["window"],
     &["cli"],
 ];
 

@@ -1,6 +1,7 @@
 //! What the program says of itself: examples under every `--help`, the man pages and the shells' completions, all made from the
 //! one description of the arguments that also parses them.
 
+use super::view::keys_help;
 use super::{Cli, Status, say_as_program};
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
@@ -13,19 +14,31 @@ const EXAMPLES: &[(&str, &str)] = &[
         "play",
         "  fbptr play demos/tour.fbs
   fbptr play demos/tour.fbs --headless --size 480x360 --snap tour.png
+  fbptr play demos/tour.fbs --headless --movie tour.apng --movie-fps 10
   printf 'CLEAR navy\\nLINE 0 0 99 49 gold\\n' | fbptr play - --size 100x50",
     ),
     (
         "serve",
         "  fbptr serve --size 640x480
   fbptr serve --listen :1234 --listen :1235 --unix /tmp/fb.sock --headless
-  fbptr serve --shm /dev/shm/fb --snap-dir pictures --record session.fbs",
+  fbptr serve --shm /dev/shm/fb --snap-dir pictures --record session.fbs
+  fbptr serve --headless --movie - | ffmpeg -i - session.mp4",
     ),
     (
         "render",
         "  fbptr render scene.x3d -o scene.png --size 1280x720 --explain
   fbptr render model.obj -o model.png --shade gouraud --depth-out model.pfm
+  fbptr render scene.x3d -o turn.gif --frames 50 --fps 25
+  fbptr render scene.x3d -o - --frames 250 | ffmpeg -i - turn.mp4
   fbptr render scene.x3d --size 12x10 --trace 5,4",
+    ),
+    (
+        "view",
+        "  fbptr view model.obj
+  fbptr view scene.x3d --time 1.5 --fps 30
+  fbptr eye --make tesseract > t.json && fbptr view t.json
+  fbptr view scene.x3d --headless --frames 50 --movie turn.gif
+  fbptr view scene.x3d --headless --frames 250 --movie - | ffmpeg -i - turn.mp4",
     ),
     (
         "snap",
@@ -66,6 +79,7 @@ const AFTER: &str = "Examples:
   fbptr play demos/tour.fbs                 a stream of commands, in a window
   fbptr serve                               a video memory that other programs draw into
   fbptr render model.obj -o model.png       a file as a picture
+  fbptr view model.obj                      the same from everywhere, in a window
 
 Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use, 130 ended by a signal.
 Colours on the terminal are left out with NO_COLOR=1.";
@@ -73,7 +87,8 @@ Colours on the terminal are left out with NO_COLOR=1.";
 /// The arguments' description, with examples.
 pub(super) fn command() -> Command {
     EXAMPLES.iter().fold(Cli::command().after_help(AFTER), |command, (name, examples)| {
-        command.mut_subcommand(*name, |c| c.after_help(format!("Examples:\n{examples}")))
+        let keys = if *name == "view" { format!("\n\n{}", keys_help()) } else { String::new() };
+        command.mut_subcommand(*name, |c| c.after_help(format!("Examples:\n{examples}{keys}")))
     })
 }
 

@@ -8,8 +8,10 @@ mod bench;
 mod color;
 mod drawing;
 mod eye;
+mod film;
 mod help;
 mod play;
+mod progress;
 mod render;
 mod report;
 mod scene_file;
@@ -18,6 +20,7 @@ mod serve;
 mod size;
 mod snap;
 mod trace;
+mod view;
 
 use clap::{FromArgMatches, Parser, Subcommand};
 use std::io::Write;
@@ -44,8 +47,10 @@ enum Task {
     Report(report::Report),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
-    /// Render a scene file to a picture
+    /// Render a scene file to a picture, or to a movie
     Render(render::Render),
+    /// Look at a mesh, a scene or a stream from everywhere
+    View(view::View),
     /// Take a picture of a running server
     Snap(snap::Snap),
     /// Send a stream to a running server, and print its replies
@@ -89,6 +94,7 @@ pub fn main() -> ExitCode {
         Task::Report(report) => report.run().into(),
         Task::Serve(serve) => serve.run().into(),
         Task::Render(render) => render.run().into(),
+        Task::View(view) => view.run().into(),
         Task::Snap(snap) => snap.run().into(),
         Task::Send(send) => send.run().into(),
         Task::Eye(eye) => eye.run().into(),
@@ -99,6 +105,7 @@ pub fn main() -> ExitCode {
 
 /// Says a line on stderr; where nobody listens, to nobody.
 pub(crate) fn say(line: &str) {
+    progress::clear_line();
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 

@@ -2,6 +2,8 @@
 
 use super::color::color;
 use super::drawing::Drawing;
+use super::film::{Clock, Film, FilmArgs};
+use super::progress::Watched;
 use super::trace::TraceAt;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
@@ -51,14 +53,20 @@ pub struct Play {
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
     #[command(flatten)]
+    film: FilmArgs,
+    #[command(flatten)]
     drawing: Drawing,
 }
 
 impl Play {
     /// Plays to the end; the exit status.
     pub(super) fn run(self) -> Status {
-        match self.prepare() {
-            Ok((engine, input, name, end)) => self.play(engine, input, &name, end),
+        let prepared = self.prepare().and_then(|prepared| {
+            let memory = prepared.0.memory();
+            Ok((self.film.open(memory.width(), memory.height())?, prepared))
+        });
+        match prepared {
+            Ok((film, (engine, input, name, end))) => self.play(engine, input, &name, end, film),
             Err(message) => {
                 say_as_program(message);
                 Status::BadArguments
@@ -70,6 +78,10 @@ impl Play {
     fn prepare(&self) -> Result<(Engine, Box<dyn Read + Send>, String, EndOfInput), String> {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
+        }
+        self.film.check()?;
+        if self.film.takes_stdout() && self.trace.is_some() {
+            return Err("--movie - and --trace: both want standard output".to_owned());
         }
         let mut recorded_size = None;
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
@@ -85,7 +97,11 @@ impl Play {
                 if meta.is_file() {
                     recorded_size = size_of_recording(&file).map_err(refused)?;
                 }
-                (Box::new(file), name, end)
+                let input: Box<dyn Read + Send> = match self.headless && meta.is_file() {
+                    true => Box::new(Watched::new(file, meta.len())),
+                    false => Box::new(file),
+                };
+                (input, name, end)
             }
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
@@ -109,13 +125,34 @@ impl Play {
         Ok((engine, input, name, end))
     }
 
-    fn play(&self, mut engine: Engine, input: Box<dyn Read + Send>, name: &str, end: EndOfInput) -> Status {
-        let display =
-            self.wants_window().then(|| Display::new(engine.memory().width(), engine.memory().height()));
-        if let Some(display) = &display {
-            display.set_paused(self.paused);
+    fn play(
+        &self,
+        mut engine: Engine,
+        input: Box<dyn Read + Send>,
+        name: &str,
+        end: EndOfInput,
+        film: Option<Film>,
+    ) -> Status {
+        let new_display = || Display::new(engine.memory().width(), engine.memory().height());
+        let display = self.wants_window().then(new_display);
+        // A stream that somebody types or sends has a time of its own; a file has none but its PRESENTs.
+        let is_live = film.is_some() && end == EndOfInput::Stream;
+        let display_is_seen = display.is_some();
+        let seen = display.clone().or_else(|| is_live.then(new_display));
+        if let Some(display) = &seen {
+            display.set_paused(self.paused && display_is_seen);
             engine.set_display(display.clone());
         }
+        if let Some(film) = &film {
+            engine.set_on_present(film.on_present());
+        }
+        let is_alone = Arc::new(AtomicBool::new(display.is_none()));
+        let sampler = match (&film, &seen) {
+            (Some(film), Some(display)) if is_live => {
+                film.sample(display.clone(), Clock::UntilPresent, is_alone.clone())
+            }
+            _ => None,
+        };
         let has_failed = Arc::new(AtomicBool::new(false));
         let thread = match RenderThread::start(engine) {
             Ok(thread) => thread,
@@ -133,7 +170,12 @@ impl Play {
             }
             Notice::Warning(warning) => say(&warning),
         };
-        let player = match Player::start(&thread, input, Box::new(io::stdout()), end, on_notice) {
+        // A movie on standard output leaves no room for replies there.
+        let replies: Box<dyn io::Write + Send> = match self.film.takes_stdout() {
+            true => Box::new(io::stderr()),
+            false => Box::new(io::stdout()),
+        };
+        let player = match Player::start(&thread, input, replies, end, on_notice) {
             Ok(player) => player,
             Err(e) => {
                 say_as_program(format_args!("no thread to read on: {e}"));
@@ -141,7 +183,7 @@ impl Play {
             }
         };
         let engine = match display {
-            Some(display) => self.with_window(thread, player, display),
+            Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone)),
             None => {
                 player.wait();
                 thread.finish(Finish::WhenAllEnded)
@@ -154,7 +196,12 @@ impl Play {
                 None => say_as_program("--trace: no draw had this triangle, or gave this pixel its colour"),
             }
         }
-        let is_saved = self.save(&engine);
+        drop(sampler);
+        let mut is_saved = self.save(&engine);
+        if let Some(e) = film.and_then(|film| film.finish(engine.memory()).err()) {
+            say_as_program(format_args!("the movie ends early: {e}"));
+            is_saved = false;
+        }
         if interrupted.load(Ordering::Acquire) {
             return Status::Interrupted;
         }
@@ -179,7 +226,13 @@ impl Play {
 
     /// Plays with the window on this thread, which is the main one.
     #[cfg(feature = "window")]
-    fn with_window(&self, thread: RenderThread, player: Player, display: Arc<Display>) -> Engine {
+    fn with_window(
+        &self,
+        thread: RenderThread,
+        player: Player,
+        display: Arc<Display>,
+        filmed: Option<&AtomicBool>,
+    ) -> Engine {
         let shown = display.clone();
         player.on_end(move || shown.finish());
         let title = self.file.as_ref().map_or("fbptr".into(), |f| format!("fbptr {}", f.display()));
@@ -190,7 +243,11 @@ impl Play {
             Ok(()) => thread.finish(Finish::Now),
             Err(e) => {
                 say_as_program(format_args!("{e}: going on headless"));
-                thread.drop_display();
+                match filmed {
+                    // The movie goes on: it is the window now.
+                    Some(is_alone) => is_alone.store(true, Ordering::Release),
+                    None => thread.drop_display(),
+                }
                 player.wait();
                 thread.finish(Finish::WhenAllEnded)
             }
@@ -198,7 +255,13 @@ impl Play {
     }
 
     #[cfg(not(feature = "window"))]
-    fn with_window(&self, thread: RenderThread, player: Player, _display: Arc<Display>) -> Engine {
+    fn with_window(
+        &self,
+        thread: RenderThread,
+        player: Player,
+        _: Arc<Display>,
+        _: Option<&AtomicBool>,
+    ) -> Engine {
         player.wait();
         thread.finish(Finish::WhenAllEnded)
     }

@@ -2,6 +2,7 @@
 
 use super::color::color;
 use super::drawing::Drawing;
+use super::progress::Progress;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, say, say_as_program};
@@ -9,7 +10,7 @@ use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::budget::{Budget, BudgetKind, choose};
 use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
-use crate::save;
+use crate::save::{self, Movie, MovieFormat, SaveError};
 use crate::scene::{Projection, Scene, ShadeMode};
 use crate::server::Limits;
 use clap::Args;
@@ -23,7 +24,7 @@ pub struct Render {
     /// The scene: .x3d, .obj, or .json for N dimensions
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
-    /// The picture: .png, .ppm or .raw
+    /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
     #[arg(short, long, value_name = "OUT", required_unless_present = "trace")]
     out: Option<PathBuf>,
     /// The picture's size [default: 640x480, or an N-dimensional screen's own]
@@ -56,7 +57,7 @@ pub struct Render {
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
-    /// How many pictures; their names have a number before the ending
+    /// How many pictures; but in a movie, their names have a number before the ending
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Pictures a second
@@ -70,11 +71,11 @@ fn shade(text: &str) -> Result<ShadeMode, String> {
     ShadeMode::from_keyword(text).ok_or_else(|| "expected wire, flat, gouraud or phong".to_owned())
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(super) fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| "expected a finite number".to_owned())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| "expected a finite number above 0".to_owned())
 }
 
@@ -100,8 +101,14 @@ impl Render {
 
     fn render(&self) -> Result<(), SceneError> {
         let bad = |message: String| SceneError::NoFile(message);
-        if let Some(out) = &self.out {
-            save::SnapshotFormat::of_path(out).map_err(|e| bad(e.to_string()))?;
+        if let Some(out) = self.out.as_ref().filter(|out| !is_movie(out)) {
+            let error = |_| SaveError::UnknownEnding { path: out.clone(), expected: ENDINGS };
+            save::SnapshotFormat::of_path(out).map_err(|e| bad(error(e).to_string()))?;
+        }
+        if self.out.as_deref() == Some(Path::new("-")) && (self.explain || self.trace.is_some()) {
+            return Err(bad(
+                "-o -: standard output is the movie's, and --explain and --trace print there".to_owned()
+            ));
         }
         if let (Some(near), Some(far)) = (self.near, self.far)
             && near >= far
@@ -119,11 +126,15 @@ impl Render {
         }
         let mut plans = String::new();
         let mut renderer = self.drawing.renderer();
+        let mut output = self.output([size.width, size.height])?;
         for i in 0..self.frames.unwrap_or(1) {
+            if output.has_hung_up {
+                break;
+            }
             let time = self.time + f64::from(i) / self.fps;
             let mut scene = self.scene_at(&file, time, size);
             self.set_planes(&mut scene)?;
-            let plan = self.draw(&mut renderer, &scene, size, self.frames.map(|_| i))?;
+            let plan = self.draw(&mut renderer, &scene, size, &mut output)?;
             if !plans.ends_with(&plan) {
                 plans.push_str(&plan);
             }
@@ -141,7 +152,7 @@ impl Render {
             SceneFile::Obj(geometry) => {
                 let name = self.scene.file_stem().map(|n| n.to_string_lossy()).unwrap_or_default();
                 let aspect = f64::from(size.width) / f64::from(size.height);
-                scene_file::scene_of_mesh(Arc::clone(geometry), &name, aspect)
+                Scene::of_mesh(Arc::clone(geometry), &name, aspect)
             }
             SceneFile::Eye(_) => Scene::default(),
         }
@@ -173,7 +184,7 @@ impl Render {
         renderer: &mut Renderer,
         scene: &Scene,
         size: FrameSize,
-        number: Option<u32>,
+        output: &mut Output,
     ) -> Result<String, SceneError> {
         let refused = |message: String| SceneError::Refused(message);
         let mut memory = VideoMemory::new(size.width, size.height).map_err(|e| refused(e.to_string()))?;
@@ -221,19 +232,39 @@ impl Render {
         renderer
             .draw_scene(&mut target, scene, &options)
             .map_err(|e| refused(format!("{}: {e}", self.scene.display())))?;
-        self.write(&memory, depth.as_ref(), number)?;
+        self.write(&memory, depth.as_ref(), output)?;
         Ok(plan)
+    }
+
+    /// Where the pictures go.
+    fn output(&self, [width, height]: [u32; 2]) -> Result<Output, SceneError> {
+        let bad = |e: SaveError| SceneError::NoFile(e.to_string());
+        let movie = match self.out.as_ref().filter(|out| is_movie(out)) {
+            Some(out) => Some(Movie::create(out, width, height, self.fps).map_err(bad)?),
+            None => None,
+        };
+        let progress = Progress::new("frames", self.frames.unwrap_or(1).into());
+        Ok(Output { movie, done: 0, has_hung_up: false, progress })
     }
 
     fn write(
         &self,
         memory: &VideoMemory,
         depth: Option<&DepthMemory>,
-        number: Option<u32>,
+        output: &mut Output,
     ) -> Result<(), SceneError> {
-        let refused = |e: save::SaveError| SceneError::Refused(e.to_string());
-        if let Some(out) = &self.out {
-            save::to_path(memory, &numbered(out, number)).map_err(refused)?;
+        let refused = |e: SaveError| SceneError::Refused(e.to_string());
+        let number = self.frames.map(|_| output.done);
+        output.done += 1;
+        output.progress.advance(1);
+        match (&mut output.movie, &self.out) {
+            (Some(movie), _) => match movie.push(memory) {
+                // Whoever read it has seen enough.
+                Err(SaveError::Io { kind: std::io::ErrorKind::BrokenPipe, .. }) => output.has_hung_up = true,
+                pushed => pushed.map_err(refused)?,
+            },
+            (None, Some(out)) => save::to_path(memory, &numbered(out, number)).map_err(refused)?,
+            (None, None) => {}
         }
         let Some(path) = &self.depth_out else { return Ok(()) };
         let path = numbered(path, number);
@@ -268,21 +299,34 @@ impl Render {
             eye::render_with(scene, exact, &*super::eye::pool(None)).map_err(|e| refused(e.to_string()))?;
         let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
         eye::paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
-        self.write(&memory, None, None)
+        let mut output = self.output([width, height])?;
+        for _ in 0..self.frames.unwrap_or(1) {
+            self.write(&memory, None, &mut output)?;
+        }
+        Ok(())
     }
 }
 
-/// The name of picture `number` of several: `name-0007.png`.
-fn numbered(path: &Path, number: Option<u32>) -> PathBuf {
-    let Some(number) = number else { return path.to_owned() };
-    let stem = path.file_stem().map(|s| s.to_os_string()).unwrap_or_default();
-    let mut name = stem;
-    name.push(format!("-{number:04}"));
-    if let Some(ending) = path.extension() {
-        name.push(".");
-        name.push(ending);
-    }
-    path.with_file_name(name)
+/// Where the pictures go, and how many went there.
+struct Output {
+    movie: Option<Movie>,
+    done: u64,
+    /// Whoever read the movie from a pipe is gone.
+    has_hung_up: bool,
+    progress: Progress,
+}
+
+/// What the name of an output ends in.
+const ENDINGS: &str = ".png, .ppm or .raw, or for a movie .gif, .apng or .y4m (- for y4m on standard output)";
+
+/// Whether a name asks for one file of all pictures; `.png` stays one file a picture.
+fn is_movie(path: &Path) -> bool {
+    !matches!(MovieFormat::of_path(path), Err(_) | Ok(MovieFormat::NumberedPng))
+}
+
+/// The name of picture `number`, if there are several.
+fn numbered(path: &Path, number: Option<u64>) -> PathBuf {
+    number.map_or_else(|| path.to_owned(), |number| save::numbered_path(path, number))
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use super::say;
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, Folder, LoadError};
-use crate::scene::{self, Camera, Geometry, Light, LightKind, Material, Object, Scene};
-use glam::{DMat4, DVec3};
-use std::path::Path;
+use crate::scene::Geometry;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 /// A scene file, read.
 pub(super) enum SceneFile {
@@ -27,11 +27,65 @@ pub(super) enum SceneError {
 /// The largest scene file that is read.
 const MAX_BYTES: u64 = 4 << 30;
 
+/// What a scene was read from, so that a change of it is seen.
+#[derive(Default)]
+pub(super) struct Watch {
+    files: Vec<(PathBuf, Stamp)>,
+}
+
+/// What changes when a file does: whether it is there, its length, when it was written.
+type Stamp = Option<(u64, Option<SystemTime>)>;
+
+fn stamp(path: &Path) -> Stamp {
+    std::fs::metadata(path).ok().map(|m| (m.len(), m.modified().ok()))
+}
+
+impl Watch {
+    /// Forgets what was read, and begins with this file.
+    pub fn begin(&mut self, path: &Path) {
+        self.files.clear();
+        self.add(path.to_owned());
+    }
+
+    fn add(&mut self, path: PathBuf) {
+        let stamp = stamp(&path);
+        self.files.push((path, stamp));
+    }
+
+    /// Whether anything changed since it was read, or since the last call.
+    #[cfg(feature = "window")]
+    pub fn has_changed(&mut self) -> bool {
+        let mut has_changed = false;
+        for (path, before) in &mut self.files {
+            let now = stamp(path);
+            has_changed |= std::mem::replace(before, now) != now;
+        }
+        has_changed
+    }
+}
+
+const ENDINGS: [&str; 3] = ["x3d", "obj", "json"];
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Whether a name is that of a scene.
+pub(super) fn has_scene_ending(path: &Path) -> bool {
+    ENDINGS.contains(&ending(path).as_str())
+}
+
 /// Reads the scene at `path`; what it refers to is looked for in its folder. Warnings go to stderr.
 pub(super) fn read(path: &Path) -> Result<SceneFile, SceneError> {
+    read_watched(path, &mut Watch::default())
+}
+
+/// The same, and notes every file that was read or looked for.
+pub(super) fn read_watched(path: &Path, watch: &mut Watch) -> Result<SceneFile, SceneError> {
+    watch.begin(path);
     let name = path.display().to_string();
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    if !["x3d", "obj", "json"].contains(&ending.as_str()) {
+    let ending = ending(path);
+    if !ENDINGS.contains(&ending.as_str()) {
         return Err(SceneError::NoFile(format!("{name}: expected a name that ends in .x3d, .obj or .json")));
     }
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
@@ -48,7 +102,12 @@ pub(super) fn read(path: &Path) -> Result<SceneFile, SceneError> {
     let bytes = std::fs::read(path).map_err(no_file)?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
     let folder = folder.and_then(|p| Folder::open(p).ok());
-    let mut beside = |name: &str| folder.as_ref()?.read(name, MAX_BYTES).ok();
+    let own_folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut beside = |name: &str| {
+        // Looked for and not found: it may come.
+        watch.add(own_folder.join(name));
+        folder.as_ref()?.read(name, MAX_BYTES).ok()
+    };
     let refused = |e: LoadError| SceneError::Refused(e.to_string());
     match ending.as_str() {
         "x3d" => {
@@ -66,42 +125,5 @@ pub(super) fn read(path: &Path) -> Result<SceneFile, SceneError> {
                 EyeScene::from_json(&bytes).map_err(|e| SceneError::Refused(format!("{name}: {e}")))?;
             Ok(SceneFile::Eye(Box::new(scene)))
         }
-    }
-}
-
-/// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left.
-pub(super) fn scene_of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64) -> Scene {
-    let camera = geometry
-        .mesh
-        .bounds()
-        .map_or_else(Camera::default, |bounds| scene::frame_mesh(&geometry.mesh, bounds, aspect));
-    let (eye, reference) = (camera.look_at.eye, camera.look_at.reference);
-    let ahead = (reference - eye).normalize_or(DVec3::NEG_Z);
-    let right = ahead.cross(camera.look_at.up).normalize_or(DVec3::X);
-    let up = right.cross(ahead);
-    let light = Light {
-        kind: LightKind::Directional { direction: ahead + right * 0.5 - up * 0.5 },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    };
-    let object = Object {
-        name: name.to_owned(),
-        geometry,
-        model: DMat4::IDENTITY,
-        material: Material { ka: DVec3::splat(0.8), ..Material::default() },
-        back_material: None,
-        cull: Default::default(),
-        two_sided_lighting: false,
-        shade: None,
-        texture: None,
-        lights: None,
-    };
-    Scene {
-        camera: Some(camera),
-        ambient: DVec3::splat(0.15),
-        lights: vec![light],
-        objects: vec![object],
-        ..Scene::default()
     }
 }

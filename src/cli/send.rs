@@ -1,6 +1,7 @@
 //! `fbptr send`: a stream to a running server, its replies to standard output.
 
 use super::address::{self, Target};
+use super::progress::Watched;
 use super::{Status, say_as_program};
 use clap::Args;
 use std::fs::File;
@@ -33,7 +34,10 @@ impl Send {
         };
         let (mut input, name): (Box<dyn Read>, _) = match &self.file {
             Some(path) if path != Path::new("-") => match File::open(path) {
-                Ok(file) => (Box::new(file), path.display().to_string()),
+                Ok(file) => {
+                    let bytes = file.metadata().map_or(0, |m| m.len());
+                    (Box::new(Watched::new(file, bytes)), path.display().to_string())
+                }
                 Err(e) => {
                     say_as_program(format_args!("{}: {e}", path.display()));
                     return Status::BadArguments;

@@ -1,6 +1,7 @@
 //! `fbptr serve`: a server for any program in any language, with a window or without one.
 
 use super::drawing::Drawing;
+use super::film::{Clock, FilmArgs};
 use super::{FrameSize, Status, address, say_as_program};
 use crate::load::Folder;
 use crate::memory::SharedFile;
@@ -13,6 +14,9 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+#[cfg(feature = "window")]
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// From the signal on: for what was received to run, and for the process to end whatever happens.
@@ -57,6 +61,8 @@ pub struct Serve {
     record: Option<PathBuf>,
     #[command(flatten)]
     drawing: Drawing,
+    #[command(flatten)]
+    film: FilmArgs,
     #[command(flatten)]
     quotas: Quotas,
 }
@@ -126,12 +132,25 @@ impl Serve {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
+        self.film.check()?;
+        if self.film.takes_stdout() && self.stdin {
+            return Err("--movie - and --stdin: both want standard output".to_owned());
+        }
         let places = self.places()?;
         let mut engine = self.engine()?;
         let display = self.display(&engine);
-        if let Some(display) = &display {
+        let (width, height) = (engine.memory().width(), engine.memory().height());
+        let film = self.film.open(width, height)?;
+        // What is filmed is what a window shows; without one, what it would show.
+        let seen = display.clone().or_else(|| film.is_some().then(|| Display::new(width, height)));
+        if let Some(display) = &seen {
             engine.set_display(display.clone());
         }
+        let is_alone = std::sync::Arc::new(AtomicBool::new(display.is_none()));
+        let sampler = match (&film, seen) {
+            (Some(film), Some(display)) => film.sample(display, Clock::Always, is_alone.clone()),
+            _ => None,
+        };
         let (endings, ending) = bounded(8);
         // Before anybody is let in: from here on a signal ends the server in order.
         watch_signals(endings.clone())?;
@@ -153,7 +172,9 @@ impl Serve {
                 .map_err(|e| format!("no thread to read on: {e}"))?;
         }
         let why = match display {
-            Some(display) => self.with_window(&server, display, endings, &ending),
+            Some(display) => {
+                self.with_window(&server, display, endings, &ending, film.is_some().then_some(&*is_alone))
+            }
             None => ending.recv().unwrap_or(Ending::Signal),
         };
         let mut engine = match why {
@@ -167,6 +188,11 @@ impl Serve {
         engine.end();
         let failure = failure.or_else(|| engine.take_record_failure());
         let mut status = Status::Success;
+        drop(sampler);
+        if let Some(e) = film.and_then(|film| film.finish(engine.memory()).err()) {
+            say_as_program(format_args!("the movie ends early: {e}"));
+            status = Status::Failed;
+        }
         if let (Some(error), Some(path)) = (failure, &self.record) {
             say_as_program(format_args!("{}: the recording ends early: {error}", path.display()));
             status = Status::Failed;
@@ -254,6 +280,7 @@ impl Serve {
         display: std::sync::Arc<Display>,
         endings: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
+        filmed: Option<&AtomicBool>,
     ) -> Ending {
         let (watched, seen) = (display.clone(), ending.clone());
         let watcher = std::thread::spawn(move || {
@@ -264,7 +291,11 @@ impl Serve {
         let options = crate::window::Options { title: "fbptr serve".into(), ..Default::default() };
         if let Err(e) = crate::window::run(display, options) {
             say_as_program(format_args!("{e}: going on headless"));
-            server.thread().drop_display();
+            match filmed {
+                // The movie goes on: it is the window now.
+                Some(is_alone) => is_alone.store(true, Ordering::Release),
+                None => server.thread().drop_display(),
+            }
         } else {
             let _ = endings.try_send(Ending::WindowClosed);
         }
@@ -278,6 +309,7 @@ impl Serve {
         _: std::sync::Arc<Display>,
         _: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
+        _: Option<&AtomicBool>,
     ) -> Ending {
         ending.recv().unwrap_or(Ending::Signal)
     }

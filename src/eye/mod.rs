@@ -22,7 +22,7 @@ mod tile;
 
 pub use error::EyeError;
 pub use method::{Fibre, MAX_FAN_RAYS};
-pub use paint::{Sheet, paint, sheet};
+pub use paint::{Sheet, nearest, paint, sheet};
 pub use picture::{Differences, EyePicture, MISS};
 pub use plan::{EyePlan, ObstaclePlan};
 pub use pose::{Pose, Rotation, sin_cos_deg};

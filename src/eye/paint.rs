@@ -55,7 +55,7 @@ impl Sheet {
     }
 
     /// The flat index of the screen's pixel at a place of the sheet, given how many there are, or `None` in an empty cell.
-    fn pixel(&self, x: u32, y: u32, count: usize) -> Option<usize> {
+    pub fn pixel(&self, x: u32, y: u32, count: usize) -> Option<usize> {
         let [w, h] = self.layer;
         let layer = (y / h * self.columns + x / w) as usize;
         let flat = (layer * h as usize + (y % h) as usize) * w as usize + (x % w) as usize;
@@ -70,6 +70,11 @@ pub fn sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
     let pixel =
         |x, y| sheet.pixel(x, y, picture.color.len()).map_or(EMPTY, |flat| opaque(picture.color[flat]));
     ([w, h], (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
+}
+
+/// The pixel of `n` that pixel `i` of `length` shows: the nearest, floor((i + 1/2) n / length).
+pub fn nearest(i: u32, length: u32, n: u32) -> u32 {
+    ((2 * u64::from(i) + 1) * u64::from(n) / (2 * u64::from(length.max(1)))) as u32
 }
 
 /// Clamped and rounded half up.
@@ -87,7 +92,8 @@ pub fn paint(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: 
         let (from, length) = (i64::from(from), i64::from(length.max(0)));
         (-from).clamp(0, length)..(i64::from(limit) - from).clamp(0, length)
     };
-    let source = |i: i64, length: i32, n: u32| ((2 * i + 1) * i64::from(n) / (2 * i64::from(length))) as u32;
+    // Both are at least 0 here: the loops walk the visible part of a rectangle that has one.
+    let source = |i: i64, length: i32, n: u32| nearest(i as u32, length as u32, n);
     for j in visible(y, h, memory.height()) {
         let row = source(j, h, size[1]);
         for i in visible(x, w, memory.width()) {

@@ -5,11 +5,13 @@
 
 mod camera;
 mod frame;
+mod lens;
 mod light;
 mod material;
 mod matrices;
 mod mesh;
 mod modes;
+mod navigate;
 pub mod shapes;
 mod texture;
 mod world;
@@ -18,10 +20,12 @@ pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
 };
 pub use frame::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
+pub use lens::{Lens, QualityUse, TextureUse, viewers_light};
 pub use light::{Attenuation, Light, LightKind};
 pub use material::{LightingModel, Material};
 pub use matrices::contain;
 pub use mesh::{Corner, Mesh, NONE, Polygon};
 pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode, Wrap};
+pub use navigate::{Navigator, ProjectionChoice};
 pub use texture::{MAX_TEXTURE_SIDE, Texture, TextureError};
 pub use world::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};

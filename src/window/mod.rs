@@ -7,15 +7,18 @@
 //! What cannot be caught: the window system going away ends the process (Xlib exits it). Snapshots are written when
 //! asked for, not at the end, and a server that must survive runs headless.
 
+mod hud;
 mod keys;
 mod layout;
 mod overlay;
 mod scanout;
 mod view;
+mod viewer;
 
 pub use keys::{Action, BINDINGS, Binding, help_lines};
 pub use layout::Layout;
 pub use scanout::{convert, word};
+pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::server::{Display, EventSender, InputEvent};
 use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOptions};

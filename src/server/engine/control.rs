@@ -84,6 +84,9 @@ impl Engine {
         self.frames += 1;
         s.stats.frames += 1;
         self.tell_frame();
+        if let Some(action) = &mut self.on_present.0 {
+            action(&self.memory);
+        }
         self.publish();
         match (wait, &self.display) {
             (true, Some(display)) if !display.is_closed() => Effect::WaitShown(self.frames),

@@ -34,6 +34,7 @@ use crate::error::Fault;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
+use crate::scene::Lens;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -60,6 +61,7 @@ pub struct Engine {
     depth_format: DepthFormat,
     ids: Option<IdMemory>,
     renderer: Renderer,
+    lens: Lens,
     /// The names that ids stand for.
     id_names: IdNames,
     shared: Names,
@@ -84,11 +86,23 @@ pub struct Engine {
     tracing: Option<trace::Tracing>,
     shared_file: Option<shared::Shared>,
     recorder: Option<Recorder>,
+    on_present: OnPresent,
     /// What stands in the recording for the command that is run.
     recorded_as: Option<Command>,
     /// Where the decoders of all connections put large payloads' buffers.
     spare: SparePayload,
     spare_swept: Instant,
+}
+
+/// What is told of every `PRESENT`.
+struct OnPresent(Option<PresentAction>);
+
+type PresentAction = Box<dyn FnMut(&VideoMemory) + Send>;
+
+impl std::fmt::Debug for OnPresent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "OnPresent({})", self.0.is_some())
+    }
 }
 
 /// Names that the id memory's numbers stand for.
@@ -139,6 +153,7 @@ impl Engine {
             depth_format: DepthFormat::default(),
             ids: None,
             renderer: Renderer::default(),
+            lens: Lens::default(),
             id_names: IdNames::default(),
             shared: Names::default(),
             limits,
@@ -156,10 +171,21 @@ impl Engine {
             tracing: None,
             shared_file: None,
             recorder: None,
+            on_present: OnPresent(None),
             recorded_as: None,
             spare: SparePayload::default(),
             spare_swept: Instant::now(),
         })
+    }
+
+    /// Calls `action` with the frame at every `PRESENT` from now on, before anything else is run.
+    pub fn set_on_present(&mut self, action: impl FnMut(&VideoMemory) + Send + 'static) {
+        self.on_present = OnPresent(Some(Box::new(action)));
+    }
+
+    /// Sees what is drawn in three dimensions through `lens` from now on, whatever its author says.
+    pub fn set_lens(&mut self, lens: Lens) {
+        self.lens = lens;
     }
 
     /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.

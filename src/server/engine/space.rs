@@ -7,7 +7,8 @@ use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory};
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
-    Camera, CameraError, Light, LightKind, LookAt, Object, Sampling, Scene, TransparencyOrder, Viewport,
+    Camera, CameraError, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene, TextureUse,
+    TransparencyOrder, Viewport,
 };
 use crate::server::Session;
 use crate::server::names::Kind;
@@ -152,8 +153,12 @@ impl Engine {
     }
 
     pub(super) fn draw(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
-        let geometry = self.mesh(s, name)?;
-        let (texture, sampling) = match &s.texture {
+        let mut geometry = self.mesh(s, name)?;
+        let has_textures = self.lens.textures == TextureUse::AsGiven;
+        if !has_textures && geometry.textures.iter().any(Option::is_some) {
+            geometry = Arc::new(geometry.without_textures());
+        }
+        let (texture, sampling) = match s.texture.as_ref().filter(|_| has_textures) {
             None => (None, Sampling::default()),
             Some((name, sampling)) => (Some(self.texture(s, name)?), *sampling),
         };
@@ -163,24 +168,25 @@ impl Engine {
         }
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
         let (mesh_name, name) = (name, self.id_of(name));
+        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let mut call = DrawCall {
             shared: Some(&geometry),
             model: s.model,
-            camera: s.camera,
+            camera: self.lens.navigator.apply(&s.camera, None, aspect),
             viewport,
             ambient: s.ambient,
             lights: &lights,
             texture: texture.as_deref(),
             sampling,
-            shade: s.shade,
-            cull: s.cull,
-            hide: s.hide,
+            shade: self.lens.shade.unwrap_or(s.shade),
+            cull: self.lens.cull.unwrap_or(s.cull),
+            hide: self.lens.hide.unwrap_or(s.hide),
             interp: s.interp,
             name,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
         let kept_lights;
-        if let Quality::MaxError(max_error) = s.quality {
+        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
             let cheaper = self.cheaper_draw(&call, &geometry, texture.as_ref(), max_error)?;
             kept_lights = cheaper.lights;
             call.lights = &kept_lights;
@@ -202,17 +208,19 @@ impl Engine {
         }
         let mut scene = document.at(time);
         apply_own_state(&mut scene, s);
+        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+        self.lens.apply(&mut scene, s.camera, aspect);
         let mut options = SceneOptions {
             viewport,
             camera: s.camera,
             shade: s.shade,
-            hide: s.hide,
+            hide: self.lens.hide.unwrap_or(s.hide),
             interp: s.interp,
             transparency: if sorted { TransparencyOrder::Sorted } else { TransparencyOrder::FileOrder },
             first_name: self.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
-        if let Quality::MaxError(max_error) = s.quality {
+        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
             self.cheaper_scene(&mut scene, &mut options, max_error)?;
         }
         let (renderer, mut target) = self.target();

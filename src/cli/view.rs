@@ -1,0 +1,224 @@
+//! `fbptr view`: a file seen from everywhere, in a window; or some frames of it, without one.
+
+use super::drawing::Drawing;
+use super::scene_file::{self, SceneError, SceneFile, Watch};
+use super::{FrameSize, Status, say, say_as_program};
+use crate::eye::{Here, Pool};
+use crate::load::Folder;
+use crate::save::{self, Movie, MovieFormat};
+use crate::server::{Engine, Limits, worker_pool};
+use crate::viewer::{Model, Options, Viewer, help_lines};
+use clap::Args;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Look at a mesh, a scene or a stream from everywhere.
+#[derive(Debug, Args)]
+pub struct View {
+    /// What to look at: .obj, .x3d, .json for N dimensions, anything else is a stream of commands
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The frame's size [default: 640x480, or what fits an N-dimensional screen]
+    #[arg(long, value_name = "WxH")]
+    size: Option<FrameSize>,
+    /// Seconds since the scene's start
+    #[arg(long, value_name = "T", value_parser = super::render::finite, default_value = "0", allow_negative_numbers = true)]
+    time: f64,
+    /// Frames a second
+    #[arg(long, value_name = "F", value_parser = super::render::positive, default_value = "25")]
+    fps: f64,
+    /// End after so many frames; without a window, draw so many [default there: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    frames: Option<u64>,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Write the last frame: .png, .ppm or .raw
+    #[arg(long, value_name = "OUT")]
+    snap: Option<PathBuf>,
+    /// Write every frame: .gif, .apng, .y4m, .png (numbered), or - for y4m on standard output
+    #[arg(long, value_name = "OUT")]
+    movie: Option<PathBuf>,
+    /// Where F9, F12 and J save
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    save_dir: PathBuf,
+    /// Let a stream's LOAD read files from this folder
+    #[arg(long, value_name = "DIR")]
+    load_dir: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
+}
+
+/// Every key, for the foot of `--help` and the man page.
+pub(super) fn keys_help() -> String {
+    let keys = |is_nd| help_lines(is_nd).into_iter().map(|l| format!("  {l}\n")).collect::<String>();
+    format!("Keys:\n{}\nKeys for N dimensions:\n{}", keys(false), keys(true))
+}
+
+impl View {
+    /// Shows the file until its user has seen enough; the exit status.
+    pub(super) fn run(self) -> Status {
+        match self.view() {
+            Ok(status) => status,
+            Err(SceneError::NoFile(message)) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+            Err(SceneError::Refused(message)) => {
+                say(&message);
+                Status::Failed
+            }
+        }
+    }
+
+    fn view(&self) -> Result<Status, SceneError> {
+        let bad = SceneError::NoFile;
+        if let Some(snap) = &self.snap {
+            save::SnapshotFormat::of_path(snap).map_err(|e| bad(e.to_string()))?;
+        }
+        if let Some(path) = &self.movie {
+            MovieFormat::of_path(path).map_err(|e| bad(e.to_string()))?;
+        }
+        let mut watch = Watch::default();
+        let model = self.read(&mut watch, None)?;
+        let [width, height] = match self.size {
+            Some(FrameSize { width, height }) => [width, height],
+            None => Viewer::frame_size(&model),
+        };
+        Limits::default().check_frame(width, height).map_err(|e| bad(e.message))?;
+        let model = match model {
+            // Its engine has the frame's size, which was not known before.
+            Model::Stream(..) => self.read(&mut watch, Some([width, height]))?,
+            model => model,
+        };
+        let movie = match &self.movie {
+            Some(path) => Some(Movie::create(path, width, height, self.fps).map_err(|e| bad(e.to_string()))?),
+            None => None,
+        };
+        let name = self.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let pool: Arc<dyn Pool + Send + Sync> = match worker_pool(None) {
+            Some(pool) => Arc::new(SharedPool(pool)),
+            None => Arc::new(Here),
+        };
+        let options = Options {
+            name,
+            size: [width, height],
+            time: self.time,
+            fps: self.fps,
+            renderer: self.drawing.renderer(),
+            pool,
+        };
+        let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
+        let mut viewer = Viewer::new(model, options).map_err(refused)?;
+        let is_shown = self.show(&mut viewer, movie, watch)?;
+        let complaints = viewer.take_complaints(&self.file.display().to_string());
+        complaints.iter().for_each(|line| say(line));
+        if let Some(path) = &self.snap {
+            save::to_path(viewer.shown(), path).map_err(|e| SceneError::Refused(e.to_string()))?;
+        }
+        Ok(if is_shown && complaints.is_empty() { Status::Success } else { Status::Failed })
+    }
+
+    /// The file as something to look at.
+    fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
+        if scene_file::has_scene_ending(&self.file) {
+            return Ok(match scene_file::read_watched(&self.file, watch)? {
+                SceneFile::Obj(geometry) => Model::Mesh(geometry),
+                SceneFile::X3d(document) => Model::X3d(document),
+                SceneFile::Eye(scene) => Model::Eye(scene),
+            });
+        }
+        let name = self.file.display().to_string();
+        let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
+        watch.begin(&self.file);
+        let bytes: Arc<[u8]> = std::fs::read(&self.file).map_err(no_file)?.into();
+        let [width, height] = size.unwrap_or([640, 480]);
+        let (load_dir, drawing) = (self.load_dir.clone(), self.drawing.clone());
+        let renderer = drawing.renderer();
+        let make = move || {
+            let limits = Limits::default().for_frame(width, height);
+            let mut engine = Engine::with_limits(width, height, limits).map_err(|e| e.message)?;
+            engine.set_renderer(crate::pipeline::Renderer::new(renderer.options().clone()));
+            if let Some(path) = &load_dir {
+                engine.set_load_dir(Folder::open(path).map_err(|e| format!("{}: {e}", path.display()))?);
+            }
+            Ok(engine)
+        };
+        Ok(Model::Stream(bytes, Arc::new(make)))
+    }
+
+    /// Shows the viewer in a window, or draws its frames where there is none; whether all of it could be drawn and written.
+    fn show(&self, viewer: &mut Viewer, movie: Option<Movie>, watch: Watch) -> Result<bool, SceneError> {
+        let movie = match self.headless {
+            true => movie,
+            false => match self.in_window(viewer, movie, watch) {
+                Ok(()) => return Ok(true),
+                Err(NoWindow(message, movie)) => {
+                    say_as_program(format_args!("{message}: going on headless"));
+                    movie
+                }
+            },
+        };
+        self.without_window(viewer, movie)
+    }
+
+    fn without_window(&self, viewer: &mut Viewer, mut movie: Option<Movie>) -> Result<bool, SceneError> {
+        let frames = self.frames.unwrap_or(1);
+        let mut progress = super::progress::Progress::new("frames", frames);
+        for i in 0..frames {
+            if i > 0 {
+                viewer.step(1);
+            }
+            viewer.refresh();
+            if let Some(failure) = viewer.failure() {
+                say_as_program(format_args!("{}: {failure}", self.file.display()));
+                return Ok(false);
+            }
+            if let Some(movie) = &mut movie {
+                movie.push(viewer.shown()).map_err(|e| SceneError::Refused(e.to_string()))?;
+            }
+            progress.advance(1);
+        }
+        Ok(true)
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn in_window(&self, _: &mut Viewer, movie: Option<Movie>, _: Watch) -> Result<(), NoWindow> {
+        Err(NoWindow("built without windows".to_owned(), movie))
+    }
+
+    #[cfg(feature = "window")]
+    fn in_window(&self, viewer: &mut Viewer, movie: Option<Movie>, mut watch: Watch) -> Result<(), NoWindow> {
+        let size = [viewer.shown().width(), viewer.shown().height()];
+        let reload = || {
+            watch.has_changed().then(|| {
+                self.read(&mut watch, Some(size)).map_err(|e| match e {
+                    SceneError::NoFile(message) | SceneError::Refused(message) => message,
+                })
+            })
+        };
+        let mut options = crate::window::ViewerOptions {
+            title: format!("fbptr view {}", self.file.display()),
+            save_dir: self.save_dir.clone(),
+            movie: movie.map(|movie| (movie, self.fps)),
+            ends_after: self
+                .frames
+                .map(|n| std::time::Duration::from_secs_f64((n as f64 / self.fps).min(1e9))),
+            reload: Box::new(reload),
+        };
+        crate::window::run_viewer(viewer, &mut options)
+            .map_err(|e| NoWindow(e.to_string(), options.movie.map(|(movie, _)| movie)))
+    }
+}
+
+/// Why there is no window, and the movie that nothing was written to.
+struct NoWindow(String, Option<Movie>);
+
+/// A pool that others draw with too.
+struct SharedPool(Arc<rayon::ThreadPool>);
+
+impl Pool for SharedPool {
+    fn run<'a>(&self, jobs: Vec<crate::eye::Job<'a>>) {
+        self.0.run(jobs);
+    }
+}

@@ -1,0 +1,176 @@
+//! How a viewer wants a scene seen, whatever its author said.
+//!
+//! In: a scene as its author has it. Out: the scene to draw. Promise: the default lens changes nothing.
+
+use super::{
+    Camera, Cull, Geometry, HiddenSurface, LightKind, Material, Navigator, Object, Scene, ShadeMode,
+};
+use super::{Light, frame_mesh};
+use glam::{DMat4, DVec3};
+use std::sync::Arc;
+
+/// Whether textures are seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum TextureUse {
+    /// Where the author put them.
+    #[default]
+    AsGiven,
+    /// Nowhere.
+    Off,
+}
+
+/// Whether drawing may be cheaper than exact where the author allows it (`QUALITY`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum QualityUse {
+    /// As the author allows.
+    #[default]
+    AsGiven,
+    /// Never.
+    Exact,
+}
+
+/// A viewer's wishes; `None` leaves the author's.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Lens {
+    /// From where, and how projected.
+    pub navigator: Navigator,
+    /// How faces get their colours.
+    pub shade: Option<ShadeMode>,
+    /// Which faces are left out.
+    pub cull: Option<Cull>,
+    /// How hidden surfaces are found.
+    pub hide: Option<HiddenSurface>,
+    /// Whether textures are seen.
+    pub textures: TextureUse,
+    /// Whether drawing may be cheaper than exact.
+    pub quality: QualityUse,
+}
+
+impl Lens {
+    /// Changes a scene to what the viewer wants to see; a scene without a camera is seen by `camera`.
+    pub fn apply(&self, scene: &mut Scene, camera: Camera, aspect: f64) {
+        if !self.navigator.is_home() {
+            let given = scene.camera.unwrap_or(camera);
+            let moved = self.navigator.apply(&given, scene.bounds(), aspect);
+            scene.look_through(moved);
+        }
+        for object in &mut scene.objects {
+            object.shade = self.shade.or(object.shade);
+            object.cull = self.cull.unwrap_or(object.cull);
+            if self.textures == TextureUse::Off {
+                object.texture = None;
+                if object.geometry.textures.iter().any(Option::is_some) {
+                    object.geometry = Arc::new(object.geometry.without_textures());
+                }
+            }
+        }
+    }
+}
+
+impl Geometry {
+    /// The same mesh, its materials without textures.
+    pub fn without_textures(&self) -> Geometry {
+        Geometry { mesh: self.mesh.clone(), textures: vec![None; self.textures.len()] }
+    }
+}
+
+impl Scene {
+    /// Sees the scene through another camera; X3D's headlight goes where the eye goes.
+    pub fn look_through(&mut self, camera: Camera) {
+        if let Some(theirs) = self.camera {
+            let ahead = theirs.look_at.reference - theirs.look_at.eye;
+            for light in &mut self.lights {
+                match &mut light.kind {
+                    LightKind::Directional { direction }
+                        if *direction == ahead && light.clamp_attenuation =>
+                    {
+                        *direction = camera.look_at.reference - camera.look_at.eye;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        self.camera = Some(camera);
+    }
+
+    /// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left.
+    pub fn of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64) -> Scene {
+        let bounds = geometry.mesh.bounds();
+        let camera = bounds.map_or_else(Camera::default, |b| frame_mesh(&geometry.mesh, b, aspect));
+        let object = Object {
+            name: name.to_owned(),
+            geometry,
+            model: DMat4::IDENTITY,
+            material: Material { ka: DVec3::splat(0.8), ..Material::default() },
+            back_material: None,
+            cull: Default::default(),
+            two_sided_lighting: false,
+            shade: None,
+            texture: None,
+            lights: None,
+        };
+        Scene {
+            camera: Some(camera),
+            ambient: DVec3::splat(0.15),
+            lights: vec![viewers_light(&camera)],
+            objects: vec![object],
+            ..Scene::default()
+        }
+    }
+}
+
+/// A light from the upper left of whoever looks.
+pub fn viewers_light(camera: &Camera) -> Light {
+    let (eye, reference) = (camera.look_at.eye, camera.look_at.reference);
+    let ahead = (reference - eye).normalize_or(DVec3::NEG_Z);
+    let right = ahead.cross(camera.look_at.up).normalize_or(DVec3::X);
+    let up = right.cross(ahead);
+    Light {
+        kind: LightKind::Directional { direction: ahead + right * 0.5 - up * 0.5 },
+        color: DVec3::ONE,
+        ambient: DVec3::ZERO,
+        clamp_attenuation: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ProjectionChoice, shapes};
+
+    fn scene() -> Scene {
+        Scene::of_mesh(
+            Arc::new(Geometry { mesh: shapes::box_(DVec3::ONE).expect("a size"), textures: Vec::new() }),
+            "box",
+            1.0,
+        )
+    }
+
+    #[test]
+    fn the_default_lens_changes_nothing() {
+        let (mut seen, given) = (scene(), scene());
+        Lens::default().apply(&mut seen, Camera::default(), 1.0);
+        assert_eq!(format!("{seen:?}"), format!("{given:?}"));
+    }
+
+    #[test]
+    fn wishes_reach_every_object_and_the_headlight_follows() {
+        let mut seen = scene();
+        let camera = seen.camera.expect("framed");
+        let ahead = camera.look_at.reference - camera.look_at.eye;
+        seen.lights[0] = Light {
+            kind: LightKind::Directional { direction: ahead },
+            clamp_attenuation: true,
+            ..seen.lights[0]
+        };
+        let mut lens = Lens { shade: Some(ShadeMode::Wire), cull: Some(Cull::Front), ..Lens::default() };
+        lens.navigator.orbit(&camera, 1.0, 0.0);
+        lens.navigator.projection = ProjectionChoice::Orthographic;
+        lens.apply(&mut seen, Camera::default(), 1.0);
+        assert_eq!((seen.objects[0].shade, seen.objects[0].cull), (Some(ShadeMode::Wire), Cull::Front));
+        let moved = seen.camera.expect("moved").look_at;
+        assert_ne!(moved.eye, camera.look_at.eye);
+        let LightKind::Directional { direction } = seen.lights[0].kind else { panic!("a headlight") };
+        assert_eq!(direction, moved.reference - moved.eye);
+    }
+}

@@ -1,0 +1,360 @@
+//! Moving about a scene: the camera that its author gave, seen from elsewhere.
+//!
+//! In: the author's camera, which may itself move with time. Out: the viewer's. A navigator is one rigid motion of the world
+//! (camera' = M camera), a zoom (the distance to the reference point, times a factor) and a way of projecting. Promise: a
+//! navigator at home gives the author's camera back, bit for bit. Angles in radians, lengths in world units.
+
+use super::frame::FRAME_FOV_RAD;
+use super::{Camera, LookAt, ObliqueKind, Projection, contain};
+use crate::math::matrix;
+use glam::{DMat4, DVec3};
+
+/// How the viewer wants the world projected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum ProjectionChoice {
+    /// As the author has it.
+    #[default]
+    AsGiven,
+    /// In perspective.
+    Perspective,
+    /// Orthographic.
+    Orthographic,
+    /// Oblique, receding lines halved (cabinet) and at 45 degrees.
+    Oblique,
+}
+
+impl ProjectionChoice {
+    /// The choice that follows, for a camera that its author gave: perspective, orthographic, oblique, and round again.
+    pub fn next(self, given: &Projection) -> Self {
+        use ProjectionChoice::*;
+        match (self, is_parallel(given)) {
+            (AsGiven, false) | (Perspective, _) => Orthographic,
+            (AsGiven, true) => Perspective,
+            (Orthographic, _) => Oblique,
+            (Oblique, _) => AsGiven,
+        }
+    }
+}
+
+/// The way from the author's camera to the viewer's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Navigator {
+    motion: DMat4,
+    zoom: f64,
+    /// How the world is projected.
+    pub projection: ProjectionChoice,
+}
+
+impl Default for Navigator {
+    fn default() -> Self {
+        Navigator { motion: DMat4::IDENTITY, zoom: 1.0, projection: ProjectionChoice::AsGiven }
+    }
+}
+
+/// The zoom stays in these limits, where distances keep their digits.
+const ZOOM: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
+
+impl Navigator {
+    /// Whether the author's camera is seen through as it is.
+    pub fn is_home(&self) -> bool {
+        *self == Navigator::default()
+    }
+
+    /// Whether what is seen has no vanishing point, so that going ahead changes nothing but what is cut off.
+    pub fn is_parallel(&self, given: &Camera) -> bool {
+        match self.projection {
+            ProjectionChoice::AsGiven => is_parallel(&given.projection),
+            ProjectionChoice::Perspective => false,
+            ProjectionChoice::Orthographic | ProjectionChoice::Oblique => true,
+        }
+    }
+
+    /// Turns about the reference point: by `yaw` about the author's up, then by `pitch` about the viewer's right.
+    pub fn orbit(&mut self, given: &Camera, yaw_rad: f64, pitch_rad: f64) {
+        let up = stand(given).up;
+        self.turn(given, up, yaw_rad);
+        if let Ok([right, _, _]) = self.stand(given).axes() {
+            self.turn(given, right, pitch_rad);
+        }
+    }
+
+    fn turn(&mut self, given: &Camera, axis: DVec3, angle_rad: f64) {
+        let center = self.stand(given).reference;
+        if let Some(turn) = matrix::rotate(axis, angle_rad).filter(|t| t.is_finite()) {
+            self.move_by(matrix::translate(center) * turn * matrix::translate(-center));
+        }
+    }
+
+    /// Moves eye and reference point by so many distances between them: to the right, up, ahead.
+    pub fn walk(&mut self, given: &Camera, [right, up, ahead]: [f64; 3]) {
+        let stand = self.stand(given);
+        if let Ok([x, y, z]) = stand.axes() {
+            let distance = (stand.eye - stand.reference).length();
+            self.move_by(matrix::translate((x * right + y * up - z * ahead) * distance));
+        }
+    }
+
+    fn move_by(&mut self, motion: DMat4) {
+        let moved = motion * self.motion;
+        // Farther than numbers reach there is nothing to see.
+        if moved.is_finite() && moved.w_axis.truncate().length() < 1e150 {
+            self.motion = moved;
+        }
+    }
+
+    /// Goes nearer to the reference point (a factor below 1) or away from it.
+    pub fn zoom_by(&mut self, factor: f64) {
+        let zoom = self.zoom * factor;
+        if zoom.is_finite() {
+            self.zoom = zoom.clamp(*ZOOM.start(), *ZOOM.end());
+        }
+    }
+
+    /// Where the viewer stands.
+    pub fn stand(&self, given: &Camera) -> LookAt {
+        let LookAt { eye, reference, up } = stand(given);
+        let moved = |p: DVec3| self.motion.transform_point3(p);
+        let (eye, reference) = (moved(eye), moved(reference));
+        LookAt {
+            eye: reference + (eye - reference) * self.zoom,
+            reference,
+            up: self.motion.transform_vector3(up),
+        }
+    }
+
+    /// The viewer's camera. `bounds` is the box of what there is to see, where it is known: near and far are laid about it.
+    pub fn apply(&self, given: &Camera, bounds: Option<(DVec3, DVec3)>, aspect: f64) -> Camera {
+        if self.is_home() {
+            return *given;
+        }
+        let mut look_at = self.stand(given);
+        let distance = (look_at.eye - look_at.reference).length();
+        let [half_width, half_height] = half_window(given, aspect).map(|h| h * self.zoom);
+        let window = [-half_width, half_width, -half_height, half_height];
+        let (near, far) = depth_range(&given.projection);
+        let (near, far) = (near * self.zoom.min(1.0), far * self.zoom.max(1.0));
+        // A parallel box may begin behind the eye.
+        let (back, front) = (-far.abs().max(distance), far.abs().max(distance));
+        let projection = match self.projection {
+            ProjectionChoice::AsGiven => self.own(given, near, far),
+            ProjectionChoice::Perspective if is_parallel(&given.projection) => {
+                let ahead = matrix::unit(look_at.eye - look_at.reference).unwrap_or(DVec3::Z);
+                let away = half_height.max(half_width / aspect) / libm::tan(FRAME_FOV_RAD / 2.0);
+                look_at.eye = look_at.reference + ahead * away;
+                let (near, far) = (away * 1e-3, away * 10.0 + front);
+                Projection::Perspective { fov_rad: FRAME_FOV_RAD, near, far, on_smaller_side: false }
+            }
+            ProjectionChoice::Perspective => self.own(given, near, far),
+            ProjectionChoice::Orthographic => Projection::Ortho { window, near: back, far: front },
+            ProjectionChoice::Oblique => Projection::Oblique {
+                kind: ObliqueKind::Cabinet,
+                angle_rad: std::f64::consts::FRAC_PI_4,
+                window,
+                near: back,
+                far: front,
+            },
+        };
+        let mut camera = Camera { look_at, projection };
+        if let Some(bounds) = bounds {
+            lay_about(&mut camera, bounds);
+        }
+        camera
+    }
+
+    /// The author's projection at the viewer's zoom.
+    fn own(&self, given: &Camera, near: f64, far: f64) -> Projection {
+        let moved = |p: DVec3| self.motion.transform_point3(p);
+        let sized = |window: [f64; 4]| window.map(|side| side * self.zoom);
+        let mut projection = given.projection;
+        match &mut projection {
+            Projection::Perspective { near: n, far: f, .. } | Projection::Plane { near: n, far: f, .. } => {
+                (*n, *f) = (near, far);
+            }
+            // Its window lies at its near plane: they shrink together.
+            Projection::Frustum { window, near: n, far: f } => {
+                (*window, *n, *f) = (window.map(|side| side * self.zoom.min(1.0)), near, far);
+            }
+            Projection::Ortho { window, .. }
+            | Projection::OrthoContain { window, .. }
+            | Projection::Oblique { window, .. }
+            | Projection::Isometric { window, .. }
+            | Projection::PseudoIsometric { window, .. } => *window = sized(*window),
+            Projection::Window { vrp, p, vup, near: n, far: f, .. } => {
+                let (eye, reference) = (moved(*p), moved(*vrp));
+                *p = reference + (eye - reference) * self.zoom;
+                (*vrp, *vup) = (reference, self.motion.transform_vector3(*vup));
+                (*n, *f) = (near, far);
+            }
+        }
+        projection
+    }
+}
+
+/// Eye, reference point and up of any camera: the viewing transformation brings its own.
+fn stand(camera: &Camera) -> LookAt {
+    match camera.projection {
+        Projection::Window { vrp, p, vup, .. } => LookAt { eye: p, reference: vrp, up: vup },
+        _ => camera.look_at,
+    }
+}
+
+fn is_parallel(projection: &Projection) -> bool {
+    use Projection::*;
+    matches!(
+        projection,
+        Ortho { .. } | OrthoContain { .. } | Oblique { .. } | Isometric { .. } | PseudoIsometric { .. }
+    )
+}
+
+/// Near and far of any projection.
+fn depth_range(projection: &Projection) -> (f64, f64) {
+    match *projection {
+        Projection::Perspective { near, far, .. }
+        | Projection::Plane { near, far, .. }
+        | Projection::Frustum { near, far, .. }
+        | Projection::Ortho { near, far, .. }
+        | Projection::OrthoContain { near, far, .. }
+        | Projection::Oblique { near, far, .. }
+        | Projection::Isometric { near, far, .. }
+        | Projection::PseudoIsometric { near, far, .. }
+        | Projection::Window { near, far, .. } => (near, far),
+    }
+}
+
+/// Half the width and height of what is seen in the plane through the reference point.
+fn half_window(camera: &Camera, aspect: f64) -> [f64; 2] {
+    let LookAt { eye, reference, .. } = stand(camera);
+    let distance = (eye - reference).length();
+    let half = |[l, r, b, t]: [f64; 4]| [(r - l).abs() / 2.0, (t - b).abs() / 2.0];
+    match camera.projection {
+        Projection::Perspective { fov_rad, on_smaller_side, .. } => {
+            let side = distance * libm::tan(fov_rad / 2.0);
+            if on_smaller_side && aspect < 1.0 { [side, side / aspect] } else { [side * aspect, side] }
+        }
+        Projection::Plane { d, .. } => [distance / d; 2],
+        Projection::Frustum { window, near, .. } => half(window).map(|h| h * distance / near),
+        Projection::OrthoContain { window, .. } => half(contain(window, aspect)),
+        Projection::Ortho { window, .. }
+        | Projection::Oblique { window, .. }
+        | Projection::Isometric { window, .. }
+        | Projection::PseudoIsometric { window, .. } => half(window),
+        Projection::Window { half, dp, .. } => half.map(|h| h * distance / dp),
+    }
+}
+
+/// Lays near and far about a box, with room for what moves a little out of it.
+fn lay_about(camera: &mut Camera, (low, high): (DVec3, DVec3)) {
+    let Ok([_, _, z]) = camera.look_at.axes() else { return };
+    let ahead = |i: u32| {
+        let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
+        (camera.look_at.eye - DVec3::new(pick(0), pick(1), pick(2))).dot(z)
+    };
+    let (nearest, farthest) =
+        (0..8).map(ahead).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let room = 0.1 * (farthest - nearest) + 1e-6 * farthest.abs();
+    if !(room > 0.0 && room.is_finite()) {
+        return;
+    }
+    match &mut camera.projection {
+        Projection::Perspective { near, far, .. } | Projection::Plane { near, far, .. } => {
+            // Behind the eye there is nothing to see: then any range will do.
+            let end = if farthest > 0.0 { farthest + room } else { room };
+            (*near, *far) = (((nearest - room).max(0.5 * nearest)).max(end * 1e-4), end);
+        }
+        Projection::Ortho { near, far, .. } | Projection::OrthoContain { near, far, .. } => {
+            (*near, *far) = (nearest - room, farthest + room);
+        }
+        // A window at the near plane, or depth that is sheared or turned: its own range is kept.
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{frame, shapes};
+
+    fn given() -> (Camera, (DVec3, DVec3)) {
+        let bounds = shapes::teapot(2).expect("a level").bounds().expect("a teapot");
+        (frame(bounds, 1.5), bounds)
+    }
+
+    /// Where a world point is seen, in NDC.
+    fn seen(camera: &Camera, p: DVec3, aspect: f64) -> DVec3 {
+        let m = camera.matrices(aspect).expect("a camera");
+        let clip = m.projection * (m.view * p.extend(1.0));
+        clip.truncate() / clip.w
+    }
+
+    #[test]
+    fn home_is_the_authors_camera_bit_for_bit() {
+        let (camera, bounds) = given();
+        assert_eq!(Navigator::default().apply(&camera, Some(bounds), 1.5), camera);
+    }
+
+    #[test]
+    fn orbits_keep_the_reference_and_the_distance_and_come_back() {
+        let (camera, bounds) = given();
+        let distance = |c: &Camera| (c.look_at.eye - c.look_at.reference).length();
+        let mut navigator = Navigator::default();
+        for _ in 0..36 {
+            navigator.orbit(&camera, std::f64::consts::PI / 18.0, 0.3);
+            let moved = navigator.apply(&camera, Some(bounds), 1.5);
+            assert!((moved.look_at.reference - camera.look_at.reference).length() < 1e-9);
+            assert!((distance(&moved) - distance(&camera)).abs() < 1e-9);
+            assert!(seen(&moved, camera.look_at.reference, 1.5).truncate().length() < 1e-9);
+            for i in 0..8 {
+                let pick = |k: usize| if i >> k & 1 == 1 { bounds.1[k] } else { bounds.0[k] };
+                let z = seen(&moved, DVec3::new(pick(0), pick(1), pick(2)), 1.5).z;
+                assert!((0.0..=1.0).contains(&z), "corner {i} at {z}");
+            }
+        }
+        let mut once = Navigator::default();
+        once.orbit(&camera, 0.7, 0.0);
+        once.orbit(&camera, -0.7, 0.0);
+        let back = once.apply(&camera, None, 1.5);
+        assert!((back.look_at.eye - camera.look_at.eye).length() < 1e-12);
+    }
+
+    #[test]
+    fn every_projection_shows_the_plane_of_the_reference_at_one_size() {
+        let (camera, bounds) = given();
+        let [right, up, _] = camera.look_at.axes().expect("axes");
+        let point = camera.look_at.reference + right * 0.4 + up * 0.3;
+        let want = seen(&camera, point, 1.5);
+        let mut navigator = Navigator::default();
+        for expected in [ProjectionChoice::Orthographic, ProjectionChoice::Oblique, ProjectionChoice::AsGiven]
+        {
+            navigator.projection = navigator.projection.next(&camera.projection);
+            assert_eq!(navigator.projection, expected);
+            let found = seen(&navigator.apply(&camera, Some(bounds), 1.5), point, 1.5);
+            assert!((found - want).truncate().length() < 1e-9, "{expected:?}: {found} {want}");
+        }
+        let parallel = Camera {
+            projection: Projection::Ortho { window: [-3.0, 3.0, -2.0, 2.0], near: 0.1, far: 50.0 },
+            ..camera
+        };
+        navigator.projection = navigator.projection.next(&parallel.projection);
+        assert_eq!(navigator.projection, ProjectionChoice::Perspective);
+        let found = seen(&navigator.apply(&parallel, None, 1.5), point, 1.5);
+        assert!((found - seen(&parallel, point, 1.5)).truncate().length() < 1e-9);
+    }
+
+    #[test]
+    fn no_walk_and_no_zoom_makes_a_camera_that_makes_no_picture() {
+        let (camera, bounds) = given();
+        for choice in [ProjectionChoice::AsGiven, ProjectionChoice::Orthographic, ProjectionChoice::Oblique] {
+            let mut navigator = Navigator { projection: choice, ..Navigator::default() };
+            for step in 0..400 {
+                match step % 4 {
+                    0 => navigator.zoom_by(if step < 200 { 0.5 } else { 3.0 }),
+                    1 => navigator.walk(&camera, [0.5, -3.0, f64::from(step)]),
+                    2 => navigator.orbit(&camera, 1e3, -7.0),
+                    _ => navigator.zoom_by([f64::NAN, 0.0, f64::INFINITY, -1.0][step as usize / 4 % 4]),
+                }
+                let moved = navigator.apply(&camera, Some(bounds), 1.5);
+                assert!(moved.matrices(1.5).is_ok(), "step {step}: {moved:?}");
+            }
+        }
+    }
+}

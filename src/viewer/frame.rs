@@ -1,0 +1,38 @@
+//! The memories that a picture is drawn into.
+
+use crate::memory::{DepthFormat, DepthMemory, IdMemory, MemoryError, VideoMemory};
+use crate::pipeline::Target;
+
+/// Video memory, with depth and face ids where they are wanted.
+pub(super) struct Frame {
+    pub memory: VideoMemory,
+    pub depth: Option<DepthMemory>,
+    pub ids: Option<IdMemory>,
+}
+
+impl Frame {
+    pub fn new([width, height]: [u32; 2]) -> Result<Self, MemoryError> {
+        Ok(Frame { memory: VideoMemory::new(width, height)?, depth: None, ids: None })
+    }
+
+    /// Everything as at the start; ids are kept only where depth is.
+    pub fn clear(&mut self, keeps_depth: bool) {
+        self.memory.clear(VideoMemory::CLEAR);
+        if !keeps_depth {
+            self.ids = None;
+        } else if self.ids.is_none() {
+            self.ids = Some(IdMemory::new(self.memory.width(), self.memory.height()));
+        }
+        self.depth = None;
+        self.ids.iter_mut().for_each(IdMemory::clear);
+    }
+
+    pub fn target(&mut self) -> Target<'_> {
+        Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: DepthFormat::default(),
+            ids: self.ids.as_mut(),
+        }
+    }
+}

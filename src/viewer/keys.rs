@@ -1,0 +1,223 @@
+//! What each key does: one table that the viewer acts on, and that the overlay, the help and the manual print.
+
+/// A key, as the viewer knows it; a window system's own names are translated where the window is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "keys are called what is written on them")]
+pub enum Key {
+    Escape,
+    F1,
+    F2,
+    F3,
+    F9,
+    F12,
+    Zero,
+    One,
+    Two,
+    Three,
+    Four,
+    Five,
+    A,
+    B,
+    C,
+    D,
+    E,
+    H,
+    I,
+    J,
+    O,
+    P,
+    Q,
+    R,
+    S,
+    W,
+    Z,
+    Space,
+    Period,
+    Comma,
+    Left,
+    Right,
+    Up,
+    Down,
+    PageUp,
+    PageDown,
+    Equal,
+    Minus,
+    LeftBracket,
+    RightBracket,
+    Tab,
+    Backspace,
+}
+
+/// How faces are to look: the number keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Look {
+    /// As the file says.
+    #[default]
+    AsGiven,
+    /// Edges; in N dimensions, the outlines of facets.
+    Wire,
+    /// Flat; in N dimensions, the facets' own colours.
+    Flat,
+    /// Gouraud; in N dimensions, light and shadow alone.
+    Gouraud,
+    /// Phong, without textures; in N dimensions, colour and light.
+    Phong,
+    /// Phong with textures; in N dimensions, a colour for each facet's number.
+    Textured,
+}
+
+/// What the user asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the table says what each does")]
+pub enum Action {
+    Quit,
+    Help,
+    Status,
+    FrameRate,
+    Record,
+    Snapshot,
+    SaveView,
+    Pause,
+    StepForward,
+    StepBack,
+    Look(Look),
+    Projection,
+    Cull,
+    Hide,
+    Depth,
+    Difference,
+    Plan,
+    Inspect,
+    Reset,
+    /// Along an axis of the viewer's: 0 ahead, 1 left, 2 up.
+    Walk(usize, f64),
+    /// Left and right (1), up and down (2).
+    Turn(usize, f64),
+    Zoom(f64),
+    NextPlane(i32),
+    TurnPlane(f64),
+    TurnAbout,
+}
+
+/// A key, how it is written, and what it does.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// The key.
+    pub key: Key,
+    /// Its name on the overlay.
+    pub name: &'static str,
+    /// What it asks for.
+    pub action: Action,
+    /// What it does to a scene of three dimensions, or a stream; empty where it does nothing.
+    pub help: &'static str,
+    /// What it does to a scene of N dimensions; empty where it does nothing.
+    pub help_nd: &'static str,
+}
+
+impl Binding {
+    /// Whether holding it down repeats it.
+    pub fn repeats(&self) -> bool {
+        use Action::*;
+        matches!(self.action, StepForward | StepBack | Walk(..) | Turn(..) | Zoom(..) | TurnPlane(..))
+    }
+}
+
+const fn bind(
+    key: Key,
+    name: &'static str,
+    action: Action,
+    help: &'static str,
+    help_nd: &'static str,
+) -> Binding {
+    Binding { key, name, action, help, help_nd }
+}
+
+const fn same(key: Key, name: &'static str, action: Action, help: &'static str) -> Binding {
+    bind(key, name, action, help, help)
+}
+
+/// Every key of the viewer.
+pub const BINDINGS: &[Binding] = &[
+    same(Key::F1, "F1", Action::Help, "this list"),
+    same(Key::Escape, "Esc", Action::Quit, "quit"),
+    same(Key::Q, "Q", Action::Quit, "quit too"),
+    bind(Key::One, "1", Action::Look(Look::Wire), "wire", "outlines of facets"),
+    bind(Key::Two, "2", Action::Look(Look::Flat), "flat", "facets' own colours"),
+    bind(Key::Three, "3", Action::Look(Look::Gouraud), "Gouraud", "light and shadow alone"),
+    bind(Key::Four, "4", Action::Look(Look::Phong), "Phong, no textures", "colour and light"),
+    bind(Key::Five, "5", Action::Look(Look::Textured), "textured", "numbers of facets as colours"),
+    same(Key::Zero, "0", Action::Look(Look::AsGiven), "as the file has it"),
+    bind(Key::P, "P", Action::Projection, "parallel, oblique, perspective", ""),
+    bind(Key::C, "C", Action::Cull, "cull front, none, back faces", "slice, aperture as given"),
+    bind(Key::H, "H", Action::Hide, "painter, none, z-buffer", "fans of 3, 9; exact fibres"),
+    bind(Key::Z, "Z", Action::Depth, "the depth buffer", "distances"),
+    same(Key::E, "E", Action::Difference, "off from exact, magnified"),
+    same(Key::B, "B", Action::Plan, "plan and budget"),
+    same(Key::I, "I", Action::Inspect, "inspect address and bytes"),
+    same(Key::W, "W", Action::Walk(0, 1.0), "walk ahead"),
+    same(Key::S, "S", Action::Walk(0, -1.0), "walk back"),
+    same(Key::A, "A", Action::Walk(1, 1.0), "walk left"),
+    same(Key::D, "D", Action::Walk(1, -1.0), "walk right"),
+    same(Key::PageUp, "PgUp", Action::Walk(2, 1.0), "rise"),
+    same(Key::PageDown, "PgDn", Action::Walk(2, -1.0), "sink"),
+    bind(Key::Left, "Left", Action::Turn(1, 1.0), "orbit left", "turn left"),
+    bind(Key::Right, "Right", Action::Turn(1, -1.0), "orbit right", "turn right"),
+    bind(Key::Up, "Up", Action::Turn(2, 1.0), "orbit up", "turn up"),
+    bind(Key::Down, "Down", Action::Turn(2, -1.0), "orbit down", "turn down"),
+    bind(Key::Tab, "Tab", Action::NextPlane(1), "", "choose the next plane"),
+    bind(Key::Backspace, "Bksp", Action::NextPlane(-1), "", "plane before"),
+    bind(Key::RightBracket, "]", Action::TurnPlane(1.0), "", "turn in that plane"),
+    bind(Key::LeftBracket, "[", Action::TurnPlane(-1.0), "", "turn back in it"),
+    bind(Key::Equal, "=", Action::Zoom(1.0), "nearer", "walk along its second axis"),
+    bind(Key::Minus, "-", Action::Zoom(-1.0), "farther", "walk back along it"),
+    bind(Key::O, "O", Action::TurnAbout, "", "turn about eye or middle"),
+    same(Key::R, "R", Action::Reset, "back to the file's view"),
+    same(Key::Space, "Space", Action::Pause, "let time run, stop it"),
+    same(Key::Period, ".", Action::StepForward, "one frame on"),
+    same(Key::Comma, ",", Action::StepBack, "one frame back"),
+    bind(Key::J, "J", Action::SaveView, "print the camera as commands", "save this view as JSON"),
+    same(Key::F2, "F2", Action::Status, "line at the bottom"),
+    same(Key::F3, "F3", Action::FrameRate, "frame rate"),
+    same(Key::F9, "F9", Action::Record, "begin, end a GIF"),
+    same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
+];
+
+/// What the mouse does, as the overlay says it.
+pub const MOUSE: [(&str, &str, &str); 3] = [
+    ("drag", "orbit", "turn"),
+    ("right", "pan", "walk left, right, up, down"),
+    ("wheel", "nearer, farther", "walk ahead, back"),
+];
+
+/// The binding of a key.
+pub fn binding(key: Key) -> &'static Binding {
+    // A key without a binding would be one that nobody can press: the test below has them all.
+    BINDINGS.iter().find(|b| b.key == key).unwrap_or(&BINDINGS[0])
+}
+
+/// The lines of the overlay, for a scene of N dimensions or another one.
+pub fn help_lines(is_nd: bool) -> Vec<String> {
+    let line = |(name, help, help_nd): (&str, &str, &str)| {
+        let help = if is_nd { help_nd } else { help };
+        (!help.is_empty()).then(|| format!("{name:<6}{help}"))
+    };
+    let keys = BINDINGS.iter().map(|b| (b.name, b.help, b.help_nd));
+    keys.chain(MOUSE).filter_map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_is_bound_twice_and_all_are_in_the_help() {
+        for (i, b) in BINDINGS.iter().enumerate() {
+            assert!(BINDINGS[i + 1..].iter().all(|o| o.key != b.key), "{} is bound twice", b.name);
+            assert_eq!(binding(b.key).name, b.name);
+        }
+        let (space, nd) = (help_lines(false), help_lines(true));
+        assert_eq!(nd.len(), BINDINGS.len() + MOUSE.len() - 1);
+        assert_eq!(space.len(), BINDINGS.len() + MOUSE.len() - 5);
+        assert!(space.iter().chain(&nd).all(|l| l.len() <= 36), "two columns fit a small window");
+    }
+}

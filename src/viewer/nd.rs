@@ -1,0 +1,432 @@
+//! Scenes of N dimensions in the viewer: walking and turning in every plane, hidden ones too.
+//!
+//! A view is a scene with another pose: what is shown is what the JSON of that scene gives, to the bit.
+
+use super::difference::{Difference, Work};
+use super::frame::Frame;
+use super::keys::Look;
+use super::{Wishes, depth_picture};
+use crate::eye::{self, EyePicture, EyeScene, Fibre, MISS, Pool, Pose, Sheet};
+use std::sync::Arc;
+
+/// A step of turning, in degrees.
+const TURN_DEG: f64 = 5.0;
+/// Facets' false colours: as far apart as a walk by the golden angle makes them.
+const GOLDEN: f64 = 0.618_033_988_75;
+
+/// About what the eye turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum About {
+    /// About itself: it looks elsewhere.
+    Eye,
+    /// About the middle of the facets: it goes round them.
+    Middle,
+}
+
+/// A scene of N dimensions.
+pub(super) struct Nd {
+    /// As its author has it.
+    given: EyeScene,
+    pose: Pose,
+    is_slice: bool,
+    fibre: Fibre,
+    plane: usize,
+    about: About,
+    middle: Vec<f64>,
+    /// Length of a step.
+    step: f64,
+    picture: Option<EyePicture>,
+    pool: Arc<dyn Pool + Send + Sync>,
+}
+
+impl Nd {
+    pub fn new(given: EyeScene, pool: Arc<dyn Pool + Send + Sync>) -> Self {
+        let dim = given.dim;
+        let points = || given.facets.iter().flat_map(|f| &f.v);
+        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); dim];
+        for point in points() {
+            for (b, &x) in bounds.iter_mut().zip(point) {
+                *b = (b.0.min(x), b.1.max(x));
+            }
+        }
+        let is_empty = given.facets.is_empty();
+        let middle = bounds.iter().map(|&(l, h)| if is_empty { 0.0 } else { l / 2.0 + h / 2.0 }).collect();
+        let size = bounds.iter().map(|&(l, h)| h - l).fold(0.0, f64::max);
+        let holds_eye = bounds.iter().zip(&given.pose.position).all(|(&(l, h), x)| (l..=h).contains(x));
+        Nd {
+            pose: given.pose.clone(),
+            is_slice: false,
+            fibre: Fibre::Exact,
+            // The plane that looks into the first hidden axis; without one, to the left.
+            plane: Pose::planes(dim)
+                .iter()
+                .position(|p| *p == [0, (given.screen_dim() + 1).min(dim - 1)])
+                .unwrap_or(0),
+            about: if holds_eye || is_empty { About::Eye } else { About::Middle },
+            middle,
+            step: round_step(size / 20.0),
+            picture: None,
+            pool,
+            given,
+        }
+    }
+
+    /// The scene as it is seen now.
+    pub fn scene(&self) -> EyeScene {
+        let mut parts = self.given.clone().into_parts();
+        parts.pose = self.pose.clone();
+        if self.is_slice {
+            parts.aperture_tan.fill(0.0);
+        }
+        // A pose that numbers do not reach is never taken: see `set_pose`.
+        EyeScene::new(parts).unwrap_or_else(|_| self.given.clone())
+    }
+
+    /// A frame for the scene's screen: whole enlargements of it that come near to 640x480.
+    pub fn frame_size(scene: &EyeScene) -> [u32; 2] {
+        let [w, h] = Sheet::of(&scene.pixels).picture_size();
+        let scale = (640 / w.max(1)).min(480 / h.max(1)).max(1);
+        match scene.screen_dim() {
+            1 => [w * (640 / w.max(1)).max(1), 240],
+            _ => [w * scale, h * scale],
+        }
+    }
+
+    /// Stands where another stood, and sees as it saw, as far as the dimensions allow.
+    pub fn take_place_of(&mut self, old: &Nd) {
+        if (old.given.dim, old.given.screen_dim()) == (self.given.dim, self.given.screen_dim()) {
+            (self.plane, self.about) = (old.plane, old.about);
+            (self.is_slice, self.fibre) = (old.is_slice, old.fibre);
+            // Whoever never moved sees what the new file wants to be seen.
+            if old.pose != old.given.pose {
+                self.pose = old.pose.clone();
+            }
+        }
+    }
+
+    pub fn reset(&mut self) {
+        self.pose = self.given.pose.clone();
+    }
+
+    /// Walks along an axis of the eye's own.
+    pub fn walk(&mut self, axis: usize, steps: f64) {
+        if axis < self.given.dim {
+            let mut pose = self.pose.clone();
+            pose.advance(axis, steps * self.step);
+            self.set_pose(pose);
+        }
+    }
+
+    /// Turns from axis a towards axis b, by so many steps.
+    pub fn turn(&mut self, a: usize, b: usize, steps: f64) {
+        self.turn_by(a, b, steps * TURN_DEG);
+    }
+
+    /// Turns from axis a towards axis b.
+    pub fn turn_by(&mut self, a: usize, b: usize, angle_deg: f64) {
+        if a == b || a.max(b) >= self.given.dim || !angle_deg.is_finite() {
+            return;
+        }
+        let mut pose = self.pose.clone();
+        let along: Vec<f64> = match self.about {
+            About::Eye => Vec::new(),
+            // Where the middle is in the eye's own frame: there it stays.
+            About::Middle => {
+                pose.axes().iter().map(|axis| dot(axis, &self.middle) - dot(axis, &pose.position)).collect()
+            }
+        };
+        pose.turn(a, b, angle_deg);
+        if self.about == About::Middle {
+            pose.position.clone_from(&self.middle);
+            for (axis, length) in pose.axes().iter().zip(along) {
+                pose.position.iter_mut().zip(axis).for_each(|(x, e)| *x -= length * e);
+            }
+        }
+        self.set_pose(pose);
+    }
+
+    fn set_pose(&mut self, pose: Pose) {
+        if pose.position.iter().all(|x| x.is_finite() && x.abs() < 1e150) {
+            self.pose = pose;
+        }
+    }
+
+    /// The chosen plane of rotation.
+    pub fn plane(&self) -> [usize; 2] {
+        Pose::planes(self.given.dim)[self.plane]
+    }
+
+    pub fn next_plane(&mut self, by: i32) {
+        let count = Pose::planes(self.given.dim).len();
+        self.plane = (self.plane as i64 + i64::from(by)).rem_euclid(count as i64) as usize;
+    }
+
+    pub fn turn_plane(&mut self, steps: f64) {
+        let [a, b] = self.plane();
+        self.turn(a, b, steps);
+    }
+
+    pub fn turn_about_other(&mut self) {
+        self.about = match self.about {
+            About::Eye => About::Middle,
+            About::Middle => About::Eye,
+        };
+    }
+
+    /// Between the aperture as given and the exact slice; whether there is a hidden axis at all.
+    pub fn toggle_slice(&mut self) -> bool {
+        self.is_slice = !self.is_slice && self.given.hidden_dim() > 0;
+        self.given.hidden_dim() > 0
+    }
+
+    /// Exact fibres, fans of 3 and of 9 rays a hidden axis; whether fibres are more than rays at all.
+    pub fn next_fibre(&mut self) -> bool {
+        self.fibre = match self.fibre {
+            _ if self.given.hidden_dim() == 0 => Fibre::Exact,
+            Fibre::Exact => Fibre::Fan(3),
+            Fibre::Fan(3) => Fibre::Fan(9),
+            Fibre::Fan(_) => Fibre::Exact,
+        };
+        self.given.hidden_dim() > 0
+    }
+
+    /// What is seen now, in a line or two.
+    pub fn status(&self) -> Vec<String> {
+        let [a, b] = self.plane();
+        let about = if self.about == About::Eye { "the eye" } else { "the middle" };
+        let fibre = match self.fibre {
+            Fibre::Exact => "exact fibres".to_owned(),
+            Fibre::Fan(rays) => format!("fan of {rays}"),
+        };
+        let aperture = match (self.given.hidden_dim(), self.is_slice) {
+            (0, _) => "",
+            (_, true) => ", slice",
+            (_, false) => ", aperture as given",
+        };
+        let at: Vec<String> = self.pose.position.iter().map(|x| format!("{x:.3}")).collect();
+        vec![
+            format!(
+                "{}-D on {}-D, {fibre}{aperture}, eye {}",
+                self.given.dim,
+                self.given.screen_dim(),
+                at.join(" ")
+            ),
+            format!("plane {a}-{b} ({} to {}), about {about}", self.axis_name(a), self.axis_name(b)),
+        ]
+    }
+
+    fn axis_name(&self, axis: usize) -> String {
+        let m = self.given.screen_dim();
+        match axis {
+            0 => "ahead".to_owned(),
+            1 if m >= 1 => "left".to_owned(),
+            2 if m >= 2 => "up".to_owned(),
+            _ if axis <= m => format!("screen {axis}"),
+            _ => format!("hidden {axis}"),
+        }
+    }
+
+    pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
+        let scene = self.scene();
+        let picture = eye::render_with(&scene, self.fibre, &*self.pool).map_err(|e| e.to_string())?;
+        frame.clear(false);
+        paint(&looked_at(&picture, &scene, wishes.look), frame);
+        self.picture = Some(picture);
+        Ok(())
+    }
+
+    /// Distances as greys; the least and the largest.
+    pub fn paint_distances(&self, memory: &mut crate::memory::VideoMemory) -> Option<[f64; 2]> {
+        let picture = self.picture.as_ref()?;
+        let values = (0..memory.height())
+            .flat_map(|y| (0..memory.width()).map(move |x| (x, y)))
+            .map(|(x, y)| {
+                let i = pixel_at(picture, memory.width(), memory.height(), x, y)?;
+                (picture.facet[i] != MISS).then_some(picture.dist[i])
+            })
+            .collect::<Vec<_>>();
+        depth_picture::paint(memory, &values)
+    }
+
+    pub fn plan(&self) -> Vec<String> {
+        match eye::plan(&self.scene(), self.fibre) {
+            Ok(plan) => plan.to_string().lines().map(str::to_owned).collect(),
+            Err(e) => vec![e.to_string()],
+        }
+    }
+
+    pub fn inspect(&self, frame: &Frame, x: u32, y: u32) -> Vec<String> {
+        let Some(picture) = &self.picture else { return Vec::new() };
+        let Some(i) = pixel_at(picture, frame.memory.width(), frame.memory.height(), x, y) else {
+            return vec!["no layer".to_owned()];
+        };
+        if picture.facet[i] == MISS {
+            return vec![format!("pixel {i}: no facet")];
+        }
+        let lit: String = picture.flags(i).iter().map(|&l| if l { '1' } else { '0' }).collect();
+        vec![
+            format!("pixel {i}: facet {}", picture.facet[i]),
+            format!("distance {:.6}", picture.dist[i]),
+            format!("lit {}", if lit.is_empty() { "by none" } else { &lit }),
+        ]
+    }
+
+    /// What works out the difference to the picture of exact fibres.
+    pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
+        let (scene, look, pool) = (self.scene(), wishes.look, Arc::clone(&self.pool));
+        let found = frame.memory.bytes().to_vec();
+        let size = [frame.memory.width(), frame.memory.height()];
+        Box::new(move || {
+            let picture = eye::render_with(&scene, Fibre::Exact, &*pool).map_err(|e| e.to_string())?;
+            let mut exact = Frame::new(size).map_err(|e| e.to_string())?;
+            paint(&looked_at(&picture, &scene, look), &mut exact);
+            Ok(Difference::of_bytes(&found, exact.memory.bytes()))
+        })
+    }
+}
+
+fn paint(picture: &EyePicture, frame: &mut Frame) {
+    let (w, h) = (frame.memory.width() as i32, frame.memory.height() as i32);
+    eye::paint(picture, &mut frame.memory, 0, 0, w, h);
+}
+
+/// The flat index of the screen's pixel that a pixel of the frame shows.
+fn pixel_at(picture: &EyePicture, width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
+    let sheet = Sheet::of(&picture.pixels);
+    let [w, h] = sheet.size();
+    sheet.pixel(eye::nearest(x, width, w), eye::nearest(y, height, h), picture.facet.len())
+}
+
+/// The picture in the colours of a look.
+fn looked_at(picture: &EyePicture, scene: &EyeScene, look: Look) -> EyePicture {
+    let mut out = picture.clone();
+    let width = picture.pixels[0] as usize;
+    for (i, color) in out.color.iter_mut().enumerate() {
+        let facet = picture.facet[i];
+        *color = match look {
+            Look::AsGiven | Look::Phong => continue,
+            Look::Wire => {
+                let differs = |j: usize| picture.facet.get(j).is_some_and(|&f| f != facet);
+                let is_edge = (!(i + 1).is_multiple_of(width) && differs(i + 1))
+                    || (picture.pixels.len() > 1 && differs(i + width));
+                [if is_edge { 255.0 } else { 0.0 }; 3]
+            }
+            _ if facet == MISS => continue,
+            Look::Flat => scene.facets[facet as usize].color,
+            Look::Gouraud => {
+                // Light is what the facet's own colour was multiplied by.
+                let (base, seen) = (scene.facets[facet as usize].color, picture.color[i]);
+                let channel = (0..3).max_by(|&a, &b| base[a].total_cmp(&base[b])).unwrap_or(0);
+                let light = if base[channel] > 0.0 { seen[channel] / base[channel] } else { 0.0 };
+                [255.0 * light.min(1.0); 3]
+            }
+            Look::Textured => false_color(facet),
+        };
+    }
+    out
+}
+
+/// A colour for a number: bright, and far from those of the numbers beside it.
+fn false_color(number: i32) -> [f64; 3] {
+    let hue = (f64::from(number) * GOLDEN).fract() * 6.0;
+    let wave = |shift: f64| {
+        let x = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
+        60.0 + 195.0 * x.clamp(0.0, 1.0)
+    };
+    [wave(0.0), wave(4.0), wave(2.0)]
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// The nearest of 1, 2, 5 times a power of ten: steps that read well.
+fn round_step(length: f64) -> f64 {
+    if !(length > 0.0 && length.is_finite()) {
+        return 0.1;
+    }
+    let mut unit = 1.0;
+    while unit > length {
+        unit /= 10.0;
+    }
+    while unit * 10.0 <= length {
+        unit *= 10.0;
+    }
+    match length / unit {
+        x if x < 1.5 => unit,
+        x if x < 3.5 => 2.0 * unit,
+        x if x < 7.5 => 5.0 * unit,
+        _ => 10.0 * unit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::Here;
+    use crate::eye::shapes::{Stage, cube};
+
+    fn tesseract() -> Nd {
+        let stage =
+            Stage { pixels: vec![24, 18], aperture_tan: 0.3, turns: vec![(0, 1, 20.0), (1, 3, 30.0)] };
+        Nd::new(stage.scene(cube(4).expect("a cube")).expect("a scene"), Arc::new(Here))
+    }
+
+    #[test]
+    fn turning_about_the_middle_keeps_it_where_it_is_seen() {
+        let mut nd = tesseract();
+        let place = |nd: &Nd| -> Vec<f64> {
+            let away: Vec<f64> = nd.middle.iter().zip(&nd.pose.position).map(|(m, o)| m - o).collect();
+            nd.pose.axes().iter().map(|axis| dot(axis, &away)).collect()
+        };
+        let before = place(&nd);
+        for (a, b) in [(0, 3), (1, 3), (0, 1), (2, 3), (0, 2)] {
+            nd.turn(a, b, 3.0);
+            let after = place(&nd);
+            assert!(before.iter().zip(&after).all(|(x, y)| (x - y).abs() < 1e-12), "{a}-{b}: {after:?}");
+        }
+    }
+
+    #[test]
+    fn every_plane_can_be_chosen_and_turns_the_eye() {
+        let mut nd = tesseract();
+        nd.about = About::Eye;
+        let mut seen = Vec::new();
+        for _ in 0..6 {
+            let before = nd.pose.axes();
+            nd.turn_plane(1.0);
+            assert_ne!(nd.pose.axes(), before, "{:?}", nd.plane());
+            seen.push(nd.plane());
+            nd.next_plane(1);
+        }
+        seen.sort();
+        assert_eq!(seen, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]);
+        nd.next_plane(-1);
+        nd.reset();
+        assert_eq!(nd.pose, nd.given.pose);
+    }
+
+    #[test]
+    fn what_the_json_says_is_what_was_seen() {
+        let mut nd = tesseract();
+        nd.turn(0, 3, 1.0);
+        nd.walk(3, 1.0);
+        nd.walk(0, -2.0);
+        nd.turn_by(1, 2, 0.7321);
+        nd.toggle_slice();
+        let mut frame = Frame::new([48, 36]).expect("small");
+        let wishes = Wishes::default();
+        nd.draw(&wishes, &mut frame).expect("drawn");
+        let text = nd.scene().to_value().to_string();
+        let again = eye::render(&EyeScene::from_json(text.as_bytes()).expect("a scene"));
+        let mut other = Frame::new([48, 36]).expect("small");
+        paint(&again, &mut other);
+        assert!(frame.memory.bytes() == other.memory.bytes());
+        assert_eq!(nd.picture.expect("a picture").to_json(), again.to_json());
+    }
+
+    #[test]
+    fn steps_read_well() {
+        assert_eq!([0.0, 0.013, 0.3, 0.76, 40.0].map(round_step), [0.1, 0.01, 0.2, 1.0, 50.0]);
+    }
+}

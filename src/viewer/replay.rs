@@ -1,0 +1,174 @@
+//! Streams of commands in the viewer: played again through the viewer's lens, up to the frame that is shown.
+//!
+//! A frame is what stands at a `PRESENT`; a stream without one is one frame. Where the lens changes, or time goes back, the
+//! stream is played from its beginning on a fresh engine, so that every picture is what playing it would give.
+
+use super::Wishes;
+use super::difference::{Difference, Work};
+use super::frame::Frame;
+use crate::command::{Command, EndOfInput};
+use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use crate::scene::{Camera, Lens, QualityUse};
+use crate::server::{Audience, Budget, Complaint, Engine, Notice, Output, Pace, Session, Standing, Stream};
+use std::sync::Arc;
+
+/// Makes the engine that a stream is played on.
+pub type MakeEngine = Arc<dyn Fn() -> Result<Engine, String> + Send + Sync>;
+
+/// A stream, and how far it was played.
+pub(super) struct Replay {
+    bytes: Arc<[u8]>,
+    make_engine: MakeEngine,
+    playing: Option<Playing>,
+    /// Errors of the first playing, until they are told.
+    complaints: Vec<Complaint>,
+    /// How many were told already: each playing meets the same ones.
+    told: usize,
+    /// The number of the last frame, once the end was seen.
+    last_frame: Option<u64>,
+}
+
+/// A stream on its engine.
+struct Playing {
+    engine: Engine,
+    stream: Stream,
+    lens: Lens,
+    used: usize,
+    has_ended: bool,
+    complaints: Vec<Complaint>,
+}
+
+impl Playing {
+    fn new(make_engine: &MakeEngine, lens: Lens, path: RenderPath) -> Result<Self, String> {
+        let mut engine = make_engine()?;
+        if path == RenderPath::Plain {
+            engine.set_renderer(Renderer::new(RenderOptions { path, ..RenderOptions::default() }));
+        }
+        engine.set_lens(lens);
+        engine.open();
+        let stream = Stream::new(&engine, 1, Audience::Owner);
+        Ok(Playing { engine, stream, lens, used: 0, has_ended: false, complaints: Vec::new() })
+    }
+
+    /// Plays on until so many frames were presented, or to the end.
+    fn play_to(&mut self, bytes: &[u8], frames: u64) {
+        let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
+        let mut out = Output::default();
+        while !self.has_ended && self.engine.frames() < frames {
+            let standing = match self.used < bytes.len() {
+                true => {
+                    let (taken, standing) =
+                        self.stream.feed(&mut self.engine, &bytes[self.used..], &mut out, budget);
+                    self.used += taken;
+                    standing
+                }
+                false => self.stream.finish(&mut self.engine, EndOfInput::File, &mut out),
+            };
+            self.has_ended = standing == Standing::Ended;
+            // Nobody reads replies here.
+            out.replies.clear();
+            for notice in out.notices.drain(..) {
+                if let Notice::Refused(complaint) = notice {
+                    self.complaints.push(complaint);
+                }
+            }
+        }
+    }
+
+    /// One line of reply to a question from outside of the stream.
+    fn ask(&mut self, command: Command) -> String {
+        let (mut session, mut reply) = (Session::new(2, Audience::Owner), Vec::new());
+        match self.engine.run(&mut session, command, &mut reply) {
+            Ok(_) => String::from_utf8_lossy(&reply).trim_end().to_owned(),
+            Err(fault) => fault.message,
+        }
+    }
+}
+
+impl Replay {
+    pub fn new(bytes: Arc<[u8]>, make_engine: MakeEngine) -> Self {
+        Replay { bytes, make_engine, playing: None, complaints: Vec::new(), told: 0, last_frame: None }
+    }
+
+    /// What was refused, once.
+    pub fn take_complaints(&mut self) -> Vec<Complaint> {
+        std::mem::take(&mut self.complaints)
+    }
+
+    /// Whether anything was presented. Known once a frame was drawn.
+    pub fn is_animated(&self) -> bool {
+        self.playing.as_ref().is_some_and(|p| p.engine.frames() > 0)
+    }
+
+    /// The number of the last frame, once the end was seen.
+    pub fn last_frame(&self) -> Option<u64> {
+        self.last_frame
+    }
+
+    /// The camera of the stream as it stands, as its author has it.
+    pub fn given_camera(&self) -> Camera {
+        self.playing.as_ref().map_or_else(Camera::default, |p| p.stream.session().camera)
+    }
+
+    /// Whether anything of three dimensions was drawn.
+    pub fn is_spatial(&mut self) -> bool {
+        let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
+        !stats.split_whitespace().any(|word| word == "plan=-")
+    }
+
+    /// Draws frame number `wishes.frame`, from 0.
+    pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
+        let (lens, wanted) = (wishes.lens(), wishes.frame + 1);
+        // What was drawn after the last PRESENT is not taken back.
+        let is_before = |p: &Playing| p.engine.frames() < wanted + u64::from(!p.has_ended);
+        let fits = |p: &Playing| p.lens == lens && is_before(p);
+        let mut playing = match self.playing.take().filter(fits) {
+            Some(playing) => playing,
+            None => Playing::new(&self.make_engine, lens, RenderPath::Fast)?,
+        };
+        playing.play_to(&self.bytes, wanted);
+        if playing.has_ended {
+            // What stands after the last PRESENT is a frame too.
+            self.last_frame = Some(playing.engine.frames());
+        }
+        self.complaints.extend(playing.complaints.iter().skip(self.told).cloned());
+        self.told = self.told.max(playing.complaints.len());
+        frame.memory.bytes_mut().copy_from_slice(playing.engine.memory().bytes());
+        frame.depth = playing.engine.depth().cloned();
+        self.playing = Some(playing);
+        Ok(())
+    }
+
+    pub fn plan(&mut self) -> Vec<String> {
+        let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
+        let wanted = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
+        let found = stats.split_whitespace().filter(|word| wanted.iter().any(|w| word.starts_with(w)));
+        found
+            .flat_map(|word| word.split([',', '=']))
+            .collect::<Vec<_>>()
+            .chunks(2)
+            .map(|c| c.join(" "))
+            .collect()
+    }
+
+    pub fn inspect(&mut self, x: i32, y: i32) -> Vec<String> {
+        let Some(playing) = &mut self.playing else { return Vec::new() };
+        let depth = playing.ask(Command::DepthAt { x, y });
+        let pick = playing.ask(Command::Pick { x, y });
+        let tail =
+            |line: &str, words: usize| line.split_whitespace().skip(words).collect::<Vec<_>>().join(" ");
+        vec![format!("depth {}", tail(&depth, 3)), format!("pick {}", tail(&pick, 3))]
+    }
+
+    /// What works out the difference to the picture of the plain path.
+    pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
+        let (bytes, make_engine) = (Arc::clone(&self.bytes), Arc::clone(&self.make_engine));
+        let lens = Lens { quality: QualityUse::Exact, ..wishes.lens() };
+        let (wanted, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());
+        Box::new(move || {
+            let mut playing = Playing::new(&make_engine, lens, RenderPath::Plain)?;
+            playing.play_to(&bytes, wanted);
+            Ok(Difference::of_bytes(&found, playing.engine.memory().bytes()))
+        })
+    }
+}

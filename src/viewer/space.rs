@@ -1,0 +1,228 @@
+//! Scenes of three dimensions in the viewer: meshes, and X3D documents that move with time.
+
+use super::Wishes;
+use super::difference::{Difference, Work};
+use super::frame::Frame;
+use super::keys::Look;
+use crate::load::x3d::X3dDocument;
+use crate::memory::DepthFormat;
+use crate::pipeline::{self, DepthUse, DrawStats, Part, Renderer, SceneOptions};
+use crate::scene::{
+    self, Camera, Geometry, Lens, Sampling, Scene, ShadeMode, Texture, TextureUse, viewers_light,
+};
+use crate::truth::{self, Transparency};
+use std::sync::Arc;
+
+/// What a scene is made of.
+pub(super) enum Source {
+    Mesh(Arc<Geometry>),
+    X3d(Box<X3dDocument>),
+}
+
+/// A scene of three dimensions.
+pub(super) struct Space {
+    source: Source,
+    name: String,
+    aspect: f64,
+    /// The scene as its author has it, and the bits of its time.
+    given: Option<(u64, Scene)>,
+    /// The mesh without its textures, once it was wanted.
+    bare: Option<Arc<Geometry>>,
+    checker: Option<Arc<Texture>>,
+    /// Names of the objects that were drawn last.
+    names: Vec<String>,
+    stats: DrawStats,
+}
+
+impl Space {
+    pub fn new(source: Source, name: &str, aspect: f64) -> Self {
+        let name = name.to_owned();
+        let (given, bare, checker) = (None, None, None);
+        Space { source, name, aspect, given, bare, checker, names: Vec::new(), stats: DrawStats::default() }
+    }
+
+    pub fn is_animated(&self) -> bool {
+        matches!(&self.source, Source::X3d(document) if document.is_animated())
+    }
+
+    /// The scene as its author has it; one without a viewpoint is framed.
+    pub fn given(&mut self, time: f64) -> &Scene {
+        let time = if self.is_animated() { time } else { 0.0 };
+        if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
+            let scene = match &self.source {
+                Source::Mesh(geometry) => Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect),
+                Source::X3d(document) => {
+                    let mut scene = document.at(time);
+                    if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
+                        scene.look_through(scene::frame(bounds, self.aspect));
+                    }
+                    scene
+                }
+            };
+            self.given = Some((time.to_bits(), scene));
+        }
+        // It was made above.
+        &self.given.as_ref().expect("a scene").1
+    }
+
+    pub fn given_camera(&mut self, time: f64) -> Camera {
+        self.given(time).camera.unwrap_or_default()
+    }
+
+    /// Whether any object has a texture, and whether any has coordinates for one.
+    pub fn textures(&mut self, time: f64) -> (bool, bool) {
+        let objects = &self.given(time).objects;
+        let has =
+            objects.iter().any(|o| o.texture.is_some() || o.geometry.textures.iter().any(Option::is_some));
+        (has, objects.iter().any(|o| !o.geometry.mesh.texcoords.is_empty()))
+    }
+
+    /// The scene as the viewer wants it.
+    fn seen(&mut self, wishes: &Wishes) -> Scene {
+        let mut scene = self.given(wishes.time).clone();
+        let lens = wishes.lens();
+        if lens.textures == TextureUse::Off
+            && let Source::Mesh(geometry) = &self.source
+        {
+            let bare = self.bare.get_or_insert_with(|| Arc::new(geometry.without_textures()));
+            scene.objects.iter_mut().for_each(|o| o.geometry = Arc::clone(bare));
+        }
+        if wishes.look == Look::Textured && self.textures(wishes.time) == (false, true) {
+            let checker = self.checker.get_or_insert_with(|| Arc::new(checker()));
+            for object in scene.objects.iter_mut().filter(|o| !o.geometry.mesh.texcoords.is_empty()) {
+                object.texture = Some((Arc::clone(checker), Sampling::default()));
+            }
+        }
+        lens.apply(&mut scene, Camera::default(), self.aspect);
+        if let (Source::Mesh(_), Some(camera), false) =
+            (&self.source, &scene.camera, lens.navigator.is_home())
+        {
+            // A mesh brings no light: its viewer does.
+            scene.lights = vec![viewers_light(camera)];
+        }
+        scene
+    }
+
+    /// The camera that the viewer sees through.
+    pub fn camera(&mut self, wishes: &Wishes) -> Camera {
+        self.seen(wishes).camera.unwrap_or_default()
+    }
+
+    fn options(wishes: &Wishes, frame: &Frame) -> SceneOptions {
+        let Lens { hide, shade, .. } = wishes.lens();
+        SceneOptions {
+            shade: shade.unwrap_or(ShadeMode::default()),
+            hide: hide.unwrap_or_default(),
+            depth_use: if wishes.keeps_depth { DepthUse::Keep } else { DepthUse::SceneOnly },
+            ..SceneOptions::new(frame.memory.width(), frame.memory.height())
+        }
+    }
+
+    pub fn draw(
+        &mut self,
+        wishes: &Wishes,
+        frame: &mut Frame,
+        renderer: &mut Renderer,
+    ) -> Result<(), String> {
+        let scene = self.seen(wishes);
+        let options = Self::options(wishes, frame);
+        frame.clear(wishes.keeps_depth);
+        let drawn = renderer.draw_scene(&mut frame.target(), &scene, &options);
+        self.names = scene.objects.into_iter().map(|o| o.name).collect();
+        self.stats = drawn.map_err(|e| e.to_string())?;
+        Ok(())
+    }
+
+    /// What the picture needs and why, what is left out, and what went through it.
+    pub fn plan(&mut self, wishes: &Wishes, frame: &mut Frame) -> Vec<String> {
+        let scene = self.seen(wishes);
+        let options = Self::options(wishes, frame);
+        let plan = pipeline::plan_scene(&frame.target(), &scene, &options);
+        let mut lines = vec![format!("plan: {}, {} bytes", plan.title, plan.bytes())];
+        for item in plan.items().iter().filter(|i| i.used) {
+            let (name, unit) = item.part.as_str();
+            let bytes = if item.bytes > 0 { format!(", {} bytes", item.bytes) } else { String::new() };
+            lines.push(format!("+ {name:<20}{} {unit}{bytes}", item.count));
+        }
+        let absent: Vec<&str> =
+            Part::ALL.into_iter().filter(|&p| !plan.uses(p)).map(|p| p.as_str().0).collect();
+        lines.extend(wrapped("- ", &absent, 60));
+        let s = &self.stats;
+        lines.push(format!(
+            "faces {}: {} culled, {} outside, {} empty, {} drawn",
+            s.faces, s.faces_culled, s.faces_outside, s.faces_empty, s.faces_drawn
+        ));
+        lines.push(format!(
+            "pixels {} tested, {} lit, {} written",
+            s.pixels_tested, s.pixels_lit, s.pixels_written
+        ));
+        lines
+    }
+
+    /// What is known of a pixel beside its bytes.
+    pub fn inspect(&self, frame: &Frame, x: i32, y: i32) -> Vec<String> {
+        let z = frame.depth.as_ref().and_then(|d| d.z(x, y));
+        let hit = frame.ids.as_ref().and_then(|ids| ids.get(x, y));
+        let name = hit.and_then(|(name, triangle)| Some((self.names.get(name as usize)?, triangle)));
+        vec![
+            z.map_or_else(|| "no depth".to_owned(), |z| format!("depth {z:.9}")),
+            name.map_or_else(|| "no face".to_owned(), |(name, triangle)| format!("{name} face {triangle}")),
+        ]
+    }
+
+    /// What works out the difference to the exact picture.
+    pub fn exact(&mut self, wishes: &Wishes, frame: &Frame) -> Work {
+        let scene = self.seen(wishes);
+        let lens = wishes.lens();
+        let settings = truth::Settings {
+            shade: lens.shade.unwrap_or_default(),
+            hide: lens.hide.unwrap_or_default(),
+            transparency: Transparency::AfterOpaque(Default::default()),
+            ..truth::Settings::default()
+        };
+        let (width, height) = (frame.memory.width(), frame.memory.height());
+        let found = frame.memory.bytes().to_vec();
+        Box::new(move || {
+            let exact = truth::render(&scene, width, height, DepthFormat::default(), &settings)
+                .map_err(|e| e.to_string())?;
+            Ok(Difference::new(&found, |i| {
+                let [x, y] = [i as u32 % width, i as u32 / width];
+                let pixel = &found[i * 4..i * 4 + 3];
+                let is_right = |s: &&truth::State| (0..3).all(|c| (s.lo[c]..=s.hi[c]).contains(&pixel[c]));
+                let states = exact.states(x, y);
+                if exact.is_free(x, y) {
+                    return [[0; 3], [255; 3]];
+                }
+                let state = states.iter().find(is_right).or(states.first());
+                state.map_or([[0; 3], [255; 3]], |s| [s.lo, s.hi])
+            }))
+        })
+    }
+}
+
+/// The texture of meshes that have coordinates and none of their own: eight by eight squares, red to the right, green up.
+fn checker() -> Texture {
+    const SIDE: u32 = 128;
+    let texel = |x: u32, y: u32| {
+        let is_light = (x / 16 + y / 16).is_multiple_of(2);
+        let [r, g] = [x, SIDE - 1 - y].map(|v| (v * 2) as u8);
+        if is_light { [255, 255, 255, 255] } else { [r, g, 128, 255] }
+    };
+    let bytes = (0..SIDE * SIDE).flat_map(|i| texel(i % SIDE, i / SIDE)).collect();
+    Texture::new(SIDE, SIDE, bytes).expect("a size and its bytes")
+}
+
+/// Words in lines of at most so many characters, each after a mark.
+pub(super) fn wrapped(mark: &str, words: &[&str], width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in words {
+        match lines.last_mut() {
+            Some(line) if line.len() + 2 + word.len() <= width => {
+                line.push_str(", ");
+                line.push_str(word);
+            }
+            _ => lines.push(format!("{mark}{word}")),
+        }
+    }
+    lines
+}

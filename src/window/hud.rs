@@ -1,0 +1,157 @@
+//! The viewer's overlay, laid over the window's words: text in two corners, and the inspector's enlarged pixels.
+
+use super::overlay::{Canvas, box_size, draw_box};
+use super::scanout::word;
+use crate::viewer::{Overlay, Zoom};
+
+/// Blank words beside the boxes.
+const EDGE: usize = 4;
+/// Characters between two columns of a list that is too long for one.
+const GAP: usize = 3;
+/// Windows of this width have text twice as large as the font.
+const ENLARGED_FROM: usize = 960;
+/// Where the inspector shows nothing: beside the frame.
+const OFF_FRAME: u32 = 0x0030_0030;
+
+/// Draws everything of `overlay` that fits.
+pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay) {
+    let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
+    let [_, bottom_height] = box_size(&bottom.0, bottom.1);
+    if !overlay.top.is_empty() {
+        let room = canvas.height.saturating_sub(bottom_height + 3 * EDGE);
+        let (lines, scale) = fitting(&overlay.top, canvas.width, room);
+        draw_box(canvas, [EDGE, EDGE], &lines, scale);
+    }
+    if !bottom.0.is_empty() {
+        let y = canvas.height.saturating_sub(bottom_height + EDGE);
+        draw_box(canvas, [EDGE, y], &bottom.0, bottom.1);
+    }
+    if let Some(zoom) = &overlay.zoom {
+        // Text in its corner keeps it; the pixels go below.
+        let is_low = zoom.belongs_left && !overlay.top.is_empty();
+        draw_zoom(canvas, zoom, is_low.then_some(bottom_height + 2 * EDGE));
+    }
+}
+
+/// The lines at the scale at which they fit a box of `width` x `height`: twice as large as the font where there is room, in
+/// columns where there is none below each other.
+fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize) {
+    let fits = |lines: &[String], scale: usize| {
+        let [w, h] = box_size(lines, scale);
+        w + 2 * EDGE <= width && h <= height
+    };
+    // By the window, not by the text: a line that grows shall not shrink.
+    if width >= ENLARGED_FROM && fits(lines, 2) {
+        return (lines.to_vec(), 2);
+    }
+    for columns in 1..=3 {
+        let laid = in_columns(lines, columns);
+        if fits(&laid, 1) {
+            return (laid, 1);
+        }
+    }
+    (lines.to_vec(), 1)
+}
+
+/// The same lines in so many columns, one below the other first.
+fn in_columns(lines: &[String], columns: usize) -> Vec<String> {
+    let rows = lines.len().div_ceil(columns);
+    let widths: Vec<usize> =
+        lines.chunks(rows.max(1)).map(|c| c.iter().map(|l| l.chars().count()).max().unwrap_or(0)).collect();
+    let row = |i: usize| {
+        let cells =
+            lines.chunks(rows).zip(&widths).filter_map(|(column, width)| Some((column.get(i)?, *width)));
+        let text: String = cells.map(|(line, width)| format!("{line:<0$}", width + GAP)).collect();
+        text.trim_end().to_owned()
+    };
+    (0..rows).map(row).collect()
+}
+
+/// The enlarged pixels with their text below, in a corner away from the pointer: an upper one, or so many words above the end.
+fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, above_end: Option<usize>) {
+    let cell = (canvas.height / 3 / zoom.side).clamp(4, 16);
+    let [text_width, text_height] = box_size(&zoom.lines, 1);
+    let side = zoom.side * cell;
+    let width = side.max(text_width);
+    let x = if zoom.belongs_left { EDGE } else { canvas.width.saturating_sub(width + EDGE) };
+    let height = side + text_height;
+    let y = above_end.and_then(|above| canvas.height.checked_sub(above + height)).unwrap_or(EDGE);
+    if x + side > canvas.width || y + height > canvas.height {
+        // No room for pixels: their text alone.
+        return draw_box(canvas, [x.min(canvas.width), EDGE], &zoom.lines, 1);
+    }
+    for (i, color) in zoom.colors.iter().enumerate() {
+        let (left, top) = (x + i % zoom.side * cell, y + i / zoom.side * cell);
+        let words = color.map_or(OFF_FRAME, word);
+        for row in top..top + cell {
+            canvas.words[row * canvas.width + left..][..cell].fill(words);
+        }
+    }
+    // A frame about the pixel in the middle, black in white, seen on any colour.
+    let (left, top) = (x + zoom.side / 2 * cell, y + zoom.side / 2 * cell);
+    outline(canvas, [left - 1, top - 1, cell + 2], 0x00ff_ffff);
+    outline(canvas, [left, top, cell], 0);
+    draw_box(canvas, [x, y + side], &zoom.lines, 1);
+}
+
+/// The border of a square.
+fn outline(canvas: &mut Canvas<'_>, [x, y, side]: [usize; 3], color: u32) {
+    for i in 0..side {
+        for at in [y * canvas.width + x + i, (y + side - 1) * canvas.width + x + i] {
+            canvas.words[at] = color;
+        }
+        for at in [(y + i) * canvas.width + x, (y + i) * canvas.width + x + side - 1] {
+            canvas.words[at] = color;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw2d::font::CELL;
+    use crate::viewer::help_lines;
+
+    #[test]
+    fn long_lists_stand_in_columns() {
+        let lines: Vec<String> = (0..7).map(|i| format!("line {i}")).collect();
+        assert_eq!(in_columns(&lines, 2)[0], "line 0   line 4");
+        assert_eq!(in_columns(&lines, 2)[3], "line 3");
+        assert_eq!(in_columns(&lines, 1), lines);
+        assert!(in_columns(&[], 3).is_empty());
+    }
+
+    #[test]
+    fn every_key_of_the_help_is_seen_in_the_usual_windows() {
+        for (width, height) in [(640, 480), (800, 600), (1280, 960), (720, 400)] {
+            for is_nd in [false, true] {
+                let (lines, scale) = fitting(&help_lines(is_nd), width, height);
+                let [w, h] = box_size(&lines, scale);
+                assert!(w <= width && h <= height, "{width}x{height}: {w}x{h}");
+                assert!(lines.iter().all(|l| l.chars().count() * CELL + 2 * EDGE <= width));
+            }
+        }
+    }
+
+    #[test]
+    fn any_overlay_fits_any_canvas_without_harm() {
+        let zoom = |belongs_left| Zoom {
+            side: 11,
+            colors: (0..121).map(|i| (i % 3 > 0).then_some([i as u8, 0, 0, 255])).collect(),
+            lines: vec!["x 1 y 2".into(), "FBptr[4]".into()],
+            belongs_left,
+        };
+        for (width, height) in [(1, 1), (30, 20), (64, 48), (200, 90), (640, 480)] {
+            for belongs_left in [false, true] {
+                let overlay = Overlay {
+                    top: help_lines(true),
+                    bottom: vec!["a status line of some length".into()],
+                    zoom: Some(zoom(belongs_left)),
+                };
+                let mut words = vec![0x0012_3456; width * height];
+                draw(&mut Canvas { words: &mut words, width, height }, &overlay);
+                assert!(width < 30 || words.iter().any(|&w| w != 0x0012_3456));
+            }
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! The viewer's window: the loop that feeds a [`Viewer`] with keys, pointer and time, and shows what it says.
+//!
+//! On the main thread. Files are written here, and where the user asked for them: PNG by F12, GIF by F9, views by J. What the
+//! window system reports between two looks is all handled, in order, before the next picture is drawn: no tap is lost
+//! however long a picture takes.
+
+use super::hud;
+use super::overlay::Canvas;
+use super::scanout;
+use super::{Collector, Layout, MAX_WINDOW_SIDE, Report, TICK, USUAL_SCREEN, WindowError, open};
+use crate::save::{self, Movie};
+use crate::viewer::{Key, Model, Overlay, Request, Viewer};
+use minifb::{MouseButton, MouseMode};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// Frames a second of a GIF that F9 makes.
+const GIF_RATE: f64 = 25.0;
+/// Between two looks at the file.
+const WATCH_EVERY: Duration = Duration::from_millis(250);
+
+/// What the loop needs beside the viewer.
+pub struct ViewerOptions<'a> {
+    /// The window's title.
+    pub title: String,
+    /// Where F9, F12 and J save.
+    pub save_dir: PathBuf,
+    /// A movie of all that is shown, from the start on, and its frames a second.
+    pub movie: Option<(Movie, f64)>,
+    /// Close by itself after so long.
+    pub ends_after: Option<Duration>,
+    /// The file's new contents, if it has changed since the last call.
+    pub reload: Box<dyn FnMut() -> Option<Result<Model, String>> + 'a>,
+}
+
+/// A movie with its clock.
+struct Recording {
+    movie: Movie,
+    rate: f64,
+    begun: Instant,
+}
+
+impl Recording {
+    fn new(movie: Movie, rate: f64) -> Self {
+        Recording { movie, rate, begun: Instant::now() }
+    }
+
+    /// Adds as many frames as have passed.
+    fn tick(&mut self, memory: &crate::memory::VideoMemory) -> Result<(), save::SaveError> {
+        let due = (self.begun.elapsed().as_secs_f64() * self.rate) as u64 + 1;
+        while self.movie.frames() < due {
+            self.movie.push(memory)?;
+        }
+        Ok(())
+    }
+}
+
+/// Shows `viewer` until its user closes the window. Call it on the main thread.
+///
+/// # Errors
+/// Where there is no window to be had; nothing was changed then.
+pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Result<(), WindowError> {
+    let frame = [viewer.shown().width() as usize, viewer.shown().height() as usize];
+    if frame.iter().any(|&s| s > MAX_WINDOW_SIDE) {
+        return Err(WindowError::TooLarge { width: frame[0] as u32, height: frame[1] as u32 });
+    }
+    let scale = Layout::opening_scale(frame, USUAL_SCREEN);
+    let mut window = open(&options.title, frame.map(|s| s * scale))?;
+    window.set_target_fps(0);
+    let reports = Rc::new(RefCell::new(VecDeque::new()));
+    window.set_input_callback(Box::new(Collector(reports.clone())));
+    let mut movie = options.movie.take().map(|(movie, rate)| Recording::new(movie, rate));
+    let mut gif: Option<Recording> = None;
+    let mut screen = Screen::new(frame);
+    let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
+    while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
+        let size = <[usize; 2]>::from(window.get_size());
+        look_at_pointer(viewer, &window, &screen.layout(size));
+        if watched.elapsed() >= WATCH_EVERY {
+            watched = Instant::now();
+            match (options.reload)() {
+                Some(Ok(model)) => viewer.reload(model),
+                Some(Err(message)) => {
+                    eprintln!("{message}");
+                    viewer.say(message);
+                }
+                None => {}
+            }
+        }
+        let now = Instant::now();
+        viewer.advance(now - std::mem::replace(&mut last, now));
+        let is_new = viewer.refresh();
+        match screen.redraw(viewer, size, is_new) {
+            Some(words) => drop(window.update_with_buffer(words, size[0], size[1])),
+            None => window.update(),
+        }
+        let mut quits = false;
+        for report in reports.borrow_mut().drain(..) {
+            let Report::Key(key, is_down) = report else { continue };
+            match translate(key).and_then(|key| viewer.key(key, is_down)) {
+                Some(Request::Quit) => quits = true,
+                Some(Request::Record) => toggle_gif(viewer, &mut gif, &options.save_dir),
+                Some(request) => serve(viewer, request, &options.save_dir),
+                None => {}
+            }
+        }
+        for recording in [&mut movie, &mut gif] {
+            if let Some(Err(e)) = recording.as_mut().map(|r| r.tick(viewer.shown())) {
+                *recording = None;
+                tell(viewer, format!("the recording ends early: {e}"));
+            }
+        }
+        viewer.set_recording(gif.is_some());
+        if quits {
+            break;
+        }
+        std::thread::sleep(TICK);
+    }
+    Ok(())
+}
+
+/// The window's words, and what they hold.
+struct Screen {
+    frame: [usize; 2],
+    words: Vec<u32>,
+    size: [usize; 2],
+    overlay: Overlay,
+}
+
+impl Screen {
+    fn new(frame: [usize; 2]) -> Self {
+        Screen { frame, words: Vec::new(), size: [0, 0], overlay: Overlay::default() }
+    }
+
+    fn layout(&self, size: [usize; 2]) -> Layout {
+        Layout::new(self.frame, size)
+    }
+
+    /// The window's words where anything of them changed.
+    fn redraw(&mut self, viewer: &mut Viewer, size: [usize; 2], is_new: bool) -> Option<&[u32]> {
+        if size.contains(&0) {
+            return None;
+        }
+        let overlay = viewer.overlay();
+        let is_same = !is_new && size == self.size && overlay == self.overlay;
+        if is_same {
+            return None;
+        }
+        self.words.clear();
+        self.words.resize(size[0] * size[1], 0);
+        let layout = self.layout(size);
+        scanout::convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
+        hud::draw(&mut Canvas { words: &mut self.words, width: size[0], height: size[1] }, &overlay);
+        (self.size, self.overlay) = (size, overlay);
+        Some(&self.words)
+    }
+}
+
+fn look_at_pointer(viewer: &mut Viewer, window: &minifb::Window, layout: &Layout) {
+    let buttons = [MouseButton::Left, MouseButton::Middle, MouseButton::Right];
+    let held = (0..).zip(buttons).map(|(i, b)| (window.get_mouse_down(b) as u8) << i).sum();
+    let at = window.get_unscaled_mouse_pos(MouseMode::Pass).map(|(x, y)| {
+        let place = |v: f32, axis: usize| {
+            let shown = layout.shown[axis].max(1) as f64;
+            (f64::from(v) - layout.origin[axis] as f64) * layout.frame[axis] as f64 / shown
+        };
+        [place(x, 0), place(y, 1)]
+    });
+    viewer.pointer(at, held);
+    if let Some((_, dy)) = window.get_scroll_wheel().filter(|(_, dy)| *dy != 0.0) {
+        // Some systems report fractions of a step, some tens: a step is a step.
+        viewer.wheel(f64::from(dy.signum()));
+    }
+}
+
+fn tell(viewer: &mut Viewer, text: String) {
+    eprintln!("{text}");
+    viewer.say(text);
+}
+
+/// The first name `fbptr-0001` and on with this ending that is free.
+fn free_name(folder: &Path, ending: &str) -> Option<PathBuf> {
+    (1..10_000).map(|i| folder.join(format!("fbptr-{i:04}.{ending}"))).find(|p| !p.exists())
+}
+
+fn toggle_gif(viewer: &mut Viewer, gif: &mut Option<Recording>, folder: &Path) {
+    if let Some(recording) = gif.take() {
+        let (frames, path) = (recording.movie.frames(), recording.movie.path().display());
+        return tell(viewer, format!("saved {path}: {frames} frames"));
+    }
+    let (width, height) = (viewer.shown().width(), viewer.shown().height());
+    let movie = free_name(folder, "gif")
+        .ok_or_else(|| "no free name for a GIF".to_owned())
+        .and_then(|path| Movie::create(&path, width, height, GIF_RATE).map_err(|e| e.to_string()));
+    match movie {
+        Ok(movie) => {
+            tell(viewer, format!("recording {}", movie.path().display()));
+            *gif = Some(Recording::new(movie, GIF_RATE));
+        }
+        Err(e) => tell(viewer, format!("not recorded: {e}")),
+    }
+}
+
+/// Saves or prints what the viewer asks for.
+fn serve(viewer: &mut Viewer, request: Request, folder: &Path) {
+    let (ending, bytes) = match request {
+        Request::Snapshot => ("png", None),
+        Request::Save { ending, bytes } => (ending, Some(bytes)),
+        Request::Print(text) => {
+            // Nobody may be reading.
+            let _ = std::io::stdout().lock().write_all(text.as_bytes());
+            return viewer.say("the camera is on standard output".to_owned());
+        }
+        Request::Quit | Request::Record => return,
+    };
+    let Some(path) = free_name(folder, ending) else {
+        return tell(viewer, format!("no free name for a .{ending}"));
+    };
+    let saved = match bytes {
+        Some(bytes) => save::atomically(&path, |out| out.write_all(&bytes)),
+        None => save::to_path(viewer.shown(), &path),
+    };
+    match saved {
+        Ok(()) => tell(viewer, format!("saved {}", path.display())),
+        Err(e) => tell(viewer, format!("not saved: {e}")),
+    }
+}
+
+/// The viewer's name of a key.
+fn translate(key: minifb::Key) -> Option<Key> {
+    use minifb::Key as K;
+    Some(match key {
+        K::Escape => Key::Escape,
+        K::F1 => Key::F1,
+        K::F2 => Key::F2,
+        K::F3 => Key::F3,
+        K::F9 => Key::F9,
+        K::F12 => Key::F12,
+        K::Key0 | K::NumPad0 => Key::Zero,
+        K::Key1 | K::NumPad1 => Key::One,
+        K::Key2 | K::NumPad2 => Key::Two,
+        K::Key3 | K::NumPad3 => Key::Three,
+        K::Key4 | K::NumPad4 => Key::Four,
+        K::Key5 | K::NumPad5 => Key::Five,
+        K::A => Key::A,
+        K::B => Key::B,
+        K::C => Key::C,
+        K::D => Key::D,
+        K::E => Key::E,
+        K::H => Key::H,
+        K::I => Key::I,
+        K::J => Key::J,
+        K::O => Key::O,
+        K::P => Key::P,
+        K::Q => Key::Q,
+        K::R => Key::R,
+        K::S => Key::S,
+        K::W => Key::W,
+        K::Z => Key::Z,
+        K::Space => Key::Space,
+        K::Period | K::NumPadDot => Key::Period,
+        K::Comma => Key::Comma,
+        K::Left => Key::Left,
+        K::Right => Key::Right,
+        K::Up => Key::Up,
+        K::Down => Key::Down,
+        K::PageUp => Key::PageUp,
+        K::PageDown => Key::PageDown,
+        K::Equal | K::NumPadPlus => Key::Equal,
+        K::Minus | K::NumPadMinus => Key::Minus,
+        K::LeftBracket => Key::LeftBracket,
+        K::RightBracket => Key::RightBracket,
+        K::Tab => Key::Tab,
+        K::Backspace => Key::Backspace,
+        _ => return None,
+    })
+}
