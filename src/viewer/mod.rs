@@ -328,7 +328,11 @@ impl Viewer {
 
     /// Moves time by whole frames.
     pub fn step(&mut self, frames: i64) {
-        let frame = self.wishes.frame.saturating_add_signed(frames);
+        let last = match &self.subject {
+            Subject::Replay(replay) => replay.last_frame().unwrap_or(u64::MAX),
+            _ => u64::MAX,
+        };
+        let frame = self.wishes.frame.saturating_add_signed(frames).min(last);
         if frame != self.wishes.frame {
             self.set_frame(frame);
             self.is_stale = true;
@@ -387,9 +391,12 @@ impl Viewer {
             }
             Action::StepForward | Action::StepBack => {
                 self.is_paused = true;
+                let before = self.wishes.frame;
                 self.step(if action == Action::StepForward { 1 } else { -1 });
                 if !self.is_animated() {
                     self.say(format!("frame {}: nothing moves by itself here", self.wishes.frame));
+                } else if self.wishes.frame == before {
+                    self.say(format!("there is no frame beyond {before}"));
                 }
             }
             Action::Look(look) => self.set_look(look),
