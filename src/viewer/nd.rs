@@ -250,7 +250,7 @@ impl Nd {
 
     pub fn plan(&self) -> Vec<String> {
         match eye::plan(&self.scene(), self.fibre) {
-            Ok(plan) => plan.to_string().lines().map(str::to_owned).collect(),
+            Ok(plan) => plan.to_string().lines().flat_map(folded).collect(),
             Err(e) => vec![e.to_string()],
         }
     }
@@ -340,6 +340,21 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// A line of a plan as lines that fit a usual window, parted after commas.
+fn folded(line: &str) -> Vec<String> {
+    const WIDTH: usize = 74;
+    let mut lines = vec![String::new()];
+    for part in line.split_inclusive(", ") {
+        match lines.last_mut() {
+            Some(last) if last.is_empty() || last.len() + part.trim_end().len() <= WIDTH => {
+                last.push_str(part)
+            }
+            _ => lines.push(format!("           {part}")),
+        }
+    }
+    lines.iter().map(|l| l.trim_end().to_owned()).collect()
+}
+
 /// The nearest of 1, 2, 5 times a power of ten: steps that read well.
 fn round_step(length: f64) -> f64 {
     if !(length > 0.0 && length.is_finite()) {
@@ -423,6 +438,16 @@ mod tests {
         paint(&again, &mut other);
         assert!(frame.memory.bytes() == other.memory.bytes());
         assert_eq!(nd.picture.expect("a picture").to_json(), again.to_json());
+    }
+
+    #[test]
+    fn long_lines_are_parted_after_commas_and_keep_every_word() {
+        let line = "facets     ".to_owned() + &["a good many degenerate"; 7].join(", ");
+        let parts = folded(&line);
+        assert!(parts.len() > 1 && parts.iter().all(|p| p.len() <= 74), "{parts:?}");
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(words(&parts.join(" ")), words(&line));
+        assert_eq!(folded(&"x".repeat(100)).len(), 1);
     }
 
     #[test]

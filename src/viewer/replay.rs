@@ -143,12 +143,9 @@ impl Replay {
         let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
         let wanted = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
         let found = stats.split_whitespace().filter(|word| wanted.iter().any(|w| word.starts_with(w)));
-        found
-            .flat_map(|word| word.split([',', '=']))
-            .collect::<Vec<_>>()
-            .chunks(2)
-            .map(|c| c.join(" "))
-            .collect()
+        // `plan=` holds several, with commas between and colons inside.
+        let words = found.flat_map(|word| word.trim_start_matches("plan=").split(','));
+        words.map(|word| word.replace(['=', ':'], " ")).collect()
     }
 
     pub fn inspect(&mut self, x: i32, y: i32) -> Vec<String> {
