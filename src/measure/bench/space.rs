@@ -14,6 +14,7 @@ use crate::scene::{
     Mesh, NONE, Projection, Sampling, ShadeMode, Texture, Wrap, shapes,
 };
 use glam::{DMat4, DVec2, DVec3, DVec4};
+use std::sync::Arc;
 
 /// What colour memory is cleared to: (0.1, 0.1, 0.15).
 pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];
@@ -30,7 +31,7 @@ pub(super) struct Space {
 
 /// All that a draw points at.
 pub(super) struct Subject {
-    pub geometry: Geometry,
+    pub geometry: Arc<Geometry>,
     material: Material,
     pub texture: Option<Texture>,
     lights: Vec<Light>,
@@ -66,7 +67,7 @@ impl Space {
     /// Where a point of the texture lies within 1/256 texel of a border, `nearest` may take either texel: puts right such
     /// pixels of `truth`, which are those that a shift by so much changes into what was found.
     fn allow_turns(&self, truth: &mut VideoMemory) {
-        let mut shifted = self.scene.geometry.clone();
+        let mut shifted = Geometry::clone(&self.scene.geometry);
         for (ds, dt) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
             let by = DVec2::new(ds, dt) / (256.0 * f64::from(TEXTURE_SIDE));
             let from = &self.scene.geometry.mesh.texcoords;
@@ -89,9 +90,9 @@ impl Space {
     pub fn frame_shifted(&mut self, texels: f64) {
         let right = self.scene.geometry.mesh.texcoords.clone();
         let by = DVec2::splat(texels / f64::from(TEXTURE_SIDE));
-        self.scene.geometry.mesh.texcoords.iter_mut().for_each(|uv| *uv += by);
+        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords.iter_mut().for_each(|uv| *uv += by);
         self.frame();
-        self.scene.geometry.mesh.texcoords = right;
+        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords = right;
     }
 
     fn plain_of(&self, geometry: &Geometry) -> (VideoMemory, Option<DepthMemory>) {
@@ -101,7 +102,7 @@ impl Space {
         let mut depth = None;
         let mut target =
             Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
-        let call = DrawCall { geometry, ..self.scene.call(width, height) };
+        let call = DrawCall { geometry, shared: None, ..self.scene.call(width, height) };
         pipeline::draw(&mut target, &call).expect("the scene is sound");
         (memory, depth)
     }
@@ -167,7 +168,7 @@ impl Subject {
             Geometry { mesh, textures: Vec::new() }
         };
         let lit = Subject {
-            geometry: Geometry::default(),
+            geometry: Arc::default(),
             material: Material {
                 ka: BASE * 0.1,
                 kd: BASE * 0.7,
@@ -203,10 +204,12 @@ impl Subject {
         // What shows its own colour: all of the ambient light, and no other.
         let unlit = Material { ka: DVec3::ONE, kd: DVec3::ZERO, ks: DVec3::ZERO, ..Material::default() };
         match workload {
-            Workload::Phong1M => Subject { geometry: knot(2000, 250), ..lit },
-            Workload::Gouraud70k => Subject { geometry: knot(500, 70), shade: ShadeMode::Gouraud, ..lit },
+            Workload::Phong1M => Subject { geometry: Arc::new(knot(2000, 250)), ..lit },
+            Workload::Gouraud70k => {
+                Subject { geometry: Arc::new(knot(500, 70)), shade: ShadeMode::Gouraud, ..lit }
+            }
             Workload::Fill20 => Subject {
-                geometry: Geometry { mesh: layers(), textures: Vec::new() },
+                geometry: Arc::new(Geometry { mesh: layers(), textures: Vec::new() }),
                 material: unlit,
                 lights: Vec::new(),
                 model: DMat4::IDENTITY,
@@ -219,7 +222,7 @@ impl Subject {
                 ..lit
             },
             Workload::Textured(filter) => Subject {
-                geometry: knot(500, 70),
+                geometry: Arc::new(knot(500, 70)),
                 material: unlit,
                 texture: Some(texture()),
                 lights: Vec::new(),
@@ -227,7 +230,7 @@ impl Subject {
                 filter,
                 ..lit
             },
-            _ => Subject { geometry: knot(500, 70), ..lit },
+            _ => Subject { geometry: Arc::new(knot(500, 70)), ..lit },
         }
     }
 
@@ -242,6 +245,8 @@ impl Subject {
             shade: self.shade,
             cull: Cull::Back,
             hide: HiddenSurface::ZBuffer,
+            // As a resource of a server is: prepared once, drawn often.
+            shared: Some(&self.geometry),
             ..DrawCall::new(&self.geometry, &self.material, width, height)
         }
     }
