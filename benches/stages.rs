@@ -11,8 +11,8 @@ use fbptr::math::matrix;
 use fbptr::memory::{DepthFormat, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
 use fbptr::scene::{
-    Attenuation, Camera, Cull, Filter, Geometry, Light, LightKind, LookAt, Material, Projection, Sampling,
-    ShadeMode, Texture, Wrap, shapes,
+    Camera, Cull, Filter, Geometry, Light, LookAt, Material, Projection, Sampling, ShadeMode, Texture, Wrap,
+    shapes,
 };
 use fbptr::server::worker_pool;
 use fbptr::simd::{Level, scan_out};
@@ -95,16 +95,7 @@ fn draw(group: &mut BenchmarkGroup<WallTime>, stage: &Stage, threads: Option<usi
         true => Material { ks: DVec3::splat(0.5), n: 32.0, ..Material::default() },
         false => Material { ka: DVec3::ONE, kd: DVec3::ZERO, ..Material::default() },
     };
-    let lights = [Light {
-        kind: LightKind::Point {
-            position: DVec3::new(3.0, 4.0, 5.0),
-            attenuation: Attenuation::NONE,
-            radius: f64::INFINITY,
-        },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }];
+    let lights = [Light::point(DVec3::new(3.0, 4.0, 5.0), DVec3::ONE)];
     let texels = (0..256u32 * 256).flat_map(|i| [i as u8, (i >> 8) as u8, 99, 255]).collect();
     let texture = Texture::new(256, 256, texels).expect("a texture");
     let camera = Camera {

@@ -28,12 +28,7 @@ fn main() -> ExitCode {
         mesh.triangle_polygon = polygons[..shown.min(count)].to_vec();
         let geometry = Geometry { mesh: mesh.clone(), ..Default::default() };
         let material = Material { kd: DVec3::new(0.9, 0.6, 0.3), ..Material::default() };
-        let light = Light {
-            kind: LightKind::Directional { direction: DVec3::new(-1.0, -1.5, -2.0) },
-            color: DVec3::ONE,
-            ambient: DVec3::ZERO,
-            clamp_attenuation: false,
-        };
+        let light = Light::directional(DVec3::new(-1.0, -1.5, -2.0), DVec3::ONE);
         let look_at =
             LookAt { eye: DVec3::new(2.0, 4.5, 8.0), reference: DVec3::new(0.2, 1.4, 0.0), up: DVec3::Y };
         let projection =

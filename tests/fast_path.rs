@@ -59,34 +59,14 @@ fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPictur
             scene.background.color = None;
             for object in objects {
                 scene.objects = vec![object];
-                stats += renderer.draw(&mut target, &call_of(&scene.objects[0], &scene, &options)).unwrap();
+                stats += renderer
+                    .draw(&mut target, &DrawCall::of_object(&scene.objects[0], &scene, &options))
+                    .unwrap();
                 tell(&scene);
             }
         }
     }
     Drawn { memory, depth, ids, stats }
-}
-
-fn call_of<'a>(object: &'a Object, scene: &'a Scene, options: &SceneOptions) -> DrawCall<'a> {
-    DrawCall {
-        shared: Some(&object.geometry),
-        model: object.model,
-        camera: scene.camera.unwrap(),
-        viewport: options.viewport,
-        ambient: scene.ambient,
-        lights: &scene.lights,
-        light_subset: object.lights.as_deref(),
-        back_material: object.back_material.as_ref(),
-        texture: object.texture.as_ref().map(|t| &*t.0),
-        sampling: object.texture.as_ref().map(|t| t.1).unwrap_or_default(),
-        shade: object.shade.unwrap_or(options.shade),
-        cull: object.cull,
-        hide: options.hide,
-        interp: options.interp,
-        two_sided_lighting: object.two_sided_lighting,
-        fog: scene.fog,
-        ..DrawCall::new(&object.geometry, &object.material, 1, 1)
-    }
 }
 
 /// A random scene, every other one bent to what the tile renderer serves: opaque, clear air, f32 depth.

@@ -4,7 +4,6 @@
 
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{self, DrawCall, SceneOptions, Target};
-use fbptr::scene::Object;
 use fbptr::truth::compare::{Report, compare};
 use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{Transparency, TruthPicture};
@@ -37,7 +36,8 @@ fn held_to_truth(case: &Case) -> (Report, u64) {
             scene.background.color = None;
             for object in objects {
                 scene.objects = vec![object];
-                pipeline::draw(&mut target, &call_of(&scene.objects[0], &scene, &options)).unwrap();
+                pipeline::draw(&mut target, &DrawCall::of_object(&scene.objects[0], &scene, &options))
+                    .unwrap();
                 truth.draw(&scene, s).unwrap();
             }
         }
@@ -45,28 +45,6 @@ fn held_to_truth(case: &Case) -> (Report, u64) {
     let states = (0..width * height).map(|i| &truth.states(i % width, i / width)[0]);
     let drawn = states.filter(|s| s.drawn.is_some()).count() as u64;
     (compare(&memory, depth.as_ref(), &truth), drawn)
-}
-
-/// The DRAW that draws one object of a scene.
-fn call_of<'a>(object: &'a Object, scene: &'a fbptr::scene::Scene, options: &SceneOptions) -> DrawCall<'a> {
-    DrawCall {
-        model: object.model,
-        camera: scene.camera.unwrap(),
-        viewport: options.viewport,
-        ambient: scene.ambient,
-        lights: &scene.lights,
-        light_subset: object.lights.as_deref(),
-        back_material: object.back_material.as_ref(),
-        texture: object.texture.as_ref().map(|t| &*t.0),
-        sampling: object.texture.as_ref().map(|t| t.1).unwrap_or_default(),
-        shade: object.shade.unwrap_or(options.shade),
-        cull: object.cull,
-        hide: options.hide,
-        interp: options.interp,
-        two_sided_lighting: object.two_sided_lighting,
-        fog: scene.fog,
-        ..DrawCall::new(&object.geometry, &object.material, 1, 1)
-    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{DrawCall, Renderer, Target};
-use fbptr::scene::{Geometry, Light, LightKind, Material, shapes};
+use fbptr::scene::{Geometry, Light, Material, shapes};
 use glam::DVec3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
@@ -39,12 +39,7 @@ fn a_steady_frame_makes_nothing_of_the_meshs_or_the_frames_size() {
     let (width, height) = (320, 200);
     let geometry = Arc::new(Geometry { mesh: shapes::knot(200, 40).unwrap(), textures: Vec::new() });
     let material = Material { ks: DVec3::splat(0.4), n: 20.0, ..Material::default() };
-    let lights = [Light {
-        kind: LightKind::Directional { direction: DVec3::new(-1.0, -1.0, -2.0) },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }];
+    let lights = [Light::directional(DVec3::new(-1.0, -1.0, -2.0), DVec3::ONE)];
     let call = DrawCall {
         shared: Some(&geometry),
         lights: &lights,

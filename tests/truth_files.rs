@@ -8,7 +8,7 @@ mod against_truth;
 use against_truth::fault_of;
 use fbptr::load::{Folder, obj, x3d};
 use fbptr::memory::DepthFormat;
-use fbptr::scene::{Geometry, Light, LightKind, Scene, ShadeMode, TransparencyOrder};
+use fbptr::scene::{Geometry, Light, Scene, ShadeMode, TransparencyOrder};
 use fbptr::truth::scenes::{Case, object};
 use fbptr::truth::{Settings, Transparency};
 use glam::DVec3;
@@ -75,12 +75,7 @@ fn every_obj_file_agrees_with_the_truth() {
         let Ok(loaded) = obj::parse(&fs::read(path).unwrap(), &mut side, "mesh.obj") else { continue };
         let mut o = object("mesh", Default::default());
         o.geometry = Arc::new(loaded.geometry);
-        let light = Light {
-            kind: LightKind::Directional { direction: DVec3::new(-0.3, -0.5, -1.0) },
-            color: DVec3::splat(0.9),
-            ambient: DVec3::ZERO,
-            clamp_attenuation: false,
-        };
+        let light = Light::directional(DVec3::new(-0.3, -0.5, -1.0), DVec3::splat(0.9));
         let scene =
             Scene { ambient: DVec3::splat(0.2), lights: vec![light], objects: vec![o], ..Scene::default() };
         cases.extend(cases_of(path, scene));

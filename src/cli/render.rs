@@ -5,13 +5,13 @@ use super::drawing::Drawing;
 use super::progress::Progress;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
-use super::{FrameSize, Status, say, say_as_program};
+use super::{FrameSize, Status};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::budget::{Budget, BudgetKind, choose};
 use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, Movie, MovieFormat, SaveError};
-use crate::scene::{Projection, Scene, ShadeMode};
+use crate::scene::{Scene, ShadeMode};
 use crate::server::Limits;
 use clap::Args;
 use std::io::Write;
@@ -88,14 +88,7 @@ impl Render {
     pub(super) fn run(self) -> Status {
         match self.render() {
             Ok(()) => Status::Success,
-            Err(SceneError::NoFile(message)) => {
-                say_as_program(message);
-                Status::BadArguments
-            }
-            Err(SceneError::Refused(message)) => {
-                say(&message);
-                Status::Failed
-            }
+            Err(error) => error.say(),
         }
     }
 
@@ -161,20 +154,9 @@ impl Render {
     /// Puts the near and far planes where the arguments say.
     fn set_planes(&self, scene: &mut Scene) -> Result<(), SceneError> {
         let Some(camera) = &mut scene.camera else { return Ok(()) };
-        match &mut camera.projection {
-            Projection::Perspective { near, far, .. }
-            | Projection::Plane { near, far, .. }
-            | Projection::Frustum { near, far, .. }
-            | Projection::Ortho { near, far, .. }
-            | Projection::OrthoContain { near, far, .. }
-            | Projection::Oblique { near, far, .. }
-            | Projection::Isometric { near, far, .. }
-            | Projection::PseudoIsometric { near, far, .. }
-            | Projection::Window { near, far, .. } => {
-                *near = self.near.unwrap_or(*near);
-                *far = self.far.unwrap_or(*far);
-            }
-        }
+        let [near, far] = camera.projection.near_far_mut();
+        *near = self.near.unwrap_or(*near);
+        *far = self.far.unwrap_or(*far);
         camera.matrices(1.0).map(drop).map_err(|e| SceneError::NoFile(format!("camera: {e}")))
     }
 

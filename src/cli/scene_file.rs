@@ -1,6 +1,6 @@
 //! Scene files by name: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that they refer to.
 
-use super::say;
+use super::{Status, say, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, Folder, LoadError};
@@ -22,6 +22,22 @@ pub(super) enum SceneError {
     NoFile(String),
     /// It was refused.
     Refused(String),
+}
+
+impl SceneError {
+    /// Says it; the exit status.
+    pub(super) fn say(self) -> Status {
+        match self {
+            SceneError::NoFile(message) => {
+                say_as_program(message);
+                Status::BadArguments
+            }
+            SceneError::Refused(message) => {
+                say(&message);
+                Status::Failed
+            }
+        }
+    }
 }
 
 /// The largest scene file that is read.

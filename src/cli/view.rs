@@ -60,14 +60,7 @@ impl View {
     pub(super) fn run(self) -> Status {
         match self.view() {
             Ok(status) => status,
-            Err(SceneError::NoFile(message)) => {
-                say_as_program(message);
-                Status::BadArguments
-            }
-            Err(SceneError::Refused(message)) => {
-                say(&message);
-                Status::Failed
-            }
+            Err(error) => error.say(),
         }
     }
 

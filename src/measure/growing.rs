@@ -5,7 +5,7 @@ use super::growth::{Growth, GrowthPoint};
 use super::memory;
 use super::threads::{draw, knot};
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
-use crate::scene::{Light, LightKind, Mesh, Scene, ShadeMode};
+use crate::scene::{Light, Mesh, Scene, ShadeMode};
 use crate::server::{Engine, Finish, RenderThread, worker_pool};
 use crate::truth::scenes::{lit_triangle, object};
 use glam::DVec3;
@@ -73,12 +73,7 @@ pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
         scene.lights = (0..x as u32)
             .map(|i| {
                 let (sin, cos) = libm::sincos(f64::from(i));
-                Light {
-                    kind: LightKind::Directional { direction: DVec3::new(cos, sin, -1.0) },
-                    color: DVec3::splat(1.0 / x),
-                    ambient: DVec3::ZERO,
-                    clamp_attenuation: false,
-                }
+                Light::directional(DVec3::new(cos, sin, -1.0), DVec3::splat(1.0 / x))
             })
             .collect();
         scene

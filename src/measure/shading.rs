@@ -4,7 +4,7 @@ use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::{picture, rsqrt};
 use crate::math::power;
 use crate::memory::DepthFormat;
-use crate::scene::{Light, LightKind, Material, Scene, ShadeMode, shapes};
+use crate::scene::{Light, Material, Scene, ShadeMode, shapes};
 use crate::truth::metrics::{compare_bytes, pixel_error_quantile};
 use crate::truth::scenes::{Case, object};
 use crate::truth::{Settings, byte};
@@ -45,12 +45,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
 fn on_triangles(effort: &Effort) -> Vec<Row> {
     let mut ball = object("ball", shapes::sphere(1.6).expect("a sphere of radius 1.6"));
     ball.material = material();
-    let light = Light {
-        kind: LightKind::Directional { direction: light_direction() },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    };
+    let light = Light::directional(light_direction(), DVec3::ONE);
     let scene = Scene { lights: vec![light], objects: vec![ball], ..Scene::default() };
     let side = effort.pick(96, 256);
     let case = |shade| Case {

@@ -3,8 +3,8 @@
 use crate::error::Code;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
 use crate::scene::{
-    Camera, CameraError, Cull, Fog, Geometry, HiddenSurface, Interpolation, Light, Material, Sampling,
-    ShadeMode, Texture, TransparencyOrder, Viewport,
+    Camera, CameraError, Cull, Fog, Geometry, HiddenSurface, Interpolation, Light, Material, Object,
+    Sampling, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
@@ -87,6 +87,33 @@ impl<'a> DrawCall<'a> {
             interp: Interpolation::default(),
             two_sided_lighting: false,
             fog: None,
+            name: 0,
+        }
+    }
+}
+
+impl<'a> DrawCall<'a> {
+    /// The draw of one object of a scene, nameless (`name` is 0).
+    pub fn of_object(object: &'a Object, scene: &'a Scene, options: &SceneOptions) -> Self {
+        DrawCall {
+            geometry: &object.geometry,
+            shared: Some(&object.geometry),
+            model: object.model,
+            camera: scene.camera.unwrap_or(options.camera),
+            viewport: options.viewport,
+            ambient: scene.ambient,
+            lights: &scene.lights,
+            light_subset: object.lights.as_deref(),
+            material: &object.material,
+            back_material: object.back_material.as_ref(),
+            texture: object.texture.as_ref().map(|(t, _)| t.as_ref()),
+            sampling: object.texture.as_ref().map(|(_, s)| *s).unwrap_or_default(),
+            shade: object.shade.unwrap_or(options.shade),
+            cull: object.cull,
+            hide: options.hide,
+            interp: options.interp,
+            two_sided_lighting: object.two_sided_lighting,
+            fog: scene.fog,
             name: 0,
         }
     }

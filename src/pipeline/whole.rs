@@ -155,26 +155,9 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
 
 /// One call an object.
 pub(super) fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
-    let call = |(index, object): (usize, &'a crate::scene::Object)| DrawCall {
-        geometry: &object.geometry,
-        shared: Some(&object.geometry),
-        model: object.model,
-        camera: scene.camera.unwrap_or(options.camera),
-        viewport: options.viewport,
-        ambient: scene.ambient,
-        lights: &scene.lights,
-        light_subset: object.lights.as_deref(),
-        material: &object.material,
-        back_material: object.back_material.as_ref(),
-        texture: object.texture.as_ref().map(|(t, _)| t.as_ref()),
-        sampling: object.texture.as_ref().map(|(_, s)| *s).unwrap_or_default(),
-        shade: object.shade.unwrap_or(options.shade),
-        cull: object.cull,
-        hide: options.hide,
-        interp: options.interp,
-        two_sided_lighting: object.two_sided_lighting,
-        fog: scene.fog,
+    let call = |(index, object)| DrawCall {
         name: options.first_name.wrapping_add(index as u32),
+        ..DrawCall::of_object(object, scene, options)
     };
     scene.objects.iter().enumerate().map(call).collect()
 }

@@ -126,6 +126,28 @@ pub enum Projection {
     },
 }
 
+impl Projection {
+    /// The distances to the near and far planes.
+    pub fn near_far(mut self) -> [f64; 2] {
+        self.near_far_mut().map(|d| *d)
+    }
+
+    /// The same, to be changed.
+    pub fn near_far_mut(&mut self) -> [&mut f64; 2] {
+        match self {
+            Projection::Perspective { near, far, .. }
+            | Projection::Plane { near, far, .. }
+            | Projection::Frustum { near, far, .. }
+            | Projection::Ortho { near, far, .. }
+            | Projection::OrthoContain { near, far, .. }
+            | Projection::Oblique { near, far, .. }
+            | Projection::Isometric { near, far, .. }
+            | Projection::PseudoIsometric { near, far, .. }
+            | Projection::Window { near, far, .. } => [near, far],
+        }
+    }
+}
+
 /// Which rule takes NDC to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum ViewportRule {

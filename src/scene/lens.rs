@@ -125,12 +125,7 @@ pub fn viewers_light(camera: &Camera) -> Light {
     let ahead = (reference - eye).normalize_or(DVec3::NEG_Z);
     let right = ahead.cross(camera.look_at.up).normalize_or(DVec3::X);
     let up = right.cross(ahead);
-    Light {
-        kind: LightKind::Directional { direction: ahead + right * 0.5 - up * 0.5 },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }
+    Light::directional(ahead + right * 0.5 - up * 0.5, DVec3::ONE)
 }
 
 #[cfg(test)]

@@ -77,3 +77,17 @@ pub struct Light {
     /// X3D clamps the attenuation's denominator at 1 from below; the command language does not.
     pub clamp_attenuation: bool,
 }
+
+impl Light {
+    /// A light at `position` that shines everywhere alike.
+    pub fn point(position: DVec3, color: DVec3) -> Self {
+        let kind = LightKind::Point { position, attenuation: Attenuation::NONE, radius: f64::INFINITY };
+        Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false }
+    }
+
+    /// A light from infinitely far away that travels along `direction`.
+    pub fn directional(direction: DVec3, color: DVec3) -> Self {
+        let kind = LightKind::Directional { direction };
+        Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false }
+    }
+}

@@ -131,7 +131,7 @@ impl Navigator {
         let distance = (look_at.eye - look_at.reference).length();
         let [half_width, half_height] = half_window(given, aspect).map(|h| h * self.zoom);
         let window = [-half_width, half_width, -half_height, half_height];
-        let (near, far) = depth_range(&given.projection);
+        let [near, far] = given.projection.near_far();
         let (near, far) = (near * self.zoom.min(1.0), far * self.zoom.max(1.0));
         // A parallel box may begin behind the eye.
         let (back, front) = (-far.abs().max(distance), far.abs().max(distance));
@@ -204,21 +204,6 @@ fn is_parallel(projection: &Projection) -> bool {
         projection,
         Ortho { .. } | OrthoContain { .. } | Oblique { .. } | Isometric { .. } | PseudoIsometric { .. }
     )
-}
-
-/// Near and far of any projection.
-fn depth_range(projection: &Projection) -> (f64, f64) {
-    match *projection {
-        Projection::Perspective { near, far, .. }
-        | Projection::Plane { near, far, .. }
-        | Projection::Frustum { near, far, .. }
-        | Projection::Ortho { near, far, .. }
-        | Projection::OrthoContain { near, far, .. }
-        | Projection::Oblique { near, far, .. }
-        | Projection::Isometric { near, far, .. }
-        | Projection::PseudoIsometric { near, far, .. }
-        | Projection::Window { near, far, .. } => (near, far),
-    }
 }
 
 /// Half the width and height of what is seen in the plane through the reference point.

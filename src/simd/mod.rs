@@ -5,7 +5,7 @@
 //! Every operation is exact or correctly rounded, in a fixed order, without FMA and without approximate reciprocals,
 //! so a kernel that treats its lanes alike gives the same bytes at every level.
 //!
-//! Soundness: a token of a level (and with it any vector of that level) comes into being only inside
+//! SAFETY: a token of a level (and with it any vector of that level) comes into being only inside
 //! [`Level::dispatch`], after the CPU was asked. Holding one is the proof that its instructions exist.
 #![allow(unsafe_code)]
 

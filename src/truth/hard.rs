@@ -36,12 +36,7 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
 
 /// A case of the start state's camera and modes, 48 x 36 pixels, one light from above the eye.
 fn case(name: &str, objects: Vec<Object>) -> Case {
-    let light = Light {
-        kind: LightKind::Directional { direction: v(0.2, -0.5, -1.0) },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    };
+    let light = Light::directional(v(0.2, -0.5, -1.0), DVec3::ONE);
     let scene = Scene {
         camera: Some(Camera::default()),
         ambient: DVec3::splat(0.3),

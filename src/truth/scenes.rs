@@ -82,12 +82,7 @@ impl Random {
 pub fn lit_triangle() -> Scene {
     let positions = vec![DVec3::new(-1.5, -1.0, 0.0), DVec3::new(1.5, -1.2, 0.3), DVec3::new(0.0, 1.4, -0.2)];
     let mesh = Mesh::from_triangles(positions, &[[0, 1, 2]]);
-    let light = Light {
-        kind: LightKind::Directional { direction: DVec3::new(-0.3, -0.4, -1.0) },
-        color: DVec3::new(1.0, 0.9, 0.8),
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    };
+    let light = Light::directional(DVec3::new(-0.3, -0.4, -1.0), DVec3::new(1.0, 0.9, 0.8));
     Scene {
         camera: Some(Camera::default()),
         lights: vec![light],

@@ -40,12 +40,7 @@ fn glowing(color: DVec3) -> Material {
 }
 
 fn lamp(position: DVec3) -> Light {
-    Light {
-        kind: LightKind::Point { position, attenuation: Attenuation::NONE, radius: f64::INFINITY },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }
+    Light::point(position, DVec3::ONE)
 }
 
 fn triangle(points: [[f64; 3]; 3]) -> Mesh {

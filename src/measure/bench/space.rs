@@ -10,8 +10,8 @@ use crate::math::matrix;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::{self, DrawCall, Renderer, Target};
 use crate::scene::{
-    Attenuation, Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LightKind, LookAt, Material,
-    Mesh, NONE, Projection, Sampling, ShadeMode, Texture, Wrap, shapes,
+    Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Projection,
+    Sampling, ShadeMode, Texture, Wrap, shapes,
 };
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use std::sync::Arc;
@@ -177,16 +177,7 @@ impl Subject {
                 ..Material::default()
             },
             texture: None,
-            lights: vec![Light {
-                kind: LightKind::Point {
-                    position: DVec3::new(3.0, 4.0, 5.0),
-                    attenuation: Attenuation::NONE,
-                    radius: f64::INFINITY,
-                },
-                color: DVec3::ONE,
-                ambient: DVec3::ZERO,
-                clamp_attenuation: false,
-            }],
+            lights: vec![Light::point(DVec3::new(3.0, 4.0, 5.0), DVec3::ONE)],
             model: turn(DVec3::X, 0.3) * turn(DVec3::Y, 0.4),
             camera: Camera {
                 look_at: look_from(5.2),

@@ -51,12 +51,7 @@ fn solid() -> Mesh {
 }
 
 fn lamp() -> Light {
-    Light {
-        kind: LightKind::Directional { direction: DVec3::NEG_Z },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }
+    Light::directional(DVec3::NEG_Z, DVec3::ONE)
 }
 
 fn scene(objects: Vec<Object>) -> Scene {

@@ -63,6 +63,19 @@ impl Kernel for RasterKernel<'_, '_> {
     }
 }
 
+/// The depth test at LANES pixels from `at` on, where `covered`; those that pass keep z and the face's number. How many passed.
+#[inline(always)]
+pub(super) fn write<S: Simd>(s: S, band: &mut Band<'_>, at: usize, covered: S::M, z: S::I, id: S::I) -> u64 {
+    let mut passes = covered;
+    if !band.depth.is_empty() {
+        let depth = &mut band.depth[at..at + S::LANES];
+        passes = covered & s.load_i(depth).gt(z);
+        s.store_masked_i(passes, z, depth);
+    }
+    s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
+    passes.bits().count_ones() as u64
+}
+
 /// A face whose coverage is known: a row of up to eight pixels at a time.
 #[inline(always)]
 fn tiny<S: Simd>(s: S, face: &Tiny, band_rows: i32, band: &mut Band<'_>) -> u64 {
@@ -102,14 +115,7 @@ fn tiny<S: Simd>(s: S, face: &Tiny, band_rows: i32, band: &mut Band<'_>) -> u64 
             let covered = s.mask((bits >> column << shift) & (u32::MAX >> (32 - lanes)));
             let z = (s.splat(z0 + zy * row as f32) + along).bits().max(s.splat_i(0));
             let at = (y0 + row - band.y0) as usize * band.width + start as usize;
-            let mut passes = covered;
-            if !band.depth.is_empty() {
-                let depth = &mut band.depth[at..at + S::LANES];
-                passes = covered & s.load_i(depth).gt(z);
-                s.store_masked_i(passes, z, depth);
-            }
-            s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
-            passed += passes.bits().count_ones() as u64;
+            passed += write(s, band, at, covered, z, id);
         }
         column += lanes;
     }
@@ -155,14 +161,7 @@ fn small<S: Simd>(s: S, face: &Small, view: &View, band_rows: i32, band: &mut Ba
             tested += covered.bits().count_ones() as u64;
             let at = (y - band.y0) as usize * band.width + start as usize;
             let z = (s.splat(z0 + zy * (y - y0) as f32) + along).bits().max(s.splat_i(0));
-            let mut passes = covered;
-            if !band.depth.is_empty() {
-                let depth = &mut band.depth[at..at + S::LANES];
-                passes = covered & s.load_i(depth).gt(z);
-                s.store_masked_i(passes, z, depth);
-            }
-            s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
-            passed += passes.bits().count_ones() as u64;
+            passed += write(s, band, at, covered, z, id);
         }
         x += lanes;
     }

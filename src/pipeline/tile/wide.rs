@@ -3,7 +3,7 @@
 //! Coverage by exact spans, depth and weights as linear functions of the pixel, in f64. Along a row both are worked in f64
 //! at the first column of each run of 16 and in f32 from there: whichever width the vectors have, the numbers are the same.
 
-use super::raster::Band;
+use super::raster::{Band, write};
 use super::setup::View;
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::pipeline::plane::Linear;
@@ -105,14 +105,7 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band:
         let z = z.max(s.splat(0.0)).bits();
         let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
         let at = row_start + start as usize;
-        let mut passes = inside;
-        if !band.depth.is_empty() {
-            let depth = &mut band.depth[at..at + S::LANES];
-            passes = inside & s.load_i(depth).gt(z);
-            s.store_masked_i(passes, z, depth);
-        }
-        s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
-        passed += passes.bits().count_ones() as u64;
+        passed += write(s, band, at, inside, z, id);
         x = start + lanes;
     }
     passed

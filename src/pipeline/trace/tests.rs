@@ -2,9 +2,7 @@
 
 use super::*;
 use crate::pipeline::{draw, draw_scene, golden};
-use crate::scene::{
-    Background, Camera, Geometry, Light, LightKind, LookAt, Mesh, Object, Projection, Viewport, shapes,
-};
+use crate::scene::{Background, Camera, Geometry, Light, LookAt, Mesh, Object, Projection, Viewport, shapes};
 use glam::dvec3;
 
 fn camera(eye: DVec3, projection: Projection) -> Camera {
@@ -144,16 +142,7 @@ fn knot(shade: ShadeMode, probe: Probe) -> (VideoMemory, Result<Trace, TraceErro
         n: 32.0,
         ..Default::default()
     };
-    let lights = [Light {
-        kind: LightKind::Point {
-            position: dvec3(3.0, 4.0, 5.0),
-            attenuation: crate::scene::Attenuation::NONE,
-            radius: f64::INFINITY,
-        },
-        color: DVec3::ONE,
-        ambient: DVec3::ZERO,
-        clamp_attenuation: false,
-    }];
+    let lights = [Light::point(dvec3(3.0, 4.0, 5.0), DVec3::ONE)];
     let call = DrawCall {
         camera: camera(dvec3(0.0, 0.0, 5.2), perspective(1.0, 10.0)),
         ambient: DVec3::ONE,
