@@ -6,7 +6,7 @@ mod common;
 use common::{Motion, show};
 use fbptr::memory::{DepthFormat, VideoMemory};
 use fbptr::pipeline::{DrawCall, Target, draw};
-use fbptr::scene::{Camera, Geometry, Light, LightKind, LookAt, Material, Projection, shapes};
+use fbptr::scene::{Camera, Geometry, Light, LookAt, Material, Projection, shapes};
 use glam::DVec3;
 use std::process::ExitCode;
 

@@ -4,7 +4,7 @@
 
 use fbptr::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
-use fbptr::scene::{Object, Scene};
+use fbptr::scene::Scene;
 use fbptr::simd::Level;
 use fbptr::truth::compare::compare;
 use fbptr::truth::scenes::{Case, random};
