@@ -144,17 +144,7 @@ fn judge(report: &mut Report, truth: &TruthPicture, [x, y]: [u32; 2], found: [u8
     if free {
         return;
     }
-    // The nearest right answer: one that passes if there is any, else the closest in colour.
-    let measured = states.iter().map(|s| {
-        let color = color_distance(s, found);
-        let limit = COLOR_LIMITS[usize::from(s.is_textured)];
-        let depth = word.map_or(0.0, |w| depth_use_of_limit(truth.depth_format(), s, w));
-        (color > limit, depth > 1.0, color, depth)
-    });
-    let best = measured.min_by(|a, b| {
-        (a.0, a.1, a.2).cmp(&(b.0, b.1, b.2)).then(a.3.partial_cmp(&b.3).unwrap_or(std::cmp::Ordering::Equal))
-    });
-    let Some((color_fails, depth_fails, color, depth)) = best else { return };
+    let Nearest { color, depth, color_fails, depth_fails, .. } = nearest(truth, [x, y], found, word);
     if !color_fails && !depth_fails {
         report.max_color = report.max_color.max(color);
         report.max_depth = report.max_depth.max(depth);
@@ -179,6 +169,44 @@ fn judge(report: &mut Report, truth: &TruthPicture, [x, y]: [u32; 2], found: [u8
     if report.places.len() < PLACES_KEPT {
         report.places.push(Place { x, y, fault, found, depth: word, expected: states.to_vec() });
     }
+}
+
+/// How far a pixel is from its nearest right answer: one that it agrees with if there is any, else the closest in colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The largest difference of a byte, in 1/255 steps.
+    pub color: u8,
+    /// The part of its limit that the depth uses up; 0 where depth is not compared.
+    pub depth: f64,
+    /// The depth's distance in z.
+    pub depth_z: f64,
+    /// Whether the colour is over its limit.
+    pub color_fails: bool,
+    /// Whether the depth is over its limit.
+    pub depth_fails: bool,
+}
+
+/// Holds one pixel to its right answers; that a pixel is free is not asked.
+///
+/// # Panics
+/// Off the picture.
+pub fn nearest(truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Option<u32>) -> Nearest {
+    let format = truth.depth_format();
+    let measured = truth.states(x, y).iter().map(|s| {
+        let color = color_distance(s, found);
+        let depth = word.map_or(0.0, |w| depth_use_of_limit(format, s, w));
+        let depth_z = word.map_or(0.0, |w| {
+            let z = Wide::new(format.decode(w));
+            (s.z[0] - z).max(z - s.z[1]).max(Wide::ZERO).to_f64()
+        });
+        let color_fails = color > COLOR_LIMITS[usize::from(s.is_textured)];
+        Nearest { color, depth, depth_z, color_fails, depth_fails: depth > 1.0 }
+    });
+    let best = measured.min_by(|a, b| {
+        let key = |n: &Nearest| (n.color_fails, n.depth_fails, n.color);
+        key(a).cmp(&key(b)).then(a.depth.total_cmp(&b.depth))
+    });
+    best.expect("a pixel has at least one right answer")
 }
 
 /// How far a pixel's bytes are from the nearest right answer, in 1/255 steps; `index` is width y + x.

@@ -6,6 +6,7 @@ use super::light::{Lighting, Lit, light_point};
 use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
 use super::render::Settings;
 use super::texture::Pyramid;
+use super::wanted::Wanted;
 use super::wide::{Wide, Wide3, Wide4, cross, narrow3};
 use crate::math::matrix::unit;
 use crate::scene::{Cull, Material, NONE, Object, Sampling, ShadeMode};
@@ -70,6 +71,8 @@ pub struct Face<'a> {
     wobble_px: [f64; 3],
     /// Whether the true corners lie on one line, to 24 digits: only snapping gives such a face an area.
     pub is_degenerate: bool,
+    /// The pixels that its outline can reach, x0..x1 and y0..y1, within the viewport.
+    pub bounds: [i64; 4],
 }
 
 /// b_i at a pixel's centre, and what follows from them.
@@ -95,27 +98,6 @@ impl<'a> Face<'a> {
     /// The plane's weights at NDC (x, y).
     pub fn weights(&self, [x, y]: [Wide; 2]) -> Weights {
         Weights { b: self.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
-    }
-
-    /// The pixels that its outline can reach, x0..x1 and y0..y1, within the given box.
-    pub fn bounds(&self, clip: [i64; 4], to_screen: impl Fn(Wide, Wide) -> [Wide; 2]) -> [i64; 4] {
-        if self.outline.is_none() {
-            return clip;
-        }
-        let mut found = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
-        for c in &self.corners {
-            let [x, y] = to_screen(c.clip[0] / c.clip[3], c.clip[1] / c.clip[3]).map(Wide::to_f64);
-            found = [found[0].min(x), found[1].max(x), found[2].min(y), found[3].max(y)];
-        }
-        // A pixel of room on each side for snapping and wobble; the casts saturate.
-        let low = |v: f64, lo: i64, hi: i64| ((v - 2.0).floor() as i64).clamp(lo, hi);
-        let high = |v: f64, lo: i64, hi: i64| ((v + 2.0).ceil() as i64).clamp(lo, hi);
-        [
-            low(found[0], clip[0], clip[1]),
-            high(found[1], clip[0], clip[1]),
-            low(found[2], clip[2], clip[3]),
-            high(found[3], clip[2], clip[3]),
-        ]
     }
 
     /// Whether the centre of pixel (x, y), at NDC `ndc`, is covered.
@@ -173,12 +155,16 @@ pub struct ObjectView<'a> {
 }
 
 impl<'a> ObjectView<'a> {
-    /// The faces of the object that can be seen, in file order.
-    pub fn faces(&self, pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>) -> Vec<Face<'a>> {
+    /// The faces of the object that can be seen in pixels of `wanted`, in file order.
+    pub fn faces(
+        &self,
+        wanted: &Wanted,
+        pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>,
+    ) -> Vec<Face<'a>> {
         let mesh = &self.object.geometry.mesh;
         let normals = Normals::new(mesh);
         let places: Vec<Place> = mesh.positions.iter().map(|&p| self.place(p)).collect();
-        (0..mesh.triangles.len()).filter_map(|t| self.face(t, &normals, &places, pyramid)).collect()
+        (0..mesh.triangles.len()).filter_map(|t| self.face(t, wanted, &normals, &places, pyramid)).collect()
     }
 
     /// Object to world, view and clip space, with a bound on what plain f64 may be off by in clip space.
@@ -194,17 +180,44 @@ impl<'a> ObjectView<'a> {
         };
         let size = magnitudes(&rows.map(|r| r.map(Wide::new)), [p.x.abs(), p.y.abs(), p.z.abs(), 1.0]);
         let size = magnitudes(&self.sight.projection, magnitudes(&self.sight.view, size));
-        Place {
-            world: [world[0], world[1], world[2]],
-            view,
-            clip,
-            slack: size.map(|s| 16.0 * f64::EPSILON * s),
+        let slack = size.map(|s| 16.0 * f64::EPSILON * s);
+        let is_in_front = clip[3].to_f64() > slack[3];
+        let screen = is_in_front.then(|| {
+            let at = self.sight.to_screen(clip[0] / clip[3], clip[1] / clip[3]);
+            (at, self.wobble(clip, slack, at))
+        });
+        Place { world: [world[0], world[1], world[2]], view, clip, slack, screen }
+    }
+
+    /// The pixels that a face's outline can reach, within the viewport: all of it where a corner has w <= 0.
+    fn bounds(at: [&Place; 3], clip: [i64; 4]) -> [i64; 4] {
+        let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) else { return clip };
+        let mut found = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+        for (place, wobble_px) in [a, b, c] {
+            let [x, y] = place.map(Wide::to_f64);
+            // A corner lies at most half a step of the snapping off its place, and as far as it wobbles.
+            let room = wobble_px + 1.0 / 256.0;
+            let ends = [x - room, x + room, y - room, y + room];
+            found =
+                std::array::from_fn(
+                    |k| if k % 2 == 0 { found[k].min(ends[k]) } else { found[k].max(ends[k]) },
+                );
         }
+        // Pixels whose centre lies between; the casts saturate.
+        let low = |v: f64, lo: i64, hi: i64| ((v - 0.5).ceil() as i64).clamp(lo, hi);
+        let high = |v: f64, lo: i64, hi: i64| (((v - 0.5).floor() as i64).saturating_add(1)).clamp(lo, hi);
+        [
+            low(found[0], clip[0], clip[1]),
+            high(found[1], clip[0], clip[1]),
+            low(found[2], clip[2], clip[3]),
+            high(found[3], clip[2], clip[3]),
+        ]
     }
 
     fn face(
         &self,
         t: usize,
+        wanted: &Wanted,
         normals: &Normals,
         places: &[Place],
         pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>,
@@ -216,6 +229,10 @@ impl<'a> ObjectView<'a> {
         if !at.iter().all(|p| p.clip.iter().all(|c| c.is_finite())) {
             return None;
         }
+        let bounds = Self::bounds(at, wanted.clip);
+        if !wanted.is_any_in(bounds) {
+            return None;
+        }
         // The plane through the unsnapped corners: rows (x_i, y_i, w_i), inverted by cofactors.
         let rows: [Wide3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
         let cofactors = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
@@ -223,24 +240,20 @@ impl<'a> ObjectView<'a> {
         let scale =
             rows.iter().fold(1.0, |s, r| s * (0..3).fold(0.0, |m: f64, k| m.max(r[k].to_f64().abs())));
         let is_degenerate = det.to_f64().abs() <= 1e-24 * scale;
-        let is_cut = at.iter().any(|p| p.clip[3].to_f64() <= p.slack[3]);
         if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == Wide::ZERO {
             return None;
         }
         let mut wobble_px = [0.0; 3];
-        let (outline, seen_ccw) = if is_cut {
-            (None, det > Wide::ZERO)
-        } else {
-            let screen = at.map(|p| self.sight.to_screen(p.clip[0] / p.clip[3], p.clip[1] / p.clip[3]));
-            for i in 0..3 {
-                wobble_px[i] = self.wobble(at[i], screen[i]);
-            }
-            let outline = Outline::new(screen)?;
+        let (outline, seen_ccw) = if let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) {
+            wobble_px = [a.1, b.1, c.1];
+            let outline = Outline::new([a.0, b.0, c.0])?;
             let turn = outline.turn();
             if turn == Ordering::Equal && wobble_px == [0.0; 3] {
                 return None;
             }
             (Some(outline), turn == Ordering::Less)
+        } else {
+            (None, det > Wide::ZERO)
         };
         let is_front = seen_ccw != is_mirrored(&object.model);
         match self.settings.cull.unwrap_or(object.cull) {
@@ -303,6 +316,7 @@ impl<'a> ObjectView<'a> {
             outline,
             wobble_px,
             is_degenerate,
+            bounds,
         };
         self.light_ahead(&mut face, polygon, places);
         Some(face)
@@ -336,13 +350,13 @@ impl<'a> ObjectView<'a> {
     }
 
     /// How far a snapped corner may lie elsewhere, in pixels: 0 unless a tie of the snapping is within f64's own error.
-    fn wobble(&self, place: &Place, screen: [Wide; 2]) -> f64 {
-        let w = place.clip[3].to_f64();
+    fn wobble(&self, clip: Wide4, slack: [f64; 4], screen: [Wide; 2]) -> f64 {
+        let w = clip[3].to_f64();
         let scale = self.sight.pixels_per_ndc();
         (0..2)
             .map(|k| {
-                let ndc = (place.clip[k] / place.clip[3]).to_f64();
-                let off = scale[k] * (place.slack[k] + ndc.abs() * place.slack[3]) / w.abs()
+                let ndc = (clip[k] / clip[3]).to_f64();
+                let off = scale[k] * (slack[k] + ndc.abs() * slack[3]) / w.abs()
                     + 4.0 * f64::EPSILON * screen[k].to_f64().abs();
                 if distance_to_tie(screen[k]) <= off * 256.0 { off + 1.0 / 256.0 } else { 0.0 }
             })
@@ -359,4 +373,6 @@ pub struct Place {
     pub clip: Wide4,
     /// What the plain f64 evaluation of each clip coordinate may be off by.
     slack: [f64; 4],
+    /// Screen pixels, and how far a corner snapped here may lie elsewhere; `None` where w <= 0 to the accuracy of f64.
+    screen: Option<([Wide; 2], f64)>,
 }

@@ -28,6 +28,7 @@ mod render;
 pub mod scenes;
 mod strokes;
 mod texture;
+mod wanted;
 mod wide;
 
 pub use camera::{Sight, Viewer};

@@ -1,6 +1,6 @@
 //! The picture that the reference makes: for each pixel, every answer that the specification calls right.
 //!
-//! A pixel holds a list of states, nearly always one. A fragment whose decision turns (see `fragment`) splits them; equal
+//! A pixel holds a list of states, nearly always one; none is kept for a pixel that nothing has touched. A fragment whose decision turns (see `fragment`) splits them; equal
 //! states are merged. A pixel whose list grows past `MAX_STATES` is free: it is counted, and accepts anything.
 
 use super::coverage::Coverage;
@@ -53,6 +53,8 @@ pub struct TruthPicture {
     width: u32,
     height: u32,
     format: DepthFormat,
+    /// The one answer of the pixels that nothing has touched: those whose list is empty.
+    blank: State,
     states: Vec<Vec<State>>,
     free: Vec<bool>,
     faces: Vec<FaceRecord>,
@@ -97,7 +99,7 @@ impl TruthPicture {
     /// A cleared picture: opaque black, depth 1.
     pub fn new(width: u32, height: u32, format: DepthFormat) -> TruthPicture {
         let pixels = width as usize * height as usize;
-        let cleared = State {
+        let blank = State {
             lo: [0; 3],
             hi: [0; 3],
             real: [DVec3::ZERO; 2],
@@ -110,7 +112,8 @@ impl TruthPicture {
             width,
             height,
             format,
-            states: vec![vec![cleared]; pixels],
+            blank,
+            states: vec![Vec::new(); pixels],
             free: vec![false; pixels],
             faces: Vec::new(),
         }
@@ -137,7 +140,19 @@ impl TruthPicture {
     /// Off the picture.
     pub fn states(&self, x: u32, y: u32) -> &[State] {
         assert!(x < self.width && y < self.height, "({x},{y}) is off the picture");
-        &self.states[(self.width * y + x) as usize]
+        self.states_at((self.width * y + x) as usize)
+    }
+
+    fn states_at(&self, index: usize) -> &[State] {
+        match &self.states[index][..] {
+            [] => std::slice::from_ref(&self.blank),
+            some => some,
+        }
+    }
+
+    /// Each pixel's first answer.
+    fn firsts(&self) -> impl Iterator<Item = &State> {
+        self.states.iter().map(|s| s.first().unwrap_or(&self.blank))
     }
 
     /// Whether so much turns at pixel (x, y) that any answer is accepted.
@@ -152,49 +167,46 @@ impl TruthPicture {
 
     /// The RGBA bytes of each pixel's first answer, row 0 at the top.
     pub fn bytes(&self) -> Vec<u8> {
-        self.states.iter().flat_map(|s| [s[0].lo[0], s[0].lo[1], s[0].lo[2], 255]).collect()
+        self.firsts().flat_map(|s| [s.lo[0], s.lo[1], s.lo[2], 255]).collect()
     }
 
     /// The unclamped colour of each pixel's first answer.
     pub fn real_colors(&self) -> Vec<[f64; 3]> {
-        self.states.iter().map(|s| s[0].real[0].to_array()).collect()
+        self.firsts().map(|s| s.real[0].to_array()).collect()
     }
 
     /// The exact depth of each pixel's first answer.
     pub fn depths(&self) -> Vec<f64> {
-        self.states.iter().map(|s| s[0].z[0].to_f64()).collect()
+        self.firsts().map(|s| s.z[0].to_f64()).collect()
     }
 
     /// Colour everywhere, depth 1 everywhere: what CLEAR does.
     pub fn clear(&mut self, color: Rgba) {
         let rgb = [color[0], color[1], color[2]];
-        let (width, height) = (self.width as i64, self.height as i64);
-        self.paint([0, width, 0, height], DVec3::from_array(rgb.map(|c| c as f64 / 255.0)));
-        for state in self.states.iter_mut().flatten() {
-            state.z = [Wide::ONE; 2];
-            state.depth_owner = None;
-        }
+        let real = DVec3::from_array(rgb.map(|c| c as f64 / 255.0));
+        self.blank = State { z: [Wide::ONE; 2], depth_owner: None, ..painted(&self.blank, real) };
+        self.states.iter_mut().for_each(Vec::clear);
+        self.free.fill(false);
     }
 
     /// A colour over the pixels of x0..x1, y0..y1 that exist; depth stays.
     pub fn paint(&mut self, [x0, x1, y0, y1]: [i64; 4], color: DVec3) {
-        for y in y0.max(0)..y1.min(self.height as i64) {
-            for x in x0.max(0)..x1.min(self.width as i64) {
-                let at = (self.width as i64 * y + x) as usize;
+        let (width, height) = (self.width as i64, self.height as i64);
+        let is_whole = x0 <= 0 && y0 <= 0 && x1 >= width && y1 >= height;
+        for y in y0.max(0)..y1.min(height) {
+            for x in x0.max(0)..x1.min(width) {
+                let at = (width * y + x) as usize;
                 self.free[at] = false;
-                for state in &mut self.states[at] {
-                    let rgb = bytes(color);
-                    *state = State {
-                        lo: rgb,
-                        hi: rgb,
-                        real: [color; 2],
-                        drawn: None,
-                        is_textured: false,
-                        ..*state
-                    };
+                let states = &mut self.states[at];
+                if states.is_empty() && !is_whole {
+                    states.push(self.blank);
                 }
-                merge(&mut self.states[at]);
+                states.iter_mut().for_each(|s| *s = painted(s, color));
+                merge(states);
             }
+        }
+        if is_whole {
+            self.blank = painted(&self.blank, color);
         }
     }
 
@@ -208,7 +220,7 @@ impl TruthPicture {
 
     /// Puts layers on pixel `index` (= width y + x), in one of the orders that are right.
     pub fn resolve(&mut self, index: usize, orders: &[Vec<&Layer>]) {
-        let before = std::mem::take(&mut self.states[index]);
+        let before = self.states_at(index).to_vec();
         let mut after = Vec::new();
         for order in orders {
             let mut states = before.clone();
@@ -324,6 +336,12 @@ impl StoredDepth for DepthFormat {
         let largest = (hi + Wide::new(0.501)).to_f64().floor().min(steps);
         [least as u64, largest as u64]
     }
+}
+
+/// The state under a colour that is no face's.
+fn painted(state: &State, color: DVec3) -> State {
+    let rgb = bytes(color);
+    State { lo: rgb, hi: rgb, real: [color; 2], drawn: None, is_textured: false, ..*state }
 }
 
 /// The state after a tone is drawn over it: new = old t + rgb (1 - t) on bytes, or the colour alone.

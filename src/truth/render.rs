@@ -8,6 +8,7 @@ use super::light::Lighting;
 use super::picture::{DepthUse, FaceKey, Layer, TruthPicture};
 use super::strokes::dots;
 use super::texture::Pyramid;
+use super::wanted::Wanted;
 use super::wide::Wide;
 use crate::memory::DepthFormat;
 use crate::scene::{
@@ -76,12 +77,8 @@ pub fn render_pixels(
     settings: &Settings,
     pixels: &[[u32; 2]],
 ) -> Result<TruthPicture, CameraError> {
-    let mut wanted = vec![false; width as usize * height as usize];
-    for &[x, y] in pixels.iter().filter(|p| p[0] < width && p[1] < height) {
-        wanted[y as usize * width as usize + x as usize] = true;
-    }
     let mut picture = TruthPicture::new(width, height, format);
-    picture.draw_where(scene, settings, |index| wanted[index])?;
+    picture.draw_at(scene, settings, Some(pixels))?;
     Ok(picture)
 }
 
@@ -91,15 +88,18 @@ impl TruthPicture {
     /// # Errors
     /// When the scene's camera cannot be used; the picture is then as it was.
     pub fn draw(&mut self, scene: &Scene, settings: &Settings) -> Result<(), CameraError> {
-        self.draw_where(scene, settings, |_| true)
+        self.draw_at(scene, settings, None)
     }
 
-    /// [`TruthPicture::draw`] where `is_wanted` says so of a pixel's index, width y + x; the background is drawn everywhere.
-    fn draw_where(
+    /// [`TruthPicture::draw`] at some pixels, or at all; the background is drawn everywhere.
+    ///
+    /// # Errors
+    /// When the scene's camera cannot be used; the picture is then as it was.
+    pub fn draw_at(
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        is_wanted: impl Fn(usize) -> bool,
+        pixels: Option<&[[u32; 2]]>,
     ) -> Result<(), CameraError> {
         let (width, height) = (self.width(), self.height());
         let whole = Viewport { x: 0, y: 0, width, height, rule: ViewportRule::Corners };
@@ -118,16 +118,22 @@ impl TruthPicture {
             return Ok(());
         }
         let lens = Lens { sight: &sight, interpolation: settings.interpolation, fog: scene.fog };
-        let (faces, keys, strokes) = self.faces_in_order(scene, settings, &lens, clip);
-        let boxes: Vec<[i64; 4]> =
-            faces.iter().map(|f| f.bounds(clip, |x, y| sight.to_screen(x, y))).collect();
-        for y in clip[2]..clip[3] {
-            let row: Vec<usize> =
-                (0..faces.len()).filter(|&i| (boxes[i][2]..boxes[i][3]).contains(&y)).collect();
-            for x in (clip[0]..clip[1]).filter(|x| is_wanted((width as i64 * y + x) as usize)) {
+        let wanted = match pixels {
+            None => Wanted::all(clip),
+            Some(pixels) => Wanted::some(clip, [width, height], pixels),
+        };
+        let (faces, keys, strokes) = self.faces_in_order(scene, settings, &lens, &wanted);
+        let mut rows = vec![Vec::new(); (clip[3] - clip[2]) as usize];
+        for (i, face) in faces.iter().enumerate() {
+            for y in face.bounds[2]..face.bounds[3] {
+                rows[(y - clip[2]) as usize].push(i);
+            }
+        }
+        for (y, row) in (clip[2]..).zip(&rows) {
+            for x in (clip[0]..clip[1]).filter(|&x| wanted.has(x, y)) {
                 let ndc = sight.ndc_of_pixel(x, y);
                 let mut ranked = Vec::new();
-                for &i in row.iter().filter(|&&i| (boxes[i][0]..boxes[i][1]).contains(&x)) {
+                for &i in row.iter().filter(|&&i| (faces[i].bounds[0]..faces[i].bounds[1]).contains(&x)) {
                     let coverage = faces[i].covers(x, y, ndc);
                     if coverage == Coverage::No {
                         continue;
@@ -164,7 +170,7 @@ impl TruthPicture {
         scene: &'a Scene,
         settings: &'a Settings,
         lens: &Lens<'a>,
-        clip: [i64; 4],
+        wanted: &Wanted,
     ) -> (Vec<Face<'a>>, Vec<FaceKey>, Strokes) {
         let sight = lens.sight;
         let mut strokes = Strokes::new();
@@ -180,12 +186,14 @@ impl TruthPicture {
             };
             let lighting = Rc::new(Lighting { ambient: scene.ambient, lights, viewer: sight.viewer });
             let view = ObjectView { index: index as u32, object, sight, settings, lighting };
-            let own = view.faces(&mut pyramid);
             let mesh = &object.geometry.mesh;
             let is_wire = object.shade.unwrap_or(settings.shade) == ShadeMode::Wire;
+            // A wireframe's edges ask which faces are seen at all.
+            let everywhere = Wanted::all(wanted.clip);
+            let own = view.faces(if is_wire { &everywhere } else { wanted }, &mut pyramid);
             if is_wire || !mesh.lines.is_empty() || !mesh.points.is_empty() {
                 let seen: HashSet<u32> = own.iter().map(|f| f.triangle).collect();
-                for dot in dots(&view, lens, clip, &seen, is_wire) {
+                for dot in dots(&view, lens, wanted.clip, &seen, is_wire) {
                     // Never of one depth with a face: its place among them is not theirs.
                     let aside = [Wide::ZERO, Wide::ZERO, -Wide::ONE, Wide::new(-7.0)];
                     let face =

@@ -6,7 +6,7 @@
 //! spoilt and one more frame drawn, which must give the first frame's bytes: no frame can have left its work out.
 //!
 //! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
-//! path, all pixels of it. W6 and W7 are lines and pixels; their truth is the plainest loop, which is timed beside them.
+//! path, all pixels of it, and where that has only one of several right answers the reference (`truth`). W6 and W7 are lines and pixels; their truth is the plainest loop, which is timed beside them.
 
 mod check;
 mod export;
@@ -153,7 +153,7 @@ impl Row {
         let c = &self.check;
         let mut line = format!(
             "{{\"peer\":\"fbptr\",\"cfg\":\"{}T\",\"wl\":\"{}\",\"med_ms\":{:.3},\"min_ms\":{:.3},\"n\":{},\
-             \"simd\":\"{}\",\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{}",
+             \"simd\":\"{}\",\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
             self.threads,
             self.workload.name(),
             self.median_ms,
@@ -165,6 +165,7 @@ impl Row {
             c.coverage_off,
             c.max_depth_error,
             c.covered,
+            c.turns,
         );
         if let Some(twin) = &self.twin {
             line += &format!(

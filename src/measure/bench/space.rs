@@ -4,16 +4,17 @@
 //! looks along -z through 60 degrees, near 1, far 10; back faces are left out, less depth wins. A light at (3, 4, 5);
 //! colour = (0.8, 0.4, 0.2) (0.1 + 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
 
-use super::check::Check;
+use super::check::{Check, Drawn, limit_steps};
 use super::{Job, Options, Workload};
 use crate::math::matrix;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::{self, DrawCall, Renderer, Target};
 use crate::scene::{
-    Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Projection,
-    Sampling, ShadeMode, Texture, Wrap, shapes,
+    Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Object,
+    Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
 };
-use glam::{DMat4, DVec2, DVec3, DVec4};
+use crate::truth::{self, TruthPicture};
+use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 
 /// What colour memory is cleared to: (0.1, 0.1, 0.15).
@@ -23,6 +24,7 @@ const TEXTURE_SIDE: u32 = 1024;
 const LAYERS: u32 = 20;
 
 pub(super) struct Space {
+    workload: Workload,
     renderer: Renderer,
     memory: VideoMemory,
     depth: Option<DepthMemory>,
@@ -33,7 +35,7 @@ pub(super) struct Space {
 pub(super) struct Subject {
     pub geometry: Arc<Geometry>,
     material: Material,
-    pub texture: Option<Texture>,
+    pub texture: Option<Arc<Texture>>,
     lights: Vec<Light>,
     model: DMat4,
     camera: Camera,
@@ -47,6 +49,7 @@ impl Space {
         let size = options.size;
         let memory = VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame");
         Space {
+            workload,
             renderer: Renderer::new(options.render.clone()),
             memory,
             depth: Some(DepthMemory::new(size.width, size.height, DepthFormat::F32)),
@@ -60,51 +63,43 @@ impl Space {
     }
 
     /// The plain path's picture and depths.
-    fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
-        self.plain_of(&self.scene.geometry)
-    }
-
-    /// Where a point of the texture lies within 1/256 texel of a border, `nearest` may take either texel: puts right such
-    /// pixels of `truth`, which are those that a shift by so much changes into what was found.
-    fn allow_turns(&self, truth: &mut VideoMemory) {
-        let mut shifted = Geometry::clone(&self.scene.geometry);
-        for (ds, dt) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-            let by = DVec2::new(ds, dt) / (256.0 * f64::from(TEXTURE_SIDE));
-            let from = &self.scene.geometry.mesh.texcoords;
-            shifted.mesh.texcoords.iter_mut().zip(from).for_each(|(uv, from)| *uv = *from + by);
-            let (other, _) = self.plain_of(&shifted);
-            let found = self.memory.bytes().as_chunks::<4>().0;
-            let others = other.bytes().as_chunks::<4>().0;
-            for ((truth, found), other) in
-                truth.bytes_mut().as_chunks_mut().0.iter_mut().zip(found).zip(others)
-            {
-                if found == other {
-                    *truth = *found;
-                }
-            }
-        }
-    }
-
-    /// A frame whose texture lies some texels off its place.
-    #[cfg(test)]
-    pub fn frame_shifted(&mut self, texels: f64) {
-        let right = self.scene.geometry.mesh.texcoords.clone();
-        let by = DVec2::splat(texels / f64::from(TEXTURE_SIDE));
-        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords.iter_mut().for_each(|uv| *uv += by);
-        self.frame();
-        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords = right;
-    }
-
-    fn plain_of(&self, geometry: &Geometry) -> (VideoMemory, Option<DepthMemory>) {
+    fn plain(&self) -> (VideoMemory, DepthMemory) {
         let (width, height) = (self.memory.width(), self.memory.height());
         let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
         memory.clear(BACKGROUND);
         let mut depth = None;
         let mut target =
             Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
-        let call = DrawCall { geometry, shared: None, ..self.scene.call(width, height) };
+        let call = DrawCall { shared: None, ..self.scene.call(width, height) };
         pipeline::draw(&mut target, &call).expect("the scene is sound");
-        (memory, depth)
+        (memory, depth.expect("a draw that tests depth makes a memory for it"))
+    }
+
+    /// The reference's picture of some pixels.
+    pub fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
+        let (width, height) = (self.memory.width(), self.memory.height());
+        let mut picture = TruthPicture::new(width, height, DepthFormat::F32);
+        picture.clear(BACKGROUND);
+        let settings = truth::Settings { shade: self.scene.shade, ..truth::Settings::default() };
+        picture.draw_at(&self.scene.whole(), &settings, Some(pixels)).expect("the camera is sound");
+        picture
+    }
+
+    /// A frame whose texture lies some texels off its place.
+    #[cfg(test)]
+    pub fn frame_shifted(&mut self, texels: f64) {
+        let right = self.scene.geometry.mesh.texcoords.clone();
+        let by = glam::DVec2::splat(texels / f64::from(TEXTURE_SIDE));
+        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords.iter_mut().for_each(|uv| *uv += by);
+        self.frame();
+        Arc::make_mut(&mut self.scene.geometry).mesh.texcoords = right;
+    }
+
+    /// Draws a frame and changes it: what [`Job::check`] must see.
+    #[cfg(test)]
+    pub fn frame_changed(&mut self, change: impl FnOnce(&mut VideoMemory, &mut DepthMemory)) {
+        self.frame();
+        change(&mut self.memory, self.depth.as_mut().expect("depth is kept"));
     }
 }
 
@@ -141,14 +136,14 @@ impl Job for Space {
     }
 
     fn check(&mut self) -> Check {
-        let (mut truth, depth) = self.plain();
-        if self.scene.texture.is_some() && self.scene.filter == Filter::Nearest {
-            self.allow_turns(&mut truth);
-        }
-        let check = Check::of_bytes(self.bytes(), truth.bytes(), BACKGROUND);
-        match (&self.depth, &depth) {
-            (Some(found), Some(truth)) => check.with_depth(found, truth),
-            _ => Check { coverage_off: truth.bytes().len() / 4, ..check },
+        let (memory, depth) = self.plain();
+        let plain = Drawn { memory: &memory, depth: &depth };
+        match &self.depth {
+            Some(depth) => {
+                let found = Drawn { memory: &self.memory, depth };
+                Check::of_space(found, plain, limit_steps(self.workload), |pixels| self.reference(pixels))
+            }
+            None => Check { coverage_off: memory.bytes().len() / 4, ..Check::default() },
         }
     }
 
@@ -215,7 +210,7 @@ impl Subject {
             Workload::Textured(filter) => Subject {
                 geometry: Arc::new(knot(500, 70)),
                 material: unlit,
-                texture: Some(texture()),
+                texture: Some(Arc::new(texture())),
                 lights: Vec::new(),
                 shade: ShadeMode::Flat,
                 filter,
@@ -225,14 +220,41 @@ impl Subject {
         }
     }
 
+    fn sampling(&self) -> Sampling {
+        Sampling { filter: self.filter, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat }
+    }
+
+    /// The same as a scene.
+    fn whole(&self) -> Scene {
+        let object = Object {
+            name: String::new(),
+            geometry: self.geometry.clone(),
+            model: self.model,
+            material: self.material.clone(),
+            back_material: None,
+            cull: Cull::Back,
+            two_sided_lighting: false,
+            shade: None,
+            texture: self.texture.clone().map(|t| (t, self.sampling())),
+            lights: None,
+        };
+        Scene {
+            camera: Some(self.camera),
+            ambient: self.ambient,
+            lights: self.lights.clone(),
+            objects: vec![object],
+            ..Scene::default()
+        }
+    }
+
     fn call(&self, width: u32, height: u32) -> DrawCall<'_> {
         DrawCall {
             model: self.model,
             camera: self.camera,
             ambient: self.ambient,
             lights: &self.lights,
-            texture: self.texture.as_ref(),
-            sampling: Sampling { filter: self.filter, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat },
+            texture: self.texture.as_deref(),
+            sampling: self.sampling(),
             shade: self.shade,
             cull: Cull::Back,
             hide: HiddenSurface::ZBuffer,

@@ -117,20 +117,67 @@ fn nearest_may_take_either_texel_at_a_border_and_no_other() {
     assert!(job.check().max_error_steps > 2);
 }
 
+/// The job's verdict on its own frame with one pixel changed.
+fn verdict_with(
+    job: &mut space::Space,
+    workload: Workload,
+    index: usize,
+    color: impl FnOnce([u8; 4]) -> [u8; 4],
+    z: impl FnOnce(f64) -> f64,
+) -> Result<(), String> {
+    job.frame_changed(|memory, depth| {
+        let pixel = &mut memory.bytes_mut().as_chunks_mut().0[index];
+        *pixel = color(*pixel);
+        let z = z(depth.format().decode(depth.word(index)));
+        depth.set_word(index, depth.format().encode(z, 1.0 - z));
+    });
+    job.check().within(workload)
+}
+
 #[test]
-fn depth_is_part_of_the_bound() {
-    use crate::memory::{DepthFormat, DepthMemory};
-    let depth = |z: f64| {
-        let mut d = DepthMemory::new(2, 1, DepthFormat::F32);
-        d.set_word(0, DepthFormat::F32.encode(z, 1.0 - z));
-        d
-    };
-    let check = |found: f64| {
-        let c = Check::of_bytes(&[9; 8], &[9; 8], [0; 4]).with_depth(&depth(found), &depth(0.5));
-        assert_eq!(c.covered, 1);
-        c.within(Workload::Phong70k)
-    };
-    assert_eq!(check(0.500_000_2), Ok(()));
-    assert!(check(0.500_001).unwrap_err().contains("a depth is"));
-    assert!(check(1.0).unwrap_err().contains("coverage"));
+fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
+    let workload = Workload::Phong70k;
+    let size = Size { width: 480, height: 270, divisor: 20 };
+    let mut job = space::Space::new(workload, &Options { size, ..small() });
+    let pixels: Vec<[u32; 2]> =
+        (0..size.width * size.height).map(|i| [i % size.width, i / size.width]).collect();
+    let truth = job.reference(&pixels);
+    let states = |i: usize| truth.states(pixels[i][0], pixels[i][1]);
+    let is_drawn = |i: &usize| states(*i).iter().all(|s| s.drawn.is_some());
+    let spread = |i: &usize| (states(*i)[0].z[1] - states(*i)[0].z[0]).to_f64();
+    let inside = (0..pixels.len()).find(|i| is_drawn(i) && states(*i).len() == 1 && spread(i) == 0.0);
+    let inside = inside.expect("nearly every pixel has one right answer");
+    let same = |z: f64| z;
+    let keep = |c: [u8; 4]| c;
+    // Three steps from what is right to a step.
+    let brighter = |c: [u8; 4]| c.map(|v| if v == 255 { v } else { v.saturating_add(3).min(254) });
+    assert_eq!(verdict_with(&mut job, workload, inside, keep, same), Ok(()));
+    let refused = verdict_with(&mut job, workload, inside, brighter, same).unwrap_err();
+    assert!(refused.contains("a colour is"), "{refused}");
+    for (off, is_right) in [(1e-7, true), (1e-6, false), (-1e-6, false)] {
+        let verdict = verdict_with(&mut job, workload, inside, keep, |z| z + off);
+        assert_eq!(verdict.is_ok(), is_right, "{off} {verdict:?}");
+    }
+    let refused = verdict_with(&mut job, workload, inside, keep, |_| 1.0).unwrap_err();
+    assert!(refused.contains("coverage"), "{refused}");
+    // Where the centre lies outside of the true face, either end is right, and what lies beyond is not.
+    let outside: Vec<usize> = (0..pixels.len())
+        .filter(|i| is_drawn(i) && states(*i).len() == 1 && spread(i) > 2e-6)
+        .take(3)
+        .collect();
+    assert!(!outside.is_empty(), "some centres lie outside");
+    for i in outside {
+        let [near, far] = states(i)[0].z.map(|z| z.to_f64());
+        for (z, is_right) in [(near, true), (far, true), (near - 1e-6, false), (far + 1e-6, false)] {
+            let verdict = verdict_with(&mut job, workload, i, keep, |_| z);
+            assert_eq!(verdict.is_ok(), is_right, "{:?} {near} {far} {z} {verdict:?}", pixels[i]);
+        }
+        let refused = verdict_with(&mut job, workload, i, brighter, same).unwrap_err();
+        assert!(refused.contains("a colour is"), "{refused}");
+    }
+    // A picture that is wrong everywhere is refused without asking.
+    job.frame_changed(|memory, _| {
+        memory.bytes_mut().as_chunks_mut::<4>().0.iter_mut().for_each(|c| *c = brighter(*c))
+    });
+    assert!(job.check().within(workload).is_err());
 }
