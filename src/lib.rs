@@ -158,3 +158,8 @@ pub mod viewer;
 pub mod window;
 // 7: the command line
 pub mod cli;
+
+/// The README's example is compiled, too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

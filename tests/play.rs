@@ -291,21 +291,36 @@ fn a_trace_ends_in_the_bytes_of_the_picture() {
 
 #[test]
 fn the_program_describes_itself() {
-    for arguments in
-        [&["--version"][..], &["--help"], &["man"], &["completions", "zsh"], &["render", "--help"]]
-    {
+    let said = |arguments: &[&str]| {
         let output = run(arguments, b"");
-        assert!(output.status.success() && out(&output).contains("fbptr"), "{arguments:?}: {}", err(&output));
-    }
+        assert_eq!((output.status.code(), err(&output)), (Some(0), ""), "{arguments:?}");
+        out(&output).to_owned()
+    };
+    assert_eq!(said(&["--version"]), concat!("fbptr ", env!("CARGO_PKG_VERSION"), "\n"));
+    let verbs =
+        ["play", "bench", "report", "serve", "render", "view", "snap", "send", "eye", "man", "completions"];
     let folder = Folder::new("man");
     let pages = folder.path("pages");
-    assert!(run(&["man", "--out", &pages], b"").status.success());
-    for page in ["fbptr.1", "fbptr-play.1", "fbptr-serve.1"] {
-        let text = std::fs::read_to_string(Path::new(&pages).join(page)).unwrap();
-        assert!(
-            text.starts_with(".ie") && text.contains("EXIT STATUS") || text.contains("Examples"),
-            "{page}"
-        );
+    assert_eq!(said(&["man", "--out", &pages]), "");
+    let page = |name: &str| std::fs::read_to_string(Path::new(&pages).join(name)).unwrap();
+    assert_eq!(said(&["man"]), page("fbptr.1"));
+    let (help, whole) = (said(&["--help"]), page("fbptr.1"));
+    assert!(whole.contains("\n.TH fbptr 1 ") && whole.contains("\n.SH EXAMPLES"), "{whole}");
+    for verb in verbs {
+        assert!(help.lines().any(|l| l.starts_with(&format!("  {verb} "))), "{verb}: {help}");
+        assert!(whole.contains(&format!("fbptr\\-{verb}(1)")), "{verb}: {whole}");
+        let (text, own) = (page(&format!("fbptr-{verb}.1")), said(&[verb, "--help"]));
+        assert!(text.contains(&format!("\n.TH fbptr-{verb} 1 ")), "{text}");
+        for heading in [".SH SYNOPSIS", ".SH OPTIONS", ".SH EXAMPLES"] {
+            assert!(text.contains(&format!("\n{heading}\n")), "{verb}: {heading}: {text}");
+        }
+        assert!(own.contains("\nUsage: fbptr ") && own.contains("\nExamples:\n"), "{verb}: {own}");
+    }
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = said(&["completions", shell]);
+        for word in verbs.iter().chain(&["headless", "trace"]) {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
     }
 }
 

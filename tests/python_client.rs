@@ -1,14 +1,15 @@
 //! The Python client's own tests, against the server that this build made.
 
+#[path = "support/tools.rs"]
+mod tools;
+
 use std::path::Path;
 use std::process::Command;
 
 #[test]
 fn the_python_client_draws_reads_and_maps() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
-    let has_python = Command::new("python3").arg("--version").output().is_ok_and(|o| o.status.success());
-    if !has_python {
-        eprintln!("skipped: python3 is not installed");
+    if !tools::are_there(&["python3"]) {
         return;
     }
     let output = Command::new("python3")

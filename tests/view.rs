@@ -7,6 +7,9 @@
 #[path = "window/screen.rs"]
 #[allow(dead_code)]
 mod screen;
+#[path = "support/tools.rs"]
+#[allow(dead_code)]
+mod tools;
 
 use fbptr::eye::EyeScene;
 use fbptr::viewer::{Action, BINDINGS, Key};

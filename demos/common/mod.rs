@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "no demo uses all of it")]
 
+pub mod teapot;
+
 use fbptr::error::Fault;
 use fbptr::save;
 use fbptr::server::{Client, Display, Engine, Finish, ListenPlace, RenderThread, Server};

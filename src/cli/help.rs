@@ -75,18 +75,24 @@ const EXAMPLES: &[(&str, &str)] = &[
 ];
 
 /// The foot of the program's own `--help`.
-const AFTER: &str = "Examples:
+const EXAMPLES_OF_ALL: &str = "Examples:
   fbptr play demos/tour.fbs                 a stream of commands, in a window
   fbptr serve                               a video memory that other programs draw into
   fbptr render model.obj -o model.png       a file as a picture
-  fbptr view model.obj                      the same from everywhere, in a window
+  fbptr view model.obj                      the same from everywhere, in a window";
 
-Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use, 130 ended by a signal.
-Colours on the terminal are left out with NO_COLOR=1.";
+const EXIT_STATUS: &str = "  0    all went well
+  1    a command or a file failed
+  2    the arguments are no use
+  130  ended by a signal";
+
+const ENVIRONMENT: &str = "  NO_COLOR                  no colours on the terminal, if it is set and not empty
+  DISPLAY, WAYLAND_DISPLAY  where the window opens; without them nothing is shown";
 
 /// The arguments' description, with examples.
 pub(super) fn command() -> Command {
-    EXAMPLES.iter().fold(Cli::command().after_help(AFTER), |command, (name, examples)| {
+    let foot = format!("{EXAMPLES_OF_ALL}\n\nExit status:\n{EXIT_STATUS}\n\nEnvironment:\n{ENVIRONMENT}");
+    EXAMPLES.iter().fold(Cli::command().after_help(foot), |command, (name, examples)| {
         let keys = if *name == "view" { format!("\n\n{}", keys_help()) } else { String::new() };
         command.mut_subcommand(*name, |c| c.after_help(format!("Examples:\n{examples}{keys}")))
     })
@@ -103,18 +109,49 @@ pub struct Man {
 impl Man {
     /// Writes the pages; the exit status.
     pub(super) fn run(self) -> Status {
-        let Some(folder) = self.out else {
-            let mut page = Vec::new();
-            let rendered = clap_mangen::Man::new(command()).render(&mut page);
-            return ended("standard output", rendered.and_then(|()| print(&page)));
-        };
-        ended(&folder.display().to_string(), write_pages(&folder))
+        let mut command = command().disable_help_subcommand(true);
+        command.build();
+        match self.out {
+            None => ended("standard output", page(&command).and_then(|page| print(&page))),
+            Some(folder) => ended(&folder.display().to_string(), write_pages(&command, &folder)),
+        }
     }
 }
 
-fn write_pages(folder: &Path) -> io::Result<()> {
+fn write_pages(command: &Command, folder: &Path) -> io::Result<()> {
     std::fs::create_dir_all(folder)?;
-    clap_mangen::generate_to(command(), folder)
+    for command in command.get_subcommands().chain([command]) {
+        let name = clap_mangen::Man::new(command.clone()).get_filename();
+        std::fs::write(folder.join(name), page(command)?)?;
+    }
+    Ok(())
+}
+
+/// A man page: clap's sections, and those of the foot of `--help` under the headings that such pages have.
+fn page(command: &Command) -> io::Result<Vec<u8>> {
+    let man = clap_mangen::Man::new(command.clone());
+    let mut page = Vec::new();
+    man.render_title(&mut page)?;
+    man.render_name_section(&mut page)?;
+    man.render_synopsis_section(&mut page)?;
+    man.render_description_section(&mut page)?;
+    man.render_options_section(&mut page)?;
+    if command.has_subcommands() {
+        man.render_subcommands_section(&mut page)?;
+    }
+    let foot = command.get_after_help().map(|foot| foot.to_string()).unwrap_or_default();
+    let common = [("Exit status", EXIT_STATUS), ("Environment", ENVIRONMENT)];
+    let own = foot.split("\n\n").filter_map(|part| part.split_once(":\n"));
+    let own = own.filter(|(heading, _)| common.iter().all(|c| c.0 != *heading));
+    for (heading, lines) in own.chain(common) {
+        // As they stand: not filled, and no line taken for a request.
+        writeln!(page, ".SH {}\n.nf", heading.to_uppercase())?;
+        for line in lines.lines() {
+            writeln!(page, "\\&{}", line.replace('\\', "\\e").replace('-', "\\-").replace('\'', "\\(aq"))?;
+        }
+        writeln!(page, ".fi")?;
+    }
+    Ok(page)
 }
 
 /// Print the completions of a shell.
@@ -187,16 +224,14 @@ mod tests {
 
     #[test]
     fn manual_and_completions_name_every_subcommand() {
-        let mut page = Vec::new();
-        clap_mangen::Man::new(command()).render(&mut page).expect("to memory");
-        let page = String::from_utf8(page).expect("UTF-8");
+        let page = String::from_utf8(page(&command()).expect("to memory")).expect("UTF-8");
         for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut command(), "fbptr", &mut text);
             let text = String::from_utf8(text).expect("UTF-8");
             for sub in command().get_subcommands() {
                 assert!(text.contains(sub.get_name()), "{shell}: {}", sub.get_name());
-                assert!(page.contains(&format!("fbptr\\-{}", sub.get_name())) || sub.get_name() == "help");
+                assert!(page.contains(&format!("fbptr\\-{}", sub.get_name())), "{}", sub.get_name());
             }
         }
     }

@@ -272,7 +272,11 @@ mod tests {
                 Counts::From(least) => (least, None),
             };
             assert_eq!(all.iter().map(|c| c.0).min(), Some(least), "{}", verb.name);
-            assert!(all.iter().any(|c| c.1 == most) || all.len() > 1, "{}", verb.name);
+            // What follows a name that chooses the form is counted by the form's own reader.
+            if most.is_some() || all.len() == 1 {
+                let found = all.iter().map(|c| c.1).reduce(|a, b| Some(a?.max(b?))).flatten();
+                assert_eq!(found, most, "{}", verb.name);
+            }
         }
     }
 }

@@ -61,13 +61,15 @@ pub(super) fn pixels(effort: &Effort) -> Vec<Growth> {
     vec![series(effort, title, "pixels", &sizes, |_| knot(250, 20))]
 }
 
+/// Numbers from 1 to 64, on one frame.
+fn up_to_64(effort: &Effort) -> Vec<(f64, [u32; 2])> {
+    let numbers = effort.pick(&[1.0, 8.0, 64.0][..], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]);
+    numbers.iter().map(|&x| (x, [640, 480])).collect()
+}
+
 /// A knot under ever more lights.
 pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
-    let sizes: Vec<(f64, [u32; 2])> = effort
-        .pick(&[1.0, 8.0, 64.0][..], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
-        .iter()
-        .map(|&x| (x, [640, 480]))
-        .collect();
+    let sizes = up_to_64(effort);
     let scene = |x: f64| {
         let mut scene = knot(250, 20);
         scene.lights = (0..x as u32)
@@ -84,11 +86,7 @@ pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
 
 /// Ever more walls before each other, the farthest first.
 pub(super) fn overdraw(effort: &Effort) -> Vec<Growth> {
-    let sizes: Vec<(f64, [u32; 2])> = effort
-        .pick(&[1.0, 8.0, 64.0][..], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
-        .iter()
-        .map(|&x| (x, [640, 480]))
-        .collect();
+    let sizes = up_to_64(effort);
     let scene = |x: f64| {
         let mut scene = lit_triangle();
         let wall = |i: u32| {

@@ -160,7 +160,8 @@ fn positions_that_are_not_numbers_draw_nothing() {
         let material = Material { ks: DVec3::ONE, ..Material::default() };
         let s = scene(eye_at_origin(0.1, 50.0), vec![both_sides(mesh, material)]);
         for shade in ShadeMode::ALL {
-            draw(&s, 16, DepthFormat::F32, &Settings { shade: *shade, ..Settings::default() });
+            let drawn = draw(&s, 16, DepthFormat::F32, &Settings { shade: *shade, ..Settings::default() });
+            assert_eq!(drawn.lit_pixels(), 0, "{bad} {shade:?}");
         }
     }
 }

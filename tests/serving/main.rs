@@ -8,4 +8,6 @@ mod protocol;
 mod quotas;
 mod shell;
 mod support;
+#[path = "../support/tools.rs"]
+mod tools;
 mod trust;

@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 use crate::support::{Folder, Wire};
+use crate::tools;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::SocketAddr;
 use std::os::unix::fs::{FileExt, PermissionsExt};
@@ -331,8 +332,7 @@ print("fine")
 
 #[test]
 fn another_program_maps_the_shared_file() {
-    if Command::new("python3").arg("--version").output().is_err() {
-        println!("skipped: there is no python3 to be the other program");
+    if !tools::are_there(&["python3"]) {
         return;
     }
     let folder = Folder::new("shm");

@@ -3,6 +3,7 @@
 
 use crate::process::Process;
 use crate::support::Folder;
+use crate::tools;
 use std::process::Command;
 
 const PAGE: &str = include_str!("../../docs/protocol.md");
@@ -24,8 +25,7 @@ fn session() -> Vec<(String, String)> {
 fn the_shell_examples_print_what_the_page_says() {
     let help = Command::new("nc").arg("-h").output().map(|o| [o.stdout, o.stderr].concat());
     if !help.is_ok_and(|text| String::from_utf8_lossy(&text).contains("OpenBSD")) {
-        println!("skipped: there is no OpenBSD netcat");
-        return;
+        return tools::skip("OpenBSD's nc is not installed");
     }
     let folder = Folder::new("shell");
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_fbptr")).parent().unwrap();

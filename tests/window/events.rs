@@ -1,6 +1,7 @@
 //! What happens in the window reaches the program that asked: a drawing program in Python, and a mouse and keys for it.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
+use crate::tools;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Command, Stdio};
@@ -18,8 +19,7 @@ fn pixel(address: &str, x: i32, y: i32) -> String {
 
 #[test]
 fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
-    if Command::new("python3").arg("--version").output().is_err() {
-        println!("skipped: there is no python3 for the drawing program");
+    if !tools::are_there(&["python3"]) {
         return;
     }
     let folder = Folder::new("events");

@@ -5,6 +5,8 @@
 
 mod events;
 mod screen;
+#[path = "../support/tools.rs"]
+mod tools;
 
 use screen::{Folder, Guard, Screen, wait_for};
 use std::process::Command;

@@ -1,5 +1,6 @@
 //! An X server without hardware, for the tests.
 
+use crate::tools;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -43,14 +44,21 @@ pub struct Screen {
 impl Screen {
     /// An X server without hardware whose screen is a file, or `None` with the reason printed.
     pub fn start(folder: &Path) -> Option<Screen> {
-        for tool in ["Xvfb", "xdotool"] {
-            let is_there = std::env::var_os("PATH")
-                .is_some_and(|paths| std::env::split_paths(&paths).any(|dir| dir.join(tool).is_file()));
-            if !is_there {
-                eprintln!("skipped: {tool} is not installed");
-                return None;
+        if !tools::are_there(&["Xvfb", "xdotool"]) {
+            return None;
+        }
+        // Servers that start at once may take the same number: whose is not reached begins again.
+        for _ in 0..5 {
+            let screen = Screen::run(folder);
+            let size = screen.xdotool(&["getdisplaygeometry"]);
+            if size.trim() == "1280 1024" {
+                return Some(screen);
             }
         }
+        panic!("no X server is reached");
+    }
+
+    fn run(folder: &Path) -> Screen {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-fbdir"])
             .arg(folder)
@@ -62,7 +70,7 @@ impl Screen {
         let stdout = server.stdout.take().expect("piped");
         BufReader::new(stdout).read_line(&mut number).expect("Xvfb tells its display");
         let display = format!(":{}", number.trim());
-        Some(Screen { _server: Guard(server), display, memory_file: folder.join("Xvfb_screen0") })
+        Screen { _server: Guard(server), display, memory_file: folder.join("Xvfb_screen0") }
     }
 
     pub fn xdotool(&self, args: &[&str]) -> String {

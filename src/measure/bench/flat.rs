@@ -71,39 +71,35 @@ fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
     }
 }
 
-fn frames(options: &Options) -> [VideoMemory; 2] {
-    let size = options.size;
-    [0, 1].map(|_| VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame"))
+/// What is drawn, and the plainest loop that draws the same.
+pub(super) trait Kind {
+    /// The plain loop's name.
+    const TWIN: &str;
+    fn draw(&self, memory: &mut VideoMemory);
+    fn draw_twin(&self, memory: &mut VideoMemory);
+    fn threads(&self) -> usize;
 }
 
-fn spoil(memory: &mut VideoMemory) {
-    memory.clear([1, 254, 77, 3]);
-}
-
-pub(super) struct Lines {
-    lines: Vec<Packed>,
-    pool: Option<Pool>,
+/// A workload whose truth is its twin, to the byte.
+pub(super) struct Flat<K> {
+    kind: K,
     memory: VideoMemory,
     twin: VideoMemory,
 }
 
-impl Lines {
-    pub fn new(workload: Workload, options: &Options) -> Self {
-        let is_short = workload == Workload::LinesShort;
-        let count = if is_short { 5_000_000 } else { 1_000_000 } / options.size.divisor as usize;
-        let [memory, twin] = frames(options);
-        let lines = packed_lines(count, is_short, memory.width(), memory.height());
-        Lines { lines, pool: options.render.pool.clone().map(Pool), memory, twin }
+impl<K: Kind> Flat<K> {
+    fn new(kind: K, options: &Options) -> Self {
+        let size = options.size;
+        let [memory, twin] = [0, 1]
+            .map(|_| VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame"));
+        Flat { kind, memory, twin }
     }
 }
 
-impl Job for Lines {
+impl<K: Kind> Job for Flat<K> {
     fn frame(&mut self) {
         self.memory.clear(BACKGROUND);
-        match &self.pool {
-            Some(pool) => draw2d::lines_on(pool, &mut self.memory, &self.lines, Blend::Replace),
-            None => draw2d::lines_on(&Alone, &mut self.memory, &self.lines, Blend::Replace),
-        }
+        self.kind.draw(&mut self.memory);
     }
 
     fn bytes(&self) -> &[u8] {
@@ -111,7 +107,7 @@ impl Job for Lines {
     }
 
     fn spoil(&mut self) {
-        spoil(&mut self.memory);
+        self.memory.clear([1, 254, 77, 3]);
     }
 
     fn truth(&mut self) -> VideoMemory {
@@ -125,18 +121,16 @@ impl Job for Lines {
     }
 
     fn twin(&self) -> Option<&'static str> {
-        Some("naive")
+        Some(K::TWIN)
     }
 
     fn twin_frame(&mut self) {
         self.twin.clear(BACKGROUND);
-        let width = self.twin.width() as i32;
-        let pixels = self.twin.bytes_mut().as_chunks_mut().0;
-        self.lines.iter().for_each(|&line| naive_line(pixels, width, line));
+        self.kind.draw_twin(&mut self.twin);
     }
 
     fn threads(&self) -> usize {
-        self.pool.as_ref().map_or(1, |p| p.0.current_num_threads())
+        self.kind.threads()
     }
 
     fn simd(&self) -> &'static str {
@@ -144,23 +138,55 @@ impl Job for Lines {
     }
 }
 
+pub(super) struct Lines {
+    lines: Vec<Packed>,
+    pool: Option<Pool>,
+}
+
+impl Lines {
+    pub fn job(workload: Workload, options: &Options) -> Flat<Self> {
+        let (is_short, size) = (workload == Workload::LinesShort, options.size);
+        let count = if is_short { 5_000_000 } else { 1_000_000 } / size.divisor as usize;
+        let lines = packed_lines(count, is_short, size.width, size.height);
+        Flat::new(Lines { lines, pool: options.render.pool.clone().map(Pool) }, options)
+    }
+}
+
+impl Kind for Lines {
+    const TWIN: &str = "naive";
+
+    fn draw(&self, memory: &mut VideoMemory) {
+        match &self.pool {
+            Some(pool) => draw2d::lines_on(pool, memory, &self.lines, Blend::Replace),
+            None => draw2d::lines_on(&Alone, memory, &self.lines, Blend::Replace),
+        }
+    }
+
+    fn draw_twin(&self, memory: &mut VideoMemory) {
+        let width = memory.width() as i32;
+        let pixels = memory.bytes_mut().as_chunks_mut().0;
+        self.lines.iter().for_each(|&line| naive_line(pixels, width, line));
+    }
+
+    fn threads(&self) -> usize {
+        self.pool.as_ref().map_or(1, |p| p.0.current_num_threads())
+    }
+}
+
 pub(super) struct Pixels {
     count: usize,
-    memory: VideoMemory,
-    twin: VideoMemory,
 }
 
 impl Pixels {
-    pub fn new(options: &Options) -> Self {
-        let [memory, twin] = frames(options);
-        Pixels { count: 100_000_000 / options.size.divisor as usize, memory, twin }
+    pub fn job(options: &Options) -> Flat<Self> {
+        Flat::new(Pixels { count: 100_000_000 / options.size.divisor as usize }, options)
     }
 
     /// Calls `put` with every pixel, made on the way.
     #[inline(always)]
-    fn each(count: usize, width: u32, height: u32, mut put: impl FnMut(u32, u32, Rgba)) {
+    fn each(&self, width: u32, height: u32, mut put: impl FnMut(u32, u32, Rgba)) {
         let mut random = Xorshift::new();
-        for _ in 0..count {
+        for _ in 0..self.count {
             let r = random.next();
             let [a, b, c, _] = r.to_le_bytes();
             put(((r & 0xffff) * width) >> 16, ((r >> 16) * height) >> 16, [a, b, c, 255]);
@@ -168,49 +194,22 @@ impl Pixels {
     }
 }
 
-impl Job for Pixels {
-    fn frame(&mut self) {
-        let memory = &mut self.memory;
-        memory.clear(BACKGROUND);
-        Self::each(self.count, memory.width(), memory.height(), |x, y, color| {
+impl Kind for Pixels {
+    const TWIN: &str = "raw_store";
+
+    fn draw(&self, memory: &mut VideoMemory) {
+        self.each(memory.width(), memory.height(), |x, y, color| {
             draw2d::put_pixel(memory, x as i32, y as i32, color, Blend::Replace);
         });
     }
 
-    fn bytes(&self) -> &[u8] {
-        self.memory.bytes()
-    }
-
-    fn spoil(&mut self) {
-        spoil(&mut self.memory);
-    }
-
-    fn truth(&mut self) -> VideoMemory {
-        self.twin_frame();
-        self.twin.clone()
-    }
-
-    fn check(&mut self) -> Check {
-        self.twin_frame();
-        Check::of_bytes(self.memory.bytes(), self.twin.bytes(), BACKGROUND)
-    }
-
-    fn twin(&self) -> Option<&'static str> {
-        Some("raw_store")
-    }
-
-    fn twin_frame(&mut self) {
-        self.twin.clear(BACKGROUND);
-        let (width, height) = (self.twin.width(), self.twin.height());
-        let pixels = self.twin.bytes_mut().as_chunks_mut().0;
-        Self::each(self.count, width, height, |x, y, color| pixels[(y * width + x) as usize] = color);
+    fn draw_twin(&self, memory: &mut VideoMemory) {
+        let (width, height) = (memory.width(), memory.height());
+        let pixels = memory.bytes_mut().as_chunks_mut().0;
+        self.each(width, height, |x, y, color| pixels[(y * width + x) as usize] = color);
     }
 
     fn threads(&self) -> usize {
         1
-    }
-
-    fn simd(&self) -> &'static str {
-        "none"
     }
 }

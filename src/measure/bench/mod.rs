@@ -206,8 +206,8 @@ trait Job {
 
 fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
     match workload {
-        Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::new(workload, options)),
-        Workload::PutPixel => Box::new(flat::Pixels::new(options)),
+        Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::job(workload, options)),
+        Workload::PutPixel => Box::new(flat::Pixels::job(options)),
         _ => Box::new(space::Space::new(workload, options)),
     }
 }

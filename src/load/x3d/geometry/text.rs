@@ -46,17 +46,19 @@ struct Style {
 }
 
 impl Style {
+    const DEFAULT: Style = Style {
+        size: 1.0,
+        spacing: 1.0,
+        is_horizontal: true,
+        is_left_to_right: true,
+        is_top_to_bottom: true,
+        major: Justify::Begin,
+        minor: Justify::First,
+    };
+
     fn read(view: &View, id: Option<NodeId>) -> Style {
         let Some(id) = id else {
-            return Style {
-                size: 1.0,
-                spacing: 1.0,
-                is_horizontal: true,
-                is_left_to_right: true,
-                is_top_to_bottom: true,
-                major: Justify::Begin,
-                minor: Justify::First,
-            };
+            return Style::DEFAULT;
         };
         let justify = view.texts(id, "justify");
         Style {
@@ -176,17 +178,8 @@ mod tests {
     use super::*;
 
     fn style(is_horizontal: bool, major: Justify, minor: Justify) -> Style {
-        Style { is_horizontal, major, minor, ..Style { size: 2.0, spacing: 1.5, ..DEFAULT } }
+        Style { is_horizontal, major, minor, ..Style { size: 2.0, spacing: 1.5, ..Style::DEFAULT } }
     }
-    const DEFAULT: Style = Style {
-        size: 1.0,
-        spacing: 1.0,
-        is_horizontal: true,
-        is_left_to_right: true,
-        is_top_to_bottom: true,
-        major: Justify::Begin,
-        minor: Justify::First,
-    };
 
     /// Lower left corners of the cells of "ab" over "c".
     fn corners(style: &Style) -> Vec<[f64; 2]> {
