@@ -9,10 +9,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels
+/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S6 other scenes
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Which: W1 to W7 or whole names, as W4_tex_nearest [default: all]
+    /// Which: W1 to W7, S1 to S6, `scenes` for all of those, or whole names, as W4_tex_nearest [default: W1 to W7]
     #[arg(value_name = "WORKLOAD", value_parser = workloads)]
     workloads: Vec<Named>,
     /// Frames to time, fewer where they take longer than 6 seconds
@@ -36,7 +36,7 @@ fn workloads(name: &str) -> Result<Named, String> {
     match Workload::named(name) {
         none if none.is_empty() => {
             let names = Workload::ALL.map(Workload::name).join(", ");
-            Err(format!("expected W1 to W7 or one of {names}"))
+            Err(format!("expected W1 to W7, S1 to S6, scenes, or one of {names}"))
         }
         some => Ok(Named(some)),
     }
@@ -46,7 +46,7 @@ impl Bench {
     pub fn run(&self) -> Status {
         let mut chosen: Vec<Workload> = self.workloads.iter().flat_map(|n| n.0.iter().copied()).collect();
         if chosen.is_empty() {
-            chosen.extend(Workload::ALL);
+            chosen.extend(&Workload::ALL[..Workload::OF_PEERS]);
         }
         let options = Options {
             render: self.drawing.options(),
@@ -83,8 +83,13 @@ fn table_line(row: &Row) -> String {
         let name = t.name.replace('_', " ");
         format!("{:.2} times the {name}'s speed ({:.3} ms)", t.median_ms / row.median_ms, t.median_ms)
     });
+    let growing = row.growing.as_ref().map_or(String::new(), |g| {
+        let exponent = g.exponent.map_or(String::new(), |b| format!(", exponent {b:.2}"));
+        let steps: Vec<String> = g.steps.iter().map(|(x, ms)| format!("{x}: {ms:.2}")).collect();
+        format!("ms by {}: {}{exponent}", g.what, steps.join(", "))
+    });
     let line = format!(
-        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}",
+        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}{growing}",
         row.workload.name(),
         row.threads,
         row.simd,

@@ -1,6 +1,7 @@
 //! How far a workload's picture is from the truth, and how far it may be: as the specification has it, at every pixel.
 
 use super::Workload;
+use super::space::BACKGROUND;
 use crate::memory::{DepthMemory, VideoMemory};
 use crate::truth::TruthPicture;
 use crate::truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};
@@ -84,7 +85,8 @@ impl Check {
             let [f, t] = [found, plain].map(|d| d.depth.format().decode(d.depth.word(index)));
             let z_off = (f - t).abs();
             check.coverage_off += usize::from((f < 1.0) != (t < 1.0));
-            check.covered += usize::from(t < 1.0);
+            // What lets light through writes no depth.
+            check.covered += usize::from(t < 1.0 || plain.color(index) != BACKGROUND);
             if off <= limit && z_off <= F32_Z_LIMIT {
                 check.add(off, z_off, false);
             } else {
@@ -148,7 +150,7 @@ impl Check {
 pub(super) fn limit_steps(workload: Workload) -> u8 {
     let [plain, textured] = COLOR_LIMITS;
     match workload {
-        Workload::Textured(_) => textured,
+        Workload::Textured(_) | Workload::Room | Workload::Objects10k | Workload::Scene10k => textured,
         // Whole numbers decide these: nothing may differ.
         Workload::LinesLong | Workload::LinesShort | Workload::PutPixel => 0,
         _ => plain,

@@ -1,4 +1,4 @@
-//! THE WORKLOADS: ten fixed pieces of work, W1 to W7, each held to its truth before it is timed.
+//! THE WORKLOADS: fixed pieces of work, W1 to W7 and S1 to S6, each held to its truth before it is timed.
 //!
 //! In: a [`Workload`], a [`Size`] and what to draw with. Out: a [`Row`] of times, or a [`Refusal`] where the picture is
 //! further from the truth than its bound: then there is no time to tell. A frame is everything that a program would do:
@@ -6,16 +6,21 @@
 //! spoilt and one more frame drawn, which must give the first frame's bytes: no frame can have left its work out.
 //!
 //! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
-//! path, all pixels of it, and where that has only one of several right answers the reference (`truth`). W6 and W7 are lines and pixels; their truth is the plainest loop, which is timed beside them.
+//! path, all pixels of it, and where that has only one of several right answers the reference (`truth`). W6 and W7 are
+//! lines and pixels; their truth is the plainest loop, which is timed beside them. S1 to S6 are other scenes, whose truth
+//! is that of W1; most of them grow, and each step is held to it and timed.
 
 mod check;
 mod export;
 mod flat;
+mod scenes;
 mod space;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};
 
+use super::clock::Timing;
+use super::growth::{Growth, GrowthPoint};
 use crate::memory::VideoMemory;
 use crate::pipeline::RenderOptions;
 use crate::scene::Filter;
@@ -40,11 +45,25 @@ pub enum Workload {
     LinesShort,
     /// W7: 100,000,000 pixels at random places, one call each.
     PutPixel,
+    /// S1: a room seen from inside, faces through the eye's plane.
+    Room,
+    /// S2: up to 64 layers that let light through.
+    Layers64,
+    /// S3: up to 10,000 boxes of 12 faces, one draw each, with other modes for each.
+    Objects10k,
+    /// S3: the same as one scene.
+    Scene10k,
+    /// S4: a knot of up to 4,000,000 faces.
+    Mesh4M,
+    /// S5: a knot on frames from VGA to 8K.
+    Sizes,
+    /// S6: a knot among 1 to 64 lights.
+    Lights,
 }
 
 impl Workload {
     /// All, in the order of their names.
-    pub const ALL: [Workload; 10] = [
+    pub const ALL: [Workload; 17] = [
         Workload::Phong70k,
         Workload::Phong1M,
         Workload::Fill20,
@@ -55,7 +74,17 @@ impl Workload {
         Workload::LinesLong,
         Workload::LinesShort,
         Workload::PutPixel,
+        Workload::Room,
+        Workload::Layers64,
+        Workload::Objects10k,
+        Workload::Scene10k,
+        Workload::Mesh4M,
+        Workload::Sizes,
+        Workload::Lights,
     ];
+
+    /// The ten that other programs draw too, W1 to W7.
+    pub const OF_PEERS: usize = 10;
 
     /// The name in the tables of all peers.
     pub const fn name(self) -> &'static str {
@@ -71,11 +100,22 @@ impl Workload {
             Workload::LinesLong => "W6_lines_long",
             Workload::LinesShort => "W6_lines_short",
             Workload::PutPixel => "W7_putpixel_100M",
+            Workload::Room => "S1_room",
+            Workload::Layers64 => "S2_layers64",
+            Workload::Objects10k => "S3_objects10k",
+            Workload::Scene10k => "S3_scene10k",
+            Workload::Mesh4M => "S4_mesh4M",
+            Workload::Sizes => "S5_sizes",
+            Workload::Lights => "S6_lights",
         }
     }
 
-    /// The workloads of a name, or of its beginning up to a `_` (`W4` is three), in either case; none for an unknown one.
+    /// The workloads of a name, or of its beginning up to a `_` (`W4` is three), in either case; `scenes` is all from S1 on;
+    /// none for an unknown one.
     pub fn named(name: &str) -> Vec<Workload> {
+        if name.eq_ignore_ascii_case("scenes") {
+            return Self::ALL[Self::OF_PEERS..].to_vec();
+        }
         let begins = |w: &Workload| {
             let own = w.name();
             own.eq_ignore_ascii_case(name)
@@ -126,6 +166,17 @@ pub struct Twin {
     pub min_ms: f64,
 }
 
+/// How a workload's time grows with its size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Growing {
+    /// What grows, a plural.
+    pub what: &'static str,
+    /// How much of it, and the shortest frame then, ms; the last is the workload itself.
+    pub steps: Vec<(f64, f64)>,
+    /// b of the line log time = a + b log size that fits best; `None` where the sizes are one.
+    pub exponent: Option<f64>,
+}
+
 /// What was measured of one workload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
@@ -145,6 +196,8 @@ pub struct Row {
     pub check: Check,
     /// The plain loop timed in turn with it.
     pub twin: Option<Twin>,
+    /// How its time grows, where it was measured at several sizes.
+    pub growing: Option<Growing>,
 }
 
 impl Row {
@@ -176,6 +229,13 @@ impl Row {
                 twin.median_ms / self.median_ms
             );
         }
+        if let Some(growing) = &self.growing {
+            let steps: Vec<String> = growing.steps.iter().map(|(x, ms)| format!("[{x},{ms:.3}]")).collect();
+            line += &format!(",\"{}_min_ms\":[{}]", growing.what, steps.join(","));
+            if let Some(exponent) = growing.exponent {
+                line += &format!(",\"exponent\":{exponent:.3}");
+            }
+        }
         line + "}"
     }
 }
@@ -198,6 +258,10 @@ trait Job {
     }
     /// Draws the frame by the plain loop, elsewhere.
     fn twin_frame(&mut self) {}
+    /// How much of what grows there is.
+    fn amount(&self) -> f64 {
+        1.0
+    }
     /// Threads that draw.
     fn threads(&self) -> usize;
     /// Vectors that draw.
@@ -205,7 +269,15 @@ trait Job {
 }
 
 fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
+    let last = scenes::steps(workload).and_then(|(_, steps)| steps.last().copied());
     match workload {
+        Workload::Room
+        | Workload::Layers64
+        | Workload::Objects10k
+        | Workload::Scene10k
+        | Workload::Mesh4M
+        | Workload::Sizes
+        | Workload::Lights => Box::new(scenes::Scenes::new(workload, options, last.unwrap_or(1))),
         Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::job(workload, options)),
         Workload::PutPixel => Box::new(flat::Pixels::job(options)),
         _ => Box::new(space::Space::new(workload, options)),
@@ -217,7 +289,24 @@ fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
 /// # Errors
 /// When its picture is outside its bound, or a later frame differs from the first.
 pub fn run(workload: Workload, options: &Options) -> Result<Row, Refusal> {
-    measure(workload, &mut *job(workload, options), options)
+    let Some((what, steps)) = scenes::steps(workload) else {
+        return measure(workload, &mut *job(workload, options), options);
+    };
+    let own = Options { budget: options.budget / steps.len() as u32, ..options.clone() };
+    let mut rows = Vec::with_capacity(steps.len());
+    for &step in steps {
+        let mut job = scenes::Scenes::new(workload, options, step);
+        rows.push((job.amount(), measure(workload, &mut job, &own)?));
+    }
+    let points = rows.iter().map(|(x, row)| {
+        let timing = Timing { min_s: row.min_ms, median_s: row.median_ms, runs: row.frames };
+        GrowthPoint { x: *x, timing: Some(timing), peak_bytes: None }
+    });
+    let growth = Growth { title: String::new(), grows: what, at_most: None, points: points.collect() };
+    let steps = rows.iter().map(|(x, row)| (*x, row.min_ms)).collect();
+    let growing = Some(Growing { what, steps, exponent: growth.exponent() });
+    let (_, last) = rows.pop().expect("a workload that grows has steps");
+    Ok(Row { growing, ..last })
 }
 
 /// The picture that the truth draws: what other programs' pictures of the workload are held to.
@@ -260,7 +349,7 @@ fn measure(workload: Workload, job: &mut dyn Job, options: &Options) -> Result<R
         Twin { name, median_ms, min_ms }
     });
     let (threads, simd) = (job.threads(), job.simd());
-    Ok(Row { workload, threads, simd, median_ms, min_ms, frames: times.len(), check, twin })
+    Ok(Row { workload, threads, simd, median_ms, min_ms, frames: times.len(), check, twin, growing: None })
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {

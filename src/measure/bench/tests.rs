@@ -19,6 +19,12 @@ fn every_workload_is_held_to_its_truth_and_then_timed() {
         );
         let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
         assert_eq!((&json["peer"], &json["wl"]), (&"fbptr".into(), &workload.name().into()));
+        assert_eq!(row.growing.is_some(), scenes::steps(workload).is_some());
+        if let Some(growing) = &row.growing {
+            let list = json[format!("{}_min_ms", growing.what)].as_array().expect("a list of steps");
+            assert_eq!(list.len(), growing.steps.len());
+            assert_eq!(growing.exponent.is_some(), json["exponent"].is_f64());
+        }
         let fields = ["{\"peer\":", ",\"cfg\":\"1T\",\"wl\":", ",\"med_ms\":", ",\"min_ms\":"];
         let places = fields.map(|f| row.json().find(f).expect("a field of all peers"));
         assert!(places.is_sorted(), "{}", row.json());
@@ -48,6 +54,8 @@ fn names_and_their_beginnings_are_known() {
     }
     assert_eq!(Workload::named("w4").len(), 3);
     assert_eq!(Workload::named("W6_lines").len(), 2);
+    assert_eq!(Workload::named("S3").len(), 2);
+    assert_eq!(Workload::named("scenes").len(), 7);
     for wrong in ["", "W", "W8", "W4_", "W4_tex_t", "W1_phong70k_", "ä"] {
         assert_eq!(Workload::named(wrong), [], "{wrong}");
     }
@@ -115,6 +123,18 @@ fn nearest_may_take_either_texel_at_a_border_and_no_other() {
     // A fiftieth of a texel is no turn.
     job.frame_shifted(0.02);
     assert!(job.check().max_error_steps > 2);
+}
+
+#[test]
+fn a_scene_with_one_thing_out_of_place_has_no_time() {
+    for workload in Workload::named("scenes") {
+        let step = scenes::steps(workload).map_or(1, |(_, steps)| steps[0]);
+        let mut job = scenes::Scenes::new(workload, &small(), step);
+        job.frame();
+        assert_eq!(job.check().within(workload), Ok(()), "{}", workload.name());
+        job.frame_moved(glam::DVec3::splat(0.02));
+        assert!(job.check().within(workload).is_err(), "{}", workload.name());
+    }
 }
 
 /// The job's verdict on its own frame with one pixel changed.

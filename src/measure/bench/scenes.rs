@@ -1,0 +1,403 @@
+//! S1 to S6: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
+//! through, thousands of small objects, a mesh of millions, frames and lights that grow.
+
+use super::check::{Check, Drawn, limit_steps};
+use super::space::BACKGROUND;
+use super::{Job, Options, Workload};
+use crate::math::matrix;
+use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
+use crate::pipeline::{self, DrawCall, Renderer, SceneOptions, Target};
+use crate::scene::{
+    Attenuation, Camera, Corner, Cull, Filter, Geometry, Light, LightKind, LookAt, Material, Mesh, NONE,
+    Object, Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
+};
+use crate::truth::scenes::{Random, object};
+use crate::truth::{Settings, Transparency, TruthPicture};
+use glam::{DMat4, DVec2, DVec3};
+use std::sync::Arc;
+
+/// What grows in a workload, and how far: the last step is the workload itself.
+pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])> {
+    match workload {
+        Workload::Layers64 => Some(("layers", &[1, 4, 16, 64])),
+        Workload::Objects10k | Workload::Scene10k => Some(("objects", &[625, 2500, 10_000])),
+        Workload::Mesh4M => Some(("faces", &[62_500, 250_000, 1_000_000, 4_000_000])),
+        Workload::Sizes => Some(("pixels", &[0, 1, 2, 3, 4])),
+        Workload::Lights => Some(("lights", &[1, 4, 16, 64])),
+        _ => None,
+    }
+}
+
+/// VGA to 8K.
+const FRAMES: [[u32; 2]; 5] = [[640, 480], [1280, 720], [1920, 1080], [3840, 2160], [7680, 4320]];
+
+/// How a scene is handed over.
+#[derive(Clone, Copy, PartialEq)]
+enum By {
+    /// The whole scene at once.
+    Scene,
+    /// One draw an object, as a stream has it.
+    Draws,
+}
+
+pub(super) struct Scenes {
+    workload: Workload,
+    renderer: Renderer,
+    memory: VideoMemory,
+    depth: Option<DepthMemory>,
+    scene: Scene,
+    options: SceneOptions,
+    by: By,
+    /// How much of what grows there is.
+    amount: f64,
+}
+
+impl Scenes {
+    /// The workload's step of this number.
+    pub fn new(workload: Workload, options: &Options, step: u32) -> Self {
+        let mut size = [options.size.width, options.size.height];
+        let divisor = options.size.divisor.max(1);
+        if workload == Workload::Sizes {
+            // In small, the whole row of frames is.
+            size = FRAMES[step as usize].map(|side| side * options.size.width / 1920);
+        }
+        let [width, height] = size;
+        let (scene, amount) = match workload {
+            Workload::Layers64 => (layers(step), f64::from(step)),
+            Workload::Objects10k | Workload::Scene10k => {
+                let count = step.div_ceil(divisor.min(100));
+                (boxes(count), f64::from(count))
+            }
+            Workload::Mesh4M => {
+                let mesh = mesh_of(step / divisor);
+                let faces = mesh.triangles.len() as f64;
+                (knot(mesh), faces)
+            }
+            Workload::Sizes => (knot(mesh_of(20_000 / divisor)), f64::from(width) * f64::from(height)),
+            Workload::Lights => (lit_knot(mesh_of(20_000 / divisor), step), f64::from(step)),
+            _ => (room(divisor), 1.0),
+        };
+        Scenes {
+            workload,
+            renderer: Renderer::new(options.render.clone()),
+            memory: VideoMemory::new(width, height).expect("the size of a benchmark's frame"),
+            depth: Some(DepthMemory::new(width, height, DepthFormat::F32)),
+            scene,
+            options: SceneOptions::new(width, height),
+            by: if workload == Workload::Objects10k { By::Draws } else { By::Scene },
+            amount,
+        }
+    }
+
+    /// The plain path's picture and depths.
+    fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
+        let (width, height) = (self.memory.width(), self.memory.height());
+        let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
+        memory.clear(BACKGROUND);
+        let mut depth = None;
+        let mut target =
+            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+        match self.by {
+            By::Scene => {
+                pipeline::draw_scene(&mut target, &self.scene, &self.options).expect("the scene is sound");
+            }
+            By::Draws => self.scene.objects.iter().for_each(|object| {
+                let call = DrawCall::of_object(object, &self.scene, &self.options);
+                pipeline::draw(&mut target, &call).expect("the scene is sound");
+            }),
+        }
+        (memory, depth)
+    }
+
+    /// The reference's picture of some pixels.
+    fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
+        let mut picture = TruthPicture::new(self.memory.width(), self.memory.height(), DepthFormat::F32);
+        picture.clear(BACKGROUND);
+        let transparency = match self.by {
+            By::Scene => Transparency::AfterOpaque(self.options.transparency),
+            By::Draws => Transparency::AtOnce,
+        };
+        let settings = Settings { transparency, ..Settings::default() };
+        picture.draw_at(&self.scene, &settings, Some(pixels)).expect("the camera is sound");
+        picture
+    }
+
+    /// A frame whose first object stands beside its place.
+    #[cfg(test)]
+    pub fn frame_moved(&mut self, by: DVec3) {
+        let right = self.scene.objects[0].model;
+        self.scene.objects[0].model = DMat4::from_translation(by) * right;
+        self.frame();
+        self.scene.objects[0].model = right;
+    }
+}
+
+impl Job for Scenes {
+    fn frame(&mut self) {
+        self.memory.clear(BACKGROUND);
+        if let Some(depth) = &mut self.depth {
+            depth.clear();
+        }
+        let mut target = Target {
+            memory: &mut self.memory,
+            depth: &mut self.depth,
+            depth_format: DepthFormat::F32,
+            ids: None,
+        };
+        match self.by {
+            By::Scene => {
+                self.renderer
+                    .draw_scene(&mut target, &self.scene, &self.options)
+                    .expect("the scene is sound");
+            }
+            By::Draws => {
+                for object in &self.scene.objects {
+                    let call = DrawCall::of_object(object, &self.scene, &self.options);
+                    self.renderer.draw(&mut target, &call).expect("the scene is sound");
+                }
+            }
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.memory.bytes()
+    }
+
+    fn spoil(&mut self) {
+        self.memory.clear([1, 254, 77, 3]);
+        if let Some(depth) = &mut self.depth {
+            let pixels = depth.width() as usize * depth.height() as usize;
+            (0..pixels).for_each(|i| depth.set_word(i, 0));
+        }
+    }
+
+    fn truth(&mut self) -> VideoMemory {
+        self.plain().0
+    }
+
+    fn check(&mut self) -> Check {
+        let (memory, depth) = self.plain();
+        match (&self.depth, &depth) {
+            (Some(own), Some(depth)) => {
+                let found = Drawn { memory: &self.memory, depth: own };
+                let plain = Drawn { memory: &memory, depth };
+                Check::of_space(found, plain, limit_steps(self.workload), |pixels| self.reference(pixels))
+            }
+            _ => Check { coverage_off: memory.bytes().len() / 4, ..Check::default() },
+        }
+    }
+
+    fn amount(&self) -> f64 {
+        self.amount
+    }
+
+    fn threads(&self) -> usize {
+        self.renderer.options().pool.as_ref().map_or(1, |p| p.current_num_threads())
+    }
+
+    fn simd(&self) -> &'static str {
+        self.renderer.level().as_str()
+    }
+}
+
+fn perspective(eye: DVec3, reference: DVec3, near: f64, far: f64) -> Camera {
+    Camera {
+        look_at: LookAt { eye, reference, up: DVec3::Y },
+        projection: Projection::Perspective { fov_rad: 1.2, near, far, on_smaller_side: false },
+    }
+}
+
+fn material(kd: DVec3) -> Material {
+    Material { ka: kd * 0.3, kd, ks: DVec3::splat(0.3), n: 24.0, ..Material::default() }
+}
+
+fn turned(axis: DVec3, angle_rad: f64) -> DMat4 {
+    matrix::rotate(axis, angle_rad).expect("an axis has a direction")
+}
+
+/// Squares of two colours with a grain, so that every filter has something to do.
+fn texture(side: u32) -> Arc<Texture> {
+    let texel = |x: u32, y: u32| {
+        let square = if ((x >> 4) + (y >> 4)) & 1 == 1 { 210u8 } else { 90 };
+        [square, square.wrapping_add((x * 7 ^ y * 13) as u8 % 24), 255 - square, 255]
+    };
+    let bytes = (0..side).flat_map(|y| (0..side).flat_map(move |x| texel(x, y))).collect();
+    Arc::new(Texture::new(side, side, bytes).expect("a texture of ordinary size"))
+}
+
+/// A box of 12 faces with texture coordinates, seen from outside or from inside.
+fn box_of(size: DVec3, repeats: f64, is_inside_out: bool) -> Mesh {
+    let half = size * 0.5;
+    let mut mesh = Mesh::default();
+    mesh.positions = (0..8)
+        .map(|i| DVec3::from([1, 2, 4].map(|bit| if i & bit != 0 { 1.0 } else { -1.0 })) * half)
+        .collect();
+    mesh.texcoords =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|uv| DVec2::from_array(uv) * repeats).to_vec();
+    // Each side has its own normal.
+    mesh.normals = [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y]
+        .map(|n| if is_inside_out { -n } else { n })
+        .to_vec();
+    let sides = [[4, 5, 7, 6], [1, 0, 2, 3], [5, 1, 3, 7], [0, 4, 6, 2], [6, 7, 3, 2], [0, 1, 5, 4]];
+    for (side, mut at) in sides.into_iter().enumerate() {
+        if is_inside_out {
+            at.reverse();
+        }
+        let corner =
+            |k: usize| Corner { position: at[k], normal: side as u32, texcoord: k as u32, color: NONE };
+        mesh.push_polygon(&[0, 1, 2, 3].map(corner), NONE);
+    }
+    mesh
+}
+
+fn textured(texture: &Arc<Texture>, filter: Filter) -> Option<(Arc<Texture>, Sampling)> {
+    Some((Arc::clone(texture), Sampling { filter, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat }))
+}
+
+/// S1: walls, floor and ceiling around the eye, a beam, a rail and a carpet that run through the eye's plane, columns, and a knot
+/// in the middle; four lights of three kinds.
+fn room(divisor: u32) -> Scene {
+    let tiles = texture(256);
+    let mut objects = Vec::new();
+    let mut add = |name: &str, mesh: Mesh, at: [f64; 3], kd: [f64; 3]| {
+        let mut thing = object(name, mesh);
+        thing.model = DMat4::from_translation(DVec3::from(at));
+        thing.material = material(DVec3::from(kd));
+        objects.push(thing);
+        objects.len() - 1
+    };
+    let walls =
+        add("walls", box_of(DVec3::new(12.0, 4.0, 10.0), 3.0, true), [0.0, 2.0, 0.0], [0.8, 0.75, 0.7]);
+    let carpet =
+        add("carpet", box_of(DVec3::new(7.0, 0.05, 9.0), 6.0, false), [0.0, 0.03, 0.0], [0.9, 0.9, 0.9]);
+    add("beam", box_of(DVec3::new(0.4, 0.4, 9.9), 1.0, false), [2.0, 3.5, 0.0], [0.5, 0.3, 0.2]);
+    add("rail", box_of(DVec3::new(11.0, 0.1, 0.2), 1.0, false), [0.0, 1.0, 3.9], [0.3, 0.5, 0.3]);
+    for i in 0..12 {
+        let (sin, cos) = libm::sincos(f64::from(i) * 0.55);
+        let at = [5.2 * cos, 1.9, 4.2 * sin];
+        add("column", box_of(DVec3::new(0.4, 3.7, 0.4), 1.0, false), at, [0.4, 0.45, 0.6]);
+    }
+    let mesh = shapes::knot((500 / divisor).max(16), 40).expect("a knot of 40,000 faces");
+    add("knot", mesh, [-0.5, 1.5, -1.0], [0.8, 0.4, 0.2]);
+    objects[walls].texture = textured(&tiles, Filter::Trilinear);
+    objects[carpet].texture = textured(&tiles, Filter::Bilinear);
+    let fading = Attenuation { c: 0.6, l: 0.1, q: 0.02 };
+    let lamp = |at: [f64; 3]| LightKind::Point { position: at.into(), attenuation: fading, radius: 30.0 };
+    let spot = LightKind::Spot {
+        position: DVec3::new(0.0, 3.8, 0.0),
+        direction: DVec3::new(-0.1, -1.0, -0.2),
+        angle_rad: 0.7,
+        exponent: 4.0,
+        attenuation: fading,
+    };
+    let light = |kind, color| Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: true };
+    Scene {
+        camera: Some(perspective(DVec3::new(1.2, 1.6, 3.4), DVec3::new(-1.0, 1.2, -2.0), 0.05, 50.0)),
+        ambient: DVec3::splat(0.4),
+        lights: vec![
+            light(lamp([3.0, 3.4, 2.0]), DVec3::new(0.5, 0.45, 0.4)),
+            light(lamp([-3.5, 3.4, -2.5]), DVec3::new(0.3, 0.4, 0.5)),
+            light(spot, DVec3::splat(0.5)),
+            Light::directional(DVec3::new(0.3, -1.0, -0.4), DVec3::splat(0.15)),
+        ],
+        objects,
+        ..Scene::default()
+    }
+}
+
+/// S2: quads of half the frame and more before each other, each lit at its pixels, far to near.
+fn layers(count: u32) -> Scene {
+    let mut random = Random::new(64);
+    let quad = |i: u32| {
+        let half = DVec3::new(random.real(1.6, 3.4), random.real(0.9, 1.8), 0.0);
+        let mesh = {
+            let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+            let positions = corners.map(|[x, y]| DVec3::new(x, y, 0.0) * half).to_vec();
+            Mesh::from_triangles(positions, &[[0, 1, 2], [0, 2, 3]])
+        };
+        let mut layer = object("layer", mesh);
+        let z = 4.0 * f64::from(i) / f64::from(count) - 2.0;
+        let at = DVec3::new(random.real(-1.0, 1.0), random.real(-0.6, 0.6), z);
+        layer.model = DMat4::from_translation(at) * turned(random.point(-1.0, 1.0) + DVec3::X, 0.15);
+        layer.material = material(random.point(0.2, 1.0));
+        layer.material.transparency = random.real(0.6, 0.95);
+        layer
+    };
+    let objects = (0..count).map(quad).collect();
+    Scene {
+        camera: Some(perspective(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 0.5, 20.0)),
+        ambient: DVec3::splat(0.5),
+        lights: vec![Light::point(DVec3::new(3.0, 4.0, 5.0), DVec3::ONE)],
+        objects,
+        ..Scene::default()
+    }
+}
+
+/// S3: boxes on a lattice, each with its own model, and other modes than its neighbour's. Half of them share one geometry.
+fn boxes(count: u32) -> Scene {
+    let mut random = Random::new(10_000);
+    let side = libm::ceil(libm::cbrt(f64::from(count))).max(1.0);
+    let step = 6.0 / side;
+    let shared = Arc::new(Geometry { mesh: box_of(DVec3::ONE, 1.0, false), textures: Vec::new() });
+    let skin = texture(64);
+    let thing = |i: u32| -> Object {
+        let at = [1.0, side, side * side].map(|d| libm::floor(f64::from(i) / d) % side);
+        let mut thing = object("box", Mesh::default());
+        thing.geometry = match i % 2 {
+            0 => Arc::clone(&shared),
+            _ => Arc::new(Geometry::clone(&shared)),
+        };
+        let place = (DVec3::from(at) + 0.5) * step - 3.0;
+        let size = DVec3::splat(step * random.real(0.3, 0.7));
+        thing.model = DMat4::from_translation(place)
+            * turned(random.point(-1.0, 1.0) + DVec3::X * 1.5, random.real(0.0, 6.0))
+            * DMat4::from_scale(size);
+        thing.material = material(random.point(0.2, 1.0));
+        thing.shade = Some([ShadeMode::Phong, ShadeMode::Gouraud, ShadeMode::Flat][i as usize % 3]);
+        thing.cull = if i.is_multiple_of(4) { Cull::None } else { Cull::Back };
+        thing.texture = textured(&skin, Filter::Bilinear).filter(|_| i.is_multiple_of(5));
+        thing.lights = i.is_multiple_of(7).then(|| vec![i % 2]);
+        thing
+    };
+    let objects = (0..count).map(thing).collect();
+    Scene {
+        camera: Some(perspective(DVec3::new(2.0, 2.5, 7.5), DVec3::ZERO, 0.5, 30.0)),
+        ambient: DVec3::splat(0.5),
+        lights: vec![
+            Light::point(DVec3::new(3.0, 4.0, 9.0), DVec3::splat(0.7)),
+            Light::directional(DVec3::new(-1.0, -0.5, -0.7), DVec3::splat(0.4)),
+        ],
+        objects,
+        ..Scene::default()
+    }
+}
+
+/// A knot of about so many faces, eight times as many around its core as across.
+fn mesh_of(faces: u32) -> Mesh {
+    let across = libm::round(libm::sqrt(f64::from(faces) / 16.0)).max(5.0) as u32;
+    shapes::knot((8 * across).max(16), across).expect("a knot of at most 4 million faces")
+}
+
+fn knot(mesh: Mesh) -> Scene {
+    let mut thing = object("knot", mesh);
+    thing.model = turned(DVec3::X, 0.3) * turned(DVec3::Y, 0.4);
+    thing.material = material(DVec3::new(0.8, 0.4, 0.2));
+    Scene {
+        camera: Some(perspective(DVec3::new(0.0, 0.0, 3.6), DVec3::ZERO, 0.5, 10.0)),
+        ambient: DVec3::splat(0.3),
+        lights: vec![Light::point(DVec3::new(3.0, 4.0, 5.0), DVec3::ONE)],
+        objects: vec![thing],
+        ..Scene::default()
+    }
+}
+
+/// S6: the knot among so many lights.
+fn lit_knot(mesh: Mesh, count: u32) -> Scene {
+    let share = DVec3::splat(1.5 / f64::from(count));
+    let light = |i: u32| {
+        let (sin, cos) = libm::sincos(f64::from(i) * 2.4);
+        let at = DVec3::new(4.0 * cos, 4.0 * sin, 2.0 + f64::from(i % 4));
+        if i.is_multiple_of(4) { Light::directional(-at, share) } else { Light::point(at, share) }
+    };
+    Scene { lights: (0..count).map(light).collect(), ..knot(mesh) }
+}
