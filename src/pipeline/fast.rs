@@ -42,6 +42,12 @@ impl Memories {
     }
 }
 
+/// Meshes of up to so many faces may be drawn by the calling thread alone,
+const FEW_FACES: usize = 512;
+
+/// where the box around them has at most so many pixels, times one and the lights that light each.
+const LITTLE_WORK: f64 = 40_000.0;
+
 /// Why the tile renderer does not serve a draw, as far as the plan tells; `None` when it does.
 pub(crate) fn obstacle(call: &DrawCall, target: &Target, plan: &Plan) -> Option<&'static str> {
     let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
@@ -91,7 +97,8 @@ impl Prepared<'_> {
         let prepared = self.known.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
         let Some(surfaces) = self.surfaces(prepared, &frame) else { return false };
         let Memories { scratch, tables } = tools.memories;
-        let (level, crew) = (tools.level, tools.crew);
+        let crew = if self.is_small() { &Workers::Alone } else { tools.crew };
+        let level = tools.level;
         let screen = self.transform().screen;
         let clip = screen.clip;
         if clip.is_empty() {
@@ -175,6 +182,28 @@ impl Prepared<'_> {
         }
         *stats += draw;
         true
+    }
+
+    /// Whether the calling thread has drawn everything before another one is awake.
+    fn is_small(&self) -> bool {
+        let Some((low, high)) = self.known.bounds else { return true };
+        if self.call.geometry.mesh.triangles.len() > FEW_FACES {
+            return false;
+        }
+        let clip = self.transform().screen.clip;
+        let (mut from, mut to) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for corner in 0..8 {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let at = self.transform().vertex(DVec3::new(pick(0), pick(1), pick(2))).screen;
+            if !(at[0].is_finite() && at[1].is_finite()) {
+                return false;
+            }
+            (from, to) = ([0, 1].map(|a| at[a].min(from[a])), [0, 1].map(|a| at[a].max(to[a])));
+        }
+        let width = to[0].min(clip.x1 as f64) - from[0].max(clip.x0 as f64);
+        let height = to[1].min(clip.y1 as f64) - from[1].max(clip.y0 as f64);
+        let per_pixel = 1 + if self.plan.uses(Part::LightPixels) { self.lighting.lamp_count() } else { 0 };
+        width.max(0.0) * height.max(0.0) * per_pixel as f64 <= LITTLE_WORK
     }
 
     /// The steps of an object's points to the screen.
