@@ -324,6 +324,52 @@ fn the_program_describes_itself() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_full_disk_does_not_take_is_a_failure() {
+    let folder = Folder::new("full");
+    let mesh = folder.file("m.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let stream = folder.file("s", "HELP\nCRC\n");
+    for arguments in [
+        &["play", &stream, "--headless"][..],
+        &["render", &mesh, "--trace", "0"],
+        &["render", &mesh, "--trace", "0", "--explain", "-o", &folder.path("m.png")],
+        &["eye", "--make", "tesseract"],
+        &["man"],
+        &["completions", "zsh"],
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let ended = fbptr(arguments).stdin(Stdio::null()).stdout(full).output().unwrap();
+        let said = err(&ended);
+        assert_eq!(ended.status.code(), Some(1), "{arguments:?}: {said}");
+        let lost = said.lines().filter(|l| l.starts_with("fbptr: standard output: ")).count();
+        assert_eq!(lost, 1, "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn a_mistake_is_answered_with_what_to_do_next() {
+    let folder = Folder::new("next");
+    let mesh = folder.file("m.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let stream = folder.file("s.fbs", "SIZE\n");
+    let nowhere = folder.path("no.sock");
+    let picture = folder.path("o.png");
+    for (arguments, status, next) in [
+        (&["play", &mesh, "--headless"][..], 1, format!("fbptr view {mesh}")),
+        (&["send", &stream], 2, format!("fbptr send :1234 {stream}")),
+        (&["send", &nowhere, &stream], 1, "fbptr serve".to_owned()),
+        (&["snap", &nowhere, &picture], 1, "fbptr serve".to_owned()),
+        (&["report", "--out", &stream], 1, format!("cannot make {stream}")),
+    ] {
+        let ended = run(arguments, b"");
+        assert_eq!((ended.status.code(), out(&ended)), (Some(status), ""), "{arguments:?}");
+        assert!(err(&ended).contains(&next), "{arguments:?}: {}", err(&ended));
+    }
+    // Where a stream with such a name is one, there is nothing to say.
+    let played = run(&["play", &folder.file("s.obj", "SIZE\n"), "--headless", "--size", "3x2"], b"");
+    assert_eq!((played.status.code(), out(&played), err(&played)), (Some(0), "SIZE 3 2\n", ""));
+}
+
 #[test]
 fn a_stream_is_traced_to_what_is_seen_in_the_end() {
     // Two quads, the nearer one drawn first; the second draw must not be taken for what is seen.

@@ -1,5 +1,6 @@
 //! Addresses as arguments: `HOST:PORT`, `:PORT` for loopback, a path for a Unix socket.
 
+use std::io;
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
@@ -43,6 +44,18 @@ pub(super) fn target(text: &str) -> Result<Target, String> {
         Some(path) => Ok(Target::Unix(path.into())),
         None if text.contains('/') => Ok(Target::Unix(text.into())),
         None => tcp(text).map(Target::Tcp),
+    }
+}
+
+/// Why no server is reached, and what to do.
+pub(super) fn no_server(address: &str, error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused | io::ErrorKind::NotFound => {
+            format!(
+                "{address}: no server there ({error}); `fbptr serve` starts one, and says where it listens"
+            )
+        }
+        _ => format!("{address}: {error}"),
     }
 }
 

@@ -1,11 +1,10 @@
 //! `fbptr bench`: the fixed workloads, each held to its truth and then timed.
 
 use super::drawing::Drawing;
-use super::{Status, say_as_program};
+use super::{Status, output, say_as_program};
 use crate::measure::bench::{self, Options, Row, Size, Workload};
 use crate::save;
 use clap::Args;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -58,13 +57,13 @@ impl Bench {
             return export(folder, &chosen, &options);
         }
         if !self.json {
-            print(HEADER);
+            output::print(format!("{HEADER}\n"));
         }
         let mut status = Status::Success;
         for workload in chosen {
             match bench::run(workload, &options) {
-                Ok(row) if self.json => print(&row.json()),
-                Ok(row) => print(&table_line(&row)),
+                Ok(row) if self.json => output::print(row.json() + "\n"),
+                Ok(row) => output::print(table_line(&row) + "\n"),
                 Err(refusal) => {
                     say_as_program(refusal);
                     status = Status::Failed;
@@ -100,12 +99,6 @@ fn table_line(row: &Row) -> String {
         row.check.pixels_off,
     );
     line.trim_end().to_owned()
-}
-
-/// A line to standard output at once; a pipe that nobody reads any more is no failure.
-fn print(line: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
 fn export(folder: &Path, chosen: &[Workload], options: &Options) -> Status {

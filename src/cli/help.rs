@@ -2,7 +2,7 @@
 //! one description of the arguments that also parses them.
 
 use super::view::keys_help;
-use super::{Cli, Status, say_as_program};
+use super::{Cli, Status, output, say_as_program};
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 use std::io::{self, Write};
@@ -113,7 +113,7 @@ impl Man {
         let mut command = command().disable_help_subcommand(true);
         command.build();
         match self.out {
-            None => ended("standard output", page(&command).and_then(|page| print(&page))),
+            None => ended("the page", page(&command).map(output::print)),
             Some(folder) => ended(&folder.display().to_string(), write_pages(&command, &folder)),
         }
     }
@@ -168,15 +168,8 @@ impl Completions {
     pub(super) fn run(self) -> Status {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut command(), "fbptr", &mut text);
-        ended("standard output", print(&text))
-    }
-}
-
-/// To standard output; a pipe that nobody reads any more is no failure.
-fn print(bytes: &[u8]) -> io::Result<()> {
-    match io::stdout().write_all(bytes) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(e),
-        _ => Ok(()),
+        output::print(text);
+        Status::Success
     }
 }
 

@@ -1,7 +1,7 @@
 //! THE COMMAND LINE: one file a subcommand. Arguments in, exit status out; what draws is below.
 //!
 //! Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use. Replies go to stdout, everything
-//! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere.
+//! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere; a full disk is a failure.
 
 mod address;
 mod bench;
@@ -10,6 +10,7 @@ mod drawing;
 mod eye;
 mod film;
 mod help;
+mod output;
 mod play;
 mod progress;
 mod render;
@@ -88,19 +89,20 @@ impl From<Status> for ExitCode {
 pub fn main() -> ExitCode {
     let matches = help::command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
-    match cli.command {
-        Task::Play(play) => play.run().into(),
-        Task::Bench(bench) => bench.run().into(),
-        Task::Report(report) => report.run().into(),
-        Task::Serve(serve) => serve.run().into(),
-        Task::Render(render) => render.run().into(),
-        Task::View(view) => view.run().into(),
-        Task::Snap(snap) => snap.run().into(),
-        Task::Send(send) => send.run().into(),
-        Task::Eye(eye) => eye.run().into(),
-        Task::Man(man) => man.run().into(),
-        Task::Completions(completions) => completions.run().into(),
-    }
+    let status = match cli.command {
+        Task::Play(play) => play.run(),
+        Task::Bench(bench) => bench.run(),
+        Task::Report(report) => report.run(),
+        Task::Serve(serve) => serve.run(),
+        Task::Render(render) => render.run(),
+        Task::View(view) => view.run(),
+        Task::Snap(snap) => snap.run(),
+        Task::Send(send) => send.run(),
+        Task::Eye(eye) => eye.run(),
+        Task::Man(man) => man.run(),
+        Task::Completions(completions) => completions.run(),
+    };
+    output::ended(status).into()
 }
 
 /// Says a line on stderr; where nobody listens, to nobody.

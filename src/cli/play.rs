@@ -3,7 +3,9 @@
 use super::color::color;
 use super::drawing::Drawing;
 use super::film::{Clock, Film, FilmArgs};
+use super::output::{self, Stdout};
 use super::progress::Watched;
+use super::scene_file;
 use super::trace::TraceAt;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
@@ -13,7 +15,7 @@ use crate::save;
 use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RECORD_MAGIC, RenderThread};
 use clap::Args;
 use std::fs::File;
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -173,7 +175,7 @@ impl Play {
         // A movie on standard output leaves no room for replies there.
         let replies: Box<dyn io::Write + Send> = match self.film.takes_stdout() {
             true => Box::new(io::stderr()),
-            false => Box::new(io::stdout()),
+            false => Box::new(Stdout),
         };
         let player = match Player::start(&thread, input, replies, end, on_notice) {
             Ok(player) => player,
@@ -191,10 +193,17 @@ impl Play {
         };
         if self.trace.is_some() {
             match engine.trace() {
-                // Nobody may be reading.
-                Some(numbers) => drop(writeln!(io::stdout(), "{numbers}")),
+                Some(numbers) => output::print(format!("{numbers}\n")),
                 None => say_as_program("--trace: no draw had this triangle, or gave this pixel its colour"),
             }
+        }
+        if let Some(path) = self.file.as_deref().filter(|path| scene_file::has_scene_ending(path))
+            && has_failed.load(Ordering::Acquire)
+        {
+            let path = path.display();
+            say_as_program(format_args!(
+                "{path} was read as a stream of commands; as a scene, `fbptr view {path}` shows it"
+            ));
         }
         drop(sampler);
         let mut is_saved = self.save(&engine);

@@ -5,7 +5,7 @@ use super::drawing::Drawing;
 use super::progress::Progress;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
-use super::{FrameSize, Status};
+use super::{FrameSize, Status, output};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::budget::{Budget, BudgetKind, choose};
@@ -14,7 +14,6 @@ use crate::save::{self, Movie, MovieFormat, SaveError};
 use crate::scene::{Scene, ShadeMode};
 use crate::server::Limits;
 use clap::Args;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -133,8 +132,7 @@ impl Render {
             }
         }
         if self.explain {
-            // Nobody may be reading.
-            let _ = std::io::stdout().write_all(plans.as_bytes());
+            output::print(plans);
         }
         Ok(())
     }
@@ -265,11 +263,10 @@ impl Render {
         let exact = eye::Fibre::Exact;
         if self.explain {
             let plan = eye::plan(scene, exact).map_err(|e| refused(e.to_string()))?;
-            let _ = writeln!(std::io::stdout(), "{plan}");
+            output::print(format!("{plan}\n"));
             if self.max_error.is_some() {
-                let _ = writeln!(
-                    std::io::stdout(),
-                    "budget: exact; no fan of rays is both cheaper than the exact fibre and as near"
+                output::print(
+                    "budget: exact; no fan of rays is both cheaper than the exact fibre and as near\n",
                 );
             }
         }

@@ -1,9 +1,8 @@
 //! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
 
-use super::{Status, say, say_as_program};
+use super::{Status, output, say, say_as_program};
 use crate::measure::{Effort, hard, run, write};
 use clap::Args;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -23,6 +22,12 @@ pub(super) struct Report {
 
 impl Report {
     pub fn run(&self) -> Status {
+        // Before minutes of measuring, not after.
+        if let Some(folder) = &self.out
+            && !make(folder)
+        {
+            return Status::Failed;
+        }
         let mut progress = |title: &str| say(&format!("measuring: {title}"));
         let (files, broken) = if self.hard {
             let rows = hard(&mut progress);
@@ -44,7 +49,10 @@ impl Report {
         };
         let written = match &self.out {
             Some(folder) => save_all(folder, &files),
-            None => write_out(&files[0].1),
+            None => {
+                output::print(&files[0].1);
+                true
+            }
         };
         for line in &broken {
             say_as_program(format_args!("outside its bound: {line}"));
@@ -53,17 +61,13 @@ impl Report {
     }
 }
 
-/// Tables to standard output; a pipe that nobody reads any more is no failure.
-fn write_out(text: &str) -> bool {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
-    true
+fn make(folder: &Path) -> bool {
+    std::fs::create_dir_all(folder)
+        .inspect_err(|error| say_as_program(format_args!("cannot make {}: {error}", folder.display())))
+        .is_ok()
 }
 
 fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
-    if let Err(error) = std::fs::create_dir_all(folder) {
-        say_as_program(format_args!("cannot make {}: {error}", folder.display()));
-        return false;
-    }
     for (name, text) in files {
         let path = folder.join(name);
         if let Err(error) = std::fs::write(&path, text) {

@@ -1,6 +1,7 @@
 //! `fbptr send`: a stream to a running server, its replies to standard output.
 
 use super::address::{self, Target};
+use super::output::Stdout;
 use super::progress::Watched;
 use super::{Status, say_as_program};
 use clap::Args;
@@ -25,6 +26,13 @@ pub struct Send {
 impl Send {
     /// Sends all of it and prints all replies; fails when one of them is an error.
     pub(super) fn run(self) -> Status {
+        if Path::new(&self.address).is_file() {
+            let file = &self.address;
+            say_as_program(format_args!(
+                "{file} is a file: the server stands before it, as in `fbptr send :1234 {file}`"
+            ));
+            return Status::BadArguments;
+        }
         let target = match address::target(&self.address) {
             Ok(target) => target,
             Err(message) => {
@@ -48,7 +56,7 @@ impl Send {
         let mut wire = match Wire::connect(&target) {
             Ok(wire) => wire,
             Err(e) => {
-                say_as_program(format_args!("{}: {e}", self.address));
+                say_as_program(address::no_server(&self.address, &e));
                 return Status::Failed;
             }
         };
@@ -89,7 +97,7 @@ fn is_hang_up(e: &io::Error) -> bool {
 /// than a status of 1.
 fn print(mut replies: Wire) -> bool {
     let (mut buffer, mut start, mut has_errors) = (vec![0; 1 << 16], Vec::new(), false);
-    let mut out = io::stdout();
+    let mut out = Stdout;
     let mut is_heard = true;
     loop {
         match replies.read(&mut buffer) {

@@ -2,6 +2,7 @@
 
 use super::drawing::Drawing;
 use super::film::{Clock, FilmArgs};
+use super::output::Stdout;
 use super::{FrameSize, Status, address, say_as_program};
 use crate::load::Folder;
 use crate::memory::SharedFile;
@@ -168,7 +169,7 @@ impl Serve {
                 }
             };
             server
-                .serve_pipe(Box::new(io::stdin()), Box::new(io::stdout()), on_end)
+                .serve_pipe(Box::new(io::stdin()), Box::new(Stdout), on_end)
                 .map_err(|e| format!("no thread to read on: {e}"))?;
         }
         let why = match display {

@@ -33,8 +33,11 @@ impl Snap {
                 return Status::BadArguments;
             }
         };
-        let taken = Wire::connect(&target).map_err(|e| e.to_string()).and_then(ask);
-        let written = taken.map_err(|e| format!("{}: {e}", self.address)).and_then(|memory| {
+        let taken = match Wire::connect(&target) {
+            Ok(wire) => ask(wire).map_err(|e| format!("{}: {e}", self.address)),
+            Err(e) => Err(address::no_server(&self.address, &e)),
+        };
+        let written = taken.and_then(|memory| {
             save::atomically(&self.out, |out| format.write(&memory, out)).map_err(|e| e.to_string())
         });
         match written {

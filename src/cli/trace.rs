@@ -1,10 +1,10 @@
 //! `render --trace`: the textbook mode. Which triangle or pixel is meant, and its numbers on stdout.
 
+use super::output;
 use crate::memory::DepthFormat;
 use crate::pipeline::SceneOptions;
 use crate::pipeline::trace::{Probe, trace_scene};
 use crate::scene::Scene;
-use std::io::Write;
 use std::str::FromStr;
 
 /// `N`, `X,Y` or `N@X,Y`, as the argument gives it.
@@ -56,8 +56,7 @@ pub(super) fn print(
 ) -> Result<(), String> {
     let trace = trace_scene(scene, options, size, DepthFormat::default(), probe)
         .map_err(|e| format!("--trace: {e}"))?;
-    // Nobody may be reading.
-    let _ = writeln!(std::io::stdout(), "{trace}");
+    output::print(format!("{trace}\n"));
     Ok(())
 }
 

@@ -147,7 +147,9 @@ impl View {
             false => match self.in_window(viewer, movie, watch) {
                 Ok(()) => return Ok(true),
                 Err(NoWindow(message, movie)) => {
-                    say_as_program(format_args!("{message}: going on headless"));
+                    let keeps = movie.is_some() || self.snap.is_some();
+                    let next = if keeps { "" } else { "; --snap FILE or --movie FILE keeps what is drawn" };
+                    say_as_program(format_args!("{message}: going on headless{next}"));
                     movie
                 }
             },

@@ -1,11 +1,10 @@
 //! `fbptr eye --bench`: speed against error of fans of rays, per space and screen.
 
 use crate::cli::report::machine;
-use crate::cli::{Status, say, say_as_program};
+use crate::cli::{Status, output, say, say_as_program};
 use crate::measure::{Effort, Report, Section, experiments, eye_targets, growth_studies, write};
 use crate::save;
 use clap::Args;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// What to measure.
@@ -34,7 +33,7 @@ impl Bench {
         let machine = machine(if self.quick { "fbptr eye --bench --quick" } else { "fbptr eye --bench" });
         let targets = eye_targets(&report);
         let text = write::markdown(&report, &machine) + &write::targets_markdown(&targets);
-        let _ = std::io::stdout().lock().write_all(text.as_bytes());
+        output::print(text);
         let broken = report.broken_bounds();
         broken.iter().for_each(|line| say(line));
         let is_picture = self.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "svg"));

@@ -3,10 +3,10 @@
 mod bench;
 mod make;
 
-use super::{Status, say, say_as_program};
+use super::{Status, output, say, say_as_program};
 use crate::eye::{EyeScene, Fibre, Here, Pool, plan, render_with};
 use clap::Args;
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// See a scene of N dimensions on a screen of M.
@@ -57,9 +57,7 @@ impl Eye {
             // clap asks for one of them.
             (None, None) => return Status::BadArguments,
         };
-        let mut out = std::io::stdout().lock();
-        // A reader that has gone away wants no more.
-        let _ = out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush());
+        output::print(text + "\n");
         Status::Success
     }
 
