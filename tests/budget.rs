@@ -51,21 +51,26 @@ fn frame(scene: &Scene, options: &SceneOptions, case: &Case) -> (VideoMemory, Op
     (memory, depth)
 }
 
+/// The budget of a case that is drawn as a whole.
+fn budget<'a>(case: &'a Case, options: &'a SceneOptions, max_error: f64) -> Budget<'a> {
+    Budget {
+        scene: &case.scene,
+        options,
+        kind: BudgetKind::Scene,
+        depth_format: case.format,
+        width: case.width,
+        height: case.height,
+        max_error,
+    }
+}
+
 /// Draws a case as the budget says, once for each E, and holds the whole pictures to the truth.
 fn keep_to(case: &Case, limits: &[f64]) -> Vec<Outcome> {
     let exact_options = options(case);
     let (_, exact_depth) = frame(&case.scene, &exact_options, case);
     let truth = render(&case.scene, case.width, case.height, case.format, &case.settings).unwrap();
     let one = |&max_error: &f64| {
-        let budget = Budget {
-            scene: &case.scene,
-            options: &exact_options,
-            kind: BudgetKind::Scene,
-            depth_format: case.format,
-            width: case.width,
-            height: case.height,
-            max_error,
-        };
+        let budget = budget(case, &exact_options, max_error);
         let choice = choose(&mut Renderer::new(RenderOptions::default()), &budget).unwrap();
         let (mut scene, mut cheaper) = (case.scene.clone(), exact_options.clone());
         choice.apply(&mut scene, &mut cheaper);
@@ -158,15 +163,7 @@ fn a_sampled_budget_holds_for_the_whole_picture() {
 fn the_choice_is_the_same_with_any_threads() {
     let case = whole(9001);
     let exact_options = options(&case);
-    let budget = Budget {
-        scene: &case.scene,
-        options: &exact_options,
-        kind: BudgetKind::Scene,
-        depth_format: case.format,
-        width: case.width,
-        height: case.height,
-        max_error: 4.0,
-    };
+    let budget = budget(&case, &exact_options, 4.0);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let options = RenderOptions { pool: Some(std::sync::Arc::new(pool)), ..RenderOptions::default() };

@@ -43,6 +43,7 @@ run() {
             llvmpipe LP_NUM_THREADS=2 PEERS_CFG=2T
             PEERS_CFG=1T "$dir/target/release/euc" || true
             PEERS_CFG=1T "$dir/target/release/embedded" || true
+            PEERS_CFG=1T "$dir/target/release/breakwater" || true
             PEERS_CFG=1T "$dir/sdl" || true
         } >>"$dir/rows.jsonl"
     done

@@ -3,6 +3,7 @@
 use super::experiment::{Bound, Effort, Experiment, Row};
 use super::growth::{Growth, GrowthPoint};
 use super::memory;
+use super::threads::usual_threads;
 use crate::eye::shapes::{Shape, Stage, cross_polytope, cube};
 use crate::eye::{EyePicture, EyeScene, Fibre, Here, Pool, render_with};
 use crate::truth::scenes::Random;
@@ -78,7 +79,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
             rows.push(Row {
                 subject: (*subject).into(),
                 alternative: if threads == 1 { "1 thread".into() } else { format!("{threads} threads") },
-                is_default: threads == 2,
+                is_default: threads == usual_threads().min(3),
                 errors: vec![pixels_unlike(&picture, &truth) as f64],
                 bounds: vec![Bound { column: 0, at_most: 0.0 }],
                 timing,

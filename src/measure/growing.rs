@@ -3,7 +3,8 @@
 use super::experiment::Effort;
 use super::growth::{Growth, GrowthPoint};
 use super::memory;
-use super::threads::{draw, knot};
+use super::picture::Stage;
+use super::threads::knot;
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Light, Mesh, Scene, ShadeMode};
 use crate::server::{Engine, Finish, RenderThread, worker_pool};
@@ -13,6 +14,13 @@ use glam::DVec3;
 /// The renderer that programs get on this machine.
 fn renderer() -> Renderer {
     Renderer::new(RenderOptions { pool: worker_pool(None), simd: None, path: RenderPath::Fast })
+}
+
+const VGA: [u32; 2] = [640, 480];
+
+/// How many lights, layers and clients there are.
+fn to_64(effort: &Effort) -> &'static [u32] {
+    effort.pick(&[1, 8, 64], &[1, 2, 4, 8, 16, 32, 64])
 }
 
 /// Times a scene for each size; the scene is made outside the time.
@@ -25,9 +33,9 @@ fn series(
 ) -> Growth {
     let points = sizes.iter().map(|&(x, [width, height])| {
         let scene = scene(x);
-        let mut renderer = renderer();
+        let mut stage = Stage::new(renderer(), width, height);
         memory::forget_peak();
-        let (_, timing) = effort.run(|| draw(&mut renderer, &scene, width, height));
+        let ((), timing) = effort.run(|| stage.draw(&scene));
         GrowthPoint { x, timing, peak_bytes: memory::peak() }
     });
     Growth { title, grows, at_most: None, points: points.collect() }
@@ -40,8 +48,7 @@ pub(super) fn triangles(effort: &Effort) -> Vec<Growth> {
         &[[10, 5], [50, 10], [250, 20], [500, 100]],
         &[[10, 5], [50, 10], [250, 20], [500, 100], [2500, 200], [8000, 250]],
     );
-    let sizes: Vec<(f64, [u32; 2])> =
-        knots.iter().map(|[nu, nv]| (f64::from(2 * nu * nv), [640, 480])).collect();
+    let sizes: Vec<(f64, [u32; 2])> = knots.iter().map(|[nu, nv]| (f64::from(2 * nu * nv), VGA)).collect();
     let scene = |x: f64| {
         let [nu, nv] = knots.iter().find(|[nu, nv]| f64::from(2 * nu * nv) == x).copied().unwrap_or([10, 5]);
         knot(nu, nv)
@@ -61,15 +68,9 @@ pub(super) fn pixels(effort: &Effort) -> Vec<Growth> {
     vec![series(effort, title, "pixels", &sizes, |_| knot(250, 20))]
 }
 
-/// Numbers from 1 to 64, on one frame.
-fn up_to_64(effort: &Effort) -> Vec<(f64, [u32; 2])> {
-    let numbers = effort.pick(&[1.0, 8.0, 64.0][..], &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]);
-    numbers.iter().map(|&x| (x, [640, 480])).collect()
-}
-
 /// A knot under ever more lights.
 pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
-    let sizes = up_to_64(effort);
+    let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
         let mut scene = knot(250, 20);
         scene.lights = (0..x as u32)
@@ -86,7 +87,7 @@ pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
 
 /// Ever more walls before each other, the farthest first.
 pub(super) fn overdraw(effort: &Effort) -> Vec<Growth> {
-    let sizes = up_to_64(effort);
+    let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
         let mut scene = lit_triangle();
         let wall = |i: u32| {
@@ -107,8 +108,7 @@ pub(super) fn overdraw(effort: &Effort) -> Vec<Growth> {
 /// The same work sent by ever more clients inside the process.
 pub(super) fn clients(effort: &Effort) -> Vec<Growth> {
     const RECTS: u32 = 6400;
-    let counts: &[u32] = effort.pick(&[1, 8, 64], &[1, 2, 4, 8, 16, 32, 64]);
-    let points = counts.iter().filter_map(|&count| {
+    let points = to_64(effort).iter().filter_map(|&count| {
         let engine = Engine::new(640, 480).ok()?;
         let thread = RenderThread::start(engine).ok()?;
         let clients: Vec<_> = (0..count).map(|_| thread.client()).collect();

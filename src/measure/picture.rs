@@ -1,8 +1,10 @@
 //! Cases through the pipeline, and the truth of them.
 
-use crate::memory::{DepthMemory, IdMemory, VideoMemory};
-use crate::pipeline::{self, DrawCall, SceneOptions, Target};
-use crate::scene::{Viewport, ViewportRule};
+use super::clock::Timing;
+use super::experiment::Effort;
+use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::pipeline::{DrawCall, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
+use crate::scene::{Scene, Viewport, ViewportRule};
 use crate::truth::scenes::Case;
 use crate::truth::{Transparency, TruthPicture, render};
 
@@ -17,7 +19,7 @@ pub struct Drawn {
     pub ids: IdMemory,
 }
 
-/// Draws a case by the pipeline: one draw an object, or the whole scene, as its settings say.
+/// Draws a case by the plain pipeline: one draw an object, or the whole scene, as its settings say.
 ///
 /// # Panics
 /// When the case's frame cannot be made or its scene be drawn: cases are made by the program itself.
@@ -27,6 +29,12 @@ pub fn draw_case(case: &Case) -> Drawn {
     let mut depth = None;
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: Some(&mut ids) };
+    let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+    draw_into(&mut Renderer::new(plain), &mut target, case);
+    Drawn { memory, depth, ids }
+}
+
+fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
     let s = &case.settings;
     let whole = Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
     let viewport = s.viewport.unwrap_or(whole);
@@ -44,7 +52,7 @@ pub fn draw_case(case: &Case) -> Drawn {
                 transparency,
                 ..SceneOptions::new(case.width, case.height)
             };
-            pipeline::draw_scene(&mut target, &scene, &options).expect("a case's scene can be drawn");
+            renderer.draw_scene(target, &scene, &options).expect("a case's scene can be drawn");
         }
         Transparency::AtOnce => {
             for (i, o) in case.scene.objects.iter().enumerate() {
@@ -67,11 +75,57 @@ pub fn draw_case(case: &Case) -> Drawn {
                     name: i as u32,
                     ..DrawCall::new(&o.geometry, &o.material, case.width, case.height)
                 };
-                pipeline::draw(&mut target, &call).expect("a case's object can be drawn");
+                renderer.draw(target, &call).expect("a case's object can be drawn");
             }
         }
     }
-    Drawn { memory, depth, ids }
+}
+
+/// A renderer with the memories that it draws into, kept from frame to frame as a server keeps them.
+pub(super) struct Stage {
+    renderer: Renderer,
+    /// The frame.
+    pub memory: VideoMemory,
+    depth: Option<DepthMemory>,
+}
+
+impl Stage {
+    /// A frame of so many pixels.
+    pub fn new(renderer: Renderer, width: u32, height: u32) -> Stage {
+        let memory = VideoMemory::new(width, height).expect("a frame of at most 8K");
+        Stage { renderer, memory, depth: None }
+    }
+
+    fn clear(&mut self) {
+        self.memory.clear([0, 0, 0, 255]);
+        if let Some(depth) = &mut self.depth {
+            depth.clear();
+        }
+    }
+
+    /// Clears colour and depth and draws a scene on the whole frame.
+    pub fn draw(&mut self, scene: &Scene) {
+        self.clear();
+        let options = SceneOptions::new(self.memory.width(), self.memory.height());
+        let (memory, depth) = (&mut self.memory, &mut self.depth);
+        let mut target = Target { memory, depth, depth_format: DepthFormat::F32, ids: None };
+        self.renderer.draw_scene(&mut target, scene, &options).expect("a scene of the program's own making");
+    }
+
+    /// The same for a case of the frame's size.
+    pub fn draw_case(&mut self, case: &Case) {
+        self.clear();
+        let (memory, depth) = (&mut self.memory, &mut self.depth);
+        let mut target = Target { memory, depth, depth_format: case.format, ids: None };
+        draw_into(&mut self.renderer, &mut target, case);
+    }
+}
+
+/// Draws a case as programs get it, by the tile renderer, on one thread: its bytes, and how long it takes.
+pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<Timing>) {
+    let mut stage = Stage::new(Renderer::new(RenderOptions::default()), case.width, case.height);
+    let ((), timing) = effort.run(|| stage.draw_case(case));
+    (stage.memory.bytes().to_vec(), timing)
 }
 
 /// The truth of a case.

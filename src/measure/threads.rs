@@ -1,8 +1,8 @@
 //! Vector width and threads: the same bytes, different time.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
-use crate::memory::{DepthFormat, VideoMemory};
-use crate::pipeline::{RenderOptions, RenderPath, Renderer, SceneOptions, Target};
+use super::picture::Stage;
+use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Scene, shapes};
 use crate::server::worker_pool;
 use crate::simd::Level;
@@ -22,6 +22,9 @@ pub(super) const THREADS: Experiment = Experiment {
     rows,
 };
 
+/// The most threads that are tried.
+const MOST_THREADS: usize = 3;
+
 /// A knot of 2 n^2 / 4 triangles, lit, Phong.
 pub(super) fn knot(nu: u32, nv: u32) -> Scene {
     let mut scene = lit_triangle();
@@ -35,15 +38,9 @@ pub(super) fn knot(nu: u32, nv: u32) -> Scene {
     scene
 }
 
-/// Draws a scene on a new frame; its bytes.
-pub(super) fn draw(renderer: &mut Renderer, scene: &Scene, width: u32, height: u32) -> VideoMemory {
-    let mut memory = VideoMemory::new(width, height).expect("a frame of at most 8K");
-    let mut depth = None;
-    let mut target =
-        Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
-    let options = SceneOptions::new(width, height);
-    renderer.draw_scene(&mut target, scene, &options).expect("a scene of this file's own making");
-    memory
+/// Threads that a program gets unless told otherwise.
+pub(super) fn usual_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
 fn rows(effort: &Effort) -> Vec<Row> {
@@ -51,22 +48,29 @@ fn rows(effort: &Effort) -> Vec<Row> {
     let scene = knot(effort.pick(120, 400), effort.pick(24, 60));
     let options =
         |path, simd, threads| RenderOptions { pool: worker_pool(Some(threads)), simd: Some(simd), path };
-    let base = draw(&mut Renderer::new(options(RenderPath::Fast, Level::Portable, 1)), &scene, width, height);
-    let mut ways =
-        vec![("plain path, 1 thread".to_owned(), options(RenderPath::Plain, Level::Portable, 1), true)];
+    let stage = |options| Stage::new(Renderer::new(options), width, height);
+    let mut base = stage(options(RenderPath::Fast, Level::Portable, 1));
+    base.draw(&scene);
+    let mut ways = vec![(
+        "plain path, 1 thread".to_owned(),
+        options(RenderPath::Plain, Level::Portable, 1),
+        true,
+        false,
+    )];
     for level in Level::ALL {
-        for threads in 1..=3 {
+        for threads in 1..=MOST_THREADS {
             let plural = if threads == 1 { "" } else { "s" };
             let name = format!("{} vectors, {threads} thread{plural}", level.as_str());
-            ways.push((name, options(RenderPath::Fast, level, threads), level.is_available()));
+            let is_usual = level == Level::best() && threads == usual_threads().min(MOST_THREADS);
+            ways.push((name, options(RenderPath::Fast, level, threads), level.is_available(), is_usual));
         }
     }
     ways.into_iter()
-        .map(|(name, options, is_available)| {
+        .map(|(name, options, is_available, is_default)| {
             let is_plain = options.path == RenderPath::Plain;
-            let mut renderer = Renderer::new(options);
-            let (memory, timing) = effort.run(|| draw(&mut renderer, &scene, width, height));
-            let pairs = memory.bytes().chunks_exact(4).zip(base.bytes().chunks_exact(4));
+            let mut stage = stage(options);
+            let ((), timing) = effort.run(|| stage.draw(&scene));
+            let pairs = stage.memory.bytes().chunks_exact(4).zip(base.memory.bytes().chunks_exact(4));
             let off = pairs.clone().filter(|(a, b)| a != b).count();
             let worst = pairs.flat_map(|(a, b)| a.iter().zip(b)).fold(0, |m, (a, b)| m.max(a.abs_diff(*b)));
             // The plain path is another way of working; both are within a step of the truth.
@@ -77,7 +81,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
             };
             Row {
                 subject: format!("a knot of {} triangles", scene.objects[0].geometry.mesh.triangles.len()),
-                is_default: name == "avx2 vectors, 2 threads",
+                is_default,
                 alternative: name,
                 errors: vec![off as f64, f64::from(worst)],
                 bounds,

@@ -130,7 +130,7 @@ pub enum DepthUse {
 }
 
 /// How a whole scene is drawn.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
     /// Which part of the frame is drawn to.
     pub viewport: Viewport,

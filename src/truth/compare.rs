@@ -209,6 +209,23 @@ pub fn nearest(truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Opt
     best.expect("a pixel has at least one right answer")
 }
 
+/// RGBA bytes of the right answers that are nearest to a picture's: what a picture is to be compared with by other measures.
+///
+/// # Panics
+/// When the pictures are not of one size.
+pub fn nearest_bytes(truth: &TruthPicture, found: &[u8]) -> Vec<u8> {
+    let pixels = truth.width() as usize * truth.height() as usize;
+    assert_eq!(found.len(), 4 * pixels, "pictures of one size");
+    let answer = |(i, found): (usize, &[u8; 4])| {
+        let [x, y] = [i as u32 % truth.width(), i as u32 / truth.width()];
+        let best = truth.states(x, y).iter().min_by_key(|s| color_distance(s, *found));
+        let s = best.expect("a pixel has at least one right answer");
+        let [r, g, b] = [0, 1, 2].map(|c| found[c].clamp(s.lo[c], s.hi[c]));
+        [r, g, b, 255]
+    };
+    found.as_chunks().0.iter().enumerate().flat_map(answer).collect()
+}
+
 /// How far a pixel's bytes are from the nearest right answer, in 1/255 steps; `index` is width y + x.
 ///
 /// # Panics

@@ -24,6 +24,7 @@ figure ol { columns: 2; margin: .2rem 0 0; padding-left: 1.6rem; font-size: 12px
 svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; fill: var(--ink); }
 .grid { stroke: var(--faint); stroke-width: 1; } .dot { fill: var(--ink); } .default { fill: var(--mark); stroke: var(--paper); stroke-width: 1.5; }
 .front { fill: none; stroke: var(--front); stroke-width: 1.5; stroke-dasharray: 4 3; }
+.aside { stroke: var(--ink); stroke-width: 1; fill: var(--ink); }
 .verdict { border-left: 3px solid var(--front); padding-left: .8rem; }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
 ";

@@ -103,6 +103,14 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
             px += aside;
         }
         placed.push((px, py));
+        let true_px = x.place(*error);
+        if px != true_px {
+            let _ = writeln!(
+                out,
+                "<line class=\"aside\" x1=\"{true_px:.1}\" y1=\"{py:.1}\" x2=\"{px:.1}\" y2=\"{py:.1}\"/>\
+                 <circle class=\"aside\" cx=\"{true_px:.1}\" cy=\"{py:.1}\" r=\"2.5\"/>"
+            );
+        }
         let class = if row.is_default { "default" } else { "dot" };
         let tip =
             format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
@@ -225,6 +233,7 @@ text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14
 .grid { stroke: #d7dce3; stroke-width: 1; } .dot { fill: #1c2430; } .default { fill: #0b62c4; stroke: #fff; stroke-width: 1.5; }
 .number { fill: #fff; font-weight: 600; } .usual { fill: #0b62c4; font-weight: 600; }
 .front { fill: none; stroke: #c4570b; stroke-width: 1.5; stroke-dasharray: 4 3; }
+.aside { stroke: #1c2430; stroke-width: 1; fill: #1c2430; }
 ";
 
 /// One picture of several plots, two abreast: each experiment's first subject, then the growths.

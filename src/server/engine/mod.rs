@@ -34,6 +34,7 @@ use crate::error::Fault;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
+use crate::pipeline::budget::Memo;
 use crate::scene::Lens;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -61,6 +62,8 @@ pub struct Engine {
     depth_format: DepthFormat,
     ids: Option<IdMemory>,
     renderer: Renderer,
+    /// What QUALITY chose for which state.
+    budgets: Memo,
     lens: Lens,
     /// The names that ids stand for.
     id_names: IdNames,
@@ -153,6 +156,7 @@ impl Engine {
             depth_format: DepthFormat::default(),
             ids: None,
             renderer: Renderer::default(),
+            budgets: Memo::default(),
             lens: Lens::default(),
             id_names: IdNames::default(),
             shared: Names::default(),

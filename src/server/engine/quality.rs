@@ -2,7 +2,7 @@
 
 use super::Engine;
 use crate::error::Fault;
-use crate::pipeline::budget::{Budget, BudgetKind, choose};
+use crate::pipeline::budget::{Budget, BudgetKind};
 use crate::pipeline::{DrawCall, SceneOptions};
 use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
 use std::sync::Arc;
@@ -91,8 +91,52 @@ impl Engine {
             height: self.memory.height(),
             max_error,
         };
-        let choice = choose(&mut self.renderer, &budget)?;
+        let choice = self.budgets.choose(&mut self.renderer, &budget)?;
         choice.apply(scene, options);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{Command, Decoder, EndOfInput, Flow, Place, Sink, StreamError};
+    use crate::server::{Audience, Session};
+
+    struct Runs<'a>(&'a mut Engine, &'a mut Session);
+
+    impl Sink for Runs<'_> {
+        fn pixel(&mut self, _: i32, _: i32, _: [u8; 4]) {}
+        fn binary_pixels(&mut self, _: &[u8]) {}
+        fn command(&mut self, command: Command, _: Place) -> Flow {
+            let _ = self.0.run(self.1, command, &mut Vec::new()).expect("a sound command");
+            Flow::Continue
+        }
+        fn error(&mut self, error: StreamError) -> Flow {
+            panic!("{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_stream_that_draws_the_same_again_searches_once() {
+        let mut engine = Engine::new(32, 24).unwrap();
+        let mut session = Session::new(1, Audience::Owner);
+        let mut searches = |engine: &mut Engine, text: &str| {
+            let mut decoder = Decoder::new(Default::default());
+            let mut sink = Runs(engine, &mut session);
+            let _ = decoder.feed(text.as_bytes(), &mut sink);
+            let _ = decoder.finish(EndOfInput::Stream, &mut sink);
+            engine.budgets.searches()
+        };
+        let scene = "LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m SPHERE 1\nQUALITY max-error 4\nDRAW m\n";
+        assert_eq!(searches(&mut engine, scene), 1);
+        let frame = engine.memory.bytes().to_vec();
+        assert_eq!(searches(&mut engine, "CLEAR 000000\nDRAW m\n"), 1);
+        assert_eq!(engine.memory.bytes(), frame);
+        assert_eq!(searches(&mut engine, "TRANSLATE 0.5 0 0\nDRAW m\n"), 2);
+        assert_eq!(searches(&mut engine, "IDENTITY\nDRAW m\n"), 2);
+        assert_eq!(searches(&mut engine, "QUALITY max-error 9\nDRAW m\n"), 3);
+        assert_eq!(searches(&mut engine, "MESH m SPHERE 1\nDRAW m\n"), 4);
+        assert_eq!(searches(&mut engine, "QUALITY exact\nDRAW m\n"), 4);
     }
 }
