@@ -1,15 +1,18 @@
 //! The plain path over threads: faces set up in pieces of the list, then drawn band by band of rows, in the list's order.
 //!
 //! Every pixel belongs to one band and every band draws its faces in order, so bytes, depths and ids are those of the plain
-//! path for everything that it draws: transparency, fog, every depth format, painter.
+//! path for everything that it draws: transparency, fog, every depth format, painter. With a level of vectors, faces that
+//! allow it are drawn by them.
 
 use super::assemble::Face;
 use super::call::{DrawStats, Target};
+use super::fast::Veils;
 use super::prepare::Prepared;
 use super::raster::{Canvas, Writes};
 use super::shade::FaceShade;
-use super::tile::Workers;
+use super::tile::{Veil, Workers};
 use crate::math::coverage::PixelRect;
+use crate::simd::Level;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -27,20 +30,36 @@ struct SetUp<'a> {
     face: Face,
     shade: FaceShade<'a>,
     bounds: PixelRect,
+    veil: Option<Veil<'a>>,
 }
 
 /// Draws a list of faces - object, triangle - in its order. All objects are drawn through one viewport, with one rule for
 /// depth.
 pub(crate) fn draw_listed(
-    crew: &Workers,
+    (crew, level): (&Workers, Option<Level>),
     all: &[&Prepared],
     list: &[(usize, u32)],
     target: &mut Target,
     stats: &mut DrawStats,
 ) {
-    let Workers::Pool(pool) = crew else {
-        return list.iter().for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+    let pool = match (crew, level) {
+        (Workers::Pool(pool), _) => Some(pool),
+        (Workers::Alone, Some(_)) => None,
+        (Workers::Alone, None) => {
+            return list.iter().for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+        }
     };
+    let mut veils: Vec<Option<Veils>> = Vec::new();
+    if level.is_some() {
+        veils.resize_with(all.len(), || None);
+        let mut last = usize::MAX;
+        for &(object, _) in list {
+            if object != last && veils[object].is_none() {
+                veils[object] = all[object].veils(target);
+            }
+            last = object;
+        }
+    }
     for batch in list.chunks(BATCH) {
         let set_up = |&(object, triangle): &(usize, u32)| {
             let mut own = DrawStats::default();
@@ -48,13 +67,15 @@ pub(crate) fn draw_listed(
             let made = prepared.assemble(triangle, &mut own).map(|face| {
                 let shade = prepared.shade(triangle, face.side, &mut own);
                 let bounds = prepared.bounds_of(triangle);
-                SetUp { object, triangle, face, shade, bounds }
+                let veils = veils.get(object).and_then(Option::as_ref);
+                let veil = veils.and_then(|v| prepared.veil(v, triangle, &face, &shade));
+                SetUp { object, triangle, face, shade, bounds, veil }
             });
             (made, own)
         };
-        let made: Vec<_> = match batch.len() < 64 {
-            true => batch.iter().map(set_up).collect(),
-            false => pool.install(|| batch.par_iter().map(set_up).collect()),
+        let made: Vec<_> = match pool.filter(|_| batch.len() >= 64) {
+            None => batch.iter().map(set_up).collect(),
+            Some(pool) => pool.install(|| batch.par_iter().map(set_up).collect()),
         };
         made.iter().for_each(|(_, own)| *stats += *own);
         let faces: Vec<SetUp> = made.into_iter().filter_map(|(made, _)| made).collect();
@@ -67,39 +88,50 @@ pub(crate) fn draw_listed(
         let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
         let (_, canvas) = canvas.split(rows.start);
         let (canvas, _) = canvas.split(rows.end);
-        let (own, written) = match pixels < FEW_PIXELS {
-            true => draw_band(all, &faces, canvas),
-            false => pool.install(|| share(all, &faces, canvas, rows)),
+        let work = Work { all, faces: &faces, level: level.unwrap_or(Level::Portable) };
+        let (own, written) = match pool.filter(|_| pixels >= FEW_PIXELS) {
+            None => work.draw_band(canvas),
+            Some(pool) => pool.install(|| work.share(canvas, rows)),
         };
         *stats += own;
         target.memory.mark_rows(written);
     }
 }
 
-/// Halves the canvas until it is a band.
-fn share(all: &[&Prepared], faces: &[SetUp], canvas: Canvas, rows: Range<u32>) -> (DrawStats, Range<u32>) {
-    if rows.len() as u32 <= BAND_ROWS {
-        return draw_band(all, faces, canvas);
-    }
-    let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
-    let (above, below) = canvas.split(middle);
-    let (a, b) = rayon::join(
-        || share(all, faces, above, rows.start..middle),
-        || share(all, faces, below, middle..rows.end),
-    );
-    let mut stats = a.0;
-    stats += b.0;
-    (stats, joined(a.1, b.1))
+/// What all bands draw.
+struct Work<'w, 'a> {
+    all: &'w [&'w Prepared<'a>],
+    faces: &'w [SetUp<'w>],
+    level: Level,
 }
 
-fn draw_band(all: &[&Prepared], faces: &[SetUp], mut canvas: Canvas) -> (DrawStats, Range<u32>) {
-    let mut stats = DrawStats::default();
-    let rows = canvas.rows();
-    for f in faces.iter().filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
-        let mut raster = all[f.object].raster(&mut canvas);
-        raster.face(&f.face, &f.shade, f.triangle, Writes::Color, &mut stats);
+impl Work<'_, '_> {
+    /// Halves the canvas until it is a band.
+    fn share(&self, canvas: Canvas, rows: Range<u32>) -> (DrawStats, Range<u32>) {
+        if rows.len() as u32 <= BAND_ROWS {
+            return self.draw_band(canvas);
+        }
+        let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
+        let (above, below) = canvas.split(middle);
+        let (a, b) =
+            rayon::join(|| self.share(above, rows.start..middle), || self.share(below, middle..rows.end));
+        let mut stats = a.0;
+        stats += b.0;
+        (stats, joined(a.1, b.1))
     }
-    (stats, canvas.written)
+
+    fn draw_band(&self, mut canvas: Canvas) -> (DrawStats, Range<u32>) {
+        let mut stats = DrawStats::default();
+        let rows = canvas.rows();
+        for f in self.faces.iter().filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
+            let mut raster = self.all[f.object].raster(&mut canvas);
+            match &f.veil {
+                Some(veil) => raster.veil(self.level, veil, (&f.face, &f.shade), f.triangle, &mut stats),
+                None => raster.face(&f.face, &f.shade, f.triangle, Writes::Color, &mut stats),
+            }
+        }
+        (stats, canvas.written)
+    }
 }
 
 /// The smallest range that holds both, either of which may be empty.

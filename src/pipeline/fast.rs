@@ -4,8 +4,9 @@
 
 mod frame;
 mod light;
+mod veil;
 
-use super::assemble::Side;
+use super::assemble::{Face, Side};
 use super::call::{DrawCall, DrawStats, Target};
 use super::plan::{Part, Plan};
 use super::prepare::Prepared;
@@ -15,11 +16,13 @@ use super::shade::LightMode;
 use super::tile::{
     self, Eye, FRAME_LIMITS, Frame, Job, Keep, Scratch, Shading, Source, ToScreen, View, WideFace, Workers,
 };
+use super::vertex::Vertex;
 use crate::memory::{DepthFormat, DepthWords};
 use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
 use light::{Light, TableWork, Tables};
+pub(crate) use veil::Veils;
 
 /// What the fast path works with.
 pub(crate) struct Tools<'t> {
@@ -228,6 +231,11 @@ impl Prepared<'_> {
     fn wide_face(&self, triangle: u32, stats: &mut DrawStats) -> Option<WideFace> {
         let corners = self.corner_vertices(triangle);
         let face = self.assembler.face(corners.each_ref(), stats)?;
+        Some(self.wide_of(triangle, corners, face))
+    }
+
+    /// The same of a face that is set up already.
+    fn wide_of(&self, triangle: u32, corners: [Vertex; 3], face: Face) -> WideFace {
         let screen = &self.transform().screen;
         let is_cut = corners.iter().any(|v| v.clip.w.is_nan() || v.clip.w <= 0.0);
         let bounds = self.bounds_of(triangle);
@@ -235,7 +243,7 @@ impl Prepared<'_> {
         // How far the shares run over 16 columns: weight b times w is a share.
         let runs = |k: usize| 16.0 * plane.shares[k][1].abs() * corners[k].clip.w.abs();
         let is_gentle = !is_cut && (0..3).all(|k| runs(k) < 16.0);
-        Some(WideFace {
+        WideFace {
             face: triangle,
             bounds,
             plane,
@@ -251,7 +259,7 @@ impl Prepared<'_> {
             is_gentle,
             is_turned: self.call.two_sided_lighting && face.side == Side::Back,
             outlines: face.outlines,
-        })
+        }
     }
 
     /// The bytes of one pixel of a face, as the plain path shades it.

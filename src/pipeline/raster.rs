@@ -7,11 +7,13 @@ use super::call::{DrawStats, Target};
 use super::light::Lighting;
 use super::plane::{FacePlane, Weights};
 use super::sample::Footprint;
-use super::shade::{FaceShade, uv_from_first};
+use super::shade::{FaceShade, LightMode, uv_from_first};
+use super::tile::{Veil, VeilKernel, View};
 use super::viewport::Screen;
 use crate::math::coverage::PixelRect;
 use crate::memory::{DepthFormat, DepthWords, IdMemory, Rgba};
 use crate::scene::Interpolation;
+use crate::simd::Level;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
@@ -238,6 +240,58 @@ impl Raster<'_, '_> {
                     canvas.mark_row(y as u32);
                 }
             });
+        }
+    }
+}
+
+impl Raster<'_, '_> {
+    /// Draws one face by vectors, to the same bytes.
+    pub fn veil(
+        &mut self,
+        level: Level,
+        veil: &Veil,
+        (face, shade): (&Face, &FaceShade),
+        triangle: u32,
+        stats: &mut DrawStats,
+    ) {
+        let (screen, lighting, rules) = (self.screen, self.lighting, (self.interp, self.divide));
+        let exact = |x: i32, y: i32, pixel: &mut [u8]| {
+            let own = &mut DrawStats::default();
+            match face.pixel(shade, [x, y], screen, lighting, rules, own) {
+                Some((rgb, opacity)) if shade.is_transparent => blend(pixel, rgb, opacity),
+                Some((rgb, _)) => pixel.copy_from_slice(&opaque(rgb)),
+                None => {}
+            }
+        };
+        let canvas = &mut *self.canvas;
+        let depth: &mut [i32] = match &mut canvas.depth {
+            Some((_, DepthWords::Wide(words))) => words,
+            _ => &mut [],
+        };
+        let pick: &mut [[u32; 2]] = match &mut canvas.ids {
+            Some(ids) if !shade.is_transparent && !depth.is_empty() => ids,
+            _ => &mut [],
+        };
+        let clip = canvas.clip;
+        let own = level.dispatch(VeilKernel {
+            veil,
+            view: View { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 },
+            y0: canvas.y0 as i32,
+            width: canvas.width,
+            bytes: canvas.bytes,
+            depth,
+            pick,
+            id: [self.name, triangle],
+            exact: &exact,
+        });
+        stats.pixels_tested += own.tested;
+        stats.pixels_written += own.written;
+        if matches!(shade.light, LightMode::Pixels { .. }) {
+            stats.pixels_lit += own.written;
+        }
+        if own.rows.0 < own.rows.1 {
+            canvas.mark_row(own.rows.0 as u32);
+            canvas.mark_row(own.rows.1 as u32 - 1);
         }
     }
 }

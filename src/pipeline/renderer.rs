@@ -132,7 +132,8 @@ impl Painter for Renderer {
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
-        draw_listed(&self.crew, all, list, target, stats);
+        let level = (self.options.path == RenderPath::Fast).then(|| self.level());
+        draw_listed((&self.crew, level), all, list, target, stats);
     }
 }
 

@@ -152,7 +152,7 @@ fn whole<S: Simd>(
 
 /// Depths at LANES pixels from (x, y) on: at each the same number, however wide the vectors and wherever they begin.
 #[inline(always)]
-fn depths<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> S::F {
+pub(super) fn depths<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> S::F {
     let zx = wide.plane.z[1];
     let (low, high) = (s.splat(wide.z_range[0]), s.splat(wide.z_range[1]));
     if zx.abs() <= STEEP && x & (S::LANES as i32 - 1) == 0 {

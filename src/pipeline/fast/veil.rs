@@ -1,0 +1,112 @@
+//! Faces that are drawn one after the other, made ready for vectors: transparent ones, and those that the painter sorted.
+
+use super::f32s;
+use crate::memory::DepthFormat;
+use crate::pipeline::assemble::{Face, Side};
+use crate::pipeline::call::Target;
+use crate::pipeline::light::Lit;
+use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::prepare::Prepared;
+use crate::pipeline::shade::{FaceShade, LightMode};
+use crate::pipeline::tile::{Exponent, FRAME_LIMITS, Glow, Lighting, Veil};
+use crate::scene::{Material, ShadeMode};
+use glam::DVec3;
+
+/// What the faces of one draw share.
+pub(crate) struct Veils {
+    /// What positions are relative to.
+    origin: DVec3,
+    /// V, where it is the same everywhere.
+    to_viewer: Option<[f32; 3]>,
+    /// The materials that are lit at pixels, by their addresses.
+    lightings: Vec<(usize, Lighting)>,
+}
+
+/// Whether the plan and the memories of a draw let its faces be drawn by vectors one after the other.
+fn has_vectors(plan: &Plan, target: &Target) -> bool {
+    let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
+    let is_sized = width >= FRAME_LIMITS.0 && width <= FRAME_LIMITS.1 && height <= FRAME_LIMITS.1;
+    let has_words = !plan.uses(Part::DepthMemory) || target.depth_format == DepthFormat::F32;
+    is_sized && has_words && !plan.uses(Part::Fog)
+}
+
+fn address(material: &Material) -> usize {
+    std::ptr::from_ref(material).addr()
+}
+
+impl Prepared<'_> {
+    /// What the faces of this draw share; `None` where the plain path draws them all.
+    pub fn veils(&self, target: &Target) -> Option<Veils> {
+        if self.call.shade == ShadeMode::Wire || !has_vectors(&self.plan, target) {
+            return None;
+        }
+        let frame = self.shading_frame()?;
+        let camera = &self.transform().camera;
+        let to_viewer = camera.is_parallel.then(|| f32s(camera.to_viewer));
+        let mut lightings: Vec<(usize, Lighting)> = Vec::new();
+        if self.plan.uses(Part::LightPixels) {
+            let mesh = &self.call.geometry.mesh;
+            for &polygon in &self.known.materials {
+                for side in [Side::Front, Side::Back] {
+                    let (material, _) = self.call.material_of(&mesh.polygons[polygon as usize], side);
+                    let is_new = lightings.iter().all(|l| l.0 != address(material));
+                    if let Some(lighting) = self.lighting_of(material, frame.origin).filter(|_| is_new) {
+                        lightings.push((address(material), lighting));
+                    }
+                }
+            }
+        }
+        Some(Veils { origin: frame.origin, to_viewer, lightings })
+    }
+
+    /// A material's lights in the world's axes, relative to `origin`; `None` where f32 does not carry them.
+    fn lighting_of(&self, material: &Material, origin: DVec3) -> Option<Lighting> {
+        let constant = self.lighting.constant(material);
+        let (matte, gloss) = (f32s(constant.base), f32s(constant.extra));
+        let is_finite = matte.iter().chain(&gloss).all(|c| c.abs() < 1e30);
+        let exponent = match material.ks == DVec3::ZERO {
+            true => Exponent::Whole(0),
+            false => Exponent::new(material.n)?,
+        };
+        let lights = match self.lighting.depends_on_point(material) {
+            true => self.lighting.fast(material, |p| p - origin, |d| d)?,
+            false => Vec::new(),
+        };
+        is_finite.then_some(Lighting { matte, gloss, lights, exponent, model: material.model })
+    }
+
+    /// A face for vectors; `None` where it is the plain path's: textured, through the eye's plane, steep.
+    pub fn veil<'v>(
+        &self,
+        veils: &'v Veils,
+        triangle: u32,
+        face: &Face,
+        shade: &FaceShade,
+    ) -> Option<Veil<'v>> {
+        if shade.texture.is_some() || shade.fog.is_some() {
+            return None;
+        }
+        let wide = self.wide_of(triangle, self.corner_vertices(triangle), face.clone());
+        if wide.is_cut || !wide.is_gentle {
+            return None;
+        }
+        let parts = |lit: &Lit| [f32s(lit.base), f32s(lit.extra)];
+        let glow = match &shade.light {
+            LightMode::Constant(lit) => Glow::Solid(parts(lit)),
+            LightMode::Vertices(lit) => Glow::Corners(lit.each_ref().map(parts)),
+            LightMode::Pixels { material, normals, .. } => Glow::Pixels {
+                lighting: &veils.lightings.iter().find(|l| l.0 == address(material))?.1,
+                normals: normals.map(f32s),
+                positions: shade.positions.map(|p| f32s(p - veils.origin)),
+                to_viewer: veils.to_viewer,
+            },
+        };
+        Some(Veil {
+            wide,
+            glow,
+            tints: shade.colors.map(|c| c.map(|c| c.as_vec4().to_array())),
+            opacity: shade.opacity as f32,
+            is_transparent: shade.is_transparent,
+        })
+    }
+}
