@@ -4,8 +4,8 @@ use super::assemble::Side;
 use super::call::{DrawCall, Target};
 use super::fast::obstacle;
 use super::known::Known;
-use super::light::{Lighting, Viewer};
-use super::plan::{Part, Plan};
+use super::light::{Lamp, Lighting, Viewer};
+use super::plan::{Part, Plan, Title};
 use super::vertex::Vertex;
 use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
 use glam::DVec3;
@@ -26,11 +26,16 @@ impl Plan {
 impl<'a> DrawCall<'a> {
     /// The lights that reach this mesh.
     pub(crate) fn lighting(&self, viewer: Viewer) -> Lighting {
+        self.lighting_in(viewer, Vec::new())
+    }
+
+    /// The same in a list that another draw has left.
+    pub(crate) fn lighting_in(&self, viewer: Viewer, spare: Vec<Lamp>) -> Lighting {
         match self.light_subset {
-            None => Lighting::new(self.lights.iter(), self.ambient, viewer),
+            None => Lighting::new_in(self.lights.iter(), self.ambient, viewer, spare),
             Some(subset) => {
                 let chosen = subset.iter().filter_map(|&i| self.lights.get(i as usize));
-                Lighting::new(chosen, self.ambient, viewer)
+                Lighting::new_in(chosen, self.ambient, viewer, spare)
             }
         }
     }
@@ -81,13 +86,13 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
     let faces = mesh.triangles.len() as u64;
     let wire = call.shade == ShadeMode::Wire;
     let mut plan = Plan::of_frame(
-        format!("draw of {faces} faces, {} vertices", mesh.positions.len()),
+        Title::Draw { faces, vertices: mesh.positions.len() as u64 },
         width,
         height,
         "nothing asks for it",
     );
     if faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty() {
-        plan.title = "draw of an empty mesh".to_owned();
+        plan.title = Title::Words("draw of an empty mesh");
         return plan;
     }
     let vertices = mesh.positions.len() as u64;

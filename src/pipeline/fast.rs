@@ -21,7 +21,7 @@ use crate::memory::{DepthFormat, DepthWords};
 use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
-use light::{Light, TableWork, Tables};
+use light::{Light, SpareLists, TableWork, Tables};
 pub(crate) use veil::Veils;
 
 /// What the fast path works with.
@@ -36,6 +36,7 @@ pub(crate) struct Tools<'t> {
 pub(crate) struct Memories {
     scratch: Scratch,
     tables: Tables,
+    spare: SpareLists,
 }
 
 impl Memories {
@@ -98,8 +99,8 @@ impl Prepared<'_> {
             || self.plan.uses(Part::LightFaces);
         let Some(frame) = self.shading_frame() else { return false };
         let prepared = self.known.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
-        let Some(surfaces) = self.surfaces(prepared, &frame) else { return false };
-        let Memories { scratch, tables } = tools.memories;
+        let Memories { scratch, tables, spare } = tools.memories;
+        let Some(surfaces) = self.surfaces(prepared, &frame, spare) else { return false };
         let crew = if self.is_small() { &Workers::Alone } else { tools.crew };
         let level = tools.level;
         let screen = self.transform().screen;
@@ -173,6 +174,7 @@ impl Prepared<'_> {
             let bytes = target.memory.bytes_mut();
             tile::render(level, crew, scratch, &job, Frame { width: width as usize, bytes, depth, pick })
         });
+        spare.take_back(surfaces);
         target.memory.mark_rows(result.rows.0..result.rows.1);
         let mut draw = result.draw;
         // Counted as the plain path does it, which lights what is overdrawn too.

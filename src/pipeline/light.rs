@@ -58,7 +58,7 @@ impl Viewer {
 
 /// A light with what does not depend on the point.
 #[derive(Clone, Copy, Debug)]
-struct Lamp {
+pub(crate) struct Lamp {
     light: Light,
     /// For DIR unit towards the light, for spots the unit axis; zero without direction.
     direction: DVec3,
@@ -200,9 +200,27 @@ pub(crate) struct Lighting {
 
 impl Lighting {
     /// The lights that can add anything, in order; black ones are left out.
+    #[cfg(test)]
     pub fn new<'a>(lights: impl Iterator<Item = &'a Light>, ambient: DVec3, viewer: Viewer) -> Self {
+        Lighting::new_in(lights, ambient, viewer, Vec::new())
+    }
+
+    /// The same in a list that is not used any more.
+    pub fn new_in<'a>(
+        lights: impl Iterator<Item = &'a Light>,
+        ambient: DVec3,
+        viewer: Viewer,
+        mut lamps: Vec<Lamp>,
+    ) -> Self {
         let shines = |l: &&Light| l.color != DVec3::ZERO || l.ambient != DVec3::ZERO;
-        Lighting { lamps: lights.filter(shines).map(Lamp::new).collect(), ambient, viewer }
+        lamps.clear();
+        lamps.extend(lights.filter(shines).map(Lamp::new));
+        Lighting { lamps, ambient, viewer }
+    }
+
+    /// The list, for another draw.
+    pub fn into_lamps(self) -> Vec<Lamp> {
+        self.lamps
     }
 
     /// How many lights take part.
@@ -229,16 +247,17 @@ impl Lighting {
         }
     }
 
-    /// The lights as the kernels want them, in their frame; `None` where f32 does not carry one.
+    /// The lights as the kernels want them, in their frame and in the list given; `None` where f32 does not carry one.
     pub fn fast(
         &self,
         material: &Material,
         point: impl Fn(DVec3) -> DVec3,
         direction: impl Fn(DVec3) -> DVec3,
+        mut fast: Vec<FastLight>,
     ) -> Option<Vec<FastLight>> {
         let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
-        let mut fast = Vec::with_capacity(self.lamps.len());
+        fast.clear();
         for lamp in &self.lamps {
             let light = &lamp.light;
             let at = |p: DVec3| Place::At(f32s(point(p)));

@@ -40,7 +40,7 @@ mod whole;
 
 pub use call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
-pub use plan::{Part, Plan, PlanItem};
+pub use plan::{Part, Plan, PlanItem, Title};
 pub use renderer::{RenderOptions, RenderPath, Renderer};
 pub use whole::{draw_scene, plan_scene};
 

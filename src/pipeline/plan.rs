@@ -114,19 +114,48 @@ pub struct PlanItem {
     pub bytes: u64,
 }
 
-/// What a picture needs.
+/// What a plan is for, in a few words: its `Display`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Title {
+    /// These words.
+    Words(&'static str),
+    /// One draw.
+    Draw {
+        /// Its triangles.
+        faces: u64,
+        /// Its positions.
+        vertices: u64,
+    },
+    /// A whole scene.
+    Scene {
+        /// Its objects.
+        objects: usize,
+    },
+}
+
+impl fmt::Display for Title {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Title::Words(words) => f.write_str(words),
+            Title::Draw { faces, vertices } => write!(f, "draw of {faces} faces, {vertices} vertices"),
+            Title::Scene { objects } => write!(f, "scene of {objects} objects"),
+        }
+    }
+}
+
+/// What a picture needs. Made for every draw, so nothing of it lies on the heap.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// What the plan is for, in a few words.
-    pub title: String,
-    items: Vec<PlanItem>,
+    /// What the plan is for.
+    pub title: Title,
+    items: [PlanItem; Part::ALL.len()],
 }
 
 impl Plan {
     /// A plan of nothing but the frame itself, every other part absent for `reason`.
-    pub fn of_frame(title: impl Into<String>, width: u32, height: u32, reason: &'static str) -> Self {
+    pub fn of_frame(title: Title, width: u32, height: u32, reason: &'static str) -> Self {
         let absent = |part| PlanItem { part, used: false, reason, count: 0, bytes: 0 };
-        let mut plan = Plan { title: title.into(), items: Part::ALL.map(absent).to_vec() };
+        let mut plan = Plan { title, items: Part::ALL.map(absent) };
         let pixels = width as u64 * height as u64;
         plan.add(Part::VideoMemory, "the frame", pixels, pixels * 4);
         plan
@@ -134,12 +163,17 @@ impl Plan {
 
     /// The plan of a stream that only draws in two dimensions: no part of the 3-D pipeline.
     pub fn of_2d(width: u32, height: u32) -> Self {
-        Plan::of_frame("2-D", width, height, "nothing is drawn in 3-D")
+        Plan::of_frame(Title::Words("2-D"), width, height, "nothing is drawn in 3-D")
     }
 
     /// The plan of a frame in which nothing moved: nothing is drawn again.
     pub fn of_unchanged_frame(width: u32, height: u32) -> Self {
-        Plan::of_frame("unchanged frame", width, height, "nothing moved, so nothing is drawn again")
+        Plan::of_frame(
+            Title::Words("unchanged frame"),
+            width,
+            height,
+            "nothing moved, so nothing is drawn again",
+        )
     }
 
     /// What the plan says about `part`.

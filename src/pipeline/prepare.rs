@@ -4,7 +4,7 @@ use super::assemble::{Assembler, Face, Side};
 use super::call::{DrawCall, DrawStats, PipelineError, Target};
 use super::derive::derive;
 use super::known::Known;
-use super::light::{Lighting, SurfacePoint, Viewer};
+use super::light::{Lamp, Lighting, SurfacePoint, Viewer};
 use super::normals::{NormalMatrix, Normals, polygon_normal};
 use super::plan::{Part, Plan};
 use super::raster::{Canvas, Raster, Writes};
@@ -44,17 +44,19 @@ impl<'a> Prepared<'a> {
         target: &Target,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
-        let mut prepared = Prepared::with(call, target, Arc::new(Known::of(call.geometry)), stats)?;
+        let mut prepared =
+            Prepared::with(call, target, Arc::new(Known::of(call.geometry)), Vec::new(), stats)?;
         prepared.transform_all();
         Ok(prepared)
     }
 
     /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
-    /// [`Prepared::transform_all`].
+    /// [`Prepared::transform_all`]. The list of lights is made in `spare`.
     pub fn with(
         call: &'a DrawCall<'a>,
         target: &Target,
         known: Arc<Known>,
+        spare: Vec<Lamp>,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
         check(call, &known)?;
@@ -62,7 +64,7 @@ impl<'a> Prepared<'a> {
         let camera = call.camera.matrices(aspect)?;
         let screen = Screen::new(call.viewport, target.memory.width(), target.memory.height());
         let transform = Transform { model: call.model, camera, screen };
-        let lighting = call.lighting(Viewer::of(&camera));
+        let lighting = call.lighting_in(Viewer::of(&camera), spare);
         // 1: what this draw needs
         let plan = derive(call, target, &lighting, &known);
         if plan.uses(Part::TransformVertices) {

@@ -9,6 +9,7 @@ use super::bands::draw_listed;
 use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::fast::{Memories, Tools, obstacle};
 use super::known::Known;
+use super::light::Lamp;
 use super::prepare::{Layer, Prepared};
 use super::tile::Workers;
 use super::whole::{Painter, draw_scene_with};
@@ -45,13 +46,15 @@ pub struct Renderer {
     crew: Workers,
     memories: Memories,
     cache: Cache,
+    /// The last draw's list of lights, for the next one.
+    lamps: Vec<Lamp>,
 }
 
 impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
         let crew = Workers::new(options.pool.clone());
-        Renderer { options, crew, memories: Memories::default(), cache: Cache::default() }
+        Renderer { options, crew, memories: Memories::default(), cache: Cache::default(), lamps: Vec::new() }
     }
 
     /// What it works with.
@@ -75,11 +78,13 @@ impl Renderer {
     /// As [`super::draw`].
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
-        let mut prepared = Prepared::with(call, target, self.known(call), &mut stats)?;
+        let mut prepared =
+            Prepared::with(call, target, self.known(call), std::mem::take(&mut self.lamps), &mut stats)?;
         prepared.open_memories(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
+        self.lamps = prepared.lighting.into_lamps();
         Ok(stats)
     }
 

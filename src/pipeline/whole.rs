@@ -3,7 +3,7 @@
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
 use super::known::Known;
-use super::plan::{Part, Plan};
+use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared};
 use super::raster::opaque;
 use super::viewport::Screen;
@@ -84,7 +84,7 @@ pub(crate) fn draw_scene_with(
     // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
     let mut all = Vec::with_capacity(calls.len());
     for call in &calls {
-        let mut prepared = Prepared::with(call, target, painter.known(call), &mut stats)?;
+        let mut prepared = Prepared::with(call, target, painter.known(call), Vec::new(), &mut stats)?;
         if !keeps_depth {
             prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
             prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
@@ -133,7 +133,7 @@ const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be
 pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
-    let title = format!("scene of {} objects", calls.len());
+    let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
     for call in &calls {
         plan.merge(&Plan::of_draw(call, target));

@@ -296,7 +296,8 @@ pub fn run(workload: Workload, options: &Options) -> Result<Row, Refusal> {
     let mut rows = Vec::with_capacity(steps.len());
     for &step in steps {
         let mut job = scenes::Scenes::new(workload, options, step);
-        rows.push((job.amount(), measure(workload, &mut job, &own)?));
+        let row = measure(workload, &mut job, &own)?;
+        rows.push((job.amount(), row));
     }
     let points = rows.iter().map(|(x, row)| {
         let timing = Timing { min_s: row.min_ms, median_s: row.median_ms, runs: row.frames };

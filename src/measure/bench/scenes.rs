@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// What grows in a workload, and how far: the last step is the workload itself.
 pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])> {
     match workload {
-        Workload::Layers64 => Some(("layers", &[1, 4, 16, 64])),
+        Workload::Layers64 => Some(("fragments", &[1, 4, 16, 64])),
         Workload::Objects10k | Workload::Scene10k => Some(("objects", &[625, 2500, 10_000])),
         Workload::Mesh4M => Some(("faces", &[62_500, 250_000, 1_000_000, 4_000_000])),
         Workload::Sizes => Some(("pixels", &[0, 1, 2, 3, 4])),
@@ -63,7 +63,8 @@ impl Scenes {
         }
         let [width, height] = size;
         let (scene, amount) = match workload {
-            Workload::Layers64 => (layers(step), f64::from(step)),
+            // As many as the first frame finds: nearer layers are larger.
+            Workload::Layers64 => (layers(step), 0.0),
             Workload::Objects10k | Workload::Scene10k => {
                 let count = step.div_ceil(divisor.min(100));
                 (boxes(count), f64::from(count))
@@ -146,9 +147,11 @@ impl Job for Scenes {
         };
         match self.by {
             By::Scene => {
-                self.renderer
-                    .draw_scene(&mut target, &self.scene, &self.options)
-                    .expect("the scene is sound");
+                let drawn = self.renderer.draw_scene(&mut target, &self.scene, &self.options);
+                let stats = drawn.expect("the scene is sound");
+                if self.workload == Workload::Layers64 {
+                    self.amount = stats.pixels_tested as f64;
+                }
             }
             By::Draws => {
                 for object in &self.scene.objects {

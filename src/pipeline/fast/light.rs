@@ -5,7 +5,9 @@ use super::frame::ShadingFrame;
 use crate::pipeline::assemble::Side;
 use crate::pipeline::light::SurfacePoint;
 use crate::pipeline::prepare::Prepared;
-use crate::pipeline::tile::{Exponent, Lighting, PreparedMesh, Surface, TableKernel, TextureShade, Workers};
+use crate::pipeline::tile::{
+    Exponent, FastLight, Lighting, PreparedMesh, Surface, TableKernel, TextureShade, Workers,
+};
 use crate::scene::{Cull, ShadeMode};
 use crate::simd::Level;
 use glam::{DMat3, DVec3};
@@ -29,6 +31,23 @@ impl Tables {
     /// Bytes that the tables take.
     pub fn size_bytes(&self) -> usize {
         [&self.normals, &self.positions, &self.matte, &self.gloss].iter().map(|t| t.capacity() * 16).sum()
+    }
+}
+
+/// Lists that a draw leaves to the next one, all of them empty.
+#[derive(Debug, Default)]
+pub(super) struct SpareLists {
+    surfaces: Vec<Surface<'static>>,
+    lights: Vec<Vec<FastLight>>,
+}
+
+impl SpareLists {
+    /// Takes a draw's lists back.
+    pub fn take_back(&mut self, mut surfaces: Vec<Surface<'_>>) {
+        self.lights.extend(surfaces.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
+        // Without items nothing is borrowed, and the list's own memory goes on.
+        let other_life = |_| -> Surface<'static> { unreachable!("the list is empty") };
+        self.surfaces = surfaces.into_iter().map(other_life).collect();
     }
 }
 
@@ -66,10 +85,11 @@ impl Prepared<'_> {
         &'s self,
         prepared: &PreparedMesh,
         frame: &ShadingFrame,
+        spare: &mut SpareLists,
     ) -> Option<Vec<Surface<'s>>> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let side = if call.cull == Cull::Front { Side::Back } else { Side::Front };
-        let mut surfaces = Vec::with_capacity(prepared.materials.len());
+        let mut surfaces = std::mem::take(&mut spare.surfaces);
         for &polygon in &prepared.materials {
             let (material, texture) = call.material_of(&mesh.polygons[polygon as usize], side);
             let is_lit = self.lighting.depends_on_point(material);
@@ -85,8 +105,9 @@ impl Prepared<'_> {
                 if material.ks != DVec3::ZERO {
                     lighting.exponent = Exponent::new(material.n)?;
                 }
-                lighting.lights =
-                    self.lighting.fast(material, |p| frame.axes * (p - frame.origin), |d| frame.axes * d)?;
+                let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
+                let list = spare.lights.pop().unwrap_or_default();
+                lighting.lights = self.lighting.fast(material, place, turn, list)?;
             }
             let finite = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e30);
             if !(finite(lighting.matte) && finite(lighting.gloss)) {

@@ -69,7 +69,7 @@ impl Prepared<'_> {
             false => Exponent::new(material.n)?,
         };
         let lights = match self.lighting.depends_on_point(material) {
-            true => self.lighting.fast(material, |p| p - origin, |d| d)?,
+            true => self.lighting.fast(material, |p| p - origin, |d| d, Vec::new())?,
             false => Vec::new(),
         };
         is_finite.then_some(Lighting { matte, gloss, lights, exponent, model: material.model })
