@@ -2,17 +2,17 @@
 //!
 //! A view is a scene with another pose: what is shown is what the JSON of that scene gives, to the bit.
 
+mod look;
+
 use super::difference::{Difference, Work};
 use super::frame::Frame;
-use super::keys::Look;
 use super::{Wishes, depth_picture};
 use crate::eye::{self, EyePicture, EyeScene, Fibre, MISS, Pool, Pose, Sheet};
+use look::looked_at;
 use std::sync::Arc;
 
 /// A step of turning, in degrees.
 const TURN_DEG: f64 = 5.0;
-/// Facets' false colours: as far apart as a walk by the golden angle makes them.
-const GOLDEN: f64 = 0.618_033_988_75;
 
 /// About what the eye turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -295,45 +295,6 @@ fn pixel_at(picture: &EyePicture, width: u32, height: u32, x: u32, y: u32) -> Op
     let sheet = Sheet::of(&picture.pixels);
     let [w, h] = sheet.size();
     sheet.pixel(eye::nearest(x, width, w), eye::nearest(y, height, h), picture.facet.len())
-}
-
-/// The picture in the colours of a look.
-fn looked_at(picture: &EyePicture, scene: &EyeScene, look: Look) -> EyePicture {
-    let mut out = picture.clone();
-    let width = picture.pixels[0] as usize;
-    for (i, color) in out.color.iter_mut().enumerate() {
-        let facet = picture.facet[i];
-        *color = match look {
-            Look::AsGiven | Look::Phong => continue,
-            Look::Wire => {
-                let differs = |j: usize| picture.facet.get(j).is_some_and(|&f| f != facet);
-                let is_edge = (!(i + 1).is_multiple_of(width) && differs(i + 1))
-                    || (picture.pixels.len() > 1 && differs(i + width));
-                [if is_edge { 255.0 } else { 0.0 }; 3]
-            }
-            _ if facet == MISS => continue,
-            Look::Flat => scene.facets[facet as usize].color,
-            Look::Gouraud => {
-                // Light is what the facet's own colour was multiplied by.
-                let (base, seen) = (scene.facets[facet as usize].color, picture.color[i]);
-                let channel = (0..3).max_by(|&a, &b| base[a].total_cmp(&base[b])).unwrap_or(0);
-                let light = if base[channel] > 0.0 { seen[channel] / base[channel] } else { 0.0 };
-                [255.0 * light.min(1.0); 3]
-            }
-            Look::Textured => false_color(facet),
-        };
-    }
-    out
-}
-
-/// A colour for a number: bright, and far from those of the numbers beside it.
-fn false_color(number: i32) -> [f64; 3] {
-    let hue = (f64::from(number) * GOLDEN).fract() * 6.0;
-    let wave = |shift: f64| {
-        let x = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
-        60.0 + 195.0 * x.clamp(0.0, 1.0)
-    };
-    [wave(0.0), wave(4.0), wave(2.0)]
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,0 +1,168 @@
+//! The second pass: elements are handed on with their indices checked.
+
+use super::{Element, ElementKind, Feed, LARGE_POLYGON, MAX_EAR_WORK, WHAT, WORD};
+use crate::load::obj::lines::{text, words};
+use crate::load::{LoadError, LoadErrorKind};
+
+impl Feed<'_> {
+    /// Second pass: elements are handed on with their indices checked; vertices are counted for relative indices.
+    pub(super) fn element_statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
+        match word {
+            b"v" => self.counts[0] += 1,
+            b"vt" => self.counts[1] += 1,
+            b"vn" => self.counts[2] += 1,
+            b"f" | b"fo" => self.element(ElementKind::Face, arguments, 3, "a face has at least 3 corners")?,
+            b"l" => self.element(ElementKind::Line, arguments, 2, "a line has at least 2 points")?,
+            b"p" => {
+                self.element(ElementKind::Points, arguments, 1, "a point element has at least 1 point")?
+            }
+            b"usemtl" => {
+                let name = text(arguments).trim().to_owned();
+                if name.is_empty() {
+                    return Err(self.syntax("usemtl is followed by a material's name", arguments));
+                }
+                let next = self.elements.uses.len() as u32;
+                self.material_use = *self.use_numbers.entry(name.clone()).or_insert(next);
+                if self.material_use == next {
+                    self.elements.uses.push((name, self.line));
+                }
+            }
+            b"mtllib" => {
+                let names = text(arguments).trim().to_owned();
+                if names.is_empty() {
+                    return Err(self.syntax("mtllib is followed by a file's name", arguments));
+                }
+                self.elements.libraries.push((names, self.line));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn element(
+        &mut self,
+        kind: ElementKind,
+        arguments: &[u8],
+        least: usize,
+        expected: &str,
+    ) -> Result<(), LoadError> {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        for word in words(arguments) {
+            corners.push(self.corner(word)?);
+        }
+        if corners.len() < least {
+            return Err(self.syntax(expected, arguments));
+        }
+        let n = corners.len() as u64;
+        self.corner_count += n;
+        let (found, limit) = (self.corner_count, u64::from(u32::MAX - 1));
+        if found > limit {
+            return Err(self.refuse(LoadErrorKind::TooBig { what: "corners", found, limit }));
+        }
+        if kind == ElementKind::Face && n > LARGE_POLYGON {
+            self.ear_work = self.ear_work.saturating_add(n.saturating_mul(n));
+            let (found, limit) = (self.ear_work, MAX_EAR_WORK);
+            if found > limit {
+                let what = "squared corners of large polygons";
+                return Err(self.refuse(LoadErrorKind::TooBig { what, found, limit }));
+            }
+        }
+        // A corner has an attribute where all of its element have it.
+        let mut has = [true; 3];
+        for list in 1..3 {
+            let with = corners.iter().filter(|c| c[list].is_some()).count();
+            has[list] = with == corners.len();
+            if with != 0 && !has[list] {
+                self.warn(format!(
+                    "some corners have a {0} and others none: the element has none",
+                    WHAT[list]
+                ));
+            }
+        }
+        self.out.extend_from_slice(b"f");
+        for corner in &corners {
+            for list in 0..3 {
+                self.out.push(if list == 0 { b' ' } else { b'/' });
+                if self.totals[list] > 0 {
+                    // Where the file has an attribute but this element has not, tobj is given the first: it is not used.
+                    let index = corner[list].filter(|_| has[list]).unwrap_or(0);
+                    self.elements.order[list].note(index);
+                    push_decimal(&mut self.out, index + 1);
+                }
+            }
+        }
+        self.out.push(b'\n');
+        self.corners = corners;
+        self.elements.faces.push(Element {
+            kind,
+            has_texcoords: has[1],
+            has_normals: has[2],
+            material_use: self.material_use,
+        });
+        Ok(())
+    }
+
+    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`, as indices from 0.
+    fn corner(&mut self, word: &[u8]) -> Result<[Option<u32>; 3], LoadError> {
+        let mut corner = [None; 3];
+        for (list, part) in word.split(|b| *b == b'/').enumerate() {
+            if list > 2 || (list == 0 && part.is_empty()) {
+                return Err(self.syntax("a corner is v, v/vt, v//vn or v/vt/vn", word));
+            }
+            if part.is_empty() {
+                continue;
+            }
+            if list > 0 && self.totals[list] == 0 && part != b"0" {
+                self.warn_of(
+                    WORD[list],
+                    "is named by corners and stands nowhere in the file: it is left out",
+                );
+                continue;
+            }
+            let Some(index) = decimal(part) else {
+                return Err(self.syntax("an index is a whole number", part));
+            };
+            let position = match index {
+                1.. => index - 1,
+                0 => -1,
+                _ => self.counts[list] as i64 + index,
+            };
+            if position < 0 || position >= self.totals[list] as i64 {
+                // A relative index counts what stands above it, an absolute one all there are.
+                let count = if index < 0 { self.counts[list] } else { self.totals[list] };
+                return Err(self.refuse(LoadErrorKind::Index { what: WHAT[list], index, count }));
+            }
+            corner[list] = Some(position as u32);
+        }
+        Ok(corner)
+    }
+}
+
+/// `[+-]?digits` as a number; one too long for 64 bits becomes the largest, which names nothing.
+fn decimal(word: &[u8]) -> Option<i64> {
+    let (negative, digits) = match word {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let size = digits.iter().fold(0i64, |n, d| n.saturating_mul(10).saturating_add((d - b'0').into()));
+    Some(if negative { -size } else { size })
+}
+
+fn push_decimal(out: &mut Vec<u8>, mut n: u32) {
+    let mut digits = [0; 10];
+    let mut at = digits.len();
+    loop {
+        at -= 1;
+        digits[at] = b'0' + (n % 10) as u8;
+        n /= 10;
+        if n == 0 {
+            break;
+        }
+    }
+    out.extend_from_slice(&digits[at..]);
+}
