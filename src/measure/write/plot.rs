@@ -95,6 +95,8 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     // Points that fall together move apart sideways, so that every number can be read.
     let mut placed: Vec<(f64, f64)> = Vec::new();
     let mut names = Vec::new();
+    // Above the lines that lead to them.
+    let mut marks = String::new();
     for (k, (row, error, ns)) in points.iter().enumerate() {
         let (mut px, py) = (x.place(*error), y.place(*ns));
         // Always the same way, so that this ends: towards the middle.
@@ -115,7 +117,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
         let tip =
             format!("{}: {} = {}, {}", row.alternative, e.columns[e.plotted], number(*error), time(*ns));
         let _ = writeln!(
-            out,
+            marks,
             "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"8\"><title>{}</title></circle>\
              <text class=\"number\" x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             escape(&tip),
@@ -124,6 +126,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
         );
         names.push((row.alternative.clone(), row.is_default));
     }
+    out.push_str(&marks);
     out.push_str("</svg>\n");
     Some(Plot { svg: out, names })
 }
