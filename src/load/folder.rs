@@ -5,8 +5,14 @@
 
 use crate::error::{Code, Fault};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
+#[cfg(unix)]
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Makes temporary files' names differ.
+#[cfg(unix)]
+static NEXT_TEMPORARY: AtomicU64 = AtomicU64::new(0);
 
 /// Why a name was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,6 +51,12 @@ pub enum FolderError {
         /// Bytes that it may have.
         limit: u64,
     },
+    /// There is no room left to write it.
+    #[error("{name:?}: there is no room left")]
+    Full {
+        /// The name.
+        name: String,
+    },
     /// The system refused.
     #[error("{name:?}: {reason}")]
     Io {
@@ -61,6 +73,7 @@ impl FolderError {
         match self {
             FolderError::Missing { .. } => Code::NoEnt,
             FolderError::TooLarge { .. } => Code::TooBig,
+            FolderError::Full { .. } => Code::Quota,
             _ => Code::Perm,
         }
     }
@@ -151,6 +164,67 @@ impl Folder {
         }
     }
 
+    /// Writes the file `name`, which changes only when all of it is written. Folders on the way are opened one from the
+    /// other and never by path, so that one that is exchanged for a link meanwhile leads nowhere else.
+    ///
+    /// # Errors
+    /// See [`FolderError`].
+    #[cfg(unix)]
+    pub fn write(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), FolderError> {
+        use rustix::fs::{AtFlags, Mode, OFlags, open, openat, renameat, unlinkat};
+        // Says what is wrong with a name that is not meant well; what counts is what is opened below.
+        let path = self.path_to_write(name)?;
+        let failed = |e: rustix::io::Errno| match e {
+            rustix::io::Errno::LOOP | rustix::io::Errno::NOTDIR => FolderError::Link { name: name.into() },
+            e => from_io(name, &e.into()),
+        };
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let mut folder = open(&self.root, flags, Mode::empty()).map_err(failed)?;
+        let inside = path.strip_prefix(&self.root).unwrap_or(&path);
+        for step in inside.parent().into_iter().flat_map(Path::components) {
+            folder = openat(&folder, step.as_os_str(), flags, Mode::empty()).map_err(failed)?;
+        }
+        let target = inside.file_name().unwrap_or_default();
+        let (temporary, file) = loop {
+            // Short, so that a name near the system's limit still finds room.
+            let number = NEXT_TEMPORARY.fetch_add(1, Ordering::Relaxed);
+            let temporary = format!(".fbptr-{}-w{number}.tmp", std::process::id());
+            let new = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+            match openat(&folder, &*temporary, new, Mode::from_raw_mode(0o666)) {
+                Err(rustix::io::Errno::EXIST) => {}
+                file => break (temporary, File::from(file.map_err(failed)?)),
+            }
+        };
+        let mut out = io::BufWriter::with_capacity(1 << 16, file);
+        let written = fill(&mut out)
+            .and_then(|()| out.into_inner().map(drop).map_err(io::IntoInnerError::into_error))
+            .and_then(|()| Ok(renameat(&folder, &*temporary, &folder, target)?));
+        written.map_err(|e| {
+            // The error that counts is the first one; the leftover is removed if it can be.
+            let _ = unlinkat(&folder, &*temporary, AtFlags::empty());
+            from_io(name, &e)
+        })
+    }
+
+    /// Writes the file `name`, which changes only when all of it is written.
+    ///
+    /// # Errors
+    /// See [`FolderError`].
+    #[cfg(not(unix))]
+    pub fn write(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), FolderError> {
+        let path = self.path_to_write(name)?;
+        let failed = |e: crate::save::SaveError| FolderError::Io { name: name.into(), reason: e.to_string() };
+        crate::save::atomically(&path, fill).map_err(failed)
+    }
+
     /// The path of `name`, all of its folders there and none of them a link. Its last step is not looked at.
     fn walk(&self, name: &str) -> Result<PathBuf, FolderError> {
         let bad_name = || FolderError::BadName { name: name.into() };
@@ -204,6 +278,7 @@ fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
 fn from_io(name: &str, e: &io::Error) -> FolderError {
     match e.kind() {
         io::ErrorKind::NotFound => FolderError::Missing { name: name.into() },
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => FolderError::Full { name: name.into() },
         _ => FolderError::Io { name: name.into(), reason: e.to_string() },
     }
 }
@@ -212,6 +287,38 @@ fn from_io(name: &str, e: &io::Error) -> FolderError {
 mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
+
+    #[test]
+    fn a_folder_that_is_exchanged_for_a_link_while_a_file_is_written_leads_nowhere_else() {
+        let base = std::env::temp_dir().join(format!("fbptr-exchanged-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&base);
+        fs::create_dir_all(base.join("in/sub/deep")).unwrap();
+        fs::create_dir_all(base.join("elsewhere/deep")).unwrap();
+        fs::write(base.join("elsewhere/deep/a"), "theirs").unwrap();
+        let folder = Folder::open(&base.join("in")).unwrap();
+        folder.write("sub/deep/a", |out| out.write_all(b"old")).unwrap();
+        let exchange = |out: &mut dyn Write| {
+            fs::rename(base.join("in/sub"), base.join("in/moved"))?;
+            symlink(base.join("elsewhere"), base.join("in/sub"))?;
+            out.write_all(b"ours")
+        };
+        folder.write("sub/deep/a", exchange).unwrap();
+        let names = |at: &str| {
+            fs::read_dir(base.join(at)).unwrap().map(|e| e.unwrap().file_name()).collect::<Vec<_>>()
+        };
+        assert_eq!(fs::read(base.join("elsewhere/deep/a")).unwrap(), b"theirs");
+        assert_eq!(fs::read(base.join("in/moved/deep/a")).unwrap(), b"ours");
+        assert_eq!(
+            (names("elsewhere/deep").len(), names("in/moved/deep").len()),
+            (1, 1),
+            "nothing is left over"
+        );
+        let refused = folder.write("sub/deep/a", |_| panic!("it is not opened")).unwrap_err();
+        assert_eq!(refused.code(), Code::Perm);
+        let failed = folder.write("b", |_| Err(io::Error::other("no"))).unwrap_err();
+        assert!(matches!(failed, FolderError::Io { .. }) && names("in").len() == 2);
+        fs::remove_dir_all(&base).unwrap();
+    }
 
     #[test]
     fn only_plain_files_inside_are_read_or_written() {

@@ -2,7 +2,7 @@
 
 use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
-use super::transport::{Conversation, Uncontrolled, converse};
+use super::transport::{Conversation, Input as Source, Uncontrolled, converse};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
@@ -47,7 +47,7 @@ impl Player {
         let ended = Arc::new(End::default());
         let told = ended.clone();
         let conversation = Conversation {
-            input: Box::new(Sniffing { input, has_begun: false }),
+            input: Source::Alone(Box::new(Sniffing { input, has_begun: false })),
             output,
             control: Arc::new(Uncontrolled),
             end,

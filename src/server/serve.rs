@@ -1,7 +1,9 @@
 //! A server: the render thread, and the places where clients come in.
 
 use super::thread::{Finish, RenderThread};
-use super::transport::{Control, Conversation, ListenError, ListenPlace, Listener, Uncontrolled, converse};
+use super::transport::{
+    Control, Conversation, Input, ListenError, ListenPlace, Listener, Uncontrolled, converse,
+};
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
@@ -69,7 +71,7 @@ impl Server {
     ) -> io::Result<()> {
         let control: Arc<dyn Control> = Arc::new(Uncontrolled);
         let conversation = Conversation {
-            input,
+            input: Input::Alone(input),
             output,
             control,
             end: EndOfInput::Stream,

@@ -22,6 +22,16 @@ fn resident(process: &Process) -> usize {
     line.trim().trim_end_matches(" kB").parse().unwrap()
 }
 
+/// What a process holds once that shrinks no more: pages are given back a moment after.
+fn settled(process: &Process) -> usize {
+    let mut least = resident(process);
+    for _ in 0..10 {
+        std::thread::sleep(Duration::from_millis(50));
+        least = least.min(resident(process));
+    }
+    least
+}
+
 /// Hundredths of a second of processor that a process has used.
 fn processor_ticks(process: &Process) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
@@ -88,12 +98,20 @@ fn ten_thousand_connections_leave_nothing_behind() {
     let address = process.address();
     // The first ones make what stays: the allocator's arenas, the threads' stacks.
     crowd(address, 400);
-    let before = resident(&process);
     let (count, begun) = (count(10_000), Instant::now());
-    let longest = crowd(address, count);
-    println!("{count} connections in {:?}, the longest wait for a reply {longest:?}", begun.elapsed());
-    assert!(longest < Duration::from_secs(2), "a reply took {longest:?}");
-    assert_memory_is_back(&process, before);
+    let mut held = vec![resident(&process)];
+    // What leaks grows in each round; an arena that the allocator makes because threads met by chance, in one.
+    for _ in 0..3 {
+        let longest = crowd(address, count / 2);
+        assert!(longest < Duration::from_secs(2), "a reply took {longest:?}");
+        held.push(settled(&process));
+    }
+    println!("{} connections in {:?}, kB held after each round: {held:?}", 3 * (count / 2), begun.elapsed());
+    let least = held.windows(2).map(|w| w[1].saturating_sub(w[0])).min().unwrap();
+    let each = least * 1024 / (count / 2);
+    assert!(each <= 128, "each connection leaves {each} bytes: {held:?} kB");
+    let back = held[1..].iter().min().unwrap();
+    assert!(*back <= held[0] + held[0] / 20, "it never comes back to within a twentieth: {held:?} kB");
     assert_eq!(process.ends_after("TERM"), Some(0));
 }
 

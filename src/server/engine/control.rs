@@ -224,7 +224,8 @@ impl Engine {
                 let format = SnapshotFormat::of_path(path.as_path()).map_err(|e| {
                     Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name)
                 })?;
-                save::atomically(&path, |out| format.write(&self.memory, out))
+                folder
+                    .write(&name, |out| format.write(&self.memory, out))
                     .map_err(|e| Fault::new(e.code(), "the snapshot could not be written").got(&*name))?;
                 let crc = save::crc32(&self.memory);
                 out.extend_from_slice(format!("SNAP {name} {w} {h} {crc:08x}\n").as_bytes());

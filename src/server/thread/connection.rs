@@ -36,6 +36,8 @@ pub(super) struct Connection {
     on_end: Option<Box<dyn FnOnce() + Send>>,
     /// It is in the render thread's round.
     pub is_queued: bool,
+    /// After its turn it had work left that holds no lease.
+    pub is_slow: bool,
     /// The frame that it waits for, and who asked, where that is an in-process client.
     pub waits_for: Option<u64>,
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
@@ -69,6 +71,7 @@ impl Connection {
             on_notice,
             on_end,
             is_queued: false,
+            is_slow: false,
             waits_for: None,
             owed: None,
             is_stalled: false,
@@ -79,6 +82,23 @@ impl Connection {
     pub fn add_bytes(&mut self, batch: Batch) {
         self.queued_bytes += batch.filled as u64;
         self.work.push_back(Work::Bytes { batch, at: 0 });
+    }
+
+    /// Ends the leases of what must wait longer than to the next turn: of all when the connection waits for something, or
+    /// when its turn ended within a batch. Whether it has work left that holds no lease.
+    pub fn shorten_leases(&mut self) -> bool {
+        let is_parked = self.waits_for.is_some() || self.is_stalled;
+        if is_parked || matches!(self.work.front(), Some(Work::Bytes { at: 1.., .. })) {
+            for work in &mut self.work {
+                if let Work::Bytes { batch, at } = work
+                    && batch.lease.is_some()
+                {
+                    batch.keep_from(std::mem::take(at));
+                }
+            }
+        }
+        let is_leased = |work: &Work| matches!(work, Work::Bytes { batch, .. } if batch.lease.is_some());
+        self.is_runnable() && (self.has_mail || !self.work.iter().all(is_leased))
     }
 
     pub fn add_end(&mut self, end: EndOfInput) {
@@ -131,12 +151,20 @@ impl Connection {
             }
             let standing = match self.work.pop_front() {
                 None => return Standing::Ready,
+                // One that is leased is run in one go: what is left of it would have to be copied.
+                Some(Work::Bytes { batch, at: 0 })
+                    if batch.lease.is_some() && left < bytes.min(batch.filled) =>
+                {
+                    self.work.push_front(Work::Bytes { batch, at: 0 });
+                    return Standing::Rests;
+                }
                 Some(Work::Bytes { batch, at }) => {
                     let end = batch.filled.min(at + left);
-                    if std::mem::take(&mut self.may_replay) && batch.buffer[..end].starts_with(RECORD_MAGIC) {
+                    if std::mem::take(&mut self.may_replay) && batch.bytes()[..end].starts_with(RECORD_MAGIC)
+                    {
                         self.replay = Some(Replay::new());
                     }
-                    let piece = &batch.buffer[at..end];
+                    let piece = &batch.bytes()[at..end];
                     let (used, standing) = match &mut self.replay {
                         Some(replay) => replay.feed(engine, piece, out, budget),
                         None => self.stream.feed(engine, piece, out, budget),
@@ -224,7 +252,7 @@ impl Connection {
 
     fn give_back(&self, batch: Batch) {
         if let Source::Stream { recycle, .. } = &self.source {
-            recycle.put(batch.buffer);
+            recycle.put(batch);
         }
     }
 

@@ -1,7 +1,7 @@
 //! What travels to the render thread.
 
 use super::super::outbox::Outbox;
-use super::super::transport::Recycle;
+use super::super::transport::{Lease, Recycle};
 use super::super::{Audience, Complaint, InputEvent, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
@@ -13,11 +13,27 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 /// A connection's number.
 pub(crate) type Id = u64;
 
-/// Bytes of a connection: the first `filled` of a buffer that goes back to its reader.
+/// Bytes of a connection: the first `filled` of the lease's buffer, or of its own, which goes back to its reader.
 #[derive(Debug)]
 pub(crate) struct Batch {
     pub buffer: Vec<u8>,
+    pub lease: Option<Lease>,
     pub filled: usize,
+}
+
+impl Batch {
+    /// What was read.
+    pub fn bytes(&self) -> &[u8] {
+        &self.lease.as_ref().map_or(&self.buffer, |l| &l.buffer)[..self.filled]
+    }
+
+    /// Ends the lease; what stands from `at` on is kept in the own buffer.
+    pub fn keep_from(&mut self, at: usize) {
+        if let Some(lease) = self.lease.take() {
+            self.buffer = lease.buffer[at..self.filled].to_vec();
+            self.filled -= at;
+        }
+    }
 }
 
 /// One message. Bytes of a connection come in order; messages of different connections in the order of sending.

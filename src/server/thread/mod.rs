@@ -10,6 +10,9 @@ pub(crate) mod connection;
 pub(crate) mod message;
 
 use super::client::Client;
+#[cfg(target_os = "linux")]
+use super::transport::Poller;
+use super::transport::{Buffers, LEASE_BYTES};
 use super::{Audience, Budget, Engine, Input, Output, Pace, Standing};
 use connection::{Connection, Leaving};
 use crossbeam_channel::{Receiver, Sender, bounded, never, select};
@@ -22,7 +25,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Stream bytes of one connection before the next has its turn.
-pub const SLICE_BYTES: usize = 64 << 10;
+pub const SLICE_BYTES: usize = LEASE_BYTES;
 /// Time of one connection before the next has its turn, and the time in which all of them have one, where that leaves
 /// each no less than a tenth of it.
 pub const SLICE_TIME: Duration = Duration::from_millis(2);
@@ -53,12 +56,16 @@ pub struct RenderThread {
     messages: Sender<Message>,
     thread: JoinHandle<Engine>,
     next_id: Arc<AtomicU64>,
+    #[cfg(target_os = "linux")]
+    poller: Arc<Poller>,
 }
 
 /// What transports need of the render thread: a way to send, and numbers for connections.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
     pub messages: Sender<Message>,
+    #[cfg(target_os = "linux")]
+    pub poller: Arc<Poller>,
     next_id: Arc<AtomicU64>,
 }
 
@@ -77,10 +84,18 @@ impl RenderThread {
     pub fn start(engine: Engine) -> std::io::Result<RenderThread> {
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();
+        let buffers = Arc::new(Buffers::new());
+        let for_loop = buffers.clone();
         let thread = std::thread::Builder::new()
             .name("render".into())
-            .spawn(move || Loop::new(engine, messages, own_sender).run())?;
-        Ok(RenderThread { messages: sender, thread, next_id: Arc::new(AtomicU64::new(1)) })
+            .spawn(move || Loop::new(engine, messages, own_sender, for_loop).run())?;
+        Ok(RenderThread {
+            messages: sender,
+            thread,
+            next_id: Arc::new(AtomicU64::new(1)),
+            #[cfg(target_os = "linux")]
+            poller: Arc::new(Poller::new(buffers)),
+        })
     }
 
     /// A client in this process, with a connection of its own.
@@ -101,7 +116,12 @@ impl RenderThread {
     }
 
     pub(crate) fn link(&self) -> Link {
-        Link { messages: self.messages.clone(), next_id: self.next_id.clone() }
+        Link {
+            messages: self.messages.clone(),
+            #[cfg(target_os = "linux")]
+            poller: self.poller.clone(),
+            next_id: self.next_id.clone(),
+        }
     }
 
     /// Goes on without the display: the window could not be had. `PRESENT wait` counts as shown from now on.
@@ -156,6 +176,9 @@ struct Loop {
     /// Those that wait for a frame to be shown.
     waiting: Vec<Id>,
     leaving: Vec<Leaving>,
+    /// Where sockets' buffers come from, and how many connections have work that holds none.
+    buffers: Arc<Buffers>,
+    slow: usize,
     /// Stream bytes received and not run.
     queued_bytes: u64,
     output: Output,
@@ -164,7 +187,12 @@ struct Loop {
 }
 
 impl Loop {
-    fn new(engine: Engine, messages: Receiver<Message>, sender: Sender<Message>) -> Self {
+    fn new(
+        engine: Engine,
+        messages: Receiver<Message>,
+        sender: Sender<Message>,
+        buffers: Arc<Buffers>,
+    ) -> Self {
         let inputs = engine.display().map_or_else(never, |d| d.inputs());
         Loop {
             engine,
@@ -175,6 +203,8 @@ impl Loop {
             round: VecDeque::new(),
             waiting: Vec::new(),
             leaving: Vec::new(),
+            buffers,
+            slow: 0,
             queued_bytes: 0,
             output: Output::default(),
             shown_at: Instant::now(),
@@ -229,9 +259,16 @@ impl Loop {
                 }
                 self.connections.insert(id, connection);
             }
-            Message::Bytes(id, batch) if self.connections.contains_key(&id) => {
+            Message::Bytes(id, mut batch) if self.connections.contains_key(&id) => {
                 self.queued_bytes += batch.filled as u64;
-                self.with(id, |c| c.add_bytes(batch));
+                // Its turn is far: others could use the buffer in the meantime.
+                if self.slow > 0 {
+                    batch.keep_from(0);
+                }
+                self.with(id, |c| {
+                    c.add_bytes(batch);
+                    c.shorten_leases();
+                });
             }
             // Its connection is over.
             Message::Bytes(..) => {}
@@ -302,7 +339,7 @@ impl Loop {
         let limit = self.engine.limits().reply_bytes;
         let reply_bytes = limit.saturating_sub(connection.unread()).max(1);
         let now = Instant::now();
-        let others = u32::try_from(self.round.len()).unwrap_or(u32::MAX);
+        let others = u32::try_from(self.round.len() + self.buffers.ready()).unwrap_or(u32::MAX);
         let time = (ROUND_TIME / others.saturating_add(1)).clamp(SLICE_TIME / 10, SLICE_TIME);
         let budget = Budget { until: Some(now + time), reply_bytes, pace };
         self.engine.set_time(now);
@@ -327,6 +364,9 @@ impl Loop {
             self.engine.before_replies();
         }
         connection.reply(&mut self.output.replies, limit, &self.sender);
+        self.slow -= usize::from(connection.is_slow);
+        connection.is_slow = standing != Standing::Ended && connection.shorten_leases();
+        self.slow += usize::from(connection.is_slow);
         if standing == Standing::Ended {
             if let Some(connection) = self.connections.remove(&id) {
                 self.queued_bytes -= connection.queued_bytes;

@@ -3,7 +3,7 @@
 //! One thread a listener blocks in `accept`; ending it connects to itself once. A Unix socket file that no server
 //! answers on is replaced, any other file is left alone; the socket file is made with mode 0600 and goes at the end.
 
-use super::{Conversation, Slot, Socket, converse};
+use super::{Conversation, Input, Slot, Socket, converse};
 use crate::command::EndOfInput;
 use crate::server::Audience;
 use crate::server::thread::Link;
@@ -226,7 +226,7 @@ fn welcome(socket: Socket, link: &Link, count: &Arc<AtomicUsize>, limit: usize) 
     // Without descriptors there is no conversation: the socket closes.
     let Ok((input, output)) = handles else { return };
     let conversation = Conversation {
-        input: Box::new(input),
+        input: Input::Socket(input),
         output: Box::new(output),
         control: Arc::new(socket),
         end: EndOfInput::Stream,

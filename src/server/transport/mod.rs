@@ -4,10 +4,16 @@
 //! reply. A reader owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
+mod lease;
 mod listen;
+#[cfg(target_os = "linux")]
+mod poll;
 mod socket;
 
+pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
 pub use listen::{ListenError, Listener, Place as ListenPlace};
+#[cfg(target_os = "linux")]
+pub(crate) use poll::Poller;
 pub(crate) use socket::Socket;
 
 use super::outbox::Outbox;
@@ -45,9 +51,17 @@ pub(crate) struct Uncontrolled;
 
 impl Control for Uncontrolled {}
 
+/// What is read.
+pub(crate) enum Input {
+    /// A file or a pipe, by a thread of its own.
+    Alone(Box<dyn Read + Send>),
+    /// A socket; all of them are read by one thread, where the system has the means.
+    Socket(Socket),
+}
+
 /// One end of a conversation: what to read, where to write, and who hears of what.
 pub(crate) struct Conversation {
-    pub input: Box<dyn Read + Send>,
+    pub input: Input,
     pub output: Box<dyn Write + Send>,
     pub control: Arc<dyn Control>,
     /// What the end of the input means for a last line without LF.
@@ -60,6 +74,9 @@ pub(crate) struct Conversation {
     /// Kept by reader and writer until both have ended.
     pub slot: Option<Arc<Slot>>,
 }
+
+/// Held by those who read and write: when only the render thread has it left, both have ended.
+pub(crate) type Life = Arc<Option<Arc<Slot>>>;
 
 /// A place among the connections that are allowed; counts itself out when it goes.
 pub(crate) struct Slot(pub Arc<AtomicUsize>);
@@ -78,19 +95,32 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
     let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end, slot } =
         conversation;
     let id = link.new_id();
-    let buffers = Arc::new(Pool::new());
     let life = Arc::new(slot);
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
-    let source = Source::Stream {
-        recycle: Recycle(buffers.clone()),
-        outbox: Arc::new(Outbox::default()),
-        port: Box::new(port),
-    };
-    let opening = Box::new(Opening { audience, may_replay, source, on_notice, on_end });
     let messages = link.messages.clone();
+    let open = |recycle| {
+        let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
+        Message::Open(id, Box::new(Opening { audience, may_replay, source, on_notice, on_end }))
+    };
+    let input = match input {
+        Input::Alone(input) => input,
+        #[cfg(target_os = "linux")]
+        Input::Socket(socket) => {
+            let back = link.poller.prepare(id, socket, end, messages.clone())?;
+            // A render thread that is gone opens no more.
+            if messages.send(open(Recycle::Polled(back.share()))).is_ok() {
+                back.begin(life);
+            }
+            return Ok(());
+        }
+        #[cfg(not(target_os = "linux"))]
+        Input::Socket(socket) => Box::new(socket),
+    };
+    let buffers = Arc::new(Pool::new());
+    let opening = open(Recycle::Own(buffers.clone()));
     let read = move || {
         let _life = life;
-        if messages.send(Message::Open(id, opening)).is_ok() {
+        if messages.send(opening).is_ok() {
             read_all(input, &buffers, end, |message| messages.send(message(id)).is_ok());
         }
     };
@@ -100,7 +130,7 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
 
 /// The buffers of one reader that are not on their way. Waiting is left to the system at once: where many readers wait,
 /// each look whether there is one now takes the processor from those who could make one free.
-struct Pool {
+pub(crate) struct Pool {
     /// `None` when the connection is over.
     free: Mutex<Option<Vec<Vec<u8>>>>,
     changed: Condvar,
@@ -128,23 +158,44 @@ impl Pool {
     }
 }
 
-/// Where a reader's buffers are given back. The reader ends when it is dropped.
-pub(crate) struct Recycle(Arc<Pool>);
+/// Where a connection's buffers are given back. Its reading ends when this is dropped.
+pub(crate) enum Recycle {
+    /// To a reader of its own.
+    Own(Arc<Pool>),
+    /// To the thread that reads all sockets.
+    #[cfg(target_os = "linux")]
+    Polled(poll::Return),
+}
 
 impl Recycle {
-    /// Gives a buffer back.
-    pub fn put(&self, buffer: Vec<u8>) {
-        if let Some(free) = self.0.lock().as_mut() {
-            free.push(buffer);
+    /// Gives a batch back.
+    pub fn put(&self, batch: Batch) {
+        match self {
+            Recycle::Own(pool) => {
+                if let Some(free) = pool.lock().as_mut() {
+                    free.push(batch.buffer);
+                }
+                pool.changed.notify_one();
+            }
+            #[cfg(target_os = "linux")]
+            Recycle::Polled(back) => {
+                drop(batch);
+                back.put();
+            }
         }
-        self.0.changed.notify_one();
     }
 }
 
 impl Drop for Recycle {
     fn drop(&mut self) {
-        *self.0.lock() = None;
-        self.0.changed.notify_one();
+        match self {
+            Recycle::Own(pool) => {
+                *pool.lock() = None;
+                pool.changed.notify_one();
+            }
+            #[cfg(target_os = "linux")]
+            Recycle::Polled(back) => back.is_over(),
+        }
     }
 }
 
@@ -178,7 +229,7 @@ fn read_all(
             () if filled < size / 32 => (size / 8).max(SMALL_BYTES),
             () => size,
         };
-        if !send(Box::new(move |id| Message::Bytes(id, Batch { buffer, filled }))) {
+        if !send(Box::new(move |id| Message::Bytes(id, Batch { buffer, lease: None, filled }))) {
             return;
         }
     }
@@ -201,7 +252,7 @@ struct StreamPort {
     writer: Option<Box<dyn Write + Send>>,
     control: Arc<dyn Control>,
     /// Held by the reader and the writer too.
-    life: Arc<Option<Arc<Slot>>>,
+    life: Life,
     id: u64,
 }
 
