@@ -5,7 +5,7 @@
 //! is the one that all wait for, and each wake-up costs a change of threads. A connection has at most [`AHEAD`] batches on their way: then it is not watched
 //! until one came back, the system's socket buffer fills, and the sender is held back.
 
-use super::lease::{Buffers, Lease};
+use super::lease::{Buffers, LEASE_BYTES, Lease};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
@@ -28,6 +28,8 @@ const AHEAD: usize = 3;
 const FEW_BYTES: usize = 8 << 10;
 /// Threads that read. One is enough for pixels, but not for long rows, where copying out of the system is most of the work.
 const READERS: usize = 2;
+/// More ready sockets than this are many.
+const MANY: usize = 16;
 /// The name under which the poller itself is called.
 const WAKE: u64 = u64::MAX;
 
@@ -243,7 +245,9 @@ impl Shared {
     /// Reads once. Whether nothing more comes.
     fn read(&self, watched: &Watched, lease: &mut Option<Lease>) -> bool {
         let mut own = lease.take().unwrap_or_else(|| self.buffers.lease());
-        let filled = match recv(&watched.socket, &mut own.buffer[..], RecvFlags::DONTWAIT) {
+        // Where many wait for their turn, each has a shorter one.
+        let portion = if self.buffers.ready() > MANY { LEASE_BYTES / 2 } else { LEASE_BYTES };
+        let filled = match recv(&watched.socket, &mut own.buffer[..portion], RecvFlags::DONTWAIT) {
             Err(Errno::INTR | Errno::AGAIN) => {
                 *lease = Some(own);
                 return false;
