@@ -87,9 +87,6 @@ pub struct VeilStats {
 /// How near to the edge between two bytes f32 has no say, in bytes.
 const EDGE: f32 = 1.0 / 1024.0;
 
-/// What rounding may take off a depth of exactly 0.
-const NEAR_ROUNDING: f32 = 6e-8;
-
 /// Spans that are worked on at once: a closure would be compiled without the level's instructions.
 const SPANS: usize = 32;
 
@@ -153,7 +150,7 @@ impl VeilKernel<'_, '_> {
             if !self.depth.is_empty() || !veil.wide.is_between {
                 let z = wide::depths(s, &veil.wide, start, y);
                 if !veil.wide.is_between {
-                    passes = passes & s.splat(-NEAR_ROUNDING).lt(z) & z.lt(s.splat(1.0));
+                    passes = passes & wide::between_near_and_far(s, &veil.wide, z, start, y);
                 }
                 if !self.depth.is_empty() {
                     let z = z.max(s.splat(0.0)).bits();

@@ -18,6 +18,9 @@ const STEEP: f64 = 1.0 / 64.0;
 /// What rounding may take off a depth of exactly 0.
 const NEAR_ROUNDING: f32 = 6e-8;
 
+/// How near to 1 a depth in f32 may be on the wrong side of it.
+const FAR_ROUNDING: f32 = 1e-6;
+
 /// A face set up by the plain path.
 #[derive(Clone, Debug)]
 pub struct WideFace {
@@ -99,8 +102,7 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band:
         let (from, to) = (x - start, (span.end - start).min(lanes));
         let mut inside = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
         if !wide.is_between {
-            // Closed at 0: what rounding took just below it is 0.
-            inside = inside & s.splat(-NEAR_ROUNDING).lt(z) & z.lt(s.splat(1.0));
+            inside = inside & between_near_and_far(s, wide, z, start, y);
         }
         let z = z.max(s.splat(0.0)).bits();
         let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
@@ -109,6 +111,26 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band:
         x = start + lanes;
     }
     passed
+}
+
+/// Where LANES pixels from (x, y) on, of these depths, lie between near and far: closed at 0, open at 1. Too near to the far
+/// plane for f32 to tell, f64 decides.
+#[inline(always)]
+pub(super) fn between_near_and_far<S: Simd>(s: S, wide: &WideFace, z: S::F, x: i32, y: i32) -> S::M {
+    // What rounding took just below 0 is 0.
+    let inside = s.splat(-NEAR_ROUNDING).lt(z) & z.lt(s.splat(1.0));
+    let mut left = ((z - s.splat(1.0)).abs().lt(s.splat(FAR_ROUNDING))).bits();
+    if left == 0 {
+        return inside;
+    }
+    let mut bits = inside.bits();
+    while left != 0 {
+        let lane = left.trailing_zeros();
+        left &= left - 1;
+        let is_inside = wide.plane.z_at(x + lane as i32, y) < 1.0;
+        bits = (bits & !(1 << lane)) | (u32::from(is_inside) << lane);
+    }
+    s.mask(bits)
 }
 
 /// `count` columns from `x` on, all of them covered: whole vectors.
