@@ -303,6 +303,38 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    fn load_block(self, from: &[i32], stride: usize) -> I {
+        let rows = [&from[..4], &from[stride..][..4]];
+        // SAFETY: the token proves the features; each row has 4 numbers.
+        unsafe {
+            let v = _mm256_castsi128_si256(_mm_loadu_si128(rows[0].as_ptr().cast()));
+            I(_mm256_inserti128_si256::<1>(v, _mm_loadu_si128(rows[1].as_ptr().cast())))
+        }
+    }
+    #[inline(always)]
+    fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], stride: usize) {
+        let bits = mask.bits();
+        // SAFETY: the token proves the features.
+        let (rows, masks) = unsafe {
+            (
+                [_mm256_castsi256_si128(v.0), _mm256_extracti128_si256::<1>(v.0)],
+                [_mm256_castsi256_si128(mask.0), _mm256_extracti128_si256::<1>(mask.0)],
+            )
+        };
+        let mut r = 0;
+        while r < 2 {
+            if bits >> (4 * r) & 15 != 0 {
+                let row = &mut to[r * stride * 4..][..16];
+                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the lowest byte first.
+                unsafe {
+                    let old = _mm_loadu_si128(row.as_ptr().cast());
+                    _mm_storeu_si128(row.as_mut_ptr().cast(), _mm_blendv_epi8(old, rows[r], masks[r]))
+                }
+            }
+            r += 1;
+        }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;

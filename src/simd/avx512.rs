@@ -262,6 +262,39 @@ impl Simd for Avx512 {
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask.0, v.0) }
     }
     #[inline(always)]
+    fn load_block(self, from: &[i32], stride: usize) -> I {
+        let rows = [&from[..4], &from[stride..][..4], &from[stride * 2..][..4], &from[stride * 3..][..4]];
+        // SAFETY: the token proves the features; each row has 4 numbers.
+        unsafe {
+            let v = _mm512_castsi128_si512(_mm_loadu_si128(rows[0].as_ptr().cast()));
+            let v = _mm512_inserti32x4::<1>(v, _mm_loadu_si128(rows[1].as_ptr().cast()));
+            let v = _mm512_inserti32x4::<2>(v, _mm_loadu_si128(rows[2].as_ptr().cast()));
+            I(_mm512_inserti32x4::<3>(v, _mm_loadu_si128(rows[3].as_ptr().cast())))
+        }
+    }
+    #[inline(always)]
+    fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], stride: usize) {
+        // SAFETY: the token proves the features.
+        let rows = unsafe {
+            [
+                _mm512_castsi512_si128(v.0),
+                _mm512_extracti32x4_epi32::<1>(v.0),
+                _mm512_extracti32x4_epi32::<2>(v.0),
+                _mm512_extracti32x4_epi32::<3>(v.0),
+            ]
+        };
+        let mut r = 0;
+        while r < 4 {
+            let lanes = (mask.0 >> (4 * r)) as u8 & 15;
+            if lanes != 0 {
+                let row = &mut to[r * stride * 4..][..16];
+                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the lowest byte first.
+                unsafe { _mm_mask_storeu_epi32(row.as_mut_ptr().cast(), lanes, rows[r]) }
+            }
+            r += 1;
+        }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..16];
         // Into a register and out whole: a compressing store is many times slower on some CPUs.

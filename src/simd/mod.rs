@@ -130,6 +130,11 @@ pub trait Simd: Copy + 'static {
     fn load_bytes(self, from: &[u8]) -> Self::I;
     /// Into the first LANES pixels of `to`, four bytes each, the lowest byte first, where the mask is set.
     fn store_masked_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8]);
+    /// A block of LANES / 4 rows of four numbers: row r from `from[r * stride..]`, its lanes 4 r to 4 r + 3.
+    fn load_block(self, from: &[i32], stride: usize) -> Self::I;
+    /// A block of LANES / 4 rows of four pixels, four bytes each, the lowest byte first, where the mask is set: row r
+    /// from pixel `r * stride` of `to` on. Rows without a set lane may lie outside of `to`.
+    fn store_block_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8], stride: usize);
     /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
     /// Lane i is bit i.

@@ -234,6 +234,18 @@ impl<const N: usize> Simd for Portable<N> {
         }
     }
     #[inline(always)]
+    fn load_block(self, from: &[i32], stride: usize) -> IntLanes<N> {
+        IntLanes(from_fn(|i| from[i / 4 * stride + i % 4]))
+    }
+    #[inline(always)]
+    fn store_block_bytes(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [u8], stride: usize) {
+        for (i, (v, m)) in v.0.iter().zip(mask.0).enumerate() {
+            if m != 0 {
+                to[(i / 4 * stride + i % 4) * 4..][..4].copy_from_slice(&v.to_le_bytes());
+            }
+        }
+    }
+    #[inline(always)]
     fn compress_i(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [i32]) -> usize {
         let to = &mut to[..N];
         let mut n = 0;

@@ -83,6 +83,23 @@ impl Kernel for AllOperations {
             out.push(loaded);
             parts.extend(out);
         }
+        // Blocks of four columns: as many as make 4x4, in a field five wide.
+        let field: Vec<i32> = i.iter().chain(&j).copied().collect();
+        let mut drawn = vec![7u8; 20 * 4];
+        for at in (0..16).step_by(S::LANES) {
+            let row = at / 4;
+            let block = s.load_block(&field[row * 5..], 5);
+            let m = s.mask(bits >> at);
+            s.store_block_bytes(m, block, &mut drawn[row * 20..], 5);
+            // Nothing is asked of rows that the mask leaves out.
+            s.store_block_bytes(s.mask(0), block, &mut [], 5);
+        }
+        let drawn: Vec<i32> = drawn.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
+        for (k, word) in drawn.iter().enumerate() {
+            let (row, column) = (k / 5, k % 5);
+            let is_set = column < 4 && bits >> (row * 4 + column) & 1 == 1;
+            assert_eq!(*word, if is_set { field[k] } else { 0x0707_0707 }, "pixel {k} of a block");
+        }
         // Lane-major order: the parts of an 8-lane level interleave to what 16 lanes give.
         let per_part = parts.len() * S::LANES / 16;
         let mut words: Vec<i32> =

@@ -16,8 +16,8 @@ mod triangle;
 mod walk;
 pub(crate) mod wide;
 
-pub use triangle::SnappedTriangle;
 pub(crate) use triangle::{Corners, doubled_area, scan_triangle};
+pub use triangle::{Filling, SnappedTriangle};
 
 use num_bigint::BigInt;
 use std::ops::Range;

@@ -91,6 +91,19 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 100_000, ..ProptestConfig::default() })]
 
     #[test]
+    fn a_rectangle_is_full_or_empty_only_where_its_pixels_are(
+        points in triangle(), x in -2i32..7, y in -1i32..6, w in 1i32..6, h in 1i32..6,
+    ) {
+        let rect = PixelRect { x0: x, y0: y, x1: (x + w).min(8), y1: (y + h).min(7) };
+        let lit = covered(points, rect).len() as i32;
+        match SnappedTriangle::new(points).filling(rect) {
+            Filling::None => prop_assert_eq!(lit, 0),
+            Filling::All => prop_assert_eq!(lit, (rect.x1 - rect.x0) * (rect.y1 - rect.y0)),
+            Filling::Part => {}
+        }
+    }
+
+    #[test]
     fn every_triangle_lights_what_the_definition_says(points in triangle()) {
         prop_assert_eq!(covered(points, CLIP), truth(points, CLIP));
     }

@@ -59,6 +59,16 @@ impl SnappedTriangle {
         }
     }
 
+    /// How much of `rect` is covered, at the cost of a few products; `Part` where that does not tell.
+    pub fn filling(&self, rect: PixelRect) -> Filling {
+        // Products of numbers below 2^27, or the pixel's place is further out than any frame's.
+        let is_near = [rect.x0, rect.y0, rect.x1, rect.y1].iter().all(|v| v.unsigned_abs() < 1 << 18);
+        match &self.0 {
+            Snapped::Narrow(p) if is_near => filling_of(p, rect),
+            _ => Filling::Part,
+        }
+    }
+
     /// Calls `f(y, x0..x1)` for the covered pixels of each row inside `clip`, top to bottom; empty rows are left out.
     ///
     /// The winding does not matter. The cost is that of the visible rows.
@@ -69,6 +79,43 @@ impl SnappedTriangle {
             Snapped::Huge(p) => scan_triangle(p, clip, f),
         }
     }
+}
+
+/// How much of a rectangle of pixels is covered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filling {
+    /// No pixel.
+    None,
+    /// Perhaps some.
+    Part,
+    /// Every pixel.
+    All,
+}
+
+/// What the corner pixels tell of all: a half-plane that holds (or lacks) the four centres holds (or lacks) all between.
+fn filling_of([a, b, c]: &Corners<i64>, rect: PixelRect) -> Filling {
+    let area = doubled_area(&[*a, *b, *c]);
+    if area == 0 || rect.is_empty() {
+        return Filling::None;
+    }
+    let (b, c) = if area < 0 { (c, b) } else { (b, c) };
+    let centre = |v: i32| i64::from(v) * 256 + 128;
+    let (columns, rows) = ([rect.x0, rect.x1 - 1].map(centre), [rect.y0, rect.y1 - 1].map(centre));
+    let mut filling = Filling::All;
+    for (p, q) in [(a, b), (b, c), (c, a)] {
+        let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
+        // Clockwise: inside where this is positive, and on top and left edges.
+        let bias = i64::from(!(dy < 0 || dy == 0 && dx > 0));
+        let (x, y) = (columns.map(|x| dy * (x - p[0])), rows.map(|y| dx * (y - p[1])));
+        let (least, most) = (y[0].min(y[1]) - x[0].max(x[1]), y[0].max(y[1]) - x[0].min(x[1]));
+        if most < bias {
+            return Filling::None;
+        }
+        if least < bias {
+            filling = Filling::Part;
+        }
+    }
+    filling
 }
 
 /// Twice the signed area, in 1/65536 square pixels: positive when clockwise on a screen whose y points down.

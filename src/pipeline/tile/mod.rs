@@ -36,9 +36,9 @@ pub(crate) use workers::Workers;
 
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
-use raster::{Band, NO_FACE, RasterKernel};
+use raster::{NO_FACE, RasterKernel, Tile};
 use resolve::{Faces, ResolveKernel};
-use setup::{Chunk, SetupKernel};
+use setup::{Chunk, Grid, SetupKernel};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use vertex::VertexKernel;
@@ -47,10 +47,10 @@ use vertex::VertexKernel;
 const CHUNK_FACES: usize = 4096;
 /// Vertices that one piece of vertex work takes.
 const CHUNK_VERTICES: usize = 4096;
-/// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
-const NEAR_BYTES: usize = 4 << 20;
-/// Rows of a band.
-const BAND_ROWS: usize = 32;
+/// The most chunks: each has a list for each tile.
+const MOST_CHUNKS: usize = 64;
+/// Rows of a band of tiles: what one thread draws at a time.
+const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
 
 /// The records of three points of object space.
 pub(crate) fn records_of(level: Level, to_screen: &ToScreen, points: [[f64; 3]; 3]) -> [Record; 3] {
@@ -78,7 +78,6 @@ pub(crate) struct Frame<'a> {
 pub(crate) struct Scratch {
     records: Vec<Record>,
     chunks: Vec<Chunk>,
-    ids: Vec<i32>,
 }
 
 impl Scratch {
@@ -88,9 +87,10 @@ impl Scratch {
             c.tiny.capacity() * size_of::<setup::Tiny>()
                 + c.small.capacity() * size_of::<setup::Small>()
                 + c.wide.capacity() * size_of::<WideFace>()
-                + c.bins.iter().map(|b| b.entries.capacity() * 4).sum::<usize>()
+                + c.bins.iter().map(|b| b.entries.capacity() * 4 + size_of::<setup::Bin>()).sum::<usize>()
+                + c.reached.capacity() * 4
         };
-        self.records.capacity() * 16 + self.ids.capacity() * 4 + self.chunks.iter().map(chunk).sum::<usize>()
+        self.records.capacity() * 16 + self.chunks.iter().map(chunk).sum::<usize>()
     }
 }
 
@@ -151,17 +151,18 @@ pub(crate) fn render(
         level.dispatch(VertexKernel { positions, to_screen: &job.to_screen, records });
     });
 
-    // Faces: culled, bounded, covered if they are tiny, binned into bands.
-    let bands = ((view.y1 - view.y0).max(0) as usize).div_ceil(BAND_ROWS);
-    let chunk_count = faces.div_ceil(CHUNK_FACES);
+    // Faces: culled, bounded, covered if they are tiny, binned into tiles.
+    let grid = Grid::new(&view, width);
+    let chunk_faces = faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES);
+    let chunk_count = faces.div_ceil(chunk_faces);
     if scratch.chunks.len() < chunk_count {
         scratch.chunks.resize_with(chunk_count, Chunk::default);
     }
     let records = scratch.records.as_slice();
     crew.chunks(&mut scratch.chunks[..chunk_count], 1, |i, chunk| {
-        let range = i * CHUNK_FACES..((i + 1) * CHUNK_FACES).min(faces);
+        let range = i * chunk_faces..((i + 1) * chunk_faces).min(faces);
         let padded = range.start..range.end.next_multiple_of(16);
-        chunk[0].reset(bands);
+        chunk[0].reset(grid.columns * grid.rows);
         level.dispatch(SetupKernel {
             records,
             corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
@@ -169,7 +170,7 @@ pub(crate) fn render(
             first_face: range.start as u32,
             keep: job.keep,
             view,
-            band_rows: BAND_ROWS as i32,
+            grid,
             plain: job.plain,
             chunk: &mut chunk[0],
         });
@@ -179,62 +180,59 @@ pub(crate) fn render(
         stats.draw += chunk.stats;
     }
     // The bands that something reaches.
-    let is_reached = |band: usize| chunks.iter().any(|c| !c.bins[band].entries.is_empty());
-    let Some(first) = (0..bands).find(|&b| is_reached(b)) else { return stats };
-    let last = (0..bands).rfind(|&b| is_reached(b)).unwrap_or(first);
+    let reached = || chunks.iter().flat_map(|c| &c.reached).map(|&tile| tile as usize / grid.columns);
+    let (Some(first), Some(last)) = (reached().min(), reached().max()) else { return stats };
 
-    // Bands: visibility, then colour.
-    let pixels = frame.bytes.len() / 4;
-    if scratch.ids.len() < pixels {
-        scratch.ids.resize(pixels, NO_FACE);
-    }
+    // Bands of tiles: visibility, then colour.
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
     let (tested, passed, shaded) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let wide_of = |face: u32| {
-        let list = &chunks[face as usize / CHUNK_FACES].wide;
+        let list = &chunks[face as usize / chunk_faces].wide;
         list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
     };
-    let is_far_flung = mesh.vertex_count() * 32 + faces * 16 > NEAR_BYTES;
-    let corners = mesh.records.as_slice();
+    let faces = Faces { shading: &job.shading, corners: &mesh.records, records, wide: &wide_of };
     let work = |band: usize, memories: Memories<'_>| {
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
-        let rows = (memories.ids.len() / width) as i32;
-        let Memories { depth, ids, bytes, pick } = memories;
-        let mut target = Band { y0, width, depth, ids };
-        let (mut own_tested, mut own_passed) = (0, 0);
-        let mut reach = [i16::MAX, i16::MAX, 0, 0];
-        for chunk in chunks.iter().filter(|c| !c.bins[band].entries.is_empty()) {
-            let r = chunk.bins[band].reach;
-            reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
-            let kernel = RasterKernel { chunk, bin: band, view, rows, band: &mut target };
-            let (t, p) = level.dispatch(kernel);
-            (own_tested, own_passed) = (own_tested + t, own_passed + p);
+        let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
+        let mut ids = [NO_FACE; _];
+        let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
+        for column in 0..grid.columns {
+            let bin = band * grid.columns + column;
+            let columns = grid.pixels_of(column);
+            let (x0, x1) = (columns.start, columns.end);
+            let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids };
+            let mut reach = [i16::MAX, i16::MAX, 0, 0];
+            let mut tile_passed = 0;
+            for chunk in chunks.iter().filter(|c| !c.bins[bin].entries.is_empty()) {
+                let r = chunk.bins[bin].reach;
+                reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
+                let (t, p) = level.dispatch(RasterKernel { chunk, bin, view, tile: &mut tile });
+                (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
+            }
+            if tile_passed == 0 {
+                continue;
+            }
+            own_passed += tile_passed;
+            let [left, top, right, bottom] = reach.map(i32::from);
+            own_shaded += level.dispatch(ResolveKernel {
+                faces,
+                reach: View { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
+                tile: &mut tile,
+                bytes: &mut *memories.bytes,
+                pick: &mut *memories.pick,
+                name: job.name,
+            });
         }
         tested.fetch_add(own_tested, Relaxed);
-        if own_passed == 0 {
-            return;
-        }
         passed.fetch_add(own_passed, Relaxed);
-        let [x0, top, x1, bottom] = reach.map(i32::from);
-        let pixels = level.dispatch(ResolveKernel {
-            faces: Faces { shading: &job.shading, corners, records, is_far_flung, wide: &wide_of },
-            reach: View { x0, y0: top.max(y0), x1, y1: bottom.min(y0 + rows) },
-            y0,
-            width,
-            ids: target.ids,
-            bytes,
-            pick,
-            name: job.name,
-        });
-        shaded.fetch_add(pixels, Relaxed);
+        shaded.fetch_add(own_shaded, Relaxed);
     };
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
     let (depth_range, pick_range) = (some(frame.depth.len()), some(frame.pick.len()));
     let memories = Memories {
         depth: &mut frame.depth[depth_range],
-        ids: &mut scratch.ids[pixels.clone()],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
     };
@@ -246,10 +244,9 @@ pub(crate) fn render(
     stats
 }
 
-/// The memories of some bands; the first and the last may be empty altogether.
+/// The memories of some bands; depth and pick may be empty altogether.
 struct Memories<'a> {
     depth: &'a mut [i32],
-    ids: &'a mut [i32],
     bytes: &'a mut [u8],
     pick: &'a mut [[u32; 2]],
 }
@@ -272,10 +269,9 @@ fn share(
     let (at_depth, at_pick) = (split(memories.depth.len()), split(memories.pick.len()));
     let (depth, depth_below) = memories.depth.split_at_mut(at_depth);
     let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
-    let (ids, ids_below) = memories.ids.split_at_mut(middle);
     let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
-    let above = Memories { depth, ids, bytes, pick };
-    let below = Memories { depth: depth_below, ids: ids_below, bytes: bytes_below, pick: pick_below };
+    let above = Memories { depth, bytes, pick };
+    let below = Memories { depth: depth_below, bytes: bytes_below, pick: pick_below };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
     match crew {
         Workers::Alone => {

@@ -1,40 +1,64 @@
-//! Visibility: for a band of rows, which face is seen at each pixel and how deep, in the faces' own order.
+//! Visibility: for one tile, which face is seen at each pixel and how deep, in the faces' own order.
 //!
 //! In: the faces set up by every chunk, in order. Out: depth words (the bits of f32, which order as the numbers do) and the
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
-//! result does not depend on threads, bands or lanes. Without a depth memory every fragment passes.
+//! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::setup::{Chunk, INDEX, SMALL, Small, TINY, Tiny, View};
+use super::setup::{Chunk, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
 use super::wide;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
 /// In the memory of ids: no face of this draw.
 pub const NO_FACE: i32 = -1;
 
-/// A band of rows of the frame, the memories of one thread's work.
-pub struct Band<'a> {
-    /// The band's first row in the frame.
+/// Numbers in a row of a tile's memory of ids: the last tile of a row has fewer columns than this.
+pub const ID_STRIDE: usize = 2 * Grid::TILE_COLUMNS as usize;
+
+/// A tile's memory of ids, the first cache's size; rows and columns that the tile does not have stay empty.
+pub type Ids = [i32; ID_STRIDE * Grid::TILE_ROWS as usize];
+
+/// A tile and what one thread writes of it.
+pub struct Tile<'a> {
+    /// Its pixel columns, half-open; at least as many as a vector has lanes.
+    pub x0: i32,
+    /// See `x0`.
+    pub x1: i32,
+    /// Its pixel rows, half-open.
     pub y0: i32,
+    /// See `y0`.
+    pub y1: i32,
     /// Pixels in a row of the frame.
     pub width: usize,
-    /// Depth words of the band's rows; empty where depth is neither tested nor kept.
+    /// Depth words of the frame's rows `y0..y1`; empty where depth is neither tested nor kept.
     pub depth: &'a mut [i32],
-    /// Faces of the band's rows.
-    pub ids: &'a mut [i32],
+    /// Faces of the tile's pixels.
+    pub ids: &'a mut Ids,
 }
 
-/// Draws one chunk's share of a band.
+impl Tile<'_> {
+    /// The place of a pixel in the memory of ids.
+    #[inline(always)]
+    pub fn id_at(&self, x: i32, y: i32) -> usize {
+        (y - self.y0) as usize * ID_STRIDE + (x - self.x0) as usize
+    }
+
+    /// The place of a pixel in the depth words.
+    #[inline(always)]
+    pub fn depth_at(&self, x: i32, y: i32) -> usize {
+        (y - self.y0) as usize * self.width + x as usize
+    }
+}
+
+/// Draws one chunk's share of a tile.
 pub struct RasterKernel<'a, 'b> {
     /// The chunk's faces.
     pub chunk: &'a Chunk,
-    /// The band's number.
+    /// The tile's number.
     pub bin: usize,
     /// What may be drawn.
     pub view: View,
-    /// Rows in this band.
-    pub rows: i32,
     /// The memories.
-    pub band: &'a mut Band<'b>,
+    pub tile: &'a mut Tile<'b>,
 }
 
 impl Kernel for RasterKernel<'_, '_> {
@@ -47,14 +71,13 @@ impl Kernel for RasterKernel<'_, '_> {
         for &entry in &self.chunk.bins[self.bin].entries {
             let index = (entry & INDEX) as usize;
             match entry & !INDEX {
-                TINY => passed += tiny(s, &self.chunk.tiny[index], self.rows, self.band),
+                TINY => passed += tiny(s, &self.chunk.tiny[index], self.tile),
                 SMALL => {
-                    let (t, p) = small(s, &self.chunk.small[index], &self.view, self.rows, self.band);
+                    let (t, p) = small(s, &self.chunk.small[index], &self.view, self.tile);
                     (tested, passed) = (tested + t, passed + p);
                 }
                 _ => {
-                    let face = &self.chunk.wide[index];
-                    let (t, p) = wide::draw(s, face, &self.view, self.rows, self.band);
+                    let (t, p) = wide::draw(s, &self.chunk.wide[index], self.tile);
                     (tested, passed) = (tested + t, passed + p);
                 }
             }
@@ -63,72 +86,85 @@ impl Kernel for RasterKernel<'_, '_> {
     }
 }
 
-/// The depth test at LANES pixels from `at` on, where `covered`; those that pass keep z and the face's number. How many passed.
+/// The depth test at LANES pixels from (x, y) on, where `covered`; those that pass keep z and the face's number. How many
+/// passed.
 #[inline(always)]
-pub(super) fn write<S: Simd>(s: S, band: &mut Band<'_>, at: usize, covered: S::M, z: S::I, id: S::I) -> u64 {
+pub(super) fn write<S: Simd>(
+    s: S,
+    tile: &mut Tile<'_>,
+    (x, y): (i32, i32),
+    covered: S::M,
+    z: S::I,
+    id: S::I,
+) -> u64 {
     let mut passes = covered;
-    if !band.depth.is_empty() {
-        let depth = &mut band.depth[at..at + S::LANES];
-        passes = covered & s.load_i(depth).gt(z);
-        s.store_masked_i(passes, z, depth);
+    if !tile.depth.is_empty() {
+        let at = tile.depth_at(x, y);
+        let depth = &mut tile.depth[at..at + S::LANES];
+        let old = s.load_i(depth);
+        passes = covered & old.gt(z);
+        s.store_i(s.select_i(passes, z, old), depth);
     }
-    s.store_masked_i(passes, id, &mut band.ids[at..at + S::LANES]);
+    let at = tile.id_at(x, y);
+    let ids = &mut tile.ids[at..at + S::LANES];
+    s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
     passes.bits().count_ones() as u64
 }
 
 /// A face whose coverage is known: a row of up to eight pixels at a time.
 #[inline(always)]
-fn tiny<S: Simd>(s: S, face: &Tiny, band_rows: i32, band: &mut Band<'_>) -> u64 {
+fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let lanes = S::LANES as i32;
     let (x0, y0) = (face.at[0] as i32, face.at[1] as i32);
-    let rows = (band.y0 - y0).max(0)..(face.size[1] as i32).min(band.y0 + band_rows - y0);
+    let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
     let [z0, zx, zy] = face.depth;
     if face.mask & (face.mask - 1) == 0 {
         // One pixel, as most faces of a fine mesh have: the same sums without vectors.
         let bit = face.mask.trailing_zeros() as i32;
         let (row, column) = (bit >> 3, bit & 7);
-        if !rows.contains(&row) {
+        let (x, y) = (x0 + column, y0 + row);
+        if !rows.contains(&row) || x < tile.x0 || x >= tile.x1 {
             return 0;
         }
         let z = (z0 + zy * row as f32) + zx * column as f32;
         let z = (z.to_bits() as i32).max(0);
-        let at = (y0 + row - band.y0) as usize * band.width + (x0 + column) as usize;
-        if !band.depth.is_empty() {
-            if band.depth[at] <= z {
+        if !tile.depth.is_empty() {
+            let at = tile.depth_at(x, y);
+            let depth = &mut tile.depth[at];
+            if *depth <= z {
                 return 0;
             }
-            band.depth[at] = z;
+            *depth = z;
         }
-        band.ids[at] = face.face as i32;
+        tile.ids[tile.id_at(x, y)] = face.face as i32;
         return 1;
     }
     let id = s.splat_i(face.face as i32);
     let mut passed = 0;
-    let mut column = 0;
-    while column < face.size[0] as i32 {
-        // A vector that would leave the row begins further left.
-        let start = (x0 + column).min(band.width as i32 - lanes);
-        let shift = x0 + column - start;
+    let mut x = x0.max(tile.x0);
+    let right = (x0 + face.size[0] as i32).min(tile.x1);
+    while x < right {
+        // A vector that would leave the tile begins further left.
+        let start = x.min(tile.x1 - lanes);
+        let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
         let along = s.splat(zx) * (s.iota() + s.splat_i(start - x0)).to_f32();
         for row in rows.clone() {
-            let bits = (face.mask >> (8 * row)) as u32 & 0xff;
-            let covered = s.mask((bits >> column << shift) & (u32::MAX >> (32 - lanes)));
+            // From 15 columns to the right of the face's first to 8 to its left.
+            let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32;
             let z = (s.splat(z0 + zy * row as f32) + along).bits().max(s.splat_i(0));
-            let at = (y0 + row - band.y0) as usize * band.width + start as usize;
-            passed += write(s, band, at, covered, z, id);
+            passed += write(s, tile, (start, y0 + row), s.mask(bits & fresh), z, id);
         }
-        column += lanes;
+        x = start + lanes;
     }
     passed
 }
 
 /// A face whose edge functions fit i32: a vector of columns at a time, row by row; fragments tested and passed.
 #[inline(always)]
-fn small<S: Simd>(s: S, face: &Small, view: &View, band_rows: i32, band: &mut Band<'_>) -> (u64, u64) {
-    let [x0, y0, x1, y1] = face.bounds;
-    let (x0, y0, x1, y1) = (x0 as i32, y0 as i32, x1 as i32, y1 as i32);
-    let rows = y0.max(band.y0)..y1.min(band.y0 + band_rows);
-    let width = band.width as i32;
+fn small<S: Simd>(s: S, face: &Small, view: &View, tile: &mut Tile<'_>) -> (u64, u64) {
+    let [x0, y0, x1, y1] = face.bounds.map(i32::from);
+    let rows = y0.max(tile.y0)..y1.min(tile.y1);
+    let right = x1.min(tile.x1);
     let lanes = S::LANES as i32;
     let id = s.splat_i(face.face as i32);
     let iota = s.iota();
@@ -137,9 +173,9 @@ fn small<S: Simd>(s: S, face: &Small, view: &View, band_rows: i32, band: &mut Ba
     let [dy0, dy1, dy2] = face.steps_y;
     let [z0, zx, zy] = face.depth;
     let (mut tested, mut passed) = (0, 0);
-    let mut x = x0;
-    while x < x1 {
-        let start = x.min(width - lanes);
+    let mut x = x0.max(tile.x0);
+    while x < right {
+        let start = x.min(tile.x1 - lanes);
         let column = iota + s.splat_i(start - x0);
         let down = rows.start - y0;
         let mut e0 = s.splat_i(dx0) * column + s.splat_i(face.edges[0] + dy0 * down);
@@ -148,9 +184,8 @@ fn small<S: Simd>(s: S, face: &Small, view: &View, band_rows: i32, band: &mut Ba
         let along = s.splat(zx) * column.to_f32();
         let mut inside_columns = s.mask(u32::MAX);
         if is_clipped || start < x {
-            let from = x.max(view.x0) - start;
-            let to = (x1 - start).min(lanes);
-            inside_columns = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
+            let to = (right - start).min(lanes);
+            inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
         }
         for y in rows.clone() {
             let covered = (e0 | e1 | e2).gt(s.splat_i(-1)) & inside_columns;
@@ -159,11 +194,10 @@ fn small<S: Simd>(s: S, face: &Small, view: &View, band_rows: i32, band: &mut Ba
                 continue;
             }
             tested += covered.bits().count_ones() as u64;
-            let at = (y - band.y0) as usize * band.width + start as usize;
             let z = (s.splat(z0 + zy * (y - y0) as f32) + along).bits().max(s.splat_i(0));
-            passed += write(s, band, at, covered, z, id);
+            passed += write(s, tile, (start, y), covered, z, id);
         }
-        x += lanes;
+        x = start + lanes;
     }
     (tested, passed)
 }

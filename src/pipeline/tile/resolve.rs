@@ -1,4 +1,4 @@
-//! Colour: every pixel of a band that a face of this draw won is shaded once, a vector of columns at a time.
+//! Colour: every pixel of a tile that a face of this draw won is shaded once, a block of four columns at a time.
 //!
 //! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped at 0;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
@@ -6,7 +6,7 @@
 //! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
 
 use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
-use super::raster::NO_FACE;
+use super::raster::{ID_STRIDE, NO_FACE, Tile};
 use super::setup::View;
 use super::texture::{self, Footprint, TextureShade};
 use super::vertex::Record;
@@ -87,27 +87,21 @@ pub struct Faces<'a> {
     pub corners: &'a [[f32; 4]],
     /// The vertices.
     pub records: &'a [Record],
-    /// Whether the mesh is larger than the nearer caches.
-    pub is_far_flung: bool,
     /// Finds a face that was set up in f64.
     pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
 }
 
-/// Shades a band.
-pub struct ResolveKernel<'a, 'b> {
+/// Shades a tile.
+pub struct ResolveKernel<'a, 'b, 'c> {
     /// The faces.
     pub faces: Faces<'a>,
-    /// Which columns and rows may hold faces, inside the band.
+    /// Which columns and rows may hold faces, inside the tile.
     pub reach: View,
-    /// The band's first row.
-    pub y0: i32,
-    /// Pixels in a row of the frame.
-    pub width: usize,
-    /// Faces of the band's pixels; left empty.
-    pub ids: &'b mut [i32],
-    /// The band's RGBA bytes.
+    /// The tile; its memory of ids is left empty.
+    pub tile: &'b mut Tile<'c>,
+    /// The RGBA bytes of the frame's rows from the tile's first on.
     pub bytes: &'b mut [u8],
-    /// The band's part of the memory of ids, where PICK asks for it: name and triangle; else empty.
+    /// Those rows' part of the memory of ids, where PICK asks for it: name and triangle; else empty.
     pub pick: &'b mut [[u32; 2]],
     /// What the memory of ids keeps for this draw.
     pub name: u32,
@@ -135,109 +129,186 @@ struct Shares<S: Simd> {
     below: [S::F; 3],
 }
 
-impl Kernel for ResolveKernel<'_, '_> {
+/// Rows and columns that are shaded together: four blocks of 4x4 pixels, so that the vectors of one face are few.
+const STRIP: [i32; 2] = [16, 4];
+
+impl Kernel for ResolveKernel<'_, '_, '_> {
     /// Pixels shaded.
     type Output = u64;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> u64 {
-        let lanes = S::LANES as i32;
+    fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
-        let empty = s.splat_i(NO_FACE);
-        let last_start = self.width as i32 - lanes;
-        for y in self.reach.y0..self.reach.y1 {
-            let row = (y - self.y0) as usize * self.width;
-            let mut x = self.reach.x0 & !(lanes - 1);
+        // The wide face that was asked for last: mostly the next vector shows it too.
+        let mut known: (i32, Option<&WideFace>) = (NO_FACE, None);
+        let (x0, y0) = (self.tile.x0, self.tile.y0);
+        let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
+        let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
+        while y < self.reach.y1 {
+            let mut x = left;
             while x < self.reach.x1 {
-                let start = x.min(last_start);
-                let at = row + start as usize;
-                let ids = s.load_i(&self.ids[at..at + S::LANES]);
-                let seen = ids.gt(empty);
-                x += lanes;
-                if !seen.any() {
-                    continue;
+                let (seen, has_narrow, has_wide) = self.look(s, x, y);
+                if has_narrow {
+                    self.blocks(s, x, y);
                 }
-                if self.faces.is_far_flung && start < last_start - 2 * lanes {
-                    self.faces.prefetch(s, &self.ids[at + S::LANES..at + 3 * S::LANES]);
+                if has_wide {
+                    self.wide_rows(s, x, y, &mut known);
                 }
-                s.store_i(empty, &mut self.ids[at..at + S::LANES]);
-                shaded += seen.bits().count_ones() as u64;
-                let is_wide = (ids & s.splat_i(WIDE_BIT)).gt(s.splat_i(0)) & seen;
-                let target = &mut self.bytes[at * 4..(at + S::LANES) * 4];
-                let faces = ids & s.splat_i(!WIDE_BIT);
-                let mut left = 0;
-                let narrow = seen & !is_wide;
-                if narrow.any() {
-                    let (color, delicate) = self.faces.narrow(s, narrow, faces, start, y);
-                    s.store_masked_bytes(narrow & !delicate, color, target);
-                    left |= (narrow & delicate).bits();
+                if seen > 0 && !self.pick.is_empty() {
+                    self.keep_ids(x, y);
                 }
-                let mut numbers = [0; 16];
-                if is_wide.any() || left != 0 || !self.pick.is_empty() {
-                    s.store_i(faces, &mut numbers[..S::LANES]);
-                }
-                // Wide faces one by one: there are few, and a vector mostly holds one.
-                let mut wide_left = is_wide;
-                while wide_left.any() {
-                    let face = numbers[wide_left.bits().trailing_zeros() as usize];
-                    let same = wide_left & faces.eq(s.splat_i(face));
-                    wide_left = wide_left & !same;
-                    match (self.faces.wide)(face as u32) {
-                        Some(wide) => {
-                            let (color, delicate) = self.faces.wide(s, same, wide, start, y);
-                            s.store_masked_bytes(same & !delicate, color, target);
-                            left |= (same & delicate).bits();
-                        }
-                        None => left |= same.bits(),
-                    }
-                }
-                while left != 0 {
-                    let lane = left.trailing_zeros() as usize;
-                    left &= left - 1;
-                    let color = (self.faces.shading.plain)(numbers[lane] as u32, start + lane as i32, y);
-                    target[lane * 4..lane * 4 + 4].copy_from_slice(&color);
-                }
-                if !self.pick.is_empty() {
-                    let mut seen = seen.bits();
-                    while seen != 0 {
-                        let lane = seen.trailing_zeros() as usize;
-                        seen &= seen - 1;
-                        self.pick[at + lane] = [self.name, numbers[lane] as u32];
-                    }
-                }
+                shaded += seen as u64;
+                x += STRIP[0];
             }
+            y += STRIP[1];
+        }
+        let rows = (self.reach.y0 - y0) as usize..(self.reach.y1 - y0) as usize;
+        let columns = (self.reach.x0 - x0) as usize..(self.reach.x1 - x0) as usize;
+        for row in rows {
+            self.tile.ids[row * ID_STRIDE..][columns.clone()].fill(NO_FACE);
         }
         shaded
     }
 }
 
-impl Faces<'_> {
-    /// Asks for what the next two vectors of pixels will gather: the vertices' records of the first, and the faces' corners
-    /// of the second.
+impl<'a> ResolveKernel<'a, '_, '_> {
+    /// What a strip shows: how many pixels, and whether some of them have records, and some were set up in f64.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, s: S, ids: &[i32]) {
-        let low = s.splat_i(!WIDE_BIT);
-        let next = s.load_i(&ids[..S::LANES]);
-        let seen = next.gt(s.splat_i(NO_FACE));
-        if seen.any() {
-            let [c0, c1, c2, _] = s.gather4(seen, self.corners, s.select_i(seen, next & low, s.splat_i(0)));
-            let (c0, c1, c2) = (c0.bits(), c1.bits(), c2.bits());
-            s.prefetch4(self.records, c0);
-            s.prefetch4(self.records, c1);
-            s.prefetch4(self.records, c2);
-            if let Source::Pixels(table) | Source::Vertices(table, _) = self.shading.source {
-                s.prefetch4(table, c0);
-                s.prefetch4(table, c1);
-                s.prefetch4(table, c2);
+    fn look<S: Simd>(&self, s: S, x: i32, y: i32) -> (u32, bool, bool) {
+        let at = self.tile.id_at(x, y);
+        let (mut seen, mut wide) = (0, 0);
+        let mut row = 0;
+        while row < STRIP[1] as usize {
+            let mut column = 0;
+            while column < STRIP[0] as usize {
+                let ids = s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]);
+                seen += ids.gt(s.splat_i(NO_FACE)).bits().count_ones();
+                wide += ids.gt(s.splat_i(WIDE_BIT - 1)).bits().count_ones();
+                column += S::LANES;
             }
+            row += 1;
         }
-        let after = s.load_i(&ids[S::LANES..]);
-        s.prefetch4(self.corners, after & low);
+        (seen, wide < seen, wide > 0)
     }
 
+    /// The pixels of a strip whose faces have records, a block of four columns at a time.
+    #[inline(always)]
+    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32) {
+        let height = S::LANES as i32 / 4;
+        let mut row = y;
+        while row < y + STRIP[1] {
+            let mut column = x;
+            while column < (x + STRIP[0]).min(self.tile.x1) {
+                self.block(s, column.min(self.tile.x1 - 4), row);
+                column += 4;
+            }
+            row += height;
+        }
+    }
+
+    #[inline(always)]
+    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32) {
+        let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
+        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
+        if !narrow.any() {
+            return;
+        }
+        let lane = s.iota();
+        let at = (s.splat_i(x) + (lane & s.splat_i(3)), s.splat_i(y) + lane.shr::<2>());
+        let (color, delicate) = self.faces.narrow(s, narrow, ids, at);
+        let first = self.tile.depth_at(x, y);
+        s.store_block_bytes(narrow & !delicate, color, &mut self.bytes[first * 4..], self.tile.width);
+        let mut left = (narrow & delicate).bits();
+        while left != 0 {
+            let lane = left.trailing_zeros() as i32;
+            left &= left - 1;
+            let (x, y) = (x + (lane & 3), y + (lane >> 2));
+            self.plain_pixel(self.tile.ids[self.tile.id_at(x, y)], x, y);
+        }
+    }
+
+    /// Shades one pixel by the plain path.
+    fn plain_pixel(&mut self, id: i32, x: i32, y: i32) {
+        let color = (self.faces.shading.plain)((id & !WIDE_BIT) as u32, x, y);
+        let at = self.tile.depth_at(x, y) * 4;
+        self.bytes[at..at + 4].copy_from_slice(&color);
+    }
+
+    /// The pixels of a strip whose faces were set up in f64, row by row, face by face: a vector mostly shows one.
+    #[inline(always)]
+    fn wide_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, known: &mut (i32, Option<&'a WideFace>)) {
+        let lanes = S::LANES as i32;
+        let end = (x + STRIP[0]).min(self.tile.x1);
+        let mut row = y;
+        while row < (y + STRIP[1]).min(self.tile.y1) {
+            let mut column = x;
+            while column < end {
+                // A vector that would leave the tile begins further left.
+                let start = column.min(self.tile.x1 - lanes);
+                let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, row)..]);
+                let fresh = s.mask(u32::MAX << (column - start));
+                let wide = ids.gt(s.splat_i(WIDE_BIT - 1)) & fresh;
+                if wide.any() {
+                    self.wide_row(s, (start, row), ids, wide, known);
+                }
+                column = start + lanes;
+            }
+            row += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn wide_row<S: Simd>(
+        &mut self,
+        s: S,
+        (x, y): (i32, i32),
+        ids: S::I,
+        mut left: S::M,
+        known: &mut (i32, Option<&'a WideFace>),
+    ) {
+        let at = self.tile.depth_at(x, y) * 4;
+        let mut numbers = [0; 16];
+        s.store_i(ids, &mut numbers[..S::LANES]);
+        while left.any() {
+            let id = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & ids.eq(s.splat_i(id));
+            left = left & !same;
+            let face = id & !WIDE_BIT;
+            if known.0 != face {
+                *known = (face, (self.faces.wide)(face as u32));
+            }
+            let mut plain = same;
+            if let Some(wide) = known.1 {
+                let (color, delicate) = self.faces.wide(s, same, wide, x, y);
+                s.store_masked_bytes(same & !delicate, color, &mut self.bytes[at..at + S::LANES * 4]);
+                plain = same & delicate;
+            }
+            let mut plain = plain.bits();
+            while plain != 0 {
+                let lane = plain.trailing_zeros() as i32;
+                plain &= plain - 1;
+                self.plain_pixel(id, x + lane, y);
+            }
+        }
+    }
+
+    /// Keeps name and triangle of a strip's pixels for PICK.
+    fn keep_ids(&mut self, x: i32, y: i32) {
+        for row in y..(y + STRIP[1]).min(self.tile.y1) {
+            for column in x..(x + STRIP[0]).min(self.tile.x1) {
+                let id = self.tile.ids[self.tile.id_at(column, row)];
+                if id != NO_FACE {
+                    self.pick[self.tile.depth_at(column, row)] = [self.name, (id & !WIDE_BIT) as u32];
+                }
+            }
+        }
+    }
+}
+
+impl Faces<'_> {
     /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
     #[inline(always)]
-    fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, x: i32, y: i32) -> (S::I, S::M) {
+    fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, at: (S::I, S::I)) -> (S::I, S::M) {
         let shading = self.shading;
         let none = s.mask(0);
         if let Some(surface) = self.is_plain_color() {
@@ -253,9 +324,8 @@ impl Faces<'_> {
         let r0 = s.gather4(mask, self.records, c0);
         let r1 = s.gather4(mask, self.records, c1);
         let r2 = s.gather4(mask, self.records, c2);
-        let column = s.iota() + s.splat_i(x);
-        let px = column.shl::<16>() + s.splat_i(1 << 15);
-        let py = s.splat_i((y << 16) + (1 << 15));
+        let px = at.0.shl::<16>() + s.splat_i(1 << 15);
+        let py = at.1.shl::<16>() + s.splat_i(1 << 15);
         let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
         let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
         let area = (e0 + e1) + e2;
@@ -297,7 +367,7 @@ impl Faces<'_> {
         };
         let shares = Shares { p, inverse, w, right, below };
         let (color, delicate) =
-            self.shade(s, mask, (faces, materials.bits()), Corners::Many([c0, c1, c2]), shares, turn, (x, y));
+            self.shade(s, mask, (faces, materials.bits()), Corners::Many([c0, c1, c2]), shares, turn, at);
         (color, delicate)
     }
 
@@ -305,6 +375,10 @@ impl Faces<'_> {
     #[inline(always)]
     fn wide<S: Simd>(&self, s: S, mask: S::M, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
         let shading = self.shading;
+        let face = wide.face as usize;
+        if let Some(color) = self.only_color(face) {
+            return (pack(s, splat3(s, color)), s.mask(0));
+        }
         let zero = s.splat(0.0);
         let [b0, b1, b2] = wide::weights(s, wide, x, y);
         let p = match wide.is_cut {
@@ -319,10 +393,6 @@ impl Faces<'_> {
             right = [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
             below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
-        let face = wide.face as usize;
-        if let Some(color) = self.only_color(face) {
-            return (pack(s, splat3(s, color)), s.mask(0));
-        }
         let [c0, c1, c2, material] = self.corners[face];
         let vertices = Corners::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
@@ -335,7 +405,8 @@ impl Faces<'_> {
         let shares = Shares { p, inverse, w, right, below };
         let faces = s.splat_i(wide.face as i32);
         let materials = s.splat(material).bits();
-        let (color, delicate) = self.shade(s, mask, (faces, materials), vertices, shares, turn, (x, y));
+        let at = (s.iota() + s.splat_i(x), s.splat_i(y));
+        let (color, delicate) = self.shade(s, mask, (faces, materials), vertices, shares, turn, at);
         let needs_w = shading.is_affine && matches!(shading.source, Source::Pixels(_));
         (color, if needs_w { mask } else { delicate | off })
     }
@@ -395,7 +466,7 @@ impl Faces<'_> {
         corners: Corners<S>,
         shares: Shares<S>,
         turn: S::M,
-        at: (i32, i32),
+        at: (S::I, S::I),
     ) -> (S::I, S::M) {
         let shading = self.shading;
         if let [only] = shading.surfaces {
@@ -428,7 +499,7 @@ impl Faces<'_> {
         corners: Corners<S>,
         shares: &Shares<S>,
         turn: S::M,
-        (x, y): (i32, i32),
+        (column, row): (S::I, S::I),
     ) -> (S::I, S::M) {
         let shading = self.shading;
         let lighting = &surface.lighting;
@@ -466,8 +537,7 @@ impl Faces<'_> {
                 let normal = scale::<S>(n, n_inverse);
                 let (position, to_viewer) = match shading.eye {
                     Eye::Perspective { ray } => {
-                        let column = (s.iota() + s.splat_i(x)).to_f32();
-                        let row = s.splat(y as f32);
+                        let (column, row) = (column.to_f32(), row.to_f32());
                         let ray = [
                             s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
                             s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),

@@ -92,7 +92,56 @@ pub struct View {
     pub y1: i32,
 }
 
-/// A chunk's faces in one band.
+/// How the view is cut into tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Tiles in a row, at least one.
+    pub columns: usize,
+    /// Rows of tiles.
+    pub rows: usize,
+    /// The first pixel row of the first tiles.
+    pub y0: i32,
+    /// Pixels in a row of the frame: the last tile goes on to its end.
+    pub width: i32,
+}
+
+impl Grid {
+    /// Columns of a tile; the last one of a row has fewer than twice as many.
+    pub const TILE_COLUMNS: i32 = 128;
+    /// Rows of a tile.
+    pub const TILE_ROWS: i32 = 32;
+
+    /// The tiles of a view in a frame of this width.
+    pub fn new(view: &View, width: usize) -> Self {
+        Grid {
+            columns: (width / Self::TILE_COLUMNS as usize).max(1),
+            rows: ((view.y1 - view.y0).max(0) as usize).div_ceil(Self::TILE_ROWS as usize),
+            y0: view.y0,
+            width: width as i32,
+        }
+    }
+
+    /// The tile column of a pixel column.
+    #[inline(always)]
+    fn column_of(&self, x: i32) -> usize {
+        ((x / Self::TILE_COLUMNS) as usize).min(self.columns - 1)
+    }
+
+    /// The tile row of a pixel row.
+    #[inline(always)]
+    fn row_of(&self, y: i32) -> usize {
+        ((y - self.y0) / Self::TILE_ROWS) as usize
+    }
+
+    /// The pixel columns of a tile column.
+    pub fn pixels_of(&self, column: usize) -> std::ops::Range<i32> {
+        let end =
+            if column + 1 == self.columns { self.width } else { (column as i32 + 1) * Self::TILE_COLUMNS };
+        column as i32 * Self::TILE_COLUMNS..end
+    }
+}
+
+/// A chunk's faces in one tile.
 #[derive(Debug)]
 pub struct Bin {
     /// Kind and index of each, in file order.
@@ -120,36 +169,46 @@ pub struct Chunk {
     pub small: Vec<Small>,
     /// Faces set up in f64.
     pub wide: Vec<WideFace>,
-    /// For each band, the faces that reach it.
+    /// For each tile, row by row, the faces that reach it.
     pub bins: Vec<Bin>,
+    /// The tiles that are reached.
+    pub reached: Vec<u32>,
     /// What was left out, and drawn.
     pub stats: DrawStats,
 }
 
 impl Chunk {
-    /// Makes room for `bands` bands and forgets the last draw; keeps its memory.
-    pub fn reset(&mut self, bands: usize) {
+    /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory.
+    pub fn reset(&mut self, tiles: usize) {
         self.tiny.clear();
         self.small.clear();
         self.wide.clear();
-        for bin in &mut self.bins {
+        for tile in self.reached.drain(..) {
+            let bin = &mut self.bins[tile as usize];
             bin.entries.clear();
             bin.reach = Bin::NOTHING;
         }
-        if self.bins.len() < bands {
-            self.bins.resize_with(bands, Bin::default);
+        if self.bins.len() < tiles {
+            self.bins.resize_with(tiles, Bin::default);
         }
         self.stats = DrawStats::default();
     }
 
     #[inline(always)]
-    fn bin(&mut self, entry: u32, [x0, y0, x1, y1]: [i16; 4], view: &View, band_rows: i32) {
-        let (first, last) = (y0 as i32 - view.y0, y1 as i32 - 1 - view.y0);
-        for band in first / band_rows..=last / band_rows {
-            let bin = &mut self.bins[band as usize];
-            bin.entries.push(entry);
-            let r = bin.reach;
-            bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+    fn bin(&mut self, entry: u32, [x0, y0, x1, y1]: [i16; 4], grid: &Grid) {
+        let (left, right) = (grid.column_of(x0 as i32), grid.column_of(x1 as i32 - 1));
+        let (top, bottom) = (grid.row_of(y0 as i32), grid.row_of(y1 as i32 - 1));
+        for row in top..=bottom {
+            for column in left..=right {
+                let tile = row * grid.columns + column;
+                let bin = &mut self.bins[tile];
+                if bin.entries.is_empty() {
+                    self.reached.push(tile as u32);
+                }
+                bin.entries.push(entry);
+                let r = bin.reach;
+                bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+            }
         }
     }
 }
@@ -171,8 +230,8 @@ pub struct SetupKernel<'a> {
     pub keep: Keep,
     /// What may be drawn.
     pub view: View,
-    /// Rows of a band.
-    pub band_rows: i32,
+    /// The tiles.
+    pub grid: Grid,
     /// The plain path's set-up.
     pub plain: PlainSetup<'a>,
     /// Where it goes.
@@ -335,7 +394,7 @@ impl Kernel for SetupKernel<'_> {
                         if !b.is_empty() {
                             let entry = WIDE | self.chunk.wide.len() as u32;
                             let bounds = [b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16];
-                            self.chunk.bin(entry, bounds, &view, self.band_rows);
+                            self.chunk.bin(entry, bounds, &self.grid);
                             self.chunk.wide.push(wide);
                         }
                     }
@@ -369,7 +428,7 @@ impl Kernel for SetupKernel<'_> {
                     });
                     SMALL | (self.chunk.small.len() - 1) as u32
                 };
-                self.chunk.bin(entry, bounds, &view, self.band_rows);
+                self.chunk.bin(entry, bounds, &self.grid);
             }
         }
     }

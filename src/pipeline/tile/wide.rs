@@ -3,9 +3,9 @@
 //! Coverage by exact spans, depth and weights as linear functions of the pixel, in f64. Along a row both are worked in f64
 //! at the first column of each run of 16 and in f32 from there: whichever width the vectors have, the numbers are the same.
 
-use super::raster::{Band, write};
-use super::setup::View;
-use crate::math::coverage::{PixelRect, SnappedTriangle};
+use super::raster::{Tile, write};
+use super::setup::Grid;
+use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
 use crate::pipeline::plane::Linear;
 use crate::simd::{F32, I32, Mask, Simd};
 
@@ -48,31 +48,39 @@ pub struct WideFace {
 /// A face's part in one row, from the set-up of its spans.
 type Span = (i32, std::ops::Range<i32>);
 
-/// Spans that are worked on at once: a closure would be compiled without the level's instructions.
-const SPANS: usize = 32;
+/// Spans are listed before they are drawn: a closure would be compiled without the level's instructions.
+const SPANS: usize = Grid::TILE_ROWS as usize;
 
-/// Draws the face's share of a band; fragments tested and passed.
+/// Draws the face's share of a tile; fragments tested and passed.
 #[inline(always)]
-pub fn draw<S: Simd>(s: S, wide: &WideFace, view: &View, rows: i32, band: &mut Band<'_>) -> (u64, u64) {
+pub fn draw<S: Simd>(s: S, wide: &WideFace, tile: &mut Tile<'_>) -> (u64, u64) {
     let (mut tested, mut passed) = (0, 0);
     let mut spans: [Span; SPANS] = [const { (0, 0..0) }; SPANS];
-    let top = wide.bounds.y0.max(band.y0);
-    let bottom = wide.bounds.y1.min(band.y0 + rows);
+    let b = wide.bounds;
+    let clip = PixelRect {
+        x0: b.x0.max(tile.x0),
+        y0: b.y0.max(tile.y0),
+        x1: b.x1.min(tile.x1),
+        y1: b.y1.min(tile.y1),
+    };
     for outline in wide.outlines.iter().flatten() {
-        let mut next_row = top;
-        while next_row < bottom {
-            let until = (next_row + SPANS as i32).min(bottom);
-            let mut count = 0;
-            let clip = PixelRect { x0: view.x0, y0: next_row, x1: view.x1, y1: until };
-            outline.for_each_span(clip, |y, span| {
+        let mut count = 0;
+        match outline.filling(clip) {
+            Filling::None => {}
+            Filling::All => {
+                while (count as i32) < clip.y1 - clip.y0 {
+                    spans[count] = (clip.y0 + count as i32, clip.x0..clip.x1);
+                    count += 1;
+                }
+            }
+            Filling::Part => outline.for_each_span(clip, |y, span| {
                 spans[count] = (y, span);
                 count += 1;
-            });
-            for (y, span) in &spans[..count] {
-                tested += span.len() as u64;
-                passed += row(s, wide, *y, span.clone(), band);
-            }
-            next_row = until;
+            }),
+        }
+        for (y, span) in &spans[..count] {
+            tested += span.len() as u64;
+            passed += row(s, wide, *y, span.clone(), tile);
         }
     }
     (tested, passed)
@@ -80,12 +88,10 @@ pub fn draw<S: Simd>(s: S, wide: &WideFace, view: &View, rows: i32, band: &mut B
 
 /// One span: vectors that begin at multiples of their width, the first and the last in part.
 #[inline(always)]
-fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band: &mut Band<'_>) -> u64 {
+fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, tile: &mut Tile<'_>) -> u64 {
     let lanes = S::LANES as i32;
-    let width = band.width as i32;
-    let row_start = (y - band.y0) as usize * band.width;
     // The last vector of a row that is no multiple of its width begins further left.
-    let last_whole = width & !(lanes - 1);
+    let last_whole = tile.x1 & !(lanes - 1);
     let mut passed = 0;
     let mut x = span.start;
     while x < span.end {
@@ -93,11 +99,11 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band:
         let is_whole = start == x && wide.is_between;
         let until = span.end.min(last_whole) & !(lanes - 1);
         if is_whole && until > start {
-            passed += whole(s, wide, y, start, row_start, (until - start) as usize, band);
+            passed += whole(s, wide, (start, y), (until - start) as usize, tile);
             x = until;
             continue;
         }
-        let start = start.min(width - lanes);
+        let start = start.min(tile.x1 - lanes);
         let z = depths(s, wide, start, y);
         let (from, to) = (x - start, (span.end - start).min(lanes));
         let mut inside = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
@@ -106,8 +112,7 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, band:
         }
         let z = z.max(s.splat(0.0)).bits();
         let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
-        let at = row_start + start as usize;
-        passed += write(s, band, at, inside, z, id);
+        passed += write(s, tile, (start, y), inside, z, id);
         x = start + lanes;
     }
     passed
@@ -133,28 +138,20 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, wide: &WideFace, z: S::F, x: i
     s.mask(bits)
 }
 
-/// `count` columns from `x` on, all of them covered: whole vectors.
+/// `count` columns from (x, y) on, all of them covered: whole vectors.
 #[inline(always)]
-fn whole<S: Simd>(
-    s: S,
-    wide: &WideFace,
-    y: i32,
-    x: i32,
-    row_start: usize,
-    count: usize,
-    band: &mut Band<'_>,
-) -> u64 {
+fn whole<S: Simd>(s: S, wide: &WideFace, (x, y): (i32, i32), count: usize, tile: &mut Tile<'_>) -> u64 {
     let id = s.splat_i(wide.face as i32 | super::resolve::WIDE_BIT);
-    let at = row_start + x as usize;
-    let ids = &mut band.ids[at..at + count];
+    let (at, depth_at) = (tile.id_at(x, y), tile.depth_at(x, y));
+    let ids = &mut tile.ids[at..at + count];
     let mut passed = 0;
-    if band.depth.is_empty() {
+    if tile.depth.is_empty() {
         for ids in ids.chunks_exact_mut(S::LANES) {
             s.store_i(id, ids);
         }
         return count as u64;
     }
-    let depth = &mut band.depth[at..at + count];
+    let depth = &mut tile.depth[depth_at..depth_at + count];
     let is_level = wide.plane.z[1] == 0.0;
     let constant = depths(s, wide, x, y).max(s.splat(0.0)).bits();
     let mut column = x;
@@ -163,9 +160,10 @@ fn whole<S: Simd>(
             true => constant,
             false => depths(s, wide, column, y).max(s.splat(0.0)).bits(),
         };
-        let passes = s.load_i(depth).gt(z);
-        s.store_masked_i(passes, z, depth);
-        s.store_masked_i(passes, id, ids);
+        let old = s.load_i(depth);
+        let passes = old.gt(z);
+        s.store_i(s.select_i(passes, z, old), depth);
+        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passed += passes.bits().count_ones() as u64;
         column += S::LANES as i32;
     }
