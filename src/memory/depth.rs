@@ -3,6 +3,11 @@
 //! Depth z runs from 0 (near) to 1 (far) and is cleared to 1. A fragment passes when what it would store is strictly
 //! nearer than what is stored. Formats: u16 = round(65535 z), u24 = round((2^24-1) z), u32 = round((2^32-1) z),
 //! f32, and reversed f32, which stores 1-z computed without cancellation by the caller.
+//!
+//! Clearing costs next to nothing: runs of a row (cells) are marked as stale, and get their words when somebody first
+//! writes near them. What is read is always as if the words had been stored at once.
+
+use super::aligned::Aligned;
 
 /// How a depth is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -77,6 +82,33 @@ pub struct DepthMemory {
     height: u32,
     format: DepthFormat,
     words: Words,
+    /// For each row the cells whose words are still to be cleared, a bit each; empty where clearing is done at once.
+    stale: Vec<u128>,
+    /// Whether some bit of `stale` may be set.
+    has_stale: bool,
+}
+
+/// Columns of a cell; the last cell of a row goes on to its end.
+pub(crate) const DEPTH_CELL: usize = 128;
+
+/// The first column of cell number `cell` of a row, and the one beyond its last.
+fn cell_columns(cell: usize, width: usize) -> std::ops::Range<usize> {
+    cell * DEPTH_CELL..if cell + 1 == cells_in(width) { width } else { (cell + 1) * DEPTH_CELL }
+}
+
+fn cells_in(width: usize) -> usize {
+    (width / DEPTH_CELL).max(1)
+}
+
+/// All words of a depth memory, and which of them are still to be cleared: whoever writes a cell clears it first.
+#[derive(Debug)]
+pub(crate) struct DepthCells<'a> {
+    /// The words, row by row.
+    pub words: &'a mut [i32],
+    /// For each row a bit a cell, from the left; empty where nothing is to be cleared.
+    pub stale: &'a mut [u128],
+    /// What a cleared word is.
+    pub far: i32,
 }
 
 /// The stored words of some pixels; see [`DepthFormat::encode`].
@@ -133,20 +165,26 @@ impl<'a> DepthWords<'a> {
 
 #[derive(Clone, Debug)]
 enum Words {
-    Narrow(Vec<u16>),
-    Wide(Vec<i32>),
+    Narrow(Aligned<u16>),
+    Wide(Aligned<i32>),
 }
 
 impl DepthMemory {
     /// A depth memory of `width` x `height` pixels, cleared to z = 1.
+    ///
+    /// # Panics
+    /// When the system has no room for it.
     pub fn new(width: u32, height: u32, format: DepthFormat) -> Self {
         let len = width as usize * height as usize;
         let far = format.encode(1.0, 0.0);
+        let room = "room for a frame's depths";
         let words = match format {
-            DepthFormat::U16 => Words::Narrow(vec![far as u16; len]),
-            _ => Words::Wide(vec![far as i32; len]),
+            DepthFormat::U16 => Words::Narrow(Aligned::new(len, far as u16).expect(room)),
+            _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
-        DepthMemory { width, height, format, words }
+        let is_lazy = matches!(words, Words::Wide(_)) && cells_in(width as usize) <= u128::BITS as usize;
+        let stale = vec![0; if is_lazy { height as usize } else { 0 }];
+        DepthMemory { width, height, format, words, stale, has_stale: false }
     }
 
     /// Width in pixels.
@@ -164,7 +202,7 @@ impl DepthMemory {
         self.format
     }
 
-    /// Bytes that this memory takes.
+    /// Bytes that the depths take.
     pub fn size_bytes(&self) -> usize {
         self.width as usize * self.height as usize * self.format.bytes_per_pixel()
     }
@@ -174,8 +212,37 @@ impl DepthMemory {
         let far = self.format.encode(1.0, 0.0);
         match &mut self.words {
             Words::Narrow(w) => w.fill(far as u16),
-            Words::Wide(w) => w.fill(far as i32),
+            Words::Wide(w) if self.stale.is_empty() => w.fill(far as i32),
+            Words::Wide(_) => {
+                self.stale.fill(u128::MAX);
+                self.has_stale = true;
+            }
         }
+    }
+
+    /// Whether the word of a pixel is still to be cleared.
+    fn is_stale(&self, index: usize) -> bool {
+        let (row, column) = (index / self.width as usize, index % self.width as usize);
+        let cell = (column / DEPTH_CELL).min(cells_in(self.width as usize) - 1);
+        self.stale[row] >> cell & 1 == 1
+    }
+
+    /// Clears what is still to be cleared.
+    fn freshen(&mut self) {
+        let (far, width) = (self.format.encode(1.0, 0.0) as i32, self.width as usize);
+        if let (true, Words::Wide(words)) = (self.has_stale, &mut self.words) {
+            let all = u128::MAX;
+            for (row, stale) in words.chunks_exact_mut(width).zip(&mut self.stale) {
+                match std::mem::take(stale) {
+                    0 => {}
+                    bits if bits == all => row.fill(far),
+                    bits => (0..cells_in(width))
+                        .filter(|cell| bits >> cell & 1 == 1)
+                        .for_each(|cell| row[cell_columns(cell, width)].fill(far)),
+                }
+            }
+        }
+        self.has_stale = false;
     }
 
     /// The stored word of pixel number `index` (= width * y + x); smaller is nearer.
@@ -184,6 +251,9 @@ impl DepthMemory {
     /// When `index` is not a pixel of this memory.
     #[inline]
     pub fn word(&self, index: usize) -> u32 {
+        if self.has_stale && self.is_stale(index) {
+            return self.format.encode(1.0, 0.0);
+        }
         match &self.words {
             Words::Narrow(w) => w[index] as u32,
             Words::Wide(w) => w[index] as u32,
@@ -196,6 +266,7 @@ impl DepthMemory {
     /// When `index` is not a pixel of this memory.
     #[inline]
     pub fn set_word(&mut self, index: usize, word: u32) {
+        self.freshen();
         match &mut self.words {
             Words::Narrow(w) => w[index] = word as u16,
             Words::Wide(w) => w[index] = word as i32,
@@ -204,9 +275,20 @@ impl DepthMemory {
 
     /// All stored words, row 0 first, for writing.
     pub fn words_mut(&mut self) -> DepthWords<'_> {
+        self.freshen();
         match &mut self.words {
             Words::Narrow(w) => DepthWords::Narrow(w),
             Words::Wide(w) => DepthWords::Wide(w),
+        }
+    }
+
+    /// All stored words and which are still to be cleared; `None` in the format of 16 bits.
+    pub(crate) fn cells_mut(&mut self) -> Option<DepthCells<'_>> {
+        let far = self.format.encode(1.0, 0.0) as i32;
+        let stale: &mut [u128] = if self.has_stale { &mut self.stale } else { &mut [] };
+        match &mut self.words {
+            Words::Narrow(_) => None,
+            Words::Wide(words) => Some(DepthCells { words, stale, far }),
         }
     }
 
@@ -235,6 +317,35 @@ mod tests {
             assert_eq!(format.encode(-0.0, 1.0), format.encode(0.0, 1.0), "{format:?} has one zero");
             let far = DepthMemory::new(2, 2, format);
             assert_eq!((far.z(1, 1), far.z(2, 0), far.z(0, -1)), (Some(1.0), None, None));
+        }
+    }
+
+    #[test]
+    fn a_clear_is_seen_at_once_however_late_the_words_are_stored() {
+        for (width, format) in [(5, DepthFormat::F32), (700, DepthFormat::U24), (300, DepthFormat::U16)] {
+            let far = format.encode(1.0, 0.0);
+            let near = |i: usize| far - 9 - i as u32 % 7;
+            let len = width as usize * 4;
+            let mut depth = DepthMemory::new(width, 4, format);
+            (0..len).for_each(|i| depth.set_word(i, near(i)));
+            depth.clear();
+            assert!((0..len).all(|i| depth.word(i) == far), "{format:?}");
+            // One cell's words are stored by hand, as the tile renderer does it, then one word by its number.
+            let mut want = vec![far; len];
+            if let Some(cells) = depth.cells_mut() {
+                let row = width as usize * 2;
+                let columns = cell_columns(0, width as usize);
+                cells.words[row..row + columns.end].fill(cells.far);
+                cells.words[row + 1] = 77;
+                cells.stale[2] &= !1;
+                want[row + 1] = 77;
+            }
+            assert!((0..len).all(|i| depth.word(i) == want[i]), "{format:?}");
+            depth.set_word(3, 5);
+            want[3] = 5;
+            assert!((0..len).all(|i| depth.word(i) == want[i]), "{format:?}");
+            let words = depth.words_mut();
+            assert!((0..len).all(|i| words.word(i) == want[i]), "{format:?}");
         }
     }
 }

@@ -4,12 +4,14 @@
 //! Layout (Trabalho 1, "putPixel"): width x height pixels of four bytes R, G, B, A, row 0 at the top, no padding,
 //! `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory` mutably.
 
+mod aligned;
 mod depth;
 mod fbptr;
 mod ids;
 mod shared;
 mod video;
 
+pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;
 pub use ids::IdMemory;

@@ -1,6 +1,7 @@
 //! The frame itself: one flat array of R,G,B,A bytes.
 
 use super::FbPtr;
+use super::aligned::Aligned;
 use crate::error::Code;
 use crate::simd::fill_pixels;
 use std::ops::Range;
@@ -73,7 +74,7 @@ const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 pub struct VideoMemory {
     width: u32,
     height: u32,
-    bytes: Vec<u8>,
+    bytes: Aligned<u8>,
     /// Rows written since the damage was last taken; empty when start >= end.
     damage: Range<u32>,
 }
@@ -91,9 +92,7 @@ impl VideoMemory {
         let size = width as u64 * height as u64 * 4;
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
-        let mut bytes = Vec::new();
-        bytes.try_reserve_exact(len).map_err(|_| no_room)?;
-        bytes.resize(len, 0);
+        let bytes = Aligned::new(len, 0).ok_or(no_room)?;
         let mut memory = VideoMemory { width, height, bytes, damage: 0..height };
         memory.clear(Self::CLEAR);
         Ok(memory)

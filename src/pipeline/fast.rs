@@ -17,7 +17,7 @@ use super::tile::{
     self, Eye, FRAME_LIMITS, Frame, Job, Keep, Scratch, Shading, Source, ToScreen, View, WideFace, Workers,
 };
 use super::vertex::Vertex;
-use crate::memory::{DepthFormat, DepthWords};
+use crate::memory::DepthFormat;
 use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
@@ -163,10 +163,7 @@ impl Prepared<'_> {
             };
             let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
             let has_depth = self.plan.uses(Part::DepthMemory);
-            let depth = match target.depth.as_mut().filter(|_| has_depth).map(|d| d.words_mut()) {
-                Some(DepthWords::Wide(words)) => words,
-                _ => &mut [],
-            };
+            let depth = target.depth.as_mut().filter(|_| has_depth).and_then(|d| d.cells_mut());
             let pick = match target.ids.as_deref_mut().filter(|i| (i.width(), i.height()) == size) {
                 Some(ids) if has_depth => ids.ids_mut(),
                 _ => &mut [],

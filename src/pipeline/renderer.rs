@@ -13,8 +13,10 @@ use super::light::Lamp;
 use super::prepare::{Layer, Prepared};
 use super::tile::Workers;
 use super::whole::{Painter, draw_scene_with};
+use crate::memory::{Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
-use crate::simd::Level;
+use crate::simd::{Level, fill_pixels};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
@@ -50,6 +52,9 @@ pub struct Renderer {
     lamps: Vec<Lamp>,
 }
 
+/// Pixels that are worth another thread's waking up: about 20 microseconds' worth.
+const LARGE_SHARE: usize = 1 << 19;
+
 impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
@@ -70,6 +75,18 @@ impl Renderer {
     /// Bytes that it keeps from draw to draw: working memories and prepared meshes.
     pub fn size_bytes(&self) -> usize {
         self.memories.size_bytes() + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
+    }
+
+    /// Fills the frame with `color`, on all threads where that pays.
+    pub fn clear(&self, memory: &mut VideoMemory, color: Rgba) {
+        let Workers::Pool(pool) = &self.crew else { return memory.clear(color) };
+        let pixels = memory.bytes_mut().as_chunks_mut::<4>().0;
+        let share = pixels.len().div_ceil(pool.current_num_threads());
+        if share < LARGE_SHARE {
+            return memory.clear(color);
+        }
+        pool.install(|| pixels.par_chunks_mut(share).for_each(|run| fill_pixels(run, color)));
+        memory.mark_rows(0..memory.height());
     }
 
     /// Draws one mesh, as [`super::draw`] does.

@@ -135,7 +135,7 @@ impl Scenes {
 
 impl Job for Scenes {
     fn frame(&mut self) {
-        self.memory.clear(BACKGROUND);
+        self.renderer.clear(&mut self.memory, BACKGROUND);
         if let Some(depth) = &mut self.depth {
             depth.clear();
         }

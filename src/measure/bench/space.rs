@@ -105,7 +105,7 @@ impl Space {
 
 impl Job for Space {
     fn frame(&mut self) {
-        self.memory.clear(BACKGROUND);
+        self.renderer.clear(&mut self.memory, BACKGROUND);
         if let Some(depth) = &mut self.depth {
             depth.clear();
         }

@@ -34,11 +34,12 @@ pub(crate) use vertex::{Record, ToScreen};
 pub(crate) use wide::WideFace;
 pub(crate) use workers::Workers;
 
+use crate::memory::DepthCells;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
 use raster::{NO_FACE, RasterKernel, Tile};
 use resolve::{Faces, ResolveKernel};
-use setup::{Chunk, Grid, SetupKernel};
+use setup::{Bin, Chunk, Grid, SetupKernel};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use vertex::VertexKernel;
@@ -47,6 +48,8 @@ use vertex::VertexKernel;
 const CHUNK_FACES: usize = 4096;
 /// Vertices that one piece of vertex work takes.
 const CHUNK_VERTICES: usize = 4096;
+/// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
+const NEAR_BYTES: usize = 4 << 20;
 /// The most chunks: each has a list for each tile.
 const MOST_CHUNKS: usize = 64;
 /// Rows of a band of tiles: what one thread draws at a time.
@@ -67,8 +70,8 @@ pub(crate) struct Frame<'a> {
     pub width: usize,
     /// RGBA bytes.
     pub bytes: &'a mut [u8],
-    /// Bits of f32 depths; empty where depth is neither tested nor kept.
-    pub depth: &'a mut [i32],
+    /// Bits of f32 depths; `None` where depth is neither tested nor kept.
+    pub depth: Option<DepthCells<'a>>,
     /// Name and triangle of each pixel, for PICK; empty where nobody asks.
     pub pick: &'a mut [[u32; 2]],
 }
@@ -83,12 +86,16 @@ pub(crate) struct Scratch {
 impl Scratch {
     /// Bytes that the memories take.
     pub fn size_bytes(&self) -> usize {
+        let bin = |b: &Bin| {
+            size_of::<Bin>()
+                + b.entries.capacity() * 4
+                + b.tiny.capacity() * size_of::<setup::Tiny>()
+                + b.small.capacity() * size_of::<setup::Small>()
+        };
         let chunk = |c: &Chunk| {
-            c.tiny.capacity() * size_of::<setup::Tiny>()
-                + c.small.capacity() * size_of::<setup::Small>()
-                + c.wide.capacity() * size_of::<WideFace>()
-                + c.bins.iter().map(|b| b.entries.capacity() * 4 + size_of::<setup::Bin>()).sum::<usize>()
+            c.wide.capacity() * size_of::<WideFace>()
                 + c.reached.capacity() * 4
+                + c.bins.iter().map(bin).sum::<usize>()
         };
         self.records.capacity() * 16 + self.chunks.iter().map(chunk).sum::<usize>()
     }
@@ -184,6 +191,8 @@ pub(crate) fn render(
     let (Some(first), Some(last)) = (reached().min(), reached().max()) else { return stats };
 
     // Bands of tiles: visibility, then colour.
+    let depth = frame.depth.unwrap_or(DepthCells { words: &mut [], stale: &mut [], far: 0 });
+    let far = depth.far;
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
     let (tested, passed, shaded) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
@@ -191,7 +200,9 @@ pub(crate) fn render(
         let list = &chunks[face as usize / chunk_faces].wide;
         list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
     };
-    let faces = Faces { shading: &job.shading, corners: &mesh.records, records, wide: &wide_of };
+    let is_far_flung = mesh.vertex_count() * 32 + faces * 16 > NEAR_BYTES;
+    let faces =
+        Faces { shading: &job.shading, corners: &mesh.records, records, is_far_flung, wide: &wide_of };
     let work = |band: usize, memories: Memories<'_>| {
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
         let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
@@ -201,13 +212,26 @@ pub(crate) fn render(
             let bin = band * grid.columns + column;
             let columns = grid.pixels_of(column);
             let (x0, x1) = (columns.start, columns.end);
+            if chunks.iter().all(|c| c.bins[bin].entries.is_empty()) {
+                continue;
+            }
+            // What is still to be cleared is cleared here, on its way into the cache.
+            for (row, stale) in memories.stale.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
+            {
+                let start = row * width;
+                memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
+                *stale &= !(1 << column);
+            }
             let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids };
             let mut reach = [i16::MAX, i16::MAX, 0, 0];
             let mut tile_passed = 0;
             for chunk in chunks.iter().filter(|c| !c.bins[bin].entries.is_empty()) {
                 let r = chunk.bins[bin].reach;
                 reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
-                let (t, p) = level.dispatch(RasterKernel { chunk, bin, view, tile: &mut tile });
+                let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
+                let kernel =
+                    RasterKernel { bin, wide, view, corners: &mesh.records, is_far_flung, tile: &mut tile };
+                let (t, p) = level.dispatch(kernel);
                 (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
             }
             if tile_passed == 0 {
@@ -230,9 +254,11 @@ pub(crate) fn render(
     };
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
-    let (depth_range, pick_range) = (some(frame.depth.len()), some(frame.pick.len()));
+    let rows = if depth.stale.is_empty() { 0..0 } else { top..bottom };
+    let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
     let memories = Memories {
-        depth: &mut frame.depth[depth_range],
+        depth: &mut depth.words[depth_range],
+        stale: &mut depth.stale[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
     };
@@ -244,9 +270,11 @@ pub(crate) fn render(
     stats
 }
 
-/// The memories of some bands; depth and pick may be empty altogether.
+/// The memories of some bands; all but the bytes may be empty altogether.
 struct Memories<'a> {
     depth: &'a mut [i32],
+    /// A word a row.
+    stale: &'a mut [u128],
     bytes: &'a mut [u8],
     pick: &'a mut [[u32; 2]],
 }
@@ -268,10 +296,12 @@ fn share(
     let split = |length: usize| if length == 0 { 0 } else { middle };
     let (at_depth, at_pick) = (split(memories.depth.len()), split(memories.pick.len()));
     let (depth, depth_below) = memories.depth.split_at_mut(at_depth);
+    let at_stale = if memories.stale.is_empty() { 0 } else { half * BAND_ROWS };
+    let (stale, stale_below) = memories.stale.split_at_mut(at_stale);
     let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
     let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
-    let above = Memories { depth, bytes, pick };
-    let below = Memories { depth: depth_below, bytes: bytes_below, pick: pick_below };
+    let above = Memories { depth, stale, bytes, pick };
+    let below = Memories { depth: depth_below, stale: stale_below, bytes: bytes_below, pick: pick_below };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
     match crew {
         Workers::Alone => {

@@ -4,9 +4,9 @@
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::setup::{Chunk, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
-use super::wide;
-use crate::simd::{F32, I32, Kernel, Mask, Simd};
+use super::setup::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
+use super::wide::{self, WideFace};
+use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// In the memory of ids: no face of this draw.
 pub const NO_FACE: i32 = -1;
@@ -51,12 +51,16 @@ impl Tile<'_> {
 
 /// Draws one chunk's share of a tile.
 pub struct RasterKernel<'a, 'b> {
-    /// The chunk's faces.
-    pub chunk: &'a Chunk,
-    /// The tile's number.
-    pub bin: usize,
+    /// The chunk's faces in this tile.
+    pub bin: &'a Bin,
+    /// The chunk's wide faces.
+    pub wide: &'a [WideFace],
     /// What may be drawn.
     pub view: View,
+    /// What will be asked of each face that is seen.
+    pub corners: &'a [[f32; 4]],
+    /// Whether the mesh is larger than the nearer caches.
+    pub is_far_flung: bool,
     /// The memories.
     pub tile: &'a mut Tile<'b>,
 }
@@ -68,16 +72,22 @@ impl Kernel for RasterKernel<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> (u64, u64) {
         let (mut tested, mut passed) = (0, 0);
-        for &entry in &self.chunk.bins[self.bin].entries {
+        for &entry in &self.bin.entries {
             let index = (entry & INDEX) as usize;
             match entry & !INDEX {
-                TINY => passed += tiny(s, &self.chunk.tiny[index], self.tile),
+                TINY => {
+                    let face = &self.bin.tiny[index];
+                    if self.is_far_flung {
+                        prefetch::for_read(self.corners, face.face as usize);
+                    }
+                    passed += tiny(s, face, self.tile);
+                }
                 SMALL => {
-                    let (t, p) = small(s, &self.chunk.small[index], &self.view, self.tile);
+                    let (t, p) = small(s, &self.bin.small[index], &self.view, self.tile);
                     (tested, passed) = (tested + t, passed + p);
                 }
                 _ => {
-                    let (t, p) = wide::draw(s, &self.chunk.wide[index], self.tile);
+                    let (t, p) = wide::draw(s, &self.wide[index], self.tile);
                     (tested, passed) = (tested + t, passed + p);
                 }
             }

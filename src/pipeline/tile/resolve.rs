@@ -11,7 +11,7 @@ use super::setup::View;
 use super::texture::{self, Footprint, TextureShade};
 use super::vertex::Record;
 use super::wide::{self, WideFace};
-use crate::simd::{F32, I32, Kernel, Mask, Simd};
+use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// Set in the memory of ids beside the number of a face that was set up in f64.
 pub const WIDE_BIT: i32 = 1 << 30;
@@ -87,6 +87,8 @@ pub struct Faces<'a> {
     pub corners: &'a [[f32; 4]],
     /// The vertices.
     pub records: &'a [Record],
+    /// Whether the mesh is larger than the nearer caches.
+    pub is_far_flung: bool,
     /// Finds a face that was set up in f64.
     pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
 }
@@ -129,7 +131,15 @@ struct Shares<S: Simd> {
     below: [S::F; 3],
 }
 
-/// Rows and columns that are shaded together: four blocks of 4x4 pixels, so that the vectors of one face are few.
+/// A face that was set up in f64, looked up once for all its neighbouring vectors.
+struct Known<'a, S: Simd> {
+    face: i32,
+    wide: Option<&'a WideFace>,
+    /// Its packed colour, where it has but one.
+    color: Option<S::I>,
+}
+
+/// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that the vectors of one face are few.
 const STRIP: [i32; 2] = [16, 4];
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
@@ -139,8 +149,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
-        // The wide face that was asked for last: mostly the next vector shows it too.
-        let mut known: (i32, Option<&WideFace>) = (NO_FACE, None);
+        let mut known = Known { face: NO_FACE, wide: None, color: None };
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -213,6 +222,10 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         if !narrow.any() {
             return;
         }
+        if self.faces.is_far_flung && x + 8 <= self.tile.x1 {
+            let next = s.load_block(&self.tile.ids[self.tile.id_at(x + 4, y)..], ID_STRIDE);
+            self.faces.prefetch(s, next);
+        }
         let lane = s.iota();
         let at = (s.splat_i(x) + (lane & s.splat_i(3)), s.splat_i(y) + lane.shr::<2>());
         let (color, delicate) = self.faces.narrow(s, narrow, ids, at);
@@ -236,7 +249,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// The pixels of a strip whose faces were set up in f64, row by row, face by face: a vector mostly shows one.
     #[inline(always)]
-    fn wide_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, known: &mut (i32, Option<&'a WideFace>)) {
+    fn wide_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, known: &mut Known<'a, S>) {
         let lanes = S::LANES as i32;
         let end = (x + STRIP[0]).min(self.tile.x1);
         let mut row = y;
@@ -264,7 +277,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         (x, y): (i32, i32),
         ids: S::I,
         mut left: S::M,
-        known: &mut (i32, Option<&'a WideFace>),
+        known: &mut Known<'a, S>,
     ) {
         let at = self.tile.depth_at(x, y) * 4;
         let mut numbers = [0; 16];
@@ -274,11 +287,16 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             let same = left & ids.eq(s.splat_i(id));
             left = left & !same;
             let face = id & !WIDE_BIT;
-            if known.0 != face {
-                *known = (face, (self.faces.wide)(face as u32));
+            if known.face != face {
+                let color = self.faces.only_color(face as usize).map(|c| pack(s, splat3(s, c)));
+                *known = Known { face, wide: (self.faces.wide)(face as u32), color };
+            }
+            if let Some(color) = known.color {
+                s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);
+                continue;
             }
             let mut plain = same;
-            if let Some(wide) = known.1 {
+            if let Some(wide) = known.wide {
                 let (color, delicate) = self.faces.wide(s, same, wide, x, y);
                 s.store_masked_bytes(same & !delicate, color, &mut self.bytes[at..at + S::LANES * 4]);
                 plain = same & delicate;
@@ -306,6 +324,28 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 }
 
 impl Faces<'_> {
+    /// Asks for the vertices that the next block will gather.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, s: S, ids: S::I) {
+        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
+        let mut faces = [0; 16];
+        let count = s.compress_i(narrow, ids, &mut faces[..S::LANES]);
+        let mut last = NO_FACE;
+        for &face in &faces[..count] {
+            if face != last {
+                last = face;
+                let [c0, c1, c2, _] = self.corners[face as usize];
+                for corner in [c0, c1, c2] {
+                    let vertex = corner.to_bits() as usize;
+                    prefetch::for_read(self.records, vertex);
+                    if let Source::Pixels(table) | Source::Vertices(table, _) = self.shading.source {
+                        prefetch::for_read(table, vertex);
+                    }
+                }
+            }
+        }
+    }
+
     /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
     #[inline(always)]
     fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, at: (S::I, S::I)) -> (S::I, S::M) {
@@ -376,9 +416,6 @@ impl Faces<'_> {
     fn wide<S: Simd>(&self, s: S, mask: S::M, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
         let shading = self.shading;
         let face = wide.face as usize;
-        if let Some(color) = self.only_color(face) {
-            return (pack(s, splat3(s, color)), s.mask(0));
-        }
         let zero = s.splat(0.0);
         let [b0, b1, b2] = wide::weights(s, wide, x, y);
         let p = match wide.is_cut {

@@ -8,6 +8,7 @@
 
 use super::vertex::{Outcode, Record};
 use super::wide::WideFace;
+use crate::memory::DEPTH_CELL;
 use crate::pipeline::call::DrawStats;
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
@@ -106,8 +107,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Columns of a tile; the last one of a row has fewer than twice as many.
-    pub const TILE_COLUMNS: i32 = 128;
+    /// Columns of a tile, those of a cell of depth memory; the last one of a row has fewer than twice as many.
+    pub const TILE_COLUMNS: i32 = DEPTH_CELL as i32;
     /// Rows of a tile.
     pub const TILE_ROWS: i32 = 32;
 
@@ -141,11 +142,15 @@ impl Grid {
     }
 }
 
-/// A chunk's faces in one tile.
+/// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
 #[derive(Debug)]
 pub struct Bin {
-    /// Kind and index of each, in file order.
+    /// Kind and index of each, in file order: of the lists here, or of the chunk's wide faces.
     pub entries: Vec<u32>,
+    /// Faces of at most 8x8 pixels, in file order.
+    pub tiny: Vec<Tiny>,
+    /// Faces with edge functions in i32, in file order.
+    pub small: Vec<Small>,
     /// Columns and rows that they reach, half-open: x0, y0, x1, y1.
     pub reach: [i16; 4],
 }
@@ -156,17 +161,21 @@ impl Bin {
 
 impl Default for Bin {
     fn default() -> Self {
-        Bin { entries: Vec::new(), reach: Bin::NOTHING }
+        Bin { entries: Vec::new(), tiny: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
     }
+}
+
+/// A face on its way to the tiles.
+enum Binned {
+    Tiny(Tiny),
+    Small(Small),
+    /// Its place among the chunk's wide faces.
+    Wide(u32),
 }
 
 /// What a chunk of faces became.
 #[derive(Debug, Default)]
 pub struct Chunk {
-    /// Faces of at most 8x8 pixels, in file order.
-    pub tiny: Vec<Tiny>,
-    /// Faces with edge functions in i32.
-    pub small: Vec<Small>,
     /// Faces set up in f64.
     pub wide: Vec<WideFace>,
     /// For each tile, row by row, the faces that reach it.
@@ -180,12 +189,12 @@ pub struct Chunk {
 impl Chunk {
     /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory.
     pub fn reset(&mut self, tiles: usize) {
-        self.tiny.clear();
-        self.small.clear();
         self.wide.clear();
         for tile in self.reached.drain(..) {
             let bin = &mut self.bins[tile as usize];
             bin.entries.clear();
+            bin.tiny.clear();
+            bin.small.clear();
             bin.reach = Bin::NOTHING;
         }
         if self.bins.len() < tiles {
@@ -195,7 +204,7 @@ impl Chunk {
     }
 
     #[inline(always)]
-    fn bin(&mut self, entry: u32, [x0, y0, x1, y1]: [i16; 4], grid: &Grid) {
+    fn bin(&mut self, face: &Binned, [x0, y0, x1, y1]: [i16; 4], grid: &Grid) {
         let (left, right) = (grid.column_of(x0 as i32), grid.column_of(x1 as i32 - 1));
         let (top, bottom) = (grid.row_of(y0 as i32), grid.row_of(y1 as i32 - 1));
         for row in top..=bottom {
@@ -205,6 +214,17 @@ impl Chunk {
                 if bin.entries.is_empty() {
                     self.reached.push(tile as u32);
                 }
+                let entry = match face {
+                    Binned::Tiny(tiny) => {
+                        bin.tiny.push(*tiny);
+                        TINY | (bin.tiny.len() - 1) as u32
+                    }
+                    Binned::Small(small) => {
+                        bin.small.push(*small);
+                        SMALL | (bin.small.len() - 1) as u32
+                    }
+                    Binned::Wide(index) => WIDE | index,
+                };
                 bin.entries.push(entry);
                 let r = bin.reach;
                 bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
@@ -392,9 +412,9 @@ impl Kernel for SetupKernel<'_> {
                     if let Some(wide) = (self.plain)(face, &mut own) {
                         let b = wide.bounds;
                         if !b.is_empty() {
-                            let entry = WIDE | self.chunk.wide.len() as u32;
+                            let entry = Binned::Wide(self.chunk.wide.len() as u32);
                             let bounds = [b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16];
-                            self.chunk.bin(entry, bounds, &self.grid);
+                            self.chunk.bin(&entry, bounds, &self.grid);
                             self.chunk.wide.push(wide);
                         }
                     }
@@ -415,20 +435,18 @@ impl Kernel for SetupKernel<'_> {
                     let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
                     self.chunk.stats.pixels_tested += mask.count_ones() as u64;
                     let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
-                    self.chunk.tiny.push(Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size });
-                    TINY | (self.chunk.tiny.len() - 1) as u32
+                    Binned::Tiny(Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size })
                 } else {
-                    self.chunk.small.push(Small {
+                    Binned::Small(Small {
                         face,
                         bounds,
                         edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
                         steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
                         steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
                         depth,
-                    });
-                    SMALL | (self.chunk.small.len() - 1) as u32
+                    })
                 };
-                self.chunk.bin(entry, bounds, &self.grid);
+                self.chunk.bin(&entry, bounds, &self.grid);
             }
         }
     }

@@ -47,6 +47,15 @@ pub struct ToScreen {
     pub sides: [[f64; 2]; 2],
 }
 
+impl ToScreen {
+    /// Whether the projection is a perspective's: x and y from themselves and z, z and w from z alone.
+    #[inline(always)]
+    fn is_symmetric(&self) -> bool {
+        let [p0, p1, p2, p3] = self.projection;
+        [p0[1], p0[3], p1[0], p1[3], p2[0], p2[1], p3[0], p3[1]] == [0.0; 8]
+    }
+}
+
 /// Transforms a run of vertices.
 pub struct VertexKernel<'a> {
     /// Object-space x, y, z.
@@ -96,6 +105,29 @@ fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
     out
 }
 
+/// a x + b z.
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
+#[inline(always)]
+fn pair(a: f64, x: &Lanes, b: f64, z: &Lanes) -> Lanes {
+    let mut out = [0.0; WIDTH];
+    for i in 0..WIDTH {
+        out[i] = a * x[i] + b * z[i];
+    }
+    out
+}
+
+/// A row's z and constant.
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
+#[inline(always)]
+fn depth_row([_, _, c, d]: [f64; 4], z: &Lanes) -> Lanes {
+    let mut out = [0.0; WIDTH];
+    for i in 0..WIDTH {
+        out[i] = c * z[i] + d;
+    }
+    out
+}
+
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; WIDTH]) {
     let [m0, m1, m2] = t.model;
@@ -105,13 +137,19 @@ fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; W
     let view = [affine(v0, world), affine(v1, world), affine(v2, world)];
     let view = [&view[0], &view[1], &view[2]];
     let [p0, p1, p2, p3] = t.projection;
-    let clip = [affine(p0, view), affine(p1, view), affine(p2, view), affine(p3, view)];
-    // Adding and taking away 1.5 * 2^52 rounds to a whole number, ties to even, without a call or a branch.
+    let clip = match t.is_symmetric() {
+        // What the zeros would add changes no sum.
+        true => [
+            pair(p0[0], view[0], p0[2], view[2]),
+            pair(p1[1], view[1], p1[2], view[2]),
+            depth_row(p2, view[2]),
+            depth_row(p3, view[2]),
+        ],
+        false => [affine(p0, view), affine(p1, view), affine(p2, view), affine(p3, view)],
+    };
+    // Adding 1.5 * 2^52 rounds to a whole number, ties to even, without a call or a branch, and leaves it in the low bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
-    let mut x_fixed = [0i32; WIDTH];
-    let mut y_fixed = [0i32; WIDTH];
-    let mut depth = [0f32; WIDTH];
-    let mut inverse = [0u32; WIDTH];
+    let mut words = [[0u32; WIDTH]; 4];
     let mut all_fit = true;
     for i in 0..WIDTH {
         let w = clip[3][i];
@@ -123,30 +161,29 @@ fn transform(t: &ToScreen, x: &Lanes, y: &Lanes, z: &Lanes, out: &mut [Record; W
         let sz = clip[2][i] * inv;
         let fits = (w > 1e-30) & (w < 1e30) & (sx.abs() < REACH) & (sy.abs() < REACH) & (sz.abs() < 2.0);
         all_fit &= fits;
-        let (sx, sy) = if fits { (sx, sy) } else { (0.0, 0.0) };
-        let (rx, ry) = ((sx * 65536.0 + ROUND) - ROUND, (sy * 65536.0 + ROUND) - ROUND);
-        let fx = rx - if rx > sx * 65536.0 { 1.0 } else { 0.0 };
-        let fy = ry - if ry > sy * 65536.0 { 1.0 } else { 0.0 };
-        let snapped_x = (sx * 256.0 + ROUND) - ROUND;
-        let snapped_y = (sy * 256.0 + ROUND) - ROUND;
-        x_fixed[i] = fx as i32;
-        y_fixed[i] = fy as i32;
-        let up_x = snapped_x as i32 - (x_fixed[i] >> 8);
-        let up_y = snapped_y as i32 - (y_fixed[i] >> 8);
-        depth[i] = sz as f32;
-        let bits = ((inv as f32).to_bits() & !3) | (up_x as u32 & 1) | (up_y as u32 & 1) << 1;
-        inverse[i] = if fits { bits } else { 0 };
+        let kept = if fits { u32::MAX } else { 0 };
+        let (tx, ty) = (sx * 65536.0, sy * 65536.0);
+        let (rx, ry) = (tx + ROUND, ty + ROUND);
+        let fx = (rx.to_bits() as u32).wrapping_sub((rx - ROUND > tx) as u32);
+        let fy = (ry.to_bits() as u32).wrapping_sub((ry - ROUND > ty) as u32);
+        // What is snapped is the floor's 1/256 pixel or the next: the last bit of the difference tells.
+        let up_x = ((sx * 256.0 + ROUND).to_bits() as u32 ^ (fx >> 8)) & 1;
+        let up_y = ((sy * 256.0 + ROUND).to_bits() as u32 ^ (fy >> 8)) & 1;
+        words[0][i] = fx & kept;
+        words[1][i] = fy & kept;
+        words[2][i] = (sz as f32).to_bits();
+        words[3][i] = (((inv as f32).to_bits() & !3) | up_x | up_y << 1) & kept;
     }
     for i in 0..WIDTH {
         out[i] = [
-            f32::from_bits(x_fixed[i] as u32),
-            f32::from_bits(y_fixed[i] as u32),
-            depth[i],
-            f32::from_bits(inverse[i]),
+            f32::from_bits(words[0][i]),
+            f32::from_bits(words[1][i]),
+            f32::from_bits(words[2][i]),
+            f32::from_bits(words[3][i]),
         ];
     }
     if !all_fit {
-        for i in (0..WIDTH).filter(|&i| inverse[i] == 0) {
+        for i in (0..WIDTH).filter(|&i| words[3][i] == 0) {
             let code = outcode(t, std::array::from_fn(|k| clip[k][i]));
             out[i] = [f32::from_bits(code as u32), 0.0, 0.0, 0.0];
         }

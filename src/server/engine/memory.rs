@@ -266,7 +266,7 @@ impl Engine {
     }
 
     pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
-        self.memory.clear(color);
+        self.renderer.clear(&mut self.memory, color);
         s.stats.pixels += self.memory.bytes().len() as u64 / 4;
         if let Some(depth) = &mut self.depth {
             depth.clear();

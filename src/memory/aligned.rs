@@ -1,0 +1,74 @@
+//! A run of numbers that begins at a cache line: a vector of 64 bytes that straddles two lines costs twice.
+
+use std::ops::{Deref, DerefMut};
+
+/// Bytes of a cache line, and of the widest vector.
+const LINE: usize = 64;
+
+/// See the module's text. Behaves as the slice that it holds.
+#[derive(Debug)]
+pub(super) struct Aligned<T> {
+    items: Vec<T>,
+    /// Where the run begins; the items before it are not used.
+    start: usize,
+    len: usize,
+}
+
+impl<T: Copy> Aligned<T> {
+    /// `len` times `value`; `None` where the system has no room for them.
+    pub fn new(len: usize, value: T) -> Option<Self> {
+        let spare = LINE / size_of::<T>();
+        let mut items = Vec::new();
+        items.try_reserve_exact(len.checked_add(spare)?).ok()?;
+        items.resize(len + spare, value);
+        let start = items.as_ptr().align_offset(LINE).min(spare);
+        Some(Aligned { items, start, len })
+    }
+}
+
+impl<T: Copy> Clone for Aligned<T> {
+    fn clone(&self) -> Self {
+        // The copy stands elsewhere: its line begins at another item.
+        let value = self.items[0];
+        let mut copy = Aligned::new(self.len, value).expect("as much room as the original has");
+        copy.copy_from_slice(self);
+        copy
+    }
+}
+
+impl<T> Deref for Aligned<T> {
+    type Target = [T];
+    #[inline]
+    fn deref(&self) -> &[T] {
+        &self.items[self.start..self.start + self.len]
+    }
+}
+
+impl<T> DerefMut for Aligned<T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.items[self.start..self.start + self.len]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_and_their_copies_begin_at_a_line_and_hold_what_was_asked() {
+        for len in [0, 1, 7, 1000, 100_003] {
+            let mut bytes = Aligned::new(len, 7u8).expect("room");
+            let words = Aligned::new(len, -3i32).expect("room");
+            assert_eq!((bytes.len(), words.len()), (len, len));
+            assert!(bytes.iter().all(|&b| b == 7) && words.iter().all(|&w| w == -3));
+            bytes.iter_mut().enumerate().for_each(|(i, b)| *b = i as u8);
+            let copy = bytes.clone();
+            assert_eq!(*copy, *bytes);
+            for at in [bytes.as_ptr().addr(), copy.as_ptr().addr(), words.as_ptr().addr()] {
+                assert_eq!(at % LINE, 0);
+            }
+        }
+        assert!(Aligned::new(usize::MAX, 0u8).is_none() && Aligned::new(usize::MAX / 2, 0i32).is_none());
+    }
+}
