@@ -114,8 +114,28 @@ pub struct ResolveKernel<'a, 'b, 'c> {
 enum Corners<S: Simd> {
     /// Each pixel its own face's.
     Many([S::I; 3]),
+    /// Those of a few faces, each of some of the pixels.
+    Few(Few<S>),
     /// One face's.
     One([usize; 3]),
+}
+
+/// Faces that a vector shows: up to this many are read one by one and spread over their pixels, more are gathered.
+const fn most_few<S: Simd>() -> usize {
+    S::LANES * 3 / 8
+}
+
+/// As many as the widest vectors have.
+const MOST_FEW: usize = 6;
+
+/// The few faces that a vector of pixels shows.
+#[derive(Clone, Copy)]
+struct Few<S: Simd> {
+    count: usize,
+    /// The pixels of each.
+    pixels: [S::M; MOST_FEW],
+    /// Its corners' vertices.
+    vertices: [[usize; 3]; MOST_FEW],
 }
 
 /// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
@@ -359,11 +379,8 @@ impl Faces<'_> {
             let [r, g, b, _] = s.gather4(mask, matte, faces);
             return (pack(s, [r, g, b]), none);
         }
-        let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
-        let (c0, c1, c2) = (c0.bits(), c1.bits(), c2.bits());
-        let r0 = s.gather4(mask, self.records, c0);
-        let r1 = s.gather4(mask, self.records, c1);
-        let r2 = s.gather4(mask, self.records, c2);
+        let (corners, materials) = self.corners_of(s, mask, faces);
+        let [r0, r1, r2] = gather3(s, mask, self.records, &corners);
         let px = at.0.shl::<16>() + s.splat_i(1 << 15);
         let py = at.1.shl::<16>() + s.splat_i(1 << 15);
         let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
@@ -406,9 +423,33 @@ impl Faces<'_> {
             _ => is_turned,
         };
         let shares = Shares { p, inverse, w, right, below };
-        let (color, delicate) =
-            self.shade(s, mask, (faces, materials.bits()), Corners::Many([c0, c1, c2]), shares, turn, at);
+        let (color, delicate) = self.shade(s, mask, (faces, materials), &corners, shares, turn, at);
         (color, delicate)
+    }
+
+    /// The vertices of pixels' faces, and their materials' numbers.
+    #[inline(always)]
+    fn corners_of<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> (Corners<S>, S::I) {
+        let mut numbers = [0; 16];
+        s.store_i(faces, &mut numbers[..S::LANES]);
+        let mut few = Few { count: 0, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        let mut materials = s.splat_i(0);
+        let mut left = mask;
+        while left.any() && few.count < most_few::<S>() {
+            let face = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & faces.eq(s.splat_i(face));
+            left = left & !same;
+            let [c0, c1, c2, material] = self.corners[face as usize];
+            few.pixels[few.count] = same;
+            few.vertices[few.count] = [c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize];
+            few.count += 1;
+            materials = s.select_i(same, s.splat_i(material.to_bits() as i32), materials);
+        }
+        if !left.any() {
+            return (Corners::Few(few), materials);
+        }
+        let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
+        (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits())
     }
 
     /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
@@ -431,7 +472,8 @@ impl Faces<'_> {
             below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
         let [c0, c1, c2, material] = self.corners[face];
-        let vertices = Corners::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
+        let vertices =
+            Corners::<S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
         // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
         let off = mask & !s.splat(1e-30).lt(sum);
@@ -443,7 +485,7 @@ impl Faces<'_> {
         let faces = s.splat_i(wide.face as i32);
         let materials = s.splat(material).bits();
         let at = (s.iota() + s.splat_i(x), s.splat_i(y));
-        let (color, delicate) = self.shade(s, mask, (faces, materials), vertices, shares, turn, at);
+        let (color, delicate) = self.shade(s, mask, (faces, materials), &vertices, shares, turn, at);
         let needs_w = shading.is_affine && matches!(shading.source, Source::Pixels(_));
         (color, if needs_w { mask } else { delicate | off })
     }
@@ -500,7 +542,7 @@ impl Faces<'_> {
         s: S,
         mask: S::M,
         (faces, materials): (S::I, S::I),
-        corners: Corners<S>,
+        corners: &Corners<S>,
         shares: Shares<S>,
         turn: S::M,
         at: (S::I, S::I),
@@ -533,7 +575,7 @@ impl Faces<'_> {
         mask: S::M,
         surface: &Surface<'_>,
         faces: S::I,
-        corners: Corners<S>,
+        corners: &Corners<S>,
         shares: &Shares<S>,
         turn: S::M,
         (column, row): (S::I, S::I),
@@ -670,13 +712,39 @@ fn cross<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
 
 /// A table's records at the corners.
 #[inline(always)]
-fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: Corners<S>) -> [[S::F; 4]; 3] {
+fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<S>) -> [[S::F; 4]; 3] {
     match corners {
         Corners::Many([c0, c1, c2]) => {
-            [s.gather4(mask, table, c0), s.gather4(mask, table, c1), s.gather4(mask, table, c2)]
+            [s.gather4(mask, table, *c0), s.gather4(mask, table, *c1), s.gather4(mask, table, *c2)]
         }
-        Corners::One([c0, c1, c2]) => [splat4(s, table[c0]), splat4(s, table[c1]), splat4(s, table[c2])],
+        Corners::Few(few) => {
+            let [c0, c1, c2] = few.vertices[0];
+            let mut out = [splat4(s, table[c0]), splat4(s, table[c1]), splat4(s, table[c2])];
+            let mut face = 1;
+            while face < few.count {
+                let (pixels, [c0, c1, c2]) = (few.pixels[face], few.vertices[face]);
+                out = [
+                    spread(s, pixels, table[c0], out[0]),
+                    spread(s, pixels, table[c1], out[1]),
+                    spread(s, pixels, table[c2], out[2]),
+                ];
+                face += 1;
+            }
+            out
+        }
+        Corners::One([c0, c1, c2]) => [splat4(s, table[*c0]), splat4(s, table[*c1]), splat4(s, table[*c2])],
     }
+}
+
+/// A record in these pixels, what was there in the others.
+#[inline(always)]
+fn spread<S: Simd>(s: S, pixels: S::M, [a, b, c, d]: [f32; 4], others: [S::F; 4]) -> [S::F; 4] {
+    [
+        s.select(pixels, s.splat(a), others[0]),
+        s.select(pixels, s.splat(b), others[1]),
+        s.select(pixels, s.splat(c), others[2]),
+        s.select(pixels, s.splat(d), others[3]),
+    ]
 }
 
 #[inline(always)]
@@ -686,7 +754,7 @@ fn splat4<S: Simd>(s: S, [a, b, c, d]: [f32; 4]) -> [S::F; 4] {
 
 /// Three numbers of a table's records at the corners, weighed.
 #[inline(always)]
-fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: Corners<S>, b: [S::F; 3]) -> V3<S> {
+fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<S>, b: [S::F; 3]) -> V3<S> {
     let [v0, v1, v2] = gather3(s, mask, table, corners);
     [
         (v0[0] * b[0] + v1[0] * b[1]) + v2[0] * b[2],
