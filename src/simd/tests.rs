@@ -85,7 +85,7 @@ impl Kernel for AllOperations {
         }
         // Blocks of four columns: as many as make 4x4, in a field five wide.
         let field: Vec<i32> = i.iter().chain(&j).copied().collect();
-        let mut drawn = vec![7u8; 20 * 4];
+        let mut drawn = [7u8; 20 * 4];
         for at in (0..16).step_by(S::LANES) {
             let row = at / 4;
             let block = s.load_block(&field[row * 5..], 5);

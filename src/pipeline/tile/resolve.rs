@@ -476,8 +476,17 @@ impl Faces<'_> {
             Corners::<S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
         // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
-        let off = mask & !s.splat(1e-30).lt(sum);
+        let mut off = mask & !s.splat(1e-30).lt(sum);
+        // The plane's own w: clamped weights no longer add up to 1 / w. Outside of the face it stays between the corners'.
         let mut w = inverse;
+        if !wide.is_cut {
+            let [i0, i1, i2] = [c0, c1, c2].map(|c| self.records[c.to_bits() as usize][3]);
+            let (low, high) = (i0.min(i1).min(i2), i0.max(i1).max(i2));
+            let unclamped = ((b0 + b1) + b2).max(s.splat(low));
+            let kept = if low > 0.0 { unclamped.min(s.splat(high)) } else { unclamped };
+            off = off | (mask & !s.splat(1e-30).lt(kept));
+            w = s.splat(1.0) / kept;
+        }
         if shading.is_affine {
             w = s.splat(1.0);
         }
