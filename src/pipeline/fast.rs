@@ -255,6 +255,10 @@ impl Prepared<'_> {
                 }
             },
             is_cut,
+            corner_w: match self.call.interp {
+                Interpolation::Perspective => corners.map(|v| v.clip.w as f32),
+                Interpolation::Affine => [1.0; 3],
+            },
             is_gentle,
             is_turned: self.call.two_sided_lighting && face.side == Side::Back,
             outlines: face.outlines,

@@ -1,6 +1,6 @@
 //! Colour: every pixel of a tile that a face of this draw won is shaded once, a block of four columns at a time.
 //!
-//! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped at 0;
+//! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped to the face's;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
 //! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. A wide face brings e_i / w_i as linear functions of the
 //! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
@@ -391,7 +391,9 @@ impl Faces<'_> {
         let f0 = s.select(is_turned, -e0, e0);
         let f1 = s.select(is_turned, -e1, e1);
         let f2 = s.select(is_turned, -e2, e2);
-        let (e0, e1, e2) = (f0.max(zero), f1.max(zero), f2.max(zero));
+        // Beside the face: clamped to it, as the plain path does.
+        let whole = area.abs();
+        let (e0, e1, e2) = (f0.max(zero).min(whole), f1.max(zero).min(whole), f2.max(zero).min(whole));
         let [i0, i1, i2] = match shading.is_affine {
             true => [s.splat(1.0); 3],
             false => [r0[3], r1[3], r2[3]],
@@ -457,11 +459,10 @@ impl Faces<'_> {
     fn wide<S: Simd>(&self, s: S, mask: S::M, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
         let shading = self.shading;
         let face = wide.face as usize;
-        let zero = s.splat(0.0);
         let [b0, b1, b2] = wide::weights(s, wide, x, y);
         let p = match wide.is_cut {
             true => [b0, b1, b2],
-            false => [b0.max(zero), b1.max(zero), b2.max(zero)],
+            false => wide::clamped(s, wide, [b0, b1, b2]),
         };
         let sum = (p[0] + p[1]) + p[2];
         let inverse = s.splat(1.0) / sum;
@@ -476,17 +477,8 @@ impl Faces<'_> {
             Corners::<S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
         // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
-        let mut off = mask & !s.splat(1e-30).lt(sum);
-        // The plane's own w: clamped weights no longer add up to 1 / w. Outside of the face it stays between the corners'.
+        let off = mask & !s.splat(1e-30).lt(sum);
         let mut w = inverse;
-        if !wide.is_cut {
-            let [i0, i1, i2] = [c0, c1, c2].map(|c| self.records[c.to_bits() as usize][3]);
-            let (low, high) = (i0.min(i1).min(i2), i0.max(i1).max(i2));
-            let unclamped = ((b0 + b1) + b2).max(s.splat(low));
-            let kept = if low > 0.0 { unclamped.min(s.splat(high)) } else { unclamped };
-            off = off | (mask & !s.splat(1e-30).lt(kept));
-            w = s.splat(1.0) / kept;
-        }
         if shading.is_affine {
             w = s.splat(1.0);
         }

@@ -39,6 +39,8 @@ pub struct WideFace {
     pub z_range: [f32; 2],
     /// Whether some w <= 0: weights may then be negative.
     pub is_cut: bool,
+    /// What a weight is multiplied by to be a share of the screen: the corner's w, or 1 where values run straight there.
+    pub corner_w: [f32; 3],
     /// Whether its weights run slowly enough for f32 along a run of columns.
     pub is_gentle: bool,
     /// Whether its normals are turned.
@@ -224,4 +226,27 @@ pub fn weights<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> [S::F; 3] {
         *b = s.load(&lanes[..S::LANES]);
     }
     out
+}
+
+/// The weights clamped as the plain path does it, where a centre lies beside the face: the shares of the screen to 0..1, and
+/// their sum to 1 again. Inside they stay as they are.
+#[inline(always)]
+pub fn clamped<S: Simd>(s: S, wide: &WideFace, b: [S::F; 3]) -> [S::F; 3] {
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let is_beside = b[0].lt(zero) | b[1].lt(zero) | b[2].lt(zero);
+    if !is_beside.any() {
+        return b;
+    }
+    let w = [s.splat(wide.corner_w[0]), s.splat(wide.corner_w[1]), s.splat(wide.corner_w[2])];
+    let share = [
+        (b[0] * w[0]).max(zero).min(one),
+        (b[1] * w[1]).max(zero).min(one),
+        (b[2] * w[2]).max(zero).min(one),
+    ];
+    let sum = (share[0] + share[1]) + share[2];
+    [
+        s.select(is_beside, share[0] / (sum * w[0]), b[0]),
+        s.select(is_beside, share[1] / (sum * w[1]), b[1]),
+        s.select(is_beside, share[2] / (sum * w[2]), b[2]),
+    ]
 }
