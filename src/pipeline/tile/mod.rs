@@ -37,7 +37,7 @@ pub(crate) use workers::Workers;
 use crate::memory::DepthCells;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
-use raster::{NO_FACE, RasterKernel, Tile};
+use raster::{Ids, NO_FACE, RasterKernel, Tile};
 use resolve::{Faces, ResolveKernel};
 use setup::{Bin, Chunk, Grid, SetupKernel};
 use std::ops::Range;
@@ -206,7 +206,7 @@ pub(crate) fn render(
     let work = |band: usize, memories: Memories<'_>| {
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
         let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
-        let mut ids = [NO_FACE; _];
+        let mut ids = AtLine([NO_FACE; _]);
         let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
         for column in 0..grid.columns {
             let bin = band * grid.columns + column;
@@ -222,7 +222,7 @@ pub(crate) fn render(
                 memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
                 *stale &= !(1 << column);
             }
-            let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids };
+            let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids.0 };
             let mut reach = [i16::MAX, i16::MAX, 0, 0];
             let mut tile_passed = 0;
             for chunk in chunks.iter().filter(|c| !c.bins[bin].entries.is_empty()) {
@@ -269,6 +269,10 @@ pub(crate) fn render(
     stats.rows = (top as u32, bottom as u32);
     stats
 }
+
+/// A tile's ids from a cache line on: a vector that straddles two costs twice.
+#[repr(align(64))]
+struct AtLine(Ids);
 
 /// The memories of some bands; all but the bytes may be empty altogether.
 struct Memories<'a> {
