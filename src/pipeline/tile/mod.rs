@@ -9,7 +9,10 @@
 //!
 //! Stages: vertex -> setup (cull, bound, cover, bin) -> raster (band by band) -> resolve (band by band).
 
+mod bins;
+mod corners;
 mod crew;
+mod faces;
 mod light;
 mod prepared;
 mod raster;
@@ -22,11 +25,11 @@ mod vertex;
 mod wide;
 mod workers;
 
+pub(crate) use bins::{Keep, View};
 pub use crew::{Alone, Crew, Pool};
+pub(crate) use faces::{Eye, Shading, Source, Surface};
 pub(crate) use light::{Cone, Exponent, FastLight, Lighting, Place};
 pub(crate) use prepared::{FaceTable, PreparedMesh};
-pub(crate) use resolve::{Eye, Shading, Source, Surface};
-pub(crate) use setup::{Keep, View};
 pub(crate) use tables::TableKernel;
 pub(crate) use texture::TextureShade;
 pub(crate) use veil::{Glow, Veil, VeilKernel};
@@ -37,9 +40,11 @@ pub(crate) use workers::Workers;
 use crate::memory::DepthCells;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
+use bins::{Bin, Chunk, Grid};
+use faces::Faces;
 use raster::{Ids, NO_FACE, RasterKernel, Tile};
-use resolve::{Faces, ResolveKernel};
-use setup::{Bin, Chunk, Grid, SetupKernel};
+use resolve::ResolveKernel;
+use setup::SetupKernel;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use vertex::VertexKernel;
@@ -89,8 +94,8 @@ impl Scratch {
         let bin = |b: &Bin| {
             size_of::<Bin>()
                 + b.entries.capacity() * 4
-                + b.tiny.capacity() * size_of::<setup::Tiny>()
-                + b.small.capacity() * size_of::<setup::Small>()
+                + b.tiny.capacity() * size_of::<bins::Tiny>()
+                + b.small.capacity() * size_of::<bins::Small>()
         };
         let chunk = |c: &Chunk| {
             c.wide.capacity() * size_of::<WideFace>()

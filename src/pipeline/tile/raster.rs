@@ -4,7 +4,7 @@
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::setup::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
+use super::bins::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
 use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 

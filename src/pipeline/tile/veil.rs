@@ -5,8 +5,8 @@
 //! too near to the next byte's edge to be told (or f32 lacks the digits), the pixel is the plain path's own. So errors do not
 //! add up over layers. Depth is tested, and written by opaque faces, as everywhere in the tile renderer.
 
+use super::bins::View;
 use super::light::{Lighting, V3, dot, light, scale, splat3};
-use super::setup::View;
 use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 

@@ -3,8 +3,8 @@
 //! Coverage by exact spans, depth and weights as linear functions of the pixel, in f64. Along a row both are worked in f64
 //! at the first column of each run of 16 and in f32 from there: whichever width the vectors have, the numbers are the same.
 
+use super::bins::Grid;
 use super::raster::{Tile, write};
-use super::setup::Grid;
 use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
 use crate::pipeline::plane::Linear;
 use crate::simd::{F32, I32, Mask, Simd};

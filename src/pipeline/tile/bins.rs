@@ -1,0 +1,212 @@
+//! Where faces that are set up wait for their tiles: the tiles of a view, and each one's lists.
+
+use super::wide::WideFace;
+use crate::memory::DEPTH_CELL;
+use crate::pipeline::call::DrawStats;
+
+/// A face of at most 8x8 pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Tiny {
+    /// Bit 8 j + i is pixel (x + i, y + j).
+    pub mask: u64,
+    /// The triangle's number in the mesh.
+    pub face: u32,
+    /// The first column and row.
+    pub at: [i16; 2],
+    /// Depth at the centre of that pixel, and its steps per column and row.
+    pub depth: [f32; 3],
+    /// Columns and rows.
+    pub size: [u8; 2],
+}
+
+/// A face whose edge functions fit i32.
+#[derive(Clone, Copy, Debug)]
+pub struct Small {
+    /// The triangle's number in the mesh.
+    pub face: u32,
+    /// Columns and rows that may hold covered pixels, half-open, inside the view: x0, y0, x1, y1.
+    pub bounds: [i16; 4],
+    /// Edge functions at the centre of pixel (x0, y0), biased so that >= 0 is inside.
+    pub edges: [i32; 3],
+    /// Their steps from column to column.
+    pub steps_x: [i32; 3],
+    /// Their steps from row to row.
+    pub steps_y: [i32; 3],
+    /// Depth at the centre of pixel (x0, y0), and its steps.
+    pub depth: [f32; 3],
+}
+
+/// In a bin's entries: which list the index is of.
+pub const TINY: u32 = 0;
+/// See [`TINY`].
+pub const SMALL: u32 = 1 << 30;
+/// See [`TINY`].
+pub const WIDE: u32 = 2 << 30;
+/// The part of an entry that is the index.
+pub const INDEX: u32 = (1 << 30) - 1;
+
+/// Which faces are left out, by the sign of their area on the screen (rows grow downwards).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Those that are counter-clockwise as seen.
+    CounterClockwise,
+    /// Those that are clockwise as seen.
+    Clockwise,
+    /// Both.
+    Both,
+}
+
+/// The pixels that may be drawn, half-open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct View {
+    /// Left column.
+    pub x0: i32,
+    /// Top row.
+    pub y0: i32,
+    /// One beyond the right column.
+    pub x1: i32,
+    /// One beyond the bottom row.
+    pub y1: i32,
+}
+
+/// How the view is cut into tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Tiles in a row, at least one.
+    pub columns: usize,
+    /// Rows of tiles.
+    pub rows: usize,
+    /// The first pixel row of the first tiles.
+    pub y0: i32,
+    /// Pixels in a row of the frame: the last tile goes on to its end.
+    pub width: i32,
+}
+
+impl Grid {
+    /// Columns of a tile, those of a cell of depth memory; the last one of a row has fewer than twice as many.
+    pub const TILE_COLUMNS: i32 = DEPTH_CELL as i32;
+    /// Rows of a tile.
+    pub const TILE_ROWS: i32 = 32;
+
+    /// The tiles of a view in a frame of this width.
+    pub fn new(view: &View, width: usize) -> Self {
+        Grid {
+            columns: (width / Self::TILE_COLUMNS as usize).max(1),
+            rows: ((view.y1 - view.y0).max(0) as usize).div_ceil(Self::TILE_ROWS as usize),
+            y0: view.y0,
+            width: width as i32,
+        }
+    }
+
+    /// The tile column of a pixel column.
+    #[inline(always)]
+    fn column_of(&self, x: i32) -> usize {
+        ((x / Self::TILE_COLUMNS) as usize).min(self.columns - 1)
+    }
+
+    /// The tile row of a pixel row.
+    #[inline(always)]
+    fn row_of(&self, y: i32) -> usize {
+        ((y - self.y0) / Self::TILE_ROWS) as usize
+    }
+
+    /// The pixel columns of a tile column.
+    pub fn pixels_of(&self, column: usize) -> std::ops::Range<i32> {
+        let end =
+            if column + 1 == self.columns { self.width } else { (column as i32 + 1) * Self::TILE_COLUMNS };
+        column as i32 * Self::TILE_COLUMNS..end
+    }
+}
+
+/// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
+#[derive(Debug)]
+pub struct Bin {
+    /// Kind and index of each, in file order: of the lists here, or of the chunk's wide faces.
+    pub entries: Vec<u32>,
+    /// Faces of at most 8x8 pixels, in file order.
+    pub tiny: Vec<Tiny>,
+    /// Faces with edge functions in i32, in file order.
+    pub small: Vec<Small>,
+    /// Columns and rows that they reach, half-open: x0, y0, x1, y1.
+    pub reach: [i16; 4],
+}
+
+impl Bin {
+    const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
+}
+
+impl Default for Bin {
+    fn default() -> Self {
+        Bin { entries: Vec::new(), tiny: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
+    }
+}
+
+/// A face on its way to the tiles.
+pub enum Binned {
+    /// See [`Tiny`].
+    Tiny(Tiny),
+    /// See [`Small`].
+    Small(Small),
+    /// Its place among the chunk's wide faces.
+    Wide(u32),
+}
+
+/// What a chunk of faces became.
+#[derive(Debug, Default)]
+pub struct Chunk {
+    /// Faces set up in f64.
+    pub wide: Vec<WideFace>,
+    /// For each tile, row by row, the faces that reach it.
+    pub bins: Vec<Bin>,
+    /// The tiles that are reached.
+    pub reached: Vec<u32>,
+    /// What was left out, and drawn.
+    pub stats: DrawStats,
+}
+
+impl Chunk {
+    /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory.
+    pub fn reset(&mut self, tiles: usize) {
+        self.wide.clear();
+        for tile in self.reached.drain(..) {
+            let bin = &mut self.bins[tile as usize];
+            bin.entries.clear();
+            bin.tiny.clear();
+            bin.small.clear();
+            bin.reach = Bin::NOTHING;
+        }
+        if self.bins.len() < tiles {
+            self.bins.resize_with(tiles, Bin::default);
+        }
+        self.stats = DrawStats::default();
+    }
+
+    #[inline(always)]
+    pub fn bin(&mut self, face: &Binned, [x0, y0, x1, y1]: [i16; 4], grid: &Grid) {
+        let (left, right) = (grid.column_of(x0 as i32), grid.column_of(x1 as i32 - 1));
+        let (top, bottom) = (grid.row_of(y0 as i32), grid.row_of(y1 as i32 - 1));
+        for row in top..=bottom {
+            for column in left..=right {
+                let tile = row * grid.columns + column;
+                let bin = &mut self.bins[tile];
+                if bin.entries.is_empty() {
+                    self.reached.push(tile as u32);
+                }
+                let entry = match face {
+                    Binned::Tiny(tiny) => {
+                        bin.tiny.push(*tiny);
+                        TINY | (bin.tiny.len() - 1) as u32
+                    }
+                    Binned::Small(small) => {
+                        bin.small.push(*small);
+                        SMALL | (bin.small.len() - 1) as u32
+                    }
+                    Binned::Wide(index) => WIDE | index,
+                };
+                bin.entries.push(entry);
+                let r = bin.reach;
+                bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+            }
+        }
+    }
+}

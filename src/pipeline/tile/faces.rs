@@ -1,0 +1,471 @@
+//! The colours of a vector of pixels from the faces that they show: weights, attributes, light, texture.
+//!
+//! The weights of faces with records come from those; a face that was set up in f64 brings its own. From there on both go one
+//! way. What kernel walks over the pixels: [`super::resolve`].
+
+use super::corners::{Corners, Few, MOST_FEW, blend, gather3, most_few};
+use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
+use super::raster::NO_FACE;
+use super::resolve::WIDE_BIT;
+use super::texture::{self, Footprint, TextureShade};
+use super::vertex::Record;
+use super::wide::{self, WideFace};
+use crate::simd::{F32, I32, Mask, Simd, prefetch};
+
+/// Where colours come from.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// Lit at each pixel; normals in the shading frame, one a vertex.
+    Pixels(&'a [[f32; 4]]),
+    /// Lit at the vertices: the matte part, and what a texture does not multiply (empty when both are one).
+    Vertices(&'a [[f32; 4]], &'a [[f32; 4]]),
+    /// One colour a face, in the same two parts.
+    Faces(&'a [[f32; 4]], &'a [[f32; 4]]),
+    /// One colour a material.
+    Constant,
+}
+
+/// How a pixel's place in the shading frame is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eye {
+    /// Eye-relative position = (ray 0 + ray 1 * column + ray 2 * row) * w; V points back along it.
+    Perspective {
+        /// At pixel (0,0), per column, per row.
+        ray: [[f32; 3]; 3],
+    },
+    /// V is the same everywhere; positions are gathered.
+    Parallel {
+        /// Unit, towards the viewer.
+        to_viewer: [f32; 3],
+    },
+}
+
+/// Shades one pixel in f64: face, column, row; R, G, B, A.
+pub type PlainPixel<'a> = &'a (dyn Fn(u32, i32, i32) -> [u8; 4] + Sync);
+
+/// What the faces of one material share.
+#[derive(Clone, Debug)]
+pub struct Surface<'a> {
+    /// The material and its lights.
+    pub lighting: Lighting,
+    /// Its texture.
+    pub texture: Option<TextureShade<'a>>,
+}
+
+/// What every pixel of a draw shares.
+pub struct Shading<'a> {
+    /// Where colours come from.
+    pub source: Source<'a>,
+    /// The eye.
+    pub eye: Eye,
+    /// The materials.
+    pub surfaces: &'a [Surface<'a>],
+    /// Vertex colours that multiply the matte part at each pixel; empty for none.
+    pub colors: &'a [[f32; 4]],
+    /// Texture coordinates.
+    pub texcoords: &'a [[f32; 4]],
+    /// Positions in the shading frame (parallel projections that are lit per pixel).
+    pub positions: &'a [[f32; 4]],
+    /// Whether values run straight on the screen.
+    pub is_affine: bool,
+    /// Faces with this sign of their screen area turn their normals: 1 clockwise, -1 counter-clockwise, 0 none.
+    pub turned: i32,
+    /// The plain path.
+    pub plain: PlainPixel<'a>,
+}
+
+/// The faces that pixels are shaded from.
+#[derive(Clone, Copy)]
+pub struct Faces<'a> {
+    /// What all pixels share.
+    pub shading: &'a Shading<'a>,
+    /// The bits of the three vertices of each face, and of its material's number.
+    pub corners: &'a [[f32; 4]],
+    /// The vertices.
+    pub records: &'a [Record],
+    /// Whether the mesh is larger than the nearer caches.
+    pub is_far_flung: bool,
+    /// Finds a face that was set up in f64.
+    pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
+}
+
+/// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
+struct Shares<S: Simd> {
+    /// e_i / w_i, not yet divided by their sum.
+    p: [S::F; 3],
+    /// 1 / their sum.
+    inverse: S::F,
+    /// The pixel's w.
+    w: S::F,
+    /// The same at the pixel on the right and the one below, where a texture asks.
+    right: [S::F; 3],
+    below: [S::F; 3],
+}
+
+impl Faces<'_> {
+    /// Asks for the vertices that the next block will gather.
+    #[inline(always)]
+    pub fn prefetch<S: Simd>(&self, s: S, ids: S::I) {
+        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
+        let mut faces = [0; 16];
+        let count = s.compress_i(narrow, ids, &mut faces[..S::LANES]);
+        let mut last = NO_FACE;
+        for &face in &faces[..count] {
+            if face != last {
+                last = face;
+                let [c0, c1, c2, _] = self.corners[face as usize];
+                for corner in [c0, c1, c2] {
+                    let vertex = corner.to_bits() as usize;
+                    prefetch::for_read(self.records, vertex);
+                    if let Source::Pixels(table) | Source::Vertices(table, _) = self.shading.source {
+                        prefetch::for_read(table, vertex);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
+    #[inline(always)]
+    pub fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, at: (S::I, S::I)) -> (S::I, S::M) {
+        let shading = self.shading;
+        let none = s.mask(0);
+        if let Some(surface) = self.is_plain_color() {
+            return (pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))), none);
+        }
+        let faces = s.select_i(mask, faces, s.splat_i(0));
+        if let (Source::Faces(matte, []), []) = (shading.source, shading.colors) {
+            let [r, g, b, _] = s.gather4(mask, matte, faces);
+            return (pack(s, [r, g, b]), none);
+        }
+        let (corners, materials) = self.corners_of(s, mask, faces);
+        let [r0, r1, r2] = gather3(s, mask, self.records, &corners);
+        let px = at.0.shl::<16>() + s.splat_i(1 << 15);
+        let py = at.1.shl::<16>() + s.splat_i(1 << 15);
+        let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
+        let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
+        let area = (e0 + e1) + e2;
+        let zero = s.splat(0.0);
+        let is_turned = area.lt(zero);
+        let f0 = s.select(is_turned, -e0, e0);
+        let f1 = s.select(is_turned, -e1, e1);
+        let f2 = s.select(is_turned, -e2, e2);
+        // Beside the face: clamped to it, as the plain path does.
+        let whole = area.abs();
+        let (e0, e1, e2) = (f0.max(zero).min(whole), f1.max(zero).min(whole), f2.max(zero).min(whole));
+        let [i0, i1, i2] = match shading.is_affine {
+            true => [s.splat(1.0); 3],
+            false => [r0[3], r1[3], r2[3]],
+        };
+        let p = [e0 * i0, e1 * i1, e2 * i2];
+        let inverse = s.splat(1.0) / ((p[0] + p[1]) + p[2]);
+        let w = ((e0 + e1) + e2) * inverse;
+        let (mut right, mut below) = (p, p);
+        if shading.surfaces.iter().any(|m| m.texture.is_some()) {
+            // A pixel further on, an edge function has moved by the edge's extent on the other axis.
+            let unit = s.splat(65536.0);
+            let unit = s.select(is_turned, -unit, unit);
+            let steps = [(d1, d2), (d2, d0), (d0, d1)];
+            let (f, i) = ([f0, f1, f2], [i0, i1, i2]);
+            right = [
+                (f[0] + unit * (steps[0].0[1] - steps[0].1[1])) * i[0],
+                (f[1] + unit * (steps[1].0[1] - steps[1].1[1])) * i[1],
+                (f[2] + unit * (steps[2].0[1] - steps[2].1[1])) * i[2],
+            ];
+            below = [
+                (f[0] + unit * (steps[0].1[0] - steps[0].0[0])) * i[0],
+                (f[1] + unit * (steps[1].1[0] - steps[1].0[0])) * i[1],
+                (f[2] + unit * (steps[2].1[0] - steps[2].0[0])) * i[2],
+            ];
+        }
+        let turn = match shading.turned {
+            0 => none,
+            1 => !is_turned,
+            _ => is_turned,
+        };
+        let shares = Shares { p, inverse, w, right, below };
+        let (color, delicate) = self.shade(s, mask, (faces, materials), &corners, shares, turn, at);
+        (color, delicate)
+    }
+
+    /// The vertices of pixels' faces, and their materials' numbers.
+    #[inline(always)]
+    fn corners_of<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> (Corners<S>, S::I) {
+        let mut numbers = [0; 16];
+        s.store_i(faces, &mut numbers[..S::LANES]);
+        let mut few = Few { count: 0, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        let mut materials = s.splat_i(0);
+        let mut left = mask;
+        while left.any() && few.count < most_few::<S>() {
+            let face = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & faces.eq(s.splat_i(face));
+            left = left & !same;
+            let [c0, c1, c2, material] = self.corners[face as usize];
+            few.pixels[few.count] = same;
+            few.vertices[few.count] = [c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize];
+            few.count += 1;
+            materials = s.select_i(same, s.splat_i(material.to_bits() as i32), materials);
+        }
+        if !left.any() {
+            return (Corners::Few(few), materials);
+        }
+        let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
+        (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits())
+    }
+
+    /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
+    #[inline(always)]
+    pub fn wide<S: Simd>(&self, s: S, mask: S::M, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
+        let shading = self.shading;
+        let face = wide.face as usize;
+        let [b0, b1, b2] = wide::weights(s, wide, x, y);
+        let p = match wide.is_cut {
+            true => [b0, b1, b2],
+            false => wide::clamped(s, wide, [b0, b1, b2]),
+        };
+        let sum = (p[0] + p[1]) + p[2];
+        let inverse = s.splat(1.0) / sum;
+        let (mut right, mut below) = (p, p);
+        if shading.surfaces.iter().any(|m| m.texture.is_some()) {
+            let [g0, g1, g2] = &wide.plane.shares;
+            right = [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
+            below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
+        }
+        let [c0, c1, c2, material] = self.corners[face];
+        let vertices =
+            Corners::<S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
+        let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
+        // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
+        let off = mask & !s.splat(1e-30).lt(sum);
+        let mut w = inverse;
+        if shading.is_affine {
+            w = s.splat(1.0);
+        }
+        let shares = Shares { p, inverse, w, right, below };
+        let faces = s.splat_i(wide.face as i32);
+        let materials = s.splat(material).bits();
+        let at = (s.iota() + s.splat_i(x), s.splat_i(y));
+        let (color, delicate) = self.shade(s, mask, (faces, materials), &vertices, shares, turn, at);
+        let needs_w = shading.is_affine && matches!(shading.source, Source::Pixels(_));
+        (color, if needs_w { mask } else { delicate | off })
+    }
+
+    /// The one colour of a face, where it is easily seen that it has but one.
+    #[inline(always)]
+    pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
+        let shading = self.shading;
+        let [only] = shading.surfaces else { return None };
+        if only.texture.is_some() {
+            return None;
+        }
+        let [c0, c1, c2, _] = self.corners[face];
+        let alike = |table: &[[f32; 4]]| {
+            let [v0, v1, v2] =
+                [table[c0.to_bits() as usize], table[c1.to_bits() as usize], table[c2.to_bits() as usize]];
+            (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
+        };
+        let (matte, gloss) = (only.lighting.matte, only.lighting.gloss);
+        match shading.source {
+            Source::Constant if shading.colors.is_empty() => {
+                Some([matte[0] + gloss[0], matte[1] + gloss[1], matte[2] + gloss[2]])
+            }
+            Source::Constant => {
+                let c = alike(shading.colors)?;
+                Some([matte[0] * c[0] + gloss[0], matte[1] * c[1] + gloss[1], matte[2] * c[2] + gloss[2]])
+            }
+            Source::Vertices(table, []) if shading.colors.is_empty() => alike(table),
+            Source::Faces(table, []) if shading.colors.is_empty() => {
+                let [r, g, b, _] = table[face];
+                Some([r, g, b])
+            }
+            _ => None,
+        }
+    }
+
+    /// The one colour of everything, where there is one.
+    #[inline(always)]
+    fn is_plain_color(&self) -> Option<&Lighting> {
+        let s = self.shading;
+        match (s.source, s.surfaces) {
+            (Source::Constant, [only]) if s.colors.is_empty() && only.texture.is_none() => {
+                Some(&only.lighting)
+            }
+            _ => None,
+        }
+    }
+
+    /// Colours from shares: the same for all kinds of faces.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
+    fn shade<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        (faces, materials): (S::I, S::I),
+        corners: &Corners<S>,
+        shares: Shares<S>,
+        turn: S::M,
+        at: (S::I, S::I),
+    ) -> (S::I, S::M) {
+        let shading = self.shading;
+        if let [only] = shading.surfaces {
+            return self.surface(s, mask, only, faces, corners, &shares, turn, at);
+        }
+        // One material after the other; mostly there is one in a vector.
+        let mut numbers = [0; 16];
+        s.store_i(materials, &mut numbers[..S::LANES]);
+        let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
+        while left.any() {
+            let material = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & materials.eq(s.splat_i(material));
+            left = left & !same;
+            let surface = &shading.surfaces[material as usize];
+            let (own, d) = self.surface(s, same, surface, faces, corners, &shares, turn, at);
+            color = s.select_i(same, own, color);
+            delicate = delicate | (d & same);
+        }
+        (color, delicate)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
+    fn surface<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        surface: &Surface<'_>,
+        faces: S::I,
+        corners: &Corners<S>,
+        shares: &Shares<S>,
+        turn: S::M,
+        (column, row): (S::I, S::I),
+    ) -> (S::I, S::M) {
+        let shading = self.shading;
+        let lighting = &surface.lighting;
+        let mut delicate = s.mask(0);
+        let b = [shares.p[0] * shares.inverse, shares.p[1] * shares.inverse, shares.p[2] * shares.inverse];
+        let zero = s.splat(0.0);
+        let (mut matte, gloss) = match shading.source {
+            Source::Constant => (splat3(s, lighting.matte), splat3(s, lighting.gloss)),
+            Source::Faces(matte, gloss) => {
+                let [r, g, b, _] = s.gather4(mask, matte, faces);
+                let gloss = match gloss.is_empty() {
+                    true => [zero; 3],
+                    false => {
+                        let [r, g, b, _] = s.gather4(mask, gloss, faces);
+                        [r, g, b]
+                    }
+                };
+                ([r, g, b], gloss)
+            }
+            Source::Vertices(matte, gloss) => {
+                let matte = blend(s, mask, matte, corners, b);
+                let gloss = if gloss.is_empty() { [zero; 3] } else { blend(s, mask, gloss, corners, b) };
+                (matte, gloss)
+            }
+            Source::Pixels(_) if lighting.lights.is_empty() => {
+                (splat3(s, lighting.matte), splat3(s, lighting.gloss))
+            }
+            Source::Pixels(normals) => {
+                let n = blend(s, mask, normals, corners, b);
+                let length2 = dot::<S>(n, n);
+                // Normals that cancel fall back to the face's, in f64.
+                delicate = mask & !s.splat(1e-4).le(length2);
+                let n_inverse = s.splat(1.0) / length2.sqrt();
+                let n_inverse = s.select(turn, zero - n_inverse, n_inverse);
+                let normal = scale::<S>(n, n_inverse);
+                let (position, to_viewer) = match shading.eye {
+                    Eye::Perspective { ray } => {
+                        let (column, row) = (column.to_f32(), row.to_f32());
+                        let ray = [
+                            s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
+                            s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
+                            s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
+                        ];
+                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
+                        let position = match shading.is_affine {
+                            false => scale::<S>(ray, shares.w),
+                            true => blend(s, mask, shading.positions, corners, b),
+                        };
+                        let to_viewer = match shading.is_affine {
+                            false => scale::<S>(ray, back),
+                            true => {
+                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
+                                scale::<S>(position, back)
+                            }
+                        };
+                        (position, to_viewer)
+                    }
+                    Eye::Parallel { to_viewer } => {
+                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
+                    }
+                };
+                let lit = light(s, lighting, position, normal, to_viewer);
+                delicate = delicate | (lit.delicate & mask);
+                (lit.matte, lit.gloss)
+            }
+        };
+        if !shading.colors.is_empty() {
+            let color = blend(s, mask, shading.colors, corners, b);
+            matte = [matte[0] * color[0], matte[1] * color[1], matte[2] * color[2]];
+        }
+        if let Some(texture) = &surface.texture {
+            let [t0, t1, t2] = gather3(s, mask, shading.texcoords, corners);
+            // Relative to the first corner, so that coordinates far from 0 keep their digits.
+            let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
+            let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
+            let footprint = match texture.needs_level() {
+                false => None,
+                true => {
+                    let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
+                    let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
+                    let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
+                    Some(Footprint {
+                        right: [right[0] - here[0], right[1] - here[1]],
+                        below: [below[0] - here[0], below[1] - here[1]],
+                        is_horizon,
+                    })
+                }
+            };
+            let origin = [[t0[0], t0[1]], [t0[2], t0[3]]];
+            let (texel, d) = texture::sample(s, mask, texture, origin, here, footprint);
+            delicate = delicate | (d & mask);
+            matte = [matte[0] * texel[0], matte[1] * texel[1], matte[2] * texel[2]];
+        }
+        (pack(s, add::<S>(matte, gloss)), delicate)
+    }
+}
+
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+/// u, v relative to the first corner where the shares are these, and their sum.
+#[inline(always)]
+fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S::F; 2], S::F) {
+    let sum = (p[0] + p[1]) + p[2];
+    let inverse = s.splat(1.0) / sum;
+    let (b1, b2) = (p[1] * inverse, p[2] * inverse);
+    ([b1 * u.0 + b2 * u.1, b1 * v.0 + b2 * v.1], sum)
+}
+
+/// From texture coordinates to others, both in two parts.
+#[inline(always)]
+fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
+    [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]
+}
+
+#[inline(always)]
+fn add<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// From the pixel's centre to a record's position, in 1/65536 pixel; the floor in the record is half a unit low.
+#[inline(always)]
+fn offset<S: Simd>(s: S, r: [S::F; 4], px: S::I, py: S::I) -> [S::F; 2] {
+    let half = s.splat(0.5);
+    [(r[0].bits() - px).to_f32() + half, (r[1].bits() - py).to_f32() + half]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
+    a[0] * b[1] - b[0] * a[1]
+}
