@@ -4,6 +4,7 @@ use crate::tools;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -47,20 +48,26 @@ impl Screen {
         if !tools::are_there(&["Xvfb", "xdotool"]) {
             return None;
         }
-        // Servers that start at once may take the same number: whose is not reached begins again.
+        // Servers that start at once may take the same number, and the other one ends with its own test: each is known by
+        // a height of its own, and whose is not reached begins again.
+        static SERVERS: AtomicUsize = AtomicUsize::new(0);
         for _ in 0..5 {
-            let screen = Screen::run(folder);
+            let height = 1024 + SERVERS.fetch_add(1, Ordering::Relaxed);
+            let screen = Screen::run(folder, height);
             let size = screen.xdotool(&["getdisplaygeometry"]);
-            if size.trim() == "1280 1024" {
+            if size.trim() == format!("1280 {height}") {
                 return Some(screen);
             }
         }
         panic!("no X server is reached");
     }
 
-    fn run(folder: &Path) -> Screen {
+    fn run(folder: &Path, height: usize) -> Screen {
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp", "-fbdir"])
+            // Not to begin anew whenever its last client leaves: the next one would be turned away.
+            .args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0"])
+            .arg(format!("1280x{height}x24"))
+            .arg("-fbdir")
             .arg(folder)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
