@@ -4,11 +4,12 @@
 
 use fbptr::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
-use fbptr::scene::Scene;
+use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection, Scene};
 use fbptr::simd::Level;
 use fbptr::truth::compare::compare;
 use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{Transparency, TruthPicture};
+use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
 /// Bytes, depths, and the name and triangle of each pixel.
@@ -131,4 +132,68 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
     assert!(wrong.is_empty(), "{} of {count} scenes are wrong: {wrong:?}", wrong.len());
     assert!(unlike.is_empty(), "{unlike:?}");
     assert!(fragments[0] * 1000 <= fragments[1], "{fragments:?}");
+}
+
+/// Many faces that fill the frame at all slants, through each other: as the plain path draws them, one by one.
+#[test]
+fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
+    let (width, height) = (288, 80);
+    let mut mesh = Mesh::default();
+    // Corners of a triangle around the frame; depths from a fixed sequence, some faces level.
+    let mut state = 7u32;
+    let mut depth = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        -0.1 - 0.75 * f64::from(state >> 8) / f64::from(1 << 24)
+    };
+    for face in 0..60u32 {
+        let level = depth() - 0.05;
+        for (x, y) in [(-2.2, -1.05), (2.2, -1.05), (0.0, 3.5)] {
+            let z = if face % 3 == 0 { level } else { depth() };
+            mesh.positions.push(DVec3::new(x, y, z));
+        }
+        mesh.colors.push(DVec4::new(f64::from(face) / 60.0, f64::from(face % 7) / 7.0, 0.5, 1.0));
+        let corners =
+            [0, 1, 2].map(|k| Corner { position: face * 3 + k, normal: NONE, texcoord: NONE, color: face });
+        mesh.push_polygon(&corners, NONE);
+    }
+    let geometry = Geometry { mesh, textures: Vec::new() };
+    let material = Material { ka: DVec3::ONE, kd: DVec3::ZERO, ..Material::default() };
+    let camera = Camera {
+        look_at: LookAt { eye: DVec3::ZERO, reference: -DVec3::Z, up: DVec3::Y },
+        projection: Projection::Ortho { window: [-1.0, 1.0, -1.0, 1.0], near: 0.0, far: 1.0 },
+    };
+    let draw = |renderer: &mut Renderer| {
+        let mut memory = VideoMemory::new(width, height).unwrap();
+        let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+        let depth_format = DepthFormat::F32;
+        let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
+        let call =
+            DrawCall { camera, ambient: DVec3::ONE, ..DrawCall::new(&geometry, &material, width, height) };
+        let stats = renderer.draw(&mut target, &call).unwrap();
+        Drawn { memory, depth, ids, stats }
+    };
+    let plain =
+        draw(&mut Renderer::new(RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() }));
+    let fast = draw(&mut with(Level::Portable, 1));
+    assert_eq!(fast.stats.pixels_tested, 60 * u64::from(width * height));
+    assert_eq!(fast.stats.pixels_tested, plain.stats.pixels_tested);
+    let z = |drawn: &Drawn, i: usize| DepthFormat::F32.decode(drawn.depth.as_ref().unwrap().word(i));
+    let mut seen = std::collections::HashSet::new();
+    for i in 0..(width * height) as usize {
+        let (x, y) = ((i as u32 % width) as i32, (i as u32 / width) as i32);
+        assert!((z(&fast, i) - z(&plain, i)).abs() < 4e-7, "({x}, {y}): {} {}", z(&fast, i), z(&plain, i));
+        let [own, other] = [&fast, &plain].map(|d| &d.memory.bytes()[4 * i..][..4]);
+        assert_eq!(own, other, "({x}, {y})");
+        seen.insert(own);
+    }
+    assert!(seen.len() > 2, "faces go through each other: {}", seen.len());
+    for level in Level::ALL {
+        for threads in [1, 3] {
+            let other = draw(&mut with(level, threads));
+            assert!(
+                other.words() == fast.words() && other.stats == fast.stats,
+                "{level:?}, {threads} threads"
+            );
+        }
+    }
 }

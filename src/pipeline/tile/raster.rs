@@ -4,8 +4,9 @@
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::bins::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View};
+use super::bins::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View, WIDE};
 use super::wide::{self, WideFace};
+use crate::math::coverage::Filling;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// In the memory of ids: no face of this draw.
@@ -72,8 +73,11 @@ impl Kernel for RasterKernel<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> (u64, u64) {
         let (mut tested, mut passed) = (0, 0);
-        for &entry in &self.bin.entries {
+        let mut from = 0;
+        while from < self.bin.entries.len() {
+            let entry = self.bin.entries[from];
             let index = (entry & INDEX) as usize;
+            from += 1;
             match entry & !INDEX {
                 TINY => {
                     let face = &self.bin.tiny[index];
@@ -85,6 +89,29 @@ impl Kernel for RasterKernel<'_, '_> {
                 SMALL => {
                     let (t, p) = small(s, &self.bin.small[index], &self.view, self.tile);
                     (tested, passed) = (tested + t, passed + p);
+                }
+                _ if wide::filling(s, &self.wide[index], self.tile) == Filling::All => {
+                    // With those behind it that fill the tile as well.
+                    let mut stack = [&self.wide[index]; wide::MOST_STACKED];
+                    let mut count = 1;
+                    while let (true, Some(&next)) = (count < stack.len(), self.bin.entries.get(from)) {
+                        if next & !INDEX != WIDE {
+                            break;
+                        }
+                        let face = &self.wide[(next & INDEX) as usize];
+                        match wide::filling(s, face, self.tile) {
+                            Filling::None => {}
+                            Filling::Part => break,
+                            Filling::All => {
+                                stack[count] = face;
+                                count += 1;
+                            }
+                        }
+                        from += 1;
+                    }
+                    let pixels = ((self.tile.x1 - self.tile.x0) * (self.tile.y1 - self.tile.y0)) as u64;
+                    tested += count as u64 * pixels;
+                    passed += wide::stack(s, &stack[..count], self.tile);
                 }
                 _ => {
                     let (t, p) = wide::draw(s, &self.wide[index], self.tile);

@@ -55,6 +55,11 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
         while y < self.reach.y1 {
             let mut x = left;
             while x < self.reach.x1 {
+                if self.is_full_of(s, &known, x, y) {
+                    shaded += (STRIP[0] * STRIP[1]) as u64;
+                    x += STRIP[0];
+                    continue;
+                }
                 let (seen, has_narrow, has_wide) = self.look(s, x, y);
                 if has_narrow {
                     self.blocks(s, x, y);
@@ -97,6 +102,42 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             row += 1;
         }
         (seen, wide < seen, wide > 0)
+    }
+
+    /// Whether a whole strip shows the face that was looked up last, of one colour; then it has got it.
+    #[inline(always)]
+    fn is_full_of<S: Simd>(&mut self, s: S, known: &Known<'a, S>, x: i32, y: i32) -> bool {
+        let Some(color) = known.color else { return false };
+        let is_inside = x + STRIP[0] <= self.tile.x1 && y + STRIP[1] <= self.tile.y1;
+        if !is_inside || !self.pick.is_empty() {
+            return false;
+        }
+        let (at, face) = (self.tile.id_at(x, y), s.splat_i(known.face | WIDE_BIT));
+        let mut same = s.mask(u32::MAX);
+        let mut row = 0;
+        while row < STRIP[1] as usize {
+            let mut column = 0;
+            while column < STRIP[0] as usize {
+                same = same & s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]).eq(face);
+                column += S::LANES;
+            }
+            row += 1;
+        }
+        if (!same).any() {
+            return false;
+        }
+        let mut row = 0;
+        while row < STRIP[1] {
+            let at = self.tile.depth_at(x, y + row) * 4;
+            let bytes = &mut self.bytes[at..at + STRIP[0] as usize * 4];
+            let mut column = 0;
+            while column < STRIP[0] as usize {
+                s.store_masked_bytes(s.mask(u32::MAX), color, &mut bytes[column * 4..]);
+                column += S::LANES;
+            }
+            row += 1;
+        }
+        true
     }
 
     /// The pixels of a strip whose faces have records, a block of four columns at a time.

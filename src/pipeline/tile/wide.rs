@@ -88,6 +88,103 @@ pub fn draw<S: Simd>(s: S, wide: &WideFace, tile: &mut Tile<'_>) -> (u64, u64) {
     (tested, passed)
 }
 
+/// Faces that are drawn together over a whole tile.
+pub const MOST_STACKED: usize = 24;
+
+/// How much of the tile is the face's, as far as [`stack`] can draw it: whole means between near and far too, and a depth
+/// that runs slowly enough for f32.
+#[inline(always)]
+pub fn filling<S: Simd>(_: S, wide: &WideFace, tile: &Tile<'_>) -> Filling {
+    let [Some(outline), None] = &wide.outlines else { return Filling::Part };
+    let b = wide.bounds;
+    let clip = PixelRect { x0: tile.x0, y0: tile.y0, x1: tile.x1, y1: tile.y1 };
+    let holds = b.x0 <= clip.x0 && b.x1 >= clip.x1 && b.y0 <= clip.y0 && b.y1 >= clip.y1;
+    let is_even = (clip.x0 | clip.x1) & (RUN - 1) == 0 && !tile.depth.is_empty();
+    let is_simple = wide.is_between && wide.plane.z[1].abs() <= STEEP;
+    match outline.filling(clip) {
+        Filling::All if !(holds && is_even && is_simple) => Filling::Part,
+        filling => filling,
+    }
+}
+
+/// Draws faces that fill the tile, in their order, and says how many fragments passed: a pixel's depth and face stay in
+/// registers until all of them were asked.
+#[inline(always)]
+pub fn stack<S: Simd>(s: S, faces: &[&WideFace], tile: &mut Tile<'_>) -> u64 {
+    let count = faces.len().min(MOST_STACKED);
+    let faces = &faces[..count];
+    let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
+    let mut ids = [0; MOST_STACKED];
+    // Low and high as `depths` and its callers take them, at once; + 0.0 makes a zero positive, as its bits have to be.
+    let (mut low, mut high, mut slope) = ([0f32; MOST_STACKED], [0f32; MOST_STACKED], [0f32; MOST_STACKED]);
+    let mut is_level = true;
+    for (i, face) in faces.iter().enumerate() {
+        ids[i] = face.face as i32 | super::resolve::WIDE_BIT;
+        low[i] = face.z_range[0].max(0.0) + 0.0;
+        high[i] = face.z_range[1].max(0.0) + 0.0;
+        slope[i] = face.plane.z[1] as f32;
+        is_level &= face.plane.z[1] == 0.0;
+    }
+    let mut passed = 0;
+    for y in tile.y0..tile.y1 {
+        let (at, depth_at) = (tile.id_at(x0, y), tile.depth_at(x0, y));
+        let row_ids = &mut tile.ids[at..at + width];
+        let row_depth = &mut tile.depth[depth_at..depth_at + width];
+        let mut base = [0f32; MOST_STACKED];
+        let mut level = [0i32; MOST_STACKED];
+        if is_level {
+            for (i, face) in faces.iter().enumerate() {
+                let z = face.plane.z_at(x0, y) as f32;
+                level[i] = clamp(z, low[i], high[i]).to_bits() as i32;
+            }
+        }
+        let mut column = 0;
+        while column < width {
+            let old = &mut row_depth[column..column + S::LANES];
+            let own = &mut row_ids[column..column + S::LANES];
+            let (mut z, mut id) = (s.load_i(old), s.load_i(own));
+            if is_level {
+                let mut i = 0;
+                while i < count {
+                    let new = s.splat_i(level[i]);
+                    let passes = z.gt(new);
+                    (z, id) = (z.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
+                    passed += passes.bits().count_ones() as u64;
+                    i += 1;
+                }
+            } else {
+                let in_run = column as i32 & (RUN - 1);
+                if in_run == 0 {
+                    for (i, face) in faces.iter().enumerate() {
+                        base[i] = face.plane.z_at(x0 + column as i32, y) as f32;
+                    }
+                }
+                let along = (s.iota() + s.splat_i(in_run)).to_f32();
+                let mut i = 0;
+                while i < count {
+                    let new = s.splat(base[i]) + s.splat(slope[i]) * along;
+                    let new = new.max(s.splat(low[i])).min(s.splat(high[i])).bits();
+                    let passes = z.gt(new);
+                    (z, id) = (z.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
+                    passed += passes.bits().count_ones() as u64;
+                    i += 1;
+                }
+            }
+            s.store_i(z, old);
+            s.store_i(id, own);
+            column += S::LANES;
+        }
+    }
+    passed
+}
+
+/// As the vectors' `max` and `min` do it.
+#[inline(always)]
+fn clamp(z: f32, low: f32, high: f32) -> f32 {
+    let z = if z > low { z } else { low };
+    if z < high { z } else { high }
+}
+
 /// One span: vectors that begin at multiples of their width, the first and the last in part.
 #[inline(always)]
 fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, tile: &mut Tile<'_>) -> u64 {
