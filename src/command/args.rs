@@ -3,10 +3,9 @@
 //! In: a line without its LF, CR and `:N`. Words are split by blanks and tabs. Whole numbers are `[+-]?digits` in i32,
 //! reals are decimal with an optional exponent and finite once parsed; nothing else is a number.
 
-use super::color::parse_color;
 use super::scan::find_blank;
 use crate::error::Code;
-use crate::memory::Rgba;
+use crate::memory::{Rgba, parse_color, parse_light_color};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -166,6 +165,27 @@ impl<'a> Args<'a> {
         }
     }
 
+    /// A colour of light: three finite reals, or one word where `form` says that words may stand for them.
+    pub fn light_color(&mut self, form: LightForm) -> Result<DVec3, Refusal> {
+        if form == LightForm::Reals || !may_be_color(self.peek()) {
+            return self.vector();
+        }
+        let word = self.word();
+        match parse_light_color(word) {
+            Some(color) => Ok(DVec3::from_array(color)),
+            None => self.refuse(
+                Code::Colour,
+                "a colour of light: three reals, a CSS colour name, or gg or rrggbb in hex after #",
+                word,
+            ),
+        }
+    }
+
+    /// How many of the words left stand where a number cannot: those of colours.
+    pub fn color_words_left(&self) -> usize {
+        words(self.rest).filter(|word| may_be_color(word)).count()
+    }
+
     /// A keyword that `find` knows, in either case. `wanted` lists the keywords.
     pub fn keyword<T>(&mut self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, Refusal> {
         let word = self.word();
@@ -192,6 +212,20 @@ impl<'a> Args<'a> {
             _ => self.refuse(Code::Args, "a name of printable UTF-8 that does not begin with a colon", word),
         }
     }
+}
+
+/// How the colours of light in a line are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LightForm {
+    /// Each as three reals.
+    Reals,
+    /// Some as one word.
+    Words,
+}
+
+/// Whether a word is meant as a colour where a real could stand: no real begins like this.
+fn may_be_color(word: &[u8]) -> bool {
+    word.first().is_some_and(|&b| b == b'#' || b.is_ascii_alphabetic())
 }
 
 /// Whether a text can stand as a name in a line: one word, no control characters, no `:` before more.

@@ -5,8 +5,6 @@
 
 mod args;
 mod check;
-mod color;
-mod color_names;
 mod decoder;
 mod encode;
 mod help;
@@ -20,7 +18,7 @@ mod stream_error;
 mod table;
 mod verb;
 
-pub use color::parse_color;
+pub use crate::memory::{parse_color, parse_light_color};
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
 pub use help::help_text;

@@ -212,8 +212,9 @@ pub(super) static TABLE: [Verb; 75] = [
     text("MATRIX", Space, Of(&[16]), Never, space::matrix, &[
         form("MATRIX m00..m33", "sixteen numbers, row by row"),
     ]),
-    text("AMBIENT", Space, Of(&[3]), Never, space::ambient, &[
+    text("AMBIENT", Space, From(1), Never, space::ambient, &[
         form("AMBIENT r g b", "sets the ambient light; colours of light are 0..1 and above"),
+        form("AMBIENT name", "the same by a CSS name or #rrggbb; so may any r g b of LIGHT and MATERIAL be given"),
     ]),
     text("LIGHT", Space, From(2), Never, space::light, &[
         form("LIGHT i POINT x y z r g b [c l q]", "puts a light at a point, fading by 1/(c + l d + q d^2)"),
@@ -221,8 +222,9 @@ pub(super) static TABLE: [Verb; 75] = [
         form("LIGHT i SPOT x y z dx dy dz angle exponent r g b [c l q]", "puts a spot light"),
         form("LIGHT i OFF", "takes a light away"),
     ]),
-    text("MATERIAL", Space, Of(&[10, 13, 14]), Never, space::material, &[
+    text("MATERIAL", Space, From(4), Never, space::material, &[
         form("MATERIAL ka(3) kd(3) ks(3) n [emissive(3) [transparency]]", "says how surfaces answer light"),
+        form("MATERIAL ka kd ks n [emissive [transparency]]", "the same with names of colours"),
     ]),
     text("TEXTURE", Space, Of(&[1, 2, 3]), Never, space::texture, &[
         form("TEXTURE name|OFF [nearest|bilinear|mipmap|trilinear] [repeat|clamp]", "lays a texture on what is drawn next"),

@@ -6,11 +6,13 @@
 //! SCENE: `dim` N; `pixels` [n_1..n_M]; `d`; `S` [S_1..S_M]; `aperture_tan` or `aperture_deg`, one a hidden axis; `I_d` number
 //! or [r,g,b] in 0..1 (default 0); `view` {k,n} (default off); `background` (default black); `eye` {position, rotations
 //! [[a,b,degrees]..]}; `lights`; `facets` [{v: N points, color}]. A light: `type` "parallel" with `direction` and perhaps `point`,
-//! or "radial" with `position`; `k`, `n`, `color`. Defaults: n = 0 parallel and view, N-1 radial; k = 2^n; white.
+//! or "radial" with `position`; `k`, `n`, `color`. Defaults: n = 0 parallel and view, N-1 radial; k = 2^n; white. Any colour
+//! may be a string: a CSS name, or hex with or without `#`, in which ff is the most that the field can be.
 
 use super::error::EyeError;
 use super::pose::{Pose, Rotation};
 use super::scene::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, SceneParts};
+use crate::memory::parse_color;
 use serde_json::{Map, Value, json};
 
 impl EyeScene {
@@ -106,8 +108,8 @@ fn read_scene(node: &Node) -> Result<EyeScene, EyeError> {
         aperture_tan: read_aperture(node, hidden)?,
         diffuse: match node.optional("I_d") {
             None => [0.0; 3],
-            Some(n) if n.value.is_array() => n.triple()?,
-            Some(n) => [n.number()?; 3],
+            Some(n) if n.value.is_number() => [n.number()?; 3],
+            Some(n) => n.color(1.0)?,
         },
         view: match node.optional("view") {
             None => Falloff::OFF,
@@ -116,13 +118,13 @@ fn read_scene(node: &Node) -> Result<EyeScene, EyeError> {
                 read_falloff(&view, 0.0)?
             }
         },
-        background: node.optional("background").map_or(Ok([0.0; 3]), |n| n.triple())?,
+        background: node.optional("background").map_or(Ok([0.0; 3]), |n| n.color(255.0))?,
         pose: node.optional("eye").map_or(Ok(Pose::identity(dim)), |eye| read_pose(&eye, dim))?,
         lights: read_list(node.optional("lights"), |light| read_light(light, dim))?,
         facets: read_list(Some(node.field("facets")?), |facet| {
             facet.object(&["v", "color"])?;
             let v = read_list(Some(facet.field("v")?), |point| point.numbers())?;
-            Ok(Facet { v, color: facet.field("color")?.triple()? })
+            Ok(Facet { v, color: facet.field("color")?.color(255.0)? })
         })?,
         pixels,
     };
@@ -190,7 +192,7 @@ fn read_light(light: &Node, dim: usize) -> Result<EyeLight, EyeError> {
         }
         _ => return Err(kind.not("\"parallel\" or \"radial\"")),
     };
-    let color = light.optional("color").map_or(Ok([1.0; 3]), |n| n.triple())?;
+    let color = light.optional("color").map_or(Ok([1.0; 3]), |n| n.color(1.0))?;
     Ok(EyeLight { kind, falloff: read_falloff(light, default_n)?, color })
 }
 
@@ -288,6 +290,23 @@ impl<'a> Node<'a> {
         list.iter().enumerate().map(read).collect()
     }
 
+    /// A colour: R, G, B as three numbers, or as the name of a CSS colour or hex, scaled so that ff is `full`.
+    fn color(&self, full: f64) -> Result<[f64; 3], EyeError> {
+        const EXPECTED: &str = "three numbers, a CSS colour name, or gg or rrggbb in hex";
+        let word = match self.value {
+            Value::String(word) => word,
+            Value::Array(_) => return self.triple(),
+            _ => return Err(self.not(EXPECTED)),
+        };
+        let hex = word.strip_prefix('#').unwrap_or(word);
+        match parse_color(hex.as_bytes()) {
+            Some([r, g, b, 255]) if hex.len() == word.len() || hex.bytes().all(|b| b.is_ascii_hexdigit()) => {
+                Ok([r, g, b].map(|c| f64::from(c) * full / 255.0))
+            }
+            _ => Err(self.not(EXPECTED)),
+        }
+    }
+
     pub(super) fn triple(&self) -> Result<[f64; 3], EyeError> {
         let list = self.numbers()?;
         list.as_slice().try_into().map_err(|_| EyeError::Length {
@@ -326,6 +345,29 @@ mod tests {
         let short = r#"{"dim": 2, "pixels": [1], "d": 1, "S": [1], "facets": []}"#;
         let scene = EyeScene::from_json(short.as_bytes()).unwrap();
         assert_eq!((scene.view, scene.diffuse, scene.background), (Falloff::OFF, [0.0; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn colours_may_be_words() {
+        let read = |text: String| EyeScene::from_json(text.as_bytes());
+        let scene = read(
+            GOOD.replacen("0.2", "\"#33\"", 1)
+                .replacen("[1, 2, 3], \"eye", "\"Tomato\", \"eye", 1)
+                .replacen("[1, 0.5, 0]", "\"0033FF\"", 1)
+                .replacen("[200, 100, 50]", "\"#c86432\"", 1),
+        )
+        .unwrap();
+        assert_eq!((scene.diffuse, scene.background), ([0.2; 3], [255.0, 99.0, 71.0]));
+        assert_eq!((scene.lights[0].color, scene.facets[0].color), ([0.0, 0.2, 1.0], [200.0, 100.0, 50.0]));
+        for word in ["reddish", "#red", "", "#", "##ff", "ff000080", "transparent"] {
+            assert_eq!(
+                error_of(&GOOD.replacen("[200, 100, 50]", &format!("{word:?}"), 1)),
+                format!(
+                    "facets[0].color: expected three numbers, a CSS colour name, or gg or rrggbb in hex, found {word:?}"
+                )
+            );
+        }
+        assert!(error_of(&GOOD.replacen("0.2", "true", 1)).starts_with("I_d: expected three numbers, a CSS"));
     }
 
     #[test]

@@ -5,12 +5,16 @@
 //! `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory` mutably.
 
 mod aligned;
+mod color;
+mod color_names;
 mod depth;
 mod fbptr;
 mod ids;
 mod shared;
 mod video;
 
+pub(crate) use color::read_hex;
+pub use color::{parse_color, parse_light_color};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;

@@ -22,8 +22,9 @@ const FRAMING: [&str; 14] = [
     "PX 1 2 a1b2c3\n",
     "PX 12 345 80\r\n",
 ];
-const WORDS: [&str; 10] = [
+const WORDS: [&str; 11] = [
     "a1b2c3",
+    "#a1b2c3",
     "A1B2C3D4",
     "7f",
     "tomato",

@@ -4,6 +4,7 @@
 mod cuts;
 mod dictionary;
 mod framing;
+mod light_colors;
 mod naive;
 mod page;
 mod recorder;

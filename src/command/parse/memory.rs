@@ -2,9 +2,9 @@
 
 use super::Parsed;
 use crate::command::args::{Args, Refusal};
-use crate::command::color::read_hex;
 use crate::command::model::{Command, Rect};
 use crate::error::Code;
+use crate::memory::read_hex;
 
 pub fn px(args: &mut Args<'_>) -> Parsed {
     let [x, y] = args.ints()?;

@@ -6,13 +6,13 @@ pub(super) mod memory;
 pub(super) mod plane;
 pub(super) mod space;
 
-use super::args::{Args, Refusal};
+use super::args::{Args, LightForm, Refusal};
 use super::model::Command;
 use crate::error::Code;
 
 type Parsed = Result<Command, Refusal>;
 
-/// The words left, which must be one of `counts` as the subject before them says.
+/// The words left, which must be one of `counts` as the subject before them says; `what` is the subject, or the whole line.
 fn expect_left(args: &Args<'_>, counts: &[usize], what: &str) -> Result<(), Refusal> {
     if counts.contains(&args.left()) {
         return Ok(());
@@ -24,11 +24,22 @@ fn expect_left(args: &Args<'_>, counts: &[usize], what: &str) -> Result<(), Refu
         left => args.nth_left(most.min(left - 1)),
     };
     let wanted = counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
-    Err(Refusal::new(
-        Code::Args,
-        format!("{what} takes {wanted} more arguments, not {}", args.left()),
-        blamed,
-    ))
+    let message = match args.left() {
+        left if left == args.count() => format!("takes {wanted} arguments, not {left} ({what})"),
+        left => format!("{what} takes {wanted} more arguments, not {left}"),
+    };
+    Err(Refusal::new(Code::Args, message, blamed))
+}
+
+/// How the colours of light are written in the words left, which are `counts` many when a colour's one word is counted as
+/// the three reals that it stands for.
+fn light_form(args: &Args<'_>, counts: &[usize], what: &str) -> Result<LightForm, Refusal> {
+    let colors = args.color_words_left();
+    if colors > 0 && counts.contains(&(args.left() + 2 * colors)) {
+        return Ok(LightForm::Words);
+    }
+    // A word that is no number then gets the blame, not the count.
+    expect_left(args, counts, what).map(|()| LightForm::Reals)
 }
 
 /// `on` or `off`.

@@ -1,7 +1,7 @@
 //! Meshes and scenes, cameras, the model matrix, lights, materials and the modes of drawing.
 
 use super::memory::rectangle;
-use super::{Parsed, expect_left};
+use super::{Parsed, expect_left, light_form};
 use crate::command::args::{Args, Refusal};
 use crate::command::model::{Command, FileKind, LightCommand, MeshSource, Quality};
 use crate::error::Code;
@@ -202,7 +202,8 @@ pub fn matrix(args: &mut Args<'_>) -> Parsed {
 }
 
 pub fn ambient(args: &mut Args<'_>) -> Parsed {
-    Ok(Command::Ambient(args.vector()?))
+    let form = light_form(args, &[3], "AMBIENT r g b or its name")?;
+    Ok(Command::Ambient(args.light_color(form)?))
 }
 
 fn attenuation(args: &mut Args<'_>) -> Result<Attenuation, Refusal> {
@@ -218,19 +219,19 @@ pub fn light(args: &mut Args<'_>) -> Parsed {
     let kind = args.word();
     let light = match kind.to_ascii_lowercase().as_slice() {
         b"point" => {
-            expect_left(args, &[6, 9], "POINT")?;
-            let (position, color) = (args.vector()?, args.vector()?);
+            let form = light_form(args, &[6, 9], "POINT")?;
+            let (position, color) = (args.vector()?, args.light_color(form)?);
             LightCommand::Point { position, color, attenuation: attenuation(args)? }
         }
         b"dir" => {
-            expect_left(args, &[6], "DIR")?;
-            LightCommand::Dir { direction: args.vector()?, color: args.vector()? }
+            let form = light_form(args, &[6], "DIR")?;
+            LightCommand::Dir { direction: args.vector()?, color: args.light_color(form)? }
         }
         b"spot" => {
-            expect_left(args, &[11, 14], "SPOT")?;
+            let form = light_form(args, &[11, 14], "SPOT")?;
             let (position, direction) = (args.vector()?, args.vector()?);
             let [angle_rad, exponent] = args.reals()?;
-            let color = args.vector()?;
+            let color = args.light_color(form)?;
             LightCommand::Spot {
                 position,
                 direction,
@@ -250,8 +251,14 @@ pub fn light(args: &mut Args<'_>) -> Parsed {
 }
 
 pub fn material(args: &mut Args<'_>) -> Parsed {
-    let (ka, kd, ks, n) = (args.vector()?, args.vector()?, args.vector()?, args.real()?);
-    let emissive = if args.left() == 0 { DVec3::ZERO } else { args.vector()? };
+    let form = light_form(
+        args,
+        &[10, 13, 14],
+        "MATERIAL ka kd ks n [emissive [transparency]], each r g b or its name",
+    )?;
+    let [ka, kd, ks] = [args.light_color(form)?, args.light_color(form)?, args.light_color(form)?];
+    let n = args.real()?;
+    let emissive = if args.left() == 0 { DVec3::ZERO } else { args.light_color(form)? };
     let transparency = if args.left() == 0 { 0.0 } else { args.real()? };
     Ok(Command::Material(Box::new(Material { ka, kd, ks, n, emissive, transparency, ..Material::default() })))
 }

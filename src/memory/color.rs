@@ -3,7 +3,7 @@
 //! A word that is hex of one of these three lengths is hex; no CSS name is.
 
 use super::color_names::NAMES;
-use crate::memory::Rgba;
+use super::video::Rgba;
 
 /// The value of every hex digit, either case; [`NO_DIGIT`] elsewhere. A table, since digits and letters come at random.
 static DIGITS: [u8; 256] = {
@@ -21,7 +21,7 @@ static DIGITS: [u8; 256] = {
 const NO_DIGIT: u8 = 0xff;
 
 /// The bytes that a word of hex digits stands for, into `bytes`, half as many; `false` when a digit is none.
-pub(super) fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
+pub(crate) fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
     let mut seen = 0;
     for (byte, [high, low]) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
         let (high, low) = (DIGITS[*high as usize], DIGITS[*low as usize]);
@@ -39,7 +39,7 @@ fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
 /// The colour that a word names, or `None`.
 ///
 /// ```
-/// use fbptr::command::parse_color;
+/// use fbptr::memory::parse_color;
 /// assert_eq!(parse_color(b"80"), Some([128, 128, 128, 255]));
 /// assert_eq!(parse_color(b"FF8000"), Some([255, 128, 0, 255]));
 /// assert_eq!(parse_color(b"ff800040"), Some([255, 128, 0, 64]));
@@ -54,6 +54,28 @@ pub fn parse_color(word: &[u8]) -> Option<Rgba> {
         _ => None,
     };
     hex.or_else(|| named(word))
+}
+
+/// The colour of a word in the place of three reals, R, G, B in 0..1: a CSS name, or `gg`, `rrggbb` after a `#`.
+///
+/// Hex without its `#` could be read as a number. A colour of light has no alpha: one that is not ff is refused.
+///
+/// ```
+/// use fbptr::memory::parse_light_color;
+/// assert_eq!(parse_light_color(b"#ff0033"), Some([1.0, 0.0, 0.2]));
+/// assert_eq!(parse_light_color(b"Yellow"), Some([1.0, 1.0, 0.0]));
+/// assert_eq!(parse_light_color(b"ff0033"), None);
+/// ```
+pub fn parse_light_color(word: &[u8]) -> Option<[f64; 3]> {
+    let color = match word.strip_prefix(b"#") {
+        Some(hex) if hex.iter().all(u8::is_ascii_hexdigit) => parse_color(hex),
+        Some(_) => None,
+        None => named(word),
+    };
+    match color {
+        Some([r, g, b, 255]) => Some([r, g, b].map(|c| f64::from(c) / 255.0)),
+        _ => None,
+    }
 }
 
 /// A CSS name in either case. `transparent` stands for all zeros, as in CSS.
@@ -119,6 +141,24 @@ mod tests {
             "rebeccapurple2rebeccapurple",
         ] {
             assert_eq!(parse_color(word.as_bytes()), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn a_colour_of_light_is_a_name_or_marked_hex_without_alpha() {
+        for (word, color) in [
+            ("white", [1.0; 3]),
+            ("BLACK", [0.0; 3]),
+            ("#ff", [1.0; 3]),
+            ("#0033FF", [0.0, 0.2, 1.0]),
+            ("#336699ff", [0.2, 0.4, 0.6]),
+        ] {
+            assert_eq!(parse_light_color(word.as_bytes()), Some(color), "{word}");
+        }
+        for word in
+            ["", "#", "##ff", "#red", "#12345", "#ff000080", "transparent", "1e", "10e305", "80", "reddish"]
+        {
+            assert_eq!(parse_light_color(word.as_bytes()), None, "{word}");
         }
     }
 
