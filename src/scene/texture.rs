@@ -42,17 +42,47 @@ impl TextureError {
 
 /// A texture: RGBA bytes, row 0 at the top of the picture (v = 1), and whether any texel lets light through.
 ///
-/// Level 0 is the bytes themselves; further levels (2x2 box, halved rounding down, the last odd row and column dropped,
-/// held as f32 in 0..255) are made when the texture is.
+/// Level 0 is the bytes themselves; further levels (2x2 box, halved rounding down, the last odd row and column dropped) are
+/// made when the texture is: 1 to 4 in fixed point, which holds them exactly, the others as f32.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     width: u32,
     height: u32,
     bytes: Vec<u8>,
-    /// Levels 1.., each width, height and RGBA texels in 0..255, unrounded.
-    levels: Vec<(u32, u32, Vec<[f32; 4]>)>,
+    /// Levels 1..
+    levels: Vec<Level>,
     has_alpha: bool,
 }
+
+/// A level made by averaging.
+#[derive(Clone, Debug, PartialEq)]
+struct Level {
+    width: u32,
+    height: u32,
+    texels: Texels,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Texels {
+    /// In 1/256 of 0..255, each row's first texel once more at its end.
+    Fixed(Vec<[u16; 4]>),
+    /// In 0..255.
+    Float(Vec<[f32; 4]>),
+}
+
+/// The RGBA texels of a level, row 0 at the top.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LevelTexels<'a> {
+    /// Of level 0: four bytes each.
+    Bytes(&'a [u8]),
+    /// In 1/256 of 0..255; each row has its first texel once more at its end, so width + 1 of them.
+    Fixed(&'a [[u16; 4]]),
+    /// In 0..255.
+    Float(&'a [[f32; 4]]),
+}
+
+/// Levels whose averages of bytes 1/256 holds exactly: each takes two binary places more.
+const FIXED_LEVELS: u32 = 4;
 
 impl Texture {
     /// A texture from RGBA bytes, row 0 at the top.
@@ -74,24 +104,27 @@ impl Texture {
     }
 
     /// The level below the last one, or `None` when that is 1x1.
-    fn next_level(&self) -> Option<(u32, u32, Vec<[f32; 4]>)> {
+    fn next_level(&self) -> Option<Level> {
         let last = self.level_count() - 1;
         let (w, h) = self.level_size(last);
         if (w, h) == (1, 1) {
             return None;
         }
-        let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
-        let mut texels = Vec::with_capacity(nw as usize * nh as usize);
-        for y in 0..nh {
-            for x in 0..nw {
-                // A side of 1 has no second texel: the one there is counts twice.
-                let (x1, y1) = ((2 * x + 1).min(w - 1), (2 * y + 1).min(h - 1));
-                let t =
-                    [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)].map(|(x, y)| self.texel(last, x, y));
-                texels.push(std::array::from_fn(|c| (t[0][c] + t[1][c] + t[2][c] + t[3][c]) * 0.25));
-            }
-        }
-        Some((nw, nh, texels))
+        let (width, height) = ((w / 2).max(1), (h / 2).max(1));
+        let texel = |x: u32, y: u32| -> [f32; 4] {
+            // A side of 1 has no second texel: the one there counts twice.
+            let (x1, y1) = ((2 * x + 1).min(w - 1), (2 * y + 1).min(h - 1));
+            let t = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)].map(|(x, y)| self.texel(last, x, y));
+            std::array::from_fn(|c| (t[0][c] + t[1][c] + t[2][c] + t[3][c]) * 0.25)
+        };
+        let texels = if last < FIXED_LEVELS {
+            let row = |y: u32| (0..=width).map(move |x| texel(x % width, y).map(|c| (c * 256.0) as u16));
+            Texels::Fixed((0..height).flat_map(row).collect())
+        } else {
+            let row = |y: u32| (0..width).map(move |x| texel(x, y));
+            Texels::Float((0..height).flat_map(row).collect())
+        };
+        Some(Level { width, height, texels })
     }
 
     /// Width of level 0 in texels.
@@ -122,7 +155,7 @@ impl Texture {
     /// Width and height of a level; levels beyond the last have the last one's size.
     pub fn level_size(&self, level: u32) -> (u32, u32) {
         match level.checked_sub(1).map(|i| &self.levels[(i as usize).min(self.levels.len() - 1)]) {
-            Some(&(w, h, _)) => (w, h),
+            Some(level) => (level.width, level.height),
             None => (self.width, self.height),
         }
     }
@@ -133,29 +166,35 @@ impl Texture {
     /// When they do not.
     #[inline]
     pub fn texel(&self, level: u32, x: u32, y: u32) -> [f32; 4] {
-        match level {
-            0 => {
-                let at = (self.width as usize * y as usize + x as usize) * 4;
-                std::array::from_fn(|c| self.bytes[at + c] as f32)
-            }
-            _ => {
-                let (w, _, texels) = &self.levels[level as usize - 1];
-                texels[*w as usize * y as usize + x as usize]
-            }
+        let (w, _) = self.level_size(level);
+        let at = w as usize * y as usize + x as usize;
+        match self.level_texels(level) {
+            LevelTexels::Bytes(bytes) => std::array::from_fn(|c| bytes[at * 4 + c] as f32),
+            LevelTexels::Fixed(texels) => texels[at + y as usize].map(|c| c as f32 / 256.0),
+            LevelTexels::Float(texels) => texels[at],
         }
     }
 
-    /// The RGBA texels of a level in 0..255, row 0 at the top; `None` for level 0, whose texels are the bytes.
+    /// The texels of a level.
     ///
     /// # Panics
     /// When there is no such level.
-    pub fn level_texels(&self, level: u32) -> Option<&[[f32; 4]]> {
-        Some(&self.levels[level.checked_sub(1)? as usize].2)
+    #[inline]
+    pub fn level_texels(&self, level: u32) -> LevelTexels<'_> {
+        match level.checked_sub(1).map(|i| &self.levels[i as usize].texels) {
+            None => LevelTexels::Bytes(&self.bytes),
+            Some(Texels::Fixed(texels)) => LevelTexels::Fixed(texels),
+            Some(Texels::Float(texels)) => LevelTexels::Float(texels),
+        }
     }
 
     /// Bytes that all levels take.
     pub fn size_bytes(&self) -> usize {
-        self.bytes.len() + self.levels.iter().map(|l| l.2.len() * 16).sum::<usize>()
+        let size = |level: &Level| match &level.texels {
+            Texels::Fixed(texels) => texels.len() * 8,
+            Texels::Float(texels) => texels.len() * 16,
+        };
+        self.bytes.len() + self.levels.iter().map(size).sum::<usize>()
     }
 }
 
@@ -173,5 +212,29 @@ mod tests {
         assert!(!t.has_alpha());
         assert!(Texture::new(0, 1, vec![]).is_err());
         assert!(Texture::new(1, 1, vec![0; 3]).is_err());
+    }
+
+    #[test]
+    fn every_level_is_the_mean_of_the_one_above_to_the_last_bit() {
+        let bytes: Vec<u8> =
+            (0..200u32 * 150 * 4).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        let t = Texture::new(200, 150, bytes).unwrap();
+        assert_eq!(t.level_count(), 8);
+        for level in 1..t.level_count() {
+            let ((w, h), (above, _)) = (t.level_size(level), t.level_size(level - 1));
+            for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+                let right = (2 * x + 1).min(above - 1);
+                let four = [(2 * x, 2 * y), (right, 2 * y), (2 * x, 2 * y + 1), (right, 2 * y + 1)];
+                for c in 0..4 {
+                    let sum: f64 = four.iter().map(|&(x, y)| f64::from(t.texel(level - 1, x, y)[c])).sum();
+                    assert_eq!(f64::from(t.texel(level, x, y)[c]), sum / 4.0, "level {level}, ({x}, {y})");
+                }
+            }
+            if let LevelTexels::Fixed(texels) = t.level_texels(level) {
+                let row = w as usize + 1;
+                assert_eq!(texels.len(), row * h as usize);
+                texels.chunks(row).for_each(|row| assert_eq!(row[0], row[w as usize]));
+            }
+        }
     }
 }

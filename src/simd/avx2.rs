@@ -405,21 +405,62 @@ impl Simd for Avx2 {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
         // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())).map(F) }
+    }
+    #[inline(always)]
+    fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
+        assert!(from.len() > 1, "pairs to gather");
+        check(mask, index, from.len() - 1);
+        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
+        // each has one behind it.
+        let words = unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())) };
+        // SAFETY: the token proves the features.
+        words.map(|w| I(unsafe { _mm256_castps_si256(w) }))
+    }
+    #[inline(always)]
+    fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
+        assert!(from.len() >= 8, "pairs to gather");
+        check(mask, index, from.len() / 4 - 1);
+        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
+        // each has one behind it. Loads need no alignment.
         unsafe {
             let mut at = [0i32; 8];
             _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-            let record = |lane: usize| _mm_loadu_ps(from.as_ptr().add(at[lane] as usize).cast());
-            // Row r holds the records of lanes r and 4+r; a 4x4 transpose within each half finishes it.
-            let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(record(r)), record(4 + r));
-            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-            let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-            let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+            let pair = |lane: usize| from.as_ptr().add(at[lane] as u32 as usize * 4).cast::<f64>();
+            // Two lanes, one after the other.
+            let two = |lane: usize| _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(pair(lane)), pair(lane + 1)));
+            // Lanes r, r+1, 4+r and 5+r.
+            let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(two(r)), two(4 + r));
+            let (a, b) = (row(0), row(2));
             [
-                F(_mm256_shuffle_ps::<0b01_00_01_00>(ab, cd)),
-                F(_mm256_shuffle_ps::<0b11_10_11_10>(ab, cd)),
-                F(_mm256_shuffle_ps::<0b01_00_01_00>(ef, gh)),
-                F(_mm256_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+                I(_mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(a, b))),
+                I(_mm256_castps_si256(_mm256_shuffle_ps::<0b11_01_11_01>(a, b))),
             ]
         }
+    }
+}
+
+/// Four words a lane, read by `record` at the index of each lane that is set and at 0 for the others, transposed.
+///
+/// # Safety
+/// The CPU must have the level's features, and `record` must be safe to call with those indices.
+#[inline(always)]
+unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__m256; 4] {
+    // SAFETY: as promised by the caller; 8 places are there.
+    unsafe {
+        let mut at = [0i32; 8];
+        _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
+        let lane = |lane: usize| record(at[lane] as u32 as usize);
+        // Row r holds the records of lanes r and 4+r; a 4x4 transpose within each half finishes it.
+        let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(lane(r)), lane(4 + r));
+        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            _mm256_shuffle_ps::<0b01_00_01_00>(ef, gh),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
+        ]
     }
 }

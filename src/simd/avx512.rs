@@ -354,26 +354,72 @@ impl Simd for Avx512 {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
         // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())).map(F) }
+    }
+    #[inline(always)]
+    fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
+        assert!(from.len() > 1, "pairs to gather");
+        check(mask, index, from.len() - 1);
+        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
+        // each has one behind it.
+        let words = unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())) };
+        // SAFETY: the token proves the features.
+        words.map(|w| I(unsafe { _mm512_castps_si512(w) }))
+    }
+    #[inline(always)]
+    fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
+        assert!(from.len() >= 8, "pairs to gather");
+        check(mask, index, from.len() / 4 - 1);
+        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
+        // each has one behind it. Loads need no alignment.
         unsafe {
             let mut at = [0i32; 16];
             _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-            let record = |lane: usize| _mm_loadu_ps(from.as_ptr().add(at[lane] as usize).cast());
-            // Row r holds the records of lanes r, 4+r, 8+r, 12+r; a 4x4 transpose within each quarter finishes it.
+            let pair = |lane: usize| from.as_ptr().add(at[lane] as u32 as usize * 4).cast::<f64>();
+            // Two lanes, one after the other.
+            let two = |lane: usize| _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(pair(lane)), pair(lane + 1)));
+            // Lanes r and r+1, 4+r and 5+r, ...
             let row = |r: usize| {
-                let v = _mm512_castps128_ps512(record(r));
-                let v = _mm512_insertf32x4::<1>(v, record(4 + r));
-                let v = _mm512_insertf32x4::<2>(v, record(8 + r));
-                _mm512_insertf32x4::<3>(v, record(12 + r))
+                let v = _mm512_castps128_ps512(two(r));
+                let v = _mm512_insertf32x4::<1>(v, two(4 + r));
+                let v = _mm512_insertf32x4::<2>(v, two(8 + r));
+                _mm512_insertf32x4::<3>(v, two(12 + r))
             };
-            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-            let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
-            let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+            let (a, b) = (row(0), row(2));
             [
-                F(_mm512_shuffle_ps::<0b01_00_01_00>(ab, cd)),
-                F(_mm512_shuffle_ps::<0b11_10_11_10>(ab, cd)),
-                F(_mm512_shuffle_ps::<0b01_00_01_00>(ef, gh)),
-                F(_mm512_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+                I(_mm512_castps_si512(_mm512_shuffle_ps::<0b10_00_10_00>(a, b))),
+                I(_mm512_castps_si512(_mm512_shuffle_ps::<0b11_01_11_01>(a, b))),
             ]
         }
+    }
+}
+
+/// Four words a lane, read by `record` at the index of each lane that is set and at 0 for the others, transposed.
+///
+/// # Safety
+/// The CPU must have the level's features, and `record` must be safe to call with those indices.
+#[inline(always)]
+unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__m512; 4] {
+    // SAFETY: as promised by the caller; 16 places are there.
+    unsafe {
+        let mut at = [0i32; 16];
+        _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
+        let lane = |lane: usize| record(at[lane] as u32 as usize);
+        // Row r holds the records of lanes r, 4+r, 8+r, 12+r; a 4x4 transpose within each quarter finishes it.
+        let row = |r: usize| {
+            let v = _mm512_castps128_ps512(lane(r));
+            let v = _mm512_insertf32x4::<1>(v, lane(4 + r));
+            let v = _mm512_insertf32x4::<2>(v, lane(8 + r));
+            _mm512_insertf32x4::<3>(v, lane(12 + r))
+        };
+        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+        let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+        [
+            _mm512_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            _mm512_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            _mm512_shuffle_ps::<0b01_00_01_00>(ef, gh),
+            _mm512_shuffle_ps::<0b11_10_11_10>(ef, gh),
+        ]
     }
 }

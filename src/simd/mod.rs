@@ -158,4 +158,10 @@ pub trait Simd: Copy + 'static {
     /// The four numbers of `from[index]` in each lane where the mask is set, transposed: component c of lane i is
     /// `result[c]` lane i; unset lanes read record 0. Panics when a set lane's index is outside or `from` is empty.
     fn gather4(self, mask: Self::M, from: &[[f32; 4]], index: Self::I) -> [Self::F; 4];
+    /// The records `from[index]` and `from[index + 1]` in each lane where the mask is set, as four words, the first number
+    /// of a pair lowest; unset lanes read records 0 and 1. Panics when a set lane's records, or those, are outside.
+    fn gather_pairs(self, mask: Self::M, from: &[[u16; 4]], index: Self::I) -> [Self::I; 4];
+    /// Pixels number `index` and `index + 1` of `from` (four bytes each, the first byte lowest) in each lane where the mask
+    /// is set; unset lanes read pixels 0 and 1. Panics when a set lane's pixels, or those, are outside.
+    fn gather_byte_pairs(self, mask: Self::M, from: &[u8], index: Self::I) -> [Self::I; 2];
 }

@@ -286,6 +286,25 @@ impl<const N: usize> Simd for Portable<N> {
         FloatLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0.0 }))
     }
     #[inline(always)]
+    fn gather_pairs(self, mask: MaskLanes<N>, from: &[[u16; 4]], index: IntLanes<N>) -> [IntLanes<N>; 4] {
+        let pairs: [[[u16; 4]; 2]; N] = from_fn(|i| {
+            let at = (index.0[i] & mask.0[i]) as u32 as usize;
+            [from[at], from[at + 1]]
+        });
+        from_fn(|w| {
+            IntLanes(from_fn(|i| {
+                let [low, high] = [0, 1].map(|k| pairs[i][w / 2][w % 2 * 2 + k] as i32);
+                high << 16 | low
+            }))
+        })
+    }
+    #[inline(always)]
+    fn gather_byte_pairs(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> [IntLanes<N>; 2] {
+        let from = from.as_chunks::<4>().0;
+        let at: [usize; N] = from_fn(|i| (index.0[i] & mask.0[i]) as u32 as usize);
+        from_fn(|w| IntLanes(from_fn(|i| i32::from_le_bytes(from[at[i] + w]))))
+    }
+    #[inline(always)]
     fn gather4(self, mask: MaskLanes<N>, from: &[[f32; 4]], index: IntLanes<N>) -> [FloatLanes<N>; 4] {
         let records: [[f32; 4]; N] = from_fn(|i| from[(index.0[i] & mask.0[i]) as u32 as usize]);
         from_fn(|c| FloatLanes(from_fn(|i| records[i][c])))

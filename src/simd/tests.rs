@@ -24,6 +24,10 @@ impl Kernel for AllOperations {
         let table_f: Vec<f32> = (0..64).map(|k| k as f32 * 1.5).collect();
         let table_i: Vec<i32> = (0..64).map(|k| k * 77 - 9).collect();
         let records: Vec<[f32; 4]> = (0..64).map(|k| [k as f32, -(k as f32), 0.5, k as f32 * 3.0]).collect();
+        let short = |k: u32| ((k * 40_503) >> 4) as u16;
+        let shorts: Vec<[u16; 4]> =
+            (0..65).map(|k| [4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3].map(short)).collect();
+        let bytes: Vec<u8> = (0..260u32).map(|k| (k * 151) as u8).collect();
         let mut parts: Vec<Vec<i32>> = Vec::new();
         for at in (0..16).step_by(S::LANES) {
             let (x, y) = (s.load(&a[at..]), s.load(&b[at..]));
@@ -44,6 +48,8 @@ impl Kernel for AllOperations {
                 let canonical = s.select(f.lt(f) | f.le(f), f, s.splat(f32::NAN));
                 push(canonical.bits());
             }
+            let pairs = (s.gather_pairs(m, &shorts, index), s.gather_byte_pairs(m, &bytes, index));
+            pairs.0.into_iter().chain(pairs.1).for_each(|v| push(s.select_i(m, v, s.splat_i(0))));
             gathered.into_iter().for_each(|v| push(s.select(m, v, s.splat(0.0)).bits()));
             let ints = [
                 p + q,
@@ -160,9 +166,35 @@ impl Kernel for GatherOutside {
     }
 }
 
+/// In each lane the last record, which has none behind it.
+struct PairOutside;
+
+impl Kernel for PairOutside {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let all = s.mask(u32::MAX);
+        s.gather_pairs(all, &[[0; 4]; 3], s.splat_i(2));
+    }
+}
+
+/// See [`PairOutside`].
+struct BytePairOutside;
+
+impl Kernel for BytePairOutside {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let all = s.mask(u32::MAX);
+        s.gather_byte_pairs(all, &[0; 12], s.splat_i(2));
+    }
+}
+
 #[test]
 fn a_gather_outside_its_slice_panics_instead_of_reading() {
     for level in Level::ALL {
+        assert!(std::panic::catch_unwind(|| level.dispatch(PairOutside)).is_err(), "{level:?}");
+        assert!(std::panic::catch_unwind(|| level.dispatch(BytePairOutside)).is_err(), "{level:?}");
         let outcome = std::panic::catch_unwind(|| level.dispatch(GatherOutside));
         assert!(outcome.is_err(), "{level:?}");
     }

@@ -3,7 +3,7 @@
 //! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
 
 use super::light::{V3, log2, splat3};
-use crate::scene::{Filter, Sampling, Texture, Wrap};
+use crate::scene::{Filter, LevelTexels, Sampling, Texture, Wrap};
 use crate::simd::{F32, I32, Mask, Simd};
 
 /// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
@@ -57,7 +57,9 @@ pub fn sample<S: Simd>(
             let (w, h) = texture.level_size(0);
             let i = wrapped(s, in_texels(s, u, sampling.wrap_s, w).floor().to_i32(), sampling.wrap_s, w);
             let j = wrapped(s, in_texels(s, v, sampling.wrap_t, h).floor().to_i32(), sampling.wrap_t, h);
-            fetch(s, mask, texture, 0, i, j)
+            // Rows are stored from the top.
+            let at = (s.splat_i(h as i32 - 1) - j) * s.splat_i(w as i32) + i;
+            channels(s, s.gather_bytes(mask, texture.bytes(), at))
         }
         (Filter::Mipmap | Filter::Trilinear, Some(footprint)) => {
             let (w, h) = (s.splat(texture.width() as f32), s.splat(texture.height() as f32));
@@ -174,33 +176,67 @@ fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, u: S::F, v: S::
     let i1 = wrapped(s, i + one, sampling.wrap_s, w);
     let j0 = wrapped(s, j, sampling.wrap_t, h);
     let j1 = wrapped(s, j + one, sampling.wrap_t, h);
-    let a = between::<S>(fetch(s, mask, texture, level, i0, j0), fetch(s, mask, texture, level, i1, j0), fx);
-    let b = between::<S>(fetch(s, mask, texture, level, i0, j1), fetch(s, mask, texture, level, i1, j1), fx);
-    between::<S>(a, b, fy)
+    // Where there is no second column the first one counts twice.
+    let fx = s.select(i0.eq(i1), s.splat(0.0), fx);
+    let (a, unit) = pair(s, mask, texture, level, (i0, i1), j0);
+    let (b, _) = pair(s, mask, texture, level, (i0, i1), j1);
+    let (a, b) = (between::<S>(a[0], a[1], fx), between::<S>(b[0], b[1], fx));
+    let texel = between::<S>(a, b, fy);
+    let unit = s.splat(unit);
+    [texel[0] * unit, texel[1] * unit, texel[2] * unit]
+}
+
+/// Texels i0 and i1 of row j (counted from below), and what they are counted in: powers of two, so that nothing is rounded by it.
+#[inline(always)]
+fn pair<S: Simd>(
+    s: S,
+    mask: S::M,
+    texture: &Texture,
+    level: u32,
+    (i0, i1): (S::I, S::I),
+    j: S::I,
+) -> ([V3<S>; 2], f32) {
+    let (w, h) = texture.level_size(level);
+    // Rows are stored from the top.
+    let row = s.splat_i(h as i32 - 1) - j;
+    match texture.level_texels(level) {
+        LevelTexels::Fixed(texels) => {
+            // The texel behind the last one of a row is the first again, and one that is not asked for counts nothing.
+            let at = row * s.splat_i(w as i32 + 1) + i0;
+            let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, at);
+            let low = s.splat_i(0xffff);
+            let left = [(rg0 & low).to_f32(), rg0.shr::<16>().to_f32(), (ba0 & low).to_f32()];
+            let right = [(rg1 & low).to_f32(), rg1.shr::<16>().to_f32(), (ba1 & low).to_f32()];
+            ([left, right], 1.0 / 256.0)
+        }
+        LevelTexels::Bytes(bytes) if !(mask & !i1.eq(i0 + s.splat_i(1))).any() && w > 1 => {
+            let [left, right] = s.gather_byte_pairs(mask, bytes, row * s.splat_i(w as i32) + i0);
+            ([channels(s, left), channels(s, right)], 1.0)
+        }
+        LevelTexels::Bytes(bytes) => {
+            let at = row * s.splat_i(w as i32);
+            let (left, right) = (s.gather_bytes(mask, bytes, at + i0), s.gather_bytes(mask, bytes, at + i1));
+            ([channels(s, left), channels(s, right)], 1.0)
+        }
+        LevelTexels::Float(texels) => {
+            let at = row * s.splat_i(w as i32);
+            let [r0, g0, b0, _] = s.gather4(mask, texels, at + i0);
+            let [r1, g1, b1, _] = s.gather4(mask, texels, at + i1);
+            ([[r0, g0, b0], [r1, g1, b1]], 1.0)
+        }
+    }
+}
+
+/// R, G, B of packed bytes.
+#[inline(always)]
+fn channels<S: Simd>(s: S, rgba: S::I) -> V3<S> {
+    let low = s.splat_i(255);
+    [(rgba & low).to_f32(), (rgba.shr::<8>() & low).to_f32(), (rgba.shr::<16>() & low).to_f32()]
 }
 
 #[inline(always)]
 fn between<S: Simd>(a: V3<S>, b: V3<S>, t: S::F) -> V3<S> {
     [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
-}
-
-/// Texels in 0..255; i from the left, j from below.
-#[inline(always)]
-fn fetch<S: Simd>(s: S, mask: S::M, texture: &Texture, level: u32, i: S::I, j: S::I) -> V3<S> {
-    let (w, h) = texture.level_size(level);
-    // Rows are stored from the top.
-    let at = (s.splat_i(h as i32 - 1) - j) * s.splat_i(w as i32) + i;
-    match texture.level_texels(level) {
-        None => {
-            let rgba = s.gather_bytes(mask, texture.bytes(), at);
-            let low = s.splat_i(255);
-            [(rgba & low).to_f32(), (rgba.shr::<8>() & low).to_f32(), (rgba.shr::<16>() & low).to_f32()]
-        }
-        Some(texels) => {
-            let [r, g, b, _] = s.gather4(mask, texels, at);
-            [r, g, b]
-        }
-    }
 }
 
 #[inline(always)]
