@@ -150,6 +150,38 @@ fn a_renderer_that_is_killed_leaves_a_movie_that_decodes() {
 }
 
 #[test]
+fn the_next_recording_removes_what_a_killed_one_left_half_written() {
+    let folder = Folder::new("leftovers");
+    std::fs::write(folder.0.join("spin.x3d"), SPINNING).expect("written");
+    let render = |name: &str, frames: &str| {
+        fbptr(&folder, &["render", "spin.x3d", "-o", name, "--size", "160x120", "--frames", frames])
+    };
+    for i in 0..5 {
+        let mut recorder = Guard(render("killed.png", "100000").spawn().expect("it runs"));
+        let begun = Instant::now();
+        while !folder.0.join("killed-0000.png").exists() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no picture came");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_millis(3 * i));
+        recorder.0.kill().expect("killed");
+        recorder.0.wait().expect("gone");
+    }
+    let hidden = || {
+        let names = std::fs::read_dir(&folder.0).expect("a folder").map(|e| e.expect("entry").file_name());
+        names.filter(|n| n.to_string_lossy().starts_with('.')).collect::<Vec<_>>()
+    };
+    // For certain one: a kill does not always come while a file is being written.
+    std::fs::write(folder.0.join(".fbptr-1-7.tmp"), "half a picture").expect("written");
+    assert!(!hidden().is_empty());
+    assert!(render("next.png", "2").status().expect("it runs").success());
+    assert_eq!(hidden(), Vec::<std::ffi::OsString>::new());
+    std::fs::write(folder.0.join(".fbptr-1-7.tmp"), "half a picture").expect("written");
+    assert!(render("next.gif", "2").status().expect("it runs").success());
+    assert_eq!(hidden(), Vec::<std::ffi::OsString>::new());
+}
+
+#[test]
 fn a_server_that_is_killed_leaves_a_movie_that_decodes() {
     let folder = Folder::new("server");
     for name in ["a.gif", "b.apng"] {

@@ -219,6 +219,9 @@ impl Render {
     /// Where the pictures go.
     fn output(&self, [width, height]: [u32; 2]) -> Result<Output, SceneError> {
         let bad = |e: SaveError| SceneError::NoFile(e.to_string());
+        if self.frames.is_some() {
+            self.out.iter().chain(&self.depth_out).for_each(|path| save::remove_leftovers_beside(path));
+        }
         let movie = match self.out.as_ref().filter(|out| is_movie(out)) {
             Some(out) => Some(Movie::create(out, width, height, self.fps).map_err(bad)?),
             None => None,

@@ -1,10 +1,10 @@
 //! Files that are there whole or not at all.
 
 use super::SaveError;
+use super::temporary::create_beside;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
 
 /// Lets `write` fill the file at `path`, which changes only when all of it is written: a temporary file in the same folder
 /// is renamed over it, so that a program that ends half-way leaves the old one.
@@ -21,10 +21,8 @@ pub fn atomically(
     }
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let (temporary, file) = create_beside(&target).map_err(fail)?;
-    let written = fill(file, write).and_then(|file| {
-        drop(file);
-        fs::rename(&temporary, &target)
-    });
+    // Open until it has its name: a file that is closed before could be taken for a leftover.
+    let written = fill(file, write).and_then(|file| fs::rename(&temporary, &target).map(|()| drop(file)));
     written.map_err(|e| {
         // The error that counts is the first one; the leftover is removed if it can be.
         let _ = fs::remove_file(&temporary);
@@ -36,20 +34,4 @@ fn fill(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io:
     let mut out = BufWriter::with_capacity(1 << 16, file);
     write(&mut out)?;
     out.into_inner().map_err(|e| e.into_error())
-}
-
-/// A new file in the folder of `target`, under a name that nothing else has.
-pub(super) fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
-    static NEXT: AtomicU64 = AtomicU64::new(0);
-    loop {
-        let mut hidden = std::ffi::OsString::from(".");
-        // Short, so that a name near the system's limit still finds room.
-        hidden.push(format!("fbptr-{}-{}.tmp", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
-        let temporary = target.with_file_name(hidden);
-        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(e) => return Err(e),
-            Ok(file) => return Ok((temporary, file)),
-        }
-    }
 }

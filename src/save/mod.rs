@@ -8,10 +8,13 @@ mod atomic;
 mod formats;
 pub mod golden;
 mod movie;
+mod temporary;
 
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+pub use temporary::remove_leftovers_beside;
+pub(crate) use temporary::{hold, temporary_name};
 
 use crate::error::Code;
 use std::io;

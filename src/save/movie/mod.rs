@@ -17,7 +17,7 @@ mod y4m;
 pub use numbered::numbered_path;
 
 use super::SaveError;
-use super::atomic::create_beside;
+use super::temporary::{create_beside, remove_leftovers_beside};
 use crate::memory::VideoMemory;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -84,7 +84,7 @@ trait FrameWriter {
 
 impl Movie {
     /// A movie of `width` x `height` pixels at `rate` frames a second; a file appears with its first frame, and replaces
-    /// what had its name. `-` writes y4m to standard output.
+    /// what had its name. `-` writes y4m to standard output. What programs that were killed left half-written beside it goes.
     ///
     /// # Errors
     /// A name without one of the endings, a rate that is none or too fast for the format, a frame too large for it, a pipe
@@ -98,6 +98,9 @@ impl Movie {
         if format == MovieFormat::Gif && width.max(height) > u32::from(u16::MAX) {
             let error = io::Error::new(io::ErrorKind::InvalidInput, "a GIF has at most 65535 pixels a side");
             return Err(SaveError::io(path, &error));
+        }
+        if format != MovieFormat::Y4m {
+            remove_leftovers_beside(path);
         }
         let target = path.to_owned();
         let writer: Box<dyn FrameWriter + Send> = match format {

@@ -1,0 +1,239 @@
+//! A folder that strangers may name files in: the rule of LOAD, SNAP and of what files refer to.
+//!
+//! In: names from a stream or a file. Out: the file's bytes, or a path to write, or why not. A name is relative, has no
+//! `..`, meets no symbolic link on its way, and stands for a plain file: everything else is refused before it is opened.
+
+mod put;
+#[cfg(all(test, unix))]
+mod tests;
+
+use crate::error::{Code, Fault};
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Component, Path, PathBuf};
+
+/// Why a name was refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FolderError {
+    /// The name is no relative path of plain steps.
+    #[error("a file's name is relative, without \"..\", inside the folder: {name:?} is not")]
+    BadName {
+        /// The name.
+        name: String,
+    },
+    /// A step of the name is a symbolic link.
+    #[error("{name:?} goes through a symbolic link")]
+    Link {
+        /// The name.
+        name: String,
+    },
+    /// The name stands for something that is no plain file.
+    #[error("{name:?} is no plain file")]
+    NotPlain {
+        /// The name.
+        name: String,
+    },
+    /// There is no such file, or no folder for it.
+    #[error("{name:?} is not there")]
+    Missing {
+        /// The name.
+        name: String,
+    },
+    /// The file is over the limit.
+    #[error("{name:?} has {found} bytes, and the limit is {limit}")]
+    TooLarge {
+        /// The name.
+        name: String,
+        /// Bytes that it has.
+        found: u64,
+        /// Bytes that it may have.
+        limit: u64,
+    },
+    /// There is no room left to write it.
+    #[error("{name:?}: there is no room left")]
+    Full {
+        /// The name.
+        name: String,
+    },
+    /// The system refused.
+    #[error("{name:?}: {reason}")]
+    Io {
+        /// The name.
+        name: String,
+        /// The system's words.
+        reason: String,
+    },
+}
+
+impl FolderError {
+    /// The protocol's code for this error.
+    pub fn code(&self) -> Code {
+        match self {
+            FolderError::Missing { .. } => Code::NoEnt,
+            FolderError::TooLarge { .. } => Code::TooBig,
+            FolderError::Full { .. } => Code::Quota,
+            _ => Code::Perm,
+        }
+    }
+}
+
+impl From<FolderError> for Fault {
+    fn from(e: FolderError) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+/// A folder inside which files may be read or written by name.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    root: PathBuf,
+}
+
+impl Folder {
+    /// The folder at `root`.
+    ///
+    /// # Errors
+    /// When there is no folder.
+    pub fn open(root: &Path) -> io::Result<Folder> {
+        let root = fs::canonicalize(root)?;
+        match root.is_dir() {
+            true => Ok(Folder { root }),
+            false => Err(io::Error::new(io::ErrorKind::NotADirectory, "not a folder")),
+        }
+    }
+
+    /// Where it is.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The bytes of the file `name`, at most `limit` of them.
+    ///
+    /// # Errors
+    /// See [`FolderError`].
+    pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+        let path = self.walk(name)?;
+        let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
+        check_plain(name, &meta)?;
+        let mut file = File::open(&path).map_err(|e| from_io(name, &e))?;
+        let opened = file.metadata().map_err(|e| from_io(name, &e))?;
+        check_plain(name, &opened)?;
+        if !is_same_file(&meta, &opened) || !self.holds(&file, &path) {
+            // It, or a folder on the way, was exchanged between the look and the opening.
+            return Err(FolderError::Link { name: name.into() });
+        }
+        let too_large = |found| FolderError::TooLarge { name: name.into(), found, limit };
+        if opened.len() > limit {
+            return Err(too_large(opened.len()));
+        }
+        let mut bytes = Vec::new();
+        // A file that grows while it is read ends at the limit too.
+        let mut reader = (&mut file).take(limit.saturating_add(1));
+        reader.read_to_end(&mut bytes).map_err(|e| from_io(name, &e))?;
+        match bytes.len() as u64 <= limit {
+            true => Ok(bytes),
+            false => Err(too_large(bytes.len() as u64)),
+        }
+    }
+
+    /// Whether an opened file lies in the folder, wherever its path leads by now.
+    fn holds(&self, file: &File, path: &Path) -> bool {
+        #[cfg(target_os = "linux")]
+        {
+            use std::os::fd::AsRawFd;
+            if let Ok(real) = fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())) {
+                return real.starts_with(&self.root);
+            }
+        }
+        let _ = file;
+        fs::canonicalize(path).is_ok_and(|real| real.starts_with(&self.root))
+    }
+
+    /// The path under which the file `name` may be written: a plain file that is there, or none.
+    ///
+    /// # Errors
+    /// See [`FolderError`].
+    pub fn path_to_write(&self, name: &str) -> Result<PathBuf, FolderError> {
+        let path = self.walk(name)?;
+        match fs::symlink_metadata(&path) {
+            Ok(meta) => check_plain(name, &meta).map(|()| path),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(path),
+            Err(e) => Err(from_io(name, &e)),
+        }
+    }
+
+    /// Writes the file `name`, which changes only when all of it is written. Where the system can, folders on the way are
+    /// opened one from the other and never by path, so that one that is exchanged for a link meanwhile leads nowhere else.
+    ///
+    /// # Errors
+    /// See [`FolderError`].
+    pub fn write(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), FolderError> {
+        // Says what is wrong with a name that is not meant well; what counts is what is opened after.
+        let path = self.path_to_write(name)?;
+        put::put(&self.root, path.strip_prefix(&self.root).unwrap_or(&path), fill).map_err(|e| match e {
+            put::PutError::Link => FolderError::Link { name: name.into() },
+            put::PutError::Io(e) => from_io(name, &e),
+        })
+    }
+
+    /// The path of `name`, all of its folders there and none of them a link. Its last step is not looked at.
+    fn walk(&self, name: &str) -> Result<PathBuf, FolderError> {
+        let bad_name = || FolderError::BadName { name: name.into() };
+        if name.contains(['\0', '\\']) || name.ends_with('/') || name.ends_with("/.") {
+            return Err(bad_name());
+        }
+        let mut steps = Vec::new();
+        for component in Path::new(name).components() {
+            match component {
+                Component::Normal(step) => steps.push(step),
+                Component::CurDir => {}
+                _ => return Err(bad_name()),
+            }
+        }
+        let last = steps.pop().ok_or_else(bad_name)?;
+        let mut path = self.root.clone();
+        for step in steps {
+            path.push(step);
+            let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
+            if meta.is_symlink() {
+                return Err(FolderError::Link { name: name.into() });
+            }
+            if !meta.is_dir() {
+                return Err(FolderError::NotPlain { name: name.into() });
+            }
+        }
+        path.push(last);
+        Ok(path)
+    }
+}
+
+fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), FolderError> {
+    match () {
+        () if meta.is_symlink() => Err(FolderError::Link { name: name.into() }),
+        () if !meta.is_file() => Err(FolderError::NotPlain { name: name.into() }),
+        () => Ok(()),
+    }
+}
+
+#[cfg(unix)]
+fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    a.len() == b.len() && a.modified().ok() == b.modified().ok()
+}
+
+fn from_io(name: &str, e: &io::Error) -> FolderError {
+    match e.kind() {
+        io::ErrorKind::NotFound => FolderError::Missing { name: name.into() },
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => FolderError::Full { name: name.into() },
+        _ => FolderError::Io { name: name.into(), reason: e.to_string() },
+    }
+}

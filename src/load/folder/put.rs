@@ -1,0 +1,66 @@
+//! A whole file into a folder, by what the system has against links.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Why a file was not put there.
+pub(super) enum PutError {
+    /// A step on the way is a link by now.
+    Link,
+    /// The system refused.
+    Io(io::Error),
+}
+
+/// Fills the file at `inside`, a path of plain steps below `root`, or leaves it as it was.
+#[cfg(unix)]
+pub(super) fn put(
+    root: &Path,
+    inside: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), PutError> {
+    use crate::save::{hold, temporary_name};
+    use rustix::fs::{AtFlags, Mode, OFlags, open, openat, renameat, unlinkat};
+    use rustix::io::Errno;
+    let failed = |e: Errno| match e {
+        Errno::LOOP | Errno::NOTDIR => PutError::Link,
+        e => PutError::Io(e.into()),
+    };
+    // Each folder is opened from the one before and never by path.
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let mut folder = open(root, flags, Mode::empty()).map_err(failed)?;
+    for step in inside.parent().into_iter().flat_map(Path::components) {
+        folder = openat(&folder, step.as_os_str(), flags, Mode::empty()).map_err(failed)?;
+    }
+    let target = inside.file_name().unwrap_or_default();
+    let new = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let (temporary, file) = loop {
+        let temporary = temporary_name();
+        match openat(&folder, &*temporary, new, Mode::from_raw_mode(0o666)).map(std::fs::File::from) {
+            Err(Errno::EXIST) => {}
+            Err(e) => return Err(failed(e)),
+            Ok(file) if hold(&file) => break (temporary, file),
+            Ok(_) => {}
+        }
+    };
+    let mut out = io::BufWriter::with_capacity(1 << 16, file);
+    // Open until it has its name: a file that is closed before could be taken for a leftover.
+    let written = fill(&mut out)
+        .and_then(|()| out.into_inner().map_err(io::IntoInnerError::into_error))
+        .and_then(|file| Ok(renameat(&folder, &*temporary, &folder, target).map(|()| drop(file))?));
+    written.map_err(|e| {
+        // The error that counts is the first one; the leftover is removed if it can be.
+        let _ = unlinkat(&folder, &*temporary, AtFlags::empty());
+        PutError::Io(e)
+    })
+}
+
+/// Fills the file at `inside`, a path of plain steps below `root`, or leaves it as it was.
+#[cfg(not(unix))]
+pub(super) fn put(
+    root: &Path,
+    inside: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), PutError> {
+    crate::save::atomically(&root.join(inside), fill)
+        .map_err(|e| PutError::Io(io::Error::other(e.to_string())))
+}
