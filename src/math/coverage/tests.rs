@@ -104,6 +104,31 @@ proptest! {
     }
 
     #[test]
+    fn a_rectangle_well_inside_is_full_and_one_well_outside_empty(
+        points in [[-60.0..60.0, -60.0..60.0], [-60.0..60.0, -60.0..60.0], [-60.0..60.0, -60.0..60.0]],
+        x in -30i32..40, y in -30i32..40, w in 1i32..6, h in 1i32..6,
+    ) {
+        let [a, b, c] = points;
+        let edges = [(a, b), (b, c), (c, a)];
+        let length = |p: [f64; 2], q: [f64; 2]| f64::hypot(q[0] - p[0], q[1] - p[1]);
+        // Within these bounds snapping moves no edge's line by a quarter of a pixel.
+        let is_long = edges.iter().all(|&(p, q)| length(p, q) > 8.0);
+        let side = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
+            (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])
+        };
+        let turn = side(a, b, c).signum();
+        let corners = [[x, y], [x + w, y], [x, y + h], [x + w, y + h]].map(|p| p.map(f64::from));
+        let inside = |p, q, r| side(p, q, r) * turn / length(p, q);
+        let filling = SnappedTriangle::new(points).filling(PixelRect { x0: x, y0: y, x1: x + w, y1: y + h });
+        if is_long && edges.iter().all(|&(p, q)| corners.iter().all(|&r| inside(p, q, r) > 0.25)) {
+            prop_assert_eq!(filling, Filling::All);
+        }
+        if is_long && edges.iter().any(|&(p, q)| corners.iter().all(|&r| inside(p, q, r) < -0.25)) {
+            prop_assert_eq!(filling, Filling::None);
+        }
+    }
+
+    #[test]
     fn every_triangle_lights_what_the_definition_says(points in triangle()) {
         prop_assert_eq!(covered(points, CLIP), truth(points, CLIP));
     }
@@ -174,6 +199,34 @@ proptest! {
         want.sort_by_key(|&(x, y)| (y, x));
         prop_assert_eq!(polygon(&points, CLIP), want);
     }
+}
+
+#[test]
+fn what_fills_a_rectangle_and_what_misses_it_is_known_from_its_corners() {
+    let triangle = SnappedTriangle::new([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]]);
+    let filling = |x0, y0, x1, y1| triangle.filling(PixelRect { x0, y0, x1, y1 });
+    for (x0, y0, x1, y1) in [(10, 10, 40, 40), (0, 0, 50, 50), (0, 0, 1, 1), (0, 0, 99, 1), (49, 49, 50, 50)]
+    {
+        assert_eq!(filling(x0, y0, x1, y1), Filling::All, "{x0} {y0} {x1} {y1}");
+    }
+    for (x0, y0, x1, y1) in [
+        (60, 60, 90, 90),
+        (-20, 0, -10, 10),
+        (-1, 0, 0, 100),
+        (0, -5, 100, 0),
+        (0, 100, 9, 110),
+        (50, 50, 51, 51),
+        (150, -50, 200, 300),
+    ] {
+        assert_eq!(filling(x0, y0, x1, y1), Filling::None, "{x0} {y0} {x1} {y1}");
+    }
+    for (x0, y0, x1, y1) in [(40, 40, 60, 60), (-1, 0, 10, 10), (0, 0, 100, 1), (-10, -10, 110, 110)] {
+        assert_eq!(filling(x0, y0, x1, y1), Filling::Part, "{x0} {y0} {x1} {y1}");
+    }
+    // Seen from its other side, it is as full.
+    let turned = SnappedTriangle::new([[0.0, 0.0], [0.0, 100.0], [100.0, 0.0]]);
+    assert_eq!(turned.filling(PixelRect { x0: 10, y0: 10, x1: 40, y1: 40 }), Filling::All);
+    assert_eq!(turned.filling(PixelRect { x0: 60, y0: 60, x1: 90, y1: 90 }), Filling::None);
 }
 
 #[test]
