@@ -1,7 +1,7 @@
 //! W6 and W7: lines and pixels, beside the plainest loops that draw them.
 
 use super::check::Check;
-use super::space::BACKGROUND;
+use super::stage::BACKGROUND;
 use super::{Job, Options, Workload, Xorshift};
 use crate::draw2d::{self, Blend, Line, RampColor};
 use crate::memory::{Rgba, VideoMemory};

@@ -15,6 +15,7 @@ mod export;
 mod flat;
 mod scenes;
 mod space;
+mod stage;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};

@@ -1,12 +1,12 @@
 //! S1 to S6: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
 //! through, thousands of small objects, a mesh of millions, frames and lights that grow.
 
-use super::check::{Check, Drawn, limit_steps};
-use super::space::BACKGROUND;
+use super::check::Check;
+use super::stage::Stage;
 use super::{Job, Options, Workload};
 use crate::math::matrix;
-use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
-use crate::pipeline::{self, DrawCall, Renderer, SceneOptions, Target};
+use crate::memory::{DepthMemory, VideoMemory};
+use crate::pipeline::{self, DrawCall, SceneOptions};
 use crate::scene::{
     Attenuation, Camera, Corner, Cull, Filter, Geometry, Light, LightKind, LookAt, Material, Mesh, NONE,
     Object, Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
@@ -42,9 +42,7 @@ enum By {
 
 pub(super) struct Scenes {
     workload: Workload,
-    renderer: Renderer,
-    memory: VideoMemory,
-    depth: Option<DepthMemory>,
+    stage: Stage,
     scene: Scene,
     options: SceneOptions,
     by: By,
@@ -80,9 +78,7 @@ impl Scenes {
         };
         Scenes {
             workload,
-            renderer: Renderer::new(options.render.clone()),
-            memory: VideoMemory::new(width, height).expect("the size of a benchmark's frame"),
-            depth: Some(DepthMemory::new(width, height, DepthFormat::F32)),
+            stage: Stage::new(options, size),
             scene,
             options: SceneOptions::new(width, height),
             by: if workload == Workload::Objects10k { By::Draws } else { By::Scene },
@@ -92,28 +88,20 @@ impl Scenes {
 
     /// The plain path's picture and depths.
     fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
-        memory.clear(BACKGROUND);
-        let mut depth = None;
-        let mut target =
-            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
-        match self.by {
+        self.stage.plain(|target| match self.by {
             By::Scene => {
-                pipeline::draw_scene(&mut target, &self.scene, &self.options).expect("the scene is sound");
+                pipeline::draw_scene(target, &self.scene, &self.options).expect("the scene is sound");
             }
             By::Draws => self.scene.objects.iter().for_each(|object| {
                 let call = DrawCall::of_object(object, &self.scene, &self.options);
-                pipeline::draw(&mut target, &call).expect("the scene is sound");
+                pipeline::draw(target, &call).expect("the scene is sound");
             }),
-        }
-        (memory, depth)
+        })
     }
 
     /// The reference's picture of some pixels.
     fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
-        let mut picture = TruthPicture::new(self.memory.width(), self.memory.height(), DepthFormat::F32);
-        picture.clear(BACKGROUND);
+        let mut picture = self.stage.reference();
         let transparency = match self.by {
             By::Scene => Transparency::AfterOpaque(self.options.transparency),
             By::Draws => Transparency::AtOnce,
@@ -135,43 +123,29 @@ impl Scenes {
 
 impl Job for Scenes {
     fn frame(&mut self) {
-        self.renderer.clear(&mut self.memory, BACKGROUND);
-        if let Some(depth) = &mut self.depth {
-            depth.clear();
-        }
-        let mut target = Target {
-            memory: &mut self.memory,
-            depth: &mut self.depth,
-            depth_format: DepthFormat::F32,
-            ids: None,
-        };
-        match self.by {
+        let (scene, options) = (&self.scene, &self.options);
+        let mut tested = 0;
+        self.stage.draw(|renderer, target| match self.by {
             By::Scene => {
-                let drawn = self.renderer.draw_scene(&mut target, &self.scene, &self.options);
-                let stats = drawn.expect("the scene is sound");
-                if self.workload == Workload::Layers64 {
-                    self.amount = stats.pixels_tested as f64;
-                }
+                let stats = renderer.draw_scene(target, scene, options).expect("the scene is sound");
+                tested = stats.pixels_tested;
             }
-            By::Draws => {
-                for object in &self.scene.objects {
-                    let call = DrawCall::of_object(object, &self.scene, &self.options);
-                    self.renderer.draw(&mut target, &call).expect("the scene is sound");
-                }
-            }
+            By::Draws => scene.objects.iter().for_each(|object| {
+                let call = DrawCall::of_object(object, scene, options);
+                renderer.draw(target, &call).expect("the scene is sound");
+            }),
+        });
+        if self.workload == Workload::Layers64 {
+            self.amount = tested as f64;
         }
     }
 
     fn bytes(&self) -> &[u8] {
-        self.memory.bytes()
+        self.stage.memory.bytes()
     }
 
     fn spoil(&mut self) {
-        self.memory.clear([1, 254, 77, 3]);
-        if let Some(depth) = &mut self.depth {
-            let pixels = depth.width() as usize * depth.height() as usize;
-            (0..pixels).for_each(|i| depth.set_word(i, 0));
-        }
+        self.stage.spoil();
     }
 
     fn truth(&mut self) -> VideoMemory {
@@ -179,15 +153,7 @@ impl Job for Scenes {
     }
 
     fn check(&mut self) -> Check {
-        let (memory, depth) = self.plain();
-        match (&self.depth, &depth) {
-            (Some(own), Some(depth)) => {
-                let found = Drawn { memory: &self.memory, depth: own };
-                let plain = Drawn { memory: &memory, depth };
-                Check::of_space(found, plain, limit_steps(self.workload), |pixels| self.reference(pixels))
-            }
-            _ => Check { coverage_off: memory.bytes().len() / 4, ..Check::default() },
-        }
+        self.stage.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
     }
 
     fn amount(&self) -> f64 {
@@ -195,11 +161,11 @@ impl Job for Scenes {
     }
 
     fn threads(&self) -> usize {
-        self.renderer.options().pool.as_ref().map_or(1, |p| p.current_num_threads())
+        self.stage.threads()
     }
 
     fn simd(&self) -> &'static str {
-        self.renderer.level().as_str()
+        self.stage.renderer.level().as_str()
     }
 }
 

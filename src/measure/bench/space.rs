@@ -4,11 +4,12 @@
 //! looks along -z through 60 degrees, near 1, far 10; back faces are left out, less depth wins. A light at (3, 4, 5);
 //! colour = (0.8, 0.4, 0.2) (0.1 + 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
 
-use super::check::{Check, Drawn, limit_steps};
+use super::check::Check;
+use super::stage::Stage;
 use super::{Job, Options, Workload};
 use crate::math::matrix;
-use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
-use crate::pipeline::{self, DrawCall, Renderer, Target};
+use crate::memory::{DepthMemory, VideoMemory};
+use crate::pipeline::{self, DrawCall};
 use crate::scene::{
     Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Object,
     Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
@@ -17,17 +18,12 @@ use crate::truth::{self, TruthPicture};
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 
-/// What colour memory is cleared to: (0.1, 0.1, 0.15).
-pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];
-
 const TEXTURE_SIDE: u32 = 1024;
 const LAYERS: u32 = 20;
 
 pub(super) struct Space {
     workload: Workload,
-    renderer: Renderer,
-    memory: VideoMemory,
-    depth: Option<DepthMemory>,
+    stage: Stage,
     scene: Subject,
 }
 
@@ -47,12 +43,9 @@ pub(super) struct Subject {
 impl Space {
     pub fn new(workload: Workload, options: &Options) -> Self {
         let size = options.size;
-        let memory = VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame");
         Space {
             workload,
-            renderer: Renderer::new(options.render.clone()),
-            memory,
-            depth: Some(DepthMemory::new(size.width, size.height, DepthFormat::F32)),
+            stage: Stage::new(options, [size.width, size.height]),
             scene: Subject::new(workload, size.divisor),
         }
     }
@@ -63,23 +56,17 @@ impl Space {
     }
 
     /// The plain path's picture and depths.
-    fn plain(&self) -> (VideoMemory, DepthMemory) {
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
-        memory.clear(BACKGROUND);
-        let mut depth = None;
-        let mut target =
-            Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+    fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
+        let [width, height] = self.stage.size();
         let call = DrawCall { shared: None, ..self.scene.call(width, height) };
-        pipeline::draw(&mut target, &call).expect("the scene is sound");
-        (memory, depth.expect("a draw that tests depth makes a memory for it"))
+        self.stage.plain(|target| {
+            pipeline::draw(target, &call).expect("the scene is sound");
+        })
     }
 
     /// The reference's picture of some pixels.
     pub fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let mut picture = TruthPicture::new(width, height, DepthFormat::F32);
-        picture.clear(BACKGROUND);
+        let mut picture = self.stage.reference();
         let settings = truth::Settings { shade: self.scene.shade, ..truth::Settings::default() };
         picture.draw_at(&self.scene.whole(), &settings, Some(pixels)).expect("the camera is sound");
         picture
@@ -99,36 +86,25 @@ impl Space {
     #[cfg(test)]
     pub fn frame_changed(&mut self, change: impl FnOnce(&mut VideoMemory, &mut DepthMemory)) {
         self.frame();
-        change(&mut self.memory, self.depth.as_mut().expect("depth is kept"));
+        change(&mut self.stage.memory, self.stage.depth.as_mut().expect("depth is kept"));
     }
 }
 
 impl Job for Space {
     fn frame(&mut self) {
-        self.renderer.clear(&mut self.memory, BACKGROUND);
-        if let Some(depth) = &mut self.depth {
-            depth.clear();
-        }
-        let call = self.scene.call(self.memory.width(), self.memory.height());
-        let mut target = Target {
-            memory: &mut self.memory,
-            depth: &mut self.depth,
-            depth_format: DepthFormat::F32,
-            ids: None,
-        };
-        self.renderer.draw(&mut target, &call).expect("the scene is sound");
+        let [width, height] = self.stage.size();
+        let call = self.scene.call(width, height);
+        self.stage.draw(|renderer, target| {
+            renderer.draw(target, &call).expect("the scene is sound");
+        });
     }
 
     fn bytes(&self) -> &[u8] {
-        self.memory.bytes()
+        self.stage.memory.bytes()
     }
 
     fn spoil(&mut self) {
-        self.memory.clear([1, 254, 77, 3]);
-        if let Some(depth) = &mut self.depth {
-            let pixels = depth.width() as usize * depth.height() as usize;
-            (0..pixels).for_each(|i| depth.set_word(i, 0));
-        }
+        self.stage.spoil();
     }
 
     fn truth(&mut self) -> VideoMemory {
@@ -136,23 +112,15 @@ impl Job for Space {
     }
 
     fn check(&mut self) -> Check {
-        let (memory, depth) = self.plain();
-        let plain = Drawn { memory: &memory, depth: &depth };
-        match &self.depth {
-            Some(depth) => {
-                let found = Drawn { memory: &self.memory, depth };
-                Check::of_space(found, plain, limit_steps(self.workload), |pixels| self.reference(pixels))
-            }
-            None => Check { coverage_off: memory.bytes().len() / 4, ..Check::default() },
-        }
+        self.stage.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
     }
 
     fn threads(&self) -> usize {
-        self.renderer.options().pool.as_ref().map_or(1, |p| p.current_num_threads())
+        self.stage.threads()
     }
 
     fn simd(&self) -> &'static str {
-        self.renderer.level().as_str()
+        self.stage.renderer.level().as_str()
     }
 }
 
