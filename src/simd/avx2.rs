@@ -269,16 +269,6 @@ impl Simd for Avx2 {
         unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), v.0) }
     }
     #[inline(always)]
-    fn store_masked(self, mask: M, v: F, to: &mut [f32]) {
-        let to = &mut to[..8];
-        // SAFETY: the token proves the features; 8 places are there.
-        unsafe {
-            let old = _mm256_loadu_ps(to.as_ptr());
-            // Blending beats maskmov on the CPUs that need this path.
-            _mm256_storeu_ps(to.as_mut_ptr(), _mm256_blendv_ps(old, v.0, _mm256_castsi256_ps(mask.0)))
-        }
-    }
-    #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..8];
         // SAFETY: the token proves the features; 8 places are there.
@@ -364,12 +354,6 @@ impl Simd for Avx2 {
         unsafe { I(_mm256_blendv_epi8(b.0, a.0, mask.0)) }
     }
     #[inline(always)]
-    fn gather_i(self, mask: M, from: &[i32], index: I) -> I {
-        check(mask, index, from.len());
-        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
-        unsafe { I(_mm256_mask_i32gather_epi32::<4>(_mm256_setzero_si256(), from.as_ptr(), index.0, mask.0)) }
-    }
-    #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
         // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
@@ -389,15 +373,6 @@ impl Simd for Avx2 {
                 index.0,
                 _mm256_castsi256_ps(mask.0),
             ))
-        }
-    }
-    #[inline(always)]
-    fn prefetch4(self, from: &[[f32; 4]], index: I) {
-        let mut at = [0i32; 8];
-        self.store_i(index, &mut at);
-        for i in at {
-            // SAFETY: a prefetch of any address is a hint and never faults.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().wrapping_add(i as u32 as usize).cast()) }
         }
     }
     #[inline(always)]

@@ -238,12 +238,6 @@ impl Simd for Avx512 {
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), v.0) }
     }
     #[inline(always)]
-    fn store_masked(self, mask: M, v: F, to: &mut [f32]) {
-        let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 places are there.
-        unsafe { _mm512_mask_storeu_ps(to.as_mut_ptr(), mask.0, v.0) }
-    }
-    #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..16];
         // SAFETY: the token proves the features; 16 places are there.
@@ -317,14 +311,6 @@ impl Simd for Avx512 {
         unsafe { I(_mm512_mask_blend_epi32(mask.0, b.0, a.0)) }
     }
     #[inline(always)]
-    fn gather_i(self, mask: M, from: &[i32], index: I) -> I {
-        check(mask, index, from.len());
-        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
-        unsafe {
-            I(_mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), mask.0, index.0, from.as_ptr().cast()))
-        }
-    }
-    #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
         // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
@@ -338,15 +324,6 @@ impl Simd for Avx512 {
         // SAFETY: the token proves the features; every set lane's index was found inside the slice.
         unsafe {
             F(_mm512_mask_i32gather_ps::<4>(_mm512_setzero_ps(), mask.0, index.0, from.as_ptr().cast()))
-        }
-    }
-    #[inline(always)]
-    fn prefetch4(self, from: &[[f32; 4]], index: I) {
-        let mut at = [0i32; 16];
-        self.store_i(index, &mut at);
-        for i in at {
-            // SAFETY: a prefetch of any address is a hint and never faults.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(from.as_ptr().wrapping_add(i as u32 as usize).cast()) }
         }
     }
     #[inline(always)]

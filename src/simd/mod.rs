@@ -123,8 +123,6 @@ pub trait Simd: Copy + 'static {
     /// Into the first LANES places of `to`.
     fn store_i(self, v: Self::I, to: &mut [i32]);
     /// Into the first LANES places of `to`, where the mask is set.
-    fn store_masked(self, mask: Self::M, v: Self::F, to: &mut [f32]);
-    /// Into the first LANES places of `to`, where the mask is set.
     fn store_masked_i(self, mask: Self::M, v: Self::I, to: &mut [i32]);
     /// The first LANES pixels of `from`, four bytes each, the first byte lowest.
     fn load_bytes(self, from: &[u8]) -> Self::I;
@@ -143,18 +141,11 @@ pub trait Simd: Copy + 'static {
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// `a` where the mask is set, else `b`.
     fn select_i(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I;
-    /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
-    fn gather_i(self, mask: Self::M, from: &[i32], index: Self::I) -> Self::I;
     /// Pixel number `index` of `from` (four bytes each, the first byte lowest) in each lane where the mask is set, 0
     /// elsewhere. Panics when a set lane's pixel is outside.
     fn gather_bytes(self, mask: Self::M, from: &[u8], index: Self::I) -> Self::I;
     /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
     fn gather(self, mask: Self::M, from: &[f32], index: Self::I) -> Self::F;
-    /// Asks for `from[index]` to be brought near, in every lane; any index will do. Changes nothing but time.
-    #[inline(always)]
-    fn prefetch4(self, from: &[[f32; 4]], index: Self::I) {
-        let _ = (from, index);
-    }
     /// The four numbers of `from[index]` in each lane where the mask is set, transposed: component c of lane i is
     /// `result[c]` lane i; unset lanes read record 0. Panics when a set lane's index is outside or `from` is empty.
     fn gather4(self, mask: Self::M, from: &[[f32; 4]], index: Self::I) -> [Self::F; 4];

@@ -211,12 +211,6 @@ impl<const N: usize> Simd for Portable<N> {
         to[..N].copy_from_slice(&v.0);
     }
     #[inline(always)]
-    fn store_masked(self, mask: MaskLanes<N>, v: FloatLanes<N>, to: &mut [f32]) {
-        for ((to, v), m) in to[..N].iter_mut().zip(v.0).zip(mask.0) {
-            *to = if m != 0 { v } else { *to };
-        }
-    }
-    #[inline(always)]
     fn store_masked_i(self, mask: MaskLanes<N>, v: IntLanes<N>, to: &mut [i32]) {
         for ((to, v), m) in to[..N].iter_mut().zip(v.0).zip(mask.0) {
             *to = if m != 0 { v } else { *to };
@@ -269,10 +263,6 @@ impl<const N: usize> Simd for Portable<N> {
     #[inline(always)]
     fn select_i(self, mask: MaskLanes<N>, a: IntLanes<N>, b: IntLanes<N>) -> IntLanes<N> {
         IntLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
-    }
-    #[inline(always)]
-    fn gather_i(self, mask: MaskLanes<N>, from: &[i32], index: IntLanes<N>) -> IntLanes<N> {
-        IntLanes(from_fn(|i| if mask.0[i] != 0 { from[index.0[i] as u32 as usize] } else { 0 }))
     }
     #[inline(always)]
     fn gather_bytes(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> IntLanes<N> {

@@ -22,7 +22,6 @@ impl Kernel for AllOperations {
     fn run<S: Simd>(self, s: S) -> Vec<i32> {
         let Input { a, b, i, j, bits } = self.0;
         let table_f: Vec<f32> = (0..64).map(|k| k as f32 * 1.5).collect();
-        let table_i: Vec<i32> = (0..64).map(|k| k * 77 - 9).collect();
         let records: Vec<[f32; 4]> = (0..64).map(|k| [k as f32, -(k as f32), 0.5, k as f32 * 3.0]).collect();
         let short = |k: u32| ((k * 40_503) >> 4) as u16;
         let shorts: Vec<[u16; 4]> =
@@ -67,7 +66,6 @@ impl Kernel for AllOperations {
             [p.shl::<0>(), p.shl::<7>(), p.sar::<9>(), p.sar::<31>(), p.shr::<3>()]
                 .into_iter()
                 .for_each(&mut push);
-            push(s.gather_i(m, &table_i, index));
             push(s.gather(m, &table_f, index).bits());
             push(s.iota() + s.splat_i(at as i32));
             for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
@@ -78,9 +76,6 @@ impl Kernel for AllOperations {
             let mut masked = vec![5; S::LANES];
             s.store_masked_i(m, p, &mut masked);
             out.push(masked);
-            let mut masked = vec![5.0; S::LANES];
-            s.store_masked(m, s.splat(2.0), &mut masked);
-            out.push(masked.iter().map(|f| f.to_bits() as i32).collect());
             let mut bytes = vec![7u8; S::LANES * 4];
             s.store_masked_bytes(m, q, &mut bytes);
             let mut loaded = vec![0; S::LANES];
