@@ -1,0 +1,136 @@
+//! Two sides of a shared file, one of them by plain reads and writes.
+
+use super::*;
+use std::os::unix::fs::FileExt;
+
+struct Folder(PathBuf);
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("fbptr-shm-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir(&path).unwrap();
+        Folder(path)
+    }
+}
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn outside(path: &Path) -> File {
+    OpenOptions::new().read(true).write(true).open(path).unwrap()
+}
+
+fn pixel(file: &File, at: u64) -> [u8; 4] {
+    let mut p = [0; 4];
+    file.read_exact_at(&mut p, 4096 + at * 4).unwrap();
+    p
+}
+
+#[test]
+fn both_sides_write_and_nothing_is_lost() {
+    let folder = Folder::new("both");
+    let path = folder.0.join("fb");
+    let (w, h) = (1021, 7);
+    let mut shared = SharedFile::open(&path, (w, h), true).unwrap();
+    let mut memory = VideoMemory::new(w, h).unwrap();
+    shared.load_into(&mut memory);
+    let foreign = outside(&path);
+    assert_eq!(pixel(&foreign, 0), VideoMemory::CLEAR);
+    // They write one pixel in each row, also the very last; we write others in the same rows.
+    for y in 0..h as u64 {
+        foreign.write_all_at(&[y as u8, 1, 2, 3], 4096 + (y * w as u64 + (w as u64 - 1)) * 4).unwrap();
+        memory.put_pixel(y as i32, y as i32, [50, 60, 70, 80]);
+    }
+    let rows = memory.take_damage();
+    shared.give_out(&mut memory, rows);
+    let mut seen = Vec::new();
+    shared.take_in(&mut memory, |i| seen.push(i));
+    assert_eq!(seen, (1..=h as usize).map(|y| y * w as usize - 1).collect::<Vec<_>>());
+    for y in 0..h as i32 {
+        assert_eq!(memory.get_pixel(w as i32 - 1, y).unwrap(), [y as u8, 1, 2, 3]);
+        assert_eq!(pixel(&foreign, (y as u64) * w as u64 + y as u64), [50, 60, 70, 80]);
+        assert_eq!(pixel(&foreign, (y as u64 + 1) * w as u64 - 1), [y as u8, 1, 2, 3]);
+    }
+    assert_eq!(memory.take_damage(), 0..h);
+    shared.take_in(&mut memory, |i| panic!("pixel {i} seen twice"));
+}
+
+#[test]
+fn a_pixel_that_both_wrote_is_one_of_the_two_on_both_sides() {
+    let folder = Folder::new("clash");
+    let path = folder.0.join("fb");
+    let mut shared = SharedFile::open(&path, (4, 1), true).unwrap();
+    let mut memory = VideoMemory::new(4, 1).unwrap();
+    let foreign = outside(&path);
+    foreign.write_all_at(&[9; 4], 4096 + 8).unwrap();
+    memory.put_pixel(2, 0, [5; 4]);
+    shared.take_in(&mut memory, |_| ());
+    shared.give_out(&mut memory, 0..1);
+    assert_eq!(memory.get_pixel(2, 0).unwrap(), pixel(&foreign, 2));
+}
+
+#[test]
+fn it_survives_a_restart_and_refuses_what_is_not_its_own() {
+    let folder = Folder::new("restart");
+    let path = folder.0.join("fb");
+    let mut shared = SharedFile::open(&path, (5, 3), true).unwrap();
+    let mut memory = VideoMemory::new(5, 3).unwrap();
+    memory.put_pixel(4, 2, [1, 2, 3, 4]);
+    shared.give_out(&mut memory, 0..3);
+    assert!(matches!(SharedFile::open(&path, (5, 3), true), Err(SharedError::InUse { .. })));
+    drop(shared);
+    assert!(matches!(SharedFile::open(&path, (6, 3), true), Err(SharedError::NotOurs { .. })));
+    let mut again = SharedFile::open(&path, (640, 480), false).unwrap();
+    assert_eq!((again.width(), again.height()), (5, 3), "the file's own size");
+    let mut memory = VideoMemory::new(5, 3).unwrap();
+    again.load_into(&mut memory);
+    assert_eq!(memory.get_pixel(4, 2).unwrap(), [1, 2, 3, 4]);
+
+    let letter = folder.0.join("letter");
+    let cases: [&[u8]; 4] = [b"", b"dear friend", &[0; 5000], b"FBPTRSHM and then nothing of the sort"];
+    for text in cases {
+        std::fs::write(&letter, text).unwrap();
+        assert!(matches!(SharedFile::open(&letter, (5, 3), true), Err(SharedError::NotOurs { .. })));
+        assert_eq!(std::fs::read(&letter).unwrap(), text, "left as it was");
+    }
+    std::os::unix::fs::symlink(&path, folder.0.join("link")).unwrap();
+    for other in [folder.0.join("link"), folder.0.clone(), "/dev/null".into()] {
+        let e = SharedFile::open(&other, (5, 3), true).unwrap_err();
+        assert!(matches!(e, SharedError::NotOurs { .. }), "{e}");
+    }
+}
+
+#[test]
+fn the_header_says_what_the_layout_promises() {
+    let folder = Folder::new("header");
+    let path = folder.0.join("fb");
+    let shared = SharedFile::open(&path, (300, 200), true).unwrap();
+    shared.set_frame(77);
+    let bytes = std::fs::read(&path).unwrap();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!(&bytes[..8], b"FBPTRSHM");
+    assert_eq!([8, 12, 16, 20, 24, 28].map(word), [1, 4096, 300, 200, 1200, 1]);
+    assert_eq!((word(32), word(36), word(48)), (77, 0, std::process::id()));
+    assert_eq!(bytes.len(), 4096 + 300 * 200 * 4);
+    let text = std::str::from_utf8(&bytes[256..4096]).unwrap().split('\0').next().unwrap();
+    assert!(text.starts_with("frame=00000000000000000077\ndoorbell=00000000000000000000\nmagic=FBPTRSHM\n"));
+    assert!(text.contains("\nwidth=300\nheight=200\nstride=1200\n"), "{text}");
+    outside(&path).write_all_at(&5u64.to_le_bytes(), 40).unwrap();
+    assert_eq!(shared.doorbell(), 5);
+}
+
+#[test]
+fn a_file_cut_short_by_others_is_made_whole_again() {
+    let folder = Folder::new("cut");
+    let path = folder.0.join("fb");
+    let mut shared = SharedFile::open(&path, (2000, 4), true).unwrap();
+    let mut memory = VideoMemory::new(2000, 4).unwrap();
+    memory.clear([1, 2, 3, 4]);
+    outside(&path).set_len(10).unwrap();
+    shared.take_in(&mut memory, |_| ());
+    shared.give_out(&mut memory, 0..4);
+    assert_eq!(std::fs::read(&path).unwrap()[4096..], *memory.bytes());
+    assert_eq!(&std::fs::read(&path).unwrap()[..8], b"FBPTRSHM");
+}
