@@ -1,0 +1,106 @@
+//! A command's bytes: what the decoder reads back as the same command.
+//!
+//! Numbers are printed in the shortest form that reads back bit by bit; colours as `rrggbbaa` or `rrggbb`. Defaults are
+//! left out where the reader puts them back.
+
+mod line;
+mod space;
+
+use super::decoder::MAX_LINE_BYTES;
+use super::model::Command;
+use crate::error::{Code, Fault};
+use line::Line;
+
+/// Why a command has no bytes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EncodeError {
+    /// The command is refused whoever sends it.
+    #[error(transparent)]
+    Refused(#[from] Fault),
+    /// The line would be over the limit: a long POLY, FILLPOLY or POKE, or a long name.
+    #[error("{verb} would take a line of {bytes} bytes, a line has at most {MAX_LINE_BYTES}")]
+    LineTooLong {
+        /// The verb.
+        verb: &'static str,
+        /// The line's bytes without LF.
+        bytes: usize,
+    },
+    /// The language has no words for it: a texture called OFF or wrapped differently along its axes, a material with a
+    /// file's texture.
+    #[error("{verb} has no text for {what}")]
+    NoText {
+        /// The verb.
+        verb: &'static str,
+        /// What cannot be said.
+        what: &'static str,
+    },
+}
+
+impl EncodeError {
+    /// The protocol's code for this error.
+    pub fn code(&self) -> Code {
+        match self {
+            EncodeError::Refused(fault) => fault.code,
+            EncodeError::LineTooLong { .. } => Code::TooBig,
+            EncodeError::NoText { .. } => Code::Args,
+        }
+    }
+}
+
+/// Appends a command's bytes to `out`; on an error nothing is appended.
+///
+/// ```
+/// use fbptr::command::{Command, encode};
+/// let mut bytes = Vec::new();
+/// encode(&Command::Pixel { x: 1, y: -2, color: [255, 128, 0, 255] }, &mut bytes)?;
+/// encode(&Command::Text { x: 0, y: 0, color: [9, 9, 9, 0], utf8: b"hi".to_vec() }, &mut bytes)?;
+/// assert_eq!(bytes, b"PX 1 -2 ff8000\nTEXT 0 0 09090900 :2\nhi");
+/// # Ok::<(), fbptr::command::EncodeError>(())
+/// ```
+pub fn encode(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
+    command.check()?;
+    let start = out.len();
+    let result = write(command, out);
+    if result.is_err() {
+        out.truncate(start);
+    }
+    result
+}
+
+fn write(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
+    let verb = command.verb();
+    match command {
+        Command::BinaryPixel { x, y, color } => {
+            out.extend_from_slice(b"PB");
+            out.extend_from_slice(&x.to_le_bytes());
+            out.extend_from_slice(&y.to_le_bytes());
+            out.extend_from_slice(color);
+            return Ok(());
+        }
+        Command::PixelRun { x, y, rgba } => {
+            let n = u32::try_from(rgba.len() / 4)
+                .map_err(|_| Fault::new(Code::TooBig, "a run has at most 4294967295 pixels"))?;
+            out.extend_from_slice(b"PXMULTI");
+            out.extend_from_slice(&x.to_le_bytes());
+            out.extend_from_slice(&y.to_le_bytes());
+            out.extend_from_slice(&n.to_le_bytes());
+            out.extend_from_slice(rgba);
+            return Ok(());
+        }
+        _ => {}
+    }
+    let start = out.len();
+    out.extend_from_slice(verb.as_bytes());
+    let mut line = Line::new(verb, out);
+    line.arguments(command)?;
+    if let Some(payload) = command.payload() {
+        line.word(format_args!(":{}", payload.len()));
+    }
+    let bytes = out.len() - start;
+    if bytes > MAX_LINE_BYTES {
+        return Err(EncodeError::LineTooLong { verb, bytes });
+    }
+    out.push(b'\n');
+    out.extend_from_slice(command.payload().unwrap_or(b""));
+    Ok(())
+}
