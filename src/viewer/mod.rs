@@ -14,8 +14,10 @@ mod keys;
 mod nd;
 mod overlay;
 mod replay;
+mod shown;
 mod space;
 mod texts;
+mod time;
 
 pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
@@ -33,10 +35,9 @@ use replay::Replay;
 use space::{Source, Space};
 use std::collections::HashSet;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use time::Rate;
 
-/// How long a message is shown.
-const MESSAGE_TIME: Duration = Duration::from_secs(4);
 /// What is looked at.
 pub enum Model {
     /// A mesh, framed and lit.
@@ -173,14 +174,6 @@ pub struct Viewer {
     rate: Rate,
 }
 
-/// Pictures drawn in the last second.
-#[derive(Default)]
-struct Rate {
-    since: Duration,
-    pictures: u32,
-    per_second: f64,
-}
-
 impl Viewer {
     /// The frame that fits a model best: 640x480, or whole enlargements of an N-dimensional screen.
     pub fn frame_size(model: &Model) -> [u32; 2] {
@@ -280,156 +273,6 @@ impl Viewer {
             Subject::Replay(replay) => replay.take_complaints().iter().map(|c| c.play_line(file)).collect(),
             _ => Vec::new(),
         }
-    }
-
-    // ---- time ----
-
-    /// Whether anything moves by itself.
-    pub fn is_animated(&self) -> bool {
-        match &self.subject {
-            Subject::Space(space) => space.is_animated(),
-            Subject::Nd(_) => false,
-            Subject::Replay(replay) => replay.is_animated(),
-        }
-    }
-
-    /// Lets time pass.
-    pub fn advance(&mut self, by: Duration) {
-        self.clock += by;
-        if self.message.as_ref().is_some_and(|(_, since)| self.clock >= *since + MESSAGE_TIME) {
-            self.message = None;
-        }
-        let window = self.clock - self.rate.since;
-        if window >= Duration::from_millis(500) {
-            self.rate.per_second = f64::from(self.rate.pictures) / window.as_secs_f64();
-            (self.rate.since, self.rate.pictures) = (self.clock, 0);
-        }
-        if self.exact.poll() {
-            self.other_of = None;
-        }
-        // An exact picture is one of a moment: time waits for it.
-        if self.is_paused || !self.is_animated() || self.show == Show::Difference {
-            return;
-        }
-        self.passed += by.as_secs_f64() * self.fps;
-        let frames = self.passed.floor();
-        self.passed -= frames;
-        self.step(frames as i64);
-    }
-
-    /// Moves time by whole frames.
-    pub fn step(&mut self, frames: i64) {
-        let last = match &self.subject {
-            Subject::Replay(replay) => replay.last_frame().unwrap_or(u64::MAX),
-            _ => u64::MAX,
-        };
-        let frame = self.wishes.frame.saturating_add_signed(frames).min(last);
-        if frame != self.wishes.frame {
-            self.set_frame(frame);
-            self.is_stale = true;
-        }
-    }
-
-    fn set_frame(&mut self, frame: u64) {
-        let first = if self.start_time > 0.0 { (self.start_time * self.fps) as u64 } else { 0 };
-        self.wishes.frame = frame;
-        self.wishes.time = self.start_time + (frame as f64 - first as f64) / self.fps;
-    }
-
-    /// Seconds since the scene's start.
-    pub fn time(&self) -> f64 {
-        self.wishes.time
-    }
-
-    // ---- what is seen ----
-
-    /// Draws what is out of date; whether what is shown has changed. To be called before [`Viewer::shown`].
-    pub fn refresh(&mut self) -> bool {
-        let was_stale = std::mem::take(&mut self.is_stale);
-        if was_stale {
-            let begun = Instant::now();
-            let drawn = match &mut self.subject {
-                Subject::Space(space) => space.draw(&self.wishes, &mut self.frame, &mut self.renderer),
-                Subject::Nd(nd) => nd.draw(&self.wishes, &mut self.frame),
-                Subject::Replay(replay) => replay.draw(&self.wishes, &mut self.frame),
-            };
-            self.drawing_took = begun.elapsed();
-            self.failure = drawn.err();
-            if let Subject::Replay(replay) = &self.subject
-                && let Some(last) = replay.last_frame().filter(|&last| last < self.wishes.frame)
-            {
-                self.set_frame(last);
-            }
-            self.version += 1;
-            self.rate.pictures += 1;
-        }
-        was_stale | self.refresh_other()
-    }
-
-    /// Makes the picture of depth, or of the difference, where it is shown and out of date.
-    fn refresh_other(&mut self) -> bool {
-        if self.show == Show::Picture || self.other_of == Some(self.version) {
-            return false;
-        }
-        match self.show {
-            Show::Picture => {}
-            Show::Depth => {
-                self.depth_range = match &self.subject {
-                    Subject::Nd(nd) => nd.paint_distances(&mut self.other),
-                    _ => {
-                        let (w, h) = (self.other.width(), self.other.height());
-                        depth_picture::paint(
-                            &mut self.other,
-                            &depth_picture::depths(self.frame.depth.as_ref(), w, h),
-                        )
-                    }
-                };
-            }
-            Show::Difference => {
-                match self.exact.of(self.version) {
-                    Some(Ok(difference)) => difference.paint(&mut self.other),
-                    Some(Err(_)) => self.other.clear(VideoMemory::CLEAR),
-                    None => self.other.bytes_mut().copy_from_slice(self.frame.memory.bytes()),
-                }
-                if self.exact.wants(self.version) {
-                    let work = match &mut self.subject {
-                        Subject::Space(space) => space.exact(&self.wishes, &self.frame),
-                        Subject::Nd(nd) => nd.exact(&self.wishes, &self.frame),
-                        Subject::Replay(replay) => replay.exact(&self.wishes, &self.frame),
-                    };
-                    self.exact.begin(self.version, work);
-                }
-            }
-        }
-        self.other_of = Some(self.version);
-        true
-    }
-
-    /// Waits for an exact picture that is being worked out: for programs without a window, and tests.
-    pub fn wait_for_exact(&mut self) {
-        while self.show == Show::Difference && self.failure.is_none() {
-            self.refresh();
-            if self.exact.of(self.version).is_some() {
-                self.other_of = None;
-                self.refresh();
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(5));
-            self.advance(Duration::ZERO);
-        }
-    }
-
-    /// What is shown: the picture, its depth, or its difference to the exact one.
-    pub fn shown(&self) -> &VideoMemory {
-        match self.show {
-            Show::Picture => &self.frame.memory,
-            Show::Depth | Show::Difference => &self.other,
-        }
-    }
-
-    /// Why the last picture could not be drawn.
-    pub fn failure(&self) -> Option<&str> {
-        self.failure.as_deref()
     }
 }
 

@@ -1,0 +1,96 @@
+//! What the viewer shows: the picture, its depth, or its difference to the exact one, each drawn when it is out of date.
+
+use super::{Show, Subject, Viewer, depth_picture};
+use crate::memory::VideoMemory;
+use std::time::{Duration, Instant};
+
+impl Viewer {
+    /// Draws what is out of date; whether what is shown has changed. To be called before [`Viewer::shown`].
+    pub fn refresh(&mut self) -> bool {
+        let was_stale = std::mem::take(&mut self.is_stale);
+        if was_stale {
+            let begun = Instant::now();
+            let drawn = match &mut self.subject {
+                Subject::Space(space) => space.draw(&self.wishes, &mut self.frame, &mut self.renderer),
+                Subject::Nd(nd) => nd.draw(&self.wishes, &mut self.frame),
+                Subject::Replay(replay) => replay.draw(&self.wishes, &mut self.frame),
+            };
+            self.drawing_took = begun.elapsed();
+            self.failure = drawn.err();
+            if let Subject::Replay(replay) = &self.subject
+                && let Some(last) = replay.last_frame().filter(|&last| last < self.wishes.frame)
+            {
+                self.set_frame(last);
+            }
+            self.version += 1;
+            self.rate.pictures += 1;
+        }
+        was_stale | self.refresh_other()
+    }
+
+    /// Makes the picture of depth, or of the difference, where it is shown and out of date.
+    fn refresh_other(&mut self) -> bool {
+        if self.show == Show::Picture || self.other_of == Some(self.version) {
+            return false;
+        }
+        match self.show {
+            Show::Picture => {}
+            Show::Depth => {
+                self.depth_range = match &self.subject {
+                    Subject::Nd(nd) => nd.paint_distances(&mut self.other),
+                    _ => {
+                        let (w, h) = (self.other.width(), self.other.height());
+                        depth_picture::paint(
+                            &mut self.other,
+                            &depth_picture::depths(self.frame.depth.as_ref(), w, h),
+                        )
+                    }
+                };
+            }
+            Show::Difference => {
+                match self.exact.of(self.version) {
+                    Some(Ok(difference)) => difference.paint(&mut self.other),
+                    Some(Err(_)) => self.other.clear(VideoMemory::CLEAR),
+                    None => self.other.bytes_mut().copy_from_slice(self.frame.memory.bytes()),
+                }
+                if self.exact.wants(self.version) {
+                    let work = match &mut self.subject {
+                        Subject::Space(space) => space.exact(&self.wishes, &self.frame),
+                        Subject::Nd(nd) => nd.exact(&self.wishes, &self.frame),
+                        Subject::Replay(replay) => replay.exact(&self.wishes, &self.frame),
+                    };
+                    self.exact.begin(self.version, work);
+                }
+            }
+        }
+        self.other_of = Some(self.version);
+        true
+    }
+
+    /// Waits for an exact picture that is being worked out: for programs without a window, and tests.
+    pub fn wait_for_exact(&mut self) {
+        while self.show == Show::Difference && self.failure.is_none() {
+            self.refresh();
+            if self.exact.of(self.version).is_some() {
+                self.other_of = None;
+                self.refresh();
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+            self.advance(Duration::ZERO);
+        }
+    }
+
+    /// What is shown: the picture, its depth, or its difference to the exact one.
+    pub fn shown(&self) -> &VideoMemory {
+        match self.show {
+            Show::Picture => &self.frame.memory,
+            Show::Depth | Show::Difference => &self.other,
+        }
+    }
+
+    /// Why the last picture could not be drawn.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+}

@@ -1,0 +1,74 @@
+//! Time in the viewer: it passes, it is stepped through by frames, and pictures are counted in it.
+
+use super::{Show, Subject, Viewer};
+use std::time::Duration;
+
+/// How long a message is shown.
+const MESSAGE_TIME: Duration = Duration::from_secs(4);
+
+/// Pictures drawn in the last second.
+#[derive(Default)]
+pub(super) struct Rate {
+    pub(super) since: Duration,
+    pub(super) pictures: u32,
+    pub(super) per_second: f64,
+}
+
+impl Viewer {
+    /// Whether anything moves by itself.
+    pub fn is_animated(&self) -> bool {
+        match &self.subject {
+            Subject::Space(space) => space.is_animated(),
+            Subject::Nd(_) => false,
+            Subject::Replay(replay) => replay.is_animated(),
+        }
+    }
+
+    /// Lets time pass.
+    pub fn advance(&mut self, by: Duration) {
+        self.clock += by;
+        if self.message.as_ref().is_some_and(|(_, since)| self.clock >= *since + MESSAGE_TIME) {
+            self.message = None;
+        }
+        let window = self.clock - self.rate.since;
+        if window >= Duration::from_millis(500) {
+            self.rate.per_second = f64::from(self.rate.pictures) / window.as_secs_f64();
+            (self.rate.since, self.rate.pictures) = (self.clock, 0);
+        }
+        if self.exact.poll() {
+            self.other_of = None;
+        }
+        // An exact picture is one of a moment: time waits for it.
+        if self.is_paused || !self.is_animated() || self.show == Show::Difference {
+            return;
+        }
+        self.passed += by.as_secs_f64() * self.fps;
+        let frames = self.passed.floor();
+        self.passed -= frames;
+        self.step(frames as i64);
+    }
+
+    /// Moves time by whole frames.
+    pub fn step(&mut self, frames: i64) {
+        let last = match &self.subject {
+            Subject::Replay(replay) => replay.last_frame().unwrap_or(u64::MAX),
+            _ => u64::MAX,
+        };
+        let frame = self.wishes.frame.saturating_add_signed(frames).min(last);
+        if frame != self.wishes.frame {
+            self.set_frame(frame);
+            self.is_stale = true;
+        }
+    }
+
+    pub(super) fn set_frame(&mut self, frame: u64) {
+        let first = if self.start_time > 0.0 { (self.start_time * self.fps) as u64 } else { 0 };
+        self.wishes.frame = frame;
+        self.wishes.time = self.start_time + (frame as f64 - first as f64) / self.fps;
+    }
+
+    /// Seconds since the scene's start.
+    pub fn time(&self) -> f64 {
+        self.wishes.time
+    }
+}
