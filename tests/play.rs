@@ -290,6 +290,35 @@ fn a_trace_ends_in_the_bytes_of_the_picture() {
 }
 
 #[test]
+fn numbers_below_zero_and_names_for_depth_are_refused_by_what_they_are() {
+    let folder = Folder::new("refusals");
+    let obj = folder.file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (arguments, word) in [
+        (["render", &obj, "-o", "a.png", "--near", "-1"], "--near"),
+        (["render", &obj, "-o", "a.png", "--max-error", "-1"], "--max-error"),
+        (["render", &obj, "-o", "a.png", "--depth-out", "a.txt"], ".pfm"),
+        (["play", "-", "--headless", "--paused", "--depth-out", "a.txt"], ".pfm"),
+    ] {
+        let refused = run(&arguments, b"CRC\n");
+        assert_eq!((refused.status.code(), out(&refused)), (Some(2), ""), "{}", err(&refused));
+        assert!(err(&refused).contains(word) && !err(&refused).contains("unexpected"), "{}", err(&refused));
+    }
+}
+
+#[test]
+fn a_bench_may_have_another_size() {
+    let row =
+        run(&["bench", "W5_gouraud70k", "--size", "64x48", "--frames", "1", "--threads", "1", "--json"], b"");
+    assert_eq!(row.status.code(), Some(0), "{}", err(&row));
+    assert!(out(&row).contains(r#""wl":"W5_gouraud70k""#) && out(&row).contains("med_ms"), "{}", out(&row));
+    for (size, word) in [("0x48", "a size is"), ("64", "a size is"), ("32768x32768", "limit")] {
+        let refused = run(&["bench", "W5_gouraud70k", "--size", size], b"");
+        assert_eq!((refused.status.code(), out(&refused)), (Some(2), ""), "{size}: {}", err(&refused));
+        assert!(err(&refused).contains(word), "{size}: {}", err(&refused));
+    }
+}
+
+#[test]
 fn the_program_describes_itself() {
     let said = |arguments: &[&str]| {
         let output = run(arguments, b"");

@@ -1,9 +1,10 @@
 //! `fbptr bench`: the fixed workloads, each held to its truth and then timed.
 
 use super::drawing::Drawing;
-use super::{Status, output, say_as_program};
+use super::{FrameSize, Status, output, say_as_program};
 use crate::measure::bench::{self, Options, Row, Size, Workload};
 use crate::save;
+use crate::server::Limits;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -17,6 +18,9 @@ pub(super) struct Bench {
     /// Frames to time, fewer where they take longer than 6 seconds
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(1..))]
     frames: u16,
+    /// The frame's size; S5 has sizes of its own, scaled down with a smaller one
+    #[arg(long, value_name = "WxH", default_value = "1920x1080")]
+    size: FrameSize,
     /// One JSON object a line instead of a table
     #[arg(long)]
     json: bool,
@@ -47,9 +51,13 @@ impl Bench {
         if chosen.is_empty() {
             chosen.extend(&Workload::ALL[..Workload::OF_PEERS]);
         }
+        if let Err(error) = Limits::default().check_frame(self.size.width, self.size.height) {
+            say_as_program(error.message);
+            return Status::BadArguments;
+        }
         let options = Options {
             render: self.drawing.options(),
-            size: Size::FULL,
+            size: Size { width: self.size.width, height: self.size.height, ..Size::FULL },
             frames: self.frames.into(),
             budget: Duration::from_secs(6),
         };

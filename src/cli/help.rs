@@ -54,6 +54,7 @@ const EXAMPLES: &[(&str, &str)] = &[
         "bench",
         "  fbptr bench W1 W5 --threads 2
   fbptr bench W4_tex_nearest --simd portable --frames 10
+  fbptr bench W6 --size 320x240 --frames 5
   fbptr bench scenes --threads 2
   fbptr bench --json",
     ),

@@ -81,6 +81,9 @@ impl Play {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
+        if let Some(path) = &self.depth_out {
+            save::check_depth_path(path).map_err(|e| e.to_string())?;
+        }
         self.film.check()?;
         if self.film.takes_stdout() && self.trace.is_some() {
             return Err("--movie - and --trace: both want standard output".to_owned());

@@ -36,16 +36,16 @@ pub struct Render {
     #[arg(long, value_name = "S", value_parser = shade)]
     shade: Option<ShadeMode>,
     /// Distance to the near plane
-    #[arg(long, value_name = "N", value_parser = positive)]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     near: Option<f64>,
     /// Distance to the far plane
-    #[arg(long, value_name = "F", value_parser = positive)]
+    #[arg(long, value_name = "F", value_parser = positive, allow_negative_numbers = true)]
     far: Option<f64>,
     /// Write the depth too
     #[arg(long, value_name = "OUT.pfm")]
     depth_out: Option<PathBuf>,
     /// Draw the cheapest way whose 99.9th percentile of colour error is at most E steps of 255
-    #[arg(long, value_name = "E", value_parser = not_negative)]
+    #[arg(long, value_name = "E", value_parser = not_negative, allow_negative_numbers = true)]
     max_error: Option<f64>,
     /// Print what the scene needs, and why
     #[arg(long)]
@@ -60,7 +60,7 @@ pub struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Pictures a second
-    #[arg(long, value_name = "F", value_parser = positive, default_value = "25")]
+    #[arg(long, value_name = "F", value_parser = positive, default_value = "25", allow_negative_numbers = true)]
     fps: f64,
     #[command(flatten)]
     drawing: Drawing,
@@ -96,6 +96,9 @@ impl Render {
         if let Some(out) = self.out.as_ref().filter(|out| !is_movie(out)) {
             let error = |_| SaveError::UnknownEnding { path: out.clone(), expected: ENDINGS };
             save::SnapshotFormat::of_path(out).map_err(|e| bad(error(e).to_string()))?;
+        }
+        if let Some(path) = &self.depth_out {
+            save::check_depth_path(path).map_err(|e| bad(e.to_string()))?;
         }
         if self.out.as_deref() == Some(Path::new("-")) && (self.explain || self.trace.is_some()) {
             return Err(bad(

@@ -92,8 +92,14 @@ pub fn to_path(memory: &VideoMemory, path: &Path) -> Result<(), SaveError> {
 
 /// Writes depth to `path`, which must end in `.pfm`, whole or not at all.
 pub fn depth_to_path(depth: &DepthMemory, path: &Path) -> Result<(), SaveError> {
+    check_depth_path(path)?;
+    atomically(path, |out| pfm(depth, out))
+}
+
+/// Whether a name is one for depth: it ends in `.pfm`.
+pub fn check_depth_path(path: &Path) -> Result<(), SaveError> {
     match path.extension() {
-        Some(e) if e.eq_ignore_ascii_case("pfm") => atomically(path, |out| pfm(depth, out)),
+        Some(e) if e.eq_ignore_ascii_case("pfm") => Ok(()),
         _ => Err(SaveError::UnknownEnding { path: path.to_owned(), expected: ".pfm" }),
     }
 }

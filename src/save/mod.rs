@@ -11,7 +11,7 @@ mod movie;
 mod temporary;
 
 pub use atomic::atomically;
-pub use formats::{SnapshotFormat, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
+pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
 pub use temporary::remove_leftovers_beside;
 pub(crate) use temporary::{hold, temporary_name};

@@ -56,8 +56,9 @@ impl Scenes {
         let mut size = [options.size.width, options.size.height];
         let divisor = options.size.divisor.max(1);
         if workload == Workload::Sizes {
-            // In small, the whole row of frames is.
-            size = FRAMES[step as usize].map(|side| side * options.size.width / 1920);
+            // In small, the whole row of frames is; it never grows.
+            let width = options.size.width.min(1920);
+            size = FRAMES[step as usize].map(|side| (side * width / 1920).max(1));
         }
         let [width, height] = size;
         let (scene, amount) = match workload {
