@@ -179,6 +179,11 @@ fn the_next_recording_removes_what_a_killed_one_left_half_written() {
     std::fs::write(folder.0.join(".fbptr-1-7.tmp"), "half a picture").expect("written");
     assert!(render("next.gif", "2").status().expect("it runs").success());
     assert_eq!(hidden(), Vec::<std::ffi::OsString>::new());
+    std::fs::write(folder.0.join(".fbptr-1-7.tmp"), "half a picture").expect("written");
+    assert!(
+        fbptr(&folder, &["play", "-", "--headless", "--snap-dir", "."]).status().expect("it runs").success()
+    );
+    assert_eq!(hidden(), Vec::<std::ffi::OsString>::new());
 }
 
 #[test]

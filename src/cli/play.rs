@@ -123,6 +123,7 @@ impl Play {
         }
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
+            save::remove_leftovers_in(path);
         }
         if let Some(path) = &self.load_dir {
             engine.set_load_dir(folder(path)?);

@@ -245,6 +245,7 @@ impl Serve {
         engine.set_renderer(self.drawing.renderer());
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
+            save::remove_leftovers_in(path);
         }
         if let Some(path) = &self.load_dir {
             engine.set_load_dir(folder(path)?);

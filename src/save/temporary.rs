@@ -53,10 +53,14 @@ pub(super) fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
 /// Removes the half-written files that killed programs have left in the folder of `target`, and none of a program that lives.
 /// What cannot be removed stays.
 pub fn remove_leftovers_beside(target: &Path) {
-    let folder = match target.parent() {
+    remove_leftovers_in(match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
-    };
+    });
+}
+
+/// Removes the half-written files that killed programs have left in a folder, as [`remove_leftovers_beside`] does.
+pub fn remove_leftovers_in(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
