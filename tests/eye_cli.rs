@@ -151,6 +151,20 @@ fn render_writes_the_sheet_and_a_line_as_a_band() {
 }
 
 #[test]
+fn what_belongs_to_the_bench_alone_is_refused_elsewhere() {
+    for arguments in [
+        &["eye", "--make", "tesseract", "--out", "x.html"][..],
+        &["eye", "--make", "tesseract", "--quick"],
+        &["eye", "scene.json", "--out", "x.html"],
+        &["eye", "--out", "x.html"],
+    ] {
+        let output = fbptr(arguments, "");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
 fn the_table_of_fans_has_every_space_and_screen() {
     let page = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fan.html");
     let output = fbptr(&["eye", "--bench", "--quick", "--out", page.to_str().unwrap()], "");

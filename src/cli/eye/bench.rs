@@ -14,10 +14,10 @@ pub(super) struct Bench {
     #[arg(long, conflicts_with = "shape")]
     pub bench: bool,
     /// Small pictures, little time
-    #[arg(long, requires = "bench")]
+    #[arg(long, requires = "bench", conflicts_with_all = ["shape", "scene"])]
     quick: bool,
     /// Write the tables with their plots as a page, or the plots alone as a picture
-    #[arg(long, value_name = "FILE.html|FILE.svg", requires = "bench")]
+    #[arg(long, value_name = "FILE.html|FILE.svg", requires = "bench", conflicts_with_all = ["shape", "scene"])]
     out: Option<PathBuf>,
 }
 
