@@ -336,6 +336,24 @@ impl Simd for Avx2 {
         bits.count_ones() as usize
     }
     #[inline(always)]
+    fn firsts(self, mask: M, v: I) -> M {
+        // SAFETY: the token proves the features.
+        unsafe {
+            let iota = self.iota().0;
+            let mut again = _mm256_setzero_si256();
+            for k in 1..8 {
+                // Lane i sees lane i - k, where there is one.
+                let from = _mm256_sub_epi32(iota, _mm256_set1_epi32(k));
+                let other = _mm256_permutevar8x32_epi32(v.0, from);
+                let is_set = _mm256_permutevar8x32_epi32(mask.0, from);
+                let same = _mm256_and_si256(_mm256_cmpeq_epi32(other, v.0), is_set);
+                let is_there = _mm256_cmpgt_epi32(from, _mm256_set1_epi32(-1));
+                again = _mm256_or_si256(again, _mm256_and_si256(same, is_there));
+            }
+            M(_mm256_andnot_si256(again, mask.0))
+        }
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> M {
         // SAFETY: the token proves the features.
         unsafe {
@@ -380,7 +398,8 @@ impl Simd for Avx2 {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
         // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
-        unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())).map(F) }
+        let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
+        [F(a), F(b), F(c), F(d)]
     }
     #[inline(always)]
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
@@ -388,9 +407,15 @@ impl Simd for Avx2 {
         check(mask, index, from.len() - 1);
         // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
         // each has one behind it.
-        let words = unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())) };
-        // SAFETY: the token proves the features.
-        words.map(|w| I(unsafe { _mm256_castps_si256(w) }))
+        unsafe {
+            let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
+            [
+                I(_mm256_castps_si256(a)),
+                I(_mm256_castps_si256(b)),
+                I(_mm256_castps_si256(c)),
+                I(_mm256_castps_si256(d)),
+            ]
+        }
     }
     #[inline(always)]
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
@@ -401,12 +426,8 @@ impl Simd for Avx2 {
         unsafe {
             let mut at = [0i32; 8];
             _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-            let pair = |lane: usize| from.as_ptr().add(at[lane] as u32 as usize * 4).cast::<f64>();
-            // Two lanes, one after the other.
-            let two = |lane: usize| _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(pair(lane)), pair(lane + 1)));
-            // Lanes r, r+1, 4+r and 5+r.
-            let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(two(r)), two(4 + r));
-            let (a, b) = (row(0), row(2));
+            // Lanes 4q + r and the next in half q.
+            let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 2));
             [
                 I(_mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(a, b))),
                 I(_mm256_castps_si256(_mm256_shuffle_ps::<0b11_01_11_01>(a, b))),
@@ -415,20 +436,19 @@ impl Simd for Avx2 {
     }
 }
 
-/// Four words a lane, read by `record` at the index of each lane that is set and at 0 for the others, transposed.
+/// Four words a lane, read STRIDE bytes times its index from `from` on where it is set and at `from` elsewhere, transposed.
 ///
 /// # Safety
-/// The CPU must have the level's features, and `record` must be safe to call with those indices.
+/// The CPU must have the level's features, and 16 bytes must be there at each of those places.
 #[inline(always)]
-unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__m256; 4] {
+unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m256; 4] {
     // SAFETY: as promised by the caller; 8 places are there.
     unsafe {
         let mut at = [0i32; 8];
         _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-        let lane = |lane: usize| record(at[lane] as u32 as usize);
-        // Row r holds the records of lanes r and 4+r; a 4x4 transpose within each half finishes it.
-        let row = |r: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(lane(r)), lane(4 + r));
-        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
+        let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
+        let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
         let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
         let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
         [
@@ -438,4 +458,53 @@ unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__
             _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
         ]
     }
+}
+
+/// In half q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at each of those places.
+#[inline(always)]
+unsafe fn pixel_pairs(from: &[u8], at: &[i32; 8], r: usize) -> __m256 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm256_castps128_ps256(two_pairs(from, at[r], at[r + 1]));
+        _mm256_insertf128_ps::<1>(v, two_pairs(from, at[r + 4], at[r + 5]))
+    }
+}
+
+/// Two pixels from each of two places.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at both places.
+#[inline(always)]
+unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
+    // SAFETY: as promised by the caller; these loads need no alignment.
+    unsafe {
+        let place = |at: i32| from.as_ptr().add(at as u32 as usize * 4).cast::<f64>();
+        _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
+    }
+}
+
+/// The records of lanes r, 4 + r, ...
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 8], r: usize) -> __m256 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm256_castps128_ps256(record::<STRIDE>(from, at[r]));
+        _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at[r + 4]))
+    }
+}
+
+/// A record.
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: i32) -> __m128 {
+    // SAFETY: as promised by the caller; the load needs no alignment.
+    unsafe { _mm_loadu_ps(from.add(at as u32 as usize * STRIDE).cast()) }
 }

@@ -23,8 +23,8 @@ pub struct M(__mmask16);
 /// Runs a kernel compiled for AVX-512.
 ///
 /// # Safety
-/// The CPU must have AVX-512 F, BW, DQ and VL (and with them AVX2).
-#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
+/// The CPU must have AVX-512 F, BW, DQ, VL and CD (and with them AVX2).
+#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
@@ -297,6 +297,14 @@ impl Simd for Avx512 {
         mask.0.count_ones() as usize
     }
     #[inline(always)]
+    fn firsts(self, mask: M, v: I) -> M {
+        // SAFETY: the token proves the features.
+        unsafe {
+            let earlier = _mm512_conflict_epi32(v.0);
+            M(_mm512_mask_testn_epi32_mask(mask.0, earlier, _mm512_set1_epi32(mask.0 as i32)))
+        }
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> M {
         M(bits as u16)
     }
@@ -331,7 +339,8 @@ impl Simd for Avx512 {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
         // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
-        unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())).map(F) }
+        let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
+        [F(a), F(b), F(c), F(d)]
     }
     #[inline(always)]
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
@@ -339,9 +348,15 @@ impl Simd for Avx512 {
         check(mask, index, from.len() - 1);
         // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
         // each has one behind it.
-        let words = unsafe { transposed(mask, index, |at| _mm_loadu_ps(from.as_ptr().add(at).cast())) };
-        // SAFETY: the token proves the features.
-        words.map(|w| I(unsafe { _mm512_castps_si512(w) }))
+        unsafe {
+            let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
+            [
+                I(_mm512_castps_si512(a)),
+                I(_mm512_castps_si512(b)),
+                I(_mm512_castps_si512(c)),
+                I(_mm512_castps_si512(d)),
+            ]
+        }
     }
     #[inline(always)]
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
@@ -352,17 +367,8 @@ impl Simd for Avx512 {
         unsafe {
             let mut at = [0i32; 16];
             _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-            let pair = |lane: usize| from.as_ptr().add(at[lane] as u32 as usize * 4).cast::<f64>();
-            // Two lanes, one after the other.
-            let two = |lane: usize| _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(pair(lane)), pair(lane + 1)));
-            // Lanes r and r+1, 4+r and 5+r, ...
-            let row = |r: usize| {
-                let v = _mm512_castps128_ps512(two(r));
-                let v = _mm512_insertf32x4::<1>(v, two(4 + r));
-                let v = _mm512_insertf32x4::<2>(v, two(8 + r));
-                _mm512_insertf32x4::<3>(v, two(12 + r))
-            };
-            let (a, b) = (row(0), row(2));
+            // Lanes 4q + r and the next in quarter q.
+            let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 2));
             [
                 I(_mm512_castps_si512(_mm512_shuffle_ps::<0b10_00_10_00>(a, b))),
                 I(_mm512_castps_si512(_mm512_shuffle_ps::<0b11_01_11_01>(a, b))),
@@ -371,25 +377,19 @@ impl Simd for Avx512 {
     }
 }
 
-/// Four words a lane, read by `record` at the index of each lane that is set and at 0 for the others, transposed.
+/// Four words a lane, read STRIDE bytes times its index from `from` on where it is set and at `from` elsewhere, transposed.
 ///
 /// # Safety
-/// The CPU must have the level's features, and `record` must be safe to call with those indices.
+/// The CPU must have the level's features, and 16 bytes must be there at each of those places.
 #[inline(always)]
-unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__m512; 4] {
+unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m512; 4] {
     // SAFETY: as promised by the caller; 16 places are there.
     unsafe {
         let mut at = [0i32; 16];
         _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-        let lane = |lane: usize| record(at[lane] as u32 as usize);
-        // Row r holds the records of lanes r, 4+r, 8+r, 12+r; a 4x4 transpose within each quarter finishes it.
-        let row = |r: usize| {
-            let v = _mm512_castps128_ps512(lane(r));
-            let v = _mm512_insertf32x4::<1>(v, lane(4 + r));
-            let v = _mm512_insertf32x4::<2>(v, lane(8 + r));
-            _mm512_insertf32x4::<3>(v, lane(12 + r))
-        };
-        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
+        let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
+        let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
         let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
         let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
         [
@@ -399,4 +399,57 @@ unsafe fn transposed(mask: M, index: I, record: impl Fn(usize) -> __m128) -> [__
             _mm512_shuffle_ps::<0b11_10_11_10>(ef, gh),
         ]
     }
+}
+
+/// In quarter q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at each of those places.
+#[inline(always)]
+unsafe fn pixel_pairs(from: &[u8], at: &[i32; 16], r: usize) -> __m512 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm512_castps128_ps512(two_pairs(from, at[r], at[r + 1]));
+        let v = _mm512_insertf32x4::<1>(v, two_pairs(from, at[r + 4], at[r + 5]));
+        let v = _mm512_insertf32x4::<2>(v, two_pairs(from, at[r + 8], at[r + 9]));
+        _mm512_insertf32x4::<3>(v, two_pairs(from, at[r + 12], at[r + 13]))
+    }
+}
+
+/// Two pixels from each of two places.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at both places.
+#[inline(always)]
+unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
+    // SAFETY: as promised by the caller; these loads need no alignment.
+    unsafe {
+        let place = |at: i32| from.as_ptr().add(at as u32 as usize * 4).cast::<f64>();
+        _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
+    }
+}
+
+/// The records of lanes r, 4 + r, ...
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 16], r: usize) -> __m512 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm512_castps128_ps512(record::<STRIDE>(from, at[r]));
+        let v = _mm512_insertf32x4::<1>(v, record::<STRIDE>(from, at[r + 4]));
+        let v = _mm512_insertf32x4::<2>(v, record::<STRIDE>(from, at[r + 8]));
+        _mm512_insertf32x4::<3>(v, record::<STRIDE>(from, at[r + 12]))
+    }
+}
+
+/// A record.
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: i32) -> __m128 {
+    // SAFETY: as promised by the caller; the load needs no alignment.
+    unsafe { _mm_loadu_ps(from.add(at as u32 as usize * STRIDE).cast()) }
 }

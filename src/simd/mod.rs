@@ -135,6 +135,8 @@ pub trait Simd: Copy + 'static {
     fn store_block_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8], stride: usize);
     /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
+    /// Of the lanes that are set, those that hold a number which no set lane before them holds.
+    fn firsts(self, mask: Self::M, v: Self::I) -> Self::M;
     /// Lane i is bit i.
     fn mask(self, bits: u32) -> Self::M;
     /// `a` where the mask is set, else `b`.

@@ -253,6 +253,11 @@ impl<const N: usize> Simd for Portable<N> {
         n
     }
     #[inline(always)]
+    fn firsts(self, mask: MaskLanes<N>, v: IntLanes<N>) -> MaskLanes<N> {
+        let is_set = |i: usize| mask.0[i] != 0;
+        MaskLanes(from_fn(|i| yes(is_set(i) && !(0..i).any(|k| is_set(k) && v.0[k] == v.0[i]))))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> MaskLanes<N> {
         MaskLanes(from_fn(|i| yes(bits >> i & 1 != 0)))
     }

@@ -68,6 +68,10 @@ impl Kernel for AllOperations {
                 .for_each(&mut push);
             push(s.gather(m, &table_f, index).bits());
             push(s.iota() + s.splat_i(at as i32));
+            // Few different numbers, so that some come again. Within 8 lanes, as wider and narrower vectors see other runs.
+            let few = p & s.splat_i(3);
+            let near = s.mask(bits >> at & 0xf);
+            push(s.select_i(s.firsts(near, few), few, s.splat_i(-1)));
             for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
                 push(s.select_i(mask, s.splat_i(-1), s.splat_i(0)));
                 let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));

@@ -36,14 +36,23 @@ pub struct Small {
     pub depth: [f32; 3],
 }
 
-/// In a bin's entries: which list the index is of.
-pub const TINY: u32 = 0;
-/// See [`TINY`].
-pub const SMALL: u32 = 1 << 30;
-/// See [`TINY`].
-pub const WIDE: u32 = 2 << 30;
-/// The part of an entry that is the index.
-pub const INDEX: u32 = (1 << 30) - 1;
+/// In a bin, a face that is not tiny.
+#[derive(Clone, Copy, Debug)]
+pub struct Larger {
+    /// How many tiny faces of the bin come before it.
+    pub tiny_before: u32,
+    /// Its place, and in which list.
+    pub place: Place,
+}
+
+/// Where a face waits that is not tiny.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Among the bin's small faces.
+    Small(u32),
+    /// Among the chunk's wide faces.
+    Wide(u32),
+}
 
 /// Which faces are left out, by the sign of their area on the screen (rows grow downwards).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,10 +130,10 @@ impl Grid {
 /// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
 #[derive(Debug)]
 pub struct Bin {
-    /// Kind and index of each, in file order: of the lists here, or of the chunk's wide faces.
-    pub entries: Vec<u32>,
     /// Faces of at most 8x8 pixels, in file order.
     pub tiny: Vec<Tiny>,
+    /// The others, in file order.
+    pub larger: Vec<Larger>,
     /// Faces with edge functions in i32, in file order.
     pub small: Vec<Small>,
     /// Columns and rows that they reach, half-open: x0, y0, x1, y1.
@@ -133,22 +142,24 @@ pub struct Bin {
 
 impl Bin {
     const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
+
+    /// Whether no face reaches the tile.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.tiny.is_empty() && self.larger.is_empty()
+    }
+
+    #[inline(always)]
+    fn reach(&mut self, [x0, y0, x1, y1]: [i16; 4]) {
+        let r = self.reach;
+        self.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+    }
 }
 
 impl Default for Bin {
     fn default() -> Self {
-        Bin { entries: Vec::new(), tiny: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
+        Bin { tiny: Vec::new(), larger: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
     }
-}
-
-/// A face on its way to the tiles.
-pub enum Binned {
-    /// See [`Tiny`].
-    Tiny(Tiny),
-    /// See [`Small`].
-    Small(Small),
-    /// Its place among the chunk's wide faces.
-    Wide(u32),
 }
 
 /// What a chunk of faces became.
@@ -170,8 +181,8 @@ impl Chunk {
         self.wide.clear();
         for tile in self.reached.drain(..) {
             let bin = &mut self.bins[tile as usize];
-            bin.entries.clear();
             bin.tiny.clear();
+            bin.larger.clear();
             bin.small.clear();
             bin.reach = Bin::NOTHING;
         }
@@ -181,32 +192,61 @@ impl Chunk {
         self.stats = DrawStats::default();
     }
 
+    /// Adds a tiny face to the tiles that it reaches.
     #[inline(always)]
-    pub fn bin(&mut self, face: &Binned, [x0, y0, x1, y1]: [i16; 4], grid: &Grid) {
-        let (left, right) = (grid.column_of(x0 as i32), grid.column_of(x1 as i32 - 1));
-        let (top, bottom) = (grid.row_of(y0 as i32), grid.row_of(y1 as i32 - 1));
+    pub fn add_tiny(&mut self, face: &Tiny, bounds: [i16; 4], grid: &Grid) {
+        let [x0, y0, x1, y1] = bounds.map(i32::from);
+        let (left, right) = (grid.column_of(x0), grid.column_of(x1 - 1));
+        let (top, bottom) = (grid.row_of(y0), grid.row_of(y1 - 1));
         for row in top..=bottom {
             for column in left..=right {
-                let tile = row * grid.columns + column;
-                let bin = &mut self.bins[tile];
-                if bin.entries.is_empty() {
-                    self.reached.push(tile as u32);
-                }
-                let entry = match face {
-                    Binned::Tiny(tiny) => {
-                        bin.tiny.push(*tiny);
-                        TINY | (bin.tiny.len() - 1) as u32
-                    }
-                    Binned::Small(small) => {
-                        bin.small.push(*small);
-                        SMALL | (bin.small.len() - 1) as u32
-                    }
-                    Binned::Wide(index) => WIDE | index,
-                };
-                bin.entries.push(entry);
-                let r = bin.reach;
-                bin.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+                let bin = self.touch(row * grid.columns + column);
+                bin.tiny.push(*face);
+                bin.reach(bounds);
             }
         }
+    }
+
+    /// Adds a small face to the tiles that it reaches.
+    #[inline(always)]
+    pub fn add_small(&mut self, face: &Small, grid: &Grid) {
+        self.add_larger(face.bounds, grid, |bin| {
+            bin.small.push(*face);
+            Place::Small(bin.small.len() as u32 - 1)
+        });
+    }
+
+    /// Adds a wide face, and puts its place among the wide ones into the tiles of its bounds.
+    #[inline(always)]
+    pub fn add_wide(&mut self, face: WideFace, grid: &Grid) {
+        let place = Place::Wide(self.wide.len() as u32);
+        let b = face.bounds;
+        self.wide.push(face);
+        self.add_larger([b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16], grid, |_| place);
+    }
+
+    #[inline(always)]
+    fn add_larger(&mut self, bounds: [i16; 4], grid: &Grid, place: impl Fn(&mut Bin) -> Place) {
+        let [x0, y0, x1, y1] = bounds.map(i32::from);
+        let (left, right) = (grid.column_of(x0), grid.column_of(x1 - 1));
+        let (top, bottom) = (grid.row_of(y0), grid.row_of(y1 - 1));
+        for row in top..=bottom {
+            for column in left..=right {
+                let bin = self.touch(row * grid.columns + column);
+                let (tiny_before, place) = (bin.tiny.len() as u32, place(bin));
+                bin.larger.push(Larger { tiny_before, place });
+                bin.reach(bounds);
+            }
+        }
+    }
+
+    /// The list of a tile, which something reaches now.
+    #[inline(always)]
+    fn touch(&mut self, tile: usize) -> &mut Bin {
+        let bin = &mut self.bins[tile];
+        if bin.is_empty() {
+            self.reached.push(tile as u32);
+        }
+        bin
     }
 }

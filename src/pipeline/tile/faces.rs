@@ -193,24 +193,27 @@ impl Faces<'_> {
     fn corners_of<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> (Corners<S>, S::I) {
         let mut numbers = [0; 16];
         s.store_i(faces, &mut numbers[..S::LANES]);
-        let mut few = Few { count: 0, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        // Found all at once, so that none has to wait for the one before it.
+        let mut left = s.firsts(mask, faces).bits();
+        let count = left.count_ones() as usize;
+        if count == 0 || count > most_few::<S>() {
+            let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
+            return (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits());
+        }
+        let mut few = Few { count, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
         let mut materials = s.splat_i(0);
-        let mut left = mask;
-        while left.any() && few.count < most_few::<S>() {
-            let face = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & faces.eq(s.splat_i(face));
-            left = left & !same;
+        let mut slot = 0;
+        while slot < count.min(MOST_FEW) {
+            let face = numbers[left.trailing_zeros() as usize & 15];
+            left &= left - 1;
+            let same = mask & faces.eq(s.splat_i(face));
             let [c0, c1, c2, material] = self.corners[face as usize];
-            few.pixels[few.count] = same;
-            few.vertices[few.count] = [c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize];
-            few.count += 1;
+            few.pixels[slot] = same;
+            few.vertices[slot] = [c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize];
             materials = s.select_i(same, s.splat_i(material.to_bits() as i32), materials);
+            slot += 1;
         }
-        if !left.any() {
-            return (Corners::Few(few), materials);
-        }
-        let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
-        (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits())
+        (Corners::Few(few), materials)
     }
 
     /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.

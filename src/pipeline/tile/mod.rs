@@ -93,7 +93,7 @@ impl Scratch {
     pub fn size_bytes(&self) -> usize {
         let bin = |b: &Bin| {
             size_of::<Bin>()
-                + b.entries.capacity() * 4
+                + b.larger.capacity() * size_of::<bins::Larger>()
                 + b.tiny.capacity() * size_of::<bins::Tiny>()
                 + b.small.capacity() * size_of::<bins::Small>()
         };
@@ -217,7 +217,7 @@ pub(crate) fn render(
             let bin = band * grid.columns + column;
             let columns = grid.pixels_of(column);
             let (x0, x1) = (columns.start, columns.end);
-            if chunks.iter().all(|c| c.bins[bin].entries.is_empty()) {
+            if chunks.iter().all(|c| c.bins[bin].is_empty()) {
                 continue;
             }
             // What is still to be cleared is cleared here, on its way into the cache.
@@ -230,12 +230,12 @@ pub(crate) fn render(
             let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids.0 };
             let mut reach = [i16::MAX, i16::MAX, 0, 0];
             let mut tile_passed = 0;
-            for chunk in chunks.iter().filter(|c| !c.bins[bin].entries.is_empty()) {
+            for chunk in chunks.iter().filter(|c| !c.bins[bin].is_empty()) {
                 let r = chunk.bins[bin].reach;
                 reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
                 let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
                 let kernel =
-                    RasterKernel { bin, wide, view, corners: &mesh.records, is_far_flung, tile: &mut tile };
+                    RasterKernel { bin, wide, corners: &mesh.records, is_far_flung, tile: &mut tile };
                 let (t, p) = level.dispatch(kernel);
                 (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
             }

@@ -4,7 +4,7 @@
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::bins::{Bin, Grid, INDEX, SMALL, Small, TINY, Tiny, View, WIDE};
+use super::bins::{Bin, Grid, Larger, Place, Small, Tiny};
 use super::wide::{self, WideFace};
 use crate::math::coverage::Filling;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
@@ -56,8 +56,6 @@ pub struct RasterKernel<'a, 'b> {
     pub bin: &'a Bin,
     /// The chunk's wide faces.
     pub wide: &'a [WideFace],
-    /// What may be drawn.
-    pub view: View,
     /// What will be asked of each face that is seen.
     pub corners: &'a [[f32; 4]],
     /// Whether the mesh is larger than the nearer caches.
@@ -73,51 +71,55 @@ impl Kernel for RasterKernel<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> (u64, u64) {
         let (mut tested, mut passed) = (0, 0);
-        let mut from = 0;
-        while from < self.bin.entries.len() {
-            let entry = self.bin.entries[from];
-            let index = (entry & INDEX) as usize;
-            from += 1;
-            match entry & !INDEX {
-                TINY => {
-                    let face = &self.bin.tiny[index];
-                    if self.is_far_flung {
-                        prefetch::for_read(self.corners, face.face as usize);
-                    }
-                    passed += tiny(s, face, self.tile);
+        let bin = self.bin;
+        let (mut from, mut drawn) = (0, 0);
+        while from <= bin.larger.len() {
+            // The tiny faces up to the next larger one, or the last ones.
+            let next = bin.larger.get(from);
+            let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
+            for face in &bin.tiny[drawn..until] {
+                if self.is_far_flung {
+                    prefetch::for_read(self.corners, face.face as usize);
                 }
-                SMALL => {
-                    let (t, p) = small(s, &self.bin.small[index], &self.view, self.tile);
-                    (tested, passed) = (tested + t, passed + p);
-                }
-                _ if wide::filling(s, &self.wide[index], self.tile) == Filling::All => {
-                    // With those behind it that fill the tile as well.
-                    let mut stack = [&self.wide[index]; wide::MOST_STACKED];
-                    let mut count = 1;
-                    while let (true, Some(&next)) = (count < stack.len(), self.bin.entries.get(from)) {
-                        if next & !INDEX != WIDE {
-                            break;
-                        }
-                        let face = &self.wide[(next & INDEX) as usize];
-                        match wide::filling(s, face, self.tile) {
-                            Filling::None => {}
-                            Filling::Part => break,
-                            Filling::All => {
-                                stack[count] = face;
-                                count += 1;
-                            }
-                        }
-                        from += 1;
-                    }
-                    let pixels = ((self.tile.x1 - self.tile.x0) * (self.tile.y1 - self.tile.y0)) as u64;
-                    tested += count as u64 * pixels;
-                    passed += wide::stack(s, &stack[..count], self.tile);
-                }
-                _ => {
-                    let (t, p) = wide::draw(s, &self.wide[index], self.tile);
-                    (tested, passed) = (tested + t, passed + p);
-                }
+                passed += tiny(s, face, self.tile);
             }
+            (from, drawn) = (from + 1, until);
+            let index = match next.map(|l| l.place) {
+                None => break,
+                Some(Place::Small(index)) => {
+                    let (t, p) = small(s, &bin.small[index as usize], self.tile);
+                    (tested, passed) = (tested + t, passed + p);
+                    continue;
+                }
+                Some(Place::Wide(index)) => index as usize,
+            };
+            if wide::filling(s, &self.wide[index], self.tile) != Filling::All {
+                let (t, p) = wide::draw(s, &self.wide[index], self.tile);
+                (tested, passed) = (tested + t, passed + p);
+                continue;
+            }
+            // With those behind it that fill the tile as well.
+            let mut stack = [&self.wide[index]; wide::MOST_STACKED];
+            let mut count = 1;
+            while count < stack.len() {
+                let Some(&Larger { tiny_before, place: Place::Wide(index) }) = bin.larger.get(from) else {
+                    break;
+                };
+                let face = &self.wide[index as usize];
+                match wide::filling(s, face, self.tile) {
+                    _ if tiny_before as usize != drawn => break,
+                    Filling::Part => break,
+                    Filling::None => {}
+                    Filling::All => {
+                        stack[count] = face;
+                        count += 1;
+                    }
+                }
+                from += 1;
+            }
+            let pixels = ((self.tile.x1 - self.tile.x0) * (self.tile.y1 - self.tile.y0)) as u64;
+            tested += count as u64 * pixels;
+            passed += wide::stack(s, &stack[..count], self.tile);
         }
         (tested, passed)
     }
@@ -181,12 +183,13 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let mut x = x0.max(tile.x0);
     let right = (x0 + face.size[0] as i32).min(tile.x1);
     while x < right {
-        // A vector that would leave the tile begins further left.
-        let start = x.min(tile.x1 - lanes);
+        // At multiples of its width a vector reads what one before it wrote, not parts of two. One that would leave the
+        // tile begins further left.
+        let start = (x & -lanes).min(tile.x1 - lanes);
         let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
         let along = s.splat(zx) * (s.iota() + s.splat_i(start - x0)).to_f32();
         for row in rows.clone() {
-            // From 15 columns to the right of the face's first to 8 to its left.
+            // From 7 columns to the right of the face's first to 15 to its left.
             let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32;
             let z = (s.splat(z0 + zy * row as f32) + along).bits().max(s.splat_i(0));
             passed += write(s, tile, (start, y0 + row), s.mask(bits & fresh), z, id);
@@ -198,32 +201,28 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
 
 /// A face whose edge functions fit i32: a vector of columns at a time, row by row; fragments tested and passed.
 #[inline(always)]
-fn small<S: Simd>(s: S, face: &Small, view: &View, tile: &mut Tile<'_>) -> (u64, u64) {
+fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
     let [x0, y0, x1, y1] = face.bounds.map(i32::from);
     let rows = y0.max(tile.y0)..y1.min(tile.y1);
     let right = x1.min(tile.x1);
     let lanes = S::LANES as i32;
     let id = s.splat_i(face.face as i32);
     let iota = s.iota();
-    let is_clipped = x0 == view.x0 || x1 == view.x1;
     let [dx0, dx1, dx2] = face.steps_x;
     let [dy0, dy1, dy2] = face.steps_y;
     let [z0, zx, zy] = face.depth;
     let (mut tested, mut passed) = (0, 0);
     let mut x = x0.max(tile.x0);
     while x < right {
-        let start = x.min(tile.x1 - lanes);
+        let start = (x & -lanes).min(tile.x1 - lanes);
         let column = iota + s.splat_i(start - x0);
         let down = rows.start - y0;
         let mut e0 = s.splat_i(dx0) * column + s.splat_i(face.edges[0] + dy0 * down);
         let mut e1 = s.splat_i(dx1) * column + s.splat_i(face.edges[1] + dy1 * down);
         let mut e2 = s.splat_i(dx2) * column + s.splat_i(face.edges[2] + dy2 * down);
         let along = s.splat(zx) * column.to_f32();
-        let mut inside_columns = s.mask(u32::MAX);
-        if is_clipped || start < x {
-            let to = (right - start).min(lanes);
-            inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
-        }
+        let to = (right - start).min(lanes);
+        let inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
         for y in rows.clone() {
             let covered = (e0 | e1 | e2).gt(s.splat_i(-1)) & inside_columns;
             (e0, e1, e2) = (e0 + s.splat_i(dy0), e1 + s.splat_i(dy1), e2 + s.splat_i(dy2));

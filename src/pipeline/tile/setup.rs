@@ -6,7 +6,7 @@
 //! - [`Small`]: edge functions that stay exact in i32.
 //! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
 
-use super::bins::{Binned, Chunk, Grid, Keep, Small, Tiny, View};
+use super::bins::{Chunk, Grid, Keep, Small, Tiny, View};
 use super::vertex::{Outcode, Record};
 use super::wide::WideFace;
 use crate::pipeline::call::DrawStats;
@@ -55,6 +55,8 @@ pub struct SetupKernel<'a> {
 
 /// What the vector stage hands to the scalar one, a row of lanes each.
 const FIELDS: usize = 18;
+/// The first of them: edge functions and their steps.
+const EDGES: usize = 9;
 
 impl Kernel for SetupKernel<'_> {
     type Output = ();
@@ -192,7 +194,8 @@ impl Kernel for SetupKernel<'_> {
                 low,
                 high,
             ];
-            let mut field = 0;
+            // Tiny faces are asked for no edges.
+            let mut field = if work_bits & !tiny_bits == 0 { EDGES } else { 0 };
             while field < FIELDS {
                 s.store_i(fields[field], &mut lanes[field]);
                 field += 1;
@@ -205,12 +208,8 @@ impl Kernel for SetupKernel<'_> {
                 if plain_bits >> lane & 1 != 0 {
                     let mut own = DrawStats::default();
                     if let Some(wide) = (self.plain)(face, &mut own) {
-                        let b = wide.bounds;
-                        if !b.is_empty() {
-                            let entry = Binned::Wide(self.chunk.wide.len() as u32);
-                            let bounds = [b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16];
-                            self.chunk.bin(&entry, bounds, &self.grid);
-                            self.chunk.wide.push(wide);
+                        if !wide.bounds.is_empty() {
+                            self.chunk.add_wide(wide, &self.grid);
                         }
                     }
                     // What the vectors have decided is counted already.
@@ -226,22 +225,23 @@ impl Kernel for SetupKernel<'_> {
                     lanes[14][lane] as i16,
                     lanes[15][lane] as i16,
                 ];
-                let entry = if tiny_bits >> lane & 1 != 0 {
+                if tiny_bits >> lane & 1 != 0 {
                     let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
                     self.chunk.stats.pixels_tested += mask.count_ones() as u64;
                     let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
-                    Binned::Tiny(Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size })
+                    let tiny = Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size };
+                    self.chunk.add_tiny(&tiny, bounds, &self.grid);
                 } else {
-                    Binned::Small(Small {
+                    let small = Small {
                         face,
                         bounds,
                         edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
                         steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
                         steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
                         depth,
-                    })
-                };
-                self.chunk.bin(&entry, bounds, &self.grid);
+                    };
+                    self.chunk.add_small(&small, &self.grid);
+                }
             }
         }
     }
