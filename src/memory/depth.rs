@@ -103,8 +103,10 @@ fn cells_in(width: usize) -> usize {
 /// All words of a depth memory, and which of them are still to be cleared: whoever writes a cell clears it first.
 #[derive(Debug)]
 pub(crate) struct DepthCells<'a> {
-    /// The words, row by row.
+    /// The words, row by row; empty in the format of 16 bits.
     pub words: &'a mut [i32],
+    /// The words of that format; else empty.
+    pub narrow: &'a mut [u16],
     /// For each row a bit a cell, from the left; empty where nothing is to be cleared.
     pub stale: &'a mut [u128],
     /// What a cleared word is.
@@ -282,13 +284,13 @@ impl DepthMemory {
         }
     }
 
-    /// All stored words and which are still to be cleared; `None` in the format of 16 bits.
-    pub(crate) fn cells_mut(&mut self) -> Option<DepthCells<'_>> {
+    /// All stored words and which are still to be cleared.
+    pub(crate) fn cells_mut(&mut self) -> DepthCells<'_> {
         let far = self.format.encode(1.0, 0.0) as i32;
         let stale: &mut [u128] = if self.has_stale { &mut self.stale } else { &mut [] };
         match &mut self.words {
-            Words::Narrow(_) => None,
-            Words::Wide(words) => Some(DepthCells { words, stale, far }),
+            Words::Narrow(narrow) => DepthCells { words: &mut [], narrow, stale, far },
+            Words::Wide(words) => DepthCells { words, narrow: &mut [], stale, far },
         }
     }
 
@@ -332,7 +334,8 @@ mod tests {
             assert!((0..len).all(|i| depth.word(i) == far), "{format:?}");
             // One cell's words are stored by hand, as the tile renderer does it, then one word by its number.
             let mut want = vec![far; len];
-            if let Some(cells) = depth.cells_mut() {
+            let cells = depth.cells_mut();
+            if !cells.words.is_empty() {
                 let row = width as usize * 2;
                 let columns = cell_columns(0, width as usize);
                 cells.words[row..row + columns.end].fill(cells.far);

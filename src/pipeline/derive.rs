@@ -2,7 +2,7 @@
 
 use super::assemble::Side;
 use super::call::{DrawCall, Target};
-use super::fast::obstacle;
+use super::fast::{obstacle, stated_bytes, veil_obstacle};
 use super::known::Known;
 use super::light::{Lamp, Lighting, Viewer};
 use super::plan::{Part, Plan, Title};
@@ -68,7 +68,7 @@ impl<'a> DrawCall<'a> {
         }
     }
 
-    fn is_parallel(&self) -> bool {
+    pub(crate) fn is_parallel(&self) -> bool {
         !matches!(
             self.camera.projection,
             Projection::Perspective { .. }
@@ -129,13 +129,24 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
         plan_faces(call, lighting, known, &mut plan, faces, wire);
     }
     match obstacle(call, target, &plan) {
-        None => plan.add(
-            Part::TileRenderer,
-            "opaque faces: first what is seen, then its colour, in vectors",
-            faces,
-            0,
-        ),
+        None => {
+            let bytes = stated_bytes(call, target, &plan);
+            plan.set_bytes(Part::TransformVertices, 0);
+            plan.add(
+                Part::TileRenderer,
+                "opaque faces: first what is seen, then its colour, in vectors",
+                faces,
+                bytes,
+            );
+        }
         Some(why) => plan.leave_out(Part::TileRenderer, why),
+    }
+    match veil_obstacle(call, target) {
+        _ if plan.uses(Part::TileRenderer) => {
+            plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
+        }
+        None => plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, 0),
+        Some(why) => plan.leave_out(Part::FacesInOrder, why),
     }
     plan
 }
@@ -152,7 +163,8 @@ struct Asks {
 fn asks_of(call: &DrawCall, lighting: &Lighting, known: &Known) -> Asks {
     let mesh = &call.geometry.mesh;
     let mut asks = Asks::default();
-    let mut textures: Vec<*const Texture> = Vec::new();
+    // Most meshes have few: those need no list.
+    let (mut few, mut count, mut more) = ([std::ptr::null(); 8], 0, Vec::new());
     for p in known.materials.iter().map(|&p| &mesh.polygons[p as usize]) {
         for &side in call.sides() {
             let (material, texture) = call.material_of(p, side);
@@ -160,8 +172,12 @@ fn asks_of(call: &DrawCall, lighting: &Lighting, known: &Known) -> Asks {
             asks.transparent |= DrawCall::is_transparent(material, texture);
             if let Some(t) = texture {
                 asks.texture = true;
-                if !textures.contains(&std::ptr::from_ref(t)) {
-                    textures.push(t);
+                let address: *const Texture = t;
+                if !few[..count].contains(&address) && !more.contains(&address) {
+                    match few.get_mut(count) {
+                        Some(place) => (*place, count) = (address, count + 1),
+                        None => more.push(address),
+                    }
                     asks.texture_bytes += t.size_bytes() as u64;
                 }
             }

@@ -4,6 +4,7 @@
 
 mod frame;
 mod light;
+mod stated;
 mod veil;
 
 use super::assemble::{Face, Side};
@@ -14,7 +15,8 @@ use super::raster::opaque;
 use super::sample::Footprint;
 use super::shade::LightMode;
 use super::tile::{
-    self, Eye, FRAME_LIMITS, Frame, Job, Keep, Scratch, Shading, Source, ToScreen, View, WideFace, Workers,
+    self, Deep, Eye, FRAME_LIMITS, Form, Frame, Haze, Job, Keep, Scratch, Shading, Source, Surface, ToScreen,
+    View, WideFace, Workers,
 };
 use super::vertex::Vertex;
 use crate::memory::DepthFormat;
@@ -22,7 +24,8 @@ use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
 use light::{Light, SpareLists, TableWork, Tables};
-pub(crate) use veil::Veils;
+pub(crate) use stated::stated_bytes;
+pub(crate) use veil::{Veils, veil_obstacle};
 
 /// What the fast path works with.
 pub(crate) struct Tools<'t> {
@@ -65,22 +68,16 @@ pub(crate) fn obstacle(call: &DrawCall, target: &Target, plan: &Plan) -> Option<
     if call.hide == HiddenSurface::Painter {
         return Some("HIDE painter sorts its faces");
     }
-    if plan.uses(Part::DepthMemory) && target.depth_format != DepthFormat::F32 {
-        return Some("only the f32 depth format has a fast form");
-    }
     if plan.uses(Part::ReadBack) {
         return Some("transparent faces are blended one after the other");
-    }
-    if plan.uses(Part::Fog) {
-        return Some("fog has no fast form");
-    }
-    if call.back_material.is_some() && call.cull != Cull::Front {
-        return Some("a material for faces seen from behind has no fast form");
     }
     if width < FRAME_LIMITS.0 || width > FRAME_LIMITS.1 || height > FRAME_LIMITS.1 {
         return Some("the frame is too narrow, too wide or too high for vectors");
     }
     let is_lit = plan.uses(Part::LightVertices) || plan.uses(Part::LightFaces);
+    if call.back_material.is_some() && call.cull == Cull::None && is_lit {
+        return Some("a material for faces seen from behind, lit at vertices or faces, has no fast form");
+    }
     if call.two_sided_lighting && call.cull != Cull::Back && is_lit {
         return Some("two-sided light at vertices or faces has no fast form");
     }
@@ -107,7 +104,7 @@ impl Prepared<'_> {
         let clip = screen.clip;
         if clip.is_empty() {
             // Everything is outside; the plain path counts it.
-            return false;
+            return self.give_back(surfaces, spare);
         }
         let keep = match (call.cull, self.assembler.mirrored) {
             (Cull::None, _) => Keep::Both,
@@ -120,8 +117,19 @@ impl Prepared<'_> {
             (true, false) => 1,
             (true, true) => -1,
         };
-        let needs_positions = call.shade == ShadeMode::Phong
-            && is_lit
+        let haze = match self.call.fog.filter(|_| self.plan.uses(Part::Fog)) {
+            None => None,
+            Some(fog) => {
+                let eye = frame.axes * (self.transform().camera.eye - frame.origin);
+                let Some(haze) = Haze::new(&fog, f32s(eye)) else { return self.give_back(surfaces, spare) };
+                Some(haze)
+            }
+        };
+        let back = match call.back_material.is_some() && call.cull == Cull::None {
+            true => prepared.materials.len() as i32,
+            false => 0,
+        };
+        let needs_positions = (call.shade == ShadeMode::Phong && is_lit || haze.is_some())
             && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
         let plain = |face: u32, own: &mut DrawStats| self.wide_face(face, own);
         let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
@@ -141,6 +149,7 @@ impl Prepared<'_> {
             };
             let runs_colors =
                 !mesh.colors.is_empty() && matches!(source, Source::Pixels(_) | Source::Constant);
+            let has_depth = self.plan.uses(Part::DepthMemory);
             let job = Job {
                 mesh: prepared,
                 to_screen: self.to_screen(),
@@ -150,6 +159,9 @@ impl Prepared<'_> {
                     source,
                     eye: frame.eye,
                     surfaces: &surfaces,
+                    back,
+                    behind: if self.assembler.mirrored { -1 } else { 1 },
+                    haze,
                     colors: if runs_colors { &prepared.colors } else { &[] },
                     texcoords: &prepared.texcoords,
                     positions: if needs_positions { positions } else { &[] },
@@ -160,10 +172,10 @@ impl Prepared<'_> {
                 },
                 plain: &plain,
                 name: call.name,
+                deep: has_depth.then(|| self.deep(target.depth_format)).flatten(),
             };
             let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
-            let has_depth = self.plan.uses(Part::DepthMemory);
-            let depth = target.depth.as_mut().filter(|_| has_depth).and_then(|d| d.cells_mut());
+            let depth = target.depth.as_mut().filter(|_| has_depth).map(|d| d.cells_mut());
             let pick = match target.ids.as_deref_mut().filter(|i| (i.width(), i.height()) == size) {
                 Some(ids) if has_depth => ids.ids_mut(),
                 _ => &mut [],
@@ -184,6 +196,12 @@ impl Prepared<'_> {
         }
         *stats += draw;
         true
+    }
+
+    /// Keeps what was made for a draw that the tile renderer does not serve after all: `false`.
+    fn give_back(&self, surfaces: Vec<Surface<'_>>, spare: &mut SpareLists) -> bool {
+        spare.take_back(surfaces);
+        false
     }
 
     /// Whether the calling thread has drawn everything before another one is awake.
@@ -226,6 +244,14 @@ impl Prepared<'_> {
         }
     }
 
+    /// How depth is worked in f64, where its format asks for that.
+    fn deep(&self, format: DepthFormat) -> Option<Deep> {
+        let form = Form::of(format)?;
+        let camera = &self.transform().camera;
+        let row = if form.is_reversed { camera.one_minus_z_row } else { camera.projection.row(2) };
+        Some(Deep { form, row: row.to_array() })
+    }
+
     /// A face as the plain path sets it up.
     fn wide_face(&self, triangle: u32, stats: &mut DrawStats) -> Option<WideFace> {
         let corners = self.corner_vertices(triangle);
@@ -242,6 +268,7 @@ impl Prepared<'_> {
         // How far the shares run over 16 columns: weight b times w is a share.
         let runs = |k: usize| 16.0 * plane.shares[k][1].abs() * corners[k].clip.w.abs();
         let is_gentle = !is_cut && (0..3).all(|k| runs(k) < 16.0);
+        let is_smooth = !is_cut && (0..3).all(|k| runs(k) < 1.0);
         WideFace {
             face: triangle,
             bounds,
@@ -254,12 +281,19 @@ impl Prepared<'_> {
                     [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])]
                 }
             },
+            exact_ranges: match is_cut {
+                true => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
+                false => [corners.map(|v| v.clip.z / v.clip.w), corners.map(|v| v.complement / v.clip.w)]
+                    .map(|[a, b, c]| [a.min(b).min(c), a.max(b).max(c)]),
+            },
             is_cut,
             corner_w: match self.call.interp {
                 Interpolation::Perspective => corners.map(|v| v.clip.w as f32),
                 Interpolation::Affine => [1.0; 3],
             },
             is_gentle,
+            is_smooth,
+            is_back: face.side == Side::Back,
             is_turned: self.call.two_sided_lighting && face.side == Side::Back,
             outlines: face.outlines,
         }

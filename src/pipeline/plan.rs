@@ -35,11 +35,12 @@ pub enum Part {
     Lines,
     Points,
     TileRenderer,
+    FacesInOrder,
 }
 
 impl Part {
     /// Every part, in order.
-    pub const ALL: [Part; 25] = [
+    pub const ALL: [Part; 26] = [
         Part::VideoMemory,
         Part::DepthMemory,
         Part::IdMemory,
@@ -65,6 +66,7 @@ impl Part {
         Part::Lines,
         Part::Points,
         Part::TileRenderer,
+        Part::FacesInOrder,
     ];
 
     /// The part's name in a printed plan, and what its count counts.
@@ -95,6 +97,7 @@ impl Part {
             Part::Lines => ("lines", "lines"),
             Part::Points => ("points", "points"),
             Part::TileRenderer => ("tile renderer", "faces"),
+            Part::FacesInOrder => ("faces in order", "faces"),
         }
     }
 }
@@ -204,6 +207,11 @@ impl Plan {
         }
         item.count += count;
         item.bytes += bytes;
+    }
+
+    /// Says what a part takes.
+    pub(crate) fn set_bytes(&mut self, part: Part, bytes: u64) {
+        self.items[part as usize].bytes = bytes;
     }
 
     /// Gives another reason for a part.

@@ -41,9 +41,11 @@ pub(crate) struct FacePlane {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Linear {
     /// Where the reference corner is, in pixels.
-    origin: [f64; 2],
+    pub origin: [f64; 2],
     /// z at the origin, per column, per row.
     pub z: [f64; 3],
+    /// 1 - z likewise, free of cancellation.
+    pub complement: [f64; 3],
     /// For each corner in the caller's order, b at the origin, per column, per row.
     pub shares: [[f64; 3]; 3],
 }
@@ -137,6 +139,9 @@ impl FacePlane {
         let scale = screen.ndc_per_pixel();
         let [o1, o2] = &self.others;
         let z = [0, 1].map(|axis| (o1.gradient[axis] * o1.z + o2.gradient[axis] * o2.z) * scale[axis]);
+        let complement = [0, 1].map(|axis| {
+            (o1.gradient[axis] * o1.complement + o2.gradient[axis] * o2.complement) * scale[axis]
+        });
         let own = [0, 1, 2].map(|i| match i {
             0 => {
                 let slope = |axis: usize| {
@@ -155,7 +160,12 @@ impl FacePlane {
             let factor = if interp == Interpolation::Affine { w } else { 1.0 };
             shares[at] = own[i].map(|v| v * factor);
         }
-        Linear { origin: screen.of_ndc(self.origin), z: [self.z, z[0], z[1]], shares }
+        Linear {
+            origin: screen.of_ndc(self.origin),
+            z: [self.z, z[0], z[1]],
+            complement: [self.complement, complement[0], complement[1]],
+            shares,
+        }
     }
 
     /// The weights at an NDC point of the plane; outside the face some are negative.

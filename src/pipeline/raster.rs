@@ -8,7 +8,7 @@ use super::light::Lighting;
 use super::plane::{FacePlane, Weights};
 use super::sample::Footprint;
 use super::shade::{FaceShade, LightMode, uv_from_first};
-use super::tile::{Veil, VeilKernel, View};
+use super::tile::{Form, Veil, VeilKernel, View};
 use super::viewport::Screen;
 use crate::math::coverage::PixelRect;
 use crate::memory::{DepthFormat, DepthWords, IdMemory, Rgba};
@@ -264,12 +264,15 @@ impl Raster<'_, '_> {
             }
         };
         let canvas = &mut *self.canvas;
-        let depth: &mut [i32] = match &mut canvas.depth {
-            Some((_, DepthWords::Wide(words))) => words,
-            _ => &mut [],
+        let form = canvas.depth.as_ref().and_then(|(format, _)| Form::of(*format));
+        let (depth, narrow): (&mut [i32], &mut [u16]) = match &mut canvas.depth {
+            Some((_, DepthWords::Wide(words))) => (words, &mut []),
+            Some((_, DepthWords::Narrow(words))) => (&mut [], words),
+            None => (&mut [], &mut []),
         };
+        let has_depth = !(depth.is_empty() && narrow.is_empty());
         let pick: &mut [[u32; 2]] = match &mut canvas.ids {
-            Some(ids) if !shade.is_transparent && !depth.is_empty() => ids,
+            Some(ids) if !shade.is_transparent && has_depth => ids,
             _ => &mut [],
         };
         let clip = canvas.clip;
@@ -280,6 +283,8 @@ impl Raster<'_, '_> {
             width: canvas.width,
             bytes: canvas.bytes,
             depth,
+            narrow,
+            form,
             pick,
             id: [self.name, triangle],
             exact: &exact,

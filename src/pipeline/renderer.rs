@@ -12,7 +12,7 @@ use super::known::Known;
 use super::light::Lamp;
 use super::prepare::{Layer, Prepared};
 use super::tile::Workers;
-use super::whole::{Painter, draw_scene_with};
+use super::whole::{Painter, SceneLists, draw_scene_with};
 use crate::memory::{Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
@@ -50,6 +50,8 @@ pub struct Renderer {
     cache: Cache,
     /// The last draw's list of lights, for the next one.
     lamps: Vec<Lamp>,
+    /// What a scene leaves to the next one.
+    lists: SceneLists,
 }
 
 /// Pixels that are worth another thread's waking up: about 20 microseconds' worth.
@@ -59,7 +61,7 @@ impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
         let crew = Workers::new(options.pool.clone());
-        Renderer { options, crew, memories: Memories::default(), cache: Cache::default(), lamps: Vec::new() }
+        Renderer { options, crew, ..Renderer::default() }
     }
 
     /// What it works with.
@@ -74,7 +76,9 @@ impl Renderer {
 
     /// Bytes that it keeps from draw to draw: working memories and prepared meshes.
     pub fn size_bytes(&self) -> usize {
-        self.memories.size_bytes() + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
+        self.memories.size_bytes()
+            + self.lists.size_bytes()
+            + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
     }
 
     /// Fills the frame with `color`, on all threads where that pays.
@@ -125,6 +129,10 @@ impl Painter for Renderer {
             Some(shared) => self.cache.known(shared),
             None => Arc::new(Known::of(call.geometry)),
         }
+    }
+
+    fn lists(&mut self) -> &mut SceneLists {
+        &mut self.lists
     }
 
     fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {

@@ -3,11 +3,13 @@
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
 use super::known::Known;
+use super::light::Lamp;
 use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared};
 use super::raster::opaque;
 use super::viewport::Screen;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
+use std::fmt;
 use std::sync::Arc;
 
 /// Draws a scene: its background over the viewport, the opaque faces, lines and points, then the transparent faces in
@@ -20,11 +22,39 @@ pub fn draw_scene(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
-    draw_scene_with(&mut Plain, target, scene, options)
+    draw_scene_with(&mut Plain::default(), target, scene, options)
+}
+
+/// Lists that one scene leaves to the next, all of them empty.
+#[derive(Default)]
+pub(crate) struct SceneLists {
+    calls: Vec<DrawCall<'static>>,
+    prepared: Vec<Prepared<'static>>,
+    /// Of each object, its lights.
+    lamps: Vec<Vec<Lamp>>,
+}
+
+impl fmt::Debug for SceneLists {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "SceneLists of {} bytes", self.size_bytes())
+    }
+}
+
+impl SceneLists {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.calls.capacity() * size_of::<DrawCall>()
+            + self.prepared.capacity() * size_of::<Prepared>()
+            + self.lamps.capacity() * size_of::<Vec<Lamp>>()
+            + self.lamps.iter().map(|l| l.capacity() * size_of::<Lamp>()).sum::<usize>()
+    }
 }
 
 /// Who draws the parts of a scene.
 pub(crate) trait Painter {
+    /// What the last scene has left.
+    fn lists(&mut self) -> &mut SceneLists;
+
     /// What is known of a draw's geometry.
     fn known(&mut self, call: &DrawCall) -> Arc<Known>;
 
@@ -42,9 +72,16 @@ pub(crate) trait Painter {
 }
 
 /// The plain path.
-struct Plain;
+#[derive(Default)]
+struct Plain {
+    lists: SceneLists,
+}
 
 impl Painter for Plain {
+    fn lists(&mut self) -> &mut SceneLists {
+        &mut self.lists
+    }
+
     fn known(&mut self, call: &DrawCall) -> Arc<Known> {
         Arc::new(Known::of(call.geometry))
     }
@@ -78,13 +115,17 @@ pub(crate) fn draw_scene_with(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
-    let calls = calls_of(scene, options);
+    let SceneLists { calls, prepared: mut all, mut lamps } = std::mem::take(painter.lists());
+    let mut calls: Vec<DrawCall> = calls;
+    calls.extend(each_call(scene, options));
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
     // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
-    let mut all = Vec::with_capacity(calls.len());
-    for call in &calls {
-        let mut prepared = Prepared::with(call, target, painter.known(call), Vec::new(), &mut stats)?;
+    all.reserve(calls.len());
+    lamps.resize_with(calls.len(), Vec::new);
+    for (call, lamps) in calls.iter().zip(&mut lamps) {
+        let lamps = std::mem::take(lamps);
+        let mut prepared = Prepared::with(call, target, painter.known(call), lamps, &mut stats)?;
         if !keeps_depth {
             prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
             prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
@@ -121,7 +162,23 @@ pub(crate) fn draw_scene_with(
     if !through.is_empty() {
         painter.listed(&all.iter().collect::<Vec<_>>(), &through, target, &mut stats);
     }
+    for (prepared, lamps) in all.drain(..).zip(&mut lamps) {
+        *lamps = prepared.lighting.into_lamps();
+    }
+    calls = {
+        let prepared = emptied(all);
+        calls.clear();
+        *painter.lists() = SceneLists { calls: Vec::new(), prepared, lamps };
+        calls
+    };
+    painter.lists().calls = emptied(calls);
     Ok(stats)
+}
+
+/// An empty list's own memory for items of another life.
+fn emptied<T, U>(list: Vec<T>) -> Vec<U> {
+    debug_assert!(list.is_empty() && size_of::<T>() == size_of::<U>());
+    list.into_iter().map(|_| -> U { unreachable!("the list is empty") }).collect()
 }
 
 const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be hidden";
@@ -155,11 +212,15 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
 
 /// One call an object.
 pub(super) fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
-    let call = |(index, object)| DrawCall {
+    each_call(scene, options).collect()
+}
+
+fn each_call<'a>(scene: &'a Scene, options: &SceneOptions) -> impl Iterator<Item = DrawCall<'a>> {
+    let call = move |(index, object)| DrawCall {
         name: options.first_name.wrapping_add(index as u32),
         ..DrawCall::of_object(object, scene, options)
     };
-    scene.objects.iter().enumerate().map(call).collect()
+    scene.objects.iter().enumerate().map(call)
 }
 
 fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {

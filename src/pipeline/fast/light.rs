@@ -90,7 +90,11 @@ impl Prepared<'_> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let side = if call.cull == Cull::Front { Side::Back } else { Side::Front };
         let mut surfaces = std::mem::take(&mut spare.surfaces);
-        for &polygon in &prepared.materials {
+        // Behind the front's surfaces come those of faces seen from behind, where they have a material of their own.
+        let has_back = call.back_material.is_some() && call.cull == Cull::None;
+        let sides = [Some(side), has_back.then_some(Side::Back)].into_iter().flatten();
+        let wanted = sides.flat_map(|side| prepared.materials.iter().map(move |p| (side, *p)));
+        for (side, polygon) in wanted {
             let (material, texture) = call.material_of(&mesh.polygons[polygon as usize], side);
             let is_lit = self.lighting.depends_on_point(material);
             let constant = self.lighting.constant(material);

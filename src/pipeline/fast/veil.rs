@@ -1,14 +1,13 @@
 //! Faces that are drawn one after the other, made ready for vectors: transparent ones, and those that the painter sorted.
 
 use super::f32s;
-use crate::memory::DepthFormat;
 use crate::pipeline::assemble::{Face, Side};
-use crate::pipeline::call::Target;
+use crate::pipeline::call::{DrawCall, Target};
 use crate::pipeline::light::Lit;
-use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::shade::{FaceShade, LightMode};
-use crate::pipeline::tile::{Exponent, FRAME_LIMITS, Glow, Lighting, Veil};
+use crate::pipeline::tile::{Exponent, FRAME_LIMITS, Glow, Haze, Lighting, Sheet, Veil};
 use crate::scene::{Material, ShadeMode};
 use glam::DVec3;
 
@@ -22,12 +21,18 @@ pub(crate) struct Veils {
     lightings: Vec<(usize, Lighting)>,
 }
 
-/// Whether the plan and the memories of a draw let its faces be drawn by vectors one after the other.
-fn has_vectors(plan: &Plan, target: &Target) -> bool {
+/// Why the plain path draws the faces of a draw that the tile renderer does not, as far as the plan tells; `None` where vectors
+/// draw them one after the other.
+pub(crate) fn veil_obstacle(call: &DrawCall, target: &Target) -> Option<&'static str> {
     let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
     let is_sized = width >= FRAME_LIMITS.0 && width <= FRAME_LIMITS.1 && height <= FRAME_LIMITS.1;
-    let has_words = !plan.uses(Part::DepthMemory) || target.depth_format == DepthFormat::F32;
-    is_sized && has_words && !plan.uses(Part::Fog)
+    if call.geometry.mesh.triangles.is_empty() {
+        return Some("no face");
+    }
+    if call.shade == ShadeMode::Wire {
+        return Some("SHADE wire: the plain path hides its lines");
+    }
+    (!is_sized).then_some("the frame is too narrow, too wide or too high for vectors: the plain path")
 }
 
 fn address(material: &Material) -> usize {
@@ -37,7 +42,7 @@ fn address(material: &Material) -> usize {
 impl Prepared<'_> {
     /// What the faces of this draw share; `None` where the plain path draws them all.
     pub fn veils(&self, target: &Target) -> Option<Veils> {
-        if self.call.shade == ShadeMode::Wire || !has_vectors(&self.plan, target) {
+        if veil_obstacle(self.call, target).is_some() {
             return None;
         }
         let frame = self.shading_frame()?;
@@ -75,21 +80,22 @@ impl Prepared<'_> {
         is_finite.then_some(Lighting { matte, gloss, lights, exponent, model: material.model })
     }
 
-    /// A face for vectors; `None` where it is the plain path's: textured, through the eye's plane, steep.
+    /// A face for vectors; `None` where it is the plain path's: lit by what f32 does not carry.
     pub fn veil<'v>(
         &self,
         veils: &'v Veils,
         triangle: u32,
         face: &Face,
-        shade: &FaceShade,
+        shade: &FaceShade<'v>,
     ) -> Option<Veil<'v>> {
-        if shade.texture.is_some() || shade.fog.is_some() {
-            return None;
-        }
         let wide = self.wide_of(triangle, self.corner_vertices(triangle), face.clone());
-        if wide.is_cut || !wide.is_gentle {
-            return None;
-        }
+        let haze = match &shade.fog {
+            None => None,
+            Some((fog, eye)) if fog.visibility_range > 0.0 => {
+                Some((Haze::new(fog, [0.0; 3])?, shade.positions.map(|p| f32s(p - *eye))))
+            }
+            Some(_) => None,
+        };
         let parts = |lit: &Lit| [f32s(lit.base), f32s(lit.extra)];
         let glow = match &shade.light {
             LightMode::Constant(lit) => Glow::Solid(parts(lit)),
@@ -105,6 +111,8 @@ impl Prepared<'_> {
             wide,
             glow,
             tints: shade.colors.map(|c| c.map(|c| c.as_vec4().to_array())),
+            sheet: shade.texture.map(|(texture, sampling, uv)| Sheet { texture, sampling, uv }),
+            haze,
             opacity: shade.opacity as f32,
             is_transparent: shade.is_transparent,
         })

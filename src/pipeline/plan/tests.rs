@@ -268,7 +268,7 @@ fn a_plan_prints_every_part_with_its_reason() {
     assert!(text.starts_with("plan: scene of 2 objects, "), "{text}");
     for line in [
         "  + video memory       the frame; 400 pixels, 1600 bytes",
-        "  + transform vertices every position once; 7 vertices, 448 bytes",
+        "  + transform vertices every position once; 7 vertices",
         "  - textures           no texture",
         "  + light pixels       SHADE phong: once a pixel; 2 lights",
     ] {

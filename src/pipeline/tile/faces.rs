@@ -4,6 +4,7 @@
 //! way. What kernel walks over the pixels: [`super::resolve`].
 
 use super::corners::{Corners, Few, MOST_FEW, blend, gather3, most_few};
+use super::haze::Haze;
 use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
 use super::raster::NO_FACE;
 use super::resolve::WIDE_BIT;
@@ -58,8 +59,14 @@ pub struct Shading<'a> {
     pub source: Source<'a>,
     /// The eye.
     pub eye: Eye,
-    /// The materials.
+    /// The materials; with `back`, all of them once more for faces seen from behind.
     pub surfaces: &'a [Surface<'a>],
+    /// Faces seen from behind have surfaces of their own, so many further on; 0 where they have not.
+    pub back: i32,
+    /// Which faces are seen from behind, by the sign of their screen area: 1 clockwise, -1 counter-clockwise.
+    pub behind: i32,
+    /// The fog.
+    pub haze: Option<Haze>,
     /// Vertex colours that multiply the matte part at each pixel; empty for none.
     pub colors: &'a [[f32; 4]],
     /// Texture coordinates.
@@ -130,15 +137,17 @@ impl Faces<'_> {
     pub fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, at: (S::I, S::I)) -> (S::I, S::M) {
         let shading = self.shading;
         let none = s.mask(0);
-        if let Some(surface) = self.is_plain_color() {
+        if let (Some(surface), None) = (self.is_plain_color(), shading.haze) {
             return (pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))), none);
         }
         let faces = s.select_i(mask, faces, s.splat_i(0));
-        if let (Source::Faces(matte, []), []) = (shading.source, shading.colors) {
+        if let (Source::Faces(matte, []), [], None, 0) =
+            (shading.source, shading.colors, shading.haze, shading.back)
+        {
             let [r, g, b, _] = s.gather4(mask, matte, faces);
             return (pack(s, [r, g, b]), none);
         }
-        let (corners, materials) = self.corners_of(s, mask, faces);
+        let (corners, mut materials) = self.corners_of(s, mask, faces);
         let [r0, r1, r2] = gather3(s, mask, self.records, &corners);
         let px = at.0.shl::<16>() + s.splat_i(1 << 15);
         let py = at.1.shl::<16>() + s.splat_i(1 << 15);
@@ -183,6 +192,10 @@ impl Faces<'_> {
             1 => !is_turned,
             _ => is_turned,
         };
+        if shading.back > 0 {
+            let behind = if shading.behind > 0 { !is_turned } else { is_turned };
+            materials = s.select_i(behind, materials + s.splat_i(shading.back), materials);
+        }
         let shares = Shares { p, inverse, w, right, below };
         let (color, delicate) = self.shade(s, mask, (faces, materials), &corners, shares, turn, at);
         (color, delicate)
@@ -246,10 +259,12 @@ impl Faces<'_> {
         }
         let shares = Shares { p, inverse, w, right, below };
         let faces = s.splat_i(wide.face as i32);
-        let materials = s.splat(material).bits();
+        let back = if wide.is_back { shading.back } else { 0 };
+        let materials = s.splat_i(material.to_bits() as i32 + back);
         let at = (s.iota() + s.splat_i(x), s.splat_i(y));
         let (color, delicate) = self.shade(s, mask, (faces, materials), &vertices, shares, turn, at);
-        let needs_w = shading.is_affine && matches!(shading.source, Source::Pixels(_));
+        let needs_w =
+            shading.is_affine && (matches!(shading.source, Source::Pixels(_)) || shading.haze.is_some());
         (color, if needs_w { mask } else { delicate | off })
     }
 
@@ -258,7 +273,7 @@ impl Faces<'_> {
     pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
         let shading = self.shading;
         let [only] = shading.surfaces else { return None };
-        if only.texture.is_some() {
+        if only.texture.is_some() || shading.haze.is_some() {
             return None;
         }
         let [c0, c1, c2, _] = self.corners[face];
@@ -379,12 +394,7 @@ impl Faces<'_> {
                 let normal = scale::<S>(n, n_inverse);
                 let (position, to_viewer) = match shading.eye {
                     Eye::Perspective { ray } => {
-                        let (column, row) = (column.to_f32(), row.to_f32());
-                        let ray = [
-                            s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
-                            s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
-                            s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
-                        ];
+                        let ray = ray_at(s, ray, column, row);
                         let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
                         let position = match shading.is_affine {
                             false => scale::<S>(ray, shares.w),
@@ -435,8 +445,29 @@ impl Faces<'_> {
             delicate = delicate | (d & mask);
             matte = [matte[0] * texel[0], matte[1] * texel[1], matte[2] * texel[2]];
         }
-        (pack(s, add::<S>(matte, gloss)), delicate)
+        let mut color = add::<S>(matte, gloss);
+        if let Some(haze) = &shading.haze {
+            let position = match shading.eye {
+                Eye::Perspective { ray } if !shading.is_affine => {
+                    scale::<S>(ray_at(s, ray, column, row), shares.w)
+                }
+                _ => blend(s, mask, shading.positions, corners, b),
+            };
+            color = haze.over(s, color, position);
+        }
+        (pack(s, color), delicate)
     }
+}
+
+/// The eye's ray through pixels, from which a point is w times as far.
+#[inline(always)]
+fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
+    let (column, row) = (column.to_f32(), row.to_f32());
+    [
+        s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
+        s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
+        s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
+    ]
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.

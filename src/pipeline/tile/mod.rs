@@ -12,12 +12,15 @@
 mod bins;
 mod corners;
 mod crew;
+mod deep;
 mod faces;
+mod haze;
 mod light;
 mod prepared;
 mod raster;
 mod resolve;
 mod setup;
+mod sheet;
 mod tables;
 mod texture;
 mod veil;
@@ -27,9 +30,12 @@ mod workers;
 
 pub(crate) use bins::{Keep, View};
 pub use crew::{Alone, Crew, Pool};
+pub(crate) use deep::Form;
 pub(crate) use faces::{Eye, Shading, Source, Surface};
+pub(crate) use haze::Haze;
 pub(crate) use light::{Cone, Exponent, FastLight, Lighting, Place};
 pub(crate) use prepared::{FaceTable, PreparedMesh};
+pub(crate) use sheet::Sheet;
 pub(crate) use tables::TableKernel;
 pub(crate) use texture::TextureShade;
 pub(crate) use veil::{Glow, Veil, VeilKernel};
@@ -41,8 +47,9 @@ use crate::memory::DepthCells;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
 use bins::{Bin, Chunk, Grid};
+use deep::{DeepRasterKernel, DeepVertex, DeepVertexKernel};
 use faces::Faces;
-use raster::{Ids, NO_FACE, RasterKernel, Tile};
+use raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
 use resolve::ResolveKernel;
 use setup::SetupKernel;
 use std::ops::Range;
@@ -85,6 +92,8 @@ pub(crate) struct Frame<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     records: Vec<Record>,
+    /// The same in f64, for the depth formats that ask for that.
+    deep: Vec<DeepVertex>,
     chunks: Vec<Chunk>,
 }
 
@@ -102,7 +111,9 @@ impl Scratch {
                 + c.reached.capacity() * 4
                 + c.bins.iter().map(bin).sum::<usize>()
         };
-        self.records.capacity() * 16 + self.chunks.iter().map(chunk).sum::<usize>()
+        self.records.capacity() * 16
+            + self.deep.capacity() * size_of::<DeepVertex>()
+            + self.chunks.iter().map(chunk).sum::<usize>()
     }
 }
 
@@ -122,6 +133,17 @@ pub(crate) struct Job<'a> {
     pub plain: setup::PlainSetup<'a>,
     /// What the memory of ids keeps.
     pub name: u32,
+    /// How depth is worked in f64; `None` for f32 depths, and where there are none.
+    pub deep: Option<Deep>,
+}
+
+/// What depth formats other than f32 ask for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deep {
+    /// How words are made.
+    pub form: Form,
+    /// View space to what is stored, times w: z or w - z.
+    pub row: [f64; 4],
 }
 
 /// The narrowest frame that a vector fits, and the widest and tallest whose pixels the records reach.
@@ -136,6 +158,26 @@ pub(crate) struct TileStats {
     pub shaded: u64,
     /// The rows that may have been written, first and one beyond the last.
     pub rows: (u32, u32),
+}
+
+/// Bytes of a vertex on the screen, and of one with its depth in f64.
+pub(crate) const RECORD_BYTES: u64 = size_of::<Record>() as u64;
+pub(crate) const DEEP_VERTEX_BYTES: u64 = size_of::<DeepVertex>() as u64;
+
+/// About how many bytes the tiles' lists take for a mesh of `faces` faces of which `kept` are drawn, most of them small, in a
+/// frame of this size.
+pub(crate) fn bin_bytes(faces: u64, kept: u64, (width, height): (usize, usize)) -> u64 {
+    let view = View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 };
+    let grid = Grid::new(&view, width);
+    let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
+    // Lists grow by doubling: on the average they are three quarters full.
+    let face = size_of::<bins::Tiny>() as u64 * 4 / 3;
+    chunks * (grid.columns * grid.rows * size_of::<Bin>()) as u64 + kept * face
+}
+
+/// Faces in a piece of set-up work.
+fn chunk_faces(faces: usize) -> usize {
+    faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
 }
 
 /// Draws `job` into `frame`.
@@ -163,9 +205,18 @@ pub(crate) fn render(
         level.dispatch(VertexKernel { positions, to_screen: &job.to_screen, records });
     });
 
+    if let Some(Deep { row, .. }) = job.deep {
+        scratch.deep.resize(mesh.vertex_count(), [0.0; 4]);
+        crew.chunks(&mut scratch.deep, CHUNK_VERTICES, |i, out| {
+            let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + out.len();
+            let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
+            level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, out });
+        });
+    }
+
     // Faces: culled, bounded, covered if they are tiny, binned into tiles.
     let grid = Grid::new(&view, width);
-    let chunk_faces = faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES);
+    let chunk_faces = chunk_faces(faces);
     let chunk_count = faces.div_ceil(chunk_faces);
     if scratch.chunks.len() < chunk_count {
         scratch.chunks.resize_with(chunk_count, Chunk::default);
@@ -196,8 +247,10 @@ pub(crate) fn render(
     let (Some(first), Some(last)) = (reached().min(), reached().max()) else { return stats };
 
     // Bands of tiles: visibility, then colour.
-    let depth = frame.depth.unwrap_or(DepthCells { words: &mut [], stale: &mut [], far: 0 });
+    let depth = frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], stale: &mut [], far: 0 });
     let far = depth.far;
+    let (deep, vertices) = (job.deep, scratch.deep.as_slice());
+    let deep = deep.filter(|_| !(depth.words.is_empty() && depth.narrow.is_empty()));
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
     let (tested, passed, shaded) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
@@ -212,6 +265,9 @@ pub(crate) fn render(
         let y0 = view.y0 + (band * BAND_ROWS) as i32;
         let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
         let mut ids = AtLine([NO_FACE; _]);
+        // Words of 16 bits are widened while a tile is drawn.
+        let is_narrow = !memories.narrow.is_empty();
+        let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
         let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
         for column in 0..grid.columns {
             let bin = band * grid.columns + column;
@@ -227,22 +283,52 @@ pub(crate) fn render(
                 memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
                 *stale &= !(1 << column);
             }
-            let mut tile = Tile { x0, x1, y0, y1, width, depth: &mut *memories.depth, ids: &mut ids.0 };
+            if let Some(words) = &mut widened {
+                widen(&*memories.narrow, width, columns.clone(), &mut words.0);
+            }
+            let (own_depth, words): (&mut [i32], &mut [i32]) = match (deep, &mut widened) {
+                (None, _) => (&mut *memories.depth, &mut []),
+                (Some(_), None) => (&mut [], &mut *memories.depth),
+                (Some(_), Some(widened)) => (&mut [], &mut widened.0),
+            };
+            let (stride, first_column) = if is_narrow { (ID_STRIDE, x0) } else { (width, 0) };
+            let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut ids.0 };
             let mut reach = [i16::MAX, i16::MAX, 0, 0];
             let mut tile_passed = 0;
             for chunk in chunks.iter().filter(|c| !c.bins[bin].is_empty()) {
                 let r = chunk.bins[bin].reach;
                 reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
                 let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
-                let kernel =
-                    RasterKernel { bin, wide, corners: &mesh.records, is_far_flung, tile: &mut tile };
-                let (t, p) = level.dispatch(kernel);
+                let corners = &mesh.records;
+                let (t, p) = match deep {
+                    None => {
+                        let tile = &mut tile;
+                        level.dispatch(RasterKernel { bin, wide, corners, is_far_flung, tile })
+                    }
+                    Some(Deep { form, .. }) => {
+                        let (words, tile) = (&mut *words, &mut tile);
+                        level.dispatch(DeepRasterKernel {
+                            bin,
+                            wide,
+                            corners,
+                            vertices,
+                            form,
+                            tile,
+                            words,
+                            stride,
+                            first_column,
+                        })
+                    }
+                };
                 (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
             }
             if tile_passed == 0 {
                 continue;
             }
             own_passed += tile_passed;
+            if let Some(words) = &widened {
+                narrow(&words.0, width, columns.clone(), &mut *memories.narrow);
+            }
             let [left, top, right, bottom] = reach.map(i32::from);
             own_shaded += level.dispatch(ResolveKernel {
                 faces,
@@ -261,8 +347,10 @@ pub(crate) fn render(
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
     let rows = if depth.stale.is_empty() { 0..0 } else { top..bottom };
     let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
+    let narrow_range = some(depth.narrow.len());
     let memories = Memories {
         depth: &mut depth.words[depth_range],
+        narrow: &mut depth.narrow[narrow_range],
         stale: &mut depth.stale[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
@@ -279,9 +367,27 @@ pub(crate) fn render(
 #[repr(align(64))]
 struct AtLine(Ids);
 
+/// Words of 16 bits of these columns, row by row, to a tile's own.
+fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
+    let columns = columns.start as usize..columns.end as usize;
+    for (from, to) in from.chunks_exact(width).zip(to.chunks_exact_mut(ID_STRIDE)) {
+        to.iter_mut().zip(&from[columns.clone()]).for_each(|(to, from)| *to = i32::from(*from));
+    }
+}
+
+/// And back.
+fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
+    let columns = columns.start as usize..columns.end as usize;
+    for (to, from) in to.chunks_exact_mut(width).zip(from.chunks_exact(ID_STRIDE)) {
+        to[columns.clone()].iter_mut().zip(from).for_each(|(to, from)| *to = *from as u16);
+    }
+}
+
 /// The memories of some bands; all but the bytes may be empty altogether.
 struct Memories<'a> {
     depth: &'a mut [i32],
+    /// The same of 16 bits.
+    narrow: &'a mut [u16],
     /// A word a row.
     stale: &'a mut [u128],
     bytes: &'a mut [u8],
@@ -305,12 +411,20 @@ fn share(
     let split = |length: usize| if length == 0 { 0 } else { middle };
     let (at_depth, at_pick) = (split(memories.depth.len()), split(memories.pick.len()));
     let (depth, depth_below) = memories.depth.split_at_mut(at_depth);
+    let at_narrow = split(memories.narrow.len());
+    let (narrow, narrow_below) = memories.narrow.split_at_mut(at_narrow);
     let at_stale = if memories.stale.is_empty() { 0 } else { half * BAND_ROWS };
     let (stale, stale_below) = memories.stale.split_at_mut(at_stale);
     let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
     let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
-    let above = Memories { depth, stale, bytes, pick };
-    let below = Memories { depth: depth_below, stale: stale_below, bytes: bytes_below, pick: pick_below };
+    let above = Memories { depth, narrow, stale, bytes, pick };
+    let below = Memories {
+        depth: depth_below,
+        narrow: narrow_below,
+        stale: stale_below,
+        bytes: bytes_below,
+        pick: pick_below,
+    };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
     match crew {
         Workers::Alone => {

@@ -6,7 +6,10 @@
 //! add up over layers. Depth is tested, and written by opaque faces, as everywhere in the tile renderer.
 
 use super::bins::View;
+use super::deep::{self, Form};
+use super::haze::Haze;
 use super::light::{Lighting, V3, dot, light, scale, splat3};
+use super::sheet::Sheet;
 use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
@@ -42,6 +45,10 @@ pub struct Veil<'a> {
     pub glow: Glow<'a>,
     /// Vertex colours with alpha.
     pub tints: Option<[[f32; 4]; 3]>,
+    /// Its texture.
+    pub sheet: Option<Sheet<'a>>,
+    /// The fog, and the corners' places in it.
+    pub haze: Option<(Haze, [[f32; 3]; 3])>,
     /// 1 - transparency; alpha of `tints` aside.
     pub opacity: f32,
     /// Whether it is blended, and writes no depth.
@@ -65,6 +72,10 @@ pub struct VeilKernel<'a, 'b> {
     pub bytes: &'b mut [u8],
     /// Depth words of the rows; empty where depth is neither tested nor kept.
     pub depth: &'b mut [i32],
+    /// The same of 16 bits.
+    pub narrow: &'b mut [u16],
+    /// How depth is worked in f64; `None` for f32.
+    pub form: Option<Form>,
     /// Name and triangle of each pixel, where PICK asks and the face writes depth; else empty.
     pub pick: &'b mut [[u32; 2]],
     /// What `pick` keeps.
@@ -86,6 +97,9 @@ pub struct VeilStats {
 
 /// How near to the edge between two bytes f32 has no say, in bytes.
 const EDGE: f32 = 1.0 / 1024.0;
+
+/// The same under fog, for colours up to white: distances in f32 lose some digits on their way.
+const FOG_EDGE: f32 = 1.0 / 128.0;
 
 /// Spans that are worked on at once: a closure would be compiled without the level's instructions.
 const SPANS: usize = 32;
@@ -147,7 +161,9 @@ impl VeilKernel<'_, '_> {
             let mut passes = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
             let at = row_start + start as usize;
             x = start + lanes;
-            if !self.depth.is_empty() || !veil.wide.is_between {
+            if let Some(form) = self.form {
+                passes = passes & self.deep_test(s, &form, (start, y), passes, at);
+            } else if !self.depth.is_empty() || !veil.wide.is_between {
                 let z = wide::depths(s, &veil.wide, start, y);
                 if !veil.wide.is_between {
                     passes = passes & wide::between_near_and_far(s, &veil.wide, z, start, y);
@@ -184,6 +200,33 @@ impl VeilKernel<'_, '_> {
         }
         written
     }
+
+    /// The depth test in f64 at LANES pixels from `from` on, whose words are those from `at` on: where it passes.
+    #[inline(always)]
+    fn deep_test<S: Simd>(&mut self, s: S, form: &Form, (x, y): (i32, i32), mask: S::M, at: usize) -> S::M {
+        let veil = self.veil;
+        let (word, inside) = deep::wide_words(s, form, &veil.wide, x, y);
+        let mut old = [0i32; 16];
+        match self.narrow.is_empty() {
+            true => old[..S::LANES].copy_from_slice(&self.depth[at..at + S::LANES]),
+            false => {
+                let narrow = &self.narrow[at..at + S::LANES];
+                old.iter_mut().zip(narrow).for_each(|(old, word)| *old = i32::from(*word));
+            }
+        }
+        let passes = mask & inside & form.is_nearer(s, word, s.load_i(&old[..S::LANES]));
+        if !veil.is_transparent {
+            match self.narrow.is_empty() {
+                true => s.store_masked_i(passes, word, &mut self.depth[at..at + S::LANES]),
+                false => {
+                    s.store_masked_i(passes, word, &mut old[..S::LANES]);
+                    let narrow = &mut self.narrow[at..at + S::LANES];
+                    narrow.iter_mut().zip(old).for_each(|(to, word)| *to = word as u16);
+                }
+            }
+        }
+        passes
+    }
 }
 
 /// The bytes of a vector of pixels over those in `under`, and where the plain path is to be asked.
@@ -192,14 +235,18 @@ fn colors<S: Simd>(s: S, veil: &Veil<'_>, mask: S::M, x: i32, y: i32, under: &[u
     let zero = s.splat(0.0);
     let mut off = s.mask(0);
     let mut shares = [zero; 3];
-    let is_solid = matches!(veil.glow, Glow::Solid(_)) && veil.tints.is_none();
-    if !is_solid {
+    let is_solid = matches!(veil.glow, Glow::Solid(_)) && veil.tints.is_none() && veil.haze.is_none();
+    if !is_solid && veil.wide.is_smooth {
         let [b0, b1, b2] = wide::weights(s, &veil.wide, x, y);
-        let p = [b0.max(zero), b1.max(zero), b2.max(zero)];
-        let sum = (p[0] + p[1]) + p[2];
+        let sum = (b0 + b1) + b2;
         let inverse = s.splat(1.0) / sum;
-        off = mask & !s.splat(1e-30).lt(sum);
-        shares = [p[0] * inverse, p[1] * inverse, p[2] * inverse];
+        // Beside the face weights are clamped, in a way that is the plain path's own.
+        let is_beside = b0.lt(zero) | b1.lt(zero) | b2.lt(zero);
+        off = mask & (is_beside | !s.splat(1e-30).lt(sum));
+        shares = [b0 * inverse, b1 * inverse, b2 * inverse];
+    } else if !is_solid {
+        let (exact, beside) = wide::exact_shares(s, &veil.wide, x, y);
+        (shares, off) = (exact, mask & beside);
     }
     let (mut matte, gloss) = match &veil.glow {
         Glow::Solid([matte, gloss]) => (splat3(s, *matte), splat3(s, *gloss)),
@@ -231,6 +278,19 @@ fn colors<S: Simd>(s: S, veil: &Veil<'_>, mask: S::M, x: i32, y: i32, under: &[u
         let alpha = (s.splat(a0) * shares[0] + s.splat(a1) * shares[1]) + s.splat(a2) * shares[2];
         opacity = opacity * alpha;
     }
+    if let Some(sheet) = &veil.sheet {
+        let ([r, g, b, a], beyond) = sheet.texels(s, &veil.wide, mask & !off, x, y);
+        off = off | beyond;
+        matte = [matte[0] * r, matte[1] * g, matte[2] * b];
+        opacity = opacity * a;
+    }
+    let mut own = [matte[0] + gloss[0], matte[1] + gloss[1], matte[2] + gloss[2]];
+    let mut edge = s.splat(EDGE);
+    if let Some((haze, positions)) = &veil.haze {
+        // What fog leaves of a colour beyond white brings that colour's error along.
+        edge = s.splat(FOG_EDGE) * own[0].abs().max(own[1].abs()).max(own[2].abs()).max(s.splat(1.0));
+        own = haze.over(s, own, between(s, *positions, shares));
+    }
     let opacity = opacity.max(zero).min(s.splat(1.0));
     let share = opacity * s.splat(255.0);
     let clear = s.splat(1.0) - opacity;
@@ -239,15 +299,14 @@ fn colors<S: Simd>(s: S, veil: &Veil<'_>, mask: S::M, x: i32, y: i32, under: &[u
     let mut packed = s.splat_i(255 << 24);
     let channels = [(old & low).to_f32(), (old.shr::<8>() & low).to_f32(), (old.shr::<16>() & low).to_f32()];
     for c in 0..3 {
-        let own = matte[c] + gloss[c];
         let value = match veil.is_transparent {
-            true => channels[c] * clear + own * share,
-            false => own * s.splat(255.0),
+            true => channels[c] * clear + own[c] * share,
+            false => own[c] * s.splat(255.0),
         };
         let value = value.max(zero).min(s.splat(255.0)) + s.splat(0.5);
         let whole = value.floor();
         let rest = value - whole;
-        off = off | (mask & (rest.lt(s.splat(EDGE)) | s.splat(1.0 - EDGE).lt(rest)));
+        off = off | (mask & (rest.lt(edge) | (s.splat(1.0) - edge).lt(rest)));
         let byte = whole.to_i32();
         packed = packed
             | match c {

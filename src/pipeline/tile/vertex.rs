@@ -67,9 +67,9 @@ pub struct VertexKernel<'a> {
 }
 
 /// Vertices worked on at once: one AVX-512 register of f64, two of AVX2.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
-type Lanes = [f64; WIDTH];
+pub(super) type Lanes = [f64; WIDTH];
 
 impl Kernel for VertexKernel<'_> {
     type Output = ();
@@ -97,7 +97,7 @@ impl Kernel for VertexKernel<'_> {
 /// A row times (x, y, z, 1), with glam's roundings.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
-fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
+pub(super) fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
     let mut out = [0.0; WIDTH];
     for i in 0..WIDTH {
         out[i] = ((a * x[i] + b * y[i]) + c * z[i]) + d;

@@ -37,21 +37,27 @@ pub struct WideFace {
     /// The nearest and farthest corner's z; everything where the face is cut. Depth stays between them, also where a pixel's
     /// centre lies outside of the face.
     pub z_range: [f32; 2],
+    /// The same in f64, of z and of 1 - z.
+    pub exact_ranges: [[f64; 2]; 2],
     /// Whether some w <= 0: weights may then be negative.
     pub is_cut: bool,
     /// What a weight is multiplied by to be a share of the screen: the corner's w, or 1 where values run straight there.
     pub corner_w: [f32; 3],
     /// Whether its weights run slowly enough for f32 along a run of columns.
     pub is_gentle: bool,
+    /// Whether they run so slowly that f32 has all the digits that bytes ask for.
+    pub is_smooth: bool,
+    /// Whether it is seen from behind.
+    pub is_back: bool,
     /// Whether its normals are turned.
     pub is_turned: bool,
 }
 
 /// A face's part in one row, from the set-up of its spans.
-type Span = (i32, std::ops::Range<i32>);
+pub(super) type Span = (i32, std::ops::Range<i32>);
 
 /// Spans are listed before they are drawn: a closure would be compiled without the level's instructions.
-const SPANS: usize = Grid::TILE_ROWS as usize;
+pub(super) const SPANS: usize = Grid::TILE_ROWS as usize;
 
 /// Draws the face's share of a tile; fragments tested and passed.
 #[inline(always)]
@@ -66,20 +72,7 @@ pub fn draw<S: Simd>(s: S, wide: &WideFace, tile: &mut Tile<'_>) -> (u64, u64) {
         y1: b.y1.min(tile.y1),
     };
     for outline in wide.outlines.iter().flatten() {
-        let mut count = 0;
-        match outline.filling(clip) {
-            Filling::None => {}
-            Filling::All => {
-                while (count as i32) < clip.y1 - clip.y0 {
-                    spans[count] = (clip.y0 + count as i32, clip.x0..clip.x1);
-                    count += 1;
-                }
-            }
-            Filling::Part => outline.for_each_span(clip, |y, span| {
-                spans[count] = (y, span);
-                count += 1;
-            }),
-        }
+        let count = spans_of(outline, clip, &mut spans);
         for (y, span) in &spans[..count] {
             tested += span.len() as u64;
             passed += row(s, wide, *y, span.clone(), tile);
@@ -183,6 +176,25 @@ pub fn stack<S: Simd>(s: S, faces: &[&WideFace], tile: &mut Tile<'_>) -> u64 {
 fn clamp(z: f32, low: f32, high: f32) -> f32 {
     let z = if z > low { z } else { low };
     if z < high { z } else { high }
+}
+
+/// The spans of an outline within a tile's part of its box; how many there are.
+pub(super) fn spans_of(outline: &SnappedTriangle, clip: PixelRect, spans: &mut [Span; SPANS]) -> usize {
+    let mut count = 0;
+    match outline.filling(clip) {
+        Filling::None => {}
+        Filling::All => {
+            while (count as i32) < clip.y1 - clip.y0 {
+                spans[count] = (clip.y0 + count as i32, clip.x0..clip.x1);
+                count += 1;
+            }
+        }
+        Filling::Part => outline.for_each_span(clip, |y, span| {
+            spans[count] = (y, span);
+            count += 1;
+        }),
+    }
+    count
 }
 
 /// One span: vectors that begin at multiples of their width, the first and the last in part.
@@ -323,6 +335,28 @@ pub fn weights<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> [S::F; 3] {
         *b = s.load(&lanes[..S::LANES]);
     }
     out
+}
+
+/// The shares of the corners at LANES pixels from (x, y) on, from f64, and where the plain path has to say: beside the face.
+#[inline(always)]
+pub(super) fn exact_shares<S: Simd>(s: S, wide: &WideFace, x: i32, y: i32) -> ([S::F; 3], S::M) {
+    let mut b = [[0.0f64; 16]; 3];
+    for (k, lanes) in b.iter_mut().enumerate() {
+        for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
+            *lane = wide.plane.share_at(k, x + i as i32, y);
+        }
+    }
+    let mut out = [[0f32; 16]; 3];
+    let mut inside = 0u32;
+    for i in 0..S::LANES {
+        let sum = b[0][i] + b[1][i] + b[2][i];
+        let is_inside = b[0][i] >= 0.0 && b[1][i] >= 0.0 && b[2][i] >= 0.0 && sum > 0.0;
+        inside |= (is_inside as u32) << i;
+        for k in 0..3 {
+            out[k][i] = (b[k][i] / sum) as f32;
+        }
+    }
+    (out.map(|lanes| s.load(&lanes[..S::LANES])), !s.mask(inside))
 }
 
 /// The weights clamped as the plain path does it, where a centre lies beside the face: the shares of the screen to 0..1, and
