@@ -207,10 +207,9 @@ impl Kernel for SetupKernel<'_> {
                 let face = self.first_face + (start + lane) as u32;
                 if plain_bits >> lane & 1 != 0 {
                     let mut own = DrawStats::default();
-                    if let Some(wide) = (self.plain)(face, &mut own) {
-                        if !wide.bounds.is_empty() {
-                            self.chunk.add_wide(wide, &self.grid);
-                        }
+                    let wide = (self.plain)(face, &mut own);
+                    if let Some(wide) = wide.filter(|w| !w.bounds.is_empty()) {
+                        self.chunk.add_wide(wide, &self.grid);
                     }
                     // What the vectors have decided is counted already.
                     if work_bits >> lane & 1 == 0 {
