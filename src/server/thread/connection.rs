@@ -9,7 +9,11 @@ use crate::server::{Budget, Engine, InputEvent, Notice, Output, Standing, Stream
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// A turn of so little work, after one of so little time, is expected to be short.
+const BRIEF_BYTES: u64 = 8 << 10;
+const BRIEF_TIME: Duration = Duration::from_micros(200);
 
 /// Something that waits to be run.
 enum Work {
@@ -38,6 +42,8 @@ pub(super) struct Connection {
     pub is_queued: bool,
     /// After its turn it had work left that holds no lease.
     pub is_slow: bool,
+    /// How long its last turn took.
+    pub last_turn: Duration,
     /// The frame that it waits for, and who asked, where that is an in-process client.
     pub waits_for: Option<u64>,
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
@@ -72,6 +78,7 @@ impl Connection {
             on_end,
             is_queued: false,
             is_slow: false,
+            last_turn: Duration::ZERO,
             waits_for: None,
             owed: None,
             is_stalled: false,
@@ -118,6 +125,11 @@ impl Connection {
     /// Whether there is something to run, and nothing to wait for.
     pub fn is_runnable(&self) -> bool {
         (self.has_mail || !self.work.is_empty()) && self.waits_for.is_none() && !self.is_stalled
+    }
+
+    /// Whether its turn will be short, by what waits and how the last one was.
+    pub fn is_brief(&self) -> bool {
+        self.queued_bytes <= BRIEF_BYTES && self.last_turn <= BRIEF_TIME
     }
 
     /// Whether nothing that was received is left to run.

@@ -40,13 +40,23 @@ impl Buffers {
     /// Waits for a buffer.
     pub fn lease(self: &Arc<Self>) -> Lease {
         let mut free = self.lock();
-        let mut buffer = loop {
+        let buffer = loop {
             match free.pop() {
                 Some(buffer) => break buffer,
                 None => free = self.is_back.wait(free).unwrap_or_else(PoisonError::into_inner),
             }
         };
         drop(free);
+        self.made(buffer)
+    }
+
+    /// A buffer, if there is one.
+    pub fn try_lease(self: &Arc<Self>) -> Option<Lease> {
+        let buffer = self.lock().pop();
+        buffer.map(|buffer| self.made(buffer))
+    }
+
+    fn made(self: &Arc<Self>, mut buffer: Vec<u8>) -> Lease {
         // Made when it is first used.
         buffer.resize(LEASE_BYTES, 0);
         Lease { buffers: self.clone(), buffer }

@@ -1,19 +1,25 @@
 //! TRANSPORTS: bytes from files, pipes and sockets to the render thread, and replies back.
 //!
-//! Each connection has one reader thread that blocks in `read` and one writer thread that is started with the first
-//! reply. A reader owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
+//! All sockets are read by one thread or by the render thread itself (`poll.rs`), files, pipes and, where there is no epoll,
+//! sockets by a thread each that blocks in `read`; each connection has one writer thread that is started with the first
+//! reply. A reader of one owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
+#[cfg(not(target_os = "linux"))]
+#[path = "no_hand.rs"]
+mod hand;
 mod lease;
 mod listen;
 #[cfg(target_os = "linux")]
 mod poll;
 mod socket;
 
+#[cfg(not(target_os = "linux"))]
+pub(crate) use hand::{Hand, Next};
 pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
 pub use listen::{ListenError, Listener, Place as ListenPlace};
 #[cfg(target_os = "linux")]
-pub(crate) use poll::Poller;
+pub(crate) use poll::{Hand, Next, Poller};
 pub(crate) use socket::Socket;
 
 use super::outbox::Outbox;

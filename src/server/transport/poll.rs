@@ -1,19 +1,24 @@
-//! THE POLLER: a few threads that read all sockets, in turns.
+//! THE POLLER: one thread that reads all sockets, in turns, and the render thread where it has nothing else to do.
 //!
-//! The system says which sockets have something; each of them is read once, into a [`Lease`], before any is read again.
-//! A thread for each socket would read as well, but where many of them wake up they push the render thread aside, which
-//! is the one that all wait for, and each wake-up costs a change of threads. A connection has at most [`AHEAD`] batches on their way: then it is not watched
-//! until one came back, the system's socket buffer fills, and the sender is held back.
+//! The system says which sockets have something, each once until it is watched again; each of them is read once, into a
+//! [`Lease`], before any is read again. A thread for each socket would read as well, but where many of them wake up they push
+//! the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For the same
+//! reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise, where sockets send what takes
+//! less time to run than to read, as long rows do.
+//!
+//! Bytes of a connection come in order: a socket is watched again only when what was read from it is in the channel, and the
+//! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way: then it is not
+//! watched until one came back, the system's socket buffer fills, and the sender is held back.
 
 use super::lease::{Buffers, LEASE_BYTES, Lease};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
 use crossbeam_channel::Sender;
-use rustix::event::{EventfdFlags, epoll, eventfd};
+use rustix::event::{EventfdFlags, Timespec, epoll, eventfd};
 use rustix::io::Errno;
 use rustix::net::{RecvFlags, recv};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::fmt;
 use std::io;
 use std::mem::MaybeUninit;
@@ -26,10 +31,15 @@ use std::thread::Builder;
 const AHEAD: usize = 3;
 /// Reads of so few bytes are copied, and the lease goes on.
 const FEW_BYTES: usize = 8 << 10;
-/// Threads that read. One is enough for pixels, but not for long rows, where copying out of the system is most of the work.
-const READERS: usize = 2;
 /// More ready sockets than this are many.
 const MANY: usize = 16;
+/// What is read at once where many wait, so that each waits less.
+const MANY_BYTES: usize = 128 << 10;
+/// What the render thread reads at once: as nobody fills the next buffer in the
+/// meantime, this one may stay close.
+const HAND_BYTES: usize = 64 << 10;
+/// Sockets that the reader is told of at once.
+const EVENTS: usize = 64;
 /// The name under which the poller itself is called.
 const WAKE: u64 = u64::MAX;
 
@@ -38,23 +48,29 @@ struct Shared {
     epoll: OwnedFd,
     wake: OwnedFd,
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
+    /// Those that can be read and are not watched until they are; those that said little come first.
+    ready: Mutex<VecDeque<Arc<Watched>>>,
     buffers: Arc<Buffers>,
     is_ending: AtomicBool,
 }
 
 /// A socket that is read.
-struct Watched {
+pub(crate) struct Watched {
     id: u64,
     socket: Socket,
     messages: Sender<Message>,
     end: EndOfInput,
     flow: Mutex<Flow>,
+    /// The last read gave little.
+    is_brief: AtomicBool,
 }
 
 /// Whether and why a socket is not read.
 #[derive(Default)]
 struct Flow {
     on_their_way: usize,
+    is_known: bool,
+    /// It is watched, or about to be read: whoever reads it watches it again.
     is_armed: bool,
     /// The render thread wants no more: what comes is thrown away.
     is_over: bool,
@@ -67,37 +83,31 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The hold on the threads. Each is started with its first socket, and ends when this is gone and the last socket closed.
+/// The hold on the thread, which is started with the first socket, and ends when this is gone and the last socket closed.
 pub(crate) struct Poller {
-    buffers: Arc<Buffers>,
-    readers: Mutex<Vec<Option<Arc<Shared>>>>,
+    shared: Arc<Shared>,
+    is_started: Mutex<bool>,
 }
 
 impl Poller {
-    pub fn new(buffers: Arc<Buffers>) -> Self {
-        Poller { buffers, readers: Mutex::new(vec![None; READERS]) }
-    }
-
-    /// The thread that has the fewest sockets.
-    fn shared(&self) -> io::Result<Arc<Shared>> {
-        let mut readers = lock(&self.readers);
-        let load = |r: &&mut Option<Arc<Shared>>| r.as_ref().map_or(0, |s| lock(&s.watched).len());
-        let reader = readers.iter_mut().min_by_key(load).expect("there is one at least");
-        if let Some(shared) = reader {
-            return Ok(shared.clone());
-        }
-        let new = Arc::new(Shared {
+    /// # Errors
+    /// When the system has nothing to wait with.
+    pub fn new(buffers: Arc<Buffers>) -> io::Result<Self> {
+        let shared = Arc::new(Shared {
             epoll: epoll::create(epoll::CreateFlags::CLOEXEC)?,
             wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
-            watched: Mutex::new(HashMap::new()),
-            buffers: self.buffers.clone(),
+            watched: Mutex::default(),
+            ready: Mutex::default(),
+            buffers,
             is_ending: AtomicBool::new(false),
         });
-        epoll::add(&new.epoll, &new.wake, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
-        let for_thread = new.clone();
-        Builder::new().name("read".into()).stack_size(super::STACK_BYTES).spawn(move || for_thread.run())?;
-        *reader = Some(new.clone());
-        Ok(new)
+        epoll::add(&shared.epoll, &shared.wake, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
+        Ok(Poller { shared, is_started: Mutex::new(false) })
+    }
+
+    /// The render thread's means to read by itself.
+    pub fn hand(&self) -> Hand {
+        Hand(self.shared.clone())
     }
 
     /// Gets ready to read a socket. Answers what the render thread gives its batches back to.
@@ -111,26 +121,29 @@ impl Poller {
         end: EndOfInput,
         messages: Sender<Message>,
     ) -> io::Result<Return> {
-        let shared = self.shared()?;
-        Ok(Return {
-            watched: Arc::new(Watched { id, socket, messages, end, flow: Mutex::default() }),
-            shared,
-        })
+        let mut is_started = lock(&self.is_started);
+        if !*is_started {
+            let shared = self.shared.clone();
+            let read = move || shared.run();
+            Builder::new().name("read".into()).stack_size(super::STACK_BYTES).spawn(read)?;
+            *is_started = true;
+        }
+        let (flow, is_brief) = (Mutex::default(), AtomicBool::new(true));
+        let watched = Arc::new(Watched { id, socket, messages, end, flow, is_brief });
+        Ok(Return { watched, shared: self.shared.clone() })
     }
 }
 
 impl Drop for Poller {
     fn drop(&mut self) {
-        for shared in lock(&self.readers).drain(..).flatten() {
-            shared.is_ending.store(true, Ordering::Release);
-            let _ = rustix::io::write(&shared.wake, &1u64.to_ne_bytes());
-        }
+        self.shared.is_ending.store(true, Ordering::Release);
+        self.shared.wake();
     }
 }
 
 impl fmt::Debug for Poller {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Poller({:?})", self.buffers)
+        write!(f, "Poller({:?})", self.shared.buffers)
     }
 }
 
@@ -168,18 +181,21 @@ impl Return {
 }
 
 impl Shared {
-    fn arm(&self, watched: &Watched, flow: &mut Flow) -> io::Result<()> {
-        let name = epoll::EventData::new_u64(watched.id);
-        epoll::add(&self.epoll, &watched.socket, name, epoll::EventFlags::IN)?;
-        flow.is_armed = true;
-        Ok(())
+    /// Has the reader look around.
+    fn wake(&self) {
+        // It is full only where it was written to already.
+        let _ = rustix::io::write(&self.wake, &1u64.to_ne_bytes());
     }
 
-    fn disarm(&self, watched: &Watched, flow: &mut Flow) {
-        if std::mem::take(&mut flow.is_armed) {
-            // It is watched, so this can be done.
-            let _ = epoll::delete(&self.epoll, &watched.socket);
+    fn arm(&self, watched: &Watched, flow: &mut Flow) -> io::Result<()> {
+        let (name, flags) =
+            (epoll::EventData::new_u64(watched.id), epoll::EventFlags::IN | epoll::EventFlags::ONESHOT);
+        match flow.is_known {
+            true => epoll::modify(&self.epoll, &watched.socket, name, flags)?,
+            false => epoll::add(&self.epoll, &watched.socket, name, flags)?,
         }
+        (flow.is_known, flow.is_armed) = (true, true);
+        Ok(())
     }
 
     /// Watches a socket again that was not, where something may come.
@@ -194,94 +210,148 @@ impl Shared {
         }
     }
 
-    /// Nothing more comes of this one.
-    fn at_end(&self, watched: &Watched) {
+    /// What was read is where it comes in its turn: the socket may be read again.
+    fn done(&self, watched: &Watched) {
         let mut flow = lock(&watched.flow);
-        self.disarm(watched, &mut flow);
-        let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
-        // The render thread may wait for the lock, and this for the render thread.
-        drop(flow);
-        if is_wanted {
-            // A render thread that is gone needs no end.
-            let _ = watched.messages.send(Message::End(watched.id, watched.end));
+        flow.is_armed = false;
+        if flow.on_their_way < AHEAD || flow.is_over {
+            self.go_on(watched, &mut flow);
         }
+    }
+
+    /// Nothing more comes of this one. What the render thread is to hear.
+    fn at_end(&self, watched: &Watched) -> Option<Message> {
+        let mut flow = lock(&watched.flow);
+        if std::mem::take(&mut flow.is_known) {
+            // It is known, so this can be done.
+            let _ = epoll::delete(&self.epoll, &watched.socket);
+        }
+        let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
+        drop(flow);
+        // Its life ends outside of the lock.
+        let ended = lock(&self.watched).remove(&watched.id);
+        drop(ended);
+        if self.is_ending.load(Ordering::Acquire) {
+            self.wake();
+        }
+        is_wanted.then_some(Message::End(watched.id, watched.end))
+    }
+
+    /// The next that can be read; `waits` for one, or not. Asks the system for so many at once.
+    fn next<const EVENTS: usize>(&self, waits: bool) -> io::Result<Option<Arc<Watched>>> {
+        if let Some(watched) = lock(&self.ready).pop_front() {
+            return Ok(Some(watched));
+        }
+        let mut events = [MaybeUninit::<epoll::Event>::uninit(); EVENTS];
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        let timeout = if waits { None } else { Some(&at_once) };
+        let events = match epoll::wait(&self.epoll, &mut events, timeout) {
+            Ok((events, _)) => events,
+            Err(Errno::INTR) => return Ok(None),
+            Err(e) => return Err(e.into()),
+        };
+        if EVENTS > 1 {
+            self.buffers.set_ready(events.len());
+        }
+        let known = lock(&self.watched);
+        let mut ready = lock(&self.ready);
+        for (watched, _) in events.iter().filter_map(|event| known.get(&event.data.u64())) {
+            match watched.is_brief.load(Ordering::Relaxed) {
+                true => ready.push_front(watched.clone()),
+                false => ready.push_back(watched.clone()),
+            }
+        }
+        Ok(ready.pop_front())
     }
 
     fn run(&self) {
-        let mut events = [MaybeUninit::<epoll::Event>::uninit(); 64];
-        let mut lease = None;
+        let mut left = None;
         loop {
-            let ready = match epoll::wait(&self.epoll, &mut events, None) {
-                Ok((ready, _)) => ready,
-                Err(Errno::INTR) => continue,
-                // There is nothing else that it could say.
+            match self.next::<EVENTS>(true) {
+                Ok(Some(watched)) => {
+                    let own = left.take().unwrap_or_else(|| self.buffers.lease());
+                    // Where many wait for their turn, each has a shorter one.
+                    let portion = if self.buffers.ready() > MANY { MANY_BYTES } else { LEASE_BYTES };
+                    let message = self.read(&watched, own, portion, &mut left);
+                    // A render thread that is gone reads no more.
+                    if message.is_some_and(|m| watched.messages.send(m).is_err()) {
+                        lock(&watched.flow).is_over = true;
+                    }
+                    self.done(&watched);
+                }
+                Ok(None) => {
+                    // Said once is enough.
+                    let _ = rustix::io::read(&self.wake, &mut [0; 8]);
+                    if self.is_ending.load(Ordering::Acquire) && lock(&self.watched).is_empty() {
+                        return;
+                    }
+                }
+                // There is nothing else that the system could say.
                 Err(_) => return,
-            };
-            self.buffers.set_ready(ready.len());
-            for event in ready.iter() {
-                let id = event.data.u64();
-                let watched = lock(&self.watched).get(&id).map(|(w, _)| w.clone());
-                if let Some(watched) = watched
-                    && self.read(&watched, &mut lease)
-                {
-                    // Its life ends outside of the lock.
-                    let ended = lock(&self.watched).remove(&id);
-                    drop(ended);
-                }
-            }
-            if ready.len() < events.len() {
-                self.buffers.set_ready(0);
-            }
-            if self.is_ending.load(Ordering::Acquire) {
-                if lock(&self.watched).is_empty() {
-                    return;
-                }
-                // Said once is enough.
-                let _ = rustix::io::read(&self.wake, &mut [0; 8]);
             }
         }
     }
 
-    /// Reads once. Whether nothing more comes.
-    fn read(&self, watched: &Watched, lease: &mut Option<Lease>) -> bool {
-        let mut own = lease.take().unwrap_or_else(|| self.buffers.lease());
-        // Where many wait for their turn, each has a shorter one.
-        let portion = if self.buffers.ready() > MANY { LEASE_BYTES / 2 } else { LEASE_BYTES };
+    /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
+    fn read(
+        &self,
+        watched: &Watched,
+        mut own: Lease,
+        portion: usize,
+        left: &mut Option<Lease>,
+    ) -> Option<Message> {
         let filled = match recv(&watched.socket, &mut own.buffer[..portion], RecvFlags::DONTWAIT) {
             Err(Errno::INTR | Errno::AGAIN) => {
-                *lease = Some(own);
-                return false;
+                *left = Some(own);
+                return None;
             }
             // A connection that died says no more than one that was closed: what came before still counts.
             Ok((0, _)) | Err(_) => {
-                *lease = Some(own);
-                self.at_end(watched);
-                return true;
+                *left = Some(own);
+                return self.at_end(watched);
             }
             Ok((filled, _)) => filled,
         };
+        watched.is_brief.store(filled <= FEW_BYTES, Ordering::Relaxed);
         {
             let mut flow = lock(&watched.flow);
             if flow.is_over {
                 // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
-                *lease = Some(own);
-                return false;
+                *left = Some(own);
+                return None;
             }
             flow.on_their_way += 1;
-            if flow.on_their_way >= AHEAD {
-                self.disarm(watched, &mut flow);
-            }
         }
         let batch = if filled <= FEW_BYTES {
             let buffer = own.buffer[..filled].to_vec();
-            *lease = Some(own);
+            *left = Some(own);
             Batch { buffer, lease: None, filled }
         } else {
             Batch { buffer: Vec::new(), lease: Some(own), filled }
         };
-        if watched.messages.send(Message::Bytes(watched.id, batch)).is_err() {
-            lock(&watched.flow).is_over = true;
-        }
-        false
+        Some(Message::Bytes(watched.id, batch))
+    }
+}
+
+/// The render thread's means to read by itself.
+pub(crate) struct Hand(Arc<Shared>);
+
+/// A socket that the render thread is about to read. What came of it before must be out of the channel first.
+pub(crate) struct Next(Arc<Watched>, Lease);
+
+impl Hand {
+    /// A socket that can be read now, if there is one and a buffer for it.
+    pub fn next(&mut self) -> Option<Next> {
+        let lease = self.0.buffers.try_lease()?;
+        // One at a time: the reader asks for the others.
+        let watched = self.0.next::<1>(false).ok()??;
+        Some(Next(watched, lease))
+    }
+
+    /// What it says.
+    pub fn read(&mut self, Next(watched, lease): Next) -> Option<Message> {
+        let message = self.0.read(&watched, lease, HAND_BYTES, &mut None);
+        self.0.done(&watched);
+        message
     }
 }

@@ -1,0 +1,358 @@
+//! TURNS: the loop of the render thread. Takes what came, gives each connection its turn, and does what is due in between.
+
+use super::connection::{Connection, Leaving};
+use super::message::{Id, Message};
+use super::reading::Reading;
+use super::{Finish, HANG_UP_WITHIN, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME};
+use crate::server::transport::{Buffers, Hand};
+use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
+use crossbeam_channel::{Receiver, Sender, never, select};
+use std::collections::{HashMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+pub(super) struct Loop {
+    engine: Engine,
+    messages: Receiver<Message>,
+    sender: Sender<Message>,
+    inputs: Receiver<Input>,
+    connections: HashMap<Id, Connection>,
+    /// Those that can run, in the order of their turns.
+    round: VecDeque<Id>,
+    /// The same of those that ask for little. They have every other turn at most.
+    brief: VecDeque<Id>,
+    was_brief: bool,
+    /// Those that wait for a frame to be shown.
+    waiting: Vec<Id>,
+    leaving: Vec<Leaving>,
+    /// Where sockets' buffers come from, and how many connections have work that holds none.
+    buffers: Arc<Buffers>,
+    slow: usize,
+    reading: Reading,
+    /// Stream bytes received and not run.
+    queued_bytes: u64,
+    output: Output,
+    shown_at: Instant,
+    finish: Option<Finish>,
+}
+
+impl Loop {
+    pub fn new(
+        engine: Engine,
+        messages: Receiver<Message>,
+        sender: Sender<Message>,
+        buffers: Arc<Buffers>,
+        hand: Hand,
+    ) -> Self {
+        let inputs = engine.display().map_or_else(never, |d| d.inputs());
+        Loop {
+            engine,
+            messages,
+            sender,
+            inputs,
+            connections: HashMap::new(),
+            round: VecDeque::new(),
+            brief: VecDeque::new(),
+            was_brief: false,
+            waiting: Vec::new(),
+            leaving: Vec::new(),
+            buffers,
+            slow: 0,
+            reading: Reading::new(hand),
+            queued_bytes: 0,
+            output: Output::default(),
+            shown_at: Instant::now(),
+            finish: None,
+        }
+    }
+
+    pub fn run(mut self) -> Engine {
+        loop {
+            // Whatever came must be looked at before the thread may sleep.
+            self.receive_all();
+            self.look_around();
+            if self.is_over() {
+                return self.end();
+            }
+            match self.next_turn() {
+                Some((id, pace)) => self.turn(id, pace),
+                None => self.wait(),
+            }
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        match self.finish {
+            None => false,
+            Some(Finish::Now) => true,
+            Some(Finish::WhenAllEnded) => self.connections.is_empty() && self.messages.is_empty(),
+            Some(Finish::By(time)) => {
+                let is_done = |c: &Connection| c.is_idle() && !c.is_ending();
+                Instant::now() >= time || (self.connections.values().all(is_done) && self.messages.is_empty())
+            }
+        }
+    }
+
+    /// Takes all messages that wait. Each connection can have few, so this ends.
+    fn receive_all(&mut self) {
+        while let Ok(message) = self.messages.try_recv() {
+            self.receive(message);
+        }
+        while let Ok(input) = self.inputs.try_recv() {
+            self.input(input);
+        }
+    }
+
+    fn receive(&mut self, message: Message) {
+        match message {
+            Message::Open(id, opening) => {
+                self.engine.open();
+                let mut connection = Connection::new(&self.engine, id, *opening);
+                if matches!(self.finish, Some(Finish::By(_))) {
+                    connection.stop_reading();
+                }
+                self.connections.insert(id, connection);
+            }
+            Message::Bytes(id, mut batch) if self.connections.contains_key(&id) => {
+                self.queued_bytes += batch.filled as u64;
+                // Its turn is far: others could use the buffer in the meantime.
+                if self.slow > 0 {
+                    batch.keep_from(0);
+                }
+                self.with(id, |c| {
+                    c.add_bytes(batch);
+                    c.shorten_leases();
+                });
+            }
+            // Its connection is over.
+            Message::Bytes(..) => {}
+            Message::End(id, end) => self.with(id, |c| c.add_end(end)),
+            Message::Mail(id) => self.with(id, Connection::add_mail),
+            Message::Room(id) => self.with(id, Connection::note_room),
+            Message::Do(task) => task(&mut self.engine),
+            Message::NoDisplay => {
+                self.engine.drop_display();
+                self.inputs = never();
+            }
+            Message::Finish(how) => {
+                self.finish = Some(how);
+                if matches!(how, Finish::By(_)) {
+                    self.connections.values_mut().for_each(Connection::stop_reading);
+                }
+            }
+        }
+    }
+
+    /// Does something to a connection, and puts it into the round when it can run. One that is over is not there.
+    fn with(&mut self, id: Id, action: impl FnOnce(&mut Connection)) {
+        if let Some(connection) = self.connections.get_mut(&id) {
+            action(connection);
+            if connection.is_runnable() && !connection.is_queued {
+                connection.is_queued = true;
+                let queue = if connection.is_brief() { &mut self.brief } else { &mut self.round };
+                queue.push_back(id);
+            }
+        }
+    }
+
+    fn input(&mut self, input: Input) {
+        let Some(display) = self.engine.display().cloned() else { return };
+        match input {
+            Input::Look => display.answer_probe(self.engine.depth()),
+            Input::Event(event) => {
+                let limit = self.engine.limits().reply_bytes;
+                for connection in self.connections.values_mut() {
+                    if connection.stream.session().events {
+                        connection.tell_event(&event, limit, &self.sender);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whose turn it is, and how much it may run: nobody's while the display is paused, but for single steps.
+    fn next_turn(&mut self) -> Option<(Id, Pace)> {
+        if self.round.is_empty() && self.brief.is_empty() {
+            return None;
+        }
+        let pace = match self.engine.display() {
+            Some(display) if display.is_paused() && !display.is_closed() => match display.take_step() {
+                true if self.engine.is_frozen() => Pace::OneFrame,
+                true => Pace::OneCommand,
+                false => return None,
+            },
+            _ => Pace::Free,
+        };
+        self.was_brief = !self.brief.is_empty() && (!self.was_brief || self.round.is_empty());
+        let queue = if self.was_brief { &mut self.brief } else { &mut self.round };
+        queue.pop_front().map(|id| (id, pace))
+    }
+
+    fn turn(&mut self, id: Id, pace: Pace) {
+        self.engine.set_queue_bytes(self.queued_bytes);
+        let Some(connection) = self.connections.get_mut(&id) else { return };
+        connection.is_queued = false;
+        let queued_before = connection.queued_bytes;
+        let limit = self.engine.limits().reply_bytes;
+        let reply_bytes = limit.saturating_sub(connection.unread()).max(1);
+        let now = Instant::now();
+        let others =
+            u32::try_from(self.round.len() + self.brief.len() + self.buffers.ready()).unwrap_or(u32::MAX);
+        let time = (ROUND_TIME / others.saturating_add(1)).clamp(SLICE_TIME / 10, SLICE_TIME);
+        let budget = Budget { until: Some(now + time), reply_bytes, pace };
+        self.engine.set_time(now);
+        self.engine.before_slice(now);
+        let mut standing = Standing::Rests;
+        // A step is a command, however many pieces of input it takes to find one.
+        loop {
+            let before = connection.commands();
+            if connection.is_runnable() {
+                // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
+                let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
+                standing = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Standing::Ended);
+            }
+            let has_run = connection.commands() > before;
+            if pace == Pace::Free || has_run || !connection.is_runnable() || standing == Standing::Ended {
+                break;
+            }
+        }
+        let run_bytes = queued_before - connection.queued_bytes;
+        self.queued_bytes -= run_bytes;
+        let took = now.elapsed();
+        self.reading.note_turn(run_bytes, took);
+        connection.last_turn = took;
+        self.engine.count(connection.stream.session_mut());
+        if !self.output.replies.is_empty() {
+            self.engine.before_replies();
+        }
+        connection.reply(&mut self.output.replies, limit, &self.sender);
+        self.slow -= usize::from(connection.is_slow);
+        connection.is_slow = standing != Standing::Ended && connection.shorten_leases();
+        self.slow += usize::from(connection.is_slow);
+        if standing == Standing::Ended {
+            if let Some(connection) = self.connections.remove(&id) {
+                self.queued_bytes -= connection.queued_bytes;
+                self.leaving.extend(connection.close(&mut self.engine));
+            }
+        } else {
+            if matches!(standing, Standing::WaitsFor(_)) {
+                self.waiting.push(id);
+            }
+            self.with(id, |_| ());
+        }
+        if pace != Pace::Free {
+            self.engine.show();
+        }
+    }
+
+    /// Sleeps until there is something to do.
+    fn wait(&mut self) {
+        let until = self.next_deadline();
+        if let Some(next) = self.reading.next() {
+            // What came of this socket before comes first.
+            self.receive_all();
+            if let Some(message) = self.reading.read(next) {
+                self.receive(message);
+            }
+            return;
+        }
+        let timeout = match until {
+            Some(until) => until.saturating_duration_since(Instant::now()),
+            None => Duration::from_secs(3600),
+        };
+        select! {
+            recv(self.messages) -> message => match message {
+                Ok(message) => self.receive(message),
+                // The loop holds a sender itself: this cannot be.
+                Err(_) => self.finish = Some(Finish::Now),
+            },
+            recv(self.inputs) -> input => if let Ok(input) = input {
+                self.input(input);
+            },
+            default(timeout) => {}
+        }
+    }
+
+    fn next_deadline(&mut self) -> Option<Instant> {
+        let mut deadline = self.engine.next_deadline(Instant::now());
+        let spare = self.engine.sweep_spare(Instant::now());
+        let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
+        spare.into_iter().for_each(&mut at);
+        if self.engine.has_unshown() && !self.engine.is_frozen() {
+            at(self.shown_at + SHOW_EVERY);
+        }
+        if !self.leaving.is_empty() {
+            at(Instant::now() + Duration::from_millis(100));
+        }
+        if let Some(Finish::By(time)) = self.finish {
+            at(time);
+        }
+        deadline
+    }
+
+    /// What is done between slices: frames shown, the display, the shared file, those who leave.
+    fn look_around(&mut self) {
+        let now = Instant::now();
+        self.engine.tick(now);
+        if now >= self.shown_at + SHOW_EVERY && self.engine.has_unshown() {
+            self.engine.show();
+            self.shown_at = now;
+        }
+        self.answer_waiting();
+        self.leaving.retain_mut(|l| !is_gone(l, now));
+    }
+
+    /// Answers those whose frame is on the screen, and lets them go on.
+    fn answer_waiting(&mut self) {
+        let limit = self.engine.limits().reply_bytes;
+        for id in std::mem::take(&mut self.waiting) {
+            let Some(connection) = self.connections.get_mut(&id) else { continue };
+            match connection.waits_for {
+                Some(frame) if !self.engine.is_shown(frame) => self.waiting.push(id),
+                Some(_) => {
+                    connection.frame_is_shown(&self.engine, &mut self.output);
+                    connection.reply(&mut self.output.replies, limit, &self.sender);
+                    self.with(id, |_| ());
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// The end: the last replies go out, as long as there is time.
+    fn end(mut self) -> Engine {
+        let until = match self.finish {
+            Some(Finish::By(time)) => time + Duration::from_millis(300),
+            Some(Finish::Now) => Instant::now() + Duration::from_millis(300),
+            // Whoever reads the replies takes the time it takes.
+            _ => Instant::now() + Duration::from_secs(1 << 32),
+        };
+        for (_, connection) in self.connections.drain() {
+            self.leaving.extend(connection.close(&mut self.engine));
+        }
+        for mut leaving in self.leaving.drain(..) {
+            leaving.outbox.wait_done(until);
+            leaving.port.abort();
+        }
+        self.engine.end();
+        self.engine
+    }
+}
+
+/// Whether a connection that is over needs no more care; aborts one whose client takes too long.
+fn is_gone(leaving: &mut Leaving, now: Instant) -> bool {
+    if leaving.port.is_gone() {
+        return true;
+    }
+    let pending = leaving.outbox.pending();
+    if pending != leaving.pending {
+        (leaving.pending, leaving.since) = (pending, now);
+    }
+    let patience = if leaving.outbox.is_done() { HANG_UP_WITHIN } else { LEAVE_WITHIN };
+    let is_late = now >= leaving.since + patience;
+    if is_late {
+        leaving.port.abort();
+    }
+    is_late
+}
