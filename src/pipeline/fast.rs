@@ -75,8 +75,12 @@ pub(crate) fn obstacle(call: &DrawCall, target: &Target, plan: &Plan) -> Option<
         return Some("the frame is too narrow, too wide or too high for vectors");
     }
     let is_lit = plan.uses(Part::LightVertices) || plan.uses(Part::LightFaces);
-    if call.back_material.is_some() && call.cull == Cull::None && is_lit {
-        return Some("a material for faces seen from behind, lit at vertices or faces, has no fast form");
+    // Faces of one colour each have their own in a table, lit or not.
+    let has_tables = is_lit || (call.shade == ShadeMode::Flat && !mesh.colors.is_empty());
+    if call.back_material.is_some() && call.cull == Cull::None && has_tables {
+        return Some(
+            "a material for faces seen from behind, coloured at vertices or faces, has no fast form",
+        );
     }
     if call.two_sided_lighting && call.cull != Cull::Back && is_lit {
         return Some("two-sided light at vertices or faces has no fast form");
