@@ -51,6 +51,9 @@ pub struct Texture {
     bytes: Vec<u8>,
     /// Levels 1..
     levels: Vec<Level>,
+    /// The texels of those in fixed point, one level after the other: in 1/256 of 0..255, each row's first texel once more
+    /// at its end.
+    fixed: Vec<[u16; 4]>,
     has_alpha: bool,
 }
 
@@ -64,10 +67,21 @@ struct Level {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Texels {
-    /// In 1/256 of 0..255, each row's first texel once more at its end.
-    Fixed(Vec<[u16; 4]>),
+    /// Where they begin among those in fixed point.
+    Fixed(usize),
     /// In 0..255.
     Float(Vec<[f32; 4]>),
+}
+
+/// The levels that are held in fixed point, 1 to at most 4.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedLevels<'a> {
+    /// Their RGBA texels, one level after the other, as [`LevelTexels::Fixed`] has them.
+    pub texels: &'a [[u16; 4]],
+    /// Of each level its width, its height, and where it begins.
+    pub levels: [(u32, u32, usize); FIXED_LEVELS as usize],
+    /// How many of them there are.
+    pub count: u32,
 }
 
 /// The RGBA texels of a level, row 0 at the top.
@@ -96,15 +110,16 @@ impl Texture {
             return Err(TextureError::BadLength { width, height, expected, found: bytes.len() as u64 });
         }
         let has_alpha = bytes.as_chunks::<4>().0.iter().any(|t| t[3] != 255);
-        let mut texture = Texture { width, height, bytes, levels: Vec::new(), has_alpha };
-        while let Some(level) = texture.next_level() {
+        let mut texture = Texture { width, height, bytes, levels: Vec::new(), fixed: Vec::new(), has_alpha };
+        while let Some((level, mut fixed)) = texture.next_level() {
             texture.levels.push(level);
+            texture.fixed.append(&mut fixed);
         }
         Ok(texture)
     }
 
-    /// The level below the last one, or `None` when that is 1x1.
-    fn next_level(&self) -> Option<Level> {
+    /// The level below the last one and its texels in fixed point, or `None` when that is 1x1.
+    fn next_level(&self) -> Option<(Level, Vec<[u16; 4]>)> {
         let last = self.level_count() - 1;
         let (w, h) = self.level_size(last);
         if (w, h) == (1, 1) {
@@ -117,14 +132,16 @@ impl Texture {
             let t = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)].map(|(x, y)| self.texel(last, x, y));
             std::array::from_fn(|c| (t[0][c] + t[1][c] + t[2][c] + t[3][c]) * 0.25)
         };
+        let mut fixed = Vec::new();
         let texels = if last < FIXED_LEVELS {
             let row = |y: u32| (0..=width).map(move |x| texel(x % width, y).map(|c| (c * 256.0) as u16));
-            Texels::Fixed((0..height).flat_map(row).collect())
+            fixed.extend((0..height).flat_map(row));
+            Texels::Fixed(self.fixed.len())
         } else {
             let row = |y: u32| (0..width).map(move |x| texel(x, y));
             Texels::Float((0..height).flat_map(row).collect())
         };
-        Some(Level { width, height, texels })
+        Some((Level { width, height, texels }, fixed))
     }
 
     /// Width of level 0 in texels.
@@ -181,20 +198,37 @@ impl Texture {
     /// When there is no such level.
     #[inline]
     pub fn level_texels(&self, level: u32) -> LevelTexels<'_> {
-        match level.checked_sub(1).map(|i| &self.levels[i as usize].texels) {
-            None => LevelTexels::Bytes(&self.bytes),
-            Some(Texels::Fixed(texels)) => LevelTexels::Fixed(texels),
-            Some(Texels::Float(texels)) => LevelTexels::Float(texels),
+        let Some(level) = level.checked_sub(1).map(|i| &self.levels[i as usize]) else {
+            return LevelTexels::Bytes(&self.bytes);
+        };
+        match &level.texels {
+            Texels::Fixed(at) => {
+                LevelTexels::Fixed(&self.fixed[*at..][..(level.width as usize + 1) * level.height as usize])
+            }
+            Texels::Float(texels) => LevelTexels::Float(texels),
         }
+    }
+
+    /// The levels in fixed point.
+    pub fn fixed_levels(&self) -> FixedLevels<'_> {
+        let mut found =
+            FixedLevels { texels: &self.fixed, levels: [(1, 1, 0); FIXED_LEVELS as usize], count: 0 };
+        for (place, level) in found.levels.iter_mut().zip(&self.levels) {
+            if let Texels::Fixed(at) = level.texels {
+                *place = (level.width, level.height, at);
+                found.count += 1;
+            }
+        }
+        found
     }
 
     /// Bytes that all levels take.
     pub fn size_bytes(&self) -> usize {
         let size = |level: &Level| match &level.texels {
-            Texels::Fixed(texels) => texels.len() * 8,
+            Texels::Fixed(_) => 0,
             Texels::Float(texels) => texels.len() * 16,
         };
-        self.bytes.len() + self.levels.iter().map(size).sum::<usize>()
+        self.bytes.len() + self.fixed.len() * 8 + self.levels.iter().map(size).sum::<usize>()
     }
 }
 

@@ -68,10 +68,14 @@ impl Kernel for AllOperations {
                 .for_each(&mut push);
             push(s.gather(m, &table_f, index).bits());
             push(s.iota() + s.splat_i(at as i32));
-            // Few different numbers, so that some come again. Within 8 lanes, as wider and narrower vectors see other runs.
+            // Few different numbers, so that some come again; what comes first depends on the width.
             let few = p & s.splat_i(3);
-            let near = s.mask(bits >> at & 0xf);
-            push(s.select_i(s.firsts(near, few), few, s.splat_i(-1)));
+            let mut numbers = vec![0; S::LANES];
+            s.store_i(few, &mut numbers);
+            let is_set = |k: usize| m.bits() >> k & 1 != 0;
+            let is_first = |k: &usize| is_set(*k) && !(0..*k).any(|e| is_set(e) && numbers[e] == numbers[*k]);
+            let firsts = (0..S::LANES).filter(is_first).fold(0, |bits, k| bits | 1 << k);
+            assert_eq!(s.firsts(m, few).bits(), firsts);
             for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
                 push(s.select_i(mask, s.splat_i(-1), s.splat_i(0)));
                 let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));

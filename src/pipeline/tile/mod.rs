@@ -303,7 +303,7 @@ pub(crate) fn render(
                 let (t, p) = match deep {
                     None => {
                         let tile = &mut tile;
-                        level.dispatch(RasterKernel { bin, wide, corners, is_far_flung, tile })
+                        level.dispatch(RasterKernel { bin, wide, corners, tile })
                     }
                     Some(Deep { form, .. }) => {
                         let (words, tile) = (&mut *words, &mut tile);

@@ -58,8 +58,6 @@ pub struct RasterKernel<'a, 'b> {
     pub wide: &'a [WideFace],
     /// What will be asked of each face that is seen.
     pub corners: &'a [[f32; 4]],
-    /// Whether the mesh is larger than the nearer caches.
-    pub is_far_flung: bool,
     /// The memories.
     pub tile: &'a mut Tile<'b>,
 }
@@ -78,9 +76,7 @@ impl Kernel for RasterKernel<'_, '_> {
             let next = bin.larger.get(from);
             let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
             for face in &bin.tiny[drawn..until] {
-                if self.is_far_flung {
-                    prefetch::for_read(self.corners, face.face as usize);
-                }
+                prefetch::for_read(self.corners, face.face as usize);
                 passed += tiny(s, face, self.tile);
             }
             (from, drawn) = (from + 1, until);
