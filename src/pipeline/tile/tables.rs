@@ -39,14 +39,21 @@ impl Kernel for TableKernel<'_> {
     fn run<S: Simd>(self, s: S) {
         let count = self.matte.len();
         let mut at = [[0f32; 16]; 3];
+        // Whole vectors of points, whatever is left over in the last one.
+        let mut points = [[0f64; 16]; 3];
         let mut out = [[0f32; 16]; 6];
+        // Where nothing multiplies the one part only, both are one.
+        let is_sum = self.colors.is_empty() && self.gloss.is_empty();
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
         for start in (0..count).step_by(S::LANES) {
             let n = (count - start).min(S::LANES);
+            for k in 0..3 {
+                points[k][..n].copy_from_slice(&self.positions[k][start..start + n]);
+            }
             for (row, lanes) in self.to_frame.iter().zip(&mut at) {
-                for (i, lane) in lanes[..n].iter_mut().enumerate() {
-                    let [x, y, z] = self.positions.map(|p| p[start + i]);
-                    *lane = (((row[0] * x + row[1] * y) + row[2] * z) + row[3]) as f32;
+                for i in 0..S::LANES {
+                    let (x, y, z) = (points[0][i], points[1][i], points[2][i]);
+                    lanes[i] = (((row[0] * x + row[1] * y) + row[2] * z) + row[3]) as f32;
                 }
             }
             let live = s.mask(u32::MAX >> (32 - n));
@@ -61,10 +68,20 @@ impl Kernel for TableKernel<'_> {
                 Eye::Parallel { to_viewer } => super::light::splat3(s, to_viewer),
             };
             let lit = light(s, self.lighting, position, [nx, ny, nz], to_viewer);
-            for (k, lanes) in out.iter_mut().enumerate() {
-                s.store(if k < 3 { lit.matte[k] } else { lit.gloss[k - 3] }, lanes);
-            }
             let delicate = (lit.delicate & live).bits();
+            if is_sum && delicate == 0 {
+                for k in 0..3 {
+                    s.store(lit.matte[k] + lit.gloss[k], &mut out[k]);
+                }
+                for (i, to) in self.matte[start..start + n].iter_mut().enumerate() {
+                    *to = [out[0][i], out[1][i], out[2][i], 0.0];
+                }
+                continue;
+            }
+            for k in 0..3 {
+                s.store(lit.matte[k], &mut out[k]);
+                s.store(lit.gloss[k], &mut out[k + 3]);
+            }
             for i in 0..n {
                 let mut matte = [out[0][i], out[1][i], out[2][i]];
                 let mut gloss = [out[3][i], out[4][i], out[5][i]];
