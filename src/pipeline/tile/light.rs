@@ -75,6 +75,14 @@ pub enum Exponent {
 }
 
 impl Exponent {
+    /// The exponent, or 1 where it is less.
+    fn at_least_one(self) -> f32 {
+        match self {
+            Exponent::Whole(n) => n.max(1) as f32,
+            Exponent::Real(n) => n.max(1.0),
+        }
+    }
+
     /// The form in which n is raised to; `None` above what f32 carries.
     pub fn new(n: f64) -> Option<Exponent> {
         match n {
@@ -112,12 +120,16 @@ pub struct Lit<S: Simd> {
     pub matte: V3<S>,
     /// Emissive and specular terms.
     pub gloss: V3<S>,
-    /// Where f32 lacks the digits: a light much nearer than the eye.
+    /// Where f32 lacks the digits: a light much nearer than the eye, or all but opposite to it.
     pub delicate: S::M,
 }
 
 /// A light nearer than this part of the eye's distance is delicate.
 const NEAR_LIGHT: f32 = 1.0 / 64.0;
+
+/// Blinn's half vector is short where light and viewer are all but opposite: 1 + L.V below this times the exponent leaves
+/// f32 too few digits of its length.
+const OPPOSITE: f32 = 1e-4;
 
 /// The largest attenuation factor, as in the plain path.
 const MAX_FACTOR: f32 = 1e30;
@@ -160,6 +172,8 @@ pub fn light<S: Simd>(s: S, lighting: &Lighting, position: V3<S>, normal: V3<S>,
             LightingModel::Blinn => {
                 // |L + V|^2 = 2 + 2 L.V for unit vectors.
                 let half = (l_dot_v + one).max(zero);
+                let is_opposite = half.lt(s.splat(lighting.exponent.at_least_one() * OPPOSITE));
+                delicate = delicate | (is_opposite & zero.lt(n_dot_l));
                 let length = (half + half).sqrt();
                 s.select(zero.lt(length), (n_dot_l + n_dot_v) / length, zero)
             }
