@@ -2,39 +2,17 @@
 //!
 //! Fear: that the plan states a number which nobody ever compared with the memory that is taken.
 
+#[path = "support/counting.rs"]
+mod counting;
+
+use counting::{HELD, steady_calls};
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, Part, Plan, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Filter, Geometry, Light, Material, Mesh, Sampling, Scene, ShadeMode, Texture, shapes};
 use fbptr::truth::scenes::object;
 use glam::{DMat4, DVec3};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex};
-
-/// Counts what is asked of the system, and what is held.
-struct Counting;
-
-static CALLS: AtomicUsize = AtomicUsize::new(0);
-static HELD: AtomicIsize = AtomicIsize::new(0);
-
-#[allow(unsafe_code)]
-// SAFETY: everything is handed on to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.fetch_add(1, Relaxed);
-        HELD.fetch_add(layout.size() as isize, Relaxed);
-        // SAFETY: the caller's promise is the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size() as isize, Relaxed);
-        // SAFETY: the caller's promise is the system allocator's.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// One test counts at a time.
 static TURN: Mutex<()> = Mutex::new(());
@@ -125,7 +103,7 @@ fn calls_of_boxes(options: RenderOptions, count: u32, frames: usize) -> usize {
     let mut memory = VideoMemory::new(width, height).unwrap();
     let mut depth = None;
     let mut renderer = Renderer::new(options);
-    let mut frame = || {
+    let frame = || {
         memory.clear(VideoMemory::CLEAR);
         if let Some(depth) = &mut depth {
             DepthMemory::clear(depth);
@@ -135,12 +113,7 @@ fn calls_of_boxes(options: RenderOptions, count: u32, frames: usize) -> usize {
         let stats = renderer.draw_scene(&mut target, &scene, &scene_options).unwrap();
         assert!(stats.pixels_written > 2000, "{stats:?}");
     };
-    let first = CALLS.load(Relaxed);
-    (0..4).for_each(|_| frame());
-    let steady = CALLS.load(Relaxed);
-    assert!(steady > first + 20, "the first frame makes what the others use: the counter counts");
-    (0..frames).for_each(|_| frame());
-    CALLS.load(Relaxed) - steady
+    steady_calls(4, frames, frame)
 }
 
 #[test]

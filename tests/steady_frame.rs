@@ -2,35 +2,15 @@
 //!
 //! Fear: that drawing asks the system for memory in every frame, and stutters when it is slow to answer.
 
+#[path = "support/counting.rs"]
+mod counting;
+
+use counting::steady_calls;
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{DrawCall, RenderOptions, Renderer, Target};
 use fbptr::scene::{Geometry, Light, Material, ShadeMode, shapes};
 use glam::DVec3;
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
-/// Counts what is asked of the system.
-struct Counting;
-
-static CALLS: AtomicUsize = AtomicUsize::new(0);
-
-#[allow(unsafe_code)]
-// SAFETY: everything is handed on to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.fetch_add(1, Relaxed);
-        // SAFETY: the caller's promise is the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is the system allocator's.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// Frames that are counted.
 const FRAMES: usize = 600;
@@ -54,7 +34,7 @@ fn calls_of_steady_frames(options: RenderOptions, shade: ShadeMode) -> usize {
     let mut memory = VideoMemory::new(width, height).unwrap();
     let mut depth = None;
     let mut renderer = Renderer::new(options);
-    let mut frame = || {
+    let frame = || {
         memory.clear(VideoMemory::CLEAR);
         if let Some(depth) = &mut depth {
             fbptr::memory::DepthMemory::clear(depth);
@@ -64,12 +44,7 @@ fn calls_of_steady_frames(options: RenderOptions, shade: ShadeMode) -> usize {
         let stats = renderer.draw(&mut target, &call).unwrap();
         assert!(stats.pixels_written > 5000, "{stats:?}");
     };
-    let first = CALLS.load(Relaxed);
-    (0..8).for_each(|_| frame());
-    let steady = CALLS.load(Relaxed);
-    assert!(steady > first + 20, "the first frame makes what the others use: the counter counts");
-    (0..FRAMES).for_each(|_| frame());
-    CALLS.load(Relaxed) - steady
+    steady_calls(8, FRAMES, frame)
 }
 
 #[test]

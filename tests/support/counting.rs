@@ -1,0 +1,39 @@
+//! An allocator that counts, for whole test programs: what is asked of the system, and what is held.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
+
+struct Counting;
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+/// Bytes that are held.
+pub static HELD: AtomicIsize = AtomicIsize::new(0);
+
+#[allow(unsafe_code)]
+// SAFETY: everything is handed on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.fetch_add(1, Relaxed);
+        HELD.fetch_add(layout.size() as isize, Relaxed);
+        // SAFETY: the caller's promise is the system allocator's.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size() as isize, Relaxed);
+        // SAFETY: the caller's promise is the system allocator's.
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// The calls of the allocator in `frames` frames, after `before` that may ask, and must.
+pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> usize {
+    let first = CALLS.load(Relaxed);
+    (0..before).for_each(|_| frame());
+    let steady = CALLS.load(Relaxed);
+    assert!(steady > first + 20, "the first frame makes what the others use: the counter counts");
+    (0..frames).for_each(|_| frame());
+    CALLS.load(Relaxed) - steady
+}
