@@ -8,7 +8,9 @@ mod counting;
 use counting::{HELD, steady_calls};
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, Part, Plan, RenderOptions, Renderer, SceneOptions, Target};
-use fbptr::scene::{Filter, Geometry, Light, Material, Mesh, Sampling, Scene, ShadeMode, Texture, shapes};
+use fbptr::scene::{
+    Filter, Geometry, HiddenSurface, Light, Material, Mesh, Sampling, Scene, ShadeMode, Texture, shapes,
+};
 use fbptr::truth::scenes::object;
 use glam::{DMat4, DVec3};
 use std::sync::atomic::Ordering::Relaxed;
@@ -37,17 +39,36 @@ fn a_draw_holds_what_its_plan_states() {
         ("the same in 16 bits with a texture", knot(400, 50), ShadeMode::Phong, DepthFormat::U16, true),
         ("a fine knot", knot(1600, 100), ShadeMode::Phong, DepthFormat::F32, false),
         ("a sphere", shapes::sphere(1.0).unwrap(), ShadeMode::Phong, DepthFormat::Reversed, true),
-        ("a square", square, ShadeMode::Phong, DepthFormat::F32, false),
+        ("a square", square.clone(), ShadeMode::Phong, DepthFormat::F32, false),
     ];
-    for (name, mesh, shade, depth_format, is_textured) in cases {
+    let as_is = (0.0, HiddenSurface::ZBuffer);
+    let blended = (0.5, HiddenSurface::ZBuffer);
+    let in_order = [
+        (
+            "a painter's knot",
+            knot(200, 50),
+            ShadeMode::Phong,
+            DepthFormat::F32,
+            false,
+            (0.0, HiddenSurface::Painter),
+        ),
+        ("a clear knot", knot(400, 50), ShadeMode::Gouraud, DepthFormat::F32, false, blended),
+        ("a small clear knot", knot(60, 12), ShadeMode::Phong, DepthFormat::U24, true, blended),
+        ("a clear square", square, ShadeMode::Phong, DepthFormat::U16, true, blended),
+    ];
+    let cases = cases.map(|(name, mesh, shade, depth, textured)| (name, mesh, shade, depth, textured, as_is));
+    for (name, mesh, shade, depth_format, is_textured, (transparency, hide)) in
+        cases.into_iter().chain(in_order)
+    {
         let (width, height) = (800, 600);
         let geometry = Arc::new(Geometry { mesh, textures: Vec::new() });
-        let material = Material { ks: DVec3::splat(0.4), n: 20.0, ..Material::default() };
+        let material = Material { ks: DVec3::splat(0.4), n: 20.0, transparency, ..Material::default() };
         let lights = [Light::directional(DVec3::new(-1.0, -1.0, -2.0), DVec3::ONE)];
         let call = DrawCall {
             shared: Some(&geometry),
             lights: &lights,
             shade,
+            hide,
             texture: is_textured.then_some(&texture),
             sampling: Sampling { filter: Filter::Bilinear, ..Sampling::default() },
             ..DrawCall::new(&geometry, &material, width, height)
@@ -57,7 +78,11 @@ fn a_draw_holds_what_its_plan_states() {
         let mut renderer = Renderer::new(RenderOptions::default());
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
         let plan = Plan::of_draw(&call, &target);
-        assert!(plan.uses(Part::TileRenderer), "{name}: {plan}");
+        let is_in_order = (transparency, hide) != as_is;
+        assert!(
+            plan.uses(if is_in_order { Part::FacesInOrder } else { Part::TileRenderer }),
+            "{name}: {plan}"
+        );
         let before = HELD.load(Relaxed);
         let stats = renderer.draw(&mut target, &call).unwrap();
         let held = (HELD.load(Relaxed) - before) as f64;

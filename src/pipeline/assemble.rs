@@ -117,21 +117,22 @@ impl Assembler {
 
     /// The part in front of the eye of a face that goes through the eye plane, as up to two triangles.
     fn cut(&self, corners: [&Vertex; 3]) -> [Option<SnappedTriangle>; 2] {
-        let mut ring: Vec<[f64; 2]> = Vec::with_capacity(4);
+        let (mut ring, mut count) = ([[0.0; 2]; 6], 0);
+        let mut push = |point| (ring[count], count) = (point, count + 1);
         for i in 0..3 {
             let (a, b) = (corners[i], corners[(i + 1) % 3]);
             let (a_in, b_in) = (a.clip.w > 0.0, b.clip.w > 0.0);
             if a_in {
-                ring.push(a.screen);
+                push(a.screen);
             }
             match (a_in, b_in) {
-                (true, false) => ring.push(self.cut_edge(a.clip, b.clip)),
-                (false, true) => ring.push(self.cut_edge(b.clip, a.clip)),
+                (true, false) => push(self.cut_edge(a.clip, b.clip)),
+                (false, true) => push(self.cut_edge(b.clip, a.clip)),
                 _ => {}
             }
         }
         let mut outlines = [None, None];
-        for (piece, at) in outlines.iter_mut().zip(1..ring.len().saturating_sub(1)) {
+        for (piece, at) in outlines.iter_mut().zip(1..count.saturating_sub(1)) {
             *piece = outline([ring[0], ring[at], ring[at + 1]]);
         }
         // Rounding may fold the second triangle over the first; what is folded is thinner than the snapping.

@@ -7,6 +7,7 @@
 use super::assemble::Face;
 use super::call::{DrawStats, Target};
 use super::fast::Veils;
+use super::order::{LISTED_BYTES, emptied};
 use super::prepare::Prepared;
 use super::raster::{Canvas, Writes};
 use super::shade::FaceShade;
@@ -14,6 +15,7 @@ use super::tile::{Veil, Workers};
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
 use rayon::prelude::*;
+use std::fmt;
 use std::ops::Range;
 
 /// Faces that are set up before they are drawn: bounds what the set-ups take.
@@ -33,11 +35,45 @@ struct SetUp<'a> {
     veil: Option<Veil<'a>>,
 }
 
+/// A face, unless nothing of it is seen, and what was counted on the way.
+type Made<'a> = (Option<SetUp<'a>>, DrawStats);
+
+/// Fewer faces than this are set up by the calling thread.
+const FEW_FACES: usize = 64;
+
+/// Bytes that drawing `faces` faces in order takes beside their vertices.
+pub(crate) fn listed_bytes(faces: u64) -> u64 {
+    faces.min(BATCH as u64) * size_of::<Made>() as u64 + faces * LISTED_BYTES
+}
+
+/// Lists that one draw leaves to the next.
+#[derive(Default)]
+pub(crate) struct Listed {
+    veils: Vec<Veils>,
+    made: Vec<Made<'static>>,
+}
+
+impl fmt::Debug for Listed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Listed of {} bytes", self.size_bytes())
+    }
+}
+
+impl Listed {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.made.capacity() * size_of::<Made>()
+            + self.veils.capacity() * size_of::<Veils>()
+            + self.veils.iter().map(Veils::size_bytes).sum::<usize>()
+    }
+}
+
 /// Draws a list of faces - object, triangle - in its order. All objects are drawn through one viewport, with one rule for
 /// depth.
 pub(crate) fn draw_listed(
     (crew, level): (&Workers, Option<Level>),
-    all: &[&Prepared],
+    lists: &mut Listed,
+    all: &[Prepared],
     list: &[(usize, u32)],
     target: &mut Target,
     stats: &mut DrawStats,
@@ -49,13 +85,15 @@ pub(crate) fn draw_listed(
             return list.iter().for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
         }
     };
-    let mut veils: Vec<Option<Veils>> = Vec::new();
+    let Listed { veils, made } = std::mem::take(lists);
+    let (mut veils, mut made): (Vec<Veils>, Vec<Made>) = (veils, made);
     if level.is_some() {
-        veils.resize_with(all.len(), || None);
+        veils.iter_mut().for_each(Veils::forget);
+        veils.resize_with(veils.len().max(all.len()), Veils::default);
         let mut last = usize::MAX;
         for &(object, _) in list {
-            if object != last && veils[object].is_none() {
-                veils[object] = all[object].veils(target);
+            if object != last && veils[object].is_unasked() {
+                all[object].make_veils(target, &mut veils[object]);
             }
             last = object;
         }
@@ -63,32 +101,32 @@ pub(crate) fn draw_listed(
     for batch in list.chunks(BATCH) {
         let set_up = |&(object, triangle): &(usize, u32)| {
             let mut own = DrawStats::default();
-            let prepared: &Prepared = all[object];
+            let prepared = &all[object];
             let made = prepared.assemble(triangle, &mut own).map(|face| {
                 let shade = prepared.shade(triangle, face.side, &mut own);
                 let bounds = prepared.bounds_of(triangle);
-                let veils = veils.get(object).and_then(Option::as_ref);
-                let veil = veils.and_then(|v| prepared.veil(v, triangle, &face, &shade));
+                let veil = veils.get(object).and_then(|v| prepared.veil(v, triangle, &face, &shade));
                 SetUp { object, triangle, face, shade, bounds, veil }
             });
             (made, own)
         };
-        let made: Vec<_> = match pool.filter(|_| batch.len() >= 64) {
-            None => batch.iter().map(set_up).collect(),
-            Some(pool) => pool.install(|| batch.par_iter().map(set_up).collect()),
-        };
+        made.clear();
+        match pool.filter(|_| batch.len() >= FEW_FACES) {
+            None => made.extend(batch.iter().map(set_up)),
+            Some(pool) => pool.install(|| batch.par_iter().map(set_up).collect_into_vec(&mut made)),
+        }
         made.iter().for_each(|(_, own)| *stats += *own);
-        let faces: Vec<SetUp> = made.into_iter().filter_map(|(made, _)| made).collect();
-        let Some(top) = faces.iter().map(|f| f.bounds.y0).min() else { continue };
-        let bottom = faces.iter().map(|f| f.bounds.y1).max().unwrap_or(top);
+        let faces = || made.iter().filter_map(|(made, _)| made.as_ref());
+        let Some(top) = faces().map(|f| f.bounds.y0).min() else { continue };
+        let bottom = faces().map(|f| f.bounds.y1).max().unwrap_or(top);
         let area = |b: &PixelRect| (b.x1 - b.x0).max(0) as u64 * (b.y1 - b.y0).max(0) as u64;
-        let pixels: u64 = faces.iter().map(|f| area(&f.bounds)).sum();
-        let Some(any) = all.first() else { return };
+        let pixels: u64 = faces().map(|f| area(&f.bounds)).sum();
+        let Some(any) = all.first() else { continue };
         let canvas = any.canvas(target);
         let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
         let (_, canvas) = canvas.split(rows.start);
         let (canvas, _) = canvas.split(rows.end);
-        let work = Work { all, faces: &faces, level: level.unwrap_or(Level::Portable) };
+        let work = Work { all, faces: &made, level: level.unwrap_or(Level::Portable) };
         let (own, written) = match pool.filter(|_| pixels >= FEW_PIXELS) {
             None => work.draw_band(canvas),
             Some(pool) => pool.install(|| work.share(canvas, rows)),
@@ -96,12 +134,15 @@ pub(crate) fn draw_listed(
         *stats += own;
         target.memory.mark_rows(written);
     }
+    made.clear();
+    lists.made = emptied(made);
+    lists.veils = veils;
 }
 
 /// What all bands draw.
 struct Work<'w, 'a> {
-    all: &'w [&'w Prepared<'a>],
-    faces: &'w [SetUp<'w>],
+    all: &'w [Prepared<'a>],
+    faces: &'w [Made<'w>],
     level: Level,
 }
 
@@ -123,7 +164,8 @@ impl Work<'_, '_> {
     fn draw_band(&self, mut canvas: Canvas) -> (DrawStats, Range<u32>) {
         let mut stats = DrawStats::default();
         let rows = canvas.rows();
-        for f in self.faces.iter().filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
+        let faces = self.faces.iter().filter_map(|(made, _)| made.as_ref());
+        for f in faces.filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
             let mut raster = self.all[f.object].raster(&mut canvas);
             match &f.veil {
                 Some(veil) => raster.veil(self.level, veil, (&f.face, &f.shade), f.triangle, &mut stats),

@@ -1,10 +1,12 @@
 //! Stage 1: from a draw call to its plan.
 
 use super::assemble::Side;
+use super::bands::listed_bytes;
 use super::call::{DrawCall, Target};
 use super::fast::{obstacle, stated_bytes, veil_obstacle};
 use super::known::Known;
 use super::light::{Lamp, Lighting, Viewer};
+use super::order::SORTED_BYTES;
 use super::plan::{Part, Plan, Title};
 use super::vertex::Vertex;
 use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
@@ -110,7 +112,7 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
         }
         HiddenSurface::Painter => {
             plan.leave_out(Part::DepthMemory, "HIDE painter neither tests nor writes depth");
-            plan.add(Part::SortFaces, SORTED_BY_PAINTER, faces, faces * 16);
+            plan.add(Part::SortFaces, SORTED_BY_PAINTER, faces, faces * SORTED_BYTES);
         }
         HiddenSurface::None => plan.leave_out(Part::DepthMemory, "HIDE none neither tests nor writes depth"),
     }
@@ -145,7 +147,10 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
         _ if plan.uses(Part::TileRenderer) => {
             plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
         }
-        None => plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, 0),
+        None => {
+            let bytes = listed_bytes(faces);
+            plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, bytes);
+        }
         Some(why) => plan.leave_out(Part::FacesInOrder, why),
     }
     plan

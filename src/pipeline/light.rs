@@ -247,14 +247,14 @@ impl Lighting {
         }
     }
 
-    /// The lights as the kernels want them, in their frame and in the list given; `None` where f32 does not carry one.
+    /// The lights as the kernels want them, in their frame, to the list given; `None` where f32 does not carry one.
     pub fn fast(
         &self,
         material: &Material,
         point: impl Fn(DVec3) -> DVec3,
         direction: impl Fn(DVec3) -> DVec3,
-        mut fast: Vec<FastLight>,
-    ) -> Option<Vec<FastLight>> {
+        fast: &mut Vec<FastLight>,
+    ) -> Option<()> {
         let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
         fast.clear();
@@ -298,7 +298,7 @@ impl Lighting {
             }
             fast.push(own);
         }
-        Some(fast)
+        Some(())
     }
 
     /// The colour of one point.

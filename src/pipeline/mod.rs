@@ -25,6 +25,7 @@ mod known;
 mod light;
 mod lines;
 mod normals;
+mod order;
 mod plan;
 mod plane;
 mod prepare;

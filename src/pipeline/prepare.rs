@@ -25,6 +25,20 @@ pub(crate) enum Layer {
     Transparent,
 }
 
+/// Lists that a draw leaves to another one.
+#[derive(Debug, Default)]
+pub(crate) struct Spare {
+    lamps: Vec<Lamp>,
+    vertices: Vec<Vertex>,
+}
+
+impl Spare {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.lamps.capacity() * size_of::<Lamp>() + self.vertices.capacity() * size_of::<Vertex>()
+    }
+}
+
 /// One draw with everything that is found once.
 pub(crate) struct Prepared<'a> {
     pub call: &'a DrawCall<'a>,
@@ -45,18 +59,18 @@ impl<'a> Prepared<'a> {
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
         let mut prepared =
-            Prepared::with(call, target, Arc::new(Known::of(call.geometry)), Vec::new(), stats)?;
+            Prepared::with(call, target, Arc::new(Known::of(call.geometry)), Spare::default(), stats)?;
         prepared.transform_all();
         Ok(prepared)
     }
 
     /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
-    /// [`Prepared::transform_all`]. The list of lights is made in `spare`.
+    /// [`Prepared::transform_all`]. Its lists are made in `spare`.
     pub fn with(
         call: &'a DrawCall<'a>,
         target: &Target,
         known: Arc<Known>,
-        spare: Vec<Lamp>,
+        mut spare: Spare,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
         check(call, &known)?;
@@ -64,7 +78,8 @@ impl<'a> Prepared<'a> {
         let camera = call.camera.matrices(aspect)?;
         let screen = Screen::new(call.viewport, target.memory.width(), target.memory.height());
         let transform = Transform { model: call.model, camera, screen };
-        let lighting = call.lighting_in(Viewer::of(&camera), spare);
+        let lighting = call.lighting_in(Viewer::of(&camera), spare.lamps);
+        spare.vertices.clear();
         // 1: what this draw needs
         let plan = derive(call, target, &lighting, &known);
         if plan.uses(Part::TransformVertices) {
@@ -74,7 +89,7 @@ impl<'a> Prepared<'a> {
             call,
             plan,
             assembler: Assembler::new(transform, call.cull),
-            vertices: Vec::new(),
+            vertices: spare.vertices,
             lighting,
             known,
             normal_matrix: NormalMatrix::of(&call.model),
@@ -85,8 +100,14 @@ impl<'a> Prepared<'a> {
     pub fn transform_all(&mut self) {
         if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
             let positions = &self.call.geometry.mesh.positions;
-            self.vertices = positions.iter().map(|&p| self.transform().vertex(p)).collect();
+            let transform = self.assembler.transform;
+            self.vertices.extend(positions.iter().map(|&p| transform.vertex(p)));
         }
+    }
+
+    /// The lists, for another draw.
+    pub fn into_spare(self) -> Spare {
+        Spare { lamps: self.lighting.into_lamps(), vertices: self.vertices }
     }
 
     /// The vertex of a position.

@@ -5,12 +5,13 @@
 //! known of shared geometries, their prepared forms included. It starts no thread: a pool is given to it. The same bytes
 //! with any pool and at any level.
 
-use super::bands::draw_listed;
+use super::bands::{Listed, draw_listed};
 use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::fast::{Memories, Tools, obstacle};
 use super::known::Known;
-use super::light::Lamp;
-use super::prepare::{Layer, Prepared};
+use super::order::Order;
+use super::plan::Part;
+use super::prepare::{Layer, Prepared, Spare};
 use super::tile::Workers;
 use super::whole::{Painter, SceneLists, draw_scene_with};
 use crate::memory::{Rgba, VideoMemory};
@@ -48,8 +49,12 @@ pub struct Renderer {
     crew: Workers,
     memories: Memories,
     cache: Cache,
-    /// The last draw's list of lights, for the next one.
-    lamps: Vec<Lamp>,
+    /// The last draw's lists, for the next one.
+    spare: Spare,
+    /// The faces of one object that are drawn one after the other.
+    order: Order,
+    /// What they are drawn from.
+    listed: Listed,
     /// What a scene leaves to the next one.
     lists: SceneLists,
 }
@@ -78,6 +83,9 @@ impl Renderer {
     pub fn size_bytes(&self) -> usize {
         self.memories.size_bytes()
             + self.lists.size_bytes()
+            + self.spare.size_bytes()
+            + self.order.size_bytes()
+            + self.listed.size_bytes()
             + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
     }
 
@@ -100,12 +108,12 @@ impl Renderer {
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
         let mut prepared =
-            Prepared::with(call, target, self.known(call), std::mem::take(&mut self.lamps), &mut stats)?;
+            Prepared::with(call, target, self.known(call), std::mem::take(&mut self.spare), &mut stats)?;
         prepared.open_memories(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
-        self.lamps = prepared.lighting.into_lamps();
+        self.spare = prepared.into_spare();
         Ok(stats)
     }
 
@@ -149,21 +157,26 @@ impl Painter for Renderer {
         if prepared.call.shade == ShadeMode::Wire {
             prepared.draw_wire(target, stats);
         } else {
-            let order = prepared.face_order().into_iter();
-            let list: Vec<_> = order.filter(|&t| prepared.is_in(t, layer)).map(|t| (0, t)).collect();
-            self.listed(&[prepared], &list, target, stats);
+            let all = std::slice::from_ref(&*prepared);
+            let mut order = std::mem::take(&mut self.order);
+            order.gather(all, |p, t| p.is_in(t, layer));
+            if prepared.plan.uses(Part::SortFaces) {
+                order.sort(all);
+            }
+            self.listed(all, order.list(), target, stats);
+            self.order = order;
         }
     }
 
     fn listed(
         &mut self,
-        all: &[&Prepared],
+        all: &[Prepared],
         list: &[(usize, u32)],
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
         let level = (self.options.path == RenderPath::Fast).then(|| self.level());
-        draw_listed((&self.crew, level), all, list, target, stats);
+        draw_listed((&self.crew, level), &mut self.listed, all, list, target, stats);
     }
 }
 

@@ -1,11 +1,12 @@
 //! A whole scene: background, opaque objects, then the transparent faces.
 
+use super::bands::listed_bytes;
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
 use super::known::Known;
-use super::light::Lamp;
+use super::order::{Order, SORTED_BYTES, emptied};
 use super::plan::{Part, Plan, Title};
-use super::prepare::{Layer, Prepared};
+use super::prepare::{Layer, Prepared, Spare};
 use super::raster::opaque;
 use super::viewport::Screen;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
@@ -30,8 +31,9 @@ pub fn draw_scene(
 pub(crate) struct SceneLists {
     calls: Vec<DrawCall<'static>>,
     prepared: Vec<Prepared<'static>>,
-    /// Of each object, its lights.
-    lamps: Vec<Vec<Lamp>>,
+    /// Of each object, its lights and its vertices.
+    spares: Vec<Spare>,
+    order: Order,
 }
 
 impl fmt::Debug for SceneLists {
@@ -45,8 +47,9 @@ impl SceneLists {
     pub fn size_bytes(&self) -> usize {
         self.calls.capacity() * size_of::<DrawCall>()
             + self.prepared.capacity() * size_of::<Prepared>()
-            + self.lamps.capacity() * size_of::<Vec<Lamp>>()
-            + self.lamps.iter().map(|l| l.capacity() * size_of::<Lamp>()).sum::<usize>()
+            + self.spares.capacity() * size_of::<Spare>()
+            + self.spares.iter().map(Spare::size_bytes).sum::<usize>()
+            + self.order.size_bytes()
     }
 }
 
@@ -62,13 +65,7 @@ pub(crate) trait Painter {
     fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats);
 
     /// Draws faces of several objects - object, triangle - in the list's order.
-    fn listed(
-        &mut self,
-        all: &[&Prepared],
-        list: &[(usize, u32)],
-        target: &mut Target,
-        stats: &mut DrawStats,
-    );
+    fn listed(&mut self, all: &[Prepared], list: &[(usize, u32)], target: &mut Target, stats: &mut DrawStats);
 }
 
 /// The plain path.
@@ -99,7 +96,7 @@ impl Painter for Plain {
 
     fn listed(
         &mut self,
-        all: &[&Prepared],
+        all: &[Prepared],
         list: &[(usize, u32)],
         target: &mut Target,
         stats: &mut DrawStats,
@@ -115,17 +112,17 @@ pub(crate) fn draw_scene_with(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
-    let SceneLists { calls, prepared: mut all, mut lamps } = std::mem::take(painter.lists());
+    let SceneLists { calls, prepared: mut all, mut spares, mut order } = std::mem::take(painter.lists());
     let mut calls: Vec<DrawCall> = calls;
     calls.extend(each_call(scene, options));
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
     // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
     all.reserve(calls.len());
-    lamps.resize_with(calls.len(), Vec::new);
-    for (call, lamps) in calls.iter().zip(&mut lamps) {
-        let lamps = std::mem::take(lamps);
-        let mut prepared = Prepared::with(call, target, painter.known(call), lamps, &mut stats)?;
+    spares.resize_with(calls.len(), Spare::default);
+    for (call, spare) in calls.iter().zip(&mut spares) {
+        let spare = std::mem::take(spare);
+        let mut prepared = Prepared::with(call, target, painter.known(call), spare, &mut stats)?;
         if !keeps_depth {
             prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
             prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
@@ -140,9 +137,9 @@ pub(crate) fn draw_scene_with(
     }
     if options.hide == HiddenSurface::Painter {
         all.iter_mut().for_each(Prepared::transform_all);
-        let opaque_faces = faces(&all, |p, t| !p.is_transparent(t));
-        let list = sorted(&all, opaque_faces);
-        painter.listed(&all.iter().collect::<Vec<_>>(), &list, target, &mut stats);
+        order.gather(&all, |p, t| !p.is_transparent(t));
+        order.sort(&all);
+        painter.listed(&all, order.list(), target, &mut stats);
     }
     for prepared in &mut all {
         if prepared.call.shade == ShadeMode::Wire || options.hide != HiddenSurface::Painter {
@@ -154,31 +151,24 @@ pub(crate) fn draw_scene_with(
     for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
         prepared.transform_all();
     }
-    let through = faces(&all, |p, t| p.is_transparent(t));
-    let through = match options.transparency {
-        TransparencyOrder::Sorted => sorted(&all, through),
-        TransparencyOrder::FileOrder => through,
-    };
-    if !through.is_empty() {
-        painter.listed(&all.iter().collect::<Vec<_>>(), &through, target, &mut stats);
+    order.gather(&all, |p, t| p.is_transparent(t));
+    if options.transparency == TransparencyOrder::Sorted {
+        order.sort(&all);
     }
-    for (prepared, lamps) in all.drain(..).zip(&mut lamps) {
-        *lamps = prepared.lighting.into_lamps();
+    if !order.list().is_empty() {
+        painter.listed(&all, order.list(), target, &mut stats);
+    }
+    for (prepared, spare) in all.drain(..).zip(&mut spares) {
+        *spare = prepared.into_spare();
     }
     calls = {
         let prepared = emptied(all);
         calls.clear();
-        *painter.lists() = SceneLists { calls: Vec::new(), prepared, lamps };
+        *painter.lists() = SceneLists { calls: Vec::new(), prepared, spares, order };
         calls
     };
     painter.lists().calls = emptied(calls);
     Ok(stats)
-}
-
-/// An empty list's own memory for items of another life.
-fn emptied<T, U>(list: Vec<T>) -> Vec<U> {
-    debug_assert!(list.is_empty() && size_of::<T>() == size_of::<U>());
-    list.into_iter().map(|_| -> U { unreachable!("the list is empty") }).collect()
 }
 
 const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be hidden";
@@ -201,11 +191,13 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
     } else if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
         plan.explain(Part::DepthMemory, "HIDE zbuffer; faces may hide each other");
     }
+    // The objects' faces are in one list.
+    plan.set_bytes(Part::FacesInOrder, listed_bytes(plan.item(Part::FacesInOrder).count));
     if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
         plan.explain(Part::SortFaces, SORTED_BY_PAINTER);
     } else if options.transparency == TransparencyOrder::Sorted && plan.uses(Part::ReadBack) {
         let (count, _) = (plan.item(Part::ReadBack).count, ());
-        plan.add(Part::SortFaces, "transparent faces far to near, on request", count, count * 16);
+        plan.add(Part::SortFaces, "transparent faces far to near, on request", count, count * SORTED_BYTES);
     }
     plan
 }
@@ -233,39 +225,19 @@ fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
         && nothing_can_hide(one)
 }
 
-/// The faces of all objects that are wanted, in file order.
-fn faces(all: &[Prepared], wanted: impl Fn(&Prepared, u32) -> bool) -> Vec<(usize, u32)> {
-    let mut found = Vec::new();
-    for (object, p) in all.iter().enumerate().filter(|(_, p)| p.call.shade != ShadeMode::Wire) {
-        let triangles = 0..p.call.geometry.mesh.triangles.len() as u32;
-        found.extend(triangles.filter(|&t| wanted(p, t)).map(|t| (object, t)));
-    }
-    found
-}
-
 /// The faces of all objects in the order in which [`draw_scene`] draws them.
 pub(super) fn drawing_order(all: &[Prepared], options: &SceneOptions) -> Vec<(usize, u32)> {
-    let sorted = |mut faces: Vec<(usize, u32)>| {
-        faces.sort_by(|a, b| all[a.0].center_z(a.1).total_cmp(&all[b.0].center_z(b.1)));
-        faces
+    let mut order = Order::default();
+    let mut listed = |is_through: bool, is_sorted: bool| {
+        order.gather(all, |p, t| p.is_transparent(t) == is_through);
+        if is_sorted {
+            order.sort(all);
+        }
+        order.list().to_vec()
     };
-    let (mut order, through) =
-        (faces(all, |p, t| !p.is_transparent(t)), faces(all, |p, t| p.is_transparent(t)));
-    if options.hide == HiddenSurface::Painter {
-        order = sorted(order);
-    }
-    order.extend(match options.transparency {
-        TransparencyOrder::Sorted => sorted(through),
-        TransparencyOrder::FileOrder => through,
-    });
-    order
-}
-
-/// Faces far to near by view z of their centres; equals stay in file order.
-fn sorted(all: &[Prepared], faces: Vec<(usize, u32)>) -> Vec<(usize, u32)> {
-    let mut keyed: Vec<_> = faces.into_iter().map(|(o, t)| (all[o].center_z(t), o, t)).collect();
-    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    keyed.into_iter().map(|(_, object, triangle)| (object, triangle)).collect()
+    let mut list = listed(false, options.hide == HiddenSurface::Painter);
+    list.extend(listed(true, options.transparency == TransparencyOrder::Sorted));
+    list
 }
 
 /// The background over the viewport.

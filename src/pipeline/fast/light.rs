@@ -4,6 +4,7 @@ use super::f32s;
 use super::frame::ShadingFrame;
 use crate::pipeline::assemble::Side;
 use crate::pipeline::light::SurfacePoint;
+use crate::pipeline::order::emptied;
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::tile::{
     Exponent, FastLight, Lighting, PreparedMesh, Surface, TableKernel, TextureShade, Workers,
@@ -45,9 +46,7 @@ impl SpareLists {
     /// Takes a draw's lists back.
     pub fn take_back(&mut self, mut surfaces: Vec<Surface<'_>>) {
         self.lights.extend(surfaces.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
-        // Without items nothing is borrowed, and the list's own memory goes on.
-        let other_life = |_| -> Surface<'static> { unreachable!("the list is empty") };
-        self.surfaces = surfaces.into_iter().map(other_life).collect();
+        self.surfaces = emptied(surfaces);
     }
 }
 
@@ -87,9 +86,23 @@ impl Prepared<'_> {
         frame: &ShadingFrame,
         spare: &mut SpareLists,
     ) -> Option<Vec<Surface<'s>>> {
+        let mut surfaces: Vec<Surface<'s>> = std::mem::take(&mut spare.surfaces);
+        if self.add_surfaces(prepared, frame, &mut spare.lights, &mut surfaces).is_none() {
+            spare.take_back(surfaces);
+            return None;
+        }
+        Some(surfaces)
+    }
+
+    fn add_surfaces<'s>(
+        &'s self,
+        prepared: &PreparedMesh,
+        frame: &ShadingFrame,
+        spare: &mut Vec<Vec<FastLight>>,
+        surfaces: &mut Vec<Surface<'s>>,
+    ) -> Option<()> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let side = if call.cull == Cull::Front { Side::Back } else { Side::Front };
-        let mut surfaces = std::mem::take(&mut spare.surfaces);
         // Behind the front's surfaces come those of faces seen from behind, where they have a material of their own.
         let has_back = call.back_material.is_some() && call.cull == Cull::None;
         let sides = [Some(side), has_back.then_some(Side::Back)].into_iter().flatten();
@@ -110,29 +123,30 @@ impl Prepared<'_> {
                     lighting.exponent = Exponent::new(material.n)?;
                 }
                 let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
-                let list = spare.lights.pop().unwrap_or_default();
-                lighting.lights = self.lighting.fast(material, place, turn, list)?;
+                lighting.lights = spare.pop().unwrap_or_default();
+                let carried = self.lighting.fast(material, place, turn, &mut lighting.lights);
+                if carried.is_none() {
+                    spare.push(lighting.lights);
+                    return None;
+                }
             }
             let finite = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e30);
-            if !(finite(lighting.matte) && finite(lighting.gloss)) {
+            let is_finite = finite(lighting.matte) && finite(lighting.gloss);
+            let shade = texture.map(|texture| TextureShade { texture, sampling: call.sampling });
+            surfaces.push(Surface { lighting, texture: shade });
+            if !is_finite {
                 return None;
             }
-            let texture = match texture {
+            if let Some(texture) = texture {
+                let texels = texture.width().max(texture.height()) as f64;
+                let run = prepared.longest_texcoord_run * texels;
                 // A file may leave out what the texture needs: then the face has none.
-                Some(_) if !prepared.has_all_texcoords => return None,
-                Some(texture) => {
-                    let texels = texture.width().max(texture.height()) as f64;
-                    let run = prepared.longest_texcoord_run * texels;
-                    if run.is_nan() || run > LONGEST_RUN {
-                        return None;
-                    }
-                    Some(TextureShade { texture, sampling: call.sampling })
+                if !prepared.has_all_texcoords || run.is_nan() || run > LONGEST_RUN {
+                    return None;
                 }
-                None => None,
-            };
-            surfaces.push(Surface { lighting, texture });
+            }
         }
-        Some(surfaces)
+        Some(())
     }
 
     /// Works out the tables that the light needs, and says where colours come from.

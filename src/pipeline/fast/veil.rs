@@ -7,18 +7,52 @@ use crate::pipeline::light::Lit;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::shade::{FaceShade, LightMode};
-use crate::pipeline::tile::{Exponent, FRAME_LIMITS, Glow, Haze, Lighting, Sheet, Veil};
+use crate::pipeline::tile::{Exponent, FRAME_LIMITS, FastLight, Glow, Haze, Lighting, Sheet, Veil};
 use crate::scene::{Material, ShadeMode};
 use glam::DVec3;
 
-/// What the faces of one draw share.
+/// What the faces of one draw share; its lists are kept for another draw.
+#[derive(Debug, Default)]
 pub(crate) struct Veils {
+    state: State,
     /// What positions are relative to.
     origin: DVec3,
     /// V, where it is the same everywhere.
     to_viewer: Option<[f32; 3]>,
     /// The materials that are lit at pixels, by their addresses.
     lightings: Vec<(usize, Lighting)>,
+    /// Lists of lights that are not in use.
+    spare: Vec<Vec<FastLight>>,
+}
+
+/// Who draws the faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum State {
+    #[default]
+    Unasked,
+    Vectors,
+    PlainPath,
+}
+
+impl Veils {
+    /// Makes it ready for another draw.
+    pub fn forget(&mut self) {
+        self.state = State::Unasked;
+        self.spare.extend(self.lightings.drain(..).map(|(_, l)| l.lights).filter(|l| l.capacity() > 0));
+    }
+
+    /// Whether it was not made yet.
+    pub fn is_unasked(&self) -> bool {
+        self.state == State::Unasked
+    }
+
+    /// Bytes that its lists take.
+    pub fn size_bytes(&self) -> usize {
+        let lights = self.spare.iter().chain(self.lightings.iter().map(|(_, l)| &l.lights));
+        self.lightings.capacity() * size_of::<(usize, Lighting)>()
+            + self.spare.capacity() * size_of::<Vec<FastLight>>()
+            + lights.map(|l| l.capacity() * size_of::<FastLight>()).sum::<usize>()
+    }
 }
 
 /// Why the plain path draws the faces of a draw that the tile renderer does not, as far as the plan tells; `None` where vectors
@@ -40,32 +74,48 @@ fn address(material: &Material) -> usize {
 }
 
 impl Prepared<'_> {
-    /// What the faces of this draw share; `None` where the plain path draws them all.
-    pub fn veils(&self, target: &Target) -> Option<Veils> {
+    /// Finds what the faces of this draw share, and whether the plain path draws them all.
+    pub fn make_veils(&self, target: &Target, veils: &mut Veils) {
+        veils.forget();
+        veils.state = State::PlainPath;
         if veil_obstacle(self.call, target).is_some() {
-            return None;
+            return;
         }
-        let frame = self.shading_frame()?;
+        let Some(frame) = self.shading_frame() else { return };
+        veils.state = State::Vectors;
+        veils.origin = frame.origin;
         let camera = &self.transform().camera;
-        let to_viewer = camera.is_parallel.then(|| f32s(camera.to_viewer));
-        let mut lightings: Vec<(usize, Lighting)> = Vec::new();
+        veils.to_viewer = camera.is_parallel.then(|| f32s(camera.to_viewer));
+        let Veils { lightings, spare, .. } = veils;
         if self.plan.uses(Part::LightPixels) {
             let mesh = &self.call.geometry.mesh;
             for &polygon in &self.known.materials {
                 for side in [Side::Front, Side::Back] {
                     let (material, _) = self.call.material_of(&mesh.polygons[polygon as usize], side);
-                    let is_new = lightings.iter().all(|l| l.0 != address(material));
-                    if let Some(lighting) = self.lighting_of(material, frame.origin).filter(|_| is_new) {
-                        lightings.push((address(material), lighting));
+                    if lightings.iter().any(|l| l.0 == address(material)) {
+                        continue;
+                    }
+                    let mut lights = spare.pop().unwrap_or_default();
+                    match self.lighting_of(material, frame.origin, &mut lights) {
+                        Some(lighting) => {
+                            lightings.push((address(material), Lighting { lights, ..lighting }))
+                        }
+                        None => spare.push(lights),
                     }
                 }
             }
         }
-        Some(Veils { origin: frame.origin, to_viewer, lightings })
     }
 
-    /// A material's lights in the world's axes, relative to `origin`; `None` where f32 does not carry them.
-    fn lighting_of(&self, material: &Material, origin: DVec3) -> Option<Lighting> {
+    /// A material's light in the world's axes, relative to `origin`, its lights in the list given; `None` where f32 does not carry
+    /// them.
+    fn lighting_of(
+        &self,
+        material: &Material,
+        origin: DVec3,
+        lights: &mut Vec<FastLight>,
+    ) -> Option<Lighting> {
+        lights.clear();
         let constant = self.lighting.constant(material);
         let (matte, gloss) = (f32s(constant.base), f32s(constant.extra));
         let is_finite = matte.iter().chain(&gloss).all(|c| c.abs() < 1e30);
@@ -73,11 +123,10 @@ impl Prepared<'_> {
             true => Exponent::Whole(0),
             false => Exponent::new(material.n)?,
         };
-        let lights = match self.lighting.depends_on_point(material) {
-            true => self.lighting.fast(material, |p| p - origin, |d| d, Vec::new())?,
-            false => Vec::new(),
-        };
-        is_finite.then_some(Lighting { matte, gloss, lights, exponent, model: material.model })
+        if self.lighting.depends_on_point(material) {
+            self.lighting.fast(material, |p| p - origin, |d| d, lights)?;
+        }
+        is_finite.then_some(Lighting { matte, gloss, lights: Vec::new(), exponent, model: material.model })
     }
 
     /// A face for vectors; `None` where it is the plain path's: lit by what f32 does not carry.
@@ -88,6 +137,9 @@ impl Prepared<'_> {
         face: &Face,
         shade: &FaceShade<'v>,
     ) -> Option<Veil<'v>> {
+        if veils.state != State::Vectors {
+            return None;
+        }
         let wide = self.wide_of(triangle, self.corner_vertices(triangle), face.clone());
         let haze = match &shade.fog {
             None => None,
