@@ -4,7 +4,9 @@
 
 mod frame;
 mod light;
+mod parts;
 mod stated;
+mod together;
 mod veil;
 
 use super::assemble::{Face, Side};
@@ -14,17 +16,14 @@ use super::prepare::Prepared;
 use super::raster::opaque;
 use super::sample::Footprint;
 use super::shade::LightMode;
-use super::tile::{
-    self, Deep, Eye, FRAME_LIMITS, Form, Frame, Haze, Job, Keep, Scratch, Shading, Source, Surface, ToScreen,
-    View, WideFace, Workers,
-};
+use super::tile::{self, FRAME_LIMITS, Frame, Scratch, WideFace, Workers};
 use super::vertex::Vertex;
-use crate::memory::DepthFormat;
 use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
-use light::{Light, SpareLists, TableWork, Tables};
+use light::{SpareLists, Tables};
 pub(crate) use stated::stated_bytes;
+pub(crate) use together::Together;
 pub(crate) use veil::{Veils, veil_obstacle};
 
 /// What the fast path works with.
@@ -94,103 +93,23 @@ pub(crate) fn obstacle(call: &DrawCall, target: &Target, plan: &Plan) -> Option<
 impl Prepared<'_> {
     /// Draws the opaque faces by the tile renderer; `false` when they turn out to be beyond it, and nothing was drawn.
     pub fn draw_fast(&self, tools: Tools<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
-        let (call, mesh) = (self.call, &self.call.geometry.mesh);
-        let is_lit = self.plan.uses(Part::LightPixels)
-            || self.plan.uses(Part::LightVertices)
-            || self.plan.uses(Part::LightFaces);
-        let Some(frame) = self.shading_frame() else { return false };
-        let prepared = self.known.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
         let Memories { scratch, tables, spare } = tools.memories;
-        let Some(surfaces) = self.surfaces(prepared, &frame, spare) else { return false };
+        let Some(mut parts) = self.parts(spare) else { return false };
         let crew = if self.is_small() { &Workers::Alone } else { tools.crew };
-        let level = tools.level;
-        let screen = self.transform().screen;
-        let clip = screen.clip;
-        if clip.is_empty() {
-            // Everything is outside; the plain path counts it.
-            return self.give_back(surfaces, spare);
-        }
-        let keep = match (call.cull, self.assembler.mirrored) {
-            (Cull::None, _) => Keep::Both,
-            (Cull::Back, false) | (Cull::Front, true) => Keep::CounterClockwise,
-            (Cull::Back, true) | (Cull::Front, false) => Keep::Clockwise,
-        };
-        // Faces seen from behind turn: clockwise ones, unless something mirrors.
-        let turned = match (call.two_sided_lighting, self.assembler.mirrored) {
-            (false, _) => 0,
-            (true, false) => 1,
-            (true, true) => -1,
-        };
-        let haze = match self.call.fog.filter(|_| self.plan.uses(Part::Fog)) {
-            None => None,
-            Some(fog) => {
-                let eye = frame.axes * (self.transform().camera.eye - frame.origin);
-                let Some(haze) = Haze::new(&fog, f32s(eye)) else { return self.give_back(surfaces, spare) };
-                Some(haze)
-            }
-        };
-        let back = match call.back_material.is_some() && call.cull == Cull::None {
-            true => prepared.materials.len() as i32,
-            false => 0,
-        };
-        let needs_positions = (call.shade == ShadeMode::Phong && is_lit || haze.is_some())
-            && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
-        let plain = |face: u32, own: &mut DrawStats| self.wide_face(face, own);
-        let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
+        let (level, format) = (tools.level, target.depth_format);
         let result = crew.run(|| {
-            let work = TableWork { prepared, frame: &frame, surfaces: &surfaces, is_lit, level, crew };
-            let light = self.light_tables(&work, tables);
-            let Tables { normals, positions, matte, gloss } = tables;
-            if needs_positions {
-                self.position_table(&work, positions);
-            }
-            let source = match light {
-                Light::Pixels if frame.has_own_normals => Source::Pixels(&prepared.normals),
-                Light::Pixels => Source::Pixels(normals),
-                Light::Vertices => Source::Vertices(matte, gloss),
-                Light::Faces => Source::Faces(matte, gloss),
-                Light::Constant => Source::Constant,
-            };
-            let runs_colors =
-                !mesh.colors.is_empty() && matches!(source, Source::Pixels(_) | Source::Constant);
-            let has_depth = self.plan.uses(Part::DepthMemory);
-            let job = Job {
-                mesh: prepared,
-                to_screen: self.to_screen(),
-                keep,
-                view: View { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 },
-                shading: Shading {
-                    source,
-                    eye: frame.eye,
-                    surfaces: &surfaces,
-                    back,
-                    behind: if self.assembler.mirrored { -1 } else { 1 },
-                    haze,
-                    colors: if runs_colors { &prepared.colors } else { &[] },
-                    texcoords: &prepared.texcoords,
-                    positions: if needs_positions { positions } else { &[] },
-                    is_affine: call.interp == Interpolation::Affine
-                        && self.plan.uses(Part::PerspectiveDivision),
-                    turned,
-                    plain: &pixel,
-                },
-                plain: &plain,
-                name: call.name,
-                deep: has_depth.then(|| self.deep(target.depth_format)).flatten(),
-            };
-            let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
-            let depth = target.depth.as_mut().filter(|_| has_depth).map(|d| d.cells_mut());
-            let pick = match target.ids.as_deref_mut().filter(|i| (i.width(), i.height()) == size) {
-                Some(ids) if has_depth => ids.ids_mut(),
-                _ => &mut [],
-            };
-            let bytes = target.memory.bytes_mut();
-            tile::render(level, crew, scratch, &job, Frame { width: width as usize, bytes, depth, pick })
+            self.make_tables(&mut parts, level, crew, tables);
+            let frame = frame_of(target, self.plan.uses(Part::DepthMemory));
+            self.with_job(&parts, tables, format, |job| tile::render(level, crew, scratch, job, frame))
         });
-        spare.take_back(surfaces);
+        spare.take_back(parts.surfaces);
         target.memory.mark_rows(result.rows.0..result.rows.1);
-        let mut draw = result.draw;
-        // Counted as the plain path does it, which lights what is overdrawn too.
+        *stats += self.counted(result.draw);
+        true
+    }
+
+    /// What the tile renderer counted, and what the plain path would have lit: it lights what is overdrawn too.
+    fn counted(&self, mut draw: DrawStats) -> DrawStats {
         if self.plan.uses(Part::LightPixels) {
             draw.pixels_lit = draw.pixels_written;
         } else if self.plan.uses(Part::LightVertices) {
@@ -198,14 +117,7 @@ impl Prepared<'_> {
         } else if self.plan.uses(Part::LightFaces) {
             draw.vertices_lit = draw.faces_drawn;
         }
-        *stats += draw;
-        true
-    }
-
-    /// Keeps what was made for a draw that the tile renderer does not serve after all: `false`.
-    fn give_back(&self, surfaces: Vec<Surface<'_>>, spare: &mut SpareLists) -> bool {
-        spare.take_back(surfaces);
-        false
+        draw
     }
 
     /// Whether the calling thread has drawn everything before another one is awake.
@@ -229,33 +141,20 @@ impl Prepared<'_> {
         let per_pixel = 1 + if self.plan.uses(Part::LightPixels) { self.lighting.lamp_count() } else { 0 };
         width.max(0.0) * height.max(0.0) * per_pixel as f64 <= LITTLE_WORK
     }
+}
 
-    /// The steps of an object's points to the screen.
-    pub fn to_screen(&self) -> ToScreen {
-        let t = self.transform();
-        let rows = |m: &glam::DMat4| m.transpose().to_cols_array_2d();
-        let three = |m: [[f64; 4]; 4]| [m[0], m[1], m[2]];
-        let clip = t.screen.clip;
-        let sides = [[clip.x0 as f64, clip.x1 as f64], [clip.y0 as f64, clip.y1 as f64]];
-        let (center, half) = t.screen.map();
-        ToScreen {
-            model: three(rows(&t.model)),
-            view: three(rows(&t.camera.view)),
-            projection: rows(&t.camera.projection),
-            center,
-            half,
-            sides,
-        }
-    }
+/// The memories that the tile renderer draws into.
+fn frame_of<'t>(target: &'t mut Target, has_depth: bool) -> Frame<'t> {
+    let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
+    let depth = target.depth.as_mut().filter(|_| has_depth).map(|d| d.cells_mut());
+    let pick = match target.ids.as_deref_mut().filter(|i| (i.width(), i.height()) == size) {
+        Some(ids) if has_depth => ids.ids_mut(),
+        _ => &mut [],
+    };
+    Frame { width: width as usize, bytes: target.memory.bytes_mut(), depth, pick }
+}
 
-    /// How depth is worked in f64, where its format asks for that.
-    fn deep(&self, format: DepthFormat) -> Option<Deep> {
-        let form = Form::of(format)?;
-        let camera = &self.transform().camera;
-        let row = if form.is_reversed { camera.one_minus_z_row } else { camera.projection.row(2) };
-        Some(Deep { form, row: row.to_array() })
-    }
-
+impl Prepared<'_> {
     /// A face as the plain path sets it up.
     fn wide_face(&self, triangle: u32, stats: &mut DrawStats) -> Option<WideFace> {
         let corners = self.corner_vertices(triangle);

@@ -13,7 +13,7 @@ use super::vertex::{Transform, Vertex};
 use super::viewport::Screen;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthMemory;
-use crate::scene::{Corner, Interpolation, ShadeMode};
+use crate::scene::{CameraMatrices, Corner, Interpolation, ShadeMode};
 use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
@@ -70,22 +70,44 @@ impl<'a> Prepared<'a> {
         call: &'a DrawCall<'a>,
         target: &Target,
         known: Arc<Known>,
-        mut spare: Spare,
+        spare: Spare,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
-        check(call, &known)?;
+        let camera = Prepared::check(call, &known, None)?;
+        let prepared = Prepared::of(call, camera, target, known, spare);
+        stats.vertices += prepared.vertices_in();
+        Ok(prepared)
+    }
+
+    /// Refuses what no picture can be made of; the camera's matrices, unless they are at hand.
+    pub fn check(
+        call: &DrawCall,
+        known: &Known,
+        camera: Option<CameraMatrices>,
+    ) -> Result<CameraMatrices, PipelineError> {
+        check(call, known)?;
         let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
-        let camera = call.camera.matrices(aspect)?;
+        match camera {
+            Some(camera) => Ok(camera),
+            None => Ok(call.camera.matrices(aspect)?),
+        }
+    }
+
+    /// A draw that was checked, seen by this camera.
+    pub fn of(
+        call: &'a DrawCall<'a>,
+        camera: CameraMatrices,
+        target: &Target,
+        known: Arc<Known>,
+        mut spare: Spare,
+    ) -> Self {
         let screen = Screen::new(call.viewport, target.memory.width(), target.memory.height());
         let transform = Transform { model: call.model, camera, screen };
         let lighting = call.lighting_in(Viewer::of(&camera), spare.lamps);
         spare.vertices.clear();
         // 1: what this draw needs
         let plan = derive(call, target, &lighting, &known);
-        if plan.uses(Part::TransformVertices) {
-            stats.vertices += call.geometry.mesh.positions.len() as u64;
-        }
-        Ok(Prepared {
+        Prepared {
             call,
             plan,
             assembler: Assembler::new(transform, call.cull),
@@ -93,7 +115,15 @@ impl<'a> Prepared<'a> {
             lighting,
             known,
             normal_matrix: NormalMatrix::of(&call.model),
-        })
+        }
+    }
+
+    /// Vertices that come in.
+    pub fn vertices_in(&self) -> u64 {
+        match self.plan.uses(Part::TransformVertices) {
+            true => self.call.geometry.mesh.positions.len() as u64,
+            false => 0,
+        }
     }
 
     /// 2: all positions to clip space and the screen; 3: normals.

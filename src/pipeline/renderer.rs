@@ -7,7 +7,7 @@
 
 use super::bands::{Listed, draw_listed};
 use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
-use super::fast::{Memories, Tools, obstacle};
+use super::fast::{Memories, Together, Tools, obstacle};
 use super::known::Known;
 use super::order::Order;
 use super::plan::Part;
@@ -55,6 +55,8 @@ pub struct Renderer {
     order: Order,
     /// What they are drawn from.
     listed: Listed,
+    /// What small draws leave that are drawn together.
+    together: Together,
     /// What a scene leaves to the next one.
     lists: SceneLists,
 }
@@ -85,6 +87,7 @@ impl Renderer {
             + self.lists.size_bytes()
             + self.spare.size_bytes()
             + self.order.size_bytes()
+            + self.together.size_bytes()
             + self.listed.size_bytes()
             + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
     }
@@ -132,6 +135,10 @@ impl Renderer {
 }
 
 impl Painter for Renderer {
+    fn crew(&self) -> &Workers {
+        &self.crew
+    }
+
     fn known(&mut self, call: &DrawCall) -> Arc<Known> {
         match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
             Some(shared) => self.cache.known(shared),
@@ -165,6 +172,13 @@ impl Painter for Renderer {
             }
             self.listed(all, order.list(), target, stats);
             self.order = order;
+        }
+    }
+
+    fn together(&mut self, all: &[Prepared], target: &mut Target, stats: &mut DrawStats) -> usize {
+        match self.options.path {
+            RenderPath::Fast => self.together.draw((self.level(), &self.crew), all, target, stats),
+            RenderPath::Plain => 0,
         }
     }
 

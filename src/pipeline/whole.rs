@@ -8,8 +8,10 @@ use super::order::{Order, SORTED_BYTES, emptied};
 use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared, Spare};
 use super::raster::opaque;
+use super::tile::Workers;
 use super::viewport::Screen;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
+use rayon::prelude::*;
 use std::fmt;
 use std::sync::Arc;
 
@@ -31,6 +33,7 @@ pub fn draw_scene(
 pub(crate) struct SceneLists {
     calls: Vec<DrawCall<'static>>,
     prepared: Vec<Prepared<'static>>,
+    knowns: Vec<Arc<Known>>,
     /// Of each object, its lights and its vertices.
     spares: Vec<Spare>,
     order: Order,
@@ -47,6 +50,7 @@ impl SceneLists {
     pub fn size_bytes(&self) -> usize {
         self.calls.capacity() * size_of::<DrawCall>()
             + self.prepared.capacity() * size_of::<Prepared>()
+            + self.knowns.capacity() * size_of::<Arc<Known>>()
             + self.spares.capacity() * size_of::<Spare>()
             + self.spares.iter().map(Spare::size_bytes).sum::<usize>()
             + self.order.size_bytes()
@@ -55,6 +59,9 @@ impl SceneLists {
 
 /// Who draws the parts of a scene.
 pub(crate) trait Painter {
+    /// Who shares the work.
+    fn crew(&self) -> &Workers;
+
     /// What the last scene has left.
     fn lists(&mut self) -> &mut SceneLists;
 
@@ -63,6 +70,10 @@ pub(crate) trait Painter {
 
     /// Draws the faces of one object that belong to a layer, in order; a wireframe whole.
     fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats);
+
+    /// Draws the opaque faces of the first of these objects together, where that pays, and says of how many; they have nothing else
+    /// to be drawn.
+    fn together(&mut self, all: &[Prepared], target: &mut Target, stats: &mut DrawStats) -> usize;
 
     /// Draws faces of several objects - object, triangle - in the list's order.
     fn listed(&mut self, all: &[Prepared], list: &[(usize, u32)], target: &mut Target, stats: &mut DrawStats);
@@ -75,6 +86,10 @@ struct Plain {
 }
 
 impl Painter for Plain {
+    fn crew(&self) -> &Workers {
+        &Workers::Alone
+    }
+
     fn lists(&mut self) -> &mut SceneLists {
         &mut self.lists
     }
@@ -92,6 +107,10 @@ impl Painter for Plain {
         for triangle in prepared.face_order() {
             prepared.draw_face(triangle, layer, target, stats);
         }
+    }
+
+    fn together(&mut self, _: &[Prepared], _: &mut Target, _: &mut DrawStats) -> usize {
+        0
     }
 
     fn listed(
@@ -112,7 +131,8 @@ pub(crate) fn draw_scene_with(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
-    let SceneLists { calls, prepared: mut all, mut spares, mut order } = std::mem::take(painter.lists());
+    let SceneLists { calls, prepared: mut all, mut knowns, mut spares, mut order } =
+        std::mem::take(painter.lists());
     let mut calls: Vec<DrawCall> = calls;
     calls.extend(each_call(scene, options));
     let mut stats = DrawStats::default();
@@ -120,15 +140,32 @@ pub(crate) fn draw_scene_with(
     // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
     all.reserve(calls.len());
     spares.resize_with(calls.len(), Spare::default);
-    for (call, spare) in calls.iter().zip(&mut spares) {
-        let spare = std::mem::take(spare);
-        let mut prepared = Prepared::with(call, target, painter.known(call), spare, &mut stats)?;
-        if !keeps_depth {
-            prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-            prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
-        }
-        all.push(prepared);
+    let mut camera = None;
+    for call in &calls {
+        let known = painter.known(call);
+        // All of them have the scene's camera.
+        camera = Some(Prepared::check(call, &known, camera)?);
+        knowns.push(known);
     }
+    if let Some(camera) = camera {
+        let target = &*target;
+        let make = |((call, known), spare): ((_, _), &mut Spare)| {
+            let mut prepared = Prepared::of(call, camera, target, known, std::mem::take(spare));
+            if !keeps_depth {
+                prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+                prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
+            }
+            prepared
+        };
+        match painter.crew() {
+            Workers::Pool(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
+                let each = calls.par_iter().zip(knowns.par_drain(..)).zip(&mut spares);
+                each.with_min_len(MANY_OBJECTS / 2).map(make).collect_into_vec(&mut all);
+            }),
+            _ => all.extend(calls.iter().zip(knowns.drain(..)).zip(&mut spares).map(make)),
+        }
+    }
+    stats.vertices += all.iter().map(Prepared::vertices_in).sum::<u64>();
     if let Some(color) = scene.background.color {
         paint(target, options, opaque(color));
     }
@@ -141,7 +178,15 @@ pub(crate) fn draw_scene_with(
         order.sort(&all);
         painter.listed(&all, order.list(), target, &mut stats);
     }
-    for prepared in &mut all {
+    let mut at = 0;
+    while at < all.len() {
+        let together = match options.hide {
+            HiddenSurface::Painter => 0,
+            _ => painter.together(&all[at..], target, &mut stats),
+        };
+        at += together;
+        let Some(prepared) = all.get_mut(at).filter(|_| together == 0) else { continue };
+        at += 1;
         if prepared.call.shade == ShadeMode::Wire || options.hide != HiddenSurface::Painter {
             painter.faces(prepared, Layer::Opaque, target, &mut stats);
         }
@@ -164,12 +209,15 @@ pub(crate) fn draw_scene_with(
     calls = {
         let prepared = emptied(all);
         calls.clear();
-        *painter.lists() = SceneLists { calls: Vec::new(), prepared, spares, order };
+        *painter.lists() = SceneLists { calls: Vec::new(), prepared, knowns, spares, order };
         calls
     };
     painter.lists().calls = emptied(calls);
     Ok(stats)
 }
+
+/// Scenes of fewer objects than this are made ready by the calling thread.
+const MANY_OBJECTS: usize = 128;
 
 const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be hidden";
 

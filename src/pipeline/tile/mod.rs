@@ -64,6 +64,8 @@ const CHUNK_VERTICES: usize = 4096;
 const NEAR_BYTES: usize = 4 << 20;
 /// The most chunks: each has a list for each tile.
 const MOST_CHUNKS: usize = 64;
+/// A draw that reaches no more tiles than this is drawn tile by tile of its list.
+const FEW_TILES: usize = 24;
 /// Rows of a band of tiles: what one thread draws at a time.
 const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
 
@@ -88,7 +90,7 @@ pub(crate) struct Frame<'a> {
     pub pick: &'a mut [[u32; 2]],
 }
 
-/// Memories that are kept from draw to draw, so that a steady frame allocates nothing large.
+/// BandMemories that are kept from draw to draw, so that a steady frame allocates nothing large.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     records: Vec<Record>,
@@ -164,20 +166,49 @@ pub(crate) struct TileStats {
 pub(crate) const RECORD_BYTES: u64 = size_of::<Record>() as u64;
 pub(crate) const DEEP_VERTEX_BYTES: u64 = size_of::<DeepVertex>() as u64;
 
+/// Bytes of the empty lists of all tiles of a frame of this size.
+pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
+    let grid = Grid::new(&View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+    grid.columns * grid.rows * size_of::<Bin>()
+}
+
 /// About how many bytes the tiles' lists take for a mesh of `faces` faces of which `kept` are drawn, most of them small, in a
 /// frame of this size.
-pub(crate) fn bin_bytes(faces: u64, kept: u64, (width, height): (usize, usize)) -> u64 {
-    let view = View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 };
-    let grid = Grid::new(&view, width);
+pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
     let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
     // Lists grow by doubling: on the average they are three quarters full.
     let face = size_of::<bins::Tiny>() as u64 * 4 / 3;
-    chunks * (grid.columns * grid.rows * size_of::<Bin>()) as u64 + kept * face
+    chunks * grid_bytes(size) as u64 + kept * face
 }
 
 /// Faces in a piece of set-up work.
 fn chunk_faces(faces: usize) -> usize {
     faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
+}
+
+/// Where the faces of a draw wait for their tiles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Binned {
+    /// The bands of tiles that something reaches: the first and the last.
+    pub bands: (usize, usize),
+    grid: Grid,
+    chunk_faces: usize,
+    chunk_count: usize,
+}
+
+/// Fragments tested and passed, and pixels shaded: each of these once.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    tested: AtomicU64,
+    passed: AtomicU64,
+    shaded: AtomicU64,
+}
+
+impl Counts {
+    /// Fragments tested and passed.
+    pub fn fragments(&self) -> (u64, u64) {
+        (self.tested.load(Relaxed), self.passed.load(Relaxed))
+    }
 }
 
 /// Draws `job` into `frame`.
@@ -191,11 +222,32 @@ pub(crate) fn render(
     job: &Job<'_>,
     frame: Frame<'_>,
 ) -> TileStats {
-    let mesh = job.mesh;
-    let (faces, view, width) = (mesh.triangle_count, job.view, frame.width);
     let mut stats = TileStats::default();
+    let Some(binned) = bin(level, crew, scratch, job, frame.width, &mut stats.draw) else { return stats };
+    let counts = Counts::default();
+    let (scratch, width) = (&*scratch, frame.width);
+    stats.rows = bands(crew, binned.bands, &job.view, frame, &|band, far, memories| {
+        draw_band(level, (scratch, &binned), job, (width, far), band, memories, &counts);
+    });
+    stats.draw.pixels_tested += counts.tested.into_inner();
+    stats.draw.pixels_written = counts.passed.into_inner();
+    stats.shaded = counts.shaded.into_inner();
+    stats
+}
+
+/// Brings the faces of `job` to their tiles, in `scratch`; `None` where none reaches one. What was left out is added to `stats`.
+pub(crate) fn bin(
+    level: Level,
+    crew: &Workers,
+    scratch: &mut Scratch,
+    job: &Job<'_>,
+    width: usize,
+    stats: &mut DrawStats,
+) -> Option<Binned> {
+    let mesh = job.mesh;
+    let (faces, view) = (mesh.triangle_count, job.view);
     if faces == 0 {
-        return stats;
+        return None;
     }
     // Vertices: each to a record.
     scratch.records.resize(mesh.vertex_count(), [0.0; 4]);
@@ -239,128 +291,159 @@ pub(crate) fn render(
         });
     });
     let chunks = &scratch.chunks[..chunk_count];
-    for chunk in chunks {
-        stats.draw += chunk.stats;
-    }
-    // The bands that something reaches.
+    chunks.iter().for_each(|chunk| *stats += chunk.stats);
     let reached = || chunks.iter().flat_map(|c| &c.reached).map(|&tile| tile as usize / grid.columns);
-    let (Some(first), Some(last)) = (reached().min(), reached().max()) else { return stats };
+    let bands = (reached().min()?, reached().max()?);
+    Some(Binned { bands, grid, chunk_faces, chunk_count })
+}
 
-    // Bands of tiles: visibility, then colour.
+/// What draws one band: its number, the word that a cleared depth has, its memories.
+type BandWork<'w> = &'w (dyn Fn(usize, i32, &mut BandMemories<'_>) + Sync);
+
+/// Hands the bands of tiles from the first to the last to `work`, and says which rows they are.
+pub(crate) fn bands(
+    crew: &Workers,
+    (first, last): (usize, usize),
+    view: &View,
+    frame: Frame<'_>,
+    work: BandWork<'_>,
+) -> (u32, u32) {
+    let width = frame.width;
     let depth = frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], stale: &mut [], far: 0 });
     let far = depth.far;
-    let (deep, vertices) = (job.deep, scratch.deep.as_slice());
-    let deep = deep.filter(|_| !(depth.words.is_empty() && depth.narrow.is_empty()));
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
-    let (tested, passed, shaded) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
-    let wide_of = |face: u32| {
-        let list = &chunks[face as usize / chunk_faces].wide;
-        list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
-    };
-    let is_far_flung = mesh.vertex_count() * 32 + faces * 16 > NEAR_BYTES;
-    let faces =
-        Faces { shading: &job.shading, corners: &mesh.records, records, is_far_flung, wide: &wide_of };
-    let work = |band: usize, memories: Memories<'_>| {
-        let y0 = view.y0 + (band * BAND_ROWS) as i32;
-        let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
-        let mut ids = AtLine([NO_FACE; _]);
-        // Words of 16 bits are widened while a tile is drawn.
-        let is_narrow = !memories.narrow.is_empty();
-        let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
-        let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
-        for column in 0..grid.columns {
-            let bin = band * grid.columns + column;
-            let columns = grid.pixels_of(column);
-            let (x0, x1) = (columns.start, columns.end);
-            if chunks.iter().all(|c| c.bins[bin].is_empty()) {
-                continue;
-            }
-            // What is still to be cleared is cleared here, on its way into the cache.
-            for (row, stale) in memories.stale.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
-            {
-                let start = row * width;
-                memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
-                *stale &= !(1 << column);
-            }
-            if let Some(words) = &mut widened {
-                widen(&*memories.narrow, width, columns.clone(), &mut words.0);
-            }
-            let (own_depth, words): (&mut [i32], &mut [i32]) = match (deep, &mut widened) {
-                (None, _) => (&mut *memories.depth, &mut []),
-                (Some(_), None) => (&mut [], &mut *memories.depth),
-                (Some(_), Some(widened)) => (&mut [], &mut widened.0),
-            };
-            let (stride, first_column) = if is_narrow { (ID_STRIDE, x0) } else { (width, 0) };
-            let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut ids.0 };
-            let mut reach = [i16::MAX, i16::MAX, 0, 0];
-            let mut tile_passed = 0;
-            for chunk in chunks.iter().filter(|c| !c.bins[bin].is_empty()) {
-                let r = chunk.bins[bin].reach;
-                reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
-                let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
-                let corners = &mesh.records;
-                let (t, p) = match deep {
-                    None => {
-                        let tile = &mut tile;
-                        level.dispatch(RasterKernel { bin, wide, corners, tile })
-                    }
-                    Some(Deep { form, .. }) => {
-                        let (words, tile) = (&mut *words, &mut tile);
-                        level.dispatch(DeepRasterKernel {
-                            bin,
-                            wide,
-                            corners,
-                            vertices,
-                            form,
-                            tile,
-                            words,
-                            stride,
-                            first_column,
-                        })
-                    }
-                };
-                (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
-            }
-            if tile_passed == 0 {
-                continue;
-            }
-            own_passed += tile_passed;
-            if let Some(words) = &widened {
-                narrow(&words.0, width, columns.clone(), &mut *memories.narrow);
-            }
-            let [left, top, right, bottom] = reach.map(i32::from);
-            own_shaded += level.dispatch(ResolveKernel {
-                faces,
-                reach: View { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
-                tile: &mut tile,
-                bytes: &mut *memories.bytes,
-                pick: &mut *memories.pick,
-                name: job.name,
-            });
-        }
-        tested.fetch_add(own_tested, Relaxed);
-        passed.fetch_add(own_passed, Relaxed);
-        shaded.fetch_add(own_shaded, Relaxed);
-    };
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
     let rows = if depth.stale.is_empty() { 0..0 } else { top..bottom };
     let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
     let narrow_range = some(depth.narrow.len());
-    let memories = Memories {
+    let memories = BandMemories {
         depth: &mut depth.words[depth_range],
         narrow: &mut depth.narrow[narrow_range],
         stale: &mut depth.stale[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
+        ids: None,
+    };
+    let work = |band: usize, memories: BandMemories<'_>| {
+        let mut ids = AtLine([NO_FACE; _]);
+        let mut memories = BandMemories { ids: Some(&mut ids), ..memories };
+        work(band, far, &mut memories);
     };
     share(crew, first..last + 1, memories, BAND_ROWS * width, &work);
-    stats.draw.pixels_tested += tested.into_inner();
-    stats.draw.pixels_written = passed.into_inner();
-    stats.shaded = shaded.into_inner();
-    stats.rows = (top as u32, bottom as u32);
-    stats
+    (top as u32, bottom as u32)
+}
+
+/// Draws the faces that wait in one band of tiles: visibility, then colour.
+pub(crate) fn draw_band(
+    level: Level,
+    (scratch, binned): (&Scratch, &Binned),
+    job: &Job<'_>,
+    (width, far): (usize, i32),
+    band: usize,
+    memories: &mut BandMemories<'_>,
+    counts: &Counts,
+) {
+    let (mesh, grid) = (job.mesh, binned.grid);
+    let (records, vertices) = (scratch.records.as_slice(), scratch.deep.as_slice());
+    let chunks = &scratch.chunks[..binned.chunk_count];
+    let deep = job.deep.filter(|_| !(memories.depth.is_empty() && memories.narrow.is_empty()));
+    let wide_of = |face: u32| {
+        let list = &chunks[face as usize / binned.chunk_faces].wide;
+        list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
+    };
+    let is_far_flung = mesh.vertex_count() * 32 + mesh.triangle_count * 16 > NEAR_BYTES;
+    let faces =
+        Faces { shading: &job.shading, corners: &mesh.records, records, is_far_flung, wide: &wide_of };
+    let y0 = job.view.y0 + (band * BAND_ROWS) as i32;
+    let y1 = y0 + (memories.bytes.len() / 4 / width) as i32;
+    let Some(AtLine(ids)) = memories.ids.as_deref_mut() else { return };
+    // Words of 16 bits are widened while a tile is drawn.
+    let is_narrow = !memories.narrow.is_empty();
+    let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
+    let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
+    // What few tiles are reached is read from their list: to look through all of them costs a small draw more than its pixels.
+    let few = match chunks {
+        [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
+        _ => None,
+    };
+    for i in 0..few.map_or(grid.columns, <[u32]>::len) {
+        let bin = few.map_or(band * grid.columns + i, |few| few[i] as usize);
+        if bin / grid.columns != band {
+            continue;
+        }
+        let column = bin % grid.columns;
+        let columns = grid.pixels_of(column);
+        let (x0, x1) = (columns.start, columns.end);
+        if chunks.iter().all(|c| c.bins[bin].is_empty()) {
+            continue;
+        }
+        // What is still to be cleared is cleared here, on its way into the cache.
+        for (row, stale) in memories.stale.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1) {
+            let start = row * width;
+            memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
+            *stale &= !(1 << column);
+        }
+        if let Some(words) = &mut widened {
+            widen(&*memories.narrow, width, columns.clone(), &mut words.0);
+        }
+        let (own_depth, words): (&mut [i32], &mut [i32]) = match (deep, &mut widened) {
+            (None, _) => (&mut *memories.depth, &mut []),
+            (Some(_), None) => (&mut [], &mut *memories.depth),
+            (Some(_), Some(widened)) => (&mut [], &mut widened.0),
+        };
+        let (stride, first_column) = if is_narrow { (ID_STRIDE, x0) } else { (width, 0) };
+        let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut *ids };
+        let mut reach = [i16::MAX, i16::MAX, 0, 0];
+        let mut tile_passed = 0;
+        for chunk in chunks.iter().filter(|c| !c.bins[bin].is_empty()) {
+            let r = chunk.bins[bin].reach;
+            reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
+            let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
+            let corners = &mesh.records;
+            let (t, p) = match deep {
+                None => {
+                    let tile = &mut tile;
+                    level.dispatch(RasterKernel { bin, wide, corners, tile })
+                }
+                Some(Deep { form, .. }) => {
+                    let (words, tile) = (&mut *words, &mut tile);
+                    level.dispatch(DeepRasterKernel {
+                        bin,
+                        wide,
+                        corners,
+                        vertices,
+                        form,
+                        tile,
+                        words,
+                        stride,
+                        first_column,
+                    })
+                }
+            };
+            (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
+        }
+        if tile_passed == 0 {
+            continue;
+        }
+        own_passed += tile_passed;
+        if let Some(words) = &widened {
+            narrow(&words.0, width, columns.clone(), &mut *memories.narrow);
+        }
+        let [left, top, right, bottom] = reach.map(i32::from);
+        own_shaded += level.dispatch(ResolveKernel {
+            faces,
+            reach: View { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
+            tile: &mut tile,
+            bytes: &mut *memories.bytes,
+            pick: &mut *memories.pick,
+            name: job.name,
+        });
+    }
+    counts.tested.fetch_add(own_tested, Relaxed);
+    counts.passed.fetch_add(own_passed, Relaxed);
+    counts.shaded.fetch_add(own_shaded, Relaxed);
 }
 
 /// A tile's ids from a cache line on: a vector that straddles two costs twice.
@@ -384,7 +467,7 @@ fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
 }
 
 /// The memories of some bands; all but the bytes may be empty altogether.
-struct Memories<'a> {
+pub(crate) struct BandMemories<'a> {
     depth: &'a mut [i32],
     /// The same of 16 bits.
     narrow: &'a mut [u16],
@@ -392,15 +475,17 @@ struct Memories<'a> {
     stale: &'a mut [u128],
     bytes: &'a mut [u8],
     pick: &'a mut [[u32; 2]],
+    /// The faces of a tile; of one band's memories.
+    ids: Option<&'a mut AtLine>,
 }
 
 /// Hands each band's memories to `work`; `size` pixels a band.
 fn share(
     crew: &Workers,
     bands: Range<usize>,
-    memories: Memories<'_>,
+    memories: BandMemories<'_>,
     size: usize,
-    work: &(impl Fn(usize, Memories<'_>) + Sync),
+    work: &(impl Fn(usize, BandMemories<'_>) + Sync),
 ) {
     if bands.len() <= 1 {
         work(bands.start, memories);
@@ -417,13 +502,14 @@ fn share(
     let (stale, stale_below) = memories.stale.split_at_mut(at_stale);
     let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
     let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
-    let above = Memories { depth, narrow, stale, bytes, pick };
-    let below = Memories {
+    let above = BandMemories { depth, narrow, stale, bytes, pick, ids: None };
+    let below = BandMemories {
         depth: depth_below,
         narrow: narrow_below,
         stale: stale_below,
         bytes: bytes_below,
         pick: pick_below,
+        ids: None,
     };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
     match crew {

@@ -1,0 +1,153 @@
+//! Small draws that follow each other, drawn together: each has too little work for two threads, all of them have enough.
+//!
+//! First each draw by itself, on any thread: its parts, its tables, its faces in their tiles. Then band by band of tiles, on any
+//! thread: the draws that reach a band, in their order. A pixel belongs to one band, so it sees the draws in their order, and each
+//! draw does at it what it would do alone: the same bytes.
+
+use super::parts::Parts;
+use super::{Memories, frame_of, obstacle};
+use crate::memory::DepthFormat;
+use crate::pipeline::call::{DrawStats, Target};
+use crate::pipeline::order::emptied;
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepare::Prepared;
+use crate::pipeline::tile::{self, Binned, Counts, Workers};
+use crate::simd::Level;
+use rayon::prelude::*;
+use std::fmt;
+
+/// Draws that are drawn together at most,
+const MOST_DRAWS: usize = 256;
+
+/// and the bytes that their tiles' empty lists may take.
+const MOST_BYTES: usize = 8 << 20;
+
+/// Meshes of more faces than this have work for more than one thread.
+const FEW_FACES: usize = 512;
+
+/// What draws that are drawn together leave to the next ones.
+#[derive(Default)]
+pub(crate) struct Together {
+    /// Of each draw, its working memories.
+    slots: Vec<Memories>,
+    drawn: Vec<Option<Drawn<'static>>>,
+    /// Twice as many draws as this are tried at once: few where one was beyond the tile renderer.
+    half: usize,
+}
+
+/// A draw whose faces wait in their tiles, unless none reaches one.
+struct Drawn<'p> {
+    parts: Parts<'p>,
+    binned: Option<Binned>,
+    counts: Counts,
+    stats: DrawStats,
+}
+
+impl fmt::Debug for Together {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Together of {} bytes", self.size_bytes())
+    }
+}
+
+impl Together {
+    /// Bytes that are kept.
+    pub fn size_bytes(&self) -> usize {
+        let slots = self.slots.iter().map(|m| size_of::<Memories>() + m.size_bytes());
+        slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
+    }
+
+    /// Draws the opaque faces of the first of these draws, and says how many were drawn; 0 where the first one is not for this.
+    pub fn draw(
+        &mut self,
+        (level, crew): (Level, &Workers),
+        all: &[Prepared],
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) -> usize {
+        let Workers::Pool(pool) = crew else { return 0 };
+        if pool.current_num_threads() < 2 {
+            return 0;
+        }
+        let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
+        let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
+        let count = all.iter().take(most).take_while(|p| is_for_this(p, &all[0], target)).count();
+        if count < 2 {
+            self.half = most;
+            return 0;
+        }
+        let mut drawn: Vec<Option<Drawn>> = std::mem::take(&mut self.drawn);
+        if self.slots.len() < count {
+            self.slots.resize_with(count, Memories::default);
+        }
+        let (slots, all) = (&mut self.slots[..count], &all[..count]);
+        let (width, format) = (target.memory.width() as usize, target.depth_format);
+        let whole = pool.install(|| {
+            let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
+            pairs.map(|(slot, p)| Drawn::new(p, slot, level, (width, format))).collect_into_vec(&mut drawn);
+            let whole = drawn.iter().take_while(|d| d.is_some()).count();
+            let each = || drawn[..whole].iter().flatten().zip(&*slots).zip(all);
+            let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.bands);
+            let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
+            let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else {
+                return whole;
+            };
+            let frame = frame_of(target, all[0].plan.uses(Part::DepthMemory));
+            let work = |band: usize, far, memories: &mut tile::BandMemories<'_>| {
+                for ((d, slot), prepared) in each() {
+                    let reaches = |b: &&Binned| b.bands.0 <= band && band <= b.bands.1;
+                    let Some(binned) = d.binned.as_ref().filter(reaches) else { continue };
+                    prepared.with_job(&d.parts, &slot.tables, format, |job| {
+                        let waiting = (&slot.scratch, binned);
+                        tile::draw_band(level, waiting, job, (width, far), band, memories, &d.counts);
+                    });
+                }
+            };
+            let rows = tile::bands(crew, (first, last), &any.parts.view, frame, &work);
+            target.memory.mark_rows(rows.0..rows.1);
+            whole
+        });
+        self.half = if whole < count { whole.max(1) } else { most };
+        for (i, ((drawn, slot), prepared)) in drawn.drain(..).zip(slots).zip(all).enumerate() {
+            let Some(Drawn { parts, counts, stats: mut own, .. }) = drawn else { continue };
+            slot.spare.take_back(parts.surfaces);
+            if i < whole {
+                let (tested, passed) = counts.fragments();
+                (own.pixels_tested, own.pixels_written) = (own.pixels_tested + tested, passed);
+                *stats += prepared.counted(own);
+            }
+        }
+        self.drawn = emptied(drawn);
+        whole
+    }
+}
+
+impl<'p> Drawn<'p> {
+    /// Everything up to the faces in their tiles; `None` when the draw is beyond the tile renderer.
+    fn new(
+        prepared: &'p Prepared,
+        slot: &mut Memories,
+        level: Level,
+        (width, format): (usize, DepthFormat),
+    ) -> Option<Self> {
+        let Memories { scratch, tables, spare } = slot;
+        let crew = &Workers::Alone;
+        let mut parts = prepared.parts(spare)?;
+        prepared.make_tables(&mut parts, level, crew, tables);
+        let mut stats = DrawStats::default();
+        let binned = prepared
+            .with_job(&parts, tables, format, |job| tile::bin(level, crew, scratch, job, width, &mut stats));
+        Some(Drawn { parts, binned, counts: Counts::default(), stats })
+    }
+}
+
+/// Whether a draw can be drawn together with `first`: by the tile renderer, over the same pixels and memories.
+fn is_for_this(prepared: &Prepared, first: &Prepared, target: &Target) -> bool {
+    let mesh = &prepared.call.geometry.mesh;
+    let has_depth = |p: &Prepared| p.plan.uses(Part::DepthMemory);
+    mesh.triangles.len() <= FEW_FACES
+        && mesh.lines.is_empty()
+        && mesh.points.is_empty()
+        && prepared.transform().screen.clip == first.transform().screen.clip
+        && has_depth(prepared) == has_depth(first)
+        && obstacle(prepared.call, target, &prepared.plan).is_none()
+}

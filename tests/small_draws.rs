@@ -1,0 +1,99 @@
+//! Small objects that are drawn together over threads, against the same drawn one after the other by one thread.
+//!
+//! Fear: that what is gathered to be drawn at once is drawn in another order, or with a neighbour's state.
+
+use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::pipeline::{DrawStats, RenderOptions, Renderer, SceneOptions, Target};
+use fbptr::scene::{Fog, FogKind, HiddenSurface, Material, Mesh, Object, Scene, ShadeMode, shapes};
+use fbptr::truth::scenes::{object, random};
+use glam::{DMat4, DVec3};
+use std::sync::Arc;
+
+/// Bytes, depths, what each pixel shows, and what was counted.
+type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
+
+fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_format: DepthFormat) -> Picture {
+    let (width, height) = (333, 190);
+    let mut memory = VideoMemory::new(width, height).unwrap();
+    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
+    let mut options = SceneOptions { hide, ..SceneOptions::new(width, height) };
+    // Neither at the frame's corner nor inside of it.
+    (options.viewport.x, options.viewport.y) = (9, -7);
+    let stats = renderer.draw_scene(&mut target, scene, &options).unwrap();
+    let depth = depth.map(|d| (0..(width * height) as usize).map(|i| d.word(i)).collect());
+    let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
+    (memory.bytes().to_vec(), depth, (0..width * height).map(at).collect(), stats)
+}
+
+fn of_threads(threads: usize) -> Renderer {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() })
+}
+
+/// The objects of many random scenes in one, small ones among those of their own size.
+fn crowd(seed: u64, count: usize) -> Scene {
+    let mut scene = random(seed);
+    let mut all = std::mem::take(&mut scene.scene.objects);
+    for next in 1.. {
+        for mut object in random(seed + 1000 * next).scene.objects {
+            let i = all.len() as f64;
+            if all.len() % 9 != 0 {
+                let at = DVec3::new((i * 0.37) % 2.0 - 1.0, (i * 0.61) % 1.6 - 0.8, (i * 0.23) % 1.5);
+                object.model =
+                    DMat4::from_translation(at) * DMat4::from_scale(DVec3::splat(0.12)) * object.model;
+            }
+            object.lights = None;
+            // What the tile renderer draws, but for every seventh.
+            if all.len() % 7 != 0 {
+                object.material.transparency = 0.0;
+                object.texture = None;
+            }
+            all.push(object);
+        }
+        if all.len() >= count {
+            break;
+        }
+    }
+    // Some twice, so that depths tie; some that f32 has no light for; some with lines.
+    let twice: Vec<Object> = all.iter().step_by(11).cloned().collect();
+    all.extend(twice);
+    for object in all.iter_mut().skip(5).step_by(29) {
+        object.material = Material { ks: DVec3::ONE, n: 4000.0, ..object.material.clone() };
+        object.shade = Some(ShadeMode::Phong);
+    }
+    for i in (3..all.len()).step_by(31) {
+        let mut mesh: Mesh = shapes::box_(DVec3::ONE).unwrap();
+        mesh.lines = vec![[0, 1], [2, 3], [4, 5]];
+        let model = all[i].model;
+        all[i] = Object { model, ..object("with lines", mesh) };
+    }
+    Scene { objects: all, ..scene.scene }
+}
+
+#[test]
+fn objects_drawn_together_are_those_drawn_one_by_one() {
+    let mut alone = Renderer::default();
+    let mut crews = [2, 3, 16].map(|threads| (threads, of_threads(threads)));
+    let formats = [DepthFormat::F32, DepthFormat::U16, DepthFormat::U24, DepthFormat::Reversed];
+    let hides = [HiddenSurface::ZBuffer, HiddenSurface::ZBuffer, HiddenSurface::None, HiddenSurface::Painter];
+    for seed in 0..12 {
+        // Above and below what is made ready by one thread, and more than are drawn at once.
+        let mut scene = crowd(seed, [40, 150, 400][seed as usize % 3]);
+        if seed % 5 == 4 {
+            let fog = Fog { color: DVec3::splat(0.4), kind: FogKind::Linear, visibility_range: 12.0 };
+            scene.fog = Some(fog);
+        }
+        let (hide, format) = (hides[seed as usize / 2 % 4], formats[seed as usize % 4]);
+        let one = draw(&mut alone, &scene, hide, format);
+        assert!(one.3.pixels_written > 1000, "seed {seed}: {:?}", one.3);
+        for (threads, renderer) in &mut crews {
+            // Twice: the second finds the lists of the first.
+            for _ in 0..2 {
+                let other = draw(renderer, &scene, hide, format);
+                assert_eq!(other.3, one.3, "seed {seed}, {threads} threads, {hide:?}, {format:?}");
+                assert!(other == one, "seed {seed}, {threads} threads, {hide:?}, {format:?}: other bytes");
+            }
+        }
+    }
+}
