@@ -38,14 +38,14 @@ fn crowd(seed: u64, count: usize) -> Scene {
     for next in 1.. {
         for mut object in random(seed + 1000 * next).scene.objects {
             let i = all.len() as f64;
-            if all.len() % 9 != 0 {
+            if !all.len().is_multiple_of(9) {
                 let at = DVec3::new((i * 0.37) % 2.0 - 1.0, (i * 0.61) % 1.6 - 0.8, (i * 0.23) % 1.5);
                 object.model =
                     DMat4::from_translation(at) * DMat4::from_scale(DVec3::splat(0.12)) * object.model;
             }
             object.lights = None;
             // What the tile renderer draws, but for every seventh.
-            if all.len() % 7 != 0 {
+            if !all.len().is_multiple_of(7) {
                 object.material.transparency = 0.0;
                 object.texture = None;
             }
