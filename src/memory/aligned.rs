@@ -1,9 +1,12 @@
 //! A run of numbers that begins at a cache line: a vector of 64 bytes that straddles two lines costs twice.
 
+use crate::simd::allocator::{HUGE_PAGE_BYTES, ask_for_huge_pages};
 use std::ops::{Deref, DerefMut};
 
 /// Bytes of a cache line, and of the widest vector.
 const LINE: usize = 64;
+/// Runs of so many bytes get huge pages where the system gives them on request: pixels at random places need many pages.
+const LARGE: usize = 2 * HUGE_PAGE_BYTES;
 
 /// See the module's text. Behaves as the slice that it holds.
 #[derive(Debug)]
@@ -17,11 +20,18 @@ pub(super) struct Aligned<T> {
 impl<T: Copy> Aligned<T> {
     /// `len` times `value`; `None` where the system has no room for them.
     pub fn new(len: usize, value: T) -> Option<Self> {
-        let spare = LINE / size_of::<T>();
+        let line = if len.checked_mul(size_of::<T>())? >= LARGE { HUGE_PAGE_BYTES } else { LINE };
+        let spare = line / size_of::<T>();
         let mut items = Vec::new();
-        items.try_reserve_exact(len.checked_add(spare)?).ok()?;
+        // The last huge page is had as a whole, too.
+        let whole = len.checked_next_multiple_of(line / size_of::<T>())?;
+        items.try_reserve_exact(whole.checked_add(spare)?).ok()?;
+        if line == HUGE_PAGE_BYTES {
+            // Before anything is stored: pages that are there stay as they are.
+            ask_for_huge_pages(items.spare_capacity_mut());
+        }
         items.resize(len + spare, value);
-        let start = items.as_ptr().align_offset(LINE).min(spare);
+        let start = items.as_ptr().align_offset(line).min(spare);
         Some(Aligned { items, start, len })
     }
 }

@@ -16,3 +16,25 @@ pub fn give_large_blocks_back() {
         unsafe { mallopt(M_MMAP_THRESHOLD, 128 << 10) };
     }
 }
+
+/// Bytes of a huge page: where an x86-64's second kind of page begins and ends.
+pub const HUGE_PAGE_BYTES: usize = 2 << 20;
+
+/// Asks the system to back the whole huge pages within `block`, of which nothing was stored yet, by huge pages. It changes
+/// nothing that can be read; where the system has no such means it does nothing.
+pub fn ask_for_huge_pages<T>(block: &mut [std::mem::MaybeUninit<T>]) {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::mm::{Advice, madvise};
+        let bytes = size_of_val(block);
+        let start = block.as_mut_ptr().cast::<u8>();
+        let skipped = start.align_offset(HUGE_PAGE_BYTES);
+        let len = bytes.saturating_sub(skipped) / HUGE_PAGE_BYTES * HUGE_PAGE_BYTES;
+        if len > 0 {
+            // SAFETY: the pages lie within the block, and this advice changes no byte of them.
+            let _ = unsafe { madvise(start.wrapping_add(skipped).cast(), len, Advice::LinuxHugepage) };
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = block;
+}

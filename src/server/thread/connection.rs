@@ -15,6 +15,9 @@ use std::time::{Duration, Instant};
 const BRIEF_BYTES: u64 = 8 << 10;
 const BRIEF_TIME: Duration = Duration::from_micros(200);
 
+/// Replies of so many bytes are sent by the render thread itself, where the client has read those before.
+const SHORT_REPLY_BYTES: usize = 16 << 10;
+
 /// Something that waits to be run.
 enum Work {
     Bytes { batch: Batch, at: usize },
@@ -278,7 +281,7 @@ impl Connection {
         }
     }
 
-    /// Hands replies to the writer, which is started with the first of them.
+    /// Sends replies, or hands them to the writer, which is started with the first that cannot be sent at once.
     pub fn reply(&mut self, replies: &mut Vec<u8>, limit: usize, messages: &Sender<Message>) {
         if replies.is_empty() {
             return;
@@ -286,6 +289,14 @@ impl Connection {
         match &mut self.source {
             Source::Inbox(_) => replies.clear(),
             Source::Stream { outbox, port, .. } => {
+                // A change of threads takes longer than sending a short reply.
+                if replies.len() <= SHORT_REPLY_BYTES && outbox.pending() == 0 {
+                    let sent = port.send_now(replies);
+                    replies.drain(..sent);
+                    if replies.is_empty() {
+                        return;
+                    }
+                }
                 outbox.put(replies);
                 if !std::mem::replace(&mut self.has_writer, true) {
                     let (id, messages) = (self.id, messages.clone());

@@ -93,9 +93,11 @@ pub(crate) enum Source {
 
 /// The render thread's hold on a transport.
 pub(crate) trait Port: Send {
-    /// Starts the writer's thread over `outbox`; called once, with the first reply.
+    /// Starts the writer's thread over `outbox`; called once, with the first reply that cannot be sent at once.
     fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>);
-    /// No reply was ever written, and none will be.
+    /// Sends as much of a short reply as can be sent without waiting, before any writer has work; how much that was.
+    fn send_now(&mut self, bytes: &[u8]) -> usize;
+    /// No reply waits for a writer, and none will.
     fn end_without_writer(&mut self, outbox: &Outbox);
     /// Ends the transport's reading: what has arrived is still read. Whether that can be done.
     fn stop_reading(&mut self) -> bool;

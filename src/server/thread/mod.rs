@@ -8,7 +8,6 @@
 
 pub(crate) mod connection;
 pub(crate) mod message;
-mod reading;
 mod turns;
 
 use super::client::Client;

@@ -2,15 +2,18 @@
 
 use super::connection::{Connection, Leaving};
 use super::message::{Id, Message};
-use super::reading::Reading;
 use super::{Finish, HANG_UP_WITHIN, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME};
-use crate::server::transport::{Buffers, Hand};
+use crate::server::transport::{Buffers, Hand, Next};
 use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
 use crossbeam_channel::{Receiver, Sender, never, select};
 use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+/// After so much time of turns the sockets of those who ask for little are looked at, so many at once.
+const BRIEF_EVERY: Duration = Duration::from_micros(50);
+const BRIEF_AT_ONCE: usize = 16;
 
 pub(super) struct Loop {
     engine: Engine,
@@ -29,7 +32,10 @@ pub(super) struct Loop {
     /// Where sockets' buffers come from, and how many connections have work that holds none.
     buffers: Arc<Buffers>,
     slow: usize,
-    reading: Reading,
+    /// The means to read sockets.
+    hand: Hand,
+    /// How long turns took since those who ask for little were looked for.
+    ran_since: Duration,
     /// Stream bytes received and not run.
     queued_bytes: u64,
     output: Output,
@@ -59,7 +65,8 @@ impl Loop {
             leaving: Vec::new(),
             buffers,
             slow: 0,
-            reading: Reading::new(hand),
+            hand,
+            ran_since: Duration::ZERO,
             queued_bytes: 0,
             output: Output::default(),
             shown_at: Instant::now(),
@@ -75,6 +82,7 @@ impl Loop {
             if self.is_over() {
                 return self.end();
             }
+            self.read_brief();
             match self.next_turn() {
                 Some((id, pace)) => self.turn(id, pace),
                 None => self.wait(),
@@ -220,8 +228,8 @@ impl Loop {
         let run_bytes = queued_before - connection.queued_bytes;
         self.queued_bytes -= run_bytes;
         let took = now.elapsed();
-        self.reading.note_turn(run_bytes, took);
         connection.last_turn = took;
+        self.ran_since += took;
         self.engine.count(connection.stream.session_mut());
         if !self.output.replies.is_empty() {
             self.engine.before_replies();
@@ -246,15 +254,32 @@ impl Loop {
         }
     }
 
+    /// Between turns of others, reads the sockets of those who ask for little: neither the readers' round nor the system,
+    /// which may let many senders run before a reader, shall keep them waiting.
+    fn read_brief(&mut self) {
+        if self.ran_since < BRIEF_EVERY {
+            return;
+        }
+        self.ran_since = Duration::ZERO;
+        for _ in 0..BRIEF_AT_ONCE {
+            let Some(next) = self.hand.next_brief() else { return };
+            self.read_now(next);
+        }
+    }
+
+    fn read_now(&mut self, next: Next) {
+        // What came of this socket before comes first.
+        self.receive_all();
+        if let Some(message) = self.hand.read(next) {
+            self.receive(message);
+        }
+    }
+
     /// Sleeps until there is something to do.
     fn wait(&mut self) {
         let until = self.next_deadline();
-        if let Some(next) = self.reading.next() {
-            // What came of this socket before comes first.
-            self.receive_all();
-            if let Some(message) = self.reading.read(next) {
-                self.receive(message);
-            }
+        if let Some(next) = self.hand.next() {
+            self.read_now(next);
             return;
         }
         let timeout = match until {

@@ -42,6 +42,10 @@ const STACK_BYTES: usize = 128 << 10;
 
 /// The ends of a transport that can be closed from outside. Files and pipes cannot.
 pub(crate) trait Control: Send + Sync {
+    /// Sends as much as can be sent without waiting; how much that was. Nothing else is being written.
+    fn send_now(&self, _bytes: &[u8]) -> usize {
+        0
+    }
     /// No more is read than has arrived; whether that can be done.
     fn stop_reading(&self) -> bool {
         false
@@ -280,6 +284,10 @@ impl Port for StreamPort {
             outbox.set_done();
             self.control.abort();
         }
+    }
+
+    fn send_now(&mut self, bytes: &[u8]) -> usize {
+        self.control.send_now(bytes)
     }
 
     fn end_without_writer(&mut self, outbox: &Outbox) {

@@ -14,6 +14,10 @@ impl Hand {
         None
     }
 
+    pub fn next_brief(&mut self) -> Option<Next> {
+        None
+    }
+
     pub fn read(&mut self, next: Next) -> Option<Message> {
         match next {}
     }

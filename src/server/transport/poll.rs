@@ -3,14 +3,16 @@
 //! The system says which sockets have something, each once until it is watched again; each of them is read once, into a
 //! [`Lease`], before any is read again. A thread for each socket would read as well, but where many of them wake up they push
 //! the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For the same
-//! reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise, where sockets send what takes
-//! less time to run than to read, as long rows do.
+//! reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise.
+//!
+//! Sockets that said little last are watched apart from those that say much, and asked for between any two reads and any two
+//! turns of the render thread: a short request waits for one turn of another client, however many of them send all they can.
 //!
 //! Bytes of a connection come in order: a socket is watched again only when what was read from it is in the channel, and the
 //! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way: then it is not
 //! watched until one came back, the system's socket buffer fills, and the sender is held back.
 
-use super::lease::{Buffers, LEASE_BYTES, Lease};
+use super::lease::{Buffers, Lease};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
@@ -31,13 +33,6 @@ use std::thread::Builder;
 const AHEAD: usize = 3;
 /// Reads of so few bytes are copied, and the lease goes on.
 const FEW_BYTES: usize = 8 << 10;
-/// More ready sockets than this are many.
-const MANY: usize = 16;
-/// What is read at once where many wait, so that each waits less.
-const MANY_BYTES: usize = 128 << 10;
-/// What the render thread reads at once: as nobody fills the next buffer in the
-/// meantime, this one may stay close.
-const HAND_BYTES: usize = 64 << 10;
 /// Sockets that the reader is told of at once.
 const EVENTS: usize = 64;
 /// The name under which the poller itself is called.
@@ -45,10 +40,13 @@ const WAKE: u64 = u64::MAX;
 
 /// All sockets that are read.
 struct Shared {
-    epoll: OwnedFd,
+    /// Where sockets are watched that send much, the wake-up, and `brief` as a whole.
+    bulk: OwnedFd,
+    /// Where those are watched that said little last: they are asked for between any two reads.
+    brief: OwnedFd,
     wake: OwnedFd,
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
-    /// Those that can be read and are not watched until they are; those that said little come first.
+    /// Those of `bulk` that can be read and are not watched until they are.
     ready: Mutex<VecDeque<Arc<Watched>>>,
     buffers: Arc<Buffers>,
     is_ending: AtomicBool,
@@ -69,13 +67,21 @@ pub(crate) struct Watched {
 #[derive(Default)]
 struct Flow {
     on_their_way: usize,
-    is_known: bool,
+    /// Where it is watched, now and then.
+    place: Option<Place>,
     /// It is watched, or about to be read: whoever reads it watches it again.
     is_armed: bool,
     /// The render thread wants no more: what comes is thrown away.
     is_over: bool,
     /// Nothing more comes.
     is_at_end: bool,
+}
+
+/// One of the two sets of sockets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Bulk,
+    Brief,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -94,14 +100,17 @@ impl Poller {
     /// When the system has nothing to wait with.
     pub fn new(buffers: Arc<Buffers>) -> io::Result<Self> {
         let shared = Arc::new(Shared {
-            epoll: epoll::create(epoll::CreateFlags::CLOEXEC)?,
+            bulk: epoll::create(epoll::CreateFlags::CLOEXEC)?,
+            brief: epoll::create(epoll::CreateFlags::CLOEXEC)?,
             wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             watched: Mutex::default(),
             ready: Mutex::default(),
             buffers,
             is_ending: AtomicBool::new(false),
         });
-        epoll::add(&shared.epoll, &shared.wake, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
+        for waked in [&shared.wake, &shared.brief] {
+            epoll::add(&shared.bulk, waked, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
+        }
         Ok(Poller { shared, is_started: Mutex::new(false) })
     }
 
@@ -190,12 +199,24 @@ impl Shared {
     fn arm(&self, watched: &Watched, flow: &mut Flow) -> io::Result<()> {
         let (name, flags) =
             (epoll::EventData::new_u64(watched.id), epoll::EventFlags::IN | epoll::EventFlags::ONESHOT);
-        match flow.is_known {
-            true => epoll::modify(&self.epoll, &watched.socket, name, flags)?,
-            false => epoll::add(&self.epoll, &watched.socket, name, flags)?,
+        let place = if watched.is_brief.load(Ordering::Relaxed) { Place::Brief } else { Place::Bulk };
+        if flow.place == Some(place) {
+            epoll::modify(self.set(place), &watched.socket, name, flags)?;
+        } else {
+            if let Some(other) = flow.place.take() {
+                epoll::delete(self.set(other), &watched.socket)?;
+            }
+            epoll::add(self.set(place), &watched.socket, name, flags)?;
         }
-        (flow.is_known, flow.is_armed) = (true, true);
+        (flow.place, flow.is_armed) = (Some(place), true);
         Ok(())
+    }
+
+    fn set(&self, place: Place) -> &OwnedFd {
+        match place {
+            Place::Bulk => &self.bulk,
+            Place::Brief => &self.brief,
+        }
     }
 
     /// Watches a socket again that was not, where something may come.
@@ -222,9 +243,9 @@ impl Shared {
     /// Nothing more comes of this one. What the render thread is to hear.
     fn at_end(&self, watched: &Watched) -> Option<Message> {
         let mut flow = lock(&watched.flow);
-        if std::mem::take(&mut flow.is_known) {
-            // It is known, so this can be done.
-            let _ = epoll::delete(&self.epoll, &watched.socket);
+        if let Some(place) = flow.place.take() {
+            // It is known there, so this can be done.
+            let _ = epoll::delete(self.set(place), &watched.socket);
         }
         let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
         drop(flow);
@@ -239,13 +260,16 @@ impl Shared {
 
     /// The next that can be read; `waits` for one, or not. Asks the system for so many at once.
     fn next<const EVENTS: usize>(&self, waits: bool) -> io::Result<Option<Arc<Watched>>> {
+        if let Some(watched) = self.next_brief()? {
+            return Ok(Some(watched));
+        }
         if let Some(watched) = lock(&self.ready).pop_front() {
             return Ok(Some(watched));
         }
         let mut events = [MaybeUninit::<epoll::Event>::uninit(); EVENTS];
         let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
         let timeout = if waits { None } else { Some(&at_once) };
-        let events = match epoll::wait(&self.epoll, &mut events, timeout) {
+        let events = match epoll::wait(&self.bulk, &mut events, timeout) {
             Ok((events, _)) => events,
             Err(Errno::INTR) => return Ok(None),
             Err(e) => return Err(e.into()),
@@ -256,12 +280,23 @@ impl Shared {
         let known = lock(&self.watched);
         let mut ready = lock(&self.ready);
         for (watched, _) in events.iter().filter_map(|event| known.get(&event.data.u64())) {
-            match watched.is_brief.load(Ordering::Relaxed) {
-                true => ready.push_front(watched.clone()),
-                false => ready.push_back(watched.clone()),
-            }
+            ready.push_back(watched.clone());
         }
         Ok(ready.pop_front())
+    }
+
+    /// The next of those that said little last, if one can be read now.
+    fn next_brief(&self) -> io::Result<Option<Arc<Watched>>> {
+        let mut events = [MaybeUninit::<epoll::Event>::uninit(); 1];
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        match epoll::wait(&self.brief, &mut events, Some(&at_once)) {
+            Ok((events, _)) => {
+                let known = lock(&self.watched);
+                Ok(events.first().and_then(|event| known.get(&event.data.u64())).map(|(w, _)| w.clone()))
+            }
+            Err(Errno::INTR) => Ok(None),
+            Err(e) => Err(e.into()),
+        }
     }
 
     fn run(&self) {
@@ -270,9 +305,7 @@ impl Shared {
             match self.next::<EVENTS>(true) {
                 Ok(Some(watched)) => {
                     let own = left.take().unwrap_or_else(|| self.buffers.lease());
-                    // Where many wait for their turn, each has a shorter one.
-                    let portion = if self.buffers.ready() > MANY { MANY_BYTES } else { LEASE_BYTES };
-                    let message = self.read(&watched, own, portion, &mut left);
+                    let message = self.read(&watched, own, &mut left);
                     // A render thread that is gone reads no more.
                     if message.is_some_and(|m| watched.messages.send(m).is_err()) {
                         lock(&watched.flow).is_over = true;
@@ -292,42 +325,38 @@ impl Shared {
         }
     }
 
-    /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
-    fn read(
-        &self,
-        watched: &Watched,
-        mut own: Lease,
-        portion: usize,
-        left: &mut Option<Lease>,
-    ) -> Option<Message> {
-        let filled = match recv(&watched.socket, &mut own.buffer[..portion], RecvFlags::DONTWAIT) {
-            Err(Errno::INTR | Errno::AGAIN) => {
-                *left = Some(own);
-                return None;
-            }
+    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
+    /// is to hear.
+    fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
+        let filled = match recv(&watched.socket, buffer, RecvFlags::DONTWAIT) {
+            Err(Errno::INTR | Errno::AGAIN) => return Err(None),
             // A connection that died says no more than one that was closed: what came before still counts.
-            Ok((0, _)) | Err(_) => {
-                *left = Some(own);
-                return self.at_end(watched);
-            }
+            Ok((0, _)) | Err(_) => return Err(self.at_end(watched)),
             Ok((filled, _)) => filled,
         };
-        watched.is_brief.store(filled <= FEW_BYTES, Ordering::Relaxed);
-        {
-            let mut flow = lock(&watched.flow);
-            if flow.is_over {
-                // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
-                *left = Some(own);
-                return None;
-            }
-            flow.on_their_way += 1;
+        watched.is_brief.store(filled < FEW_BYTES, Ordering::Relaxed);
+        let mut flow = lock(&watched.flow);
+        if flow.is_over {
+            // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
+            return Err(None);
         }
-        let batch = if filled <= FEW_BYTES {
-            let buffer = own.buffer[..filled].to_vec();
-            *left = Some(own);
-            Batch { buffer, lease: None, filled }
-        } else {
-            Batch { buffer: Vec::new(), lease: Some(own), filled }
+        flow.on_their_way += 1;
+        Ok(filled)
+    }
+
+    /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
+    fn read(&self, watched: &Watched, mut own: Lease, left: &mut Option<Lease>) -> Option<Message> {
+        let batch = match self.fill(watched, &mut own.buffer) {
+            Err(message) => {
+                *left = Some(own);
+                return message;
+            }
+            Ok(filled) if filled <= FEW_BYTES => {
+                let buffer = own.buffer[..filled].to_vec();
+                *left = Some(own);
+                Batch { buffer, lease: None, filled }
+            }
+            Ok(filled) => Batch { buffer: Vec::new(), lease: Some(own), filled },
         };
         Some(Message::Bytes(watched.id, batch))
     }
@@ -336,8 +365,9 @@ impl Shared {
 /// The render thread's means to read by itself.
 pub(crate) struct Hand(Arc<Shared>);
 
-/// A socket that the render thread is about to read. What came of it before must be out of the channel first.
-pub(crate) struct Next(Arc<Watched>, Lease);
+/// A socket that the render thread is about to read, into a lease or, where it said little last, into a small buffer. What
+/// came of it before must be out of the channel first.
+pub(crate) struct Next(Arc<Watched>, Option<Lease>);
 
 impl Hand {
     /// A socket that can be read now, if there is one and a buffer for it.
@@ -345,12 +375,29 @@ impl Hand {
         let lease = self.0.buffers.try_lease()?;
         // One at a time: the reader asks for the others.
         let watched = self.0.next::<1>(false).ok()??;
-        Some(Next(watched, lease))
+        Some(Next(watched, Some(lease)))
+    }
+
+    /// A socket that said little last and can be read now, if there is one.
+    pub fn next_brief(&mut self) -> Option<Next> {
+        self.0.next_brief().ok()?.map(|watched| Next(watched, None))
     }
 
     /// What it says.
     pub fn read(&mut self, Next(watched, lease): Next) -> Option<Message> {
-        let message = self.0.read(&watched, lease, HAND_BYTES, &mut None);
+        let message = match lease {
+            Some(lease) => self.0.read(&watched, lease, &mut None),
+            None => {
+                let mut buffer = vec![0; FEW_BYTES];
+                match self.0.fill(&watched, &mut buffer) {
+                    Err(message) => message,
+                    Ok(filled) => {
+                        buffer.truncate(filled);
+                        Some(Message::Bytes(watched.id, Batch { buffer, lease: None, filled }))
+                    }
+                }
+            }
+        };
         self.0.done(&watched);
         message
     }

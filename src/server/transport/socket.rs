@@ -68,6 +68,13 @@ impl Write for Socket {
 }
 
 impl Control for Socket {
+    #[cfg(target_os = "linux")]
+    fn send_now(&self, bytes: &[u8]) -> usize {
+        use rustix::net::{SendFlags, send};
+        // What went wrong is found by the writer, when it is left all of it.
+        send(self, bytes, SendFlags::DONTWAIT | SendFlags::NOSIGNAL).unwrap_or(0)
+    }
+
     fn stop_reading(&self) -> bool {
         self.shutdown(Shutdown::Read);
         true
