@@ -38,3 +38,46 @@ pub fn ask_for_huge_pages<T>(block: &mut [std::mem::MaybeUninit<T>]) {
     #[cfg(not(target_os = "linux"))]
     let _ = block;
 }
+
+/// A list's room, used or not, in huge pages where it is long: what is gathered from all over it then waits less for its
+/// addresses. To be asked before the room is written for the first time.
+pub fn prefer_huge_pages<T>(list: &mut Vec<T>) {
+    if list.is_empty() && list.capacity().saturating_mul(size_of::<T>()) >= 2 * HUGE_PAGE_BYTES {
+        ask_for_huge_pages(list.spare_capacity_mut());
+    }
+}
+
+/// `list` with `len` items, what is new of them `value`; all anew, and in huge pages where it is long, when its room is too
+/// small.
+pub fn resize_in_huge_pages<T: Copy>(list: &mut Vec<T>, len: usize, value: T) {
+    if list.capacity() < len {
+        *list = Vec::with_capacity(len);
+        prefer_huge_pages(list);
+    }
+    list.resize(len, value);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_as_long_as_was_asked_whatever_pages_they_lie_in() {
+        let mut list: Vec<u64> = Vec::new();
+        for len in [3, 1000, 1 << 20, 3_000_001, 10, 0] {
+            resize_in_huge_pages(&mut list, len, 7);
+            assert!(list.len() == len && list.iter().all(|v| *v == 7));
+        }
+        for room in [0, 1, 2 * HUGE_PAGE_BYTES - 1, 2 * HUGE_PAGE_BYTES, 5 * HUGE_PAGE_BYTES + 5] {
+            let mut bytes: Vec<u8> = Vec::with_capacity(room);
+            prefer_huge_pages(&mut bytes);
+            bytes.resize(room, 3);
+            prefer_huge_pages(&mut bytes);
+            assert!(bytes.len() == room && bytes.iter().all(|b| *b == 3));
+        }
+        let mut nothing: Vec<()> = Vec::new();
+        prefer_huge_pages(&mut nothing);
+        nothing.resize(1 << 24, ());
+        assert_eq!(nothing.len(), 1 << 24);
+    }
+}

@@ -15,7 +15,7 @@ pub fn for_write(bytes: &[u8], at: usize) {
 
 /// Says that record `at` will be read soon. It changes nothing that can be read; outside `records` it does nothing.
 #[inline(always)]
-pub fn for_read(records: &[[f32; 4]], at: usize) {
+pub fn for_read<T>(records: &[T], at: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(record) = records.get(at) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

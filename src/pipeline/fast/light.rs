@@ -11,6 +11,7 @@ use crate::pipeline::tile::{
 };
 use crate::scene::{Cull, ShadeMode};
 use crate::simd::Level;
+use crate::simd::allocator::resize_in_huge_pages;
 use glam::{DMat3, DVec3};
 
 /// The most texels that a face may run over: beyond, f32 does not know which.
@@ -206,8 +207,8 @@ impl Prepared<'_> {
             }
         };
         let is_textured = surfaces.iter().any(|s| s.texture.is_some());
-        matte.resize(points.normals.len(), [0.0; 4]);
-        gloss.resize(if is_textured { points.normals.len() } else { 0 }, [0.0; 4]);
+        resize_in_huge_pages(matte, points.normals.len(), [0.0; 4]);
+        resize_in_huge_pages(gloss, if is_textured { points.normals.len() } else { 0 }, [0.0; 4]);
         let exact = |i: usize| {
             let position = [0, 1, 2].map(|a| points.positions[a][i]);
             let (_, material) = (points.run)(i, i + 1);
@@ -244,7 +245,7 @@ impl Prepared<'_> {
 
     /// Object-space normals to unit normals in the world.
     fn turn_normals(&self, from: &[[f32; 4]], crew: &Workers, to: &mut Vec<[f32; 4]>) {
-        to.resize(from.len(), [0.0; 4]);
+        resize_in_huge_pages(to, from.len(), [0.0; 4]);
         crew.chunks(to, CHUNK_POINTS, |i, run| {
             let from = &from[i * CHUNK_POINTS..][..run.len()];
             for (to, n) in run.iter_mut().zip(from) {
@@ -258,7 +259,7 @@ impl Prepared<'_> {
     /// Positions in the shading frame.
     pub(super) fn position_table(&self, work: &TableWork<'_>, to: &mut Vec<[f32; 4]>) {
         let TableWork { prepared, frame, crew, .. } = *work;
-        to.resize(prepared.vertex_count(), [0.0; 4]);
+        resize_in_huge_pages(to, prepared.vertex_count(), [0.0; 4]);
         crew.chunks(to, CHUNK_POINTS, |i, run| {
             for (k, to) in run.iter_mut().enumerate() {
                 let at = i * CHUNK_POINTS + k;

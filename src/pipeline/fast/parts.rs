@@ -127,6 +127,7 @@ impl Prepared<'_> {
         work(&Job {
             mesh: prepared,
             to_screen: self.to_screen(),
+            complement: self.transform().camera.one_minus_z_row.to_array(),
             keep: parts.keep,
             view: parts.view,
             shading: Shading {

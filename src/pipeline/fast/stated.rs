@@ -6,7 +6,7 @@
 
 use crate::pipeline::call::{DrawCall, Target};
 use crate::pipeline::plan::{Part, Plan};
-use crate::pipeline::tile::{DEEP_VERTEX_BYTES, RECORD_BYTES, bin_bytes};
+use crate::pipeline::tile::{CLUSTER_BYTES, DEEP_VERTEX_BYTES, LEAST_FACES, RECORD_BYTES, bin_bytes};
 use crate::scene::{Cull, Interpolation, ShadeMode};
 
 /// A record of four f32.
@@ -29,7 +29,8 @@ pub(crate) fn stated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> u64
         + per(is_lit && !is_flat, FOUR)
         + per(!mesh.texcoords.is_empty(), FOUR)
         + per(!mesh.colors.is_empty(), FOUR);
-    let prepared = vertices * own + faces * (12 + FOUR) + per(mesh.materials.len() > 1, faces * 4);
+    let clusters = per(faces >= LEAST_FACES as u64, faces * CLUSTER_BYTES / 16 + vertices / 8);
+    let prepared = vertices * own + faces * (12 + FOUR) + per(mesh.materials.len() > 1, faces * 4) + clusters;
     let has_face_table = is_flat && (is_lit || !mesh.colors.is_empty());
     let face_table = per(has_face_table, faces * (24 + FOUR + per(!mesh.colors.is_empty(), FOUR)));
 

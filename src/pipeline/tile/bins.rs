@@ -97,6 +97,11 @@ impl Grid {
     /// Rows of a tile.
     pub const TILE_ROWS: i32 = 32;
 
+    /// Their logarithms.
+    pub const COLUMN_SHIFT: u32 = Self::TILE_COLUMNS.ilog2();
+    /// See `COLUMN_SHIFT`.
+    pub const ROW_SHIFT: u32 = Self::TILE_ROWS.ilog2();
+
     /// The tiles of a view in a frame of this width.
     pub fn new(view: &View, width: usize) -> Self {
         Grid {
@@ -141,7 +146,8 @@ pub struct Bin {
 }
 
 impl Bin {
-    const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
+    /// Bounds of nothing.
+    pub const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
 
     /// Whether no face reaches the tile.
     #[inline(always)]
@@ -149,10 +155,16 @@ impl Bin {
         self.tiny.is_empty() && self.larger.is_empty()
     }
 
+    /// Bounds of both.
     #[inline(always)]
-    fn reach(&mut self, [x0, y0, x1, y1]: [i16; 4]) {
-        let r = self.reach;
-        self.reach = [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)];
+    pub fn around(r: [i16; 4], [x0, y0, x1, y1]: [i16; 4]) -> [i16; 4] {
+        [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)]
+    }
+
+    /// Something within these bounds reaches the tile.
+    #[inline(always)]
+    pub fn reach(&mut self, bounds: [i16; 4]) {
+        self.reach = Self::around(self.reach, bounds);
     }
 }
 
@@ -243,9 +255,15 @@ impl Chunk {
     /// The list of a tile, which something reaches now.
     #[inline(always)]
     fn touch(&mut self, tile: usize) -> &mut Bin {
-        let bin = &mut self.bins[tile];
+        Self::open(&mut self.bins, &mut self.reached, tile)
+    }
+
+    /// The same of a chunk's lists.
+    #[inline(always)]
+    pub fn open<'a>(bins: &'a mut [Bin], reached: &mut Vec<u32>, tile: usize) -> &'a mut Bin {
+        let bin = &mut bins[tile];
         if bin.is_empty() {
-            self.reached.push(tile as u32);
+            reached.push(tile as u32);
         }
         bin
     }

@@ -14,11 +14,12 @@
 use super::bins::{Bin, Place, Small, Tiny};
 use super::raster::Tile;
 use super::resolve::WIDE_BIT;
-use super::vertex::{ToScreen, WIDTH, affine};
+use super::vertex::{ToScreen, WIDTH, affine, is_wanted};
 use super::wide::WideFace;
 use crate::math::coverage::PixelRect;
 use crate::memory::DepthFormat;
 use crate::simd::{I32, Kernel, Mask, Simd};
+use std::sync::atomic::AtomicU8;
 
 /// A vertex: column and row in pixels, and its depth as the format counts it.
 pub type DeepVertex = [f64; 4];
@@ -95,6 +96,8 @@ pub struct DeepVertexKernel<'a> {
     pub to_screen: &'a ToScreen,
     /// The row that takes view space to z of clip space, or to w - z.
     pub row: [f64; 4],
+    /// See [`super::vertex::VertexKernel`].
+    pub marks: &'a [AtomicU8],
     /// One a position; what has no place on the screen is not a number.
     pub out: &'a mut [DeepVertex],
 }
@@ -108,6 +111,10 @@ impl Kernel for DeepVertexKernel<'_> {
         let mut start = 0;
         while start < count {
             let n = (count - start).min(WIDTH);
+            if !is_wanted(self.marks, start / WIDTH) {
+                start += WIDTH;
+                continue;
+            }
             let mut p = [[0.0; WIDTH]; 3];
             for (lanes, from) in p.iter_mut().zip(self.positions) {
                 lanes[..n].copy_from_slice(&from[start..start + n]);

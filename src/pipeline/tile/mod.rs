@@ -7,9 +7,10 @@
 //! 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of threads and at every
 //! vector width.
 //!
-//! Stages: vertex -> setup (cull, bound, cover, bin) -> raster (band by band) -> resolve (band by band).
+//! Stages: clusters (what cannot be seen) -> vertex -> setup (cull, bound, cover, bin) -> raster (band by band) -> resolve (band by band).
 
 mod bins;
+mod clusters;
 mod corners;
 mod crew;
 mod deep;
@@ -29,6 +30,7 @@ mod wide;
 mod workers;
 
 pub(crate) use bins::{Keep, View};
+pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
 pub use crew::{Alone, Crew, Pool};
 pub(crate) use deep::Form;
 pub(crate) use faces::{Eye, Shading, Source, Surface};
@@ -46,23 +48,27 @@ pub(crate) use workers::Workers;
 use crate::memory::DepthCells;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
+use crate::simd::allocator::resize_in_huge_pages;
 use bins::{Bin, Chunk, Grid};
+use clusters::{CLUSTER_FACES, ClusterKernel, Outlook};
 use deep::{DeepRasterKernel, DeepVertex, DeepVertexKernel};
 use faces::Faces;
 use raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
 use resolve::ResolveKernel;
 use setup::SetupKernel;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use vertex::VertexKernel;
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
+use vertex::{Projector, VertexKernel, WIDTH};
 
 /// Faces that one piece of set-up work takes.
 const CHUNK_FACES: usize = 4096;
 /// Vertices that one piece of vertex work takes.
 const CHUNK_VERTICES: usize = 4096;
+/// Clusters that are decided on in one piece.
+const CHUNK_CLUSTERS: usize = 2048;
 /// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
 const NEAR_BYTES: usize = 4 << 20;
-/// The most chunks: each has a list for each tile.
+/// The most chunks: each has a list for each tile, and a bit of its visitors.
 const MOST_CHUNKS: usize = 64;
 /// A draw that reaches no more tiles than this is drawn tile by tile of its list.
 const FEW_TILES: usize = 24;
@@ -74,7 +80,9 @@ pub(crate) fn records_of(level: Level, to_screen: &ToScreen, points: [[f64; 3]; 
     let axis = |axis: usize| points.map(|p| p[axis]);
     let (xs, ys, zs) = (axis(0), axis(1), axis(2));
     let mut records = [[0.0; 4]; 3];
-    level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], to_screen, records: &mut records });
+    let farthest = [0, 1, 2].map(|axis| points.iter().fold(0.0f64, |far, p| far.max(p[axis].abs())));
+    let projector = &Projector::new(*to_screen, &to_screen.to_view(), farthest);
+    level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], projector, marks: &[], records: &mut records });
     records
 }
 
@@ -90,13 +98,19 @@ pub(crate) struct Frame<'a> {
     pub pick: &'a mut [[u32; 2]],
 }
 
-/// BandMemories that are kept from draw to draw, so that a steady frame allocates nothing large.
+/// Memories that are kept from draw to draw, so that a steady frame allocates nothing large.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
+    /// What becomes of each cluster of faces.
+    fates: Vec<u8>,
+    /// Which blocks of vertices are asked for.
+    marks: Vec<AtomicU8>,
     records: Vec<Record>,
     /// The same in f64, for the depth formats that ask for that.
     deep: Vec<DeepVertex>,
     chunks: Vec<Chunk>,
+    /// For each tile the chunks that reach it, a bit each; empty where there is but one chunk.
+    visitors: Vec<u64>,
 }
 
 impl Scratch {
@@ -113,7 +127,10 @@ impl Scratch {
                 + c.reached.capacity() * 4
                 + c.bins.iter().map(bin).sum::<usize>()
         };
-        self.records.capacity() * 16
+        self.fates.capacity()
+            + self.marks.capacity()
+            + self.visitors.capacity() * 8
+            + self.records.capacity() * 16
             + self.deep.capacity() * size_of::<DeepVertex>()
             + self.chunks.iter().map(chunk).sum::<usize>()
     }
@@ -125,6 +142,8 @@ pub(crate) struct Job<'a> {
     pub mesh: &'a PreparedMesh,
     /// Object space to the screen.
     pub to_screen: ToScreen,
+    /// View space to w - z, free of cancellation.
+    pub complement: [f64; 4],
     /// Which windings are drawn.
     pub keep: Keep,
     /// Which pixels may be drawn; inside the frame.
@@ -249,20 +268,44 @@ pub(crate) fn bin(
     if faces == 0 {
         return None;
     }
+    let to_view = job.to_screen.to_view();
+    // Clusters: those of which nothing can be seen are left out, with the vertices that no other asks for.
+    let clusters = &mesh.clusters;
+    scratch.fates.resize(clusters.len(), 0);
+    scratch.marks.clear();
+    if clusters.knows_blocks() {
+        scratch.marks.resize_with(mesh.vertex_count().div_ceil(WIDTH), AtomicU8::default);
+    }
+    let marks = scratch.marks.as_slice();
+    if !clusters.is_empty() {
+        let outlook = &Outlook::new(&job.to_screen, &to_view, job.complement, &view, job.keep);
+        crew.chunks(&mut scratch.fates, CHUNK_CLUSTERS, |i, fates| {
+            let first = i * CHUNK_CLUSTERS;
+            level.dispatch(ClusterKernel { clusters, first, outlook, fates, marks });
+        });
+    }
+    let fates = scratch.fates.as_slice();
+
     // Vertices: each to a record.
-    scratch.records.resize(mesh.vertex_count(), [0.0; 4]);
+    let marks_of = |range: &Range<usize>| match marks.is_empty() {
+        true => marks,
+        false => &marks[range.start / WIDTH..range.end.div_ceil(WIDTH)],
+    };
+    let projector = &Projector::new(job.to_screen, &to_view, mesh.farthest);
+    resize_in_huge_pages(&mut scratch.records, mesh.vertex_count(), [0.0; 4]);
     crew.chunks(&mut scratch.records, CHUNK_VERTICES, |i, records| {
         let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + records.len();
         let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
-        level.dispatch(VertexKernel { positions, to_screen: &job.to_screen, records });
+        level.dispatch(VertexKernel { positions, projector, marks: marks_of(&range), records });
     });
 
     if let Some(Deep { row, .. }) = job.deep {
-        scratch.deep.resize(mesh.vertex_count(), [0.0; 4]);
+        resize_in_huge_pages(&mut scratch.deep, mesh.vertex_count(), [0.0; 4]);
         crew.chunks(&mut scratch.deep, CHUNK_VERTICES, |i, out| {
             let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + out.len();
             let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
-            level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, out });
+            let marks = marks_of(&range);
+            level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
         });
     }
 
@@ -282,6 +325,8 @@ pub(crate) fn bin(
             records,
             corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
             faces: range.len(),
+            clusters,
+            fates: fates.get(range.start / CLUSTER_FACES..range.end.div_ceil(CLUSTER_FACES)).unwrap_or(&[]),
             first_face: range.start as u32,
             keep: job.keep,
             view,
@@ -292,9 +337,20 @@ pub(crate) fn bin(
     });
     let chunks = &scratch.chunks[..chunk_count];
     chunks.iter().for_each(|chunk| *stats += chunk.stats);
-    let reached = || chunks.iter().flat_map(|c| &c.reached).map(|&tile| tile as usize / grid.columns);
-    let bands = (reached().min()?, reached().max()?);
-    Some(Binned { bands, grid, chunk_faces, chunk_count })
+    // The tiles that something reaches, and the bands.
+    scratch.visitors.clear();
+    scratch.visitors.resize(if chunk_count > 1 { grid.columns * grid.rows } else { 0 }, 0);
+    let (mut first, mut last) = (usize::MAX, 0);
+    for (i, chunk) in chunks.iter().enumerate() {
+        for &tile in &chunk.reached {
+            if let Some(visitors) = scratch.visitors.get_mut(tile as usize) {
+                *visitors |= 1 << i;
+            }
+            let band = tile as usize / grid.columns;
+            (first, last) = (first.min(band), last.max(band));
+        }
+    }
+    (first <= last).then_some(Binned { bands: (first, last), grid, chunk_faces, chunk_count })
 }
 
 /// What draws one band: its number, the word that a cleared depth has, its memories.
@@ -376,7 +432,11 @@ pub(crate) fn draw_band(
         let column = bin % grid.columns;
         let columns = grid.pixels_of(column);
         let (x0, x1) = (columns.start, columns.end);
-        if chunks.iter().all(|c| c.bins[bin].is_empty()) {
+        let mut visits = match scratch.visitors.get(bin) {
+            Some(visitors) => *visitors,
+            None => u64::from(!chunks[0].bins[bin].is_empty()),
+        };
+        if visits == 0 {
             continue;
         }
         // What is still to be cleared is cleared here, on its way into the cache.
@@ -397,7 +457,9 @@ pub(crate) fn draw_band(
         let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut *ids };
         let mut reach = [i16::MAX, i16::MAX, 0, 0];
         let mut tile_passed = 0;
-        for chunk in chunks.iter().filter(|c| !c.bins[bin].is_empty()) {
+        while visits != 0 {
+            let chunk = &chunks[visits.trailing_zeros() as usize];
+            visits &= visits - 1;
             let r = chunk.bins[bin].reach;
             reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
             let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);

@@ -4,7 +4,9 @@
 //! four numbers, as the shading kernels gather them. Vertices stand in the order in which the faces first ask for them,
 //! so neighbours lie together. Nothing here depends on camera, light or frame.
 
+use super::clusters::Clusters;
 use crate::scene::{Corner, Mesh, NONE};
+use crate::simd::allocator::prefer_huge_pages;
 use glam::{DVec3, DVec4};
 
 /// The index lists are filled up to a multiple of this, with faces without area.
@@ -37,6 +39,10 @@ pub struct PreparedMesh {
     pub has_all_texcoords: bool,
     /// How far u and v run over a face at most.
     pub longest_texcoord_run: f64,
+    /// How far from 0 positions lie at most, axis by axis.
+    pub farthest: [f64; 3],
+    /// Faces that follow each other, and what is known of them together.
+    pub clusters: Clusters,
 }
 
 /// The shading of faces one by one: centres and normals, in object space.
@@ -64,6 +70,22 @@ impl PreparedMesh {
         let mut face_materials = Vec::with_capacity(mesh.triangles.len());
         for list in &mut prepared.corners {
             list.reserve(mesh.triangles.len() + PADDING);
+            prefer_huge_pages(list);
+        }
+        // So many vertices, if corners differ in one way only.
+        let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
+        let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
+        for list in &mut prepared.positions {
+            list.reserve(most);
+            prefer_huge_pages(list);
+        }
+        for (list, is_used) in [
+            (&mut prepared.normals, true),
+            (&mut prepared.texcoords, !mesh.texcoords.is_empty()),
+            (&mut prepared.colors, has_colors),
+        ] {
+            list.reserve(if is_used { most } else { 0 });
+            prefer_huge_pages(list);
         }
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             let polygon = mesh.triangle_polygon[t];
@@ -128,19 +150,22 @@ impl PreparedMesh {
                 prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
             }
         }
-        prepared.records = (0..mesh.triangles.len())
-            .map(|t| {
-                let bits = |v: i32| f32::from_bits(v as u32);
-                let [a, b, c] = &prepared.corners;
-                [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
-            })
-            .collect();
+        prepared.records.reserve_exact(mesh.triangles.len());
+        prefer_huge_pages(&mut prepared.records);
+        prepared.records.extend((0..mesh.triangles.len()).map(|t| {
+            let bits = |v: i32| f32::from_bits(v as u32);
+            let [a, b, c] = &prepared.corners;
+            [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
+        }));
         for list in &mut prepared.corners {
             list.resize(mesh.triangles.len().next_multiple_of(PADDING), 0);
         }
         if prepared.materials.len() > 1 {
             prepared.face_materials = face_materials;
         }
+        let far = |list: &Vec<f64>| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
+        prepared.farthest = prepared.positions.each_ref().map(far);
+        prepared.clusters = Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count);
         prepared
     }
 
@@ -151,7 +176,8 @@ impl PreparedMesh {
 
     /// Bytes that the arrays take.
     pub fn size_bytes(&self) -> usize {
-        self.vertex_count() * 24
+        self.clusters.size_bytes()
+            + self.vertex_count() * 24
             + (self.normals.len() + self.texcoords.len() + self.colors.len()) * 16
             + (self.corners[0].len() * 7 + self.face_materials.len() + self.materials.len()) * 4
     }

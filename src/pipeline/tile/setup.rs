@@ -6,11 +6,12 @@
 //! - [`Small`]: edge functions that stay exact in i32.
 //! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
 
-use super::bins::{Chunk, Grid, Keep, Small, Tiny, View};
-use super::vertex::{Outcode, Record};
+use super::bins::{Bin, Chunk, Grid, Keep, Small, Tiny, View};
+use super::clusters::{CLUSTER_FACES, Clusters, Fate};
+use super::vertex::{Outcode, Record, WIDTH};
 use super::wide::WideFace;
 use crate::pipeline::call::DrawStats;
-use crate::simd::{F32, I32, Kernel, Mask, Simd};
+use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// The largest side of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
 pub const SMALL_SIDE: i32 = 62;
@@ -24,6 +25,10 @@ const STEEPEST: f32 = 1.0 / 2.0;
 
 /// How slender a face may be for weights in f32: its longest side squared over its doubled area.
 const SLENDEREST: f32 = 4096.0;
+
+/// How thin a face may be, in pixels. Snapping covers centres up to 1/360 pixel beside the unsnapped face; there, its corners'
+/// errors of depth, 9e-8 at most, count 1 + 2 / 360 / thinness times: here 2.4 times.
+const THINNEST: f32 = 1.0 / 256.0;
 
 /// The steepest depth, per pixel, that may rest on positions known to 1/65536 pixel: an error below 1e-7.
 const STEEPEST_SLOPE: f32 = 1.0 / 128.0;
@@ -39,6 +44,10 @@ pub struct SetupKernel<'a> {
     pub corners: [&'a [i32]; 3],
     /// How many faces this chunk has.
     pub faces: usize,
+    /// All clusters of the mesh.
+    pub clusters: &'a Clusters,
+    /// What became of this chunk's clusters; empty where all are open.
+    pub fates: &'a [u8],
     /// The number of the chunk's first face in the mesh.
     pub first_face: u32,
     /// Which windings are kept.
@@ -52,6 +61,9 @@ pub struct SetupKernel<'a> {
     /// Where it goes.
     pub chunk: &'a mut Chunk,
 }
+
+/// How many clusters ahead what will be read is asked for.
+const AHEAD: usize = 3;
 
 /// What the vector stage hands to the scalar one, a row of lanes each.
 const FIELDS: usize = 18;
@@ -68,6 +80,17 @@ impl Kernel for SetupKernel<'_> {
         let (zero, none) = (s.splat(0.0), s.splat_i(0));
         for start in (0..self.faces).step_by(S::LANES) {
             let count = (self.faces - start).min(S::LANES);
+            let fate = self.fates.get(start / CLUSTER_FACES).copied().unwrap_or(Fate::OPEN);
+            if fate != Fate::OPEN {
+                let (stats, count) = (&mut self.chunk.stats, count as u64);
+                stats.faces += count;
+                match fate {
+                    Fate::CULLED => stats.faces_culled += count,
+                    _ => stats.faces_outside += count,
+                }
+                continue;
+            }
+            self.ask_ahead(start);
             let live = s.mask(u32::MAX >> (32 - count));
             let all = s.mask(u32::MAX);
             let c0 = s.load_i(&self.corners[0][start..start + S::LANES]);
@@ -168,6 +191,7 @@ impl Kernel for SetupKernel<'_> {
                 (bx * bx + by * by).max(cx * cx + cy * cy).max((cx - bx) * (cx - bx) + (cy - by) * (cy - by));
             let rise = bz.abs().max(cz.abs()).max((cz - bz).abs());
             let is_gentle = reach2.le(det.abs() * s.splat(SLENDEREST))
+                & reach2.le(det * det * s.splat(1.0 / (THINNEST * THINNEST)))
                 & (rise * reach2).le(det.abs() * s.splat(STEEPEST))
                 & zero.lt(det.abs())
                 & (zx.abs() + zy.abs()).le(s.splat(STEEPEST_SLOPE));
@@ -201,6 +225,25 @@ impl Kernel for SetupKernel<'_> {
                 field += 1;
             }
             let mut left_over = work_bits | plain_bits;
+            if plain_bits == 0
+                && left_over & !tiny_bits == 0
+                && let Some(tile) = one_tile(s, &self.grid, work, [left, top, right, bottom])
+            {
+                let tested = &mut self.chunk.stats.pixels_tested;
+                let bin = Chunk::open(&mut self.chunk.bins, &mut self.chunk.reached, tile);
+                bin.tiny.reserve(S::LANES);
+                let mut reach = Bin::NOTHING;
+                while left_over != 0 {
+                    let lane = left_over.trailing_zeros() as usize;
+                    left_over &= left_over - 1;
+                    let (tiny, bounds) = tiny_of(&lanes, lane, self.first_face + (start + lane) as u32);
+                    *tested += tiny.mask.count_ones() as u64;
+                    bin.tiny.push(tiny);
+                    reach = Bin::around(reach, bounds);
+                }
+                bin.reach(reach);
+                continue;
+            }
             while left_over != 0 {
                 let lane = left_over.trailing_zeros() as usize;
                 left_over &= left_over - 1;
@@ -217,18 +260,9 @@ impl Kernel for SetupKernel<'_> {
                     }
                     continue;
                 }
-                let depth = [real(lanes[9][lane]), real(lanes[10][lane]), real(lanes[11][lane])];
-                let bounds = [
-                    lanes[12][lane] as i16,
-                    lanes[13][lane] as i16,
-                    lanes[14][lane] as i16,
-                    lanes[15][lane] as i16,
-                ];
+                let (tiny, bounds) = tiny_of(&lanes, lane, face);
                 if tiny_bits >> lane & 1 != 0 {
-                    let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
-                    self.chunk.stats.pixels_tested += mask.count_ones() as u64;
-                    let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
-                    let tiny = Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size };
+                    self.chunk.stats.pixels_tested += tiny.mask.count_ones() as u64;
                     self.chunk.add_tiny(&tiny, bounds, &self.grid);
                 } else {
                     let small = Small {
@@ -237,11 +271,30 @@ impl Kernel for SetupKernel<'_> {
                         edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
                         steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
                         steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
-                        depth,
+                        depth: tiny.depth,
                     };
                     self.chunk.add_small(&small, &self.grid);
                 }
             }
+        }
+    }
+}
+
+impl SetupKernel<'_> {
+    /// Asks for what an open cluster further on will read.
+    #[inline(always)]
+    fn ask_ahead(&self, start: usize) {
+        let at = start / CLUSTER_FACES + AHEAD;
+        if !start.is_multiple_of(CLUSTER_FACES) || self.fates.get(at) != Some(&Fate::OPEN) {
+            return;
+        }
+        for list in self.corners {
+            prefetch::for_read(list, at * CLUSTER_FACES);
+        }
+        for &block in self.clusters.blocks_of(self.first_face as usize / CLUSTER_FACES + at) {
+            let first = block as usize * WIDTH;
+            prefetch::for_read(self.records, first);
+            prefetch::for_read(self.records, first + WIDTH / 2);
         }
     }
 }
@@ -307,6 +360,40 @@ fn coverage<S: Simd>(
         row += 1;
     }
     (words[0], words[1])
+}
+
+/// The tile that all these boxes lie in, if there is but one.
+#[inline(always)]
+fn one_tile<S: Simd>(s: S, grid: &Grid, work: S::M, [left, top, right, bottom]: [S::I; 4]) -> Option<usize> {
+    let (one, last) = (s.splat_i(1), s.splat_i(grid.columns as i32 - 1));
+    let from = (
+        left.sar::<{ Grid::COLUMN_SHIFT }>().min(last),
+        (top - s.splat_i(grid.y0)).sar::<{ Grid::ROW_SHIFT }>(),
+    );
+    let to = (
+        (right - one).sar::<{ Grid::COLUMN_SHIFT }>().min(last),
+        (bottom - s.splat_i(grid.y0 + 1)).sar::<{ Grid::ROW_SHIFT }>(),
+    );
+    let mut numbers = [[0; 16]; 2];
+    s.store_i(from.0, &mut numbers[0]);
+    s.store_i(from.1, &mut numbers[1]);
+    let lane = work.bits().trailing_zeros() as usize & 15;
+    let (column, row) = (numbers[0][lane], numbers[1][lane]);
+    let (c, r) = (s.splat_i(column), s.splat_i(row));
+    let is_one = from.0.eq(c) & to.0.eq(c) & from.1.eq(r) & to.1.eq(r);
+    (!(work & !is_one).any()).then_some(row as usize * grid.columns + column as usize)
+}
+
+/// A lane as a tiny face, and its bounds.
+#[inline(always)]
+fn tiny_of(lanes: &[[i32; 16]; FIELDS], lane: usize, face: u32) -> (Tiny, [i16; 4]) {
+    let lane = lane & 15;
+    let depth = [real(lanes[9][lane]), real(lanes[10][lane]), real(lanes[11][lane])];
+    let bounds =
+        [lanes[12][lane] as i16, lanes[13][lane] as i16, lanes[14][lane] as i16, lanes[15][lane] as i16];
+    let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
+    let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
+    (Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size }, bounds)
 }
 
 #[inline(always)]

@@ -1,0 +1,355 @@
+//! Clusters: sixteen faces that follow each other in the file, left out together where none of them can be seen.
+//!
+//! Known of each, once a mesh: a sphere around its corners, a cone around its normals, its least face and longest edge. Known
+//! of a draw: its matrices and its view. What is decided is what [`super::setup`] would decide of every face by itself, never
+//! more:
+//!
+//! - outside: the sphere lies beyond one side of the view by more than a pixel, before near, beyond far or behind the eye;
+//! - culled: the sphere lies inside the view and every face turns away by more than snapping could turn it back.
+//!
+//! With (X, Y, W) = Q p + q the clip coordinates and G(p) = det(Q) p + G0 their cofactors, a face with doubled normal N has on
+//! the screen the doubled area hx hy N.G(p0) / (W0 W1 W2), in every projection. A corner snaps by at most 1/512 pixel in each
+//! axis, so that of a face no longer than L moves by at most 4 L / 256 + 2 / 256^2.
+//!
+//! How one would know: `tests` hold every face of what is left out to the set-up of single faces.
+
+use super::bins::{Keep, View};
+use super::vertex::{ToScreen, WIDTH};
+use crate::simd::{Kernel, Simd};
+use glam::{DMat4, DVec3, DVec4};
+use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
+
+/// Faces of a cluster: one vector of the widest level.
+pub const CLUSTER_FACES: usize = 16;
+
+/// Meshes of fewer faces have none: they are drawn before clusters are looked at.
+pub const LEAST_FACES: usize = 1024;
+
+/// About how many bytes a cluster takes: what is known of it, and a list of six blocks.
+pub const CLUSTER_BYTES: u64 = 40 + 4 + 6 * 4 + 1;
+
+/// Blocks of vertices that a cluster asks for at most, on the average: beyond, faces that follow each other are no neighbours.
+const MOST_BLOCKS: usize = 12;
+
+/// What is known of the clusters of a mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Clusters {
+    /// How many there are; the lists are filled up to whole vectors.
+    count: usize,
+    /// Middles of the spheres, x, y, z; their radii.
+    spheres: [Vec<f32>; 4],
+    /// Unit axes of the cones, x, y, z; the cosines of their half angles.
+    cones: [Vec<f32>; 4],
+    /// The least doubled area of a face; 0 where normals go apart.
+    least_areas: Vec<f32>,
+    /// The longest side of a face.
+    longest_edges: Vec<f32>,
+    /// Where each cluster's list in `blocks` begins, and where the last one ends; empty where each needs too many.
+    starts: Vec<u32>,
+    /// The blocks of [`WIDTH`] vertices that clusters ask for.
+    blocks: Vec<u32>,
+}
+
+/// What becomes of a cluster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fate;
+
+impl Fate {
+    /// Its faces are looked at one by one.
+    pub const OPEN: u8 = 0;
+    /// All are culled.
+    pub const CULLED: u8 = 1;
+    /// All are outside.
+    pub const OUTSIDE: u8 = 2;
+}
+
+impl Clusters {
+    /// The clusters of the faces with these corners; none where the mesh has but few faces.
+    pub fn of(positions: &[Vec<f64>; 3], corners: &[Vec<i32>; 3], faces: usize) -> Self {
+        let mut clusters = Clusters::default();
+        if faces < LEAST_FACES {
+            return clusters;
+        }
+        let at = |vertex: i32| DVec3::from_array([0, 1, 2].map(|axis| positions[axis][vertex as usize]));
+        // In which cluster each block was last asked for, so that it is listed once.
+        let mut last = vec![u32::MAX; positions[0].len().div_ceil(WIDTH)];
+        let mut points = [[DVec3::ZERO; 3]; CLUSTER_FACES];
+        for (cluster, start) in (0..faces).step_by(CLUSTER_FACES).enumerate() {
+            let count = CLUSTER_FACES.min(faces - start);
+            clusters.starts.push(clusters.blocks.len() as u32);
+            for (i, points) in points[..count].iter_mut().enumerate() {
+                for (k, point) in points.iter_mut().enumerate() {
+                    let vertex = corners[k][start + i];
+                    *point = at(vertex);
+                    let block = vertex as usize / WIDTH;
+                    if last[block] != cluster as u32 {
+                        last[block] = cluster as u32;
+                        clusters.blocks.push(block as u32);
+                    }
+                }
+            }
+            clusters.add(&points[..count]);
+        }
+        clusters.count = clusters.least_areas.len();
+        let padded = clusters.count.next_multiple_of(WIDTH);
+        let lists = clusters.spheres.iter_mut().chain(&mut clusters.cones);
+        for list in lists.chain([&mut clusters.least_areas, &mut clusters.longest_edges]) {
+            list.resize(padded, 0.0);
+        }
+        if clusters.blocks.len() > clusters.len() * MOST_BLOCKS {
+            (clusters.starts, clusters.blocks) = (Vec::new(), Vec::new());
+        } else {
+            clusters.starts.push(clusters.blocks.len() as u32);
+        }
+        clusters.blocks.shrink_to_fit();
+        clusters
+    }
+
+    /// Adds the sphere and the cone of these faces, rounded outwards.
+    fn add(&mut self, faces: &[[DVec3; 3]]) {
+        let points = || faces.iter().flatten();
+        let mut box_ = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for p in points() {
+            box_ = (box_.0.min(*p), box_.1.max(*p));
+        }
+        let middle = ((box_.0 + box_.1) * 0.5).as_vec3();
+        let radius2 = points().fold(0.0f64, |r, p| r.max(p.distance_squared(middle.as_dvec3())));
+        let (mut normals, mut sum) = ([DVec3::ZERO; CLUSTER_FACES], DVec3::ZERO);
+        let (mut area, mut edge2) = (f64::INFINITY, 0.0f64);
+        for (normal, [a, b, c]) in normals.iter_mut().zip(faces) {
+            let doubled = (*b - *a).cross(*c - *a);
+            let length = doubled.length();
+            *normal = if length > 0.0 { doubled / length } else { DVec3::ZERO };
+            sum += *normal;
+            area = area.min(length);
+            edge2 = edge2.max(a.distance_squared(*b)).max(b.distance_squared(*c)).max(c.distance_squared(*a));
+        }
+        let axis = sum.normalize_or_zero().as_vec3();
+        let cosine = normals[..faces.len()].iter().fold(1.0f64, |least, n| least.min(n.dot(axis.as_dvec3())));
+        // Where normals go apart, some face may look anywhere.
+        let area = if cosine > 1e-3 { area } else { 0.0 };
+        for (list, value) in
+            self.spheres.iter_mut().zip(middle.to_array().into_iter().chain([up(radius2.sqrt())]))
+        {
+            list.push(value);
+        }
+        for (list, value) in
+            self.cones.iter_mut().zip(axis.to_array().into_iter().chain([cosine as f32 - 1e-5]))
+        {
+            list.push(value);
+        }
+        self.least_areas.push((area * (1.0 - 1e-6)) as f32);
+        self.longest_edges.push(up(edge2.sqrt()));
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The blocks of vertices that a cluster's faces ask for; none where that is not known.
+    #[inline(always)]
+    pub fn blocks_of(&self, cluster: usize) -> &[u32] {
+        match self.starts.get(cluster..cluster + 2) {
+            Some([start, end]) => &self.blocks[*start as usize..*end as usize],
+            _ => &[],
+        }
+    }
+
+    /// Whether it is known which vertices each cluster asks for.
+    pub fn knows_blocks(&self) -> bool {
+        !self.starts.is_empty()
+    }
+
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.least_areas.len() * 40 + (self.starts.len() + self.blocks.len()) * 4
+    }
+}
+
+/// f32 not below.
+fn up(value: f64) -> f32 {
+    (value * (1.0 + 1e-6)) as f32
+}
+
+/// What a draw shows of space, as clusters ask for it: everything in object space.
+#[derive(Clone, Copy, Debug)]
+pub struct Outlook {
+    /// Unit planes with their distances: inside is >= 0. Left, right, top, bottom, near, far.
+    planes: [[f64; 4]; 6],
+    /// The first four moved outwards by more than a pixel.
+    beyond: [[f64; 4]; 4],
+    /// W, and the length of its gradient.
+    w: [f64; 4],
+    w_slope: f64,
+    /// det(Q) and G0, both turned so that what is culled has positive areas.
+    spread: f64,
+    cofactor: [f64; 3],
+    /// Pixels^2 of a doubled area of 1 where W is 1; none are culled with 0.
+    area_scale: f64,
+    /// Pixels at most that an edge of 1 runs over where W is 1.
+    edge_scale: f64,
+    /// How far the numbers of planes and cofactors reach: their roundings are a part of it.
+    reach: f64,
+}
+
+impl Outlook {
+    /// Of a draw; `complement` is w - z as a row over view space.
+    pub fn new(t: &ToScreen, to_view: &DMat4, complement: [f64; 4], view: &View, keep: Keep) -> Self {
+        let back = to_view.transpose();
+        let clip = [t.projection[0], t.projection[1], t.projection[2], complement, t.projection[3]];
+        let [x, y, z, rest, w] = clip.map(|row| back * DVec4::from_array(row));
+        let ([hx, hy], [cx, cy]) = (t.half, t.center);
+        let sides = |margin: f64| {
+            let [x0, y0] = [view.x0 as f64 - margin, view.y0 as f64 - margin];
+            let [x1, y1] = [view.x1 as f64 + margin, view.y1 as f64 + margin];
+            [x * hx + w * (cx - x0), w * (x1 - cx) - x * hx, y * hy + w * (cy - y0), w * (y1 - cy) - y * hy]
+        };
+        let [left, right, top, bottom] = sides(0.0);
+        let planes = [left, right, top, bottom, z, rest].map(plane);
+        let [gx, gy, gw] = [x, y, w].map(|row| row.truncate());
+        let turn = match keep {
+            Keep::CounterClockwise => (hx * hy).signum(),
+            Keep::Clockwise => -(hx * hy).signum(),
+            Keep::Both => 0.0,
+        };
+        let spread = gx.cross(gy).dot(gw) * turn;
+        let cofactor = (gy.cross(gw) * x.w + gw.cross(gx) * y.w + gx.cross(gy) * w.w) * turn;
+        let across = (view.x0 as f64 - cx).abs().max((view.x1 as f64 - cx).abs());
+        let down = (view.y0 as f64 - cy).abs().max((view.y1 as f64 - cy).abs());
+        let slope = gw.length();
+        let offsets =
+            planes.iter().map(|p| p[3].abs()).chain([cofactor.length() / spread.abs(), w.w.abs() / slope]);
+        Outlook {
+            planes,
+            beyond: sides(1.01).map(plane),
+            w: w.to_array(),
+            w_slope: slope,
+            spread,
+            cofactor: cofactor.to_array(),
+            area_scale: (hx * hy * turn).abs(),
+            edge_scale: (hx.abs() * gx.length() + across * slope).max(hy.abs() * gy.length() + down * slope),
+            reach: offsets.filter(|o| o.is_finite()).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// A row as a plane with a unit normal; without a slope it is infinitely far, on one side or the other.
+fn plane(row: DVec4) -> [f64; 4] {
+    match row.truncate().length() {
+        0.0 => [0.0, 0.0, 0.0, row.w.signum() * f64::INFINITY],
+        length => (row / length).to_array(),
+    }
+}
+
+/// Decides on a run of clusters.
+pub struct ClusterKernel<'a> {
+    /// All clusters of the mesh.
+    pub clusters: &'a Clusters,
+    /// The number of the run's first; a multiple of [`WIDTH`].
+    pub first: usize,
+    /// The draw's.
+    pub outlook: &'a Outlook,
+    /// The [`Fate`] of each of the run.
+    pub fates: &'a mut [u8],
+    /// One a block of vertices: 1 where an open cluster asks for it. Empty where all are worked anyway.
+    pub marks: &'a [AtomicU8],
+}
+
+type Lanes = [f64; WIDTH];
+
+impl Kernel for ClusterKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let c = self.clusters;
+        let [s, n] = [&c.spheres, &c.cones];
+        for (i, fates) in self.fates.chunks_mut(WIDTH).enumerate() {
+            let at = self.first + i * WIDTH;
+            let lists = [
+                lanes(&s[0], at),
+                lanes(&s[1], at),
+                lanes(&s[2], at),
+                lanes(&s[3], at),
+                lanes(&n[0], at),
+                lanes(&n[1], at),
+                lanes(&n[2], at),
+                lanes(&n[3], at),
+                lanes(&c.least_areas, at),
+                lanes(&c.longest_edges, at),
+            ];
+            let decided = decide(self.outlook, &lists);
+            fates.copy_from_slice(&decided[..fates.len()]);
+            if self.marks.is_empty() {
+                continue;
+            }
+            for (k, _) in fates.iter().enumerate().filter(|(_, f)| **f == Fate::OPEN) {
+                for &block in c.blocks_of(at + k) {
+                    self.marks[block as usize].store(1, Relaxed);
+                }
+            }
+        }
+    }
+}
+
+/// A vector of a list, from `at` on.
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
+#[inline(always)]
+fn lanes(list: &[f32], at: usize) -> Lanes {
+    let (from, mut to) = (&list[at..at + WIDTH], [0.0; WIDTH]);
+    for i in 0..WIDTH {
+        to[i] = from[i] as f64;
+    }
+    to
+}
+
+/// The fates of clusters: spheres, cones, areas and edges, a list each.
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
+#[inline(always)]
+fn decide(o: &Outlook, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lanes; 10]) -> [u8; WIDTH] {
+    let mut fates = [Fate::OPEN; WIDTH];
+    for i in 0..WIDTH {
+        // What roundings may do is far below this.
+        let far = (x[i].abs() + y[i].abs()) + z[i].abs();
+        let r = radius[i] + 1e-12 * (far + o.reach);
+        let (mut inside, mut outside) = (true, false);
+        for p in &o.planes {
+            inside &= ((p[0] * x[i] + p[1] * y[i]) + p[2] * z[i]) + p[3] >= r;
+        }
+        for p in [&o.beyond[0], &o.beyond[1], &o.beyond[2], &o.beyond[3], &o.planes[4], &o.planes[5]] {
+            outside |= ((p[0] * x[i] + p[1] * y[i]) + p[2] * z[i]) + p[3] < -r;
+        }
+        let w = ((o.w[0] * x[i] + o.w[1] * y[i]) + o.w[2] * z[i]) + o.w[3];
+        let (w_min, w_max) = (w - o.w_slope * r, w + o.w_slope * r);
+        let is_before = w_min > 1e-9 * w_max;
+        let g = [
+            o.cofactor[0] + o.spread * x[i],
+            o.cofactor[1] + o.spread * y[i],
+            o.cofactor[2] + o.spread * z[i],
+        ];
+        let along = (ax[i] * g[0] + ay[i] * g[1]) + az[i] * g[2];
+        let length2 = (g[0] * g[0] + g[1] * g[1]) + g[2] * g[2];
+        let aside = (length2 - along * along).max(0.0).sqrt();
+        let sine = (1.0 - cosine[i] * cosine[i]).max(0.0).sqrt();
+        // N.G(p) at least, for a unit N of the cone at a point of the sphere.
+        let least = (along * cosine[i] - aside * sine) - o.spread.abs() * r;
+        let doubled_area = least * area[i] * o.area_scale;
+        let pixels = o.edge_scale * edge[i];
+        // Both sides times w_max^3; snapping 4 L / 256, with a hundredth to spare.
+        let moved = (0.0158 * pixels / w_min + 1e-4) * (w_max * w_max * w_max);
+        let turned = doubled_area > moved;
+        let gone = (outside & is_before) | (w_max < 0.0);
+        let culled = inside & is_before & turned & !gone;
+        fates[i] = (culled as u8 * Fate::CULLED) | (gone as u8 * Fate::OUTSIDE);
+    }
+    fates
+}
+
+#[cfg(test)]
+mod tests;

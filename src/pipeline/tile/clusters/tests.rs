@@ -1,0 +1,216 @@
+//! What is left out together, held to every face by itself.
+
+use super::*;
+use crate::math::coverage::SnappedTriangle;
+use crate::pipeline::tile::PreparedMesh;
+use crate::scene::shapes;
+use crate::simd::Level;
+use glam::{DMat4, DQuat};
+use proptest::prelude::*;
+use std::cmp::Ordering;
+
+const SIZE: [i32; 2] = [640, 400];
+
+fn rows(m: &DMat4) -> [[f64; 4]; 4] {
+    m.transpose().to_cols_array_2d()
+}
+
+/// Matrices to a frame of SIZE, and the row of w - z.
+fn to_screen(model: DMat4, view: DMat4, projection: DMat4) -> (ToScreen, [f64; 4]) {
+    let three = |m: &DMat4| [0, 1, 2].map(|i| rows(m)[i]);
+    let half = SIZE.map(|s| s as f64 * 0.5);
+    let t = ToScreen {
+        model: three(&model),
+        view: three(&view),
+        projection: rows(&projection),
+        center: half,
+        half: [half[0], -half[1]],
+        sides: [[0.0, SIZE[0] as f64], [0.0, SIZE[1] as f64]],
+    };
+    (t, (projection.row(3) - projection.row(2)).to_array())
+}
+
+fn fates(level: Level, clusters: &Clusters, outlook: &Outlook, marks: &[AtomicU8]) -> Vec<u8> {
+    let mut fates = vec![9; clusters.len()];
+    level.dispatch(ClusterKernel { clusters, first: 0, outlook, fates: &mut fates, marks });
+    fates
+}
+
+/// Whether a face is left out as `fate` says, by the steps of single faces.
+fn is_left_out(fate: u8, clip: [DVec4; 3], keep: Keep) -> bool {
+    let half = SIZE.map(|s| s as f64 * 0.5);
+    let screen = clip.map(|c| [half[0] + c.x / c.w * half[0], half[1] - c.y / c.w * half[1]]);
+    let all = |beyond: &dyn Fn(usize) -> bool| (0..3).all(beyond);
+    match fate {
+        Fate::OUTSIDE => {
+            let before = all(&|i| clip[i].w > 0.0);
+            all(&|i| clip[i].w <= 0.0)
+                || all(&|i| clip[i].z < 0.0)
+                || all(&|i| clip[i].z > clip[i].w)
+                || before
+                    && (0..2).any(|axis| {
+                        all(&|i| screen[i][axis] < -1.0)
+                            || all(&|i| screen[i][axis] > SIZE[axis] as f64 + 1.0)
+                    })
+        }
+        Fate::CULLED => {
+            let inside = all(&|i| {
+                let c = clip[i];
+                c.w > 0.0
+                    && c.z >= 0.0
+                    && c.z <= c.w
+                    && (0..2).all(|a| (0.0..=SIZE[a] as f64).contains(&screen[i][a]))
+            });
+            let turned = match keep {
+                Keep::CounterClockwise => Ordering::Greater,
+                Keep::Clockwise => Ordering::Less,
+                Keep::Both => return false,
+            };
+            inside && SnappedTriangle::new(screen).orientation() == turned
+        }
+        _ => true,
+    }
+}
+
+/// Holds every face to its cluster's fate; how many clusters are open, culled and outside.
+fn check(mesh: &PreparedMesh, model: DMat4, view: DMat4, projection: DMat4, keep: Keep) -> [usize; 3] {
+    let (t, complement) = to_screen(model, view, projection);
+    let outlook =
+        Outlook::new(&t, &t.to_view(), complement, &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] }, keep);
+    let marks: Vec<AtomicU8> = (0..mesh.vertex_count().div_ceil(WIDTH)).map(|_| AtomicU8::new(0)).collect();
+    let found = fates(Level::best(), &mesh.clusters, &outlook, &marks);
+    for level in Level::ALL {
+        assert_eq!(fates(level, &mesh.clusters, &outlook, &[]), found, "{level:?}");
+    }
+    let whole = projection * view * model;
+    let mut counts = [0; 3];
+    for f in 0..mesh.triangle_count {
+        let fate = found[f / CLUSTER_FACES];
+        counts[fate as usize] += usize::from(f % CLUSTER_FACES == 0);
+        let clip = [0, 1, 2].map(|k| {
+            let vertex = mesh.corners[k][f] as usize;
+            let wanted = marks[vertex / WIDTH].load(Relaxed) == 1;
+            assert!(fate != Fate::OPEN || wanted, "face {f}'s vertex {vertex} is not asked for");
+            whole * DVec3::from_array([0, 1, 2].map(|axis| mesh.positions[axis][vertex])).extend(1.0)
+        });
+        assert!(is_left_out(fate, clip, keep), "face {f} of fate {fate}: {clip:?}");
+    }
+    counts
+}
+
+fn knot(nu: u32, nv: u32) -> PreparedMesh {
+    PreparedMesh::new(&shapes::knot(nu, nv).expect("a knot"), |_, _| DVec3::Z)
+}
+
+fn perspective(near: f64, far: f64) -> DMat4 {
+    let (f, aspect) = (1.7, SIZE[0] as f64 / SIZE[1] as f64);
+    let a = far / (far - near);
+    DMat4::from_cols_array_2d(&[
+        [f / aspect, 0.0, 0.0, 0.0],
+        [0.0, f, 0.0, 0.0],
+        [0.0, 0.0, -a, -1.0],
+        [0.0, 0.0, -a * near, 0.0],
+    ])
+}
+
+fn parallel(height: f64, depth: f64) -> DMat4 {
+    let aspect = SIZE[0] as f64 / SIZE[1] as f64;
+    DMat4::from_cols_array_2d(&[
+        [1.0 / (height * aspect), 0.0, 0.0, 0.0],
+        [0.1, 1.0 / height, 0.0, 0.0],
+        [0.0, 0.0, -1.0 / depth, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ])
+}
+
+#[test]
+fn half_of_a_fine_knot_is_left_out_and_every_face_of_it_rightly() {
+    let mesh = knot(300, 80);
+    let (view, model) = (DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0)), DMat4::from_rotation_x(0.3));
+    for (keep, projection) in [
+        (Keep::CounterClockwise, perspective(1.0, 10.0)),
+        (Keep::Clockwise, perspective(1.0, 10.0)),
+        (Keep::CounterClockwise, parallel(2.5, 10.0)),
+    ] {
+        let [open, culled, outside] = check(&mesh, model, view, projection, keep);
+        assert!(
+            culled * 3 > open && outside == 0,
+            "{keep:?}: {open} open, {culled} culled, {outside} outside"
+        );
+    }
+    let [_, culled, outside] = check(&mesh, model, view, perspective(1.0, 10.0), Keep::Both);
+    assert_eq!((culled, outside), (0, 0));
+    // From the middle of it: behind the eye, beside the view and before near.
+    let [open, _, outside] =
+        check(&mesh, model, DMat4::IDENTITY, perspective(0.1, 10.0), Keep::CounterClockwise);
+    assert!(outside > open, "{open} open, {outside} outside");
+}
+
+#[test]
+fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
+    assert_eq!(knot(20, 20).clusters.len(), 0, "a mesh of few faces has no clusters");
+    let mut mesh = shapes::knot(64, 16).expect("a knot");
+    mesh.positions[7] = DVec3::NAN;
+    mesh.positions[300] = DVec3::splat(1e300);
+    mesh.positions[500] = mesh.positions[501];
+    let mesh = PreparedMesh::new(&mesh, |_, _| DVec3::Z);
+    let view = DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
+    let (t, complement) = to_screen(DMat4::IDENTITY, view, perspective(1.0, 10.0));
+    let outlook = Outlook::new(
+        &t,
+        &t.to_view(),
+        complement,
+        &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] },
+        Keep::CounterClockwise,
+    );
+    let found = fates(Level::best(), &mesh.clusters, &outlook, &[]);
+    for f in 0..mesh.triangle_count {
+        let clip = [0, 1, 2].map(|k| {
+            let vertex = mesh.corners[k][f] as usize;
+            perspective(1.0, 10.0)
+                * view
+                * DVec3::from_array([0, 1, 2].map(|axis| mesh.positions[axis][vertex])).extend(1.0)
+        });
+        let fate = found[f / CLUSTER_FACES];
+        assert!(is_left_out(fate, clip, Keep::CounterClockwise), "face {f} of fate {fate}: {clip:?}");
+    }
+    // Matrices without an inverse, and with what is no number.
+    for odd in
+        [DMat4::ZERO, DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), DMat4::NAN, DMat4::IDENTITY * 1e300]
+    {
+        let (t, complement) = to_screen(odd, view, perspective(1.0, 10.0));
+        let view = View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
+        let found = fates(
+            Level::best(),
+            &mesh.clusters,
+            &Outlook::new(&t, &t.to_view(), complement, &view, Keep::CounterClockwise),
+            &[],
+        );
+        assert!(!found.contains(&Fate::CULLED), "{odd:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn whatever_is_left_out_is_left_out_rightly(
+        turn in prop::array::uniform3(-3.2f64..3.2),
+        scale in prop::array::uniform3(prop_oneof![-3.0f64..-0.2, 0.2f64..3.0]),
+        at in prop::array::uniform3(-4.0f64..4.0),
+        far_away in prop_oneof![Just(0.0), Just(1e3), Just(1e6)],
+        near in 0.01f64..2.0,
+        is_parallel: bool,
+        clockwise: bool,
+    ) {
+        let mesh = knot(64, 24);
+        let away = DVec3::splat(far_away);
+        let model = DMat4::from_translation(away)
+            * DMat4::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, turn[0], turn[1], turn[2]))
+            * DMat4::from_scale(DVec3::from_array(scale));
+        let view = DMat4::from_translation(DVec3::from_array(at) - DVec3::Z * 4.0)
+            * DMat4::from_translation(-away);
+        let projection = if is_parallel { parallel(3.0, 12.0) } else { perspective(near, 12.0) };
+        let keep = if clockwise { Keep::Clockwise } else { Keep::CounterClockwise };
+        check(&mesh, model, view, projection, keep);
+    }
+}
