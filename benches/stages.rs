@@ -124,7 +124,7 @@ fn draw(group: &mut BenchmarkGroup<WallTime>, stage: &Stage, threads: Option<usi
     };
     let pool = worker_pool(threads);
     let name = format!("{} threads", pool.as_ref().map_or(1, |p| p.current_num_threads()));
-    let mut renderer = Renderer::new(RenderOptions { pool, simd: None, path: RenderPath::Fast });
+    let mut renderer = Renderer::new(RenderOptions { pool, ..RenderOptions::default() });
     let mut memory = VideoMemory::new(width, height).expect("a frame");
     let mut depth = None;
     let mut frame = || {

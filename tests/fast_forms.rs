@@ -33,7 +33,8 @@ struct Drawn {
 
 fn renderer(level: Level, threads: usize, path: RenderPath) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), path })
+    let options = RenderOptions::default();
+    Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), path, ..options })
 }
 
 fn from_env(name: &str, default: u64) -> u64 {

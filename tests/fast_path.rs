@@ -88,7 +88,8 @@ fn case(seed: u64) -> Case {
 
 fn with(level: Level, threads: usize) -> Renderer {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), path: RenderPath::Fast })
+    let options = RenderOptions::default();
+    Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), ..options })
 }
 
 fn from_env(name: &str, default: u64) -> u64 {

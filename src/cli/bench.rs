@@ -2,17 +2,18 @@
 
 use super::drawing::Drawing;
 use super::{FrameSize, Status, output, say_as_program};
-use crate::measure::bench::{self, Options, Row, Size, Workload};
+use crate::measure::bench::{self, Air, Options, Row, Size, Workload};
+use crate::memory::DepthFormat;
 use crate::save;
 use crate::server::Limits;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S6 other scenes
+/// Holds fixed workloads to the truth, then times them: W1 to W5 in three dimensions, W6 lines, W7 pixels, S1 to S7 other scenes
 #[derive(Debug, Args)]
 pub(super) struct Bench {
-    /// Which: W1 to W7, S1 to S6, `scenes` for all of those, or whole names, as W4_tex_nearest [default: W1 to W7]
+    /// Which: W1 to W7, S1 to S7, `scenes` for all of those, or whole names, as W4_tex_nearest [default: W1 to W7]
     #[arg(value_name = "WORKLOAD", value_parser = workloads)]
     workloads: Vec<Named>,
     /// Frames to time, fewer where they take longer than 6 seconds
@@ -21,6 +22,12 @@ pub(super) struct Bench {
     /// The frame's size; S5 has sizes of its own, scaled down with a smaller one
     #[arg(long, value_name = "WxH", default_value = "1920x1080")]
     size: FrameSize,
+    /// How depths are stored: u16, u24, u32, f32 or reversed
+    #[arg(long, value_name = "FORMAT", value_parser = depth_format, default_value = "f32")]
+    depth: Depth,
+    /// Draw W1 to W5 and S1 to S7 in fog
+    #[arg(long)]
+    fog: bool,
     /// One JSON object a line instead of a table
     #[arg(long)]
     json: bool,
@@ -35,11 +42,26 @@ pub(super) struct Bench {
 #[derive(Clone, Debug)]
 struct Named(Vec<Workload>);
 
+/// A depth format by its keyword in the command language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Depth(DepthFormat);
+
+impl std::fmt::Display for Depth {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.0.as_str())
+    }
+}
+
+fn depth_format(name: &str) -> Result<Depth, String> {
+    let found = DepthFormat::ALL.into_iter().find(|f| name.eq_ignore_ascii_case(f.as_str()));
+    found.map(Depth).ok_or_else(|| "expected u16, u24, u32, f32 or reversed".to_owned())
+}
+
 fn workloads(name: &str) -> Result<Named, String> {
     match Workload::named(name) {
         none if none.is_empty() => {
             let names = Workload::ALL.map(Workload::name).join(", ");
-            Err(format!("expected W1 to W7, S1 to S6, scenes, or one of {names}"))
+            Err(format!("expected W1 to W7, S1 to S7, scenes, or one of {names}"))
         }
         some => Ok(Named(some)),
     }
@@ -57,6 +79,8 @@ impl Bench {
         }
         let options = Options {
             render: self.drawing.options(),
+            depth_format: self.depth.0,
+            air: if self.fog { Air::Fog } else { Air::Clear },
             size: Size { width: self.size.width, height: self.size.height, ..Size::FULL },
             frames: self.frames.into(),
             budget: Duration::from_secs(6),

@@ -1,6 +1,6 @@
 //! The arguments that say by what means pictures are drawn; they never change a byte of them.
 
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use crate::pipeline::{CoarseDepth, RenderOptions, RenderPath, Renderer};
 use crate::server::worker_pool;
 use crate::simd::Level;
 use clap::Args;
@@ -14,6 +14,27 @@ pub(super) struct Drawing {
     /// Vectors that draw: auto, avx512, avx2 or portable
     #[arg(long, value_name = "S", value_parser = simd, default_value = "auto")]
     simd: Simd,
+    /// Leave faces out first that are hidden in their part of a tile: on or off
+    #[arg(long, value_name = "on|off", value_parser = coarse, default_value = "off")]
+    coarse: Coarse,
+}
+
+/// Coarse depth, as it is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+struct Coarse(CoarseDepth);
+
+impl std::fmt::Display for Coarse {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(if self.0 == CoarseDepth::On { "on" } else { "off" })
+    }
+}
+
+fn coarse(text: &str) -> Result<Coarse, String> {
+    match text {
+        "on" => Ok(Coarse(CoarseDepth::On)),
+        "off" => Ok(Coarse(CoarseDepth::Off)),
+        _ => Err("expected on or off".to_owned()),
+    }
 }
 
 /// A level, or the widest there is.
@@ -49,6 +70,7 @@ impl Drawing {
             pool: worker_pool(self.threads.map(usize::from)),
             simd: self.simd.0,
             path: RenderPath::Fast,
+            coarse: self.coarse.0,
         }
     }
 }

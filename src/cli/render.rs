@@ -9,7 +9,7 @@ use super::{FrameSize, Status, output};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::budget::{Budget, BudgetKind, choose};
-use crate::pipeline::{self, DepthUse, Renderer, SceneOptions, Target};
+use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, Movie, MovieFormat, SaveError};
 use crate::scene::{Scene, ShadeMode};
 use crate::server::Limits;
@@ -207,7 +207,7 @@ impl Render {
             ids: None,
         };
         if self.explain {
-            plan.insert_str(0, &pipeline::plan_scene(&target, scene, &options).to_string());
+            plan.insert_str(0, &renderer.plan_scene(&target, scene, &options).to_string());
         }
         if let Some(trace) = self.trace {
             trace::print(scene, &options, [size.width, size.height], trace).map_err(refused)?;

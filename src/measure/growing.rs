@@ -5,7 +5,7 @@ use super::growth::{Growth, GrowthPoint};
 use super::memory;
 use super::picture::Stage;
 use super::threads::knot;
-use crate::pipeline::{RenderOptions, RenderPath, Renderer};
+use crate::pipeline::{RenderOptions, Renderer};
 use crate::scene::{Light, Mesh, Scene, ShadeMode};
 use crate::server::{Engine, Finish, RenderThread, worker_pool};
 use crate::truth::scenes::{lit_triangle, object};
@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// The renderer that programs get on this machine.
 fn renderer() -> Renderer {
-    Renderer::new(RenderOptions { pool: worker_pool(None), simd: None, path: RenderPath::Fast })
+    Renderer::new(RenderOptions { pool: worker_pool(None), ..RenderOptions::default() })
 }
 
 const VGA: [u32; 2] = [640, 480];

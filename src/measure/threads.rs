@@ -46,8 +46,12 @@ pub(super) fn usual_threads() -> usize {
 fn rows(effort: &Effort) -> Vec<Row> {
     let (width, height) = effort.pick((320, 240), (1280, 960));
     let scene = knot(effort.pick(120, 400), effort.pick(24, 60));
-    let options =
-        |path, simd, threads| RenderOptions { pool: worker_pool(Some(threads)), simd: Some(simd), path };
+    let options = |path, simd, threads| RenderOptions {
+        pool: worker_pool(Some(threads)),
+        simd: Some(simd),
+        path,
+        ..RenderOptions::default()
+    };
     let stage = |options| Stage::new(Renderer::new(options), width, height);
     let mut base = stage(options(RenderPath::Fast, Level::Portable, 1));
     base.draw(&scene);

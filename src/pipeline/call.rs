@@ -129,6 +129,16 @@ pub enum DepthUse {
     SceneOnly,
 }
 
+/// Whether the tile renderer leaves out faces that lie behind everything in their part of a tile; the same bytes either way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum CoarseDepth {
+    /// Every face's pixels are tested.
+    #[default]
+    Off,
+    /// Hidden faces are left out first, under f32 depths.
+    On,
+}
+
 /// How a whole scene is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
@@ -183,6 +193,8 @@ pub struct DrawStats {
     pub faces_cut: u64,
     /// Triangles handed to the rasteriser.
     pub faces_drawn: u64,
+    /// Triangles left out by coarse depth, each once for every tile that it reaches; their pixels are not tested.
+    pub faces_hidden: u64,
     /// Line segments drawn (wire edges, line sets), after clipping.
     pub lines_drawn: u64,
     /// Points drawn.
@@ -206,6 +218,7 @@ impl std::ops::AddAssign for DrawStats {
         self.faces_culled += o.faces_culled;
         self.faces_cut += o.faces_cut;
         self.faces_drawn += o.faces_drawn;
+        self.faces_hidden += o.faces_hidden;
         self.lines_drawn += o.lines_drawn;
         self.points_drawn += o.points_drawn;
         self.vertices_lit += o.vertices_lit;

@@ -143,6 +143,10 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
         }
         Some(why) => plan.leave_out(Part::TileRenderer, why),
     }
+    match plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
+        true => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
+        false => plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth"),
+    }
     match veil_obstacle(call, target) {
         _ if plan.uses(Part::TileRenderer) => {
             plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");

@@ -10,7 +10,7 @@ mod together;
 mod veil;
 
 use super::assemble::{Face, Side};
-use super::call::{DrawCall, DrawStats, Target};
+use super::call::{CoarseDepth, DrawCall, DrawStats, Target};
 use super::plan::{Part, Plan};
 use super::prepare::Prepared;
 use super::raster::opaque;
@@ -30,6 +30,7 @@ pub(crate) use veil::{Veils, veil_obstacle};
 pub(crate) struct Tools<'t> {
     pub level: Level,
     pub crew: &'t Workers,
+    pub coarse: CoarseDepth,
     pub memories: &'t mut Memories,
 }
 
@@ -95,6 +96,7 @@ impl Prepared<'_> {
     pub fn draw_fast(&self, tools: Tools<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
         let Memories { scratch, tables, spare } = tools.memories;
         let Some(mut parts) = self.parts(spare) else { return false };
+        parts.coarse = tools.coarse;
         let crew = if self.is_small() { &Workers::Alone } else { tools.crew };
         let (level, format) = (tools.level, target.depth_format);
         let result = crew.run(|| {

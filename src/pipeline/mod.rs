@@ -39,7 +39,7 @@ mod vertex;
 mod viewport;
 mod whole;
 
-pub use call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+pub use call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use renderer::{RenderOptions, RenderPath, Renderer};

@@ -35,12 +35,13 @@ pub enum Part {
     Lines,
     Points,
     TileRenderer,
+    CoarseDepth,
     FacesInOrder,
 }
 
 impl Part {
     /// Every part, in order.
-    pub const ALL: [Part; 26] = [
+    pub const ALL: [Part; 27] = [
         Part::VideoMemory,
         Part::DepthMemory,
         Part::IdMemory,
@@ -66,6 +67,7 @@ impl Part {
         Part::Lines,
         Part::Points,
         Part::TileRenderer,
+        Part::CoarseDepth,
         Part::FacesInOrder,
     ];
 
@@ -97,6 +99,7 @@ impl Part {
             Part::Lines => ("lines", "lines"),
             Part::Points => ("points", "points"),
             Part::TileRenderer => ("tile renderer", "faces"),
+            Part::CoarseDepth => ("coarse depth", "faces"),
             Part::FacesInOrder => ("faces in order", "faces"),
         }
     }

@@ -6,15 +6,15 @@
 //! with any pool and at any level.
 
 use super::bands::{Listed, draw_listed};
-use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use super::call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::fast::{Memories, Together, Tools, obstacle};
 use super::known::Known;
 use super::order::Order;
-use super::plan::Part;
+use super::plan::{Part, Plan};
 use super::prepare::{Layer, Prepared, Spare};
-use super::tile::Workers;
-use super::whole::{Painter, SceneLists, draw_scene_with};
-use crate::memory::{Rgba, VideoMemory};
+use super::tile::{COARSE_BYTES, Workers};
+use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene};
+use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use rayon::prelude::*;
@@ -40,6 +40,8 @@ pub struct RenderOptions {
     pub simd: Option<Level>,
     /// Which path draws.
     pub path: RenderPath,
+    /// Whether hidden faces are left out tile by tile.
+    pub coarse: CoarseDepth,
 }
 
 /// See the module's text.
@@ -104,6 +106,28 @@ impl Renderer {
         memory.mark_rows(0..memory.height());
     }
 
+    /// What [`super::plan_scene`] says, and whether this renderer leaves hidden faces out tile by tile.
+    pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
+        let mut plan = plan_scene(target, scene, options);
+        if plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
+            match (self.options.coarse, target.depth_format) {
+                (CoarseDepth::Off, _) => {}
+                (CoarseDepth::On, DepthFormat::F32) => {
+                    let threads = self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64;
+                    let reason = "hidden faces are left out by cells of 16x8 pixels";
+                    plan.add(
+                        Part::CoarseDepth,
+                        reason,
+                        plan.item(Part::TileRenderer).count,
+                        threads * COARSE_BYTES,
+                    );
+                }
+                (CoarseDepth::On, _) => plan.leave_out(Part::CoarseDepth, "only f32 depths have it"),
+            }
+        }
+        plan
+    }
+
     /// Draws one mesh, as [`super::draw`] does.
     ///
     /// # Errors
@@ -155,7 +179,8 @@ impl Painter for Renderer {
             && layer != Layer::Transparent
             && obstacle(prepared.call, target, &prepared.plan).is_none();
         if is_fast {
-            let tools = Tools { level: self.level(), crew: &self.crew, memories: &mut self.memories };
+            let coarse = self.options.coarse;
+            let tools = Tools { level: self.level(), crew: &self.crew, coarse, memories: &mut self.memories };
             if prepared.draw_fast(tools, target, stats) {
                 return;
             }
@@ -177,7 +202,9 @@ impl Painter for Renderer {
 
     fn together(&mut self, all: &[Prepared], target: &mut Target, stats: &mut DrawStats) -> usize {
         match self.options.path {
-            RenderPath::Fast => self.together.draw((self.level(), &self.crew), all, target, stats),
+            RenderPath::Fast => {
+                self.together.draw((self.level(), &self.crew, self.options.coarse), all, target, stats)
+            }
             RenderPath::Plain => 0,
         }
     }

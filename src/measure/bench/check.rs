@@ -2,7 +2,7 @@
 
 use super::Workload;
 use super::stage::BACKGROUND;
-use crate::memory::{DepthMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use crate::truth::TruthPicture;
 use crate::truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};
 use std::fmt;
@@ -21,7 +21,7 @@ pub struct Check {
     pub coverage_off: usize,
     /// The largest difference in z.
     pub max_depth_error: f64,
-    /// Pixels whose depth is further off than f32 depths may be.
+    /// Pixels whose depth is further off than its format allows.
     pub depths_off: usize,
     /// Pixels that the truth draws.
     pub covered: usize,
@@ -84,17 +84,19 @@ impl Check {
             let off = distance(found.color(index), plain.color(index));
             let [f, t] = [found, plain].map(|d| d.depth.format().decode(d.depth.word(index)));
             let z_off = (f - t).abs();
+            let words = [found, plain].map(|d| d.depth.word(index));
+            let is_near = is_near(plain.depth.format(), words, z_off);
             check.coverage_off += usize::from((f < 1.0) != (t < 1.0));
             // What lets light through writes no depth.
             check.covered += usize::from(t < 1.0 || plain.color(index) != BACKGROUND);
-            if off <= limit && z_off <= F32_Z_LIMIT {
+            if off <= limit && is_near {
                 check.add(off, z_off, false);
             } else {
-                suspects.push((index, off, z_off));
+                suspects.push((index, off, z_off, !is_near));
             }
         }
         if suspects.len() * MANY > check.covered {
-            suspects.iter().for_each(|&(_, off, z_off)| check.add(off, z_off, z_off > F32_Z_LIMIT));
+            suspects.iter().for_each(|&(_, off, z_off, is_off)| check.add(off, z_off, is_off));
             return check;
         }
         let places: Vec<[u32; 2]> =
@@ -103,9 +105,9 @@ impl Check {
             return check;
         }
         let truth = ask(&places);
-        for (&place, &(index, off, z_off)) in places.iter().zip(&suspects) {
+        for (&place, &(index, off, z_off, is_off)) in places.iter().zip(&suspects) {
             if truth.is_free(place[0], place[1]) {
-                check.add(off, z_off, z_off > F32_Z_LIMIT);
+                check.add(off, z_off, is_off);
                 continue;
             }
             let n = nearest(&truth, place, found.color(index), Some(found.depth.word(index)));
@@ -139,7 +141,7 @@ impl Check {
         if self.depths_off > 0 {
             let (off, found) = (self.depths_off, self.max_depth_error);
             return Err(format!(
-                "a depth is {found:e} from the truth, {F32_Z_LIMIT:e} allowed, and {off} are over it"
+                "a depth is {found:e} from the truth, and {off} are further than their format allows"
             ));
         }
         Ok(())
@@ -156,6 +158,19 @@ pub(super) fn limit_steps(workload: Workload) -> u8 {
         _ => plain,
     }
 }
+
+/// Whether a stored depth can stand beside the plain path's without the reference being asked: whole numbers have one right word
+/// nearly everywhere.
+fn is_near(format: DepthFormat, [found, plain]: [u32; 2], z_off: f64) -> bool {
+    match format {
+        DepthFormat::U16 | DepthFormat::U24 | DepthFormat::U32 => found == plain,
+        DepthFormat::F32 => z_off <= F32_Z_LIMIT,
+        DepthFormat::Reversed => found.abs_diff(plain) <= REVERSED_ULPS,
+    }
+}
+
+/// How far reversed depths may be off, in units of their last place.
+const REVERSED_ULPS: u32 = 4;
 
 /// The largest difference of a channel.
 fn distance(a: [u8; 4], b: [u8; 4]) -> u8 {

@@ -1,4 +1,4 @@
-//! THE WORKLOADS: fixed pieces of work, W1 to W7 and S1 to S6, each held to its truth before it is timed.
+//! THE WORKLOADS: fixed pieces of work, W1 to W7 and S1 to S7, each held to its truth before it is timed.
 //!
 //! In: a [`Workload`], a [`Size`] and what to draw with. Out: a [`Row`] of times, or a [`Refusal`] where the picture is
 //! further from the truth than its bound: then there is no time to tell. A frame is everything that a program would do:
@@ -7,7 +7,7 @@
 //!
 //! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
 //! path, all pixels of it, and where that has only one of several right answers the reference (`truth`). W6 and W7 are
-//! lines and pixels; their truth is the plainest loop, which is timed beside them. S1 to S6 are other scenes, whose truth
+//! lines and pixels; their truth is the plainest loop, which is timed beside them. S1 to S7 are other scenes, whose truth
 //! is that of W1; most of them grow, and each step is held to it and timed.
 
 mod check;
@@ -22,9 +22,10 @@ pub use export::{ExportedFile, export};
 
 use super::clock::Timing;
 use super::growth::{Growth, GrowthPoint};
-use crate::memory::VideoMemory;
+use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::RenderOptions;
-use crate::scene::Filter;
+use crate::scene::{Filter, Fog, FogKind};
+use glam::DVec3;
 use std::time::{Duration, Instant};
 
 /// A piece of work.
@@ -60,11 +61,13 @@ pub enum Workload {
     Sizes,
     /// S6: a knot among 1 to 64 lights.
     Lights,
+    /// S7: 32 walls of many faces, the nearest first.
+    Hidden,
 }
 
 impl Workload {
     /// All, in the order of their names.
-    pub const ALL: [Workload; 17] = [
+    pub const ALL: [Workload; 18] = [
         Workload::Phong70k,
         Workload::Phong1M,
         Workload::Fill20,
@@ -82,6 +85,7 @@ impl Workload {
         Workload::Mesh4M,
         Workload::Sizes,
         Workload::Lights,
+        Workload::Hidden,
     ];
 
     /// The ten that other programs draw too, W1 to W7.
@@ -108,6 +112,7 @@ impl Workload {
             Workload::Mesh4M => "S4_mesh4M",
             Workload::Sizes => "S5_sizes",
             Workload::Lights => "S6_lights",
+            Workload::Hidden => "S7_hidden",
         }
     }
 
@@ -143,11 +148,33 @@ impl Size {
     pub const FULL: Size = Size { width: 1920, height: 1080, divisor: 1 };
 }
 
+/// What lies between the eye and what is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Air {
+    /// Nothing.
+    #[default]
+    Clear,
+    /// Grey fog through which half of what stands at the scene's middle is seen, or more.
+    Fog,
+}
+
+impl Air {
+    /// The fog of a scene that has none of its own.
+    fn fog(self) -> Option<Fog> {
+        let fog = Fog { color: DVec3::splat(0.6), kind: FogKind::Linear, visibility_range: 12.0 };
+        (self == Air::Fog).then_some(fog)
+    }
+}
+
 /// How it is drawn and how often.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Threads and vectors.
     pub render: RenderOptions,
+    /// How depths are stored, W6 and W7 aside.
+    pub depth_format: DepthFormat,
+    /// What lies between the eye and what is drawn.
+    pub air: Air,
     /// How much is drawn.
     pub size: Size,
     /// Frames that are timed, unless their time runs out.
@@ -278,7 +305,8 @@ fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
         | Workload::Scene10k
         | Workload::Mesh4M
         | Workload::Sizes
-        | Workload::Lights => Box::new(scenes::Scenes::new(workload, options, last.unwrap_or(1))),
+        | Workload::Lights
+        | Workload::Hidden => Box::new(scenes::Scenes::new(workload, options, last.unwrap_or(1))),
         Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::job(workload, options)),
         Workload::PutPixel => Box::new(flat::Pixels::job(options)),
         _ => Box::new(space::Space::new(workload, options)),

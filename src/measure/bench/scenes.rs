@@ -1,5 +1,5 @@
-//! S1 to S6: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
-//! through, thousands of small objects, a mesh of millions, frames and lights that grow.
+//! S1 to S7: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
+//! through, thousands of small objects, a mesh of millions, frames and lights that grow, walls behind walls.
 
 use super::check::Check;
 use super::stage::Stage;
@@ -61,7 +61,7 @@ impl Scenes {
             size = FRAMES[step as usize].map(|side| (side * width / 1920).max(1));
         }
         let [width, height] = size;
-        let (scene, amount) = match workload {
+        let (mut scene, amount) = match workload {
             // As many as the first frame finds: nearer layers are larger.
             Workload::Layers64 => (layers(step), 0.0),
             Workload::Objects10k | Workload::Scene10k => {
@@ -74,9 +74,11 @@ impl Scenes {
                 (knot(mesh), faces)
             }
             Workload::Sizes => (knot(mesh_of(20_000 / divisor)), f64::from(width) * f64::from(height)),
+            Workload::Hidden => (walls(divisor), 1.0),
             Workload::Lights => (lit_knot(mesh_of(20_000 / divisor), step), f64::from(step)),
             _ => (room(divisor), 1.0),
         };
+        scene.fog = options.air.fog();
         Scenes {
             workload,
             stage: Stage::new(options, size),
@@ -299,6 +301,41 @@ fn layers(count: u32) -> Scene {
         ambient: DVec3::splat(0.5),
         lights: vec![Light::point(DVec3::new(3.0, 4.0, 5.0), DVec3::ONE)],
         objects,
+        ..Scene::default()
+    }
+}
+
+/// S7: walls over the whole frame, each of a thousand faces that run up and down, behind one another.
+fn walls(divisor: u32) -> Scene {
+    let (across, up) = ((40 / divisor).max(4), 14);
+    let wall = |i: u32| {
+        let mut mesh = Mesh::default();
+        for y in 0..=up {
+            for x in 0..=across {
+                let at =
+                    [f64::from(x) / f64::from(across), f64::from(y) / f64::from(up)].map(|t| 2.0 * t - 1.0);
+                let height = if (x + y + i).is_multiple_of(2) { 0.03 } else { -0.03 };
+                mesh.positions.push(DVec3::new(at[0] * 3.4, at[1] * 2.0, height));
+            }
+        }
+        for y in 0..up {
+            for x in 0..across {
+                let first = y * (across + 1) + x;
+                let corners = [first, first + 1, first + across + 2, first + across + 1];
+                let corner = |position| Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+                mesh.push_polygon(&corners.map(corner), NONE);
+            }
+        }
+        let mut thing = object("wall", mesh);
+        thing.model = DMat4::from_translation(DVec3::new(0.0, 0.0, 2.5 - 0.1 * f64::from(i)));
+        thing.material = material(DVec3::new(0.9, 0.2 + 0.02 * f64::from(i), 0.5));
+        thing
+    };
+    Scene {
+        camera: Some(perspective(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 0.5, 20.0)),
+        ambient: DVec3::splat(0.3),
+        lights: vec![Light::point(DVec3::new(3.0, 4.0, 6.0), DVec3::ONE)],
+        objects: (0..32).map(wall).collect(),
         ..Scene::default()
     }
 }

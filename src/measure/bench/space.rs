@@ -11,7 +11,7 @@ use crate::math::matrix;
 use crate::memory::{DepthMemory, VideoMemory};
 use crate::pipeline::{self, DrawCall};
 use crate::scene::{
-    Camera, Corner, Cull, Filter, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Object,
+    Camera, Corner, Cull, Filter, Fog, Geometry, HiddenSurface, Light, LookAt, Material, Mesh, NONE, Object,
     Projection, Sampling, Scene, ShadeMode, Texture, Wrap, shapes,
 };
 use crate::truth::{self, TruthPicture};
@@ -38,6 +38,7 @@ pub(super) struct Subject {
     shade: ShadeMode,
     filter: Filter,
     ambient: DVec3,
+    fog: Option<Fog>,
 }
 
 impl Space {
@@ -46,7 +47,7 @@ impl Space {
         Space {
             workload,
             stage: Stage::new(options, [size.width, size.height]),
-            scene: Subject::new(workload, size.divisor),
+            scene: Subject { fog: options.air.fog(), ..Subject::new(workload, size.divisor) },
         }
     }
 
@@ -154,6 +155,7 @@ impl Subject {
             shade: ShadeMode::Phong,
             filter: Filter::default(),
             ambient: DVec3::ONE,
+            fog: None,
         };
         // What shows its own colour: all of the ambient light, and no other.
         let unlit = Material { ka: DVec3::ONE, kd: DVec3::ZERO, ks: DVec3::ZERO, ..Material::default() };
@@ -210,6 +212,7 @@ impl Subject {
             camera: Some(self.camera),
             ambient: self.ambient,
             lights: self.lights.clone(),
+            fog: self.fog,
             objects: vec![object],
             ..Scene::default()
         }
@@ -226,6 +229,7 @@ impl Subject {
             shade: self.shade,
             cull: Cull::Back,
             hide: HiddenSurface::ZBuffer,
+            fog: self.fog,
             // As a resource of a server is: prepared once, drawn often.
             shared: Some(&self.geometry),
             ..DrawCall::new(&self.geometry, &self.material, width, height)

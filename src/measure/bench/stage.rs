@@ -14,6 +14,7 @@ pub(super) struct Stage {
     pub renderer: Renderer,
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
+    depth_format: DepthFormat,
 }
 
 impl Stage {
@@ -22,7 +23,8 @@ impl Stage {
         Stage {
             renderer: Renderer::new(options.render.clone()),
             memory: VideoMemory::new(width, height).expect("the size of a benchmark's frame"),
-            depth: Some(DepthMemory::new(width, height, DepthFormat::F32)),
+            depth: Some(DepthMemory::new(width, height, options.depth_format)),
+            depth_format: options.depth_format,
         }
     }
 
@@ -37,8 +39,8 @@ impl Stage {
         if let Some(depth) = &mut self.depth {
             depth.clear();
         }
-        let (memory, depth) = (&mut self.memory, &mut self.depth);
-        draw(&mut self.renderer, &mut Target { memory, depth, depth_format: DepthFormat::F32, ids: None });
+        let (memory, depth, depth_format) = (&mut self.memory, &mut self.depth, self.depth_format);
+        draw(&mut self.renderer, &mut Target { memory, depth, depth_format, ids: None });
     }
 
     /// What something else draws on a frame like this one: its picture and depths.
@@ -50,7 +52,7 @@ impl Stage {
         draw(&mut Target {
             memory: &mut memory,
             depth: &mut depth,
-            depth_format: DepthFormat::F32,
+            depth_format: self.depth_format,
             ids: None,
         });
         (memory, depth)
@@ -59,7 +61,7 @@ impl Stage {
     /// A reference's picture of this size, cleared.
     pub fn reference(&self) -> TruthPicture {
         let [width, height] = self.size();
-        let mut picture = TruthPicture::new(width, height, DepthFormat::F32);
+        let mut picture = TruthPicture::new(width, height, self.depth_format);
         picture.clear(BACKGROUND);
         picture
     }

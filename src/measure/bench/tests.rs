@@ -4,7 +4,14 @@ use super::*;
 
 fn small() -> Options {
     let size = Size { width: 96, height: 54, divisor: 5_000 };
-    Options { render: RenderOptions::default(), size, frames: 2, budget: Duration::from_millis(50) }
+    Options {
+        render: RenderOptions::default(),
+        depth_format: Default::default(),
+        air: Default::default(),
+        size,
+        frames: 2,
+        budget: Duration::from_millis(50),
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::f32s;
 use super::frame::ShadingFrame;
 use super::light::{Light, SpareLists, TableWork, Tables};
 use crate::memory::DepthFormat;
-use crate::pipeline::call::DrawStats;
+use crate::pipeline::call::{CoarseDepth, DrawStats};
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::tile::{
@@ -28,6 +28,8 @@ pub(crate) struct Parts<'p> {
     haze: Option<Haze>,
     is_lit: bool,
     needs_positions: bool,
+    /// Whether hidden faces are left out tile by tile: off unless it is set.
+    pub coarse: CoarseDepth,
 }
 
 impl Prepared<'_> {
@@ -71,6 +73,7 @@ impl Prepared<'_> {
             && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
         let view = View { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 };
         let light = Light::Constant;
+        let coarse = CoarseDepth::Off;
         Some(Parts {
             prepared,
             frame,
@@ -83,6 +86,7 @@ impl Prepared<'_> {
             haze,
             is_lit,
             needs_positions,
+            coarse,
         })
     }
 
@@ -148,6 +152,7 @@ impl Prepared<'_> {
             plain: &plain,
             name: self.call.name,
             deep: has_depth.then(|| self.deep(format)).flatten(),
+            coarse: parts.coarse,
         })
     }
 

@@ -7,7 +7,7 @@
 use super::parts::Parts;
 use super::{Memories, frame_of, obstacle};
 use crate::memory::DepthFormat;
-use crate::pipeline::call::{DrawStats, Target};
+use crate::pipeline::call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::order::emptied;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
@@ -59,7 +59,7 @@ impl Together {
     /// Draws the opaque faces of the first of these draws, and says how many were drawn; 0 where the first one is not for this.
     pub fn draw(
         &mut self,
-        (level, crew): (Level, &Workers),
+        (level, crew, coarse): (Level, &Workers, CoarseDepth),
         all: &[Prepared],
         target: &mut Target,
         stats: &mut DrawStats,
@@ -83,7 +83,9 @@ impl Together {
         let (width, format) = (target.memory.width() as usize, target.depth_format);
         let whole = pool.install(|| {
             let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
-            pairs.map(|(slot, p)| Drawn::new(p, slot, level, (width, format))).collect_into_vec(&mut drawn);
+            pairs
+                .map(|(slot, p)| Drawn::new(p, slot, (level, coarse), (width, format)))
+                .collect_into_vec(&mut drawn);
             let whole = drawn.iter().take_while(|d| d.is_some()).count();
             let each = || drawn[..whole].iter().flatten().zip(&*slots).zip(all);
             let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.bands);
@@ -113,6 +115,7 @@ impl Together {
             if i < whole {
                 let (tested, passed) = counts.fragments();
                 (own.pixels_tested, own.pixels_written) = (own.pixels_tested + tested, passed);
+                own.faces_hidden = counts.hidden();
                 *stats += prepared.counted(own);
             }
         }
@@ -126,12 +129,13 @@ impl<'p> Drawn<'p> {
     fn new(
         prepared: &'p Prepared,
         slot: &mut Memories,
-        level: Level,
+        (level, coarse): (Level, CoarseDepth),
         (width, format): (usize, DepthFormat),
     ) -> Option<Self> {
         let Memories { scratch, tables, spare } = slot;
         let crew = &Workers::Alone;
         let mut parts = prepared.parts(spare)?;
+        parts.coarse = coarse;
         prepared.make_tables(&mut parts, level, crew, tables);
         let mut stats = DrawStats::default();
         let binned = prepared

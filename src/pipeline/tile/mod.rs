@@ -11,6 +11,7 @@
 
 mod bins;
 mod clusters;
+mod coarse;
 mod corners;
 mod crew;
 mod deep;
@@ -31,6 +32,7 @@ mod workers;
 
 pub(crate) use bins::{Keep, View};
 pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
+pub(crate) use coarse::COARSE_BYTES;
 pub use crew::{Alone, Crew, Pool};
 pub(crate) use deep::Form;
 pub(crate) use faces::{Eye, Shading, Source, Surface};
@@ -46,11 +48,12 @@ pub(crate) use wide::WideFace;
 pub(crate) use workers::Workers;
 
 use crate::memory::DepthCells;
-use crate::pipeline::call::DrawStats;
+use crate::pipeline::call::{CoarseDepth, DrawStats};
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use bins::{Bin, Chunk, Grid};
 use clusters::{CLUSTER_FACES, ClusterKernel, Outlook};
+use coarse::CoarseRasterKernel;
 use deep::{DeepRasterKernel, DeepVertex, DeepVertexKernel};
 use faces::Faces;
 use raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
@@ -156,6 +159,8 @@ pub(crate) struct Job<'a> {
     pub name: u32,
     /// How depth is worked in f64; `None` for f32 depths, and where there are none.
     pub deep: Option<Deep>,
+    /// Whether hidden faces are left out tile by tile.
+    pub coarse: CoarseDepth,
 }
 
 /// What depth formats other than f32 ask for.
@@ -221,12 +226,18 @@ pub(crate) struct Counts {
     tested: AtomicU64,
     passed: AtomicU64,
     shaded: AtomicU64,
+    hidden: AtomicU64,
 }
 
 impl Counts {
     /// Fragments tested and passed.
     pub fn fragments(&self) -> (u64, u64) {
         (self.tested.load(Relaxed), self.passed.load(Relaxed))
+    }
+
+    /// Faces left out by coarse depth, each once for every tile.
+    pub fn hidden(&self) -> u64 {
+        self.hidden.load(Relaxed)
     }
 }
 
@@ -248,6 +259,7 @@ pub(crate) fn render(
     stats.rows = bands(crew, binned.bands, &job.view, frame, &|band, far, memories| {
         draw_band(level, (scratch, &binned), job, (width, far), band, memories, &counts);
     });
+    stats.draw.faces_hidden = counts.hidden();
     stats.draw.pixels_tested += counts.tested.into_inner();
     stats.draw.pixels_written = counts.passed.into_inner();
     stats.shaded = counts.shaded.into_inner();
@@ -418,7 +430,7 @@ pub(crate) fn draw_band(
     // Words of 16 bits are widened while a tile is drawn.
     let is_narrow = !memories.narrow.is_empty();
     let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
-    let (mut own_tested, mut own_passed, mut own_shaded) = (0, 0, 0);
+    let (mut own_tested, mut own_passed, mut own_shaded, mut own_hidden) = (0, 0, 0, 0);
     // What few tiles are reached is read from their list: to look through all of them costs a small draw more than its pixels.
     let few = match chunks {
         [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
@@ -467,7 +479,16 @@ pub(crate) fn draw_band(
             let (t, p) = match deep {
                 None => {
                     let tile = &mut tile;
-                    level.dispatch(RasterKernel { bin, wide, corners, tile })
+                    let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
+                    let kernel = RasterKernel { bin, wide, corners, tile };
+                    match is_coarse && CoarseRasterKernel::pays(bin) {
+                        false => level.dispatch(kernel),
+                        true => {
+                            let (t, p, h) = level.dispatch(CoarseRasterKernel(kernel));
+                            own_hidden += h;
+                            (t, p)
+                        }
+                    }
                 }
                 Some(Deep { form, .. }) => {
                     let (words, tile) = (&mut *words, &mut tile);
@@ -506,6 +527,7 @@ pub(crate) fn draw_band(
     counts.tested.fetch_add(own_tested, Relaxed);
     counts.passed.fetch_add(own_passed, Relaxed);
     counts.shaded.fetch_add(own_shaded, Relaxed);
+    counts.hidden.fetch_add(own_hidden, Relaxed);
 }
 
 /// A tile's ids from a cache line on: a vector that straddles two costs twice.

@@ -148,7 +148,7 @@ pub(super) fn write<S: Simd>(
 
 /// A face whose coverage is known: a row of up to eight pixels at a time.
 #[inline(always)]
-fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
+pub(super) fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let lanes = S::LANES as i32;
     let (x0, y0) = (face.at[0] as i32, face.at[1] as i32);
     let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
@@ -197,7 +197,7 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
 
 /// A face whose edge functions fit i32: a vector of columns at a time, row by row; fragments tested and passed.
 #[inline(always)]
-fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
+pub(super) fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
     let [x0, y0, x1, y1] = face.bounds.map(i32::from);
     let rows = y0.max(tile.y0)..y1.min(tile.y1);
     let right = x1.min(tile.x1);
