@@ -62,7 +62,7 @@ fn names_and_their_beginnings_are_known() {
     assert_eq!(Workload::named("w4").len(), 3);
     assert_eq!(Workload::named("W6_lines").len(), 2);
     assert_eq!(Workload::named("S3").len(), 2);
-    assert_eq!(Workload::named("scenes").len(), 7);
+    assert_eq!(Workload::named("scenes").len(), 8);
     for wrong in ["", "W", "W8", "W4_", "W4_tex_t", "W1_phong70k_", "ä"] {
         assert_eq!(Workload::named(wrong), [], "{wrong}");
     }
