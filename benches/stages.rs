@@ -9,7 +9,7 @@ use criterion::{
 };
 use fbptr::math::matrix;
 use fbptr::memory::{DepthFormat, VideoMemory};
-use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
+use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, Target};
 use fbptr::scene::{
     Camera, Cull, Filter, Geometry, Light, LookAt, Material, Projection, Sampling, ShadeMode, Texture, Wrap,
     shapes,

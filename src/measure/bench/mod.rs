@@ -220,6 +220,8 @@ pub struct Row {
     pub min_ms: f64,
     /// Frames timed.
     pub frames: usize,
+    /// How depths were stored, and through what it was seen.
+    pub stored: (DepthFormat, Air),
     /// The picture against the truth.
     pub check: Check,
     /// The plain loop timed in turn with it.
@@ -234,13 +236,15 @@ impl Row {
         let c = &self.check;
         let mut line = format!(
             "{{\"peer\":\"fbptr\",\"cfg\":\"{}T\",\"wl\":\"{}\",\"med_ms\":{:.3},\"min_ms\":{:.3},\"n\":{},\
-             \"simd\":\"{}\",\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
+             \"simd\":\"{}\",\"depth\":\"{}\",\"fog\":{},\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
             self.threads,
             self.workload.name(),
             self.median_ms,
             self.min_ms,
             self.frames,
             self.simd,
+            self.stored.0.as_str(),
+            self.stored.1 == Air::Fog,
             c.max_error_steps,
             c.pixels_off,
             c.coverage_off,
@@ -379,7 +383,8 @@ fn measure(workload: Workload, job: &mut dyn Job, options: &Options) -> Result<R
         Twin { name, median_ms, min_ms }
     });
     let (threads, simd) = (job.threads(), job.simd());
-    Ok(Row { workload, threads, simd, median_ms, min_ms, frames: times.len(), check, twin, growing: None })
+    let (frames, stored) = (times.len(), (options.depth_format, options.air));
+    Ok(Row { workload, threads, simd, median_ms, min_ms, frames, stored, check, twin, growing: None })
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {

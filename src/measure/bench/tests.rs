@@ -39,6 +39,28 @@ fn every_workload_is_held_to_its_truth_and_then_timed() {
 }
 
 #[test]
+fn other_depths_and_fog_are_held_to_their_truth_too() {
+    for depth_format in DepthFormat::ALL {
+        for (workload, air) in [
+            (Workload::Phong70k, Air::Clear),
+            (Workload::Fill20, Air::Fog),
+            (Workload::Textured(Filter::Bilinear), Air::Fog),
+            (Workload::Layers64, Air::Fog),
+            (Workload::Hidden, Air::Clear),
+        ] {
+            let row = run(workload, &Options { depth_format, air, ..small() });
+            let row = row.unwrap_or_else(|refusal| panic!("{depth_format:?}, {air:?}: {refusal}"));
+            assert!(row.check.covered > 200, "{row:?}");
+            let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
+            assert_eq!(
+                (&json["depth"], &json["fog"]),
+                (&depth_format.as_str().into(), &(air == Air::Fog).into())
+            );
+        }
+    }
+}
+
+#[test]
 fn exported_meshes_are_the_knot() {
     let files = export(&small());
     assert_eq!(files.iter().map(|f| f.0).collect::<Vec<_>>(), ["knot70k.bin", "knot1m.bin", "texture.rgba"]);
