@@ -151,6 +151,18 @@ fn render_writes_the_sheet_and_a_line_as_a_band() {
 }
 
 #[test]
+fn what_belongs_to_scenes_of_faces_is_refused() {
+    let case = data("nd-cases/c06_4to2_tesseract.json");
+    for flag in [["--near", "1"], ["--far", "9"], ["--shade", "flat"]] {
+        let arguments = ["render", case.to_str().unwrap(), "-o", "never.png", flag[0], flag[1]];
+        let output = fbptr(&arguments, "");
+        assert_eq!(output.status.code(), Some(2), "{flag:?}");
+        let said = text(&output.stderr);
+        assert!(said.contains(flag[0]) && said.contains("N-dimensional"), "{said}");
+    }
+}
+
+#[test]
 fn what_belongs_to_the_bench_alone_is_refused_elsewhere() {
     for arguments in [
         &["eye", "--make", "tesseract", "--out", "x.html"][..],

@@ -420,4 +420,5 @@ fn a_stream_is_traced_to_what_is_seen_in_the_end() {
     assert!(out(&hidden).contains("0 255 0 255 = #00ff00"), "{}", out(&hidden));
     let nothing = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "4"], stream);
     assert!(err(&nothing).contains("--trace"), "{}", err(&nothing));
+    assert_eq!(nothing.status.code(), Some(1));
 }

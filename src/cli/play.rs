@@ -198,7 +198,10 @@ impl Play {
         if self.trace.is_some() {
             match engine.trace() {
                 Some(numbers) => output::print(format!("{numbers}\n")),
-                None => say_as_program("--trace: no draw had this triangle, or gave this pixel its colour"),
+                None => {
+                    say_as_program("--trace: no draw had this triangle, or gave this pixel its colour");
+                    has_failed.store(true, Ordering::Release);
+                }
             }
         }
         if let Some(path) = self.file.as_deref().filter(|path| scene_file::has_scene_ending(path))

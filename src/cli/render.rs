@@ -117,6 +117,17 @@ impl Render {
             if self.trace.is_some() {
                 return Err(bad("--trace follows triangles of .obj and .x3d scenes".to_owned()));
             }
+            let flags = [
+                ("--near", self.near.is_some()),
+                ("--far", self.far.is_some()),
+                ("--shade", self.shade.is_some()),
+            ];
+            if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
+                let scene = self.scene.display();
+                return Err(bad(format!(
+                    "{flag} is for .obj and .x3d scenes: {scene} is an N-dimensional one"
+                )));
+            }
             return self.render_eye(&scene);
         }
         let mut plans = String::new();

@@ -186,6 +186,11 @@ impl<'a> Args<'a> {
         words(self.rest).filter(|word| may_be_color(word)).count()
     }
 
+    /// Whether all of them are colours of light.
+    pub fn color_words_are_colors(&self) -> bool {
+        words(self.rest).filter(|word| may_be_color(word)).all(|word| parse_light_color(word).is_some())
+    }
+
     /// A keyword that `find` knows, in either case. `wanted` lists the keywords.
     pub fn keyword<T>(&mut self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, Refusal> {
         let word = self.word();

@@ -4,6 +4,7 @@
 //! rows to the window, input to the render thread. It is a copy: the video memory stays the render thread's own, and
 //! what is shown is what was published last, whole. Nothing here waits for the other side for longer than a copy.
 
+use super::events::{Input, InputEvent};
 use crate::memory::{DepthMemory, FbPtr, Rgba, VideoMemory};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::ops::Range;
@@ -12,72 +13,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How much input may wait for a busy render thread; what comes then is dropped (flags are never lost).
 const INPUT_ROOM: usize = 4096;
-
-/// What happened at the window. Its `Display` is the line that clients who asked for `EVENTS` get.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum InputEvent {
-    /// A key went down or up: `EVENT key down|up name`.
-    Key {
-        /// The key's name without blanks, lower case: `a`, `left`, `f5`, `space`.
-        name: String,
-        /// Whether it went down.
-        down: bool,
-    },
-    /// A character was typed: `EVENT text u+0041 A`; control characters carry the code alone.
-    Text(char),
-    /// The mouse moved, or a button changed: `EVENT mouse x y buttons`, frame coordinates, may be off the frame.
-    Mouse {
-        /// Column in frame pixels.
-        x: i32,
-        /// Row in frame pixels.
-        y: i32,
-        /// Buttons held: 1 left + 2 middle + 4 right.
-        buttons: u8,
-    },
-    /// The wheel turned: `EVENT wheel dx dy`, in steps.
-    Wheel {
-        /// To the right.
-        dx: i32,
-        /// Upwards.
-        dy: i32,
-    },
-    /// The window has a new size in screen pixels: `EVENT resize w h`. The frame keeps its own.
-    Resize {
-        /// Width of the window.
-        width: u32,
-        /// Height of the window.
-        height: u32,
-    },
-    /// The window was closed: `EVENT close`.
-    Close,
-}
-
-impl std::fmt::Display for InputEvent {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            InputEvent::Key { name, down } => {
-                write!(f, "EVENT key {} {name}", if *down { "down" } else { "up" })
-            }
-            InputEvent::Text(c) if c.is_control() || c.is_whitespace() => {
-                write!(f, "EVENT text u+{:04x}", *c as u32)
-            }
-            InputEvent::Text(c) => write!(f, "EVENT text u+{:04x} {c}", *c as u32),
-            InputEvent::Mouse { x, y, buttons } => write!(f, "EVENT mouse {x} {y} {buttons}"),
-            InputEvent::Wheel { dx, dy } => write!(f, "EVENT wheel {dx} {dy}"),
-            InputEvent::Resize { width, height } => write!(f, "EVENT resize {width} {height}"),
-            InputEvent::Close => write!(f, "EVENT close"),
-        }
-    }
-}
-
-/// What the window tells the render thread.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Input {
-    /// Something for the clients that asked for events.
-    Event(InputEvent),
-    /// A flag changed (paused, step, closed, frame shown, probe): look at the display.
-    Look,
-}
 
 /// The window's own copy of what is shown.
 #[derive(Clone, Debug, Default)]
@@ -429,20 +364,5 @@ mod tests {
         display.step();
         display.close();
         assert!(display.is_closed() && display.take_step() && !display.take_step());
-    }
-
-    #[test]
-    fn events_are_lines_of_the_protocol() {
-        let lines = [
-            (InputEvent::Key { name: "left".into(), down: true }, "EVENT key down left"),
-            (InputEvent::Text('A'), "EVENT text u+0041 A"),
-            (InputEvent::Text('\n'), "EVENT text u+000a"),
-            (InputEvent::Mouse { x: -3, y: 7, buttons: 5 }, "EVENT mouse -3 7 5"),
-            (InputEvent::Resize { width: 640, height: 480 }, "EVENT resize 640 480"),
-            (InputEvent::Close, "EVENT close"),
-        ];
-        for (event, line) in lines {
-            assert_eq!(event.to_string(), line);
-        }
     }
 }

@@ -3,6 +3,7 @@
 mod client;
 mod display;
 pub mod engine;
+mod events;
 mod limits;
 mod names;
 mod outbox;
@@ -17,8 +18,9 @@ mod transport;
 mod workers;
 
 pub use client::Client;
-pub use display::{Display, EventSender, Input, InputEvent, PixelInfo, ShownFrame};
+pub use display::{Display, EventSender, PixelInfo, ShownFrame};
 pub use engine::{Effect, Engine};
+pub use events::{Input, InputEvent};
 pub use limits::Limits;
 pub use names::{Kind, Names, Resource};
 pub use player::Player;

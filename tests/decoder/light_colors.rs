@@ -65,6 +65,9 @@ fn what_is_no_colour_of_light_is_refused_with_its_word() {
         ("MATERIAL red red red red", "EARGS", "red"),
         ("MATERIAL red red red 5 red red", "EARGS", "red"),
         ("MATERIAL red red reddish 5", "ECOLOUR", "reddish"),
+        // As many words as numbers are wanted.
+        ("MATERIAL .1 a .1 .5 b .5 0 0 0 10", "ENUM", "a"),
+        ("MATERIAL .1 .1 .1 .5 .5 .5 0 0 x y", "ENUM", "x"),
         ("MATERIAL 1 1 red red 5 6", "ENUM", "red"),
     ] {
         let heard = hear(format!("{text}\nSYNC after\n").as_bytes());

@@ -35,7 +35,9 @@ fn expect_left(args: &Args<'_>, counts: &[usize], what: &str) -> Result<(), Refu
 /// the three reals that it stands for.
 fn light_form(args: &Args<'_>, counts: &[usize], what: &str) -> Result<LightForm, Refusal> {
     let colors = args.color_words_left();
-    if colors > 0 && counts.contains(&(args.left() + 2 * colors)) {
+    let fits_words = colors > 0 && counts.contains(&(args.left() + 2 * colors));
+    // Where there are as many words as numbers could be, words that are no colours are numbers gone wrong.
+    if fits_words && (!counts.contains(&args.left()) || args.color_words_are_colors()) {
         return Ok(LightForm::Words);
     }
     // A word that is no number then gets the blame, not the count.

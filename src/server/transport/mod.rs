@@ -5,8 +5,7 @@
 //! reply. A reader of one owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
-#[cfg(not(target_os = "linux"))]
-#[path = "no_hand.rs"]
+#[cfg_attr(not(target_os = "linux"), path = "no_hand.rs")]
 mod hand;
 mod lease;
 mod listen;
@@ -14,12 +13,11 @@ mod listen;
 mod poll;
 mod socket;
 
-#[cfg(not(target_os = "linux"))]
 pub(crate) use hand::{Hand, Next};
 pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
 pub use listen::{ListenError, Listener, Place as ListenPlace};
 #[cfg(target_os = "linux")]
-pub(crate) use poll::{Hand, Next, Poller};
+pub(crate) use poll::Poller;
 pub(crate) use socket::Socket;
 
 use super::outbox::Outbox;

@@ -12,6 +12,7 @@
 //! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way: then it is not
 //! watched until one came back, the system's socket buffer fills, and the sender is held back.
 
+use super::hand::Hand;
 use super::lease::{Buffers, Lease};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
@@ -32,14 +33,14 @@ use std::thread::Builder;
 /// Batches of one connection on their way.
 const AHEAD: usize = 3;
 /// Reads of so few bytes are copied, and the lease goes on.
-const FEW_BYTES: usize = 8 << 10;
+pub(super) const FEW_BYTES: usize = 8 << 10;
 /// Sockets that the reader is told of at once.
 const EVENTS: usize = 64;
 /// The name under which the poller itself is called.
 const WAKE: u64 = u64::MAX;
 
 /// All sockets that are read.
-struct Shared {
+pub(super) struct Shared {
     /// Where sockets are watched that send much, the wake-up, and `brief` as a whole.
     bulk: OwnedFd,
     /// Where those are watched that said little last: they are asked for between any two reads.
@@ -48,13 +49,13 @@ struct Shared {
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
     /// Those of `bulk` that can be read and are not watched until they are.
     ready: Mutex<VecDeque<Arc<Watched>>>,
-    buffers: Arc<Buffers>,
+    pub(super) buffers: Arc<Buffers>,
     is_ending: AtomicBool,
 }
 
 /// A socket that is read.
 pub(crate) struct Watched {
-    id: u64,
+    pub(super) id: u64,
     socket: Socket,
     messages: Sender<Message>,
     end: EndOfInput,
@@ -116,7 +117,7 @@ impl Poller {
 
     /// The render thread's means to read by itself.
     pub fn hand(&self) -> Hand {
-        Hand(self.shared.clone())
+        Hand::new(self.shared.clone())
     }
 
     /// Gets ready to read a socket. Answers what the render thread gives its batches back to.
@@ -232,7 +233,7 @@ impl Shared {
     }
 
     /// What was read is where it comes in its turn: the socket may be read again.
-    fn done(&self, watched: &Watched) {
+    pub(super) fn done(&self, watched: &Watched) {
         let mut flow = lock(&watched.flow);
         flow.is_armed = false;
         if flow.on_their_way < AHEAD || flow.is_over {
@@ -259,7 +260,7 @@ impl Shared {
     }
 
     /// The next that can be read; `waits` for one, or not. Asks the system for so many at once.
-    fn next<const EVENTS: usize>(&self, waits: bool) -> io::Result<Option<Arc<Watched>>> {
+    pub(super) fn next<const EVENTS: usize>(&self, waits: bool) -> io::Result<Option<Arc<Watched>>> {
         if let Some(watched) = self.next_brief()? {
             return Ok(Some(watched));
         }
@@ -286,7 +287,7 @@ impl Shared {
     }
 
     /// The next of those that said little last, if one can be read now.
-    fn next_brief(&self) -> io::Result<Option<Arc<Watched>>> {
+    pub(super) fn next_brief(&self) -> io::Result<Option<Arc<Watched>>> {
         let mut events = [MaybeUninit::<epoll::Event>::uninit(); 1];
         let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
         match epoll::wait(&self.brief, &mut events, Some(&at_once)) {
@@ -327,7 +328,7 @@ impl Shared {
 
     /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
     /// is to hear.
-    fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
+    pub(super) fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
         let filled = match recv(&watched.socket, buffer, RecvFlags::DONTWAIT) {
             Err(Errno::INTR | Errno::AGAIN) => return Err(None),
             // A connection that died says no more than one that was closed: what came before still counts.
@@ -345,7 +346,12 @@ impl Shared {
     }
 
     /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
-    fn read(&self, watched: &Watched, mut own: Lease, left: &mut Option<Lease>) -> Option<Message> {
+    pub(super) fn read(
+        &self,
+        watched: &Watched,
+        mut own: Lease,
+        left: &mut Option<Lease>,
+    ) -> Option<Message> {
         let batch = match self.fill(watched, &mut own.buffer) {
             Err(message) => {
                 *left = Some(own);
@@ -359,46 +365,5 @@ impl Shared {
             Ok(filled) => Batch { buffer: Vec::new(), lease: Some(own), filled },
         };
         Some(Message::Bytes(watched.id, batch))
-    }
-}
-
-/// The render thread's means to read by itself.
-pub(crate) struct Hand(Arc<Shared>);
-
-/// A socket that the render thread is about to read, into a lease or, where it said little last, into a small buffer. What
-/// came of it before must be out of the channel first.
-pub(crate) struct Next(Arc<Watched>, Option<Lease>);
-
-impl Hand {
-    /// A socket that can be read now, if there is one and a buffer for it.
-    pub fn next(&mut self) -> Option<Next> {
-        let lease = self.0.buffers.try_lease()?;
-        // One at a time: the reader asks for the others.
-        let watched = self.0.next::<1>(false).ok()??;
-        Some(Next(watched, Some(lease)))
-    }
-
-    /// A socket that said little last and can be read now, if there is one.
-    pub fn next_brief(&mut self) -> Option<Next> {
-        self.0.next_brief().ok()?.map(|watched| Next(watched, None))
-    }
-
-    /// What it says.
-    pub fn read(&mut self, Next(watched, lease): Next) -> Option<Message> {
-        let message = match lease {
-            Some(lease) => self.0.read(&watched, lease, &mut None),
-            None => {
-                let mut buffer = vec![0; FEW_BYTES];
-                match self.0.fill(&watched, &mut buffer) {
-                    Err(message) => message,
-                    Ok(filled) => {
-                        buffer.truncate(filled);
-                        Some(Message::Bytes(watched.id, Batch { buffer, lease: None, filled }))
-                    }
-                }
-            }
-        };
-        self.0.done(&watched);
-        message
     }
 }

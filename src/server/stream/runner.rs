@@ -1,0 +1,273 @@
+//! What a stream does with each thing that its decoder makes: pixels and lines in flocks, commands one by one, refusals.
+
+use super::{Budget, Complaint, Notice, Output, Pace, Standing};
+use crate::command::{Command, Flow, Place, Rect, Sink, StreamError, format_fault};
+use crate::draw2d::Line;
+use crate::error::{Code, Fault};
+use crate::memory::Rgba;
+use crate::server::{Audience, Effect, Engine, Session};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+/// Runs what the decoder makes.
+pub(super) struct Runner<'a> {
+    engine: &'a mut Engine,
+    pub(super) session: &'a mut Session,
+    out: &'a mut Output,
+    budget: Budget,
+    pub(super) standing: Standing,
+    /// Text pixels whose places are on their way from memory, in order: the first `announced_len`.
+    announced: [(usize, Rgba); ANNOUNCED],
+    announced_len: usize,
+    /// Text pixels that the session has not counted, on the frame and off it.
+    uncounted: u64,
+    uncounted_clipped: u64,
+    /// Lines that follow each other, drawn together: all threads share a batch. None wait while pixels are announced.
+    lines: Vec<Line>,
+    pub(super) gathers_lines: bool,
+}
+
+/// So many lines wait at most: some hundred microseconds of work.
+const GATHERED_LINES: usize = 1024;
+
+/// So many places are fetched at the same time.
+const ANNOUNCED: usize = 32;
+
+impl<'a> Runner<'a> {
+    pub(super) fn new(
+        engine: &'a mut Engine,
+        session: &'a mut Session,
+        out: &'a mut Output,
+        budget: Budget,
+    ) -> Self {
+        Runner {
+            engine,
+            session,
+            out,
+            budget,
+            standing: Standing::Ready,
+            announced: [(0, [0; 4]); ANNOUNCED],
+            announced_len: 0,
+            uncounted: 0,
+            uncounted_clipped: 0,
+            lines: Vec::new(),
+            gathers_lines: false,
+        }
+    }
+
+    /// Draws the lines that wait. They are counted already.
+    #[inline(never)]
+    fn draw_lines(&mut self) {
+        let (engine, session, lines) = (&mut *self.engine, &*self.session, &self.lines);
+        if catch_unwind(AssertUnwindSafe(|| engine.draw_lines(session, lines))).is_err() {
+            // A defect of the server; the memory holds plain numbers, so any state of it is sound.
+            self.session.stats.errors += 1;
+        }
+        self.lines.clear();
+    }
+
+    /// Takes a line that needs no answer: it is drawn with those around it.
+    fn gather(&mut self, line: Line, command: &Command) -> Flow {
+        self.store();
+        self.engine.note_line(self.session, command);
+        self.lines.push(line);
+        if self.lines.len() >= GATHERED_LINES {
+            self.draw_lines();
+        }
+        self.rest_if_due(false)
+    }
+
+    /// Stores the pixels that wait for their places.
+    #[inline]
+    fn store(&mut self) {
+        let pixels = self.announced.get(..self.announced_len).unwrap_or(&[]);
+        self.uncounted += pixels.len() as u64;
+        self.engine.put_announced(pixels);
+        self.announced_len = 0;
+    }
+
+    /// Brings the memory and the session's counters up to date: before anything but a plain text pixel, and at the end.
+    pub(super) fn settle(&mut self) {
+        self.store();
+        if !self.lines.is_empty() {
+            self.draw_lines();
+        }
+        let (stored, clipped) =
+            (std::mem::take(&mut self.uncounted), std::mem::take(&mut self.uncounted_clipped));
+        self.session.stats.commands += stored + clipped;
+        self.session.stats.pixels += stored;
+        self.session.stats.clipped += clipped;
+    }
+
+    /// Tells the audience of a refusal, which is counted already.
+    pub(super) fn refuse(&mut self, place: Place, verb: &str, fault: Fault) -> Flow {
+        if self.session.reports_errors() {
+            match self.session.audience {
+                Audience::Connection => {
+                    self.out.replies.extend_from_slice(format_fault(place, verb, &fault).as_bytes());
+                    self.out.replies.push(b'\n');
+                }
+                Audience::Owner => {
+                    let complaint = Complaint { place, verb: verb.to_owned(), fault, raw_token: None };
+                    self.out.notices.push(Notice::Refused(complaint));
+                }
+            }
+        }
+        self.after_error()
+    }
+
+    /// Runs a command; a panic in it, which is a defect, ends the command and not the server.
+    fn run_guarded(&mut self, command: Command) -> Result<Effect, Fault> {
+        let replies = self.out.replies.len();
+        let run = AssertUnwindSafe(|| self.engine.run(self.session, command, &mut self.out.replies));
+        // What the command had drawn stays drawn; memories hold plain numbers, so any state of them is sound.
+        catch_unwind(run).unwrap_or_else(|_| {
+            self.out.replies.truncate(replies);
+            self.session.stats.errors += 1;
+            Err(Fault::new(Code::Format, "this command met a defect of the server, and was given up"))
+        })
+    }
+
+    fn after_error(&mut self) -> Flow {
+        match self.session.closes_on_error() {
+            true => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            false => self.rest_if_due(false),
+        }
+    }
+
+    fn rest_if_due(&mut self, has_presented: bool) -> Flow {
+        let is_due = match self.budget.pace {
+            Pace::OneCommand => true,
+            Pace::OneFrame => has_presented,
+            Pace::Free => false,
+        };
+        let is_late = || self.budget.until.is_some_and(|until| Instant::now() >= until);
+        if is_due || self.out.replies.len() >= self.budget.reply_bytes || is_late() {
+            self.standing = Standing::Rests;
+            return Flow::Pause;
+        }
+        Flow::Continue
+    }
+
+    fn after(&mut self, result: Result<Effect, Fault>, place: Place, verb: &'static str) -> Flow {
+        match result {
+            Ok(Effect::Done) => self.rest_if_due(verb == "PRESENT"),
+            Ok(Effect::Quit) => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            Ok(Effect::WaitShown(frame)) => {
+                self.standing = Standing::WaitsFor(frame);
+                Flow::Pause
+            }
+            Err(fault) => self.refuse(place, verb, fault),
+        }
+    }
+}
+
+impl Sink for Runner<'_> {
+    /// The hot one. Pixels at random places wait for memory, so many of them wait at the same time.
+    #[inline(always)]
+    fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
+        if !self.lines.is_empty() {
+            self.draw_lines();
+        }
+        if !self.engine.stores_plainly(self.session) {
+            return self.engine.put_pixel(self.session, x, y, color);
+        }
+        let Some(at) = self.engine.announce_pixel(self.session, x, y) else {
+            self.uncounted_clipped += 1;
+            return;
+        };
+        if let Some(next) = self.announced.get_mut(self.announced_len) {
+            *next = (at, color);
+        }
+        self.announced_len += 1;
+        if self.announced_len == ANNOUNCED {
+            self.store();
+        }
+    }
+
+    fn binary_pixels(&mut self, records: &[u8]) {
+        self.settle();
+        self.engine.put_binary_pixels(self.session, records);
+    }
+
+    fn command(&mut self, command: Command, place: Place) -> Flow {
+        if let Command::Line { p0, p1, color } = command
+            && self.gathers_lines
+        {
+            return self.gather(Line { p0, p1, color }, &command);
+        }
+        let verb = command.verb();
+        self.settle();
+        if matches!(command, Command::Stats) {
+            // Up to this command; the rest of the piece is not decoded yet.
+            self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
+        }
+        let result = self.run_guarded(command);
+        if !self.session.warnings.is_empty() {
+            let warnings = self.session.warnings.drain(..).map(Notice::Warning);
+            match self.session.audience {
+                Audience::Owner => self.out.notices.extend(warnings),
+                // A connection gets nothing unasked.
+                Audience::Connection => drop(warnings),
+            }
+        }
+        self.after(result, place, verb)
+    }
+
+    fn error(&mut self, error: StreamError) -> Flow {
+        if !error.is_pixelflut() {
+            self.session.has_used_other_verbs = true;
+        }
+        self.session.stats.commands += 1;
+        self.session.stats.errors += 1;
+        let flow = match (self.session.reports_errors(), self.session.audience) {
+            (true, Audience::Connection) => {
+                // The error's own line: its token may be no text.
+                self.out.replies.extend_from_slice(error.wire_line().as_bytes());
+                self.out.replies.push(b'\n');
+                self.after_error()
+            }
+            _ => {
+                let flow = self.refuse(error.place, &error.subject.name(), Fault::from(&error));
+                if std::str::from_utf8(&error.token).is_err()
+                    && let Some(Notice::Refused(complaint)) = self.out.notices.last_mut()
+                    && complaint.place == error.place
+                {
+                    complaint.raw_token = Some(error.token);
+                }
+                flow
+            }
+        };
+        match error.closes {
+            true => {
+                self.standing = Standing::Ended;
+                Flow::Stop
+            }
+            false => flow,
+        }
+    }
+
+    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
+        self.settle();
+        let result = self.engine.put_pixel_run(self.session, x, y, rgba);
+        self.after(result.map(|()| Effect::Done), place, "PXMULTI")
+    }
+
+    fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+        self.settle();
+        let result = self.engine.put_blit(self.session, rect, rgba);
+        self.after(result.map(|()| Effect::Done), place, "BLIT")
+    }
+
+    fn points(&mut self, packed: &[u8], place: Place) -> Flow {
+        self.settle();
+        let result = self.engine.put_points(self.session, packed);
+        self.after(result.map(|()| Effect::Done), place, "POINTS")
+    }
+}

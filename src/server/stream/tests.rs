@@ -1,0 +1,135 @@
+use super::*;
+
+fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
+    let mut engine = Engine::new(16, 8).unwrap();
+    let mut stream = Stream::new(&engine, 1, audience);
+    let mut out = Output::default();
+    for piece in script.chunks(pieces) {
+        let (used, standing) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+        if standing == Standing::Ended {
+            return (engine, out);
+        }
+        assert_eq!((used, standing), (piece.len(), Standing::Ready));
+    }
+    let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
+    (engine, out)
+}
+
+#[test]
+fn any_size_of_pieces_gives_the_same_answers() {
+    let mut script = b"PX 1 1 ff0000\nOFFSET 2 2\nPX 1 1 00ff00\nPX 1 1\nLINE 0 0 9 5 0000ff\n".to_vec();
+    script.extend_from_slice(b"PB\x05\x00\x06\x00abcdPXMULTI\x0e\x00\x00\x00\x03\x00\x00\x00123456789abc");
+    script.extend_from_slice(b"BLIT 3 3 2 1 :8\n\nBLIT\n1\nCRC\nWHAT 1\nBLIT 1 1 :5\nPX 1\nSYNC end\n");
+    let (_, whole) = play(&script, script.len(), Audience::Connection);
+    let text = String::from_utf8_lossy(&whole.replies).into_owned();
+    assert!(text.starts_with("PX 1 1 00ff00\nCRC "), "{text}");
+    assert!(
+        text.ends_with("SYNC end\n") && text.contains("EVERB WHAT") && text.contains("EARGS BLIT"),
+        "{text}"
+    );
+    for pieces in 1..script.len() {
+        assert_eq!(
+            play(&script, pieces, Audience::Connection).1.replies,
+            whole.replies,
+            "pieces of {pieces}"
+        );
+    }
+}
+
+#[test]
+fn lines_drawn_together_are_drawn_in_their_turn() {
+    let mut script = String::new();
+    let mut state = 9u32;
+    let mut next = |n: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % n
+    };
+    for i in 0..6000 {
+        let [a, b, c, d] = [300, 200, 300, 200].map(&mut next);
+        let color = next(1 << 24);
+        script += &match i % 997 {
+            3 => format!("PX {a} {b} {color:06x}\n"),
+            8 => "BLEND over\n".to_owned(),
+            500 => "BLEND replace\n".to_owned(),
+            600 => format!("FILLRECT {a} {b} 30 20 {color:06x}80\n"),
+            700 => "LINE 1 2\n".to_owned(),
+            800 => "CRC\n".to_owned(),
+            _ => format!("LINE {a} {b} {c} {d} {color:06x}7f\n"),
+        };
+    }
+    script += "CRC\nSTATS\n";
+    let run = |threads: usize, pieces: usize, pace: Pace| {
+        let mut engine = Engine::new(280, 190).unwrap();
+        let pool = crate::server::worker_pool(Some(threads));
+        let options = crate::pipeline::RenderOptions { pool, ..Default::default() };
+        engine.set_renderer(crate::pipeline::Renderer::new(options));
+        let mut stream = Stream::new(&engine, 1, Audience::Connection);
+        let mut out = Output::default();
+        for piece in script.as_bytes().chunks(pieces) {
+            let mut used = 0;
+            while used < piece.len() {
+                let budget = Budget { pace, ..Budget::NONE };
+                used += stream.feed(&mut engine, &piece[used..], &mut out, budget).0;
+            }
+        }
+        String::from_utf8(out.replies).unwrap()
+    };
+    let one_by_one = run(1, 1000, Pace::OneCommand);
+    assert!(one_by_one.matches("CRC").count() == 7, "{one_by_one}");
+    for (threads, pieces) in [(1, usize::MAX), (2, usize::MAX), (3, 65_536), (2, 999)] {
+        assert_eq!(run(threads, pieces, Pace::Free), one_by_one, "{threads} threads, pieces of {pieces}");
+    }
+}
+
+#[test]
+fn a_pixelflut_connection_hears_nothing_unasked_until_it_uses_more() {
+    let quiet = b"PX 1 1 zz\nNOPE\nPX 1\nSIZE 3\nPX 99 99\n";
+    assert_eq!(play(quiet, 5, Audience::Connection).1.replies, b"");
+    let (_, out) = play(b"NOPE\nCRC 1\nNOPE\n", 5, Audience::Connection);
+    let text = String::from_utf8(out.replies).unwrap();
+    assert_eq!(text.lines().count(), 2, "{text}");
+    assert!(text.starts_with("ERR 2 5 EARGS CRC: "), "{text}");
+    let (_, out) = play(b"ERRORS count\nLINE 1\nNOPE\n", 5, Audience::Connection);
+    assert_eq!(out.replies, b"");
+    let (_, out) = play(b"NOPE\nPX 1\n", 5, Audience::Owner);
+    assert_eq!(out.notices.len(), 2, "the player always hears");
+    let (_, out) = play(b"PX 1 2 \xff\"\n", 5, Audience::Owner);
+    let [Notice::Refused(complaint)] = &out.notices[..] else { panic!("{:?}", out.notices) };
+    assert!(complaint.play_line("f").ends_with(", got \"\\xff\\x22\""), "{}", complaint.play_line("f"));
+}
+
+#[test]
+fn errors_close_runs_nothing_after_the_error() {
+    let (engine, out) = play(b"ERRORS close\nNOPE\nPX 1 1 ff0000\nSIZE\n", 400, Audience::Connection);
+    let text = String::from_utf8(out.replies).unwrap();
+    assert_eq!(text, "ERR 2 13 EVERB NOPE: unknown verb, got \"NOPE\"\n");
+    assert_eq!(engine.memory().get_pixel(1, 1).unwrap(), [0, 0, 0, 255]);
+}
+
+#[test]
+fn half_a_command_leaves_no_trace() {
+    let script = b"FILLRECT 0 0 4 4 ff0000\nBLIT 0 0 2 2 :16\n0123456789abcdef";
+    for cut in 0..script.len() {
+        let (engine, _) = play(&script[..cut], 1000, Audience::Connection);
+        let first = engine.memory().get_pixel(0, 0).unwrap();
+        let want = if cut < 24 { [0, 0, 0, 255] } else { [255, 0, 0, 255] };
+        assert_eq!(first, want, "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_stream_rests_when_its_budget_is_used_up() {
+    let mut engine = Engine::new(16, 8).unwrap();
+    let mut stream = Stream::new(&engine, 1, Audience::Connection);
+    let mut out = Output::default();
+    let script = b"SYNC a\nSYNC b\nPX 1 1 ff0000\nPX 2 2 ff0000\nPRESENT\nSYNC c\n";
+    let few = Budget { reply_bytes: 3, ..Budget::NONE };
+    assert_eq!(stream.feed(&mut engine, script, &mut out, few), (7, Standing::Rests));
+    let step = Budget { pace: Pace::OneCommand, ..Budget::NONE };
+    assert_eq!(stream.feed(&mut engine, &script[7..], &mut out, step), (7, Standing::Rests));
+    assert_eq!(stream.feed(&mut engine, &script[14..], &mut out, step), (14, Standing::Rests));
+    assert_eq!(engine.memory().get_pixel(2, 2).unwrap(), [0, 0, 0, 255]);
+    let frame = Budget { pace: Pace::OneFrame, ..Budget::NONE };
+    assert_eq!(stream.feed(&mut engine, &script[28..], &mut out, frame), (22, Standing::Rests));
+    assert_eq!(engine.frames(), 1);
+}
