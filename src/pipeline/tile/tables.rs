@@ -1,7 +1,7 @@
 //! Colours found before any pixel is: at every vertex (Gouraud) or once a face (flat), a vector of points at a time.
 
-use super::faces::Eye;
 use super::light::{Lighting, light, scale};
+use super::shading::Eye;
 use crate::simd::{F32, Kernel, Mask, Simd};
 
 /// Lights one point in f64, where f32 lacks the digits: its number; matte and gloss.

@@ -1,0 +1,151 @@
+//! From faces to the lists of the tiles that they reach: clusters, vertices, set-up, in pieces of a size of their own.
+
+use super::bins::{self, Bin, Chunk, Grid};
+use super::clusters::{CLUSTER_FACES, ClusterKernel, Outlook};
+use super::deep::DeepVertexKernel;
+use super::setup::SetupKernel;
+use super::vertex::{Projector, VertexKernel, WIDTH};
+use super::{Deep, Job, Scratch, View, Workers};
+use crate::pipeline::call::DrawStats;
+use crate::simd::Level;
+use crate::simd::allocator::resize_in_huge_pages;
+use std::ops::Range;
+use std::sync::atomic::AtomicU8;
+
+/// Faces that one piece of set-up work takes.
+const CHUNK_FACES: usize = 4096;
+/// Vertices that one piece of vertex work takes.
+const CHUNK_VERTICES: usize = 4096;
+/// Clusters that are decided on in one piece.
+const CHUNK_CLUSTERS: usize = 2048;
+/// The most chunks: each has a list for each tile, and a bit of its visitors.
+const MOST_CHUNKS: usize = 64;
+
+/// Bytes of the empty lists of all tiles of a frame of this size.
+pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
+    let grid = Grid::new(&View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+    grid.columns * grid.rows * size_of::<Bin>()
+}
+
+/// About how many bytes the tiles' lists take for a mesh of `faces` faces of which `kept` are drawn, most of them small, in a
+/// frame of this size.
+pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
+    let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
+    // Lists grow by doubling: on the average they are three quarters full.
+    let face = size_of::<bins::Tiny>() as u64 * 4 / 3;
+    chunks * grid_bytes(size) as u64 + kept * face
+}
+
+/// Faces in a piece of set-up work.
+fn chunk_faces(faces: usize) -> usize {
+    faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
+}
+
+/// Where the faces of a draw wait for their tiles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Binned {
+    /// The bands of tiles that something reaches: the first and the last.
+    pub bands: (usize, usize),
+    pub(super) grid: Grid,
+    pub(super) chunk_faces: usize,
+    pub(super) chunk_count: usize,
+}
+
+/// Brings the faces of `job` to their tiles, in `scratch`; `None` where none reaches one. What was left out is added to `stats`.
+pub(crate) fn bin(
+    level: Level,
+    crew: &Workers,
+    scratch: &mut Scratch,
+    job: &Job<'_>,
+    width: usize,
+    stats: &mut DrawStats,
+) -> Option<Binned> {
+    let mesh = job.mesh;
+    let (faces, view) = (mesh.triangle_count, job.view);
+    if faces == 0 {
+        return None;
+    }
+    let to_view = job.to_screen.to_view();
+    // Clusters: those of which nothing can be seen are left out, with the vertices that no other asks for.
+    let clusters = &mesh.clusters;
+    scratch.fates.resize(clusters.len(), 0);
+    scratch.marks.clear();
+    if clusters.knows_blocks() {
+        scratch.marks.resize_with(mesh.vertex_count().div_ceil(WIDTH), AtomicU8::default);
+    }
+    let marks = scratch.marks.as_slice();
+    if !clusters.is_empty() {
+        let outlook = &Outlook::new(&job.to_screen, &to_view, job.complement, &view, job.keep);
+        crew.chunks(&mut scratch.fates, CHUNK_CLUSTERS, |i, fates| {
+            let first = i * CHUNK_CLUSTERS;
+            level.dispatch(ClusterKernel { clusters, first, outlook, fates, marks });
+        });
+    }
+    let fates = scratch.fates.as_slice();
+
+    // Vertices: each to a record.
+    let marks_of = |range: &Range<usize>| match marks.is_empty() {
+        true => marks,
+        false => &marks[range.start / WIDTH..range.end.div_ceil(WIDTH)],
+    };
+    let projector = &Projector::new(job.to_screen, &to_view, mesh.farthest);
+    resize_in_huge_pages(&mut scratch.records, mesh.vertex_count(), [0.0; 4]);
+    crew.chunks(&mut scratch.records, CHUNK_VERTICES, |i, records| {
+        let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + records.len();
+        let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
+        level.dispatch(VertexKernel { positions, projector, marks: marks_of(&range), records });
+    });
+
+    if let Some(Deep { row, .. }) = job.deep {
+        resize_in_huge_pages(&mut scratch.deep, mesh.vertex_count(), [0.0; 4]);
+        crew.chunks(&mut scratch.deep, CHUNK_VERTICES, |i, out| {
+            let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + out.len();
+            let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
+            let marks = marks_of(&range);
+            level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
+        });
+    }
+
+    // Faces: culled, bounded, covered if they are tiny, binned into tiles.
+    let grid = Grid::new(&view, width);
+    let chunk_faces = chunk_faces(faces);
+    let chunk_count = faces.div_ceil(chunk_faces);
+    if scratch.chunks.len() < chunk_count {
+        scratch.chunks.resize_with(chunk_count, Chunk::default);
+    }
+    let records = scratch.records.as_slice();
+    crew.chunks(&mut scratch.chunks[..chunk_count], 1, |i, chunk| {
+        let range = i * chunk_faces..((i + 1) * chunk_faces).min(faces);
+        let padded = range.start..range.end.next_multiple_of(16);
+        chunk[0].reset(grid.columns * grid.rows);
+        level.dispatch(SetupKernel {
+            records,
+            corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
+            faces: range.len(),
+            clusters,
+            fates: fates.get(range.start / CLUSTER_FACES..range.end.div_ceil(CLUSTER_FACES)).unwrap_or(&[]),
+            first_face: range.start as u32,
+            keep: job.keep,
+            view,
+            grid,
+            plain: job.plain,
+            chunk: &mut chunk[0],
+        });
+    });
+    let chunks = &scratch.chunks[..chunk_count];
+    chunks.iter().for_each(|chunk| *stats += chunk.stats);
+    // The tiles that something reaches, and the bands.
+    scratch.visitors.clear();
+    scratch.visitors.resize(if chunk_count > 1 { grid.columns * grid.rows } else { 0 }, 0);
+    let (mut first, mut last) = (usize::MAX, 0);
+    for (i, chunk) in chunks.iter().enumerate() {
+        for &tile in &chunk.reached {
+            if let Some(visitors) = scratch.visitors.get_mut(tile as usize) {
+                *visitors |= 1 << i;
+            }
+            let band = tile as usize / grid.columns;
+            (first, last) = (first.min(band), last.max(band));
+        }
+    }
+    (first <= last).then_some(Binned { bands: (first, last), grid, chunk_faces, chunk_count })
+}

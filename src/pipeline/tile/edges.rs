@@ -1,0 +1,111 @@
+//! A vector of faces in numbers: edge functions, the coverage of tiny boxes, corners in one order.
+//!
+//! Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+use super::setup::TINY_SIDE;
+use crate::simd::{F32, I32, Mask, Simd};
+
+/// The edge function from p to q at a pixel's centre, biased so that >= 0 is inside, and its steps per column and row.
+#[inline(always)]
+pub(super) fn edge<S: Simd>(
+    s: S,
+    is_counter: S::M,
+    (xa, ya): (S::I, S::I),
+    (xb, yb): (S::I, S::I),
+    (px, py): (S::I, S::I),
+) -> (S::I, S::I, S::I) {
+    let none = s.splat_i(0);
+    let (dx, dy) = (xb - xa, yb - ya);
+    let (dx, dy) = (s.select_i(is_counter, none - dx, dx), s.select_i(is_counter, none - dy, dy));
+    // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own their centres.
+    let e = dx * (py - ya) - dy * (px - xa);
+    let is_left = none.gt(dy);
+    let is_top = dy.eq(none) & dx.gt(none);
+    let bias = s.select_i(is_left | is_top, none, s.splat_i(-1));
+    ((e + bias).sar::<8>(), none - dy, dx)
+}
+
+/// Which of 8x8 pixels are covered: rows 0 to 3 in the first word, 4 to 7 in the second, 8 bits a row.
+#[inline(always)]
+pub(super) fn coverage<S: Simd>(
+    s: S,
+    live: S::M,
+    (columns, rows): (S::I, S::I),
+    edges: [S::I; 3],
+    steps_x: [S::I; 3],
+    steps_y: [S::I; 3],
+) -> (S::I, S::I) {
+    let none = s.splat_i(0);
+    let mut words = [none, none];
+    let [mut r0, mut r1, mut r2] = edges;
+    let mut row = 0;
+    while row < TINY_SIDE {
+        let in_row = live & rows.gt(s.splat_i(row));
+        if !in_row.any() {
+            break;
+        }
+        let (mut e0, mut e1, mut e2) = (r0, r1, r2);
+        let mut word = none;
+        let mut bit = 1 << ((row & 3) * 8);
+        let mut column = 0;
+        while column < TINY_SIDE {
+            let inside = in_row & columns.gt(s.splat_i(column));
+            if !inside.any() {
+                break;
+            }
+            let covered = inside & (e0 | e1 | e2).gt(s.splat_i(-1));
+            word = s.select_i(covered, word | s.splat_i(bit), word);
+            (e0, e1, e2) = (e0 + steps_x[0], e1 + steps_x[1], e2 + steps_x[2]);
+            bit = ((bit as u32) << 1) as i32;
+            column += 1;
+        }
+        words[(row >> 2) as usize] = words[(row >> 2) as usize] | word;
+        (r0, r1, r2) = (r0 + steps_y[0], r1 + steps_y[1], r2 + steps_y[2]);
+        row += 1;
+    }
+    (words[0], words[1])
+}
+
+#[inline(always)]
+pub(super) fn bounds3<S: Simd>(a: S::I, b: S::I, c: S::I) -> (S::I, S::I) {
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+/// A record's position snapped to 1/256 pixel.
+#[inline(always)]
+pub(super) fn snapped<S: Simd>(s: S, r: [S::F; 4]) -> (S::I, S::I) {
+    let (up, one) = (r[3].bits(), s.splat_i(1));
+    (r[0].bits().sar::<8>() + (up & one), r[1].bits().sar::<8>() + (up.shr::<1>() & one))
+}
+
+/// A corner: position in 1/65536 pixel, and the bits of its depth.
+pub(super) type Corner<S> = [<S as Simd>::I; 3];
+
+/// The corner of a record.
+#[inline(always)]
+pub(super) fn corner<S: Simd>(r: [S::F; 4]) -> Corner<S> {
+    [r[0].bits(), r[1].bits(), r[2].bits()]
+}
+
+/// From p to q, in pixels.
+#[inline(always)]
+pub(super) fn pixels<S: Simd>(s: S, p: S::I, q: S::I) -> S::F {
+    (q - p).to_f32() * s.splat(1.0 / 65536.0)
+}
+
+/// The corners in ascending order of (x, y), lane by lane.
+#[inline(always)]
+pub(super) fn sort_corners<S: Simd>(s: S, [a, b, c]: [Corner<S>; 3]) -> [Corner<S>; 3] {
+    let (a, b) = in_order(s, a, b);
+    let (b, c) = in_order(s, b, c);
+    let (a, b) = in_order(s, a, b);
+    [a, b, c]
+}
+
+#[inline(always)]
+pub(super) fn in_order<S: Simd>(s: S, p: Corner<S>, q: Corner<S>) -> (Corner<S>, Corner<S>) {
+    let swap = p[0].gt(q[0]) | (p[0].eq(q[0]) & p[1].gt(q[1]));
+    let low = [s.select_i(swap, q[0], p[0]), s.select_i(swap, q[1], p[1]), s.select_i(swap, q[2], p[2])];
+    let high = [s.select_i(swap, p[0], q[0]), s.select_i(swap, p[1], q[1]), s.select_i(swap, p[2], q[2])];
+    (low, high)
+}
