@@ -15,10 +15,13 @@ trap 'rm -rf "$work"' EXIT
 # stream NAME FRAMES: frames of a thing that turns.
 stream() {
     cat "$work/$1.head" > "$work/$1.$2"
-    awk -v n="$2" -v name="$1" -v body="$work/$1.body" '
-        BEGIN { while ((getline line < body) > 0) text = text line "\n"
-                for (i = 0; i < n; i++) printf "CLEAR\nIDENTITY\nROTATE 0 1 0 %.3f\n%sPRESENT\n", 0.3 + i * 0.02, text }
-    ' >> "$work/$1.$2"
+    turn=0
+    while [ $turn -lt "$2" ]; do
+        printf 'CLEAR\nIDENTITY\nROTATE 0 1 0 0.%02d\n' $((30 + turn))
+        cat "$work/$1.body"
+        echo PRESENT
+        turn=$((turn + 1))
+    done >> "$work/$1.$2"
 }
 scene='AUTO off
 LOOKAT 0 0 5.2 0 0 0 0 1 0
