@@ -75,7 +75,7 @@ pub(crate) fn bin(
     }
     let marks = scratch.marks.as_slice();
     if !clusters.is_empty() {
-        let outlook = &Outlook::new(&job.to_screen, &to_view, job.complement, &view, job.keep);
+        let outlook = &Outlook::new(&job.to_screen, &to_view, mesh.farthest, job.complement, &view, job.keep);
         crew.chunks(&mut scratch.fates, CHUNK_CLUSTERS, |i, fates| {
             let first = i * CHUNK_CLUSTERS;
             level.dispatch(ClusterKernel { clusters, first, outlook, fates, marks });

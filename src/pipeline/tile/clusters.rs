@@ -14,7 +14,7 @@
 //! How one would know: `tests` hold every face of what is left out to the set-up of single faces.
 
 use super::bins::{Keep, View};
-use super::vertex::{ToScreen, WIDTH};
+use super::vertex::{ROUNDINGS, ToScreen, WIDTH};
 use crate::simd::{Kernel, Simd};
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
@@ -113,7 +113,11 @@ impl Clusters {
             box_ = (box_.0.min(*p), box_.1.max(*p));
         }
         let middle = ((box_.0 + box_.1) * 0.5).as_vec3();
-        let radius2 = points().fold(0.0f64, |r, p| r.max(p.distance_squared(middle.as_dvec3())));
+        // Around a point that is nowhere no sphere is large enough: `max` would pass over what is no number.
+        let radius2 = match points().all(|p| p.is_finite()) {
+            true => points().fold(0.0f64, |r, p| r.max(p.distance_squared(middle.as_dvec3()))),
+            false => f64::INFINITY,
+        };
         let (mut normals, mut sum) = ([DVec3::ZERO; CLUSTER_FACES], DVec3::ZERO);
         let (mut area, mut edge2) = (f64::INFINITY, 0.0f64);
         for (normal, [a, b, c]) in normals.iter_mut().zip(faces) {
@@ -138,7 +142,7 @@ impl Clusters {
         {
             list.push(value);
         }
-        self.least_areas.push((area * (1.0 - 1e-6)) as f32);
+        self.least_areas.push(((area * (1.0 - 1e-6)) as f32).next_down().max(0.0));
         self.longest_edges.push(up(edge2.sqrt()));
     }
 
@@ -172,9 +176,9 @@ impl Clusters {
     }
 }
 
-/// f32 not below.
+/// f32 not below, where f32 have but few bits too.
 fn up(value: f64) -> f32 {
-    (value * (1.0 + 1e-6)) as f32
+    ((value * (1.0 + 1e-6)) as f32).next_up()
 }
 
 /// What a draw shows of space, as clusters ask for it: everything in object space.
@@ -196,11 +200,22 @@ pub struct Outlook {
     edge_scale: f64,
     /// How far the numbers of planes and cofactors reach: their roundings are a part of it.
     reach: f64,
+    /// How far the plain path's roundings move a point seen from a plane or from the eye, in object space.
+    astray: f64,
+    /// Pixels that they move a corner by on the screen, where W is 1.
+    shaken: f64,
 }
 
 impl Outlook {
-    /// Of a draw; `complement` is w - z as a row over view space.
-    pub fn new(t: &ToScreen, to_view: &DMat4, complement: [f64; 4], view: &View, keep: Keep) -> Self {
+    /// Of a draw of positions whose coordinates are at most `farthest` from 0; `complement` is w - z as a row over view space.
+    pub fn new(
+        t: &ToScreen,
+        to_view: &DMat4,
+        farthest: [f64; 3],
+        complement: [f64; 4],
+        view: &View,
+        keep: Keep,
+    ) -> Self {
         let back = to_view.transpose();
         let clip = [t.projection[0], t.projection[1], t.projection[2], complement, t.projection[3]];
         let [x, y, z, rest, w] = clip.map(|row| back * DVec4::from_array(row));
@@ -212,6 +227,21 @@ impl Outlook {
         };
         let [left, right, top, bottom] = sides(0.0);
         let planes = [left, right, top, bottom, z, rest].map(plane);
+        // What is added up on the way to each of the planes, and to w: where it cancels, roundings stay.
+        let far = t.sizes_in_view(farthest);
+        let [far_x, far_y, far_z, far_rest, far_w] = clip.map(|row| DVec4::from_array(row).abs().dot(far));
+        let sums = [0, 1].map(|axis| {
+            let [low, high] = t.sides[axis].map(f64::abs);
+            let span = t.center[axis].abs() + low.max(high);
+            t.half[axis].abs() * [far_x, far_y][axis] + span * far_w
+        });
+        let astray = [(left, sums[0]), (right, sums[0]), (top, sums[1]), (bottom, sums[1])]
+            .into_iter()
+            .chain([(z, far_z), (rest, far_rest), (w, far_w)])
+            .map(|(row, sum)| (row.truncate().length(), sum))
+            .filter(|(slope, _)| *slope > 0.0)
+            .map(|(slope, sum)| if sum.is_finite() { ROUNDINGS * sum / slope } else { f64::INFINITY })
+            .fold(0.0, f64::max);
         let [gx, gy, gw] = [x, y, w].map(|row| row.truncate());
         let turn = match keep {
             Keep::CounterClockwise => (hx * hy).signum(),
@@ -235,6 +265,8 @@ impl Outlook {
             area_scale: (hx * hy * turn).abs(),
             edge_scale: (hx.abs() * gx.length() + across * slope).max(hy.abs() * gy.length() + down * slope),
             reach: offsets.filter(|o| o.is_finite()).fold(0.0, f64::max),
+            astray,
+            shaken: ROUNDINGS * sums[0].max(sums[1]),
         }
     }
 }
@@ -317,7 +349,7 @@ fn decide(o: &Outlook, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lane
     for i in 0..WIDTH {
         // What roundings may do is far below this.
         let far = (x[i].abs() + y[i].abs()) + z[i].abs();
-        let r = radius[i] + 1e-12 * (far + o.reach);
+        let r = (radius[i] + 1e-12 * (far + o.reach)) + o.astray;
         let (mut inside, mut outside) = (true, false);
         for p in &o.planes {
             inside &= ((p[0] * x[i] + p[1] * y[i]) + p[2] * z[i]) + p[3] >= r;
@@ -343,7 +375,8 @@ fn decide(o: &Outlook, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lane
         let pixels = o.edge_scale * edge[i];
         // Both sides times w_max^3; snapping 4 L / 256, with a hundredth to spare.
         let moved = (0.0158 * pixels / w_min + 1e-4) * (w_max * w_max * w_max);
-        let turned = doubled_area > moved;
+        // Beside snapping, roundings must be nothing.
+        let turned = (doubled_area > moved) & (o.shaken <= 1e-5 * w_min);
         let gone = (outside & is_before) | (w_max < 0.0);
         let culled = inside & is_before & turned & !gone;
         fates[i] = (culled as u8 * Fate::CULLED) | (gone as u8 * Fate::OUTSIDE);

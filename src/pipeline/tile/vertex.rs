@@ -58,6 +58,12 @@ impl ToScreen {
     pub fn to_view(self) -> DMat4 {
         whole(self.view) * whole(self.model)
     }
+
+    /// For positions whose coordinates are at most `farthest` from 0, the sizes of what is added up on their way to view space.
+    pub fn sizes_in_view(self, [x, y, z]: [f64; 3]) -> DVec4 {
+        let sizes = |row: [f64; 4]| row.map(f64::abs);
+        whole(self.view.map(sizes)) * (whole(self.model.map(sizes)) * DVec4::new(x, y, z, 1.0))
+    }
 }
 
 /// Three rows, and 0 0 0 1.
@@ -79,18 +85,15 @@ pub struct Projector {
 }
 
 /// Roundings of both ways together, relative to the sum of the sizes of what is added: fewer than 40 of 2^-53.
-const ROUNDINGS: f64 = 1e-14;
+pub(super) const ROUNDINGS: f64 = 1e-14;
 
 impl Projector {
     /// For positions whose coordinates are at most `farthest` from 0.
     pub fn new(steps: ToScreen, to_view: &DMat4, farthest: [f64; 3]) -> Self {
         let back = to_view.transpose();
         let rows = steps.projection.map(|row| (back * DVec4::from_array(row)).to_array());
-        let sizes = |row: [f64; 4]| row.map(f64::abs);
-        let [fx, fy, fz] = farthest;
-        let far =
-            whole(steps.view.map(sizes)) * (whole(steps.model.map(sizes)) * DVec4::new(fx, fy, fz, 1.0));
-        let reach = steps.projection.map(|row| DVec4::from_array(sizes(row)).dot(far));
+        let far = steps.sizes_in_view(farthest);
+        let reach = steps.projection.map(|row| DVec4::from_array(row).abs().dot(far));
         let span = [0, 1].map(|axis| REACH + steps.center[axis].abs());
         let doubt = [0, 1].map(|axis| {
             let clip = steps.half[axis].abs() * reach[axis] + span[axis] * reach[3];
@@ -233,12 +236,14 @@ fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
     let clip = [affine(p0, view), affine(p1, view), affine(p2, view), affine(p3, view)];
     for i in 0..WIDTH {
         let [x, y, z, w] = [clip[0][i], clip[1][i], clip[2][i], clip[3][i]];
-        if out[i][3].to_bits() == 0 {
+        let [sx, sy] = [t.center[0] + x / w * t.half[0], t.center[1] + y / w * t.half[1]];
+        // Next to the eye the steps may leave it on the other side.
+        let fits = (w > 1e-30) & (w < 1e30) & (sx.abs() < REACH) & (sy.abs() < REACH);
+        if out[i][3].to_bits() == 0 || !fits {
             out[i] = [f32::from_bits(outcode(t, [x, y, z, w]) as u32), 0.0, 0.0, 0.0];
             continue;
         }
-        let (fx, up_x) = held(t.center[0] + x / w * t.half[0]);
-        let (fy, up_y) = held(t.center[1] + y / w * t.half[1]);
+        let ((fx, up_x), (fy, up_y)) = (held(sx), held(sy));
         let inv = (out[i][3].to_bits() & !3) | up_x | up_y << 1;
         out[i] = [f32::from_bits(fx), f32::from_bits(fy), out[i][2], f32::from_bits(inv)];
     }

@@ -75,8 +75,14 @@ fn is_left_out(fate: u8, clip: [DVec4; 3], keep: Keep) -> bool {
 /// Holds every face to its cluster's fate; how many clusters are open, culled and outside.
 fn check(mesh: &PreparedMesh, model: DMat4, view: DMat4, projection: DMat4, keep: Keep) -> [usize; 3] {
     let (t, complement) = to_screen(model, view, projection);
-    let outlook =
-        Outlook::new(&t, &t.to_view(), complement, &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] }, keep);
+    let outlook = Outlook::new(
+        &t,
+        &t.to_view(),
+        mesh.farthest,
+        complement,
+        &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] },
+        keep,
+    );
     let marks: Vec<AtomicU8> = (0..mesh.vertex_count().div_ceil(WIDTH)).map(|_| AtomicU8::new(0)).collect();
     let found = fates(Level::best(), &mesh.clusters, &outlook, &marks);
     for level in Level::ALL {
@@ -159,6 +165,7 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
     let outlook = Outlook::new(
         &t,
         &t.to_view(),
+        mesh.farthest,
         complement,
         &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] },
         Keep::CounterClockwise,
@@ -174,6 +181,19 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
         let fate = found[f / CLUSTER_FACES];
         assert!(is_left_out(fate, clip, Keep::CounterClockwise), "face {f} of fate {fate}: {clip:?}");
     }
+    // Beside the view nothing with a corner that is nowhere is counted as outside.
+    let view_beside = DMat4::from_translation(DVec3::new(90.0, 0.0, -5.0));
+    let found = {
+        let (t, complement) = to_screen(DMat4::IDENTITY, view_beside, perspective(1.0, 10.0));
+        let view = View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
+        let outlook = Outlook::new(&t, &t.to_view(), [9.0; 3], complement, &view, Keep::CounterClockwise);
+        fates(Level::best(), &mesh.clusters, &outlook, &[])
+    };
+    assert!(found.contains(&Fate::OUTSIDE));
+    for f in 0..mesh.triangle_count {
+        let is_nowhere = (0..3).any(|k| mesh.positions[0][mesh.corners[k][f] as usize].is_nan());
+        assert!(!is_nowhere || found[f / CLUSTER_FACES] == Fate::OPEN, "face {f}");
+    }
     // Matrices without an inverse, and with what is no number.
     for odd in
         [DMat4::ZERO, DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), DMat4::NAN, DMat4::IDENTITY * 1e300]
@@ -183,7 +203,7 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
         let found = fates(
             Level::best(),
             &mesh.clusters,
-            &Outlook::new(&t, &t.to_view(), complement, &view, Keep::CounterClockwise),
+            &Outlook::new(&t, &t.to_view(), mesh.farthest, complement, &view, Keep::CounterClockwise),
             &[],
         );
         assert!(!found.contains(&Fate::CULLED), "{odd:?}");

@@ -1,0 +1,184 @@
+//! Meshes of many faces by the fast path and by the plain one, from everywhere: what is left out together, and where vertices land.
+//!
+//! Fear: that a view nobody thought of - mirrored, slanted, far away, tiny - loses a face or moves a corner.
+
+use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
+use fbptr::scene::{
+    Camera, Cull, Geometry, LookAt, Material, Mesh, ObliqueKind, Projection, Viewport, ViewportRule, shapes,
+};
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use proptest::prelude::*;
+
+/// The frame.
+const SIZE: [u32; 2] = [150, 110];
+
+/// What was counted, and of each pixel what it shows; or why not.
+type Shown = Result<(DrawStats, Vec<Option<(u32, u32)>>), String>;
+
+fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
+    let [width, height] = SIZE;
+    let mut memory = VideoMemory::new(width, height).unwrap();
+    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
+    let mut renderer = Renderer::new(RenderOptions { path, ..RenderOptions::default() });
+    let stats = renderer.draw(&mut target, call).map_err(|e| e.to_string())?;
+    let at = |i: u32| ids.get((i % width) as i32, (i / width) as i32);
+    Ok((stats, (0..width * height).map(at).collect()))
+}
+
+/// Draws by both paths: the same counts, and something at the same pixels.
+fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStats> {
+    let (fast, plain) = (draw(RenderPath::Fast, call, format), draw(RenderPath::Plain, call, format));
+    let (fast, plain) = match (fast, plain) {
+        (Ok(fast), Ok(plain)) => (fast, plain),
+        (fast, plain) => {
+            assert_eq!(fast.err(), plain.err());
+            return None;
+        }
+    };
+    let counts = |s: &DrawStats| {
+        [s.faces, s.faces_drawn, s.faces_empty, s.faces_culled, s.faces_outside, s.pixels_tested]
+    };
+    assert_eq!(counts(&fast.0), counts(&plain.0));
+    let unlike = fast.1.iter().zip(&plain.1).filter(|(f, p)| f.is_some() != p.is_some()).count();
+    assert_eq!(unlike, 0);
+    Some(fast.0)
+}
+
+fn knot() -> Mesh {
+    shapes::knot(72, 16).expect("a knot")
+}
+
+/// Flat faces about as large as `side`, turned at random: many all but edge on, by themselves in their clusters and together.
+fn slivers(seed: u64, side: f64, flatness: f64) -> Mesh {
+    use fbptr::scene::{Corner, NONE};
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut mesh = Mesh::default();
+    for group in 0..80u32 {
+        let turn = DMat3::from_quat(DQuat::from_euler(
+            glam::EulerRot::XYZ,
+            next() * std::f64::consts::PI,
+            next() * std::f64::consts::PI,
+            0.0,
+        ));
+        let at = DVec3::new(next(), next(), next());
+        for face in 0..16u32 {
+            let about = at + turn * DVec3::new(next() * side, next() * side, next() * side * flatness);
+            let corners = [0, 1, 2].map(|k| {
+                let angle = f64::from(k) * 2.1 + next();
+                let p = DVec3::new(angle.cos(), angle.sin(), next() * flatness) * side;
+                mesh.positions.push(about + turn * p);
+                let position = (group * 16 + face) * 3 + k;
+                Corner { position, normal: NONE, texcoord: NONE, color: NONE }
+            });
+            mesh.push_polygon(&corners, NONE);
+        }
+    }
+    mesh
+}
+
+fn number(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    low..high
+}
+
+fn window() -> impl Strategy<Value = [f64; 4]> {
+    (number(-2.5, -0.1), number(0.1, 2.5), number(-2.5, -0.1), number(0.1, 2.5), 0..6u8).prop_map(
+        |(left, right, bottom, top, kind)| match kind {
+            // Mirrored, and beside the axis.
+            0 => [right, left, bottom, top],
+            1 => [left, right, top, bottom],
+            2 => [left, right + 3.0, bottom - 1.0, top],
+            3 => [0.1, right + 0.2, 0.1, top + 0.2],
+            _ => [left, right, bottom, top],
+        },
+    )
+}
+
+fn projection() -> impl Strategy<Value = Projection> {
+    let near_far = (number(0.01, 2.5), number(3.0, 9.0));
+    (0..9u8, window(), near_far, number(0.1, 2.6)).prop_map(|(kind, window, (near, far), angle_rad)| {
+        // Far in perspective is where an f32 tells few depths apart: a small face just beyond it counts as drawn by the fast path.
+        let far = if matches!(kind, 0..=3 | 8) { far * 10.0 } else { far };
+        match kind {
+            0 | 1 => Projection::Perspective { fov_rad: angle_rad, near, far, on_smaller_side: kind == 1 },
+            2 => Projection::Plane { d: angle_rad, near, far },
+            3 => Projection::Frustum { window: window.map(|w| w * near * 0.4), near, far },
+            4 => Projection::Ortho { window, near, far },
+            5 => Projection::Oblique { kind: ObliqueKind::Cavalier, angle_rad, window, near, far },
+            6 => Projection::Isometric { window, near, far },
+            7 => Projection::PseudoIsometric { window, near: -4.0, far },
+            _ => Projection::Window {
+                vrp: DVec3::new(0.1, 0.2, 0.3),
+                p: DVec3::new(angle_rad, 0.4, 4.0),
+                vup: DVec3::Y,
+                center: [window[0] * 0.2, window[3] * 0.2],
+                half: [window[1], window[3]],
+                dp: near + 0.5,
+                near,
+                far,
+            },
+        }
+    })
+}
+
+fn viewport() -> impl Strategy<Value = Viewport> {
+    let [width, height] = SIZE;
+    (0..4u8, -40i32..60, -40i32..60, 1u32..220, 1u32..180, any::<bool>()).prop_map(
+        move |(kind, x, y, w, h, centres)| {
+            let rule = if centres { ViewportRule::Centres } else { ViewportRule::Corners };
+            match kind {
+                0 => Viewport { x, y, width: w, height: h, rule },
+                _ => Viewport { x: 0, y: 0, width, height, rule },
+            }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(from_env("CLUSTER_CASES", 300)))]
+    #[test]
+    fn both_paths_agree_from_everywhere(
+        turn in prop::array::uniform3(-3.2f64..3.2),
+        scale in prop::array::uniform3(prop_oneof![-2.0f64..-0.2, 0.2f64..2.0, Just(1.0)]),
+        size in prop::sample::select(vec![1.0, 1.0, 1.0, 1e-22, 1e-12, 1e9, 1e18]),
+        far_away in prop::sample::select(vec![0.0, 0.0, 3.0, 1e3, 1e6]),
+        eye in prop::array::uniform3(-5.0f64..5.0),
+        (projection, viewport) in (projection(), viewport()),
+        (cull, format) in (0..5u8, 0..4u8),
+        (mesh, flatness, side) in (0u64..1000, prop::sample::select(vec![0.0, 1e-4, 0.02]), prop::sample::select(vec![0.02, 0.1, 0.6])),
+    ) {
+        let mut mesh = if mesh.is_multiple_of(2) { knot() } else { slivers(mesh, side, flatness) };
+        mesh.normals.clear();
+        for corner in &mut mesh.corners {
+            corner.normal = fbptr::scene::NONE;
+        }
+        mesh.positions.iter_mut().for_each(|p| *p *= size);
+        let away = DVec3::new(far_away, -far_away, 0.5 * far_away);
+        let model = DMat4::from_translation(away)
+            * DMat4::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, turn[0], turn[1], turn[2]))
+            * DMat4::from_scale(DVec3::from_array(scale) / size);
+        let look_at = LookAt { eye: DVec3::from_array(eye) + away, reference: away, up: DVec3::Y };
+        let geometry = Geometry { mesh, textures: Vec::new() };
+        let [width, height] = SIZE;
+        let material = Material::default();
+        let call = DrawCall {
+            model,
+            camera: Camera { look_at, projection },
+            viewport,
+            cull: [Cull::Back, Cull::Back, Cull::Back, Cull::Front, Cull::None][cull as usize],
+            ..DrawCall::new(&geometry, &material, width, height)
+        };
+        let formats = [DepthFormat::F32, DepthFormat::F32, DepthFormat::Reversed, DepthFormat::U16];
+        both_paths_agree(&call, formats[format as usize]);
+    }
+}
+
+fn from_env(name: &str, default: u32) -> u32 {
+    std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
+}
