@@ -51,6 +51,8 @@ pub fn prefer_huge_pages<T>(list: &mut Vec<T>) {
 /// small.
 pub fn resize_in_huge_pages<T: Copy>(list: &mut Vec<T>, len: usize, value: T) {
     if list.capacity() < len {
+        // The old room goes first.
+        *list = Vec::new();
         *list = Vec::with_capacity(len);
         prefer_huge_pages(list);
     }

@@ -130,8 +130,9 @@ impl Clusters {
         }
         let axis = sum.normalize_or_zero().as_vec3();
         let cosine = normals[..faces.len()].iter().fold(1.0f64, |least, n| least.min(n.dot(axis.as_dvec3())));
-        // Where normals go apart, some face may look anywhere.
-        let area = if cosine > 1e-3 { area } else { 0.0 };
+        // Where normals go apart, some face may look anywhere; and an axis in f32 is not quite of length 1, which only wide
+        // cones would notice.
+        let area = if cosine > 0.05 { area } else { 0.0 };
         for (list, value) in
             self.spheres.iter_mut().zip(middle.to_array().into_iter().chain([up(radius2.sqrt())]))
         {

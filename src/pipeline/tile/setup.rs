@@ -113,7 +113,9 @@ impl Kernel for SetupKernel<'_> {
                 | min_fx.gt(s.splat_i((view.x1 + 1) << 16))
                 | s.splat_i((view.y0 - 1) << 16).gt(max_fy)
                 | min_fy.gt(s.splat_i((view.y1 + 1) << 16));
-            let outside = fits & (is_beyond | z_max.lt(zero) | s.splat(1.0).lt(z_min));
+            // f32 does not tell which side of the far plane this is on.
+            let is_at_far = fits & s.splat(1.0).le(z_max) & z_min.le(s.splat(1.0 + 4.0 * f32::EPSILON));
+            let outside = fits & !is_at_far & (is_beyond | z_max.lt(zero) | s.splat(1.0).lt(z_min));
             let ((x0, y0), (x1, y1), (x2, y2)) = (snapped(s, r0), snapped(s, r1), snapped(s, r2));
             let (min_x, max_x) = bounds3::<S>(x0, x1, x2);
             let (min_y, max_y) = bounds3::<S>(y0, y1, y2);
@@ -130,8 +132,8 @@ impl Kernel for SetupKernel<'_> {
                 Keep::Both => is_counter | is_clockwise,
             };
             let inside = fits & !outside;
-            let sized = inside & is_small;
-            let large = inside & !is_small;
+            let sized = inside & is_small & !is_at_far;
+            let large = inside & (!is_small | is_at_far);
             let seen = sized & kept;
             let stats = &mut self.chunk.stats;
             let (n_outside, n_seen) = (count_of::<S>(outside), count_of::<S>(seen));
