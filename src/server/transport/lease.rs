@@ -14,6 +14,9 @@ const LEASES: usize = 6;
 /// The size of one. Smaller ones cost more changes of threads than the caches give back.
 pub(crate) const LEASE_BYTES: usize = 256 << 10;
 
+/// Free buffers that are kept when a socket has ended: one to be filled, one to be run.
+const KEPT: usize = 2;
+
 /// Buffers to be had one by one.
 pub(crate) struct Buffers {
     /// The last one given back, the warmest, is the next to go.
@@ -62,6 +65,15 @@ impl Buffers {
         // Made when it is first used.
         buffer.resize(LEASE_BYTES, 0);
         Lease { buffers: self.clone(), buffer }
+    }
+
+    /// Gives the system what only many sockets at once had use for. To be called where one has ended: seldom.
+    pub fn trim(&self) {
+        let mut free = self.lock();
+        let warm = free.len().saturating_sub(KEPT);
+        for buffer in &mut free[..warm] {
+            *buffer = Vec::new();
+        }
     }
 
     /// How many sockets could be read when it was last looked.
@@ -121,5 +133,11 @@ mod tests {
         let (_, second) = (drop(a), b.buffer.as_ptr());
         drop(b);
         assert_eq!(buffers.lease().buffer.as_ptr(), second);
+        drop(held);
+        buffers.trim();
+        let free = buffers.lock();
+        assert_eq!(free.iter().map(Vec::capacity).collect::<Vec<_>>(), {
+            [vec![0; LEASES - KEPT], vec![LEASE_BYTES; KEPT]].concat()
+        });
     }
 }

@@ -253,6 +253,7 @@ impl Shared {
         // Its life ends outside of the lock.
         let ended = lock(&self.watched).remove(&watched.id);
         drop(ended);
+        self.buffers.trim();
         if self.is_ending.load(Ordering::Acquire) {
             self.wake();
         }
