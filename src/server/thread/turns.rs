@@ -11,6 +11,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// Room for replies that is kept when a connection has ended.
+const KEPT_REPLY_BYTES: usize = 64 << 10;
+
 /// After so much time of turns the sockets of those who ask for little are looked at, so many at once.
 const BRIEF_EVERY: Duration = Duration::from_micros(50);
 const BRIEF_AT_ONCE: usize = 16;
@@ -242,6 +245,8 @@ impl Loop {
             if let Some(connection) = self.connections.remove(&id) {
                 self.queued_bytes -= connection.queued_bytes;
                 self.leaving.extend(connection.close(&mut self.engine));
+                // Room that one client's replies took is not kept for the others.
+                self.output.replies.shrink_to(KEPT_REPLY_BYTES);
             }
         } else {
             if matches!(standing, Standing::WaitsFor(_)) {
