@@ -1,5 +1,6 @@
 //! AVX2: 8 lanes, masks as all-ones lanes.
 
+use super::spilled::Spilled;
 use super::{F32, I32, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -184,6 +185,24 @@ impl I32<Avx2> for I {
         op!(self => M, _mm256_cmpgt_epi32(other.0))
     }
     #[inline(always)]
+    fn least(self) -> i32 {
+        // SAFETY: holding a vector proves the features.
+        unsafe {
+            let v = _mm_min_epi32(_mm256_castsi256_si128(self.0), _mm256_extracti128_si256::<1>(self.0));
+            let v = _mm_min_epi32(v, _mm_shuffle_epi32::<0b01_00_11_10>(v));
+            _mm_cvtsi128_si32(_mm_min_epi32(v, _mm_shuffle_epi32::<0b10_11_00_01>(v)))
+        }
+    }
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        // SAFETY: holding a vector proves the features.
+        unsafe {
+            let v = _mm_max_epi32(_mm256_castsi256_si128(self.0), _mm256_extracti128_si256::<1>(self.0));
+            let v = _mm_max_epi32(v, _mm_shuffle_epi32::<0b01_00_11_10>(v));
+            _mm_cvtsi128_si32(_mm_max_epi32(v, _mm_shuffle_epi32::<0b10_11_00_01>(v)))
+        }
+    }
+    #[inline(always)]
     fn to_f32(self) -> F {
         op!(self => F, _mm256_cvtepi32_ps())
     }
@@ -336,6 +355,40 @@ impl Simd for Avx2 {
         bits.count_ones() as usize
     }
     #[inline(always)]
+    fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
+        let to = &mut to[..8];
+        let bits = mask.bits() as usize;
+        let count = bits.count_ones() as i32;
+        // SAFETY: the token proves the features; 8 records of 32 bytes are there, and stores need no alignment; a table row has
+        // 8 numbers.
+        unsafe {
+            let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
+            let kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(count), self.iota().0);
+            let f = [
+                packed(fields[0], order, kept),
+                packed(fields[1], order, kept),
+                packed(fields[2], order, kept),
+                packed(fields[3], order, kept),
+                packed(fields[4], order, kept),
+                packed(fields[5], order, kept),
+                packed(fields[6], order, kept),
+                packed(fields[7], order, kept),
+            ];
+            // Row r holds in half q the halves of record 4 q + r.
+            let (low, high) =
+                (rows_of_four([f[0], f[1], f[2], f[3]]), rows_of_four([f[4], f[5], f[6], f[7]]));
+            let mut r = 0;
+            while r < 4 {
+                let first = _mm256_permute2x128_si256::<0x20>(low[r], high[r]);
+                let second = _mm256_permute2x128_si256::<0x31>(low[r], high[r]);
+                _mm256_storeu_si256(to[r].as_mut_ptr().cast(), first);
+                _mm256_storeu_si256(to[r + 4].as_mut_ptr().cast(), second);
+                r += 1;
+            }
+        }
+        count as usize
+    }
+    #[inline(always)]
     fn firsts(self, mask: M, v: I) -> M {
         // SAFETY: the token proves the features.
         unsafe {
@@ -424,8 +477,8 @@ impl Simd for Avx2 {
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
         // each has one behind it. Loads need no alignment.
         unsafe {
-            let mut at = [0i32; 8];
-            _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
+            let mut at = Spilled([0i32; 8]);
+            _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
             // Lanes 4q + r and the next in half q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 2));
             [
@@ -444,8 +497,8 @@ impl Simd for Avx2 {
 unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m256; 4] {
     // SAFETY: as promised by the caller; 8 places are there.
     unsafe {
-        let mut at = [0i32; 8];
-        _mm256_storeu_si256(at.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
+        let mut at = Spilled([0i32; 8]);
+        _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
         // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
         let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
         let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
@@ -460,16 +513,45 @@ unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) ->
     }
 }
 
+/// Lanes in this order, where they are kept; zeros elsewhere.
+///
+/// # Safety
+/// The CPU must have the level's features.
+#[inline(always)]
+unsafe fn packed(v: I, order: __m256i, kept: __m256i) -> __m256i {
+    // SAFETY: as promised by the caller.
+    unsafe { _mm256_and_si256(_mm256_permutevar8x32_epi32(v.0, order), kept) }
+}
+
+/// Four fields by lanes as rows of records: row r holds in half q the four numbers of lane 4 q + r.
+///
+/// # Safety
+/// The CPU must have the level's features.
+#[inline(always)]
+unsafe fn rows_of_four([a, b, c, d]: [__m256i; 4]) -> [__m256i; 4] {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_epi32(a, b), _mm256_unpacklo_epi32(c, d));
+        let (ef, gh) = (_mm256_unpackhi_epi32(a, b), _mm256_unpackhi_epi32(c, d));
+        [
+            _mm256_unpacklo_epi64(ab, cd),
+            _mm256_unpackhi_epi64(ab, cd),
+            _mm256_unpacklo_epi64(ef, gh),
+            _mm256_unpackhi_epi64(ef, gh),
+        ]
+    }
+}
+
 /// In half q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-unsafe fn pixel_pairs(from: &[u8], at: &[i32; 8], r: usize) -> __m256 {
+unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, r: usize) -> __m256 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm256_castps128_ps256(two_pairs(from, at[r], at[r + 1]));
-        _mm256_insertf128_ps::<1>(v, two_pairs(from, at[r + 4], at[r + 5]))
+        let v = _mm256_castps128_ps256(two_pairs(from, at.lane(r), at.lane(r + 1)));
+        _mm256_insertf128_ps::<1>(v, two_pairs(from, at.lane(r + 4), at.lane(r + 5)))
     }
 }
 
@@ -478,10 +560,10 @@ unsafe fn pixel_pairs(from: &[u8], at: &[i32; 8], r: usize) -> __m256 {
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at both places.
 #[inline(always)]
-unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
+unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
     // SAFETY: as promised by the caller; these loads need no alignment.
     unsafe {
-        let place = |at: i32| from.as_ptr().add(at as u32 as usize * 4).cast::<f64>();
+        let place = |at: usize| from.as_ptr().add(at * 4).cast::<f64>();
         _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
     }
 }
@@ -491,11 +573,11 @@ unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 8], r: usize) -> __m256 {
+unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<8>, r: usize) -> __m256 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm256_castps128_ps256(record::<STRIDE>(from, at[r]));
-        _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at[r + 4]))
+        let v = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
+        _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at.lane(r + 4)))
     }
 }
 
@@ -504,7 +586,7 @@ unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 8], r: usize) 
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn record<const STRIDE: usize>(from: *const u8, at: i32) -> __m128 {
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
     // SAFETY: as promised by the caller; the load needs no alignment.
-    unsafe { _mm_loadu_ps(from.add(at as u32 as usize * STRIDE).cast()) }
+    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
 }

@@ -1,5 +1,6 @@
 //! AVX-512: 16 lanes, masks in mask registers.
 
+use super::spilled::Spilled;
 use super::{F32, I32, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -174,6 +175,16 @@ impl I32<Avx512> for I {
         op!(self => M, _mm512_cmpgt_epi32_mask(other.0))
     }
     #[inline(always)]
+    fn least(self) -> i32 {
+        // SAFETY: holding a vector proves the features.
+        unsafe { _mm512_reduce_min_epi32(self.0) }
+    }
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        // SAFETY: holding a vector proves the features.
+        unsafe { _mm512_reduce_max_epi32(self.0) }
+    }
+    #[inline(always)]
     fn to_f32(self) -> F {
         op!(self => F, _mm512_cvtepi32_ps())
     }
@@ -297,6 +308,39 @@ impl Simd for Avx512 {
         mask.0.count_ones() as usize
     }
     #[inline(always)]
+    fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
+        let to = &mut to[..16];
+        // SAFETY: the token proves the features; 16 records of 32 bytes are there, and stores need no alignment.
+        unsafe {
+            let f = [
+                _mm512_maskz_compress_epi32(mask.0, fields[0].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[1].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[2].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[3].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[4].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[5].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[6].0),
+                _mm512_maskz_compress_epi32(mask.0, fields[7].0),
+            ];
+            // Row r holds in quarter q the halves of record 4 q + r.
+            let (low, high) =
+                (rows_of_four([f[0], f[1], f[2], f[3]]), rows_of_four([f[4], f[5], f[6], f[7]]));
+            let first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+            let last = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+            let mut r = 0;
+            while r < 4 {
+                let a = _mm512_permutex2var_epi64(low[r], first, high[r]);
+                let b = _mm512_permutex2var_epi64(low[r], last, high[r]);
+                _mm256_storeu_si256(to[r].as_mut_ptr().cast(), _mm512_castsi512_si256(a));
+                _mm256_storeu_si256(to[r + 4].as_mut_ptr().cast(), _mm512_extracti64x4_epi64::<1>(a));
+                _mm256_storeu_si256(to[r + 8].as_mut_ptr().cast(), _mm512_castsi512_si256(b));
+                _mm256_storeu_si256(to[r + 12].as_mut_ptr().cast(), _mm512_extracti64x4_epi64::<1>(b));
+                r += 1;
+            }
+        }
+        mask.0.count_ones() as usize
+    }
+    #[inline(always)]
     fn firsts(self, mask: M, v: I) -> M {
         // SAFETY: the token proves the features.
         unsafe {
@@ -365,8 +409,8 @@ impl Simd for Avx512 {
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
         // each has one behind it. Loads need no alignment.
         unsafe {
-            let mut at = [0i32; 16];
-            _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
+            let mut at = Spilled([0i32; 16]);
+            _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
             // Lanes 4q + r and the next in quarter q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 2));
             [
@@ -385,8 +429,8 @@ impl Simd for Avx512 {
 unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m512; 4] {
     // SAFETY: as promised by the caller; 16 places are there.
     unsafe {
-        let mut at = [0i32; 16];
-        _mm512_storeu_si512(at.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
+        let mut at = Spilled([0i32; 16]);
+        _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
         // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
         let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
         let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
@@ -401,18 +445,37 @@ unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) ->
     }
 }
 
+/// Four fields by lanes as rows of records: row r holds in quarter q the four numbers of lane 4 q + r.
+///
+/// # Safety
+/// The CPU must have the level's features.
+#[inline(always)]
+unsafe fn rows_of_four([a, b, c, d]: [__m512i; 4]) -> [__m512i; 4] {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let (ab, cd) = (_mm512_unpacklo_epi32(a, b), _mm512_unpacklo_epi32(c, d));
+        let (ef, gh) = (_mm512_unpackhi_epi32(a, b), _mm512_unpackhi_epi32(c, d));
+        [
+            _mm512_unpacklo_epi64(ab, cd),
+            _mm512_unpackhi_epi64(ab, cd),
+            _mm512_unpacklo_epi64(ef, gh),
+            _mm512_unpackhi_epi64(ef, gh),
+        ]
+    }
+}
+
 /// In quarter q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-unsafe fn pixel_pairs(from: &[u8], at: &[i32; 16], r: usize) -> __m512 {
+unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, r: usize) -> __m512 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm512_castps128_ps512(two_pairs(from, at[r], at[r + 1]));
-        let v = _mm512_insertf32x4::<1>(v, two_pairs(from, at[r + 4], at[r + 5]));
-        let v = _mm512_insertf32x4::<2>(v, two_pairs(from, at[r + 8], at[r + 9]));
-        _mm512_insertf32x4::<3>(v, two_pairs(from, at[r + 12], at[r + 13]))
+        let v = _mm512_castps128_ps512(two_pairs(from, at.lane(r), at.lane(r + 1)));
+        let v = _mm512_insertf32x4::<1>(v, two_pairs(from, at.lane(r + 4), at.lane(r + 5)));
+        let v = _mm512_insertf32x4::<2>(v, two_pairs(from, at.lane(r + 8), at.lane(r + 9)));
+        _mm512_insertf32x4::<3>(v, two_pairs(from, at.lane(r + 12), at.lane(r + 13)))
     }
 }
 
@@ -421,10 +484,10 @@ unsafe fn pixel_pairs(from: &[u8], at: &[i32; 16], r: usize) -> __m512 {
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at both places.
 #[inline(always)]
-unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
+unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
     // SAFETY: as promised by the caller; these loads need no alignment.
     unsafe {
-        let place = |at: i32| from.as_ptr().add(at as u32 as usize * 4).cast::<f64>();
+        let place = |at: usize| from.as_ptr().add(at * 4).cast::<f64>();
         _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
     }
 }
@@ -434,13 +497,13 @@ unsafe fn two_pairs(from: &[u8], first: i32, second: i32) -> __m128 {
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 16], r: usize) -> __m512 {
+unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, r: usize) -> __m512 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm512_castps128_ps512(record::<STRIDE>(from, at[r]));
-        let v = _mm512_insertf32x4::<1>(v, record::<STRIDE>(from, at[r + 4]));
-        let v = _mm512_insertf32x4::<2>(v, record::<STRIDE>(from, at[r + 8]));
-        _mm512_insertf32x4::<3>(v, record::<STRIDE>(from, at[r + 12]))
+        let v = _mm512_castps128_ps512(record::<STRIDE>(from, at.lane(r)));
+        let v = _mm512_insertf32x4::<1>(v, record::<STRIDE>(from, at.lane(r + 4)));
+        let v = _mm512_insertf32x4::<2>(v, record::<STRIDE>(from, at.lane(r + 8)));
+        _mm512_insertf32x4::<3>(v, record::<STRIDE>(from, at.lane(r + 12)))
     }
 }
 
@@ -449,7 +512,7 @@ unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &[i32; 16], r: usize)
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn record<const STRIDE: usize>(from: *const u8, at: i32) -> __m128 {
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
     // SAFETY: as promised by the caller; the load needs no alignment.
-    unsafe { _mm_loadu_ps(from.add(at as u32 as usize * STRIDE).cast()) }
+    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
 }

@@ -19,6 +19,8 @@ mod level;
 mod portable;
 pub mod prefetch;
 mod scan;
+#[cfg(target_arch = "x86_64")]
+mod spilled;
 #[cfg(test)]
 mod tests;
 pub mod text;
@@ -78,6 +80,10 @@ pub trait I32<S: Simd>:
     fn eq(self, other: Self) -> S::M;
     /// self > other, signed.
     fn gt(self, other: Self) -> S::M;
+    /// The smallest lane, signed.
+    fn least(self) -> i32;
+    /// The largest lane, signed.
+    fn greatest(self) -> i32;
     /// Nearest f32, ties to even.
     fn to_f32(self) -> S::F;
     /// The f32 with these bits.
@@ -135,6 +141,9 @@ pub trait Simd: Copy + 'static {
     fn store_block_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8], stride: usize);
     /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
+    /// The lanes that are set as records of eight numbers, packed to the front of `to` (LANES records; those behind them are
+    /// zeros): number f of a record is its lane of `fields[f]`. Their count.
+    fn compress8(self, mask: Self::M, fields: [Self::I; 8], to: &mut [[i32; 8]]) -> usize;
     /// Of the lanes that are set, those that hold a number which no set lane before them holds.
     fn firsts(self, mask: Self::M, v: Self::I) -> Self::M;
     /// Lane i is bit i.

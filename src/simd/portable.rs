@@ -158,6 +158,14 @@ impl<const N: usize> I32<Portable<N>> for IntLanes<N> {
         MaskLanes(from_fn(|i| yes(self.0[i] > other.0[i])))
     }
     #[inline(always)]
+    fn least(self) -> i32 {
+        self.0.iter().fold(i32::MAX, |least, &a| if a < least { a } else { least })
+    }
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        self.0.iter().fold(i32::MIN, |greatest, &a| if a > greatest { a } else { greatest })
+    }
+    #[inline(always)]
     fn to_f32(self) -> FloatLanes<N> {
         FloatLanes(self.0.map(|a| a as f32))
     }
@@ -248,6 +256,19 @@ impl<const N: usize> Simd for Portable<N> {
             n += (mask.0[i] != 0) as usize;
             if n == N {
                 break;
+            }
+        }
+        n
+    }
+    #[inline(always)]
+    fn compress8(self, mask: MaskLanes<N>, fields: [IntLanes<N>; 8], to: &mut [[i32; 8]]) -> usize {
+        let to = &mut to[..N];
+        to.fill([0; 8]);
+        let mut n = 0;
+        for i in 0..N {
+            if mask.0[i] != 0 {
+                to[n] = from_fn(|f| fields[f].0[i]);
+                n += 1;
             }
         }
         n

@@ -119,6 +119,18 @@ impl Kernel for AllOperations {
             let n = s.compress_i(s.mask(bits >> at), s.load_i(&i[at..]), &mut lanes);
             packed.extend_from_slice(&lanes[..n]);
         }
+        // Records: whatever the width, those of the set lanes in order, then zeros.
+        let mut least = (i32::MAX, i32::MIN);
+        for at in (0..16).step_by(S::LANES) {
+            let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
+            least = (least.0.min(p.least()), least.1.max(p.greatest()));
+            let mut records = [[5; 8]; 17];
+            let fields = [p, q, p + q, p ^ q, p & q, p | q, p - q, p * q];
+            let n = s.compress8(s.mask(bits >> at), fields, &mut records);
+            packed.extend(records[..n].iter().flatten());
+            assert!(records[n..S::LANES].iter().all(|r| *r == [0; 8]) && records[16] == [5; 8]);
+        }
+        packed.extend([least.0, least.1]);
         words.extend(packed);
         words
     }

@@ -3,23 +3,19 @@
 use super::bins::{self, Bin, Chunk, Grid};
 use super::clusters::{CLUSTER_FACES, ClusterKernel, Outlook};
 use super::deep::DeepVertexKernel;
+use super::prepared::chunk_faces;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
 use super::{Deep, Job, Scratch, View, Workers};
 use crate::pipeline::call::DrawStats;
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
-use std::ops::Range;
 use std::sync::atomic::AtomicU8;
 
-/// Faces that one piece of set-up work takes.
-const CHUNK_FACES: usize = 4096;
 /// Vertices that one piece of vertex work takes.
 const CHUNK_VERTICES: usize = 4096;
 /// Clusters that are decided on in one piece.
 const CHUNK_CLUSTERS: usize = 2048;
-/// The most chunks: each has a list for each tile, and a bit of its visitors.
-const MOST_CHUNKS: usize = 64;
 
 /// Bytes of the empty lists of all tiles of a frame of this size.
 pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
@@ -32,13 +28,8 @@ pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
 pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
     let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
     // Lists grow by doubling: on the average they are three quarters full.
-    let face = size_of::<bins::Tiny>() as u64 * 4 / 3;
+    let face = size_of::<bins::TinyWords>() as u64 * 4 / 3;
     chunks * grid_bytes(size) as u64 + kept * face
-}
-
-/// Faces in a piece of set-up work.
-fn chunk_faces(faces: usize) -> usize {
-    faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
 }
 
 /// Where the faces of a draw wait for their tiles.
@@ -83,55 +74,72 @@ pub(crate) fn bin(
     }
     let fates = scratch.fates.as_slice();
 
-    // Vertices: each to a record.
-    let marks_of = |range: &Range<usize>| match marks.is_empty() {
-        true => marks,
-        false => &marks[range.start / WIDTH..range.end.div_ceil(WIDTH)],
-    };
-    let projector = &Projector::new(job.to_screen, &to_view, mesh.farthest);
-    resize_in_huge_pages(&mut scratch.records, mesh.vertex_count(), [0.0; 4]);
-    crew.chunks(&mut scratch.records, CHUNK_VERTICES, |i, records| {
-        let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + records.len();
-        let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
-        level.dispatch(VertexKernel { positions, projector, marks: marks_of(&range), records });
-    });
-
-    if let Some(Deep { row, .. }) = job.deep {
-        resize_in_huge_pages(&mut scratch.deep, mesh.vertex_count(), [0.0; 4]);
-        crew.chunks(&mut scratch.deep, CHUNK_VERTICES, |i, out| {
-            let range = i * CHUNK_VERTICES..i * CHUNK_VERTICES + out.len();
-            let positions = [0, 1, 2].map(|axis| &mesh.positions[axis][range.clone()]);
-            let marks = marks_of(&range);
-            level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
-        });
-    }
-
-    // Faces: culled, bounded, covered if they are tiny, binned into tiles.
     let grid = Grid::new(&view, width);
     let chunk_faces = chunk_faces(faces);
     let chunk_count = faces.div_ceil(chunk_faces);
     if scratch.chunks.len() < chunk_count {
         scratch.chunks.resize_with(chunk_count, Chunk::default);
     }
-    let records = scratch.records.as_slice();
-    crew.chunks(&mut scratch.chunks[..chunk_count], 1, |i, chunk| {
-        let range = i * chunk_faces..((i + 1) * chunk_faces).min(faces);
-        let padded = range.start..range.end.next_multiple_of(16);
-        chunk[0].reset(grid.columns * grid.rows);
-        level.dispatch(SetupKernel {
-            records,
-            corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
-            faces: range.len(),
-            clusters,
-            fates: fates.get(range.start / CLUSTER_FACES..range.end.div_ceil(CLUSTER_FACES)).unwrap_or(&[]),
-            first_face: range.start as u32,
-            keep: job.keep,
-            view,
-            grid,
-            plain: job.plain,
-            chunk: &mut chunk[0],
+    let vertex_count = mesh.vertex_count();
+    resize_in_huge_pages(&mut scratch.records, vertex_count, [0.0; 4]);
+    if job.deep.is_some() {
+        resize_in_huge_pages(&mut scratch.deep, vertex_count, [0.0; 4]);
+    }
+    let projector = &Projector::new(job.to_screen, &to_view, mesh.farthest);
+    // In rounds: vertices, then the faces that ask for them while they are still near. Threads that meet after each stage
+    // take all chunks in one round.
+    let round = match crew {
+        Workers::Alone => 1,
+        Workers::Pool(_) => chunk_count,
+    };
+    let mut placed = 0;
+    for first_chunk in (0..chunk_count).step_by(round) {
+        let last_chunk = (first_chunk + round).min(chunk_count) - 1;
+        // Vertices: each to a record.
+        let until = (mesh.asked[last_chunk] as usize).next_multiple_of(WIDTH).min(vertex_count).max(placed);
+        let range_of = |i: usize, length: usize| {
+            let start = placed + i * CHUNK_VERTICES;
+            let marks = if marks.is_empty() {
+                marks
+            } else {
+                &marks[start / WIDTH..(start + length).div_ceil(WIDTH)]
+            };
+            ([0, 1, 2].map(|axis| &mesh.positions[axis][start..start + length]), marks)
+        };
+        crew.chunks(&mut scratch.records[placed..until], CHUNK_VERTICES, |i, records| {
+            let (positions, marks) = range_of(i, records.len());
+            level.dispatch(VertexKernel { positions, projector, marks, records });
         });
-    });
+        if let Some(Deep { row, .. }) = job.deep {
+            crew.chunks(&mut scratch.deep[placed..until], CHUNK_VERTICES, |i, out| {
+                let (positions, marks) = range_of(i, out.len());
+                level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
+            });
+        }
+        placed = until;
+        // Faces: culled, bounded, covered if they are tiny, binned into tiles.
+        let records = scratch.records.as_slice();
+        crew.chunks(&mut scratch.chunks[first_chunk..=last_chunk], 1, |i, chunk| {
+            let start = (first_chunk + i) * chunk_faces;
+            let range = start..(start + chunk_faces).min(faces);
+            let padded = range.start..range.end.next_multiple_of(16);
+            chunk[0].reset(grid.columns * grid.rows);
+            level.dispatch(SetupKernel {
+                records,
+                corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
+                faces: range.len(),
+                fates: fates
+                    .get(range.start / CLUSTER_FACES..range.end.div_ceil(CLUSTER_FACES))
+                    .unwrap_or(&[]),
+                first_face: range.start as u32,
+                keep: job.keep,
+                view,
+                grid,
+                plain: job.plain,
+                chunk: &mut chunk[0],
+            });
+        });
+    }
     let chunks = &scratch.chunks[..chunk_count];
     chunks.iter().for_each(|chunk| *stats += chunk.stats);
     // The tiles that something reaches, and the bands.

@@ -3,6 +3,7 @@
 use super::wide::WideFace;
 use crate::memory::DEPTH_CELL;
 use crate::pipeline::call::DrawStats;
+use crate::simd::Simd;
 
 /// A face of at most 8x8 pixels.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,31 @@ pub struct Tiny {
     pub depth: [f32; 3],
     /// Columns and rows.
     pub size: [u8; 2],
+}
+
+/// A tiny face as eight words, as vectors write it: the mask's low and high half, the number, column and row in one, the
+/// depth, the size in one.
+pub type TinyWords = [i32; 8];
+
+impl Tiny {
+    /// The face of these words.
+    #[inline(always)]
+    pub fn of([low, high, face, at, z, zx, zy, size]: TinyWords) -> Tiny {
+        Tiny {
+            mask: u64::from(low as u32) | u64::from(high as u32) << 32,
+            face: face as u32,
+            at: [at as i16, (at >> 16) as i16],
+            depth: [f32::from_bits(z as u32), f32::from_bits(zx as u32), f32::from_bits(zy as u32)],
+            size: [size as u8, (size >> 8) as u8],
+        }
+    }
+
+    /// Columns and rows that it reaches, half-open: x0, y0, x1, y1.
+    #[inline(always)]
+    pub fn bounds(&self) -> [i16; 4] {
+        let ([x, y], [columns, rows]) = (self.at, self.size);
+        [x, y, x + i16::from(columns), y + i16::from(rows)]
+    }
 }
 
 /// A face whose edge functions fit i32.
@@ -34,6 +60,57 @@ pub struct Small {
     pub steps_y: [i32; 3],
     /// Depth at the centre of pixel (x0, y0), and its steps.
     pub depth: [f32; 3],
+}
+
+/// Tiny faces, with room behind them that vectors may write before it is known how many they hold.
+#[derive(Debug, Default)]
+pub struct TinyList {
+    words: Vec<TinyWords>,
+    count: usize,
+}
+
+impl TinyList {
+    /// The places behind the last face, at least so many.
+    #[inline(always)]
+    pub fn room(&mut self, places: usize) -> &mut [TinyWords] {
+        let least = self.count + places;
+        if self.words.len() < least {
+            self.words.resize(least, [0; 8]);
+        }
+        &mut self.words[self.count..]
+    }
+
+    /// So many more of the places behind the last face hold faces.
+    #[inline(always)]
+    pub fn grow(&mut self, faces: usize) {
+        self.count = (self.count + faces).min(self.words.len());
+    }
+
+    /// Adds a face.
+    #[inline(always)]
+    pub fn push(&mut self, face: TinyWords) {
+        self.room(1)[0] = face;
+        self.count += 1;
+    }
+
+    /// Forgets all faces; keeps their memory.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Bytes of its memory.
+    pub fn size_bytes(&self) -> usize {
+        self.words.capacity() * size_of::<TinyWords>()
+    }
+}
+
+impl std::ops::Deref for TinyList {
+    type Target = [TinyWords];
+
+    #[inline(always)]
+    fn deref(&self) -> &[TinyWords] {
+        &self.words[..self.count]
+    }
 }
 
 /// In a bin, a face that is not tiny.
@@ -97,11 +174,6 @@ impl Grid {
     /// Rows of a tile.
     pub const TILE_ROWS: i32 = 32;
 
-    /// Their logarithms.
-    pub const COLUMN_SHIFT: u32 = Self::TILE_COLUMNS.ilog2();
-    /// See `COLUMN_SHIFT`.
-    pub const ROW_SHIFT: u32 = Self::TILE_ROWS.ilog2();
-
     /// The tiles of a view in a frame of this width.
     pub fn new(view: &View, width: usize) -> Self {
         Grid {
@@ -110,6 +182,12 @@ impl Grid {
             y0: view.y0,
             width: width as i32,
         }
+    }
+
+    /// The tiles that bounds (half-open, not empty) reach: the first column and row, the last ones.
+    #[inline(always)]
+    pub fn tiles_of(&self, [x0, y0, x1, y1]: [i32; 4]) -> [usize; 4] {
+        [self.column_of(x0), self.row_of(y0), self.column_of(x1 - 1), self.row_of(y1 - 1)]
     }
 
     /// The tile column of a pixel column.
@@ -136,7 +214,7 @@ impl Grid {
 #[derive(Debug)]
 pub struct Bin {
     /// Faces of at most 8x8 pixels, in file order.
-    pub tiny: Vec<Tiny>,
+    pub tiny: TinyList,
     /// The others, in file order.
     pub larger: Vec<Larger>,
     /// Faces with edge functions in i32, in file order.
@@ -170,7 +248,7 @@ impl Bin {
 
 impl Default for Bin {
     fn default() -> Self {
-        Bin { tiny: Vec::new(), larger: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
+        Bin { tiny: TinyList::default(), larger: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
     }
 }
 
@@ -206,17 +284,25 @@ impl Chunk {
 
     /// Adds a tiny face to the tiles that it reaches.
     #[inline(always)]
-    pub fn add_tiny(&mut self, face: &Tiny, bounds: [i16; 4], grid: &Grid) {
-        let [x0, y0, x1, y1] = bounds.map(i32::from);
-        let (left, right) = (grid.column_of(x0), grid.column_of(x1 - 1));
-        let (top, bottom) = (grid.row_of(y0), grid.row_of(y1 - 1));
+    pub fn add_tiny(&mut self, words: &TinyWords, grid: &Grid) {
+        let bounds = Tiny::of(*words).bounds();
+        let [left, top, right, bottom] = grid.tiles_of(bounds.map(i32::from));
         for row in top..=bottom {
             for column in left..=right {
                 let bin = self.touch(row * grid.columns + column);
-                bin.tiny.push(*face);
+                bin.tiny.push(*words);
                 bin.reach(bounds);
             }
         }
+    }
+
+    /// Adds the tiny faces of the lanes that are set to a tile; all lie within `reach`.
+    #[inline(always)]
+    pub fn add_vector<S: Simd>(&mut self, s: S, lanes: S::M, words: [S::I; 8], tile: usize, reach: [i16; 4]) {
+        let bin = self.touch(tile);
+        let count = s.compress8(lanes, words, bin.tiny.room(S::LANES));
+        bin.tiny.grow(count);
+        bin.reach(reach);
     }
 
     /// Adds a small face to the tiles that it reaches.
@@ -239,9 +325,7 @@ impl Chunk {
 
     #[inline(always)]
     fn add_larger(&mut self, bounds: [i16; 4], grid: &Grid, place: impl Fn(&mut Bin) -> Place) {
-        let [x0, y0, x1, y1] = bounds.map(i32::from);
-        let (left, right) = (grid.column_of(x0), grid.column_of(x1 - 1));
-        let (top, bottom) = (grid.row_of(y0), grid.row_of(y1 - 1));
+        let [left, top, right, bottom] = grid.tiles_of(bounds.map(i32::from));
         for row in top..=bottom {
             for column in left..=right {
                 let bin = self.touch(row * grid.columns + column);
@@ -255,15 +339,9 @@ impl Chunk {
     /// The list of a tile, which something reaches now.
     #[inline(always)]
     fn touch(&mut self, tile: usize) -> &mut Bin {
-        Self::open(&mut self.bins, &mut self.reached, tile)
-    }
-
-    /// The same of a chunk's lists.
-    #[inline(always)]
-    pub fn open<'a>(bins: &'a mut [Bin], reached: &mut Vec<u32>, tile: usize) -> &'a mut Bin {
-        let bin = &mut bins[tile];
+        let bin = &mut self.bins[tile];
         if bin.is_empty() {
-            reached.push(tile as u32);
+            self.reached.push(tile as u32);
         }
         bin
     }

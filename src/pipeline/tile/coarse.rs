@@ -61,7 +61,8 @@ impl Kernel for CoarseRasterKernel<'_, '_> {
             // The tiny faces up to the next larger one, or the last ones.
             let next = bin.larger.get(from);
             let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
-            for face in &bin.tiny[drawn..until] {
+            for words in &bin.tiny[drawn..until] {
+                let face = &Tiny::of(*words);
                 if cells.hide(tile, bounds_of_tiny(face), nearest_of_tiny(face)) {
                     hidden += 1;
                     continue;
@@ -222,8 +223,7 @@ fn word(z: f32) -> i32 {
 
 #[inline(always)]
 fn bounds_of_tiny(face: &Tiny) -> [i32; 4] {
-    let [x, y] = face.at.map(i32::from);
-    [x, y, x + i32::from(face.size[0]), y + i32::from(face.size[1])]
+    face.bounds().map(i32::from)
 }
 
 #[inline(always)]

@@ -282,8 +282,8 @@ impl Kernel for DeepRasterKernel<'_, '_> {
         for larger in &bin.larger {
             // The tiny faces up to this larger one.
             let until = larger.tiny_before as usize;
-            for face in &bin.tiny[drawn..until] {
-                passed += self.tiny(s, face);
+            for words in &bin.tiny[drawn..until] {
+                passed += self.tiny(s, &Tiny::of(*words));
             }
             drawn = until;
             let (t, p) = match larger.place {
@@ -292,8 +292,8 @@ impl Kernel for DeepRasterKernel<'_, '_> {
             };
             (tested, passed) = (tested + t, passed + p);
         }
-        for face in &bin.tiny[drawn..] {
-            passed += self.tiny(s, face);
+        for words in &bin.tiny[drawn..] {
+            passed += self.tiny(s, &Tiny::of(*words));
         }
         (tested, passed)
     }

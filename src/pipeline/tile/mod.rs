@@ -105,7 +105,7 @@ impl Scratch {
         let bin = |b: &Bin| {
             size_of::<Bin>()
                 + b.larger.capacity() * size_of::<bins::Larger>()
-                + b.tiny.capacity() * size_of::<bins::Tiny>()
+                + b.tiny.size_bytes()
                 + b.small.capacity() * size_of::<bins::Small>()
         };
         let chunk = |c: &Chunk| {

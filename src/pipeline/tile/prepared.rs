@@ -12,6 +12,16 @@ use glam::{DVec3, DVec4};
 /// The index lists are filled up to a multiple of this, with faces without area.
 const PADDING: usize = 16;
 
+/// Faces that one piece of set-up work takes.
+const CHUNK_FACES: usize = 4096;
+/// The most pieces: each has a list for each tile, and a bit of its visitors.
+const MOST_CHUNKS: usize = 64;
+
+/// Faces in a piece of set-up work of so many.
+pub fn chunk_faces(faces: usize) -> usize {
+    faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
+}
+
 /// See the module's text.
 #[derive(Clone, Debug, Default)]
 pub struct PreparedMesh {
@@ -23,6 +33,8 @@ pub struct PreparedMesh {
     pub records: Vec<[f32; 4]>,
     /// How many triangles there are.
     pub triangle_count: usize,
+    /// How many vertices, from the first on, each piece of [`chunk_faces`] and those before it ask for.
+    pub asked: Vec<u32>,
     /// Unit normals in object space; w is 0.
     pub normals: Vec<[f32; 4]>,
     /// u and v, then what f32 lost of them: together they have 48 bits.
@@ -165,6 +177,15 @@ impl PreparedMesh {
         }
         let far = |list: &Vec<f64>| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
         prepared.farthest = prepared.positions.each_ref().map(far);
+        let size = chunk_faces(prepared.triangle_count);
+        let mut asked = 0;
+        for start in (0..prepared.triangle_count).step_by(size) {
+            let end = (start + size).min(prepared.triangle_count);
+            for list in &prepared.corners {
+                asked = list[start..end].iter().fold(asked, |asked, &v| asked.max(v as u32 + 1));
+            }
+            prepared.asked.push(asked);
+        }
         prepared.clusters = Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count);
         prepared
     }

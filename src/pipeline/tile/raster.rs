@@ -75,7 +75,8 @@ impl Kernel for RasterKernel<'_, '_> {
             // The tiny faces up to the next larger one, or the last ones.
             let next = bin.larger.get(from);
             let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
-            for face in &bin.tiny[drawn..until] {
+            for words in &bin.tiny[drawn..until] {
+                let face = &Tiny::of(*words);
                 prefetch::for_read(self.corners, face.face as usize);
                 passed += tiny(s, face, self.tile);
             }

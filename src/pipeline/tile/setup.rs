@@ -6,10 +6,10 @@
 //! - [`Small`]: edge functions that stay exact in i32.
 //! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
 
-use super::bins::{Bin, Chunk, Grid, Keep, Small, Tiny, View};
-use super::clusters::{CLUSTER_FACES, Clusters, Fate};
-use super::edges::{bounds3, corner, coverage, edge, pixels, snapped, sort_corners};
-use super::vertex::{Outcode, Record, WIDTH};
+use super::bins::{Chunk, Grid, Keep, Small, View};
+use super::clusters::{CLUSTER_FACES, Fate};
+use super::edges::{bounds3, corner, coverage, edge, ones, pixels, snapped, sort_corners};
+use super::vertex::{Outcode, Record};
 use super::wide::WideFace;
 use crate::pipeline::call::DrawStats;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
@@ -45,8 +45,6 @@ pub struct SetupKernel<'a> {
     pub corners: [&'a [i32]; 3],
     /// How many faces this chunk has.
     pub faces: usize,
-    /// All clusters of the mesh.
-    pub clusters: &'a Clusters,
     /// What became of this chunk's clusters; empty where all are open.
     pub fates: &'a [u8],
     /// The number of the chunk's first face in the mesh.
@@ -66,10 +64,11 @@ pub struct SetupKernel<'a> {
 /// How many clusters ahead what will be read is asked for.
 const AHEAD: usize = 3;
 
+/// A vector of tiny faces that reaches more tiles than this is handed out face by face.
+const MOST_TILES: usize = 4;
+
 /// What the vector stage hands to the scalar one, a row of lanes each.
-const FIELDS: usize = 18;
-/// The first of them: edge functions and their steps.
-const EDGES: usize = 9;
+const FIELDS: usize = 16;
 
 impl Kernel for SetupKernel<'_> {
     type Output = ();
@@ -77,8 +76,11 @@ impl Kernel for SetupKernel<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let mut lanes = [[0i32; 16]; FIELDS];
+        let mut faces = [[0; 8]; 16];
         let view = self.view;
         let (zero, none) = (s.splat(0.0), s.splat_i(0));
+        // Of tiny faces, lane by lane.
+        let mut pixels_in = none;
         for start in (0..self.faces).step_by(S::LANES) {
             let count = (self.faces - start).min(S::LANES);
             let fate = self.fates.get(start / CLUSTER_FACES).copied().unwrap_or(Fate::OPEN);
@@ -200,7 +202,61 @@ impl Kernel for SetupKernel<'_> {
                 & (zx.abs() + zy.abs()).le(s.splat(STEEPEST_SLOPE));
             let is_between = zero.le(z_min) & z_max.lt(s.splat(1.0));
             let by_plain = by_plain | (work & !(is_gentle & is_between));
-            let (work_bits, tiny_bits, plain_bits) = (work.bits(), is_tiny.bits(), by_plain.bits());
+            let tiny = work & is_tiny & !by_plain;
+            let others = (work & !is_tiny) | by_plain;
+            pixels_in = pixels_in + ones(s, s.select_i(tiny, low, none), s.select_i(tiny, high, none));
+            let words = [
+                low,
+                high,
+                s.iota() + s.splat_i((self.first_face as usize + start) as i32),
+                left | top.shl::<16>(),
+                z.bits(),
+                zx.bits(),
+                zy.bits(),
+                columns | rows.shl::<8>(),
+            ];
+            if !others.any() {
+                // Most often all lie in one tile, or in two: their lists take the faces as they come.
+                let (least, most) = (s.splat_i(i32::MAX), s.splat_i(0));
+                let bounds = [
+                    s.select_i(tiny, left, least).least(),
+                    s.select_i(tiny, top, least).least(),
+                    s.select_i(tiny, right, most).greatest(),
+                    s.select_i(tiny, bottom, most).greatest(),
+                ];
+                let tiles = self.grid.tiles_of(bounds);
+                let [first_column, first_row, last_column, last_row] = tiles;
+                let reach = bounds.map(|bound| bound as i16);
+                if tiles == [first_column, first_row, first_column, first_row] {
+                    self.chunk.add_vector(
+                        s,
+                        tiny,
+                        words,
+                        first_row * self.grid.columns + first_column,
+                        reach,
+                    );
+                    continue;
+                }
+                if (last_column - first_column + 1) * (last_row - first_row + 1) > MOST_TILES {
+                    let count = s.compress8(tiny, words, &mut faces);
+                    faces[..count].iter().for_each(|face| self.chunk.add_tiny(face, &self.grid));
+                    continue;
+                }
+                for row in first_row..=last_row {
+                    let y0 = self.grid.y0 + row as i32 * Grid::TILE_ROWS;
+                    let in_row = tiny & bottom.gt(s.splat_i(y0)) & s.splat_i(y0 + Grid::TILE_ROWS).gt(top);
+                    for column in first_column..=last_column {
+                        let columns = self.grid.pixels_of(column);
+                        let inside =
+                            in_row & right.gt(s.splat_i(columns.start)) & s.splat_i(columns.end).gt(left);
+                        if inside.any() {
+                            self.chunk.add_vector(s, inside, words, row * self.grid.columns + column, reach);
+                        }
+                    }
+                }
+                continue;
+            }
+            s.compress8(tiny, words, &mut faces);
             let fields = [
                 e0,
                 e1,
@@ -218,37 +274,17 @@ impl Kernel for SetupKernel<'_> {
                 top,
                 right,
                 bottom,
-                low,
-                high,
             ];
-            // Tiny faces are asked for no edges.
-            let mut field = if work_bits & !tiny_bits == 0 { EDGES } else { 0 };
+            let mut field = 0;
             while field < FIELDS {
                 s.store_i(fields[field], &mut lanes[field]);
                 field += 1;
             }
+            let (work_bits, tiny_bits, plain_bits) = (work.bits(), tiny.bits(), by_plain.bits());
             let mut left_over = work_bits | plain_bits;
-            if plain_bits == 0
-                && left_over & !tiny_bits == 0
-                && let Some(tile) = one_tile(s, &self.grid, work, [left, top, right, bottom])
-            {
-                let tested = &mut self.chunk.stats.pixels_tested;
-                let bin = Chunk::open(&mut self.chunk.bins, &mut self.chunk.reached, tile);
-                bin.tiny.reserve(S::LANES);
-                let mut reach = Bin::NOTHING;
-                while left_over != 0 {
-                    let lane = left_over.trailing_zeros() as usize;
-                    left_over &= left_over - 1;
-                    let (tiny, bounds) = tiny_of(&lanes, lane, self.first_face + (start + lane) as u32);
-                    *tested += tiny.mask.count_ones() as u64;
-                    bin.tiny.push(tiny);
-                    reach = Bin::around(reach, bounds);
-                }
-                bin.reach(reach);
-                continue;
-            }
+            let mut next_tiny = 0;
             while left_over != 0 {
-                let lane = left_over.trailing_zeros() as usize;
+                let lane = left_over.trailing_zeros() as usize & 15;
                 left_over &= left_over - 1;
                 let face = self.first_face + (start + lane) as u32;
                 if plain_bits >> lane & 1 != 0 {
@@ -261,24 +297,17 @@ impl Kernel for SetupKernel<'_> {
                     if work_bits >> lane & 1 == 0 {
                         self.chunk.stats += own;
                     }
-                    continue;
-                }
-                let (tiny, bounds) = tiny_of(&lanes, lane, face);
-                if tiny_bits >> lane & 1 != 0 {
-                    self.chunk.stats.pixels_tested += tiny.mask.count_ones() as u64;
-                    self.chunk.add_tiny(&tiny, bounds, &self.grid);
+                } else if tiny_bits >> lane & 1 != 0 {
+                    self.chunk.add_tiny(&faces[next_tiny & 15], &self.grid);
+                    next_tiny += 1;
                 } else {
-                    let small = Small {
-                        face,
-                        bounds,
-                        edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
-                        steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
-                        steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
-                        depth: tiny.depth,
-                    };
-                    self.chunk.add_small(&small, &self.grid);
+                    self.chunk.add_small(&small_of(&lanes, lane, face), &self.grid);
                 }
             }
+        }
+        s.store_i(pixels_in, &mut lanes[0]);
+        for count in &lanes[0][..S::LANES] {
+            self.chunk.stats.pixels_tested += *count as u64;
         }
     }
 }
@@ -294,48 +323,27 @@ impl SetupKernel<'_> {
         for list in self.corners {
             prefetch::for_read(list, at * CLUSTER_FACES);
         }
-        for &block in self.clusters.blocks_of(self.first_face as usize / CLUSTER_FACES + at) {
-            let first = block as usize * WIDTH;
-            prefetch::for_read(self.records, first);
-            prefetch::for_read(self.records, first + WIDTH / 2);
-        }
     }
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
-/// The tile that all these boxes lie in, if there is but one.
+/// A lane as a small face.
 #[inline(always)]
-fn one_tile<S: Simd>(s: S, grid: &Grid, work: S::M, [left, top, right, bottom]: [S::I; 4]) -> Option<usize> {
-    let (one, last) = (s.splat_i(1), s.splat_i(grid.columns as i32 - 1));
-    let from = (
-        left.sar::<{ Grid::COLUMN_SHIFT }>().min(last),
-        (top - s.splat_i(grid.y0)).sar::<{ Grid::ROW_SHIFT }>(),
-    );
-    let to = (
-        (right - one).sar::<{ Grid::COLUMN_SHIFT }>().min(last),
-        (bottom - s.splat_i(grid.y0 + 1)).sar::<{ Grid::ROW_SHIFT }>(),
-    );
-    let mut numbers = [[0; 16]; 2];
-    s.store_i(from.0, &mut numbers[0]);
-    s.store_i(from.1, &mut numbers[1]);
-    let lane = work.bits().trailing_zeros() as usize & 15;
-    let (column, row) = (numbers[0][lane], numbers[1][lane]);
-    let (c, r) = (s.splat_i(column), s.splat_i(row));
-    let is_one = from.0.eq(c) & to.0.eq(c) & from.1.eq(r) & to.1.eq(r);
-    (!(work & !is_one).any()).then_some(row as usize * grid.columns + column as usize)
-}
-
-/// A lane as a tiny face, and its bounds.
-#[inline(always)]
-fn tiny_of(lanes: &[[i32; 16]; FIELDS], lane: usize, face: u32) -> (Tiny, [i16; 4]) {
-    let lane = lane & 15;
-    let depth = [real(lanes[9][lane]), real(lanes[10][lane]), real(lanes[11][lane])];
-    let bounds =
-        [lanes[12][lane] as i16, lanes[13][lane] as i16, lanes[14][lane] as i16, lanes[15][lane] as i16];
-    let mask = lanes[16][lane] as u32 as u64 | (lanes[17][lane] as u32 as u64) << 32;
-    let size = [(bounds[2] - bounds[0]) as u8, (bounds[3] - bounds[1]) as u8];
-    (Tiny { mask, face, at: [bounds[0], bounds[1]], depth, size }, bounds)
+fn small_of(lanes: &[[i32; 16]; FIELDS], lane: usize, face: u32) -> Small {
+    Small {
+        face,
+        bounds: [
+            lanes[12][lane] as i16,
+            lanes[13][lane] as i16,
+            lanes[14][lane] as i16,
+            lanes[15][lane] as i16,
+        ],
+        edges: [lanes[0][lane], lanes[1][lane], lanes[2][lane]],
+        steps_x: [lanes[3][lane], lanes[4][lane], lanes[5][lane]],
+        steps_y: [lanes[6][lane], lanes[7][lane], lanes[8][lane]],
+        depth: [real(lanes[9][lane]), real(lanes[10][lane]), real(lanes[11][lane])],
+    }
 }
 
 #[inline(always)]
