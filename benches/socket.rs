@@ -1,10 +1,15 @@
 //! From the socket to the memory: what a flood costs, beside what a socket that only reads and discards can take.
 //!
 //! `cargo bench --bench socket [-- --quick|--memory] [-- --only=WORDS]`, where WORDS are part of a line's road, workload and
-//! connections, as `--only='tcp PB 64'`. Each workload is sent by one thread of this process to a server in it, over
-//! loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling
-//! is the same bytes, sent the same way, to as many threads that read and discard them. Rounds of both alternate, the best of
-//! each counts, and the pixels of every measured run are compared with what was sent.
+//! connections, as `--only='tcp PB 64'`. Each workload is sent by one thread a connection of this process to a server in it,
+//! over loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The
+//! ceiling is the same bytes, sent the same way, to as many threads that read and discard them.
+//!
+//! Both vary with where the system places threads and with the rest of the machine, so nothing is compared that was not
+//! measured within the same second: in each round the ceiling and the server take turns, in changing order, on one
+//! connection, on 64 and on a Unix socket. A rate is the median of its rounds; a share is the median of the rounds' shares,
+//! their least and largest in brackets; and so are 64 connections against one and the Unix socket against TCP. The pixels
+//! of every measured run are compared with what was sent.
 
 use fbptr::memory::VideoMemory;
 use fbptr::server::{Audience, Budget, Engine, ListenPlace, Output, Server, Standing, Stream};
@@ -289,61 +294,123 @@ fn longest_wait(workload: &Workload) -> (Duration, Duration) {
     (waits[waits.len() / 2], waits[waits.len() - 1])
 }
 
+/// The median, the least and the largest.
+fn spread(mut numbers: Vec<f64>) -> [f64; 3] {
+    numbers.sort_by(f64::total_cmp);
+    let n = numbers.len();
+    [(numbers[(n - 1) / 2] + numbers[n / 2]) / 2.0, numbers[0], numbers[n - 1]]
+}
+
+/// One line of the table, and the seconds and seconds of processor of its rounds.
+struct Case<'a> {
+    road_name: &'static str,
+    road: &'a Road,
+    connections: usize,
+    times: usize,
+    ours: Vec<[f64; 2]>,
+    ceiling: Vec<[f64; 2]>,
+}
+
+impl Case<'_> {
+    fn round(&mut self, workload: &Workload, is_ceiling: bool) {
+        let begun = processor_seconds();
+        let run = if is_ceiling { ceiling } else { measured };
+        let took = run(self.road, workload, self.times, self.connections).as_secs_f64();
+        let to = if is_ceiling { &mut self.ceiling } else { &mut self.ours };
+        to.push([took, processor_seconds() - begun]);
+    }
+
+    /// Megabytes a second of each round.
+    fn rates(&self, workload: &Workload, rounds: &[[f64; 2]]) -> Vec<f64> {
+        rounds.iter().map(|[took, _]| self.bytes(workload) / took / 1e6).collect()
+    }
+
+    fn bytes(&self, workload: &Workload) -> f64 {
+        workload.bytes.len() as f64 * self.times as f64
+    }
+
+    fn print(&self, workload: &Workload) {
+        let [[rate, ..], [ceiling, ..]] =
+            [&self.ours, &self.ceiling].map(|rounds| spread(self.rates(workload, rounds)));
+        let shares = self.ceiling.iter().zip(&self.ours).map(|(c, o)| c[0] / o[0] * 100.0).collect();
+        let [share, least, largest] = spread(shares);
+        let cost = |rounds: &[[f64; 2]]| {
+            spread(rounds.iter().map(|[_, cost]| cost / self.bytes(workload) * 1e9).collect())[0]
+        };
+        println!(
+            "{:<6}{:<14}{:>6}{rate:>8.0}{ceiling:>9.0}{share:>7.0}% {:<11}{:>8.1} {:<13} {:>6.2} {:>6.2}",
+            self.road_name,
+            workload.name,
+            self.connections,
+            format!("({least:.0} to {largest:.0})"),
+            workload.units as f64 * rate * 1e6 / workload.bytes.len() as f64 / 1e6,
+            workload.unit,
+            cost(&self.ours),
+            cost(&self.ceiling),
+        );
+    }
+}
+
+/// Measures one workload in all cases, and prints them and how they compare.
+fn compare(workload: &Workload, cases: &mut [Case<'_>], rounds: usize) {
+    for round in 0..rounds {
+        for case in &mut *cases {
+            case.round(workload, round % 2 == 0);
+            case.round(workload, round % 2 != 0);
+        }
+    }
+    cases.iter().for_each(|case| case.print(workload));
+    let find =
+        |name: &str, connections| cases.iter().find(|c| c.road_name == name && c.connections == connections);
+    let Some(one) = find("tcp", 1) else { return };
+    for (what, other) in [("64 connections", find("tcp", 64)), ("unix", find("unix", 1))] {
+        let Some(other) = other else { continue };
+        let (rates, others) = (one.rates(workload, &one.ours), other.rates(workload, &other.ours));
+        let [ratio, least, largest] = spread(others.iter().zip(&rates).map(|(o, r)| o / r).collect());
+        println!(
+            "      {what} against one over tcp: {ratio:.2} ({least:.2} to {largest:.2}) of its bytes a second"
+        );
+    }
+}
+
 fn main() {
     let is_quick = std::env::args().any(|a| a == "--quick");
     let only = std::env::args().find_map(|a| a.strip_prefix("--only=").map(String::from)).unwrap_or_default();
-    let (megabytes, rounds) = if is_quick { (200, 2) } else { (1500, 5) };
-    let mut roads = vec![("tcp", Road::Tcp)];
+    let (megabytes, rounds) = if is_quick { (200, 3) } else { (700, 7) };
+    let mut roads = vec![("tcp", Road::Tcp, 1), ("tcp", Road::Tcp, 64)];
     if cfg!(unix) {
         let path = std::env::temp_dir().join(format!("fbptr-bench-{}", std::process::id()));
-        roads.push(("unix", Road::Unix(path)));
+        roads.push(("unix", Road::Unix(path), 1));
     }
-    println!(
-        "{:<6}{:<14}{:>6}{:>10}{:>10}{:>8}{:>22}   processor ns/byte, and the ceiling's",
-        "road", "workload", "conns", "MB/s", "ceiling", "share", "rate"
-    );
     let workloads = workloads();
     for workload in workloads.iter().filter(|_| only.is_empty()) {
         let took = from_memory(workload).as_secs_f64();
         let (rate, units) = (workload.bytes.len() as f64 / took / 1e6, workload.units as f64 / took / 1e6);
-        println!("memory{:<14}{:>6}{rate:>10.0}{:>18}{units:>9.1} {}", workload.name, "-", "", workload.unit);
+        println!("from memory {:<14}{rate:>8.0} MB/s {units:>9.1} {}", workload.name, workload.unit);
     }
     if std::env::args().any(|a| a == "--memory") {
         return;
     }
-    for (road_name, road) in &roads {
-        for workload in &workloads {
-            for connections in [1, 64] {
-                let line = format!("{road_name} {} {connections}", workload.name);
-                if (connections > 1 && *road_name == "unix") || !line.contains(&only) {
-                    continue;
-                }
-                let times = (megabytes * 1_000_000 / workload.bytes.len()).next_multiple_of(connections);
-                let (mut best, mut best_ceiling) = (Duration::MAX, Duration::MAX);
-                let (mut cost, mut cost_ceiling) = (f64::MAX, f64::MAX);
-                for _ in 0..rounds {
-                    let begun = processor_seconds();
-                    best_ceiling = best_ceiling.min(ceiling(road, workload, times, connections));
-                    let between = processor_seconds();
-                    best = best.min(measured(road, workload, times, connections));
-                    cost_ceiling = cost_ceiling.min(between - begun);
-                    cost = cost.min(processor_seconds() - between);
-                }
-                let total = workload.bytes.len() as f64 * times as f64;
-                let rate = |took: Duration| total / took.as_secs_f64() / 1e6;
-                println!(
-                    "{road_name:<6}{:<14}{connections:>6}{:>10.0}{:>10.0}{:>7.0}%{:>9.1} {:<13} {:>6.2} {:>6.2}",
-                    workload.name,
-                    rate(best),
-                    rate(best_ceiling),
-                    best_ceiling.as_secs_f64() / best.as_secs_f64() * 100.0,
-                    workload.units as f64 * times as f64 / best.as_secs_f64() / 1e6,
-                    workload.unit,
-                    cost / total * 1e9,
-                    cost_ceiling / total * 1e9,
-                );
-            }
-        }
+    println!(
+        "{:<6}{:<14}{:>6}{:>8}{:>9}{:>8} {:<11}{:>22}   processor ns/byte, and the ceiling's",
+        "road", "workload", "conns", "MB/s", "ceiling", "share", "", "rate"
+    );
+    for workload in &workloads {
+        let mut cases: Vec<_> = roads
+            .iter()
+            .filter(|(name, _, connections)| {
+                format!("{name} {} {connections}", workload.name).contains(&only)
+            })
+            .map(|(road_name, road, connections)| Case {
+                road_name,
+                road,
+                connections: *connections,
+                times: (megabytes * 1_000_000 / workload.bytes.len()).next_multiple_of(64),
+                ours: Vec::new(),
+                ceiling: Vec::new(),
+            })
+            .collect();
+        compare(workload, &mut cases, rounds);
     }
     if !only.is_empty() {
         return;

@@ -32,12 +32,7 @@ pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')
 }
 
-/// How many LF bytes there are.
-#[inline]
-pub(super) fn count_lf(bytes: &[u8]) -> u64 {
-    // Short sums in bytes: the compiler makes vector code of them.
-    bytes.chunks(192).map(|c| u64::from(c.iter().map(|&b| u8::from(b == b'\n')).sum::<u8>())).sum()
-}
+pub(super) use crate::simd::records::lf_in as count_lf;
 
 #[cfg(test)]
 mod tests {

@@ -32,11 +32,19 @@ pub enum Flow {
 
 /// What takes the commands of a stream, in order.
 ///
-/// The first two are the hot ones: a flood of pixels comes through them without a [`Command`] being made. A connection's
-/// OFFSET is not applied here: the sink does that, to [`Sink::pixel`] and to `Command::GetPixel` alone.
+/// A flood of pixels comes through [`Sink::pixels`] and [`Sink::binary_pixels`], without a [`Command`] being made. A
+/// connection's OFFSET is not applied here: the sink does that, to text pixels and to `Command::GetPixel` alone.
 pub trait Sink {
     /// A text `PX x y colour`, not moved by OFFSET yet.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba);
+
+    /// Several of them, in order, where they were written plainly: x and y as u16 little-endian, r, g, b, a.
+    #[inline]
+    fn pixels(&mut self, records: &[[u8; 8]]) {
+        for &[x0, x1, y0, y1, color @ ..] in records {
+            self.pixel(u16::from_le_bytes([x0, x1]).into(), u16::from_le_bytes([y0, y1]).into(), color);
+        }
+    }
 
     /// Whole binary pixels in a row, 10 bytes each as they came: `PB`, x and y as u16 little-endian, r, g, b, a.
     /// [`binary_pixel`] reads one.

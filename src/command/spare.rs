@@ -1,48 +1,60 @@
-//! A large payload's buffer, passed on from one command to the next: what a client that sends whole frames would
+//! The buffers of large payloads, passed on from one command to the next: what clients that send whole frames would
 //! otherwise ask of the system again for each of them, page by page.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// One buffer at most, shared by the decoders that were made with it. Clones share.
+/// Buffers that are kept at most, and their bytes together, but for one that is larger by itself.
+const KEPT: usize = 4;
+const KEPT_BYTES: usize = 64 << 20;
+
+/// Few buffers, shared by the decoders that were made with it. Clones share.
 #[derive(Clone, Debug, Default)]
 pub struct SparePayload(Arc<Mutex<Held>>);
 
 #[derive(Debug, Default)]
 struct Held {
-    buffer: Vec<u8>,
-    /// Whether it was used since the last sweep.
+    /// Empty ones, the one given last at the end: it is the warmest.
+    buffers: Vec<Vec<u8>>,
+    /// Whether one was used since the last sweep.
     used: bool,
 }
 
+impl Held {
+    fn bytes(&self) -> usize {
+        self.buffers.iter().map(Vec::capacity).sum()
+    }
+}
+
 impl SparePayload {
-    /// Bytes held for the next large payload.
+    /// Bytes held for large payloads to come.
     pub fn held_bytes(&self) -> usize {
-        self.held().buffer.capacity()
+        self.held().bytes()
     }
 
     /// Gives back what is held, if nobody used it since the last sweep. To be called from time to time.
     pub fn sweep(&self) {
         let mut held = self.held();
         if !std::mem::take(&mut held.used) {
-            held.buffer = Vec::new();
+            held.buffers = Vec::new();
         }
     }
 
-    /// Exchanges `buffer`, which is empty, for the one held if that is larger.
-    pub(super) fn swap_for_larger(&self, buffer: &mut Vec<u8>) {
+    /// An empty buffer with room for `length` bytes, if one is held.
+    pub(super) fn take(&self, length: usize) -> Option<Vec<u8>> {
         let mut held = self.held();
         held.used = true;
-        if held.buffer.capacity() > buffer.capacity() {
-            std::mem::swap(&mut held.buffer, buffer);
-        }
+        let place = held.buffers.iter().rposition(|b| b.capacity() >= length)?;
+        Some(held.buffers.remove(place))
     }
 
-    /// Takes back an empty buffer; the larger one is kept.
+    /// Takes back an empty buffer. Where they are too many the smallest goes.
     pub(super) fn give(&self, buffer: Vec<u8>) {
         let mut held = self.held();
         held.used = true;
-        if held.buffer.capacity() < buffer.capacity() {
-            held.buffer = buffer;
+        held.buffers.push(buffer);
+        while held.buffers.len() > KEPT || (held.buffers.len() > 1 && held.bytes() > KEPT_BYTES) {
+            let smallest = (0..held.buffers.len()).min_by_key(|&i| held.buffers[i].capacity()).unwrap_or(0);
+            held.buffers.remove(smallest);
         }
     }
 
@@ -57,19 +69,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_largest_stays_until_nobody_used_it() {
+    fn a_few_stay_until_nobody_used_them() {
         let spare = SparePayload::default();
         spare.give(Vec::with_capacity(1000));
         spare.give(Vec::with_capacity(10));
-        assert!(spare.held_bytes() >= 1000);
+        assert!(spare.held_bytes() >= 1010);
         spare.sweep();
-        assert!(spare.held_bytes() >= 1000, "it was used before the first sweep");
-        let mut buffer = Vec::new();
-        spare.swap_for_larger(&mut buffer);
-        assert!(buffer.capacity() >= 1000 && spare.held_bytes() == 0);
+        assert!(spare.held_bytes() >= 1010, "they were used before the first sweep");
+        assert!(spare.take(2000).is_none());
+        let buffer = spare.take(500).unwrap();
+        assert!(buffer.capacity() >= 1000 && spare.held_bytes() < 1000);
         spare.clone().give(buffer);
         spare.sweep();
         spare.sweep();
         assert_eq!(spare.held_bytes(), 0);
+    }
+
+    #[test]
+    fn where_they_are_too_many_the_largest_stay() {
+        let spare = SparePayload::default();
+        for capacity in [100, 7, 300, 200, 400, 50] {
+            spare.give(Vec::with_capacity(capacity));
+        }
+        assert!((1000..1050).contains(&spare.held_bytes()), "{}", spare.held_bytes());
+        spare.give(Vec::with_capacity(KEPT_BYTES + 1));
+        assert_eq!(spare.held_bytes(), KEPT_BYTES + 1);
     }
 }

@@ -30,7 +30,7 @@ pub use error::DrawError;
 pub use fill::{fill, fill_poly};
 pub use line::{Line, line, lines, lines_on, poly, triangle_outline};
 pub use line_aa::line_aa;
-pub use pixels::{binary_pixels, pixel_run, points, points_on, put_pixel};
+pub use pixels::{binary_pixels, moved_points, pixel_run, points, points_on, put_pixel};
 pub use rect::{fill_rect, rect};
 pub use text::text;
 

@@ -107,12 +107,25 @@ fn points_of_band(
     low..high
 }
 
-/// Lights the pixels of whole binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in order.
+/// Lights the pixels of whole binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in order. Answers how many
+/// were on the frame.
 ///
 /// The letters are not looked at again, and the bytes of a record that is cut short are left out.
-pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) {
+pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) -> u64 {
     let records = records.as_chunks::<10>().0;
-    list(memory, records.iter().map(|&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend);
+    list(memory, records.iter().map(|&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend)
+}
+
+/// Lights the pixels of records of 8 bytes as [`points`] has them, moved by `offset`, in order. Answers how many were on
+/// the frame.
+pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32; 2], blend: Blend) -> u64 {
+    // A place left of or above the frame wraps to one far beyond it: no frame has 2^31 pixels side by side.
+    let [dx, dy] = offset.map(|d| d as u32);
+    let moved = |&[a, b, c, d, color @ ..]: &[u8; 8]| {
+        let (x, y) = xy([a, b, c, d]);
+        ((x.wrapping_add(dx), y.wrapping_add(dy)), color)
+    };
+    list(memory, records.iter().map(moved), blend)
 }
 
 /// Stores a run of RGBA pixels linearly from (x, y), on over row ends, up to the end of the memory (`PXMULTI`).
@@ -135,20 +148,23 @@ fn xy([a, b, c, d]: [u8; 4]) -> (u32, u32) {
     (u16::from_le_bytes([a, b]).into(), u16::from_le_bytes([c, d]).into())
 }
 
-fn list(memory: &mut VideoMemory, records: impl Iterator<Item = ((u32, u32), Rgba)>, blend: Blend) {
+/// Lights pixels in order and marks their rows; off the frame they do nothing. Answers how many were on it.
+#[inline]
+fn list(memory: &mut VideoMemory, records: impl Iterator<Item = ((u32, u32), Rgba)>, blend: Blend) -> u64 {
     let (width, height) = (memory.width(), memory.height());
     let pixels = pixels_mut(memory);
-    let (mut low, mut high) = (u32::MAX, 0);
+    let (mut low, mut high, mut lit) = (u32::MAX, 0, 0);
     for ((x, y), color) in records {
         if x < width && y < height {
             // Always found: x and y are inside the frame.
             if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
                 *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
             }
-            (low, high) = (low.min(y), high.max(y + 1));
+            (low, high, lit) = (low.min(y), high.max(y + 1), lit + 1);
         }
     }
     memory.mark_rows(low..high);
+    lit
 }
 
 #[cfg(test)]

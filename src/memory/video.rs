@@ -160,27 +160,6 @@ impl VideoMemory {
         }
     }
 
-    /// Marks the row of a pixel that will be written soon and fetches the pixel's place, which for a flood of pixels at
-    /// random places is what takes time. The byte offset for [`VideoMemory::put_announced`], `None` off the frame.
-    #[inline(always)]
-    pub fn announce_pixel(&mut self, x: i64, y: i64) -> Option<usize> {
-        let is_inside = (x as u64) < u64::from(self.width) && (y as u64) < u64::from(self.height);
-        is_inside.then(|| {
-            self.mark_row(y as u32);
-            let at = (self.width as usize * y as usize + x as usize) * 4;
-            crate::simd::prefetch::for_write(&self.bytes, at);
-            at
-        })
-    }
-
-    /// Stores a pixel at a byte offset that was announced.
-    #[inline(always)]
-    pub fn put_announced(&mut self, at: usize, color: Rgba) {
-        if let Some(pixel) = self.bytes.get_mut(at..at + 4) {
-            pixel.copy_from_slice(&color);
-        }
-    }
-
     /// Reads one pixel; asking outside the frame is an error.
     pub fn get_pixel(&self, x: i32, y: i32) -> Result<Rgba, MemoryError> {
         let (width, height) = (self.width, self.height);

@@ -127,6 +127,13 @@ impl Session {
         self.error_mode == Some(ErrorMode::Close)
     }
 
+    /// Counts pixels, each a command, of which so many were stored.
+    pub(super) fn count_pixels(&mut self, commands: usize, stored: u64) {
+        self.stats.commands += commands as u64;
+        self.stats.pixels += stored;
+        self.stats.clipped += commands as u64 - stored;
+    }
+
     /// Sets or clears light `index`.
     pub(super) fn set_light(&mut self, index: usize, light: Option<Light>) {
         self.own_lights.insert(index, light);

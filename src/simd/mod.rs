@@ -18,6 +18,7 @@ mod fill;
 mod level;
 mod portable;
 pub mod prefetch;
+pub mod records;
 mod scan;
 #[cfg(target_arch = "x86_64")]
 mod spilled;

@@ -1,17 +1,4 @@
-//! Hints to the CPU's cache: what will be read or written soon.
-
-/// Says that the byte at `at` will be written soon. It changes nothing that can be read; outside `bytes` it does nothing.
-#[inline(always)]
-pub fn for_write(bytes: &[u8], at: usize) {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(byte) = bytes.get(at) {
-        use std::arch::x86_64::{_MM_HINT_ET0, _mm_prefetch};
-        // SAFETY: SSE is part of every x86-64, and a prefetch reads and writes nothing that a program can see.
-        unsafe { _mm_prefetch::<_MM_HINT_ET0>(std::ptr::from_ref(byte).cast()) }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (bytes, at);
-}
+//! Hints to the CPU's cache: what will be read soon.
 
 /// Says that record `at` will be read soon. It changes nothing that can be read; outside `records` it does nothing.
 #[inline(always)]

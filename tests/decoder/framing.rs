@@ -285,6 +285,8 @@ fn what_waits_is_bounded_and_given_back() {
     // The large buffer waits for the next one, until nobody has used it for a while.
     assert_eq!(spare.held_bytes(), 64 << 20);
     let _ = decoder.feed(b"BLIT 0 0 4096 4000 :65536000\nabc", &mut Nothing);
+    assert!(decoder.pending_bytes() < 1 << 15, "one that has only begun holds {}", decoder.pending_bytes());
+    let _ = decoder.feed(&piece, &mut Nothing);
     assert_eq!((spare.held_bytes(), decoder.pending_bytes() >> 20), (0, 64));
     drop(decoder);
     let mut decoder = Decoder::new(Limits::default());

@@ -136,3 +136,53 @@ fn connections_come_and_go_without_a_leak() {
 fn thread_count() -> Option<usize> {
     std::fs::read_dir("/proc/self/task").ok().map(|tasks| tasks.count())
 }
+
+#[test]
+fn large_payloads_of_many_at_once_are_whole_and_one_that_stops_holds_nobody_up() {
+    const WIDTH: u32 = 2048;
+    const ROWS: u32 = 256;
+    const SENDERS: u32 = 8;
+    const FRAMES: u8 = 4;
+    let serving = Serving::start(WIDTH, ROWS * (SENDERS + 2));
+    let bytes = (WIDTH * ROWS * 4) as usize;
+    let head = |i: u32| format!("BLIT 0 {} {WIDTH} {ROWS} :{bytes}\n", i * ROWS).into_bytes();
+    // One stops within its payload, one dies there.
+    let (mut stopped, mut dying) = (serving.connect(), serving.connect());
+    stopped.send(&[head(SENDERS), vec![99; bytes / 4 * 3]].concat());
+    dying.send(&[head(SENDERS + 1), vec![98; bytes / 4 * 3]].concat());
+    std::thread::scope(|scope| {
+        for i in 0..SENDERS {
+            let mut wire = serving.connect();
+            scope.spawn(move || {
+                for frame in 1..=FRAMES {
+                    wire.send(&[head(i), vec![10 * frame + i as u8; bytes]].concat());
+                }
+                assert_eq!(wire.ask("SYNC all\n"), "SYNC all\n");
+            });
+        }
+        let mut small = serving.connect();
+        for _ in 0..50 {
+            assert_eq!(small.ask("PX 0 0 00\nSYNC a\n"), "SYNC a\n");
+        }
+    });
+    let row_of = |memory: &fbptr::memory::VideoMemory, i: u32| {
+        let band = WIDTH as usize * ROWS as usize * 4;
+        let bytes = &memory.bytes()[i as usize * band..][..band];
+        assert!(bytes[8..].chunks(4).all(|p| p == &bytes[4..8]), "band {i} is of one piece");
+        bytes[4]
+    };
+    let memory = serving.memory();
+    for i in 0..SENDERS {
+        assert_eq!(row_of(&memory, i), 10 * FRAMES + i as u8);
+    }
+    assert_eq!(
+        (row_of(&memory, SENDERS), row_of(&memory, SENDERS + 1)),
+        (0, 0),
+        "nothing of what is not whole"
+    );
+    dying.reset();
+    stopped.send(&vec![99; bytes - bytes / 4 * 3]);
+    assert_eq!(stopped.ask("SYNC b\n"), "SYNC b\n");
+    let memory = serving.memory();
+    assert_eq!((row_of(&memory, SENDERS), row_of(&memory, SENDERS + 1)), (99, 0));
+}

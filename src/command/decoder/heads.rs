@@ -11,13 +11,13 @@ use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
 use crate::command::stream_error::Subject;
 use crate::command::verb::{Reading, Verb};
 use crate::error::Code;
-use crate::simd::text;
+use crate::simd::{records, text};
 
 /// Bytes of `PXMULTI`, x, y and n.
 const RUN_HEADER_BYTES: usize = 15;
 
-/// Binary pixels are handed on in runs of at most this many: the first look at them must still be in the nearest cache.
-const RECORDS_AT_ONCE: usize = 1024;
+/// Binary pixels are handed on in runs of at most so many bytes: the first look at them must still be in the nearest cache.
+const BYTES_AT_ONCE: usize = 1024 * BINARY_PIXEL_BYTES;
 
 /// What the first bytes of a command tell.
 pub(super) enum Kind {
@@ -44,8 +44,7 @@ impl Decoder {
     pub(super) fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
         while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
-            let (used, lines) =
-                text::pixel_lines(&bytes[at..], &mut |x, y, color| sink.pixel(x.into(), y.into(), color));
+            let (used, lines) = text::pixel_records(&bytes[at..], &mut |records| sink.pixels(records));
             self.here.byte += used as u64;
             self.here.line += lines;
             at += used;
@@ -119,11 +118,10 @@ impl Decoder {
 
     /// Hands on the binary pixels at the beginning of `bytes`, of which the first is whole.
     fn binary_pixels(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
-        let records = bytes.as_chunks::<BINARY_PIXEL_BYTES>().0;
-        let records = &records[..records.len().min(RECORDS_AT_ONCE)];
-        let n = records.iter().position(|r| r[0] != b'P' || r[1] != b'B').unwrap_or(records.len());
-        let records = records[..n].as_flattened();
-        self.pass(records);
+        let (count, lines) = records::binary_pixels(&bytes[..bytes.len().min(BYTES_AT_ONCE)]);
+        let records = &bytes[..count * BINARY_PIXEL_BYTES];
+        self.here.byte += records.len() as u64;
+        self.here.line += lines;
         sink.binary_pixels(records);
         records.len()
     }

@@ -5,7 +5,7 @@
 //! last byte is there. No I/O, no thread.
 //!
 //! Promises:
-//! - the same calls of the sink for every way to cut the stream (but for how many records one `binary_pixels` holds);
+//! - the same calls of the sink for every way to cut the stream (but for how many records `pixels` and `binary_pixels` hold);
 //! - memory while waiting: a line's limit, plus payload bytes that have come, at most the payload limit;
 //! - a refused command's payload is skipped, so that an error never puts the stream out of step;
 //! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
@@ -136,6 +136,14 @@ impl Decoder {
     /// Bytes held while waiting for the rest of a command.
     pub fn pending_bytes(&self) -> usize {
         self.head.capacity() + self.payload.capacity()
+    }
+
+    /// Bytes that the payload which has begun is waiting for.
+    pub fn wanted_bytes(&self) -> usize {
+        match self.state {
+            State::Collect { length, .. } => length - self.payload.len(),
+            _ => 0,
+        }
     }
 
     /// Reads the next piece of the stream. After `Stop`, from the sink or because the stream cannot be followed, every

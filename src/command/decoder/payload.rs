@@ -8,8 +8,11 @@ use crate::command::model::Command;
 use crate::command::sink::{Flow, Place, Sink};
 use crate::command::stream_error::{StreamError, Subject};
 use crate::error::Code;
+use crate::simd::allocator;
+use std::collections::TryReserveError;
 
-/// A payload buffer of more than this is put away after use, so that an idle connection holds little.
+/// A payload of which more than this has come gets room for all of it, which is put away after use: an idle connection
+/// holds little, and so does one whose payload has only begun.
 const KEPT_BYTES: usize = 256 << 10;
 
 /// The room that a payload in pieces begins with, unless it is smaller.
@@ -32,11 +35,6 @@ impl Decoder {
             self.obey(flow);
             return length;
         }
-        if length > KEPT_BYTES
-            && let Some(spare) = &self.spare
-        {
-            spare.swap_for_larger(&mut self.payload);
-        }
         self.state = State::Collect { command, length };
         if rest.is_empty() { 0 } else { self.read_payload(rest, sink) }
     }
@@ -48,7 +46,11 @@ impl Decoder {
         // What has been announced may never come: room is made as bytes do, and never more than for all of them.
         if self.payload.capacity() < held + taken.len() {
             let wanted = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
-            if self.payload.try_reserve_exact(wanted - held).is_err() {
+            let result = match wanted <= KEPT_BYTES {
+                true => self.payload.try_reserve_exact(wanted - held),
+                false => self.make_large_room(length),
+            };
+            if result.is_err() {
                 return self.give_up_payload(bytes, sink);
             }
         }
@@ -62,6 +64,19 @@ impl Decoder {
             self.obey(flow);
         }
         taken.len()
+    }
+
+    /// Moves to a room for all of the payload: one that was used before, or a new one in huge pages where that pays. The
+    /// system has to find no more of it than is written.
+    fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
+        let mut room = self.spare.as_ref().and_then(|spare| spare.take(length)).unwrap_or_default();
+        if room.capacity() < length {
+            room.try_reserve_exact(length)?;
+            allocator::prefer_huge_pages(&mut room);
+        }
+        room.extend_from_slice(&self.payload);
+        self.payload = room;
+        Ok(())
     }
 
     /// There is no memory for the payload that has begun: says so, and discards it to its end.

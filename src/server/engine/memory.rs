@@ -1,8 +1,7 @@
 //! Pixelflut's verbs, the memory verbs, and the 2-D figures.
 
 use super::Engine;
-use crate::command::{BINARY_PIXEL_BYTES, binary_pixel};
-use crate::command::{Command, Rect};
+use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
 use crate::memory::{FbPtr, MemoryError, Rgba};
@@ -41,27 +40,6 @@ impl Engine {
         Ok(())
     }
 
-    /// Whether nothing but storing is asked of a session's `PX x y colour`: neither blending nor recording.
-    #[inline(always)]
-    pub(in crate::server) fn stores_plainly(&self, s: &Session) -> bool {
-        s.blend == Blend::Replace && self.recorder.is_none()
-    }
-
-    /// The byte offset that such a pixel will be stored at, fetched into the cache; `None` off the frame.
-    #[inline(always)]
-    pub(in crate::server) fn announce_pixel(&mut self, s: &Session, x: i32, y: i32) -> Option<usize> {
-        let (x, y) = (i64::from(x) + i64::from(s.offset[0]), i64::from(y) + i64::from(s.offset[1]));
-        self.memory.announce_pixel(x, y)
-    }
-
-    /// Stores announced pixels, in order.
-    #[inline]
-    pub(in crate::server) fn put_announced(&mut self, pixels: &[(usize, Rgba)]) {
-        for &(at, color) in pixels {
-            self.memory.put_announced(at, color);
-        }
-    }
-
     /// `PX x y colour`, moved by OFFSET.
     #[inline(never)]
     pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
@@ -90,27 +68,20 @@ impl Engine {
         if let Some(recorder) = &mut self.recorder {
             recorder.binary_pixels(s.id, records);
         }
-        let records = records.as_chunks::<BINARY_PIXEL_BYTES>().0;
-        s.stats.commands += records.len() as u64;
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let (mut top, mut bottom, mut stored) = (u32::MAX, 0, 0);
-        let pixels = self.memory.bytes_mut().as_chunks_mut::<4>().0;
-        for record in records {
-            let (x, y, color) = binary_pixel(record);
-            let (x, y) = (u32::from(x), u32::from(y));
-            let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) else { continue };
-            if x < width {
-                *pixel = match s.blend {
-                    Blend::Replace => color,
-                    Blend::Over => draw2d::over(color, *pixel),
-                };
-                (top, bottom, stored) = (top.min(y), bottom.max(y + 1), stored + 1);
+        let stored = draw2d::binary_pixels(&mut self.memory, records, s.blend);
+        s.count_pixels(records.len() / BINARY_PIXEL_BYTES, stored);
+    }
+
+    /// Text pixels as records of x and y as u16 little-endian, r, g, b, a, moved by OFFSET: their hot path.
+    pub fn put_pixels(&mut self, s: &mut Session, records: &[[u8; 8]]) {
+        if let Some(recorder) = &mut self.recorder {
+            for &[x0, x1, y0, y1, color @ ..] in records {
+                let (x, y) = (u16::from_le_bytes([x0, x1]), u16::from_le_bytes([y0, y1]));
+                recorder.pixel(s.id, x.into(), y.into(), color);
             }
         }
-        debug_assert!(bottom <= height);
-        self.memory.mark_rows(top..bottom);
-        s.stats.pixels += stored;
-        s.stats.clipped += records.len() as u64 - stored;
+        let stored = draw2d::moved_points(&mut self.memory, records, s.offset, s.blend);
+        s.count_pixels(records.len(), stored);
     }
 
     /// `PXMULTI` with borrowed bytes.

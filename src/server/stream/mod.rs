@@ -127,6 +127,11 @@ impl Stream {
         self.decoder.pending_bytes()
     }
 
+    /// Bytes that the payload which has begun is waiting for.
+    pub fn wanted_bytes(&self) -> usize {
+        self.decoder.wanted_bytes()
+    }
+
     /// Runs what is whole in `bytes`, until the budget is used up. Answers how many bytes were taken.
     pub fn feed(
         &mut self,

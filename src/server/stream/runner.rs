@@ -16,22 +16,13 @@ pub(super) struct Runner<'a> {
     out: &'a mut Output,
     budget: Budget,
     pub(super) standing: Standing,
-    /// Text pixels whose places are on their way from memory, in order: the first `announced_len`.
-    announced: [(usize, Rgba); ANNOUNCED],
-    announced_len: usize,
-    /// Text pixels that the session has not counted, on the frame and off it.
-    uncounted: u64,
-    uncounted_clipped: u64,
-    /// Lines that follow each other, drawn together: all threads share a batch. None wait while pixels are announced.
+    /// Lines that follow each other, drawn together: all threads share a batch.
     lines: Vec<Line>,
     pub(super) gathers_lines: bool,
 }
 
 /// So many lines wait at most: some hundred microseconds of work.
 const GATHERED_LINES: usize = 1024;
-
-/// So many places are fetched at the same time.
-const ANNOUNCED: usize = 32;
 
 impl<'a> Runner<'a> {
     pub(super) fn new(
@@ -46,10 +37,6 @@ impl<'a> Runner<'a> {
             out,
             budget,
             standing: Standing::Ready,
-            announced: [(0, [0; 4]); ANNOUNCED],
-            announced_len: 0,
-            uncounted: 0,
-            uncounted_clipped: 0,
             lines: Vec::new(),
             gathers_lines: false,
         }
@@ -68,7 +55,6 @@ impl<'a> Runner<'a> {
 
     /// Takes a line that needs no answer: it is drawn with those around it.
     fn gather(&mut self, line: Line, command: &Command) -> Flow {
-        self.store();
         self.engine.note_line(self.session, command);
         self.lines.push(line);
         if self.lines.len() >= GATHERED_LINES {
@@ -77,26 +63,12 @@ impl<'a> Runner<'a> {
         self.rest_if_due(false)
     }
 
-    /// Stores the pixels that wait for their places.
+    /// Brings the memory up to date: before anything but a line, and at the end.
     #[inline]
-    fn store(&mut self) {
-        let pixels = self.announced.get(..self.announced_len).unwrap_or(&[]);
-        self.uncounted += pixels.len() as u64;
-        self.engine.put_announced(pixels);
-        self.announced_len = 0;
-    }
-
-    /// Brings the memory and the session's counters up to date: before anything but a plain text pixel, and at the end.
     pub(super) fn settle(&mut self) {
-        self.store();
         if !self.lines.is_empty() {
             self.draw_lines();
         }
-        let (stored, clipped) =
-            (std::mem::take(&mut self.uncounted), std::mem::take(&mut self.uncounted_clipped));
-        self.session.stats.commands += stored + clipped;
-        self.session.stats.pixels += stored;
-        self.session.stats.clipped += clipped;
     }
 
     /// Tells the audience of a refusal, which is counted already.
@@ -169,26 +141,16 @@ impl<'a> Runner<'a> {
 }
 
 impl Sink for Runner<'_> {
-    /// The hot one. Pixels at random places wait for memory, so many of them wait at the same time.
-    #[inline(always)]
+    /// One that was not written plainly.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
-        if !self.lines.is_empty() {
-            self.draw_lines();
-        }
-        if !self.engine.stores_plainly(self.session) {
-            return self.engine.put_pixel(self.session, x, y, color);
-        }
-        let Some(at) = self.engine.announce_pixel(self.session, x, y) else {
-            self.uncounted_clipped += 1;
-            return;
-        };
-        if let Some(next) = self.announced.get_mut(self.announced_len) {
-            *next = (at, color);
-        }
-        self.announced_len += 1;
-        if self.announced_len == ANNOUNCED {
-            self.store();
-        }
+        self.settle();
+        self.engine.put_pixel(self.session, x, y, color);
+    }
+
+    /// The hot one.
+    fn pixels(&mut self, records: &[[u8; 8]]) {
+        self.settle();
+        self.engine.put_pixels(self.session, records);
     }
 
     fn binary_pixels(&mut self, records: &[u8]) {

@@ -267,7 +267,7 @@ impl Connection {
 
     fn give_back(&self, batch: Batch) {
         if let Source::Stream { recycle, .. } = &self.source {
-            recycle.put(batch);
+            recycle.put(batch, self.stream.wanted_bytes());
         }
     }
 

@@ -1,7 +1,7 @@
 //! The render thread's means to read sockets by itself: those of the poller, one at a time and without waiting.
 
 use super::lease::Lease;
-use super::poll::{FEW_BYTES, Shared, Watched};
+use super::poll::{FEW_BYTES, Shared, Watched, bytes_of};
 use crate::server::thread::message::{Batch, Message};
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Hand {
                 }
             }
         };
-        self.0.done(&watched);
+        self.0.done(&watched, bytes_of(&message));
         message
     }
 }

@@ -5,12 +5,16 @@
 //! reply. A reader of one owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
+#[cfg(target_os = "linux")]
+mod flow;
 #[cfg_attr(not(target_os = "linux"), path = "no_hand.rs")]
 mod hand;
 mod lease;
 mod listen;
 #[cfg(target_os = "linux")]
 mod poll;
+#[cfg(target_os = "linux")]
+mod ready;
 mod socket;
 
 pub(crate) use hand::{Hand, Next};
@@ -176,10 +180,12 @@ pub(crate) enum Recycle {
 }
 
 impl Recycle {
-    /// Gives a batch back.
-    pub fn put(&self, batch: Batch) {
+    /// Gives a batch back, after which the connection's payload waits for so many bytes.
+    pub fn put(&self, batch: Batch, wanted: usize) {
         match self {
             Recycle::Own(pool) => {
+                // Each has a reader of its own: none goes first.
+                let _ = wanted;
                 if let Some(free) = pool.lock().as_mut() {
                     free.push(batch.buffer);
                 }
@@ -188,7 +194,7 @@ impl Recycle {
             #[cfg(target_os = "linux")]
             Recycle::Polled(back) => {
                 drop(batch);
-                back.put();
+                back.put(wanted);
             }
         }
     }

@@ -8,12 +8,16 @@
 //! Sockets that said little last are watched apart from those that say much, and asked for between any two reads and any two
 //! turns of the render thread: a short request waits for one turn of another client, however many of them send all they can.
 //!
+//! Connections in the midst of large payloads give their turns to the one whose payload began first (`ready.rs`).
+//!
 //! Bytes of a connection come in order: a socket is watched again only when what was read from it is in the channel, and the
-//! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way: then it is not
-//! watched until one came back, the system's socket buffer fills, and the sender is held back.
+//! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way ([`PAYLOAD_AHEAD`] within a
+//! large payload): then it is not watched until one came back, the system's socket buffer fills, and the sender is held back.
 
+use super::flow::{Flow, Place};
 use super::hand::Hand;
 use super::lease::{Buffers, Lease};
+use super::ready::{Member, Ready};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
@@ -21,17 +25,18 @@ use crossbeam_channel::Sender;
 use rustix::event::{EventfdFlags, Timespec, epoll, eventfd};
 use rustix::io::Errno;
 use rustix::net::{RecvFlags, recv};
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::fmt;
 use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::OwnedFd;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 
-/// Batches of one connection on their way.
+/// Batches of one connection on their way, and of one that is within a large payload.
 const AHEAD: usize = 3;
+const PAYLOAD_AHEAD: usize = 2 * AHEAD;
 /// Reads of so few bytes are copied, and the lease goes on.
 pub(super) const FEW_BYTES: usize = 8 << 10;
 /// Sockets that the reader is told of at once.
@@ -48,7 +53,9 @@ pub(super) struct Shared {
     wake: OwnedFd,
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
     /// Those of `bulk` that can be read and are not watched until they are.
-    ready: Mutex<VecDeque<Arc<Watched>>>,
+    ready: Mutex<Ready<Arc<Watched>>>,
+    /// The number of the next large payload, from 1 on.
+    payloads: AtomicU64,
     pub(super) buffers: Arc<Buffers>,
     is_ending: AtomicBool,
 }
@@ -62,27 +69,14 @@ pub(crate) struct Watched {
     flow: Mutex<Flow>,
     /// The last read gave little.
     is_brief: AtomicBool,
+    /// The number of the large payload that it is in the midst of, or 0.
+    payload_since: AtomicU64,
 }
 
-/// Whether and why a socket is not read.
-#[derive(Default)]
-struct Flow {
-    on_their_way: usize,
-    /// Where it is watched, now and then.
-    place: Option<Place>,
-    /// It is watched, or about to be read: whoever reads it watches it again.
-    is_armed: bool,
-    /// The render thread wants no more: what comes is thrown away.
-    is_over: bool,
-    /// Nothing more comes.
-    is_at_end: bool,
-}
-
-/// One of the two sets of sockets.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Bulk,
-    Brief,
+impl Member for Arc<Watched> {
+    fn payload_since(&self) -> u64 {
+        self.payload_since.load(Ordering::Relaxed)
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -105,7 +99,8 @@ impl Poller {
             brief: epoll::create(epoll::CreateFlags::CLOEXEC)?,
             wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             watched: Mutex::default(),
-            ready: Mutex::default(),
+            ready: Mutex::new(Ready::new()),
+            payloads: AtomicU64::new(1),
             buffers,
             is_ending: AtomicBool::new(false),
         });
@@ -138,8 +133,8 @@ impl Poller {
             Builder::new().name("read".into()).stack_size(super::STACK_BYTES).spawn(read)?;
             *is_started = true;
         }
-        let (flow, is_brief) = (Mutex::default(), AtomicBool::new(true));
-        let watched = Arc::new(Watched { id, socket, messages, end, flow, is_brief });
+        let (flow, is_brief, payload_since) = (Mutex::default(), AtomicBool::new(true), AtomicU64::new(0));
+        let watched = Arc::new(Watched { id, socket, messages, end, flow, is_brief, payload_since });
         Ok(Return { watched, shared: self.shared.clone() })
     }
 }
@@ -170,10 +165,11 @@ impl Return {
         self.shared.go_on(&self.watched, &mut lock(&self.watched.flow));
     }
 
-    /// Takes a batch back.
-    pub fn put(&self) {
+    /// Takes a batch back, after which a payload waits for so many bytes.
+    pub fn put(&self, wanted: usize) {
         let mut flow = lock(&self.watched.flow);
-        flow.on_their_way -= 1;
+        flow.went(wanted);
+        self.shared.note_payload(&self.watched, &flow);
         self.shared.go_on(&self.watched, &mut flow);
     }
 
@@ -187,6 +183,14 @@ impl Return {
         let mut flow = lock(&self.watched.flow);
         flow.is_over = true;
         self.shared.go_on(&self.watched, &mut flow);
+    }
+}
+
+/// How many bytes a message brings.
+pub(super) fn bytes_of(message: &Option<Message>) -> usize {
+    match message {
+        Some(Message::Bytes(_, batch)) => batch.filled,
+        _ => 0,
     }
 }
 
@@ -232,11 +236,25 @@ impl Shared {
         }
     }
 
-    /// What was read is where it comes in its turn: the socket may be read again.
-    pub(super) fn done(&self, watched: &Watched) {
+    /// Gives the payload that a connection is in the midst of a number, or takes it away.
+    fn note_payload(&self, watched: &Watched, flow: &Flow) {
+        let since = watched.payload_since.load(Ordering::Relaxed);
+        if flow.is_within_payload() != (since > 0) {
+            let number = if since > 0 { 0 } else { self.payloads.fetch_add(1, Ordering::Relaxed) };
+            watched.payload_since.store(number, Ordering::Relaxed);
+        }
+    }
+
+    /// What was read, so many bytes, is where it comes in its turn: the socket may be read again.
+    pub(super) fn done(&self, watched: &Arc<Watched>, bytes: usize) {
         let mut flow = lock(&watched.flow);
+        let may_stay = !flow.is_over && !flow.is_at_end && flow.ahead() < PAYLOAD_AHEAD;
+        if may_stay && lock(&self.ready).keep(watched, bytes) {
+            // It is about to be read again.
+            return;
+        }
         flow.is_armed = false;
-        if flow.on_their_way < AHEAD || flow.is_over {
+        if flow.ahead() < AHEAD || flow.is_over {
             self.go_on(watched, &mut flow);
         }
     }
@@ -265,26 +283,31 @@ impl Shared {
         if let Some(watched) = self.next_brief()? {
             return Ok(Some(watched));
         }
-        if let Some(watched) = lock(&self.ready).pop_front() {
-            return Ok(Some(watched));
-        }
+        let is_empty = {
+            let mut ready = lock(&self.ready);
+            if !ready.is_stale() {
+                return Ok(ready.next());
+            }
+            ready.refresh();
+            ready.is_empty()
+        };
         let mut events = [MaybeUninit::<epoll::Event>::uninit(); EVENTS];
         let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
-        let timeout = if waits { None } else { Some(&at_once) };
+        let timeout = if waits && is_empty { None } else { Some(&at_once) };
         let events = match epoll::wait(&self.bulk, &mut events, timeout) {
             Ok((events, _)) => events,
             Err(Errno::INTR) => return Ok(None),
             Err(e) => return Err(e.into()),
         };
-        if EVENTS > 1 {
-            self.buffers.set_ready(events.len());
-        }
         let known = lock(&self.watched);
         let mut ready = lock(&self.ready);
         for (watched, _) in events.iter().filter_map(|event| known.get(&event.data.u64())) {
-            ready.push_back(watched.clone());
+            ready.push(watched.clone());
         }
-        Ok(ready.pop_front())
+        if EVENTS > 1 {
+            self.buffers.set_ready(ready.len());
+        }
+        Ok(ready.next())
     }
 
     /// The next of those that said little last, if one can be read now.
@@ -308,11 +331,12 @@ impl Shared {
                 Ok(Some(watched)) => {
                     let own = left.take().unwrap_or_else(|| self.buffers.lease());
                     let message = self.read(&watched, own, &mut left);
+                    let bytes = bytes_of(&message);
                     // A render thread that is gone reads no more.
                     if message.is_some_and(|m| watched.messages.send(m).is_err()) {
                         lock(&watched.flow).is_over = true;
                     }
-                    self.done(&watched);
+                    self.done(&watched, bytes);
                 }
                 Ok(None) => {
                     // Said once is enough.
@@ -342,7 +366,8 @@ impl Shared {
             // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
             return Err(None);
         }
-        flow.on_their_way += 1;
+        flow.came(filled);
+        self.note_payload(watched, &flow);
         Ok(filled)
     }
 

@@ -10,11 +10,12 @@ use std::num::NonZero;
 const LOW: u64 = 0x0101_0101_0101_0101;
 const HIGH: u64 = 0x8080_8080_8080_8080;
 
-/// As [`super::pixel_lines`], but for the last window.
+/// Reads lines from the start of `bytes` on, at most `most`, up to the last window: answers how many bytes and lines.
 #[inline]
-pub fn pixel_lines(bytes: &[u8], each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
+pub fn pixel_lines(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     super::runs!(
         bytes,
+        most,
         each,
         [line::<6, 1>, line::<8, 1>, line::<2, 1>, line::<6, 2>, line::<8, 2>, line::<2, 2>]
     )

@@ -1,0 +1,157 @@
+//! Binary pixels in a row: which records of ten bytes begin with `PB`, and how many LF are among their bytes.
+//!
+//! The letters come again every 320 bytes at the same places of vectors of 64, and every 40 at those of words of eight, so
+//! whole blocks are compared with a pattern. Both twins give the same answer for every input.
+
+/// Bytes of a record.
+const RECORD: usize = 10;
+/// Bytes after which letters stand at the same places of a vector again: 32 records.
+const PERIOD: usize = 320;
+
+/// What bytes that are letters are, 0 elsewhere; and where they are.
+static LETTERS: [u8; PERIOD] = pattern(*b"PB");
+static ARE_LETTERS: [u8; PERIOD] = pattern([0xff; 2]);
+
+const fn pattern(letters: [u8; 2]) -> [u8; PERIOD] {
+    let mut pattern = [0; PERIOD];
+    let mut i = 0;
+    while i < PERIOD {
+        pattern[i] = letters[0];
+        pattern[i + 1] = letters[1];
+        i += RECORD;
+    }
+    pattern
+}
+
+/// How many whole records `bytes` begins with that are binary pixels, and how many LF those hold.
+#[inline]
+pub fn binary_pixels(bytes: &[u8]) -> (usize, u64) {
+    let (count, lines) = whole_periods(bytes);
+    let rest = bytes[count * RECORD..].as_chunks::<RECORD>().0;
+    let more = rest.iter().position(|r| !r.starts_with(b"PB")).unwrap_or(rest.len());
+    (count + more, lines + lf_in(rest[..more].as_flattened()))
+}
+
+/// The same up to the first block of 32 records that are not all binary pixels.
+#[inline]
+fn whole_periods(bytes: &[u8]) -> (usize, u64) {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx512bw") && is_x86_feature_detected!("popcnt") {
+        // SAFETY: the CPU was just asked for what the function needs.
+        return unsafe { wide(bytes) };
+    }
+    portable(bytes)
+}
+
+fn portable(bytes: &[u8]) -> (usize, u64) {
+    let words = |block: &'static [u8; PERIOD]| block.as_chunks::<8>().0;
+    let (letters, are_letters) = (words(&LETTERS), words(&ARE_LETTERS));
+    let mut count = 0;
+    for block in bytes.as_chunks::<PERIOD>().0 {
+        let mut wrong = 0;
+        for ((bytes, letters), are) in block.as_chunks::<8>().0.iter().zip(letters).zip(are_letters) {
+            let [bytes, letters, are] = [bytes, letters, are].map(|w| u64::from_le_bytes(*w));
+            wrong |= (bytes ^ letters) & are;
+        }
+        if wrong != 0 {
+            break;
+        }
+        count += PERIOD / RECORD;
+    }
+    (count, lf_in(&bytes[..count * RECORD]))
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,popcnt")]
+fn wide(bytes: &[u8]) -> (usize, u64) {
+    use std::arch::x86_64::*;
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn load(bytes: &[u8; PERIOD], i: usize) -> __m512i {
+        let block: &[u8; 64] = bytes[i * 64..].first_chunk().expect("a period is five vectors");
+        // SAFETY: the reference is to 64 bytes, of any alignment.
+        unsafe { _mm512_loadu_si512(block.as_ptr().cast()) }
+    }
+    let (mut count, mut lines) = (0, 0);
+    for block in bytes.as_chunks::<PERIOD>().0 {
+        let (mut wrong, mut lf) = (0, 0);
+        for i in 0..PERIOD / 64 {
+            let data = load(block, i);
+            let are_letters = _mm512_test_epi8_mask(load(&ARE_LETTERS, i), load(&ARE_LETTERS, i));
+            wrong |= _mm512_mask_cmpneq_epi8_mask(are_letters, data, load(&LETTERS, i));
+            lf += _mm512_cmpeq_epi8_mask(data, _mm512_set1_epi8(b'\n' as i8)).count_ones();
+        }
+        if wrong != 0 {
+            break;
+        }
+        count += PERIOD / RECORD;
+        lines += u64::from(lf);
+    }
+    (count, lines)
+}
+
+/// How many LF bytes there are.
+#[inline]
+pub fn lf_in(bytes: &[u8]) -> u64 {
+    // Short sums in bytes: the compiler makes vector code of them.
+    bytes.chunks(192).map(|c| u64::from(c.iter().map(|&b| u8::from(b == b'\n')).sum::<u8>())).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn plainly(bytes: &[u8]) -> (usize, u64) {
+        let count = bytes.chunks_exact(RECORD).take_while(|r| r.starts_with(b"PB")).count();
+        (count, bytes[..count * RECORD].iter().filter(|&&b| b == b'\n').count() as u64)
+    }
+
+    fn check(bytes: &[u8]) {
+        let plain = plainly(bytes);
+        assert_eq!(binary_pixels(bytes), plain);
+        let blocks = plain.0 / 32 * 32;
+        let of_blocks = plainly(&bytes[..blocks * RECORD]);
+        assert_eq!(portable(bytes), of_blocks);
+        assert_eq!(whole_periods(bytes), of_blocks);
+    }
+
+    #[test]
+    fn every_letter_of_every_record_is_looked_at() {
+        let record = *b"PB\n\n1234\n5";
+        let bytes = record.repeat(100);
+        check(&bytes);
+        for at in 0..bytes.len() {
+            for change in [1, 2, 0x20, 0x80] {
+                let mut bytes = bytes.clone();
+                bytes[at] ^= change;
+                check(&bytes);
+            }
+            check(&bytes[..at]);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_twins_read_as_plain_reading_does(
+            records in prop::collection::vec(any::<[u8; 8]>(), 0..150),
+            lf in prop::collection::vec(any::<prop::sample::Index>(), 0..40),
+            damage in prop::option::of((any::<prop::sample::Index>(), any::<u8>())),
+        ) {
+            let mut bytes: Vec<u8> = records.iter().flat_map(|r| [&b"PB"[..], r].concat()).collect();
+            if !bytes.is_empty() {
+                for at in lf {
+                    let at = at.index(bytes.len());
+                    if at % RECORD > 1 {
+                        bytes[at] = b'\n';
+                    }
+                }
+                if let Some((at, byte)) = damage {
+                    let at = at.index(bytes.len());
+                    bytes[at] = byte;
+                }
+            }
+            check(&bytes);
+        }
+    }
+}
