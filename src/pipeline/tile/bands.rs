@@ -155,18 +155,14 @@ pub(crate) fn draw_band(
             reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
             let (wide, bin) = (&chunk.wide, &chunk.bins[bin]);
             let corners = &mesh.records;
-            let (t, p) = match deep {
+            let done = match deep {
                 None => {
                     let tile = &mut tile;
                     let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
                     let kernel = RasterKernel { bin, wide, corners, tile };
                     match is_coarse && CoarseRasterKernel::pays(bin) {
                         false => level.dispatch(kernel),
-                        true => {
-                            let (t, p, h) = level.dispatch(CoarseRasterKernel(kernel));
-                            own_hidden += h;
-                            (t, p)
-                        }
+                        true => level.dispatch(CoarseRasterKernel(kernel)),
                     }
                 }
                 Some(Deep { form, .. }) => {
@@ -184,7 +180,9 @@ pub(crate) fn draw_band(
                     })
                 }
             };
-            (own_tested, tile_passed) = (own_tested + t, tile_passed + p);
+            own_tested += done.tested;
+            own_hidden += done.hidden;
+            tile_passed += done.passed;
         }
         if tile_passed == 0 {
             continue;

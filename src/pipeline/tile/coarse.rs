@@ -7,11 +7,12 @@
 //! a tile's faces are begun, and again when about as many fragments have passed as would cover the tile twice; a face that fills
 //! the tile brings all cells down to its own farthest corner at once. Depths that are not f32 words have none of this.
 
-use super::bins::{Larger, Place, Small, Tiny};
-use super::raster::{ID_STRIDE, RasterKernel, Tile, small, tiny};
-use super::wide::{self, WideFace};
+use super::bins::{Small, Tiny};
+use super::raster::{ID_STRIDE, RasterKernel, Tile};
+use super::walk::{FaceRaster, Walked, walk};
+use super::wide::WideFace;
 use crate::math::coverage::Filling;
-use crate::simd::{I32, Kernel, Simd, prefetch};
+use crate::simd::{I32, Kernel, Simd};
 
 /// Columns and rows of a cell.
 const CELL: [i32; 2] = [16, 8];
@@ -46,91 +47,73 @@ impl CoarseRasterKernel<'_, '_> {
 }
 
 impl Kernel for CoarseRasterKernel<'_, '_> {
-    /// Fragments tested (those of tiny faces were counted when they were set up) and passed, and the faces left out.
-    type Output = (u64, u64, u64);
+    type Output = Walked;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> (u64, u64, u64) {
-        let RasterKernel { bin, wide, corners, tile } = self.0;
-        let (mut tested, mut passed, mut hidden) = (0, 0, 0);
-        let pixels = ((tile.x1 - tile.x0) * (tile.y1 - tile.y0)) as u64;
-        let mut cells = Cells::of(s, tile);
-        let mut surveyed = 0;
-        let (mut from, mut drawn) = (0, 0);
-        while from <= bin.larger.len() {
-            // The tiny faces up to the next larger one, or the last ones.
-            let next = bin.larger.get(from);
-            let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
-            for words in &bin.tiny[drawn..until] {
-                let face = &Tiny::of(*words);
-                if cells.hide(tile, bounds_of_tiny(face), nearest_of_tiny(face)) {
-                    hidden += 1;
-                    continue;
-                }
-                prefetch::for_read(corners, face.face as usize);
-                passed += tiny(s, face, tile);
-            }
-            (from, drawn) = (from + 1, until);
-            if passed - surveyed > 2 * pixels {
-                cells = Cells::of(s, tile);
-                surveyed = passed;
-            }
-            let index = match next.map(|l| l.place) {
-                None => break,
-                Some(Place::Small(index)) => {
-                    let face = &bin.small[index as usize];
-                    if cells.hide(tile, face.bounds.map(i32::from), nearest_of_small(face)) {
-                        hidden += 1;
-                        continue;
-                    }
-                    let (t, p) = small(s, face, tile);
-                    (tested, passed) = (tested + t, passed + p);
-                    continue;
-                }
-                Some(Place::Wide(index)) => index as usize,
-            };
-            let face = &wide[index];
-            if cells.hide_wide(tile, face) {
-                hidden += 1;
-                continue;
-            }
-            if wide::filling(s, face, tile) != Filling::All {
-                let (t, p) = wide::draw(s, face, tile);
-                (tested, passed) = (tested + t, passed + p);
-                continue;
-            }
-            // With those behind it that fill the tile as well.
-            let mut stack = [face; wide::MOST_STACKED];
-            let mut count = 1;
-            cells.lower(face);
-            while count < stack.len() {
-                let Some(&Larger { tiny_before, place: Place::Wide(index) }) = bin.larger.get(from) else {
-                    break;
-                };
-                if tiny_before as usize != drawn {
-                    break;
-                }
-                let face = &wide[index as usize];
-                if cells.hide_wide(tile, face) {
-                    hidden += 1;
-                    from += 1;
-                    continue;
-                }
-                match wide::filling(s, face, tile) {
-                    Filling::Part => break,
-                    Filling::None => {}
-                    Filling::All => {
-                        cells.lower(face);
-                        stack[count] = face;
-                        count += 1;
-                    }
-                }
-                from += 1;
-            }
-            tested += count as u64 * pixels;
-            passed += wide::stack(s, &stack[..count], tile);
+    fn run<S: Simd>(self, s: S) -> Walked {
+        let plain = self.0;
+        let cells = Cells::of(s, plain.tile);
+        walk(s, plain.bin, plain.wide, &mut CoarseRaster { plain, cells, surveyed: 0 })
+    }
+}
+
+/// The plain raster behind a tile's cells.
+struct CoarseRaster<'a, 'b> {
+    plain: RasterKernel<'a, 'b>,
+    cells: Cells,
+    /// Fragments that had passed when the cells were found.
+    surveyed: u64,
+}
+
+impl FaceRaster for CoarseRaster<'_, '_> {
+    #[inline(always)]
+    fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
+        self.plain.tiny(s, face)
+    }
+    #[inline(always)]
+    fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64) {
+        self.plain.small(s, face)
+    }
+    #[inline(always)]
+    fn wide<S: Simd>(&mut self, s: S, face: &WideFace) -> (u64, u64) {
+        self.plain.wide(s, face)
+    }
+    #[inline(always)]
+    fn filling(&self, face: &WideFace) -> Filling {
+        self.plain.filling(face)
+    }
+    #[inline(always)]
+    fn stack<S: Simd>(&mut self, s: S, faces: &[&WideFace]) -> u64 {
+        self.plain.stack(s, faces)
+    }
+    #[inline(always)]
+    fn pixels(&self) -> u64 {
+        self.plain.pixels()
+    }
+    #[inline(always)]
+    fn hides_tiny(&self, face: &Tiny) -> bool {
+        self.cells.hide(self.plain.tile, bounds_of_tiny(face), nearest_of_tiny(face))
+    }
+    #[inline(always)]
+    fn hides_small(&self, face: &Small) -> bool {
+        self.cells.hide(self.plain.tile, face.bounds.map(i32::from), nearest_of_small(face))
+    }
+    #[inline(always)]
+    fn hides_wide(&self, face: &WideFace) -> bool {
+        let b = face.bounds;
+        // Its depths stay between its corners'; a cut one has no nearest.
+        self.cells.hide(self.plain.tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
+    }
+    #[inline(always)]
+    fn will_fill(&mut self, face: &WideFace) {
+        self.cells.lower(face);
+    }
+    #[inline(always)]
+    fn has_passed<S: Simd>(&mut self, s: S, passed: u64) {
+        if passed - self.surveyed > 2 * self.pixels() {
+            self.cells = Cells::of(s, self.plain.tile);
+            self.surveyed = passed;
         }
-        (tested, passed, hidden)
     }
 }
 
@@ -195,13 +178,6 @@ impl Cells {
             row += 1;
         }
         true
-    }
-
-    #[inline(always)]
-    fn hide_wide(&self, tile: &Tile<'_>, face: &WideFace) -> bool {
-        let b = face.bounds;
-        // Its depths stay between its corners'; a cut one has no nearest.
-        self.hide(tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
     }
 
     /// A face that fills the tile is drawn: nothing is farther than its farthest corner any more.

@@ -31,6 +31,7 @@ mod tables;
 mod texture;
 mod veil;
 mod vertex;
+mod walk;
 mod wide;
 mod workers;
 

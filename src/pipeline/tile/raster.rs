@@ -4,7 +4,8 @@
 //! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
-use super::bins::{Bin, Grid, Larger, Place, Small, Tiny};
+use super::bins::{Bin, Grid, Small, Tiny};
+use super::walk::{FaceRaster, Walked, walk};
 use super::wide::{self, WideFace};
 use crate::math::coverage::Filling;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
@@ -37,6 +38,12 @@ pub struct Tile<'a> {
 }
 
 impl Tile<'_> {
+    /// How many pixels it has.
+    #[inline(always)]
+    pub fn pixels(&self) -> u64 {
+        ((self.x1 - self.x0) * (self.y1 - self.y0)) as u64
+    }
+
     /// The place of a pixel in the memory of ids.
     #[inline(always)]
     pub fn id_at(&self, x: i32, y: i32) -> usize {
@@ -63,62 +70,39 @@ pub struct RasterKernel<'a, 'b> {
 }
 
 impl Kernel for RasterKernel<'_, '_> {
-    /// Fragments tested (those of tiny faces were counted when they were set up) and passed.
-    type Output = (u64, u64);
+    type Output = Walked;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> (u64, u64) {
-        let (mut tested, mut passed) = (0, 0);
-        let bin = self.bin;
-        let (mut from, mut drawn) = (0, 0);
-        while from <= bin.larger.len() {
-            // The tiny faces up to the next larger one, or the last ones.
-            let next = bin.larger.get(from);
-            let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
-            for words in &bin.tiny[drawn..until] {
-                let face = &Tiny::of(*words);
-                prefetch::for_read(self.corners, face.face as usize);
-                passed += tiny(s, face, self.tile);
-            }
-            (from, drawn) = (from + 1, until);
-            let index = match next.map(|l| l.place) {
-                None => break,
-                Some(Place::Small(index)) => {
-                    let (t, p) = small(s, &bin.small[index as usize], self.tile);
-                    (tested, passed) = (tested + t, passed + p);
-                    continue;
-                }
-                Some(Place::Wide(index)) => index as usize,
-            };
-            if wide::filling(s, &self.wide[index], self.tile) != Filling::All {
-                let (t, p) = wide::draw(s, &self.wide[index], self.tile);
-                (tested, passed) = (tested + t, passed + p);
-                continue;
-            }
-            // With those behind it that fill the tile as well.
-            let mut stack = [&self.wide[index]; wide::MOST_STACKED];
-            let mut count = 1;
-            while count < stack.len() {
-                let Some(&Larger { tiny_before, place: Place::Wide(index) }) = bin.larger.get(from) else {
-                    break;
-                };
-                let face = &self.wide[index as usize];
-                match wide::filling(s, face, self.tile) {
-                    _ if tiny_before as usize != drawn => break,
-                    Filling::Part => break,
-                    Filling::None => {}
-                    Filling::All => {
-                        stack[count] = face;
-                        count += 1;
-                    }
-                }
-                from += 1;
-            }
-            let pixels = ((self.tile.x1 - self.tile.x0) * (self.tile.y1 - self.tile.y0)) as u64;
-            tested += count as u64 * pixels;
-            passed += wide::stack(s, &stack[..count], self.tile);
-        }
-        (tested, passed)
+    fn run<S: Simd>(mut self, s: S) -> Walked {
+        walk(s, self.bin, self.wide, &mut self)
+    }
+}
+
+impl FaceRaster for RasterKernel<'_, '_> {
+    #[inline(always)]
+    fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
+        prefetch::for_read(self.corners, face.face as usize);
+        tiny(s, face, self.tile)
+    }
+    #[inline(always)]
+    fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64) {
+        small(s, face, self.tile)
+    }
+    #[inline(always)]
+    fn wide<S: Simd>(&mut self, s: S, face: &WideFace) -> (u64, u64) {
+        wide::draw(s, face, self.tile)
+    }
+    #[inline(always)]
+    fn filling(&self, face: &WideFace) -> Filling {
+        wide::filling(face, self.tile)
+    }
+    #[inline(always)]
+    fn stack<S: Simd>(&mut self, s: S, faces: &[&WideFace]) -> u64 {
+        wide::stack(s, faces, self.tile)
+    }
+    #[inline(always)]
+    fn pixels(&self) -> u64 {
+        self.tile.pixels()
     }
 }
 
@@ -149,7 +133,7 @@ pub(super) fn write<S: Simd>(
 
 /// A face whose coverage is known: a row of up to eight pixels at a time.
 #[inline(always)]
-pub(super) fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
+fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let lanes = S::LANES as i32;
     let (x0, y0) = (face.at[0] as i32, face.at[1] as i32);
     let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
@@ -198,7 +182,7 @@ pub(super) fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
 
 /// A face whose edge functions fit i32: a vector of columns at a time, row by row; fragments tested and passed.
 #[inline(always)]
-pub(super) fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
+fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
     let [x0, y0, x1, y1] = face.bounds.map(i32::from);
     let rows = y0.max(tile.y0)..y1.min(tile.y1);
     let right = x1.min(tile.x1);

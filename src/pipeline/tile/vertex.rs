@@ -59,6 +59,16 @@ impl ToScreen {
         whole(self.view) * whole(self.model)
     }
 
+    /// Object space to view space as the plain path goes: by the model matrix, then by the view's.
+    #[inline(always)]
+    pub(super) fn steps_to_view(&self, at: [&Lanes; 3]) -> [Lanes; 3] {
+        let [m0, m1, m2] = self.model;
+        let world = [affine(m0, at), affine(m1, at), affine(m2, at)];
+        let world = [&world[0], &world[1], &world[2]];
+        let [v0, v1, v2] = self.view;
+        [affine(v0, world), affine(v1, world), affine(v2, world)]
+    }
+
     /// For positions whose coordinates are at most `farthest` from 0, the sizes of what is added up on their way to view space.
     pub fn sizes_in_view(self, [x, y, z]: [f64; 3]) -> DVec4 {
         let sizes = |row: [f64; 4]| row.map(f64::abs);
@@ -226,11 +236,7 @@ fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
-    let [m0, m1, m2] = t.model;
-    let world = [affine(m0, at), affine(m1, at), affine(m2, at)];
-    let world = [&world[0], &world[1], &world[2]];
-    let [v0, v1, v2] = t.view;
-    let view = [affine(v0, world), affine(v1, world), affine(v2, world)];
+    let view = t.steps_to_view(at);
     let view = [&view[0], &view[1], &view[2]];
     let [p0, p1, p2, p3] = t.projection;
     let clip = [affine(p0, view), affine(p1, view), affine(p2, view), affine(p3, view)];

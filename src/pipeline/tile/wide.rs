@@ -87,15 +87,23 @@ pub const MOST_STACKED: usize = 24;
 /// How much of the tile is the face's, as far as [`stack`] can draw it: whole means between near and far too, and a depth
 /// that runs slowly enough for f32.
 #[inline(always)]
-pub fn filling<S: Simd>(_: S, wide: &WideFace, tile: &Tile<'_>) -> Filling {
+pub fn filling(wide: &WideFace, tile: &Tile<'_>) -> Filling {
+    match whole_tile(wide, tile) {
+        Filling::All if tile.depth.is_empty() || wide.plane.z[1].abs() > STEEP => Filling::Part,
+        filling => filling,
+    }
+}
+
+/// How much of the tile is the face's: whole means between near and far too, and of whole vectors.
+#[inline(always)]
+pub(super) fn whole_tile(wide: &WideFace, tile: &Tile<'_>) -> Filling {
     let [Some(outline), None] = &wide.outlines else { return Filling::Part };
     let b = wide.bounds;
     let clip = PixelRect { x0: tile.x0, y0: tile.y0, x1: tile.x1, y1: tile.y1 };
     let holds = b.x0 <= clip.x0 && b.x1 >= clip.x1 && b.y0 <= clip.y0 && b.y1 >= clip.y1;
-    let is_even = (clip.x0 | clip.x1) & (RUN - 1) == 0 && !tile.depth.is_empty();
-    let is_simple = wide.is_between && wide.plane.z[1].abs() <= STEEP;
+    let is_even = (clip.x0 | clip.x1) & (RUN - 1) == 0;
     match outline.filling(clip) {
-        Filling::All if !(holds && is_even && is_simple) => Filling::Part,
+        Filling::All if !(holds && is_even && wide.is_between) => Filling::Part,
         filling => filling,
     }
 }

@@ -1,0 +1,268 @@
+//! Visibility where depth is stored as whole numbers or reversed: what f32 does not carry is worked in f64, lane by lane.
+//!
+//! In: faces as [`super::setup`] left them (coverage is the same in every format) and each vertex's place and depth in f64:
+//! z/w, or (w-z)/w free of cancellation for the reversed format. Out: the words that the format stores, at each pixel from the
+//! face's own plane through its unsnapped corners, kept between its corners' depths:
+//!
+//! ```text
+//! d(x, y) = da + (dx (x + 1/2 - xa) + dy (y + 1/2 - ya))     a = the corner that comes first by its position
+//! word    = floor(scale d + 1/2)   or   not bits(f32(d))
+//! ```
+//!
+//! Every pixel is worked for itself, so neither threads, tiles nor lanes matter. Twin in f32: [`super::raster`].
+
+mod form;
+mod plane;
+mod vertices;
+
+pub use form::Form;
+pub(super) use plane::wide_words;
+pub use vertices::{DeepVertex, DeepVertexKernel};
+
+use super::bins::{Bin, Small, Tiny};
+use super::raster::Tile;
+use super::resolve::WIDE_BIT;
+use super::walk::{FaceRaster, Walked, walk};
+use super::wide::{self, MOST_STACKED, WideFace};
+use crate::math::coverage::{Filling, PixelRect};
+use crate::simd::{I32, Kernel, Mask, Simd};
+use plane::DeepPlane;
+
+/// Draws one chunk's share of a tile.
+pub struct DeepRasterKernel<'a, 'b> {
+    /// The chunk's faces in this tile.
+    pub bin: &'a Bin,
+    /// The chunk's wide faces.
+    pub wide: &'a [WideFace],
+    /// The three vertices of each face.
+    pub corners: &'a [[f32; 4]],
+    /// The vertices.
+    pub vertices: &'a [DeepVertex],
+    /// How words are made.
+    pub form: Form,
+    /// The tile; its own depth words are not looked at.
+    pub tile: &'a mut Tile<'b>,
+    /// The words of the tile's rows,
+    pub words: &'a mut [i32],
+    /// so many in a row,
+    pub stride: usize,
+    /// the first of them of this column.
+    pub first_column: i32,
+}
+
+impl Kernel for DeepRasterKernel<'_, '_> {
+    type Output = Walked;
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, s: S) -> Walked {
+        walk(s, self.bin, self.wide, &mut self)
+    }
+}
+
+impl DeepRasterKernel<'_, '_> {
+    /// The plane of a face with records.
+    #[inline(always)]
+    fn plane(&self, face: u32) -> DeepPlane {
+        let [a, b, c, _] = self.corners[face as usize];
+        let at = |corner: f32| self.vertices[corner.to_bits() as usize];
+        DeepPlane::through([at(a), at(b), at(c)])
+    }
+
+    #[inline(always)]
+    fn word_at(&self, x: i32, y: i32) -> usize {
+        (y - self.tile.y0) as usize * self.stride + (x - self.first_column) as usize
+    }
+
+    /// The depth test at LANES pixels from (x, y) on, where `covered`; how many passed.
+    #[inline(always)]
+    fn write<S: Simd>(&mut self, s: S, (x, y): (i32, i32), covered: S::M, word: S::I, id: S::I) -> u64 {
+        let at = self.word_at(x, y);
+        let words = &mut self.words[at..at + S::LANES];
+        let old = s.load_i(words);
+        let passes = covered & self.form.is_nearer(s, word, old);
+        s.store_i(s.select_i(passes, word, old), words);
+        let at = self.tile.id_at(x, y);
+        let ids = &mut self.tile.ids[at..at + S::LANES];
+        s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
+        passes.bits().count_ones() as u64
+    }
+}
+
+impl FaceRaster for DeepRasterKernel<'_, '_> {
+    #[inline(always)]
+    fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
+        let lanes = S::LANES as i32;
+        let (x0, y0) = (face.at[0] as i32, face.at[1] as i32);
+        let rows = (self.tile.y0 - y0).max(0)..(face.size[1] as i32).min(self.tile.y1 - y0);
+        let plane = self.plane(face.face);
+        if face.mask & (face.mask - 1) == 0 {
+            // One pixel: the same sums without vectors.
+            let bit = face.mask.trailing_zeros() as i32;
+            let (x, y) = (x0 + (bit & 7), y0 + (bit >> 3));
+            if !rows.contains(&(bit >> 3)) || x < self.tile.x0 || x >= self.tile.x1 {
+                return 0;
+            }
+            let word = self.form.word(plane.at(x, y));
+            let (at, flip) = (self.word_at(x, y), self.form.flip());
+            if self.words[at] ^ flip <= word ^ flip {
+                return 0;
+            }
+            self.words[at] = word;
+            self.tile.ids[self.tile.id_at(x, y)] = face.face as i32;
+            return 1;
+        }
+        let id = s.splat_i(face.face as i32);
+        let mut passed = 0;
+        let mut x = x0.max(self.tile.x0);
+        let right = (x0 + face.size[0] as i32).min(self.tile.x1);
+        while x < right {
+            // A vector that would leave the tile begins further left.
+            let start = x.min(self.tile.x1 - lanes);
+            let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
+            for row in rows.clone() {
+                // From 15 columns to the right of the face's first to 8 to its left.
+                let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32 & fresh;
+                if bits != 0 {
+                    let word = self.form.words(s, &plane.row::<S>(start, plane.down(y0 + row)));
+                    passed += self.write(s, (start, y0 + row), s.mask(bits), word, id);
+                }
+            }
+            x = start + lanes;
+        }
+        passed
+    }
+
+    #[inline(always)]
+    fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64) {
+        let [x0, y0, x1, y1] = face.bounds.map(i32::from);
+        let rows = y0.max(self.tile.y0)..y1.min(self.tile.y1);
+        let right = x1.min(self.tile.x1);
+        let lanes = S::LANES as i32;
+        let id = s.splat_i(face.face as i32);
+        let [dx0, dx1, dx2] = face.steps_x;
+        let [dy0, dy1, dy2] = face.steps_y;
+        let plane = self.plane(face.face);
+        let (mut tested, mut passed) = (0, 0);
+        let mut x = x0.max(self.tile.x0);
+        while x < right {
+            let start = x.min(self.tile.x1 - lanes);
+            let column = s.iota() + s.splat_i(start - x0);
+            let down = rows.start - y0;
+            let mut e0 = s.splat_i(dx0) * column + s.splat_i(face.edges[0] + dy0 * down);
+            let mut e1 = s.splat_i(dx1) * column + s.splat_i(face.edges[1] + dy1 * down);
+            let mut e2 = s.splat_i(dx2) * column + s.splat_i(face.edges[2] + dy2 * down);
+            let to = (right - start).min(lanes);
+            let inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
+            for y in rows.clone() {
+                let covered = (e0 | e1 | e2).gt(s.splat_i(-1)) & inside_columns;
+                (e0, e1, e2) = (e0 + s.splat_i(dy0), e1 + s.splat_i(dy1), e2 + s.splat_i(dy2));
+                if !covered.any() {
+                    continue;
+                }
+                tested += covered.bits().count_ones() as u64;
+                let word = self.form.words(s, &plane.row::<S>(start, plane.down(y)));
+                passed += self.write(s, (start, y), covered, word, id);
+            }
+            x = start + lanes;
+        }
+        (tested, passed)
+    }
+
+    #[inline(always)]
+    fn wide<S: Simd>(&mut self, s: S, wide: &WideFace) -> (u64, u64) {
+        let lanes = S::LANES as i32;
+        let b = wide.bounds;
+        let clip = PixelRect {
+            x0: b.x0.max(self.tile.x0),
+            y0: b.y0.max(self.tile.y0),
+            x1: b.x1.min(self.tile.x1),
+            y1: b.y1.min(self.tile.y1),
+        };
+        let id = s.splat_i(wide.face as i32 | WIDE_BIT);
+        let (mut tested, mut passed) = (0, 0);
+        for outline in wide.outlines.iter().flatten() {
+            let mut spans = [const { (0, 0..0) }; super::wide::SPANS];
+            let count = super::wide::spans_of(outline, clip, &mut spans);
+            for (y, span) in &spans[..count] {
+                tested += span.len() as u64;
+                let mut x = span.start;
+                while x < span.end {
+                    let start = (x & !(lanes - 1)).min(self.tile.x1 - lanes);
+                    let (from, to) = (x - start, (span.end - start).min(lanes));
+                    let covered = s.mask((u32::MAX << from) & (((1u64 << to) - 1) as u32));
+                    let (word, inside) = wide_words(s, &self.form, wide, start, *y);
+                    passed += self.write(s, (start, *y), covered & inside, word, id);
+                    x = start + lanes;
+                }
+            }
+        }
+        (tested, passed)
+    }
+
+    #[inline(always)]
+    fn filling(&self, face: &WideFace) -> Filling {
+        wide::whole_tile(face, self.tile)
+    }
+
+    /// A pixel's word and face stay in registers until all faces were asked; what does not change along a row is worked once.
+    #[inline(always)]
+    fn stack<S: Simd>(&mut self, s: S, faces: &[&WideFace]) -> u64 {
+        let count = faces.len().min(MOST_STACKED);
+        let (x0, width) = (self.tile.x0, (self.tile.x1 - self.tile.x0) as usize);
+        let mut planes = [DeepPlane::NOWHERE; MOST_STACKED];
+        let mut ids = [0; MOST_STACKED];
+        let mut is_level = true;
+        for (i, face) in faces[..count].iter().enumerate() {
+            planes[i] = DeepPlane::of_wide(face, &self.form);
+            ids[i] = face.face as i32 | WIDE_BIT;
+            is_level &= planes[i].is_level();
+        }
+        let flip = s.splat_i(self.form.flip());
+        let mut passed = 0;
+        for y in self.tile.y0..self.tile.y1 {
+            let (at, word_at) = (self.tile.id_at(x0, y), self.word_at(x0, y));
+            let row_ids = &mut self.tile.ids[at..at + width];
+            let row_words = &mut self.words[word_at..word_at + width];
+            let mut level = [0; MOST_STACKED];
+            let mut down = [0.0; MOST_STACKED];
+            for i in 0..count {
+                down[i] = planes[i].down(y);
+                if is_level {
+                    level[i] = self.form.word(planes[i].at(x0, y)) ^ self.form.flip();
+                }
+            }
+            let mut column = 0;
+            while column < width {
+                let old = &mut row_words[column..column + S::LANES];
+                let own = &mut row_ids[column..column + S::LANES];
+                let (mut nearest, mut id) = (s.load_i(old) ^ flip, s.load_i(own));
+                let mut i = 0;
+                while i < count {
+                    let new = match is_level {
+                        true => s.splat_i(level[i]),
+                        false => {
+                            let depths = planes[i].row::<S>(x0 + column as i32, down[i]);
+                            self.form.words(s, &depths) ^ flip
+                        }
+                    };
+                    let passes = nearest.gt(new);
+                    (nearest, id) = (nearest.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
+                    passed += passes.bits().count_ones() as u64;
+                    i += 1;
+                }
+                s.store_i(nearest ^ flip, old);
+                s.store_i(id, own);
+                column += S::LANES;
+            }
+        }
+        passed
+    }
+
+    #[inline(always)]
+    fn pixels(&self) -> u64 {
+        self.tile.pixels()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! Depth over the screen in f64: a face's plane, its depths along a row, and the words of these.
+
+use super::{DeepVertex, Form};
+use crate::pipeline::tile::wide::WideFace;
+use crate::simd::Simd;
+
+/// Depth over the screen, as the format counts it.
+#[derive(Clone, Copy, Debug)]
+pub struct DeepPlane {
+    /// Where `base` holds, in pixels.
+    origin: [f64; 2],
+    base: f64,
+    /// Per column, per row.
+    run: [f64; 2],
+    /// The corners' depths, the least and the greatest.
+    range: [f64; 2],
+}
+
+impl DeepPlane {
+    /// The plane through three corners: the same in any order of theirs.
+    #[inline(always)]
+    pub fn through(corners: [DeepVertex; 3]) -> DeepPlane {
+        let [a, b, c] = corners;
+        let (a, b) = in_order(a, b);
+        let (b, c) = in_order(b, c);
+        let (a, b) = in_order(a, b);
+        let (bx, by, bd) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+        let (cx, cy, cd) = (c[0] - a[0], c[1] - a[1], c[2] - a[2]);
+        let det = bx * cy - cx * by;
+        DeepPlane {
+            origin: [a[0], a[1]],
+            base: a[2],
+            run: [(bd * cy - cd * by) / det, (cd * bx - bd * cx) / det],
+            range: [lesser(lesser(a[2], b[2]), c[2]), greater(greater(a[2], b[2]), c[2])],
+        }
+    }
+
+    /// The plane that the plain path has set up.
+    #[inline(always)]
+    pub fn of_wide(wide: &WideFace, form: &Form) -> DeepPlane {
+        let linear = &wide.plane;
+        let ([base, x, y], range) = match form.is_reversed {
+            true => (linear.complement, wide.exact_ranges[1]),
+            false => (linear.z, wide.exact_ranges[0]),
+        };
+        DeepPlane { origin: linear.origin, base, run: [x, y], range }
+    }
+
+    /// A plane before any was found.
+    pub const NOWHERE: DeepPlane = DeepPlane { origin: [0.0; 2], base: 0.0, run: [0.0; 2], range: [0.0; 2] };
+
+    /// Whether depth is the same all along a row.
+    #[inline(always)]
+    pub fn is_level(&self) -> bool {
+        self.run[0] == 0.0
+    }
+
+    /// What a row adds to the base.
+    #[inline(always)]
+    pub fn down(&self, y: i32) -> f64 {
+        self.run[1] * (y as f64 + 0.5 - self.origin[1])
+    }
+
+    /// Depth in 0..=1 at the centre of a pixel of column x and of a row that adds `down`; what is not a number, on a face
+    /// without area, is the nearest corner's.
+    #[inline(always)]
+    fn along(&self, x: i32, down: f64) -> f64 {
+        let along = self.run[0] * (x as f64 + 0.5 - self.origin[0]);
+        lesser(greater(self.base + (along + down), self.range[0]), self.range[1])
+    }
+
+    /// Depth in 0..=1 at the centre of pixel (x, y).
+    #[inline(always)]
+    pub fn at(&self, x: i32, y: i32) -> f64 {
+        within(self.along(x, self.down(y)))
+    }
+
+    /// Depths in 0..=1 at LANES pixels from column x on.
+    #[inline(always)]
+    pub fn row<S: Simd>(&self, x: i32, down: f64) -> [f64; 16] {
+        let mut out = [0.0; 16];
+        for (i, lane) in out[..S::LANES].iter_mut().enumerate() {
+            *lane = within(self.along(x + i as i32, down));
+        }
+        out
+    }
+
+    /// The same before they are put into 0..=1, which a plane may leave where it goes on beyond near and far.
+    #[inline(always)]
+    fn endless_row<S: Simd>(&self, x: i32, down: f64) -> [f64; 16] {
+        let mut out = [0.0; 16];
+        for (i, lane) in out[..S::LANES].iter_mut().enumerate() {
+            *lane = self.along(x + i as i32, down);
+        }
+        out
+    }
+}
+
+/// The lesser of two; the second when one is not a number.
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two; the second when one is not a number.
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn in_order(p: DeepVertex, q: DeepVertex) -> (DeepVertex, DeepVertex) {
+    let swap = p[0] > q[0] || (p[0] == q[0] && p[1] > q[1]);
+    if swap { (q, p) } else { (p, q) }
+}
+
+/// A depth that the plane may have left a little.
+#[inline(always)]
+fn within(depth: f64) -> f64 {
+    lesser(greater(depth, 0.0), 1.0)
+}
+
+/// The words of a wide face at LANES pixels from (x, y) on, and where they lie between near and far.
+#[inline(always)]
+pub fn wide_words<S: Simd>(s: S, form: &Form, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
+    let plane = DeepPlane::of_wide(wide, form);
+    let mut depths = plane.endless_row::<S>(x, plane.down(y));
+    let mut inside = 0u32;
+    for (i, lane) in depths[..S::LANES].iter_mut().enumerate() {
+        let d = *lane;
+        // Closed at near, open at far.
+        let is_inside = if form.is_reversed { d > 0.0 && d <= 1.0 } else { (0.0..1.0).contains(&d) };
+        inside |= (is_inside as u32) << i;
+        *lane = within(d);
+    }
+    (form.words(s, &depths), if wide.is_between { s.mask(u32::MAX) } else { s.mask(inside) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_is_the_same_whatever_corner_comes_first() {
+        let corners = [[3.25, 7.5, 0.25, 0.0], [90.0, 11.0, 0.75, 0.0], [3.25, 70.125, 0.5, 0.0]];
+        let [a, b, c] = corners;
+        let plane = DeepPlane::through(corners);
+        for other in [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
+            let other = DeepPlane::through(other);
+            for (x, y) in [(4, 8), (50, 20), (4, 60)] {
+                assert_eq!(plane.at(x, y).to_bits(), other.at(x, y).to_bits());
+            }
+        }
+        // Without area there is no plane, but a depth.
+        let flat = DeepPlane::through([a, a, a]);
+        assert_eq!(flat.at(100, 100), 0.25);
+    }
+}

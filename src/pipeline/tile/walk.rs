@@ -1,0 +1,136 @@
+//! The walk through the faces that wait in one tile: in file order, tiny ones up to the next larger one, and those that fill the
+//! tile together.
+//!
+//! In: a chunk's list of a tile. Out: how many fragments were tested and passed, and faces left out. What a face does to the
+//! tile is its raster's: plain ([`super::raster`]), behind coarse depth ([`super::coarse`]), in f64 ([`super::deep`]). Each has
+//! its own copy of the walk, so what a raster does not ask for costs nothing.
+
+use super::bins::{Bin, Larger, Place, Small, Tiny};
+use super::wide::{MOST_STACKED, WideFace};
+use crate::math::coverage::Filling;
+use crate::simd::Simd;
+
+/// What the walk asks of whoever draws a tile's faces. Counts are of fragments.
+pub(super) trait FaceRaster {
+    /// Draws a face whose coverage is known; how many passed.
+    fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64;
+    /// Draws a face with edge functions in i32; tested and passed.
+    fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64);
+    /// Draws a face that the plain path has set up; tested and passed.
+    fn wide<S: Simd>(&mut self, s: S, face: &WideFace) -> (u64, u64);
+    /// How much of the tile is the face's, as far as [`FaceRaster::stack`] can draw it.
+    fn filling(&self, face: &WideFace) -> Filling;
+    /// Draws faces that fill the tile, in their order; how many passed.
+    fn stack<S: Simd>(&mut self, s: S, faces: &[&WideFace]) -> u64;
+    /// Pixels of the tile.
+    fn pixels(&self) -> u64;
+
+    /// Whether nothing of a face would pass, so that it need not be drawn.
+    #[inline(always)]
+    fn hides_tiny(&self, _: &Tiny) -> bool {
+        false
+    }
+    /// See [`FaceRaster::hides_tiny`].
+    #[inline(always)]
+    fn hides_small(&self, _: &Small) -> bool {
+        false
+    }
+    /// See [`FaceRaster::hides_tiny`].
+    #[inline(always)]
+    fn hides_wide(&self, _: &WideFace) -> bool {
+        false
+    }
+    /// A face that fills the tile will be drawn before anything else is asked.
+    #[inline(always)]
+    fn will_fill(&mut self, _: &WideFace) {}
+    /// So many fragments have passed by now.
+    #[inline(always)]
+    fn has_passed<S: Simd>(&mut self, _: S, _: u64) {}
+}
+
+/// What became of a list of faces.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Walked {
+    /// Fragments tested; those of tiny faces were counted when they were set up.
+    pub tested: u64,
+    /// Fragments that passed.
+    pub passed: u64,
+    /// Faces that were left out.
+    pub hidden: u64,
+}
+
+/// Draws the faces of a list in their order; `wide` holds the chunk's wide ones.
+#[inline(always)]
+pub(super) fn walk<S: Simd, R: FaceRaster>(s: S, bin: &Bin, wide: &[WideFace], raster: &mut R) -> Walked {
+    let mut done = Walked::default();
+    let (mut from, mut drawn) = (0, 0);
+    while from <= bin.larger.len() {
+        // The tiny faces up to the next larger one, or the last ones.
+        let next = bin.larger.get(from);
+        let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
+        for words in &bin.tiny[drawn..until] {
+            let face = &Tiny::of(*words);
+            match raster.hides_tiny(face) {
+                true => done.hidden += 1,
+                false => done.passed += raster.tiny(s, face),
+            }
+        }
+        (from, drawn) = (from + 1, until);
+        raster.has_passed(s, done.passed);
+        let index = match next.map(|l| l.place) {
+            None => break,
+            Some(Place::Small(index)) => {
+                let face = &bin.small[index as usize];
+                if raster.hides_small(face) {
+                    done.hidden += 1;
+                    continue;
+                }
+                let (t, p) = raster.small(s, face);
+                (done.tested, done.passed) = (done.tested + t, done.passed + p);
+                continue;
+            }
+            Some(Place::Wide(index)) => index as usize,
+        };
+        let face = &wide[index];
+        if raster.hides_wide(face) {
+            done.hidden += 1;
+            continue;
+        }
+        if raster.filling(face) != Filling::All {
+            let (t, p) = raster.wide(s, face);
+            (done.tested, done.passed) = (done.tested + t, done.passed + p);
+            continue;
+        }
+        // With those behind it that fill the tile as well.
+        let mut stack = [face; MOST_STACKED];
+        let mut count = 1;
+        raster.will_fill(face);
+        while count < stack.len() {
+            let Some(&Larger { tiny_before, place: Place::Wide(index) }) = bin.larger.get(from) else {
+                break;
+            };
+            if tiny_before as usize != drawn {
+                break;
+            }
+            let face = &wide[index as usize];
+            if raster.hides_wide(face) {
+                done.hidden += 1;
+                from += 1;
+                continue;
+            }
+            match raster.filling(face) {
+                Filling::Part => break,
+                Filling::None => {}
+                Filling::All => {
+                    raster.will_fill(face);
+                    stack[count] = face;
+                    count += 1;
+                }
+            }
+            from += 1;
+        }
+        done.tested += count as u64 * raster.pixels();
+        done.passed += raster.stack(s, &stack[..count]);
+    }
+    done
+}
