@@ -13,124 +13,24 @@
 mod check;
 mod export;
 mod flat;
+mod row;
 mod scenes;
 mod space;
 mod stage;
+mod workload;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};
+pub use row::{Growing, Row, Twin};
+pub use workload::Workload;
 
 use super::clock::Timing;
 use super::growth::{Growth, GrowthPoint};
 use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::RenderOptions;
-use crate::scene::{Filter, Fog, FogKind};
+use crate::scene::{Fog, FogKind};
 use glam::DVec3;
 use std::time::{Duration, Instant};
-
-/// A piece of work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Workload {
-    /// W1: a knot of 70,000 faces, lit at each pixel.
-    Phong70k,
-    /// W2: a knot of 1,000,000 faces, lit at each pixel.
-    Phong1M,
-    /// W3: 20 layers over the whole frame, each nearer than the last.
-    Fill20,
-    /// W4: the knot of W1 under a texture of 1024x1024, without light.
-    Textured(Filter),
-    /// W5: the knot of W1, lit at the vertices.
-    Gouraud70k,
-    /// W6: 1,000,000 lines over the whole frame.
-    LinesLong,
-    /// W6: 5,000,000 lines of at most 12 pixels.
-    LinesShort,
-    /// W7: 100,000,000 pixels at random places, one call each.
-    PutPixel,
-    /// S1: a room seen from inside, faces through the eye's plane.
-    Room,
-    /// S2: up to 64 layers that let light through.
-    Layers64,
-    /// S3: up to 10,000 boxes of 12 faces, one draw each, with other modes for each.
-    Objects10k,
-    /// S3: the same as one scene.
-    Scene10k,
-    /// S4: a knot of up to 4,000,000 faces.
-    Mesh4M,
-    /// S5: a knot on frames from VGA to 8K.
-    Sizes,
-    /// S6: a knot among 1 to 64 lights.
-    Lights,
-    /// S7: 32 walls of many faces, the nearest first.
-    Hidden,
-}
-
-impl Workload {
-    /// All, in the order of their names.
-    pub const ALL: [Workload; 18] = [
-        Workload::Phong70k,
-        Workload::Phong1M,
-        Workload::Fill20,
-        Workload::Textured(Filter::Trilinear),
-        Workload::Textured(Filter::Bilinear),
-        Workload::Textured(Filter::Nearest),
-        Workload::Gouraud70k,
-        Workload::LinesLong,
-        Workload::LinesShort,
-        Workload::PutPixel,
-        Workload::Room,
-        Workload::Layers64,
-        Workload::Objects10k,
-        Workload::Scene10k,
-        Workload::Mesh4M,
-        Workload::Sizes,
-        Workload::Lights,
-        Workload::Hidden,
-    ];
-
-    /// The ten that other programs draw too, W1 to W7.
-    pub const OF_PEERS: usize = 10;
-
-    /// The name in the tables of all peers.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Workload::Phong70k => "W1_phong70k",
-            Workload::Phong1M => "W2_phong1M",
-            Workload::Fill20 => "W3_fill20",
-            Workload::Textured(Filter::Trilinear) => "W4_tex_trilinear",
-            Workload::Textured(Filter::Bilinear) => "W4_tex_bilinear",
-            Workload::Textured(Filter::Nearest) => "W4_tex_nearest",
-            Workload::Textured(Filter::Mipmap) => "W4_tex_mipmap",
-            Workload::Gouraud70k => "W5_gouraud70k",
-            Workload::LinesLong => "W6_lines_long",
-            Workload::LinesShort => "W6_lines_short",
-            Workload::PutPixel => "W7_putpixel_100M",
-            Workload::Room => "S1_room",
-            Workload::Layers64 => "S2_layers64",
-            Workload::Objects10k => "S3_objects10k",
-            Workload::Scene10k => "S3_scene10k",
-            Workload::Mesh4M => "S4_mesh4M",
-            Workload::Sizes => "S5_sizes",
-            Workload::Lights => "S6_lights",
-            Workload::Hidden => "S7_hidden",
-        }
-    }
-
-    /// The workloads of a name, or of its beginning up to a `_` (`W4` is three), in either case; `scenes` is all from S1 on;
-    /// none for an unknown one.
-    pub fn named(name: &str) -> Vec<Workload> {
-        if name.eq_ignore_ascii_case("scenes") {
-            return Self::ALL[Self::OF_PEERS..].to_vec();
-        }
-        let begins = |w: &Workload| {
-            let own = w.name();
-            own.eq_ignore_ascii_case(name)
-                || own.get(..name.len()).is_some_and(|start| start.eq_ignore_ascii_case(name))
-                    && own.as_bytes().get(name.len()) == Some(&b'_')
-        };
-        Self::ALL.into_iter().filter(begins).collect()
-    }
-}
 
 /// How much is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,95 +81,6 @@ pub struct Options {
     pub frames: usize,
     /// After this long the frame that runs is the last one, if there were 3.
     pub budget: Duration,
-}
-
-/// The plain loop that a workload is timed beside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Twin {
-    /// What it is.
-    pub name: &'static str,
-    /// Its median frame.
-    pub median_ms: f64,
-    /// Its shortest frame.
-    pub min_ms: f64,
-}
-
-/// How a workload's time grows with its size.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Growing {
-    /// What grows, a plural.
-    pub what: &'static str,
-    /// How much of it, and the shortest frame then, ms; the last is the workload itself.
-    pub steps: Vec<(f64, f64)>,
-    /// b of the line log time = a + b log size that fits best; `None` where the sizes are one.
-    pub exponent: Option<f64>,
-}
-
-/// What was measured of one workload.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// The workload.
-    pub workload: Workload,
-    /// Threads that drew.
-    pub threads: usize,
-    /// Vectors that drew.
-    pub simd: &'static str,
-    /// The median frame.
-    pub median_ms: f64,
-    /// The shortest frame.
-    pub min_ms: f64,
-    /// Frames timed.
-    pub frames: usize,
-    /// How depths were stored, and through what it was seen.
-    pub stored: (DepthFormat, Air),
-    /// The picture against the truth.
-    pub check: Check,
-    /// The plain loop timed in turn with it.
-    pub twin: Option<Twin>,
-    /// How its time grows, where it was measured at several sizes.
-    pub growing: Option<Growing>,
-}
-
-impl Row {
-    /// One JSON object on one line: the peers' fields first.
-    pub fn json(&self) -> String {
-        let c = &self.check;
-        let mut line = format!(
-            "{{\"peer\":\"fbptr\",\"cfg\":\"{}T\",\"wl\":\"{}\",\"med_ms\":{:.3},\"min_ms\":{:.3},\"n\":{},\
-             \"simd\":\"{}\",\"depth\":\"{}\",\"fog\":{},\"max_err\":{},\"pixels_off\":{},\"coverage_off\":{},\"max_depth_err\":{:e},\"covered\":{},\"turns\":{}",
-            self.threads,
-            self.workload.name(),
-            self.median_ms,
-            self.min_ms,
-            self.frames,
-            self.simd,
-            self.stored.0.as_str(),
-            self.stored.1 == Air::Fog,
-            c.max_error_steps,
-            c.pixels_off,
-            c.coverage_off,
-            c.max_depth_error,
-            c.covered,
-            c.turns,
-        );
-        if let Some(twin) = &self.twin {
-            line += &format!(
-                ",\"{0}_med_ms\":{1:.3},\"{0}_min_ms\":{2:.3},\"times_{0}\":{3:.3}",
-                twin.name,
-                twin.median_ms,
-                twin.min_ms,
-                twin.median_ms / self.median_ms
-            );
-        }
-        if let Some(growing) = &self.growing {
-            let steps: Vec<String> = growing.steps.iter().map(|(x, ms)| format!("[{x},{ms:.3}]")).collect();
-            line += &format!(",\"{}_min_ms\":[{}]", growing.what, steps.join(","));
-            if let Some(exponent) = growing.exponent {
-                line += &format!(",\"exponent\":{exponent:.3}");
-            }
-        }
-        line + "}"
-    }
 }
 
 /// A workload made ready.

@@ -1,6 +1,7 @@
 //! Workloads in small: every one is within its bound, and what is not is refused.
 
 use super::*;
+use crate::scene::Filter;
 
 fn small() -> Options {
     let size = Size { width: 96, height: 54, divisor: 5_000 };

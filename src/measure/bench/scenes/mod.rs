@@ -1,0 +1,172 @@
+//! S1 to S7: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
+//! through, thousands of small objects, a mesh of millions, frames and lights that grow, walls behind walls.
+
+mod made;
+mod parts;
+
+use super::check::Check;
+use super::stage::Stage;
+use super::{Job, Options, Workload};
+use crate::memory::{DepthMemory, VideoMemory};
+use crate::pipeline::{self, DrawCall, SceneOptions};
+use crate::scene::Scene;
+use crate::truth::{Settings, Transparency, TruthPicture};
+#[cfg(test)]
+use glam::{DMat4, DVec3};
+use made::{boxes, knot, layers, lit_knot, mesh_of, room, walls};
+
+/// What grows in a workload, and how far: the last step is the workload itself.
+pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])> {
+    match workload {
+        Workload::Layers64 => Some(("fragments", &[1, 4, 16, 64])),
+        Workload::Objects10k | Workload::Scene10k => Some(("objects", &[625, 2500, 10_000])),
+        Workload::Mesh4M => Some(("faces", &[62_500, 250_000, 1_000_000, 4_000_000])),
+        Workload::Sizes => Some(("pixels", &[0, 1, 2, 3, 4])),
+        Workload::Lights => Some(("lights", &[1, 4, 16, 64])),
+        _ => None,
+    }
+}
+
+/// VGA to 8K.
+const FRAMES: [[u32; 2]; 5] = [[640, 480], [1280, 720], [1920, 1080], [3840, 2160], [7680, 4320]];
+
+/// How a scene is handed over.
+#[derive(Clone, Copy, PartialEq)]
+enum By {
+    /// The whole scene at once.
+    Scene,
+    /// One draw an object, as a stream has it.
+    Draws,
+}
+
+pub(super) struct Scenes {
+    workload: Workload,
+    stage: Stage,
+    scene: Scene,
+    options: SceneOptions,
+    by: By,
+    /// How much of what grows there is.
+    amount: f64,
+}
+
+impl Scenes {
+    /// The workload's step of this number.
+    pub fn new(workload: Workload, options: &Options, step: u32) -> Self {
+        let mut size = [options.size.width, options.size.height];
+        let divisor = options.size.divisor.max(1);
+        if workload == Workload::Sizes {
+            // In small, the whole row of frames is; it never grows.
+            let width = options.size.width.min(1920);
+            size = FRAMES[step as usize].map(|side| (side * width / 1920).max(1));
+        }
+        let [width, height] = size;
+        let (mut scene, amount) = match workload {
+            // As many as the first frame finds: nearer layers are larger.
+            Workload::Layers64 => (layers(step), 0.0),
+            Workload::Objects10k | Workload::Scene10k => {
+                let count = step.div_ceil(divisor.min(100));
+                (boxes(count), f64::from(count))
+            }
+            Workload::Mesh4M => {
+                let mesh = mesh_of(step / divisor);
+                let faces = mesh.triangles.len() as f64;
+                (knot(mesh), faces)
+            }
+            Workload::Sizes => (knot(mesh_of(20_000 / divisor)), f64::from(width) * f64::from(height)),
+            Workload::Hidden => (walls(divisor), 1.0),
+            Workload::Lights => (lit_knot(mesh_of(20_000 / divisor), step), f64::from(step)),
+            _ => (room(divisor), 1.0),
+        };
+        scene.fog = options.air.fog();
+        Scenes {
+            workload,
+            stage: Stage::new(options, size),
+            scene,
+            options: SceneOptions::new(width, height),
+            by: if workload == Workload::Objects10k { By::Draws } else { By::Scene },
+            amount,
+        }
+    }
+
+    /// The plain path's picture and depths.
+    fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
+        self.stage.plain(|target| match self.by {
+            By::Scene => {
+                pipeline::draw_scene(target, &self.scene, &self.options).expect("the scene is sound");
+            }
+            By::Draws => self.scene.objects.iter().for_each(|object| {
+                let call = DrawCall::of_object(object, &self.scene, &self.options);
+                pipeline::draw(target, &call).expect("the scene is sound");
+            }),
+        })
+    }
+
+    /// The reference's picture of some pixels.
+    fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
+        let mut picture = self.stage.reference();
+        let transparency = match self.by {
+            By::Scene => Transparency::AfterOpaque(self.options.transparency),
+            By::Draws => Transparency::AtOnce,
+        };
+        let settings = Settings { transparency, ..Settings::default() };
+        picture.draw_at(&self.scene, &settings, Some(pixels)).expect("the camera is sound");
+        picture
+    }
+
+    /// A frame whose first object stands beside its place.
+    #[cfg(test)]
+    pub fn frame_moved(&mut self, by: DVec3) {
+        let right = self.scene.objects[0].model;
+        self.scene.objects[0].model = DMat4::from_translation(by) * right;
+        self.frame();
+        self.scene.objects[0].model = right;
+    }
+}
+
+impl Job for Scenes {
+    fn frame(&mut self) {
+        let (scene, options) = (&self.scene, &self.options);
+        let mut tested = 0;
+        self.stage.draw(|renderer, target| match self.by {
+            By::Scene => {
+                let stats = renderer.draw_scene(target, scene, options).expect("the scene is sound");
+                tested = stats.pixels_tested;
+            }
+            By::Draws => scene.objects.iter().for_each(|object| {
+                let call = DrawCall::of_object(object, scene, options);
+                renderer.draw(target, &call).expect("the scene is sound");
+            }),
+        });
+        if self.workload == Workload::Layers64 {
+            self.amount = tested as f64;
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.stage.memory.bytes()
+    }
+
+    fn spoil(&mut self) {
+        self.stage.spoil();
+    }
+
+    fn truth(&mut self) -> VideoMemory {
+        self.plain().0
+    }
+
+    fn check(&mut self) -> Check {
+        self.stage.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
+    }
+
+    fn amount(&self) -> f64 {
+        self.amount
+    }
+
+    fn threads(&self) -> usize {
+        self.stage.threads()
+    }
+
+    fn simd(&self) -> &'static str {
+        self.stage.renderer.level().as_str()
+    }
+}

@@ -1,0 +1,272 @@
+//! A draw made ready: its plan, and the tables that hold for all of its faces.
+
+mod face;
+
+use crate::memory::DepthMemory;
+use crate::pipeline::assemble::{Assembler, Face};
+use crate::pipeline::call::{DrawCall, DrawStats, PipelineError, Target};
+use crate::pipeline::derive::derive;
+use crate::pipeline::known::Known;
+use crate::pipeline::light::{Lamp, Lighting, Viewer};
+use crate::pipeline::normals::{NormalMatrix, Normals};
+use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::raster::{Canvas, Raster, Writes};
+use crate::pipeline::shade::{FaceShade, LightMode};
+use crate::pipeline::vertex::{Transform, Vertex};
+use crate::pipeline::viewport::Screen;
+use crate::scene::{CameraMatrices, Interpolation};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Which faces of a draw are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Layer {
+    All,
+    Opaque,
+    Transparent,
+}
+
+/// Lists that a draw leaves to another one.
+#[derive(Debug, Default)]
+pub(crate) struct Spare {
+    lamps: Vec<Lamp>,
+    vertices: Vec<Vertex>,
+}
+
+impl Spare {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.lamps.capacity() * size_of::<Lamp>() + self.vertices.capacity() * size_of::<Vertex>()
+    }
+}
+
+/// One draw with everything that is found once.
+pub(crate) struct Prepared<'a> {
+    pub call: &'a DrawCall<'a>,
+    pub plan: Plan,
+    pub assembler: Assembler,
+    /// All vertices, or none yet.
+    vertices: Vec<Vertex>,
+    pub lighting: Lighting,
+    pub known: Arc<Known>,
+    pub normal_matrix: NormalMatrix,
+}
+
+impl<'a> Prepared<'a> {
+    /// Stages 1 to 3. Nothing is written; an error leaves the memories untouched.
+    pub fn new(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
+        let mut prepared =
+            Prepared::with(call, target, Arc::new(Known::of(call.geometry)), Spare::default(), stats)?;
+        prepared.transform_all();
+        Ok(prepared)
+    }
+
+    /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
+    /// [`Prepared::transform_all`]. Its lists are made in `spare`.
+    pub fn with(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        known: Arc<Known>,
+        spare: Spare,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
+        let camera = Prepared::check(call, &known, None)?;
+        let prepared = Prepared::of(call, camera, target, known, spare);
+        stats.vertices += prepared.vertices_in();
+        Ok(prepared)
+    }
+
+    /// Refuses what no picture can be made of; the camera's matrices, unless they are at hand.
+    pub fn check(
+        call: &DrawCall,
+        known: &Known,
+        camera: Option<CameraMatrices>,
+    ) -> Result<CameraMatrices, PipelineError> {
+        check(call, known)?;
+        let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
+        match camera {
+            Some(camera) => Ok(camera),
+            None => Ok(call.camera.matrices(aspect)?),
+        }
+    }
+
+    /// A draw that was checked, seen by this camera.
+    pub fn of(
+        call: &'a DrawCall<'a>,
+        camera: CameraMatrices,
+        target: &Target,
+        known: Arc<Known>,
+        mut spare: Spare,
+    ) -> Self {
+        let screen = Screen::new(call.viewport, target.memory.width(), target.memory.height());
+        let transform = Transform { model: call.model, camera, screen };
+        let lighting = call.lighting_in(Viewer::of(&camera), spare.lamps);
+        spare.vertices.clear();
+        // 1: what this draw needs
+        let plan = derive(call, target, &lighting, &known);
+        Prepared {
+            call,
+            plan,
+            assembler: Assembler::new(transform, call.cull),
+            vertices: spare.vertices,
+            lighting,
+            known,
+            normal_matrix: NormalMatrix::of(&call.model),
+        }
+    }
+
+    /// Vertices that come in.
+    pub fn vertices_in(&self) -> u64 {
+        match self.plan.uses(Part::TransformVertices) {
+            true => self.call.geometry.mesh.positions.len() as u64,
+            false => 0,
+        }
+    }
+
+    /// 2: all positions to clip space and the screen; 3: normals.
+    pub fn transform_all(&mut self) {
+        if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
+            let positions = &self.call.geometry.mesh.positions;
+            let transform = self.assembler.transform;
+            self.vertices.extend(positions.iter().map(|&p| transform.vertex(p)));
+        }
+    }
+
+    /// The lists, for another draw.
+    pub fn into_spare(self) -> Spare {
+        Spare { lamps: self.lighting.into_lamps(), vertices: self.vertices }
+    }
+
+    /// The vertex of a position.
+    #[inline]
+    pub fn vertex(&self, position: u32) -> Vertex {
+        match self.vertices.get(position as usize) {
+            Some(vertex) => *vertex,
+            None => self.transform().vertex(self.call.geometry.mesh.positions[position as usize]),
+        }
+    }
+
+    /// 3: the normals that the plan asks for.
+    fn normals(&self) -> Option<&Normals> {
+        let smooth = self.plan.uses(Part::VertexNormals);
+        self.plan.uses(Part::FaceNormals).then(|| self.known.normals(&self.call.geometry.mesh, smooth))
+    }
+
+    pub fn transform(&self) -> &Transform {
+        &self.assembler.transform
+    }
+
+    /// Makes the memories that the plan asks for and that are not there yet.
+    pub fn open_memories(&self, target: &mut Target) {
+        if !self.plan.uses(Part::DepthMemory) {
+            return;
+        }
+        let (width, height, format) = (target.memory.width(), target.memory.height(), target.depth_format);
+        let fits = |d: &DepthMemory| (d.width(), d.height(), d.format()) == (width, height, format);
+        if !target.depth.as_ref().is_some_and(fits) {
+            *target.depth = Some(DepthMemory::new(width, height, format));
+        }
+    }
+
+    /// The triangles in the order in which they are drawn.
+    pub fn face_order(&self) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.call.geometry.mesh.triangles.len() as u32).collect();
+        if self.plan.uses(Part::SortFaces) {
+            // Far first: view z is more negative there. Stable, so equals keep the file's order.
+            order.sort_by(|&a, &b| self.center_z(a).total_cmp(&self.center_z(b)));
+        }
+        order
+    }
+
+    /// Stages 4 and 5 for one triangle.
+    pub fn assemble(&self, triangle: u32, stats: &mut DrawStats) -> Option<Face> {
+        self.assembler.face(self.corner_vertices(triangle).each_ref(), stats)
+    }
+
+    /// Stages 4 to 10 for one triangle, if it belongs to `layer`.
+    pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+        if self.is_in(triangle, layer) {
+            self.draw_any_face(triangle, target, stats);
+        }
+    }
+
+    /// Whether a triangle belongs to `layer`.
+    pub fn is_in(&self, triangle: u32, layer: Layer) -> bool {
+        layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
+    }
+
+    /// Stages 4 to 10 for one triangle.
+    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = self.shade(triangle, face.side, stats);
+        self.cover(&face, &shade, triangle, Writes::Color, target, stats);
+    }
+
+    /// Stages 6, 7 and 10 for one triangle, into the depth alone.
+    pub fn draw_depth(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = FaceShade {
+            light: LightMode::Constant(crate::pipeline::light::Lit { base: DVec3::ZERO, extra: DVec3::ZERO }),
+            colors: None,
+            texture: None,
+            positions: [DVec3::ZERO; 3],
+            opacity: 1.0,
+            fog: None,
+            is_transparent: false,
+        };
+        self.cover(&face, &shade, triangle, Writes::DepthOnly, target, stats);
+    }
+
+    fn cover(
+        &self,
+        face: &Face,
+        shade: &FaceShade,
+        triangle: u32,
+        writes: Writes,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let mut canvas = self.canvas(target);
+        self.raster(&mut canvas).face(face, shade, triangle, writes, stats);
+        let written = canvas.written;
+        target.memory.mark_rows(written);
+    }
+
+    /// The memories of this draw.
+    pub fn canvas<'t>(&self, target: &'t mut Target) -> Canvas<'t> {
+        Canvas::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
+    }
+
+    /// What covers and colours the faces of this draw.
+    pub fn raster<'r, 't>(&'r self, canvas: &'r mut Canvas<'t>) -> Raster<'r, 't> {
+        Raster {
+            canvas,
+            screen: &self.transform().screen,
+            lighting: &self.lighting,
+            interp: self.call.interp,
+            divide: self.plan.uses(Part::PerspectiveDivision),
+            name: self.call.name,
+        }
+    }
+
+    /// Whether values run straight on the screen.
+    pub fn is_affine(&self) -> bool {
+        self.call.interp == Interpolation::Affine
+    }
+}
+
+/// Refuses what no picture can be made of.
+fn check(call: &DrawCall, known: &Known) -> Result<(), PipelineError> {
+    if !call.model.is_finite() {
+        return Err(PipelineError::NotFinite { what: "the model matrix" });
+    }
+    let row = call.model.row(3).to_array();
+    if row != [0.0, 0.0, 0.0, 1.0] {
+        return Err(PipelineError::PerspectiveModel { row });
+    }
+    known.checked.clone()
+}
