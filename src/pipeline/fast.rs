@@ -49,7 +49,7 @@ impl Memories {
     }
 }
 
-/// Meshes of up to so many faces may be drawn by the calling thread alone,
+/// Meshes of more faces than this have work for more than one thread. Those of fewer may be drawn by the calling thread alone,
 const FEW_FACES: usize = 512;
 
 /// where the box around them has at most so many pixels, times one and the lights that light each.

@@ -5,7 +5,7 @@
 //! draw does at it what it would do alone: the same bytes.
 
 use super::parts::Parts;
-use super::{Memories, frame_of, obstacle};
+use super::{FEW_FACES, Memories, frame_of, obstacle};
 use crate::memory::DepthFormat;
 use crate::pipeline::call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::order::emptied;
@@ -21,9 +21,6 @@ const MOST_DRAWS: usize = 256;
 
 /// and the bytes that their tiles' empty lists may take.
 const MOST_BYTES: usize = 8 << 20;
-
-/// Meshes of more faces than this have work for more than one thread.
-const FEW_FACES: usize = 512;
 
 /// What draws that are drawn together leave to the next ones.
 #[derive(Default)]

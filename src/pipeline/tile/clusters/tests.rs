@@ -30,6 +30,13 @@ fn to_screen(model: DMat4, view: DMat4, projection: DMat4) -> (ToScreen, [f64; 4
     (t, (projection.row(3) - projection.row(2)).to_array())
 }
 
+/// What a draw into the whole frame shows.
+fn outlook_of(farthest: [f64; 3], model: DMat4, view: DMat4, projection: DMat4, keep: Keep) -> Outlook {
+    let (t, complement) = to_screen(model, view, projection);
+    let whole = View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
+    Outlook::new(&t, &t.to_view(), farthest, complement, &whole, keep)
+}
+
 fn fates(level: Level, clusters: &Clusters, outlook: &Outlook, marks: &[AtomicU8]) -> Vec<u8> {
     let mut fates = vec![9; clusters.len()];
     level.dispatch(ClusterKernel { clusters, first: 0, outlook, fates: &mut fates, marks });
@@ -72,23 +79,19 @@ fn is_left_out(fate: u8, clip: [DVec4; 3], keep: Keep) -> bool {
     }
 }
 
+/// Clip coordinates as the plain path finds them, one matrix after the other.
+fn by_steps([model, view, projection]: [DMat4; 3], position: [f64; 3]) -> DVec4 {
+    projection * (view * (model * DVec3::from_array(position).extend(1.0)))
+}
+
 /// Holds every face to its cluster's fate; how many clusters are open, culled and outside.
 fn check(mesh: &PreparedMesh, model: DMat4, view: DMat4, projection: DMat4, keep: Keep) -> [usize; 3] {
-    let (t, complement) = to_screen(model, view, projection);
-    let outlook = Outlook::new(
-        &t,
-        &t.to_view(),
-        mesh.farthest,
-        complement,
-        &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] },
-        keep,
-    );
+    let outlook = outlook_of(mesh.farthest, model, view, projection, keep);
     let marks: Vec<AtomicU8> = (0..mesh.vertex_count().div_ceil(WIDTH)).map(|_| AtomicU8::new(0)).collect();
     let found = fates(Level::best(), &mesh.clusters, &outlook, &marks);
     for level in Level::ALL {
         assert_eq!(fates(level, &mesh.clusters, &outlook, &[]), found, "{level:?}");
     }
-    let whole = projection * view * model;
     let mut counts = [0; 3];
     for f in 0..mesh.triangle_count {
         let fate = found[f / CLUSTER_FACES];
@@ -97,7 +100,7 @@ fn check(mesh: &PreparedMesh, model: DMat4, view: DMat4, projection: DMat4, keep
             let vertex = mesh.corners[k][f] as usize;
             let wanted = marks[vertex / WIDTH].load(Relaxed) == 1;
             assert!(fate != Fate::OPEN || wanted, "face {f}'s vertex {vertex} is not asked for");
-            whole * DVec3::from_array([0, 1, 2].map(|axis| mesh.positions[axis][vertex])).extend(1.0)
+            by_steps([model, view, projection], [0, 1, 2].map(|axis| mesh.positions[axis][vertex]))
         });
         assert!(is_left_out(fate, clip, keep), "face {f} of fate {fate}: {clip:?}");
     }
@@ -161,34 +164,21 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
     mesh.positions[500] = mesh.positions[501];
     let mesh = PreparedMesh::new(&mesh, |_, _| DVec3::Z);
     let view = DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
-    let (t, complement) = to_screen(DMat4::IDENTITY, view, perspective(1.0, 10.0));
-    let outlook = Outlook::new(
-        &t,
-        &t.to_view(),
-        mesh.farthest,
-        complement,
-        &View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] },
-        Keep::CounterClockwise,
-    );
-    let found = fates(Level::best(), &mesh.clusters, &outlook, &[]);
+    let steps = [DMat4::IDENTITY, view, perspective(1.0, 10.0)];
+    let outlook_from =
+        |farthest, view| outlook_of(farthest, steps[0], view, steps[2], Keep::CounterClockwise);
+    let found = fates(Level::best(), &mesh.clusters, &outlook_from(mesh.farthest, view), &[]);
     for f in 0..mesh.triangle_count {
         let clip = [0, 1, 2].map(|k| {
             let vertex = mesh.corners[k][f] as usize;
-            perspective(1.0, 10.0)
-                * view
-                * DVec3::from_array([0, 1, 2].map(|axis| mesh.positions[axis][vertex])).extend(1.0)
+            by_steps(steps, [0, 1, 2].map(|axis| mesh.positions[axis][vertex]))
         });
         let fate = found[f / CLUSTER_FACES];
         assert!(is_left_out(fate, clip, Keep::CounterClockwise), "face {f} of fate {fate}: {clip:?}");
     }
     // Beside the view nothing with a corner that is nowhere is counted as outside.
     let view_beside = DMat4::from_translation(DVec3::new(90.0, 0.0, -5.0));
-    let found = {
-        let (t, complement) = to_screen(DMat4::IDENTITY, view_beside, perspective(1.0, 10.0));
-        let view = View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
-        let outlook = Outlook::new(&t, &t.to_view(), [9.0; 3], complement, &view, Keep::CounterClockwise);
-        fates(Level::best(), &mesh.clusters, &outlook, &[])
-    };
+    let found = fates(Level::best(), &mesh.clusters, &outlook_from([9.0; 3], view_beside), &[]);
     assert!(found.contains(&Fate::OUTSIDE));
     for f in 0..mesh.triangle_count {
         let is_nowhere = (0..3).any(|k| mesh.positions[0][mesh.corners[k][f] as usize].is_nan());
@@ -198,15 +188,72 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
     for odd in
         [DMat4::ZERO, DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), DMat4::NAN, DMat4::IDENTITY * 1e300]
     {
-        let (t, complement) = to_screen(odd, view, perspective(1.0, 10.0));
-        let view = View { x0: 0, y0: 0, x1: SIZE[0], y1: SIZE[1] };
-        let found = fates(
-            Level::best(),
-            &mesh.clusters,
-            &Outlook::new(&t, &t.to_view(), mesh.farthest, complement, &view, Keep::CounterClockwise),
-            &[],
-        );
+        let outlook = outlook_of(mesh.farthest, odd, view, steps[2], Keep::CounterClockwise);
+        let found = fates(Level::best(), &mesh.clusters, &outlook, &[]);
         assert!(!found.contains(&Fate::CULLED), "{odd:?}");
+    }
+}
+
+/// What is decided of a cluster whose faces, large and turned away from an eye at z > 0, all lie at one point.
+fn fate_of_point(outlook: &Outlook, point: DVec3) -> u8 {
+    let lane = |v: f64| [v; WIDTH];
+    let (zero, large) = (lane(0.0), lane(1e9));
+    let [x, y, z] = point.to_array().map(lane);
+    decide(outlook, &[x, y, z, zero, zero, zero, lane(-1.0), lane(1.0), large, zero])[0]
+}
+
+#[test]
+fn what_the_steps_roundings_move_over_a_side_is_left_to_single_faces() {
+    // Far away and back again: the steps lose 1e-10, their product nothing.
+    let away = DVec3::new(1.1e6, -0.9e6, 1.3e6);
+    let model = DMat4::from_translation(away);
+    let view = DMat4::from_translation(-away) * DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
+    let (mut moved, mut fates) = ([0; 2], [0; 3]);
+    for projection in [perspective(1.0, 10.0), parallel(2.5, 10.0)] {
+        let outlook = outlook_of([3.0; 3], model, view, projection, Keep::CounterClockwise);
+        for i in 0..6000u32 {
+            // All over the view, on one of its planes: as near as the steps can tell, and a little further off.
+            let spread = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 504.5 - 1.0;
+            let free = DVec3::new(spread(1), spread(2), spread(3));
+            let plane = outlook.planes[i as usize % 6];
+            let normal = DVec3::new(plane[0], plane[1], plane[2]);
+            let off = spread(4) * if i % 4 == 0 { 1e-2 } else { 2e-10 };
+            let point = free - normal * (normal.dot(free) + plane[3] - off);
+            let fate = fate_of_point(&outlook, point);
+            let clip = by_steps([model, view, projection], point.to_array());
+            let screen = [0, 1].map(|a| {
+                let side = if a == 0 { 0.5 } else { -0.5 } * SIZE[a] as f64;
+                SIZE[a] as f64 * 0.5 + clip[a] / clip.w * side
+            });
+            let is_inside = (0..2).all(|a| (0.0..=SIZE[a] as f64).contains(&screen[a]))
+                && (0.0..=clip.w).contains(&clip.z);
+            let is_deep = clip.z < 0.0 || clip.z > clip.w;
+            moved[0] += usize::from(off > 0.0 && !is_inside);
+            moved[1] += usize::from(off < 0.0 && i % 6 > 3 && !is_deep);
+            fates[fate as usize] += 1;
+            match fate {
+                Fate::CULLED => assert!(is_inside, "{point:?} at {screen:?} is not wholly inside"),
+                Fate::OUTSIDE => {
+                    let is_beside = (0..2).any(|a| screen[a] < -1.0 || screen[a] > SIZE[a] as f64 + 1.0);
+                    assert!(is_deep || is_beside, "{point:?} at {screen:?} is not outside");
+                }
+                _ => {}
+            }
+        }
+    }
+    // Without slack all of these would be said of points that the steps see elsewhere.
+    assert!(moved.iter().all(|m| *m > 100), "{moved:?} points moved over a side");
+    assert!(fates.iter().all(|f| *f > 100), "open, culled, outside: {fates:?}");
+}
+
+#[test]
+fn where_the_steps_lose_whole_pixels_nothing_is_culled_wrongly() {
+    let mesh = knot(300, 80);
+    for away in [1e12, 1e13, 2e13, 4e13, 6e13] {
+        let away = DVec3::splat(away);
+        let model = DMat4::from_translation(away) * DMat4::from_scale(DVec3::splat(0.5));
+        let view = DMat4::from_translation(-away) * DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
+        check(&mesh, model, view, parallel(2.5, 10.0), Keep::CounterClockwise);
     }
 }
 

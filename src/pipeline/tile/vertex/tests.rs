@@ -106,6 +106,27 @@ fn one_matrix_gives_the_places_of_the_steps_where_they_are_ties_too() {
     }
 }
 
+#[test]
+fn where_one_matrix_would_put_a_vertex_elsewhere_the_steps_decide() {
+    // By 0.7 and then by its inverse: one as a product, but not always one after the other.
+    let scaled = |by: f64| [[by, 0., 0., 0.], [0., by, 0., 0.], [0., 0., 1., 0.]];
+    let t = ToScreen {
+        model: scaled(0.7),
+        view: scaled(1.0 / 0.7),
+        projection: [[1.0, 0., 0., 0.], [0., 1.0, 0., 0.], [0., 0., 0.5, 0.], [0., 0., 0., 1.0]],
+        center: [0.0; 2],
+        half: [1.0, 1.0],
+        sides: [[0.0, 100.0], [0.0, 100.0]],
+    };
+    // On whole 1/65536 pixels, where the last bit decides on the floor.
+    let points: Vec<[f64; 3]> =
+        (0..4000).map(|i| [(i * 1237) as f64 / 65536.0, (i * 977) as f64 / 65536.0, 0.5]).collect();
+    let elsewhere = |p: &&[f64; 3]| steps(&t, **p)[0][0] != (p[0] * 65536.0) as i64;
+    let moved = points.iter().filter(elsewhere).count();
+    assert!(moved > 100, "{moved} of these tell the steps from their product");
+    places_are_those_of_the_steps(t, &points);
+}
+
 proptest::proptest! {
     #[test]
     fn one_matrix_gives_the_places_of_the_steps(
