@@ -237,14 +237,18 @@ impl FaceRaster for DeepRasterKernel<'_, '_> {
                 let own = &mut row_ids[column..column + S::LANES];
                 let (mut nearest, mut id) = (s.load_i(old) ^ flip, s.load_i(own));
                 let mut i = 0;
+                if is_level {
+                    while i < count {
+                        let new = s.splat_i(level[i]);
+                        let passes = nearest.gt(new);
+                        (nearest, id) = (nearest.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
+                        passed += passes.bits().count_ones() as u64;
+                        i += 1;
+                    }
+                }
                 while i < count {
-                    let new = match is_level {
-                        true => s.splat_i(level[i]),
-                        false => {
-                            let depths = planes[i].row::<S>(x0 + column as i32, down[i]);
-                            self.form.words(s, &depths) ^ flip
-                        }
-                    };
+                    let depths = planes[i].row::<S>(x0 + column as i32, down[i]);
+                    let new = self.form.words(s, &depths) ^ flip;
                     let passes = nearest.gt(new);
                     (nearest, id) = (nearest.min(new), s.select_i(passes, s.splat_i(ids[i]), id));
                     passed += passes.bits().count_ones() as u64;
