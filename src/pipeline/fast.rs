@@ -16,7 +16,7 @@ use super::prepare::Prepared;
 use super::raster::opaque;
 use super::sample::Footprint;
 use super::shade::LightMode;
-use super::tile::{self, FRAME_LIMITS, Frame, Scratch, WideFace, Workers};
+use super::tile::{self, FRAME_LIMITS, Frame, PreparedMesh, Scratch, WideFace, Workers};
 use super::vertex::Vertex;
 use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
@@ -157,9 +157,9 @@ fn frame_of<'t>(target: &'t mut Target, has_depth: bool) -> Frame<'t> {
 }
 
 impl Prepared<'_> {
-    /// A face as the plain path sets it up.
-    fn wide_face(&self, triangle: u32, stats: &mut DrawStats) -> Option<WideFace> {
-        let corners = self.corner_vertices(triangle);
+    /// A face as the plain path sets it up, from the positions that the vectors have just read.
+    fn wide_face(&self, triangle: u32, mesh: &PreparedMesh, stats: &mut DrawStats) -> Option<WideFace> {
+        let corners = mesh.points_of(triangle).map(|point| self.transform().vertex(point));
         let face = self.assembler.face(corners.each_ref(), stats)?;
         Some(self.wide_of(triangle, corners, face))
     }
@@ -168,7 +168,7 @@ impl Prepared<'_> {
     fn wide_of(&self, triangle: u32, corners: [Vertex; 3], face: Face) -> WideFace {
         let screen = &self.transform().screen;
         let is_cut = corners.iter().any(|v| v.clip.w.is_nan() || v.clip.w <= 0.0);
-        let bounds = self.bounds_of(triangle);
+        let bounds = self.bounds_around(&corners);
         let plane = face.plane.linear(screen, self.call.interp);
         // How far the shares run over 16 columns: weight b times w is a share.
         let runs = |k: usize| 16.0 * plane.shares[k][1].abs() * corners[k].clip.w.abs();

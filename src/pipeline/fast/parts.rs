@@ -116,7 +116,7 @@ impl Prepared<'_> {
         work: impl FnOnce(&Job<'_>) -> R,
     ) -> R {
         let Parts { prepared, frame, .. } = parts;
-        let plain = |face: u32, own: &mut DrawStats| self.wide_face(face, own);
+        let plain = |face: u32, own: &mut DrawStats| self.wide_face(face, prepared, own);
         let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
         let source = match parts.light {
             Light::Pixels if frame.has_own_normals => Source::Pixels(&prepared.normals),

@@ -30,7 +30,11 @@ impl<'a> Prepared<'a> {
 
     /// Columns and rows outside of which a triangle covers nothing, inside the view.
     pub fn bounds_of(&self, triangle: u32) -> PixelRect {
-        let corners = self.corner_vertices(triangle);
+        self.bounds_around(&self.corner_vertices(triangle))
+    }
+
+    /// The same of the triangle with these corners.
+    pub fn bounds_around(&self, corners: &[Vertex; 3]) -> PixelRect {
         let clip = self.transform().screen.clip;
         if corners.iter().any(|v| !(v.screen[0].is_finite() && v.screen[1].is_finite())) {
             return clip;

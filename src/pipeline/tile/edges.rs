@@ -66,17 +66,15 @@ pub(super) fn coverage<S: Simd>(
     (words[0], words[1])
 }
 
-/// How many bits two words have, lane by lane.
+/// How many bits a word has, lane by lane.
 #[inline(always)]
-pub(super) fn ones<S: Simd>(s: S, low: S::I, high: S::I) -> S::I {
+pub(super) fn ones<S: Simd>(s: S, word: S::I) -> S::I {
     let (pairs, fours, eights) = (s.splat_i(0x5555_5555), s.splat_i(0x3333_3333), s.splat_i(0x0f0f_0f0f));
-    let (low, high) = (low - (low.shr::<1>() & pairs), high - (high.shr::<1>() & pairs));
-    let low = (low & fours) + (low.shr::<2>() & fours);
-    let high = (high & fours) + (high.shr::<2>() & fours);
-    let both = low + high;
-    let bytes = (both & eights) + (both.shr::<4>() & eights);
+    let word = word - (word.shr::<1>() & pairs);
+    let word = (word & fours) + (word.shr::<2>() & fours);
+    let bytes = (word + word.shr::<4>()) & eights;
     let halves = bytes + bytes.shr::<8>();
-    (halves + halves.shr::<16>()) & s.splat_i(0xff)
+    (halves + halves.shr::<16>()) & s.splat_i(0x3f)
 }
 
 #[inline(always)]

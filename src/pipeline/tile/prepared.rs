@@ -190,6 +190,15 @@ impl PreparedMesh {
         prepared
     }
 
+    /// The corners of a triangle, in object space.
+    pub fn points_of(&self, triangle: u32) -> [DVec3; 3] {
+        let [xs, ys, zs] = &self.positions;
+        self.corners.each_ref().map(|list| {
+            let vertex = list[triangle as usize] as usize;
+            DVec3::new(xs[vertex], ys[vertex], zs[vertex])
+        })
+    }
+
     /// How many vertices there are.
     pub fn vertex_count(&self) -> usize {
         self.positions[0].len()

@@ -204,7 +204,11 @@ impl Kernel for SetupKernel<'_> {
             let by_plain = by_plain | (work & !(is_gentle & is_between));
             let tiny = work & is_tiny & !by_plain;
             let others = (work & !is_tiny) | by_plain;
-            pixels_in = pixels_in + ones(s, s.select_i(tiny, low, none), s.select_i(tiny, high, none));
+            pixels_in = pixels_in + ones(s, s.select_i(tiny, low, none));
+            let high_words = tiny & !high.eq(none);
+            if high_words.any() {
+                pixels_in = pixels_in + ones(s, s.select_i(high_words, high, none));
+            }
             let words = [
                 low,
                 high,
@@ -224,10 +228,9 @@ impl Kernel for SetupKernel<'_> {
                     s.select_i(tiny, right, most).greatest(),
                     s.select_i(tiny, bottom, most).greatest(),
                 ];
-                let tiles = self.grid.tiles_of(bounds);
-                let [first_column, first_row, last_column, last_row] = tiles;
+                let [first_column, first_row, last_column, last_row] = self.grid.tiles_of(bounds);
                 let reach = bounds.map(|bound| bound as i16);
-                if tiles == [first_column, first_row, first_column, first_row] {
+                if (first_column == last_column) & (first_row == last_row) {
                     self.chunk.add_vector(
                         s,
                         tiny,
