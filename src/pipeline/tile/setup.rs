@@ -242,7 +242,9 @@ impl Kernel for SetupKernel<'_> {
                 }
                 if (last_column - first_column + 1) * (last_row - first_row + 1) > MOST_TILES {
                     let count = s.compress8(tiny, words, &mut faces);
-                    faces[..count].iter().for_each(|face| self.chunk.add_tiny(face, &self.grid));
+                    for face in &faces[..count] {
+                        self.chunk.add_tiny(face, &self.grid);
+                    }
                     continue;
                 }
                 for row in first_row..=last_row {
