@@ -1,0 +1,138 @@
+//! Records that are gathered or written whole: their numbers from lanes to places that follow each other, and back.
+
+use super::{I, M};
+use crate::simd::Mask;
+use crate::simd::spilled::Spilled;
+use std::arch::x86_64::*;
+
+/// For each mask the lanes that are set, in order.
+pub(super) static COMPRESS: [[i32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
+            if bits >> lane & 1 == 1 {
+                table[bits][n] = lane;
+                n += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// Panics unless every set lane of `index`, read as unsigned, is below `len`.
+#[inline(always)]
+pub(super) fn check(mask: M, index: I, len: usize) {
+    let len = len.min(i32::MAX as usize) as i32;
+    // SAFETY: holding a vector proves the features. Unsigned a <= b is min(a, b) == a.
+    let inside = unsafe {
+        let below = _mm256_min_epu32(index.0, _mm256_set1_epi32(len - 1));
+        M(_mm256_cmpeq_epi32(below, index.0))
+    };
+    assert!(len > 0 && !(mask & !inside).any() || !mask.any(), "gathered index outside the slice's {len}");
+}
+
+/// Four words a lane, read STRIDE bytes times its index from `from` on where it is set and at `from` elsewhere, transposed.
+///
+/// # Safety
+/// The CPU must have the level's features, and 16 bytes must be there at each of those places.
+#[inline(always)]
+pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m256; 4] {
+    // SAFETY: as promised by the caller; 8 places are there.
+    unsafe {
+        let mut at = Spilled([0i32; 8]);
+        _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
+        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
+        let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
+        let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            _mm256_shuffle_ps::<0b01_00_01_00>(ef, gh),
+            _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
+        ]
+    }
+}
+
+/// Lanes in this order, where they are kept; zeros elsewhere.
+///
+/// # Safety
+/// The CPU must have the level's features.
+#[inline(always)]
+pub(super) unsafe fn packed(v: I, order: __m256i, kept: __m256i) -> __m256i {
+    // SAFETY: as promised by the caller.
+    unsafe { _mm256_and_si256(_mm256_permutevar8x32_epi32(v.0, order), kept) }
+}
+
+/// Four fields by lanes as rows of records: row r holds in half q the four numbers of lane 4 q + r.
+///
+/// # Safety
+/// The CPU must have the level's features.
+#[inline(always)]
+pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m256i; 4]) -> [__m256i; 4] {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_epi32(a, b), _mm256_unpacklo_epi32(c, d));
+        let (ef, gh) = (_mm256_unpackhi_epi32(a, b), _mm256_unpackhi_epi32(c, d));
+        [
+            _mm256_unpacklo_epi64(ab, cd),
+            _mm256_unpackhi_epi64(ab, cd),
+            _mm256_unpacklo_epi64(ef, gh),
+            _mm256_unpackhi_epi64(ef, gh),
+        ]
+    }
+}
+
+/// In half q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at each of those places.
+#[inline(always)]
+pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, r: usize) -> __m256 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm256_castps128_ps256(two_pairs(from, at.lane(r), at.lane(r + 1)));
+        _mm256_insertf128_ps::<1>(v, two_pairs(from, at.lane(r + 4), at.lane(r + 5)))
+    }
+}
+
+/// Two pixels from each of two places.
+///
+/// # Safety
+/// The CPU must have the level's features, and 8 bytes must be there at both places.
+#[inline(always)]
+unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
+    // SAFETY: as promised by the caller; these loads need no alignment.
+    unsafe {
+        let place = |at: usize| from.as_ptr().add(at * 4).cast::<f64>();
+        _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
+    }
+}
+
+/// The records of lanes r, 4 + r, ...
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<8>, r: usize) -> __m256 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let v = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
+        _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at.lane(r + 4)))
+    }
+}
+
+/// A record.
+///
+/// # Safety
+/// As for [`transposed`].
+#[inline(always)]
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
+    // SAFETY: as promised by the caller; the load needs no alignment.
+    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
+}
