@@ -1,14 +1,14 @@
 //! The colours of a vector of pixels from the faces that they show: weights, attributes, light, texture.
 //!
 //! The weights of faces with records come from those; a face that was set up in f64 brings its own. From there on both go one
-//! way. What kernel walks over the pixels: [`super::resolve`].
+//! way ([`super::shares`]). What kernel walks over the pixels: [`super::resolve`].
 
-use super::corners::{Corners, Few, MOST_FEW, blend, gather3, most_few};
-use super::light::{Lighting, V3, dot, light, pack, scale, splat3};
+use super::corners::{Corners, Few, MOST_FEW, gather3, most_few};
+use super::light::{Lighting, pack, splat3};
 use super::raster::NO_FACE;
 use super::resolve::WIDE_BIT;
-use super::shading::{Eye, Shading, Source, Surface};
-use super::texture::{self, Footprint};
+use super::shading::{Shading, Source};
+use super::shares::{Shares, add};
 use super::vertex::Record;
 use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
@@ -26,19 +26,6 @@ pub struct Faces<'a> {
     pub is_far_flung: bool,
     /// Finds a face that was set up in f64.
     pub wide: &'a (dyn Fn(u32) -> Option<&'a WideFace> + Sync),
-}
-
-/// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
-struct Shares<S: Simd> {
-    /// e_i / w_i, not yet divided by their sum.
-    p: [S::F; 3],
-    /// 1 / their sum.
-    inverse: S::F,
-    /// The pixel's w.
-    w: S::F,
-    /// The same at the pixel on the right and the one below, where a texture asks.
-    right: [S::F; 3],
-    below: [S::F; 3],
 }
 
 impl Faces<'_> {
@@ -243,186 +230,9 @@ impl Faces<'_> {
             _ => None,
         }
     }
-
-    /// Colours from shares: the same for all kinds of faces.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
-    fn shade<S: Simd>(
-        &self,
-        s: S,
-        mask: S::M,
-        (faces, materials): (S::I, S::I),
-        corners: &Corners<S>,
-        shares: Shares<S>,
-        turn: S::M,
-        at: (S::I, S::I),
-    ) -> (S::I, S::M) {
-        let shading = self.shading;
-        if let [only] = shading.surfaces {
-            return self.surface(s, mask, only, faces, corners, &shares, turn, at);
-        }
-        // One material after the other; mostly there is one in a vector.
-        let mut numbers = [0; 16];
-        s.store_i(materials, &mut numbers[..S::LANES]);
-        let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
-        while left.any() {
-            let material = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & materials.eq(s.splat_i(material));
-            left = left & !same;
-            let surface = &shading.surfaces[material as usize];
-            let (own, d) = self.surface(s, same, surface, faces, corners, &shares, turn, at);
-            color = s.select_i(same, own, color);
-            delicate = delicate | (d & same);
-        }
-        (color, delicate)
-    }
-
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
-    fn surface<S: Simd>(
-        &self,
-        s: S,
-        mask: S::M,
-        surface: &Surface<'_>,
-        faces: S::I,
-        corners: &Corners<S>,
-        shares: &Shares<S>,
-        turn: S::M,
-        (column, row): (S::I, S::I),
-    ) -> (S::I, S::M) {
-        let shading = self.shading;
-        let lighting = &surface.lighting;
-        let mut delicate = s.mask(0);
-        let b = [shares.p[0] * shares.inverse, shares.p[1] * shares.inverse, shares.p[2] * shares.inverse];
-        let zero = s.splat(0.0);
-        let (mut matte, gloss) = match shading.source {
-            Source::Constant => (splat3(s, lighting.matte), splat3(s, lighting.gloss)),
-            Source::Faces(matte, gloss) => {
-                let [r, g, b, _] = s.gather4(mask, matte, faces);
-                let gloss = match gloss.is_empty() {
-                    true => [zero; 3],
-                    false => {
-                        let [r, g, b, _] = s.gather4(mask, gloss, faces);
-                        [r, g, b]
-                    }
-                };
-                ([r, g, b], gloss)
-            }
-            Source::Vertices(matte, gloss) => {
-                let matte = blend(s, mask, matte, corners, b);
-                let gloss = if gloss.is_empty() { [zero; 3] } else { blend(s, mask, gloss, corners, b) };
-                (matte, gloss)
-            }
-            Source::Pixels(_) if lighting.lights.is_empty() => {
-                (splat3(s, lighting.matte), splat3(s, lighting.gloss))
-            }
-            Source::Pixels(normals) => {
-                let n = blend(s, mask, normals, corners, b);
-                let length2 = dot::<S>(n, n);
-                // Normals that cancel fall back to the face's, in f64.
-                delicate = mask & !s.splat(1e-4).le(length2);
-                let n_inverse = s.splat(1.0) / length2.sqrt();
-                let n_inverse = s.select(turn, zero - n_inverse, n_inverse);
-                let normal = scale::<S>(n, n_inverse);
-                let (position, to_viewer) = match shading.eye {
-                    Eye::Perspective { ray } => {
-                        let ray = ray_at(s, ray, column, row);
-                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                        let position = match shading.is_affine {
-                            false => scale::<S>(ray, shares.w),
-                            true => blend(s, mask, shading.positions, corners, b),
-                        };
-                        let to_viewer = match shading.is_affine {
-                            false => scale::<S>(ray, back),
-                            true => {
-                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
-                                scale::<S>(position, back)
-                            }
-                        };
-                        (position, to_viewer)
-                    }
-                    Eye::Parallel { to_viewer } => {
-                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
-                    }
-                };
-                let lit = light(s, lighting, position, normal, to_viewer);
-                delicate = delicate | (lit.delicate & mask);
-                (lit.matte, lit.gloss)
-            }
-        };
-        if !shading.colors.is_empty() {
-            let color = blend(s, mask, shading.colors, corners, b);
-            matte = [matte[0] * color[0], matte[1] * color[1], matte[2] * color[2]];
-        }
-        if let Some(texture) = &surface.texture {
-            let [t0, t1, t2] = gather3(s, mask, shading.texcoords, corners);
-            // Relative to the first corner, so that coordinates far from 0 keep their digits.
-            let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
-            let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
-            let footprint = match texture.needs_level() {
-                false => None,
-                true => {
-                    let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
-                    let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
-                    let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
-                    Some(Footprint {
-                        right: [right[0] - here[0], right[1] - here[1]],
-                        below: [below[0] - here[0], below[1] - here[1]],
-                        is_horizon,
-                    })
-                }
-            };
-            let origin = [[t0[0], t0[1]], [t0[2], t0[3]]];
-            let (texel, d) = texture::sample(s, mask, texture, origin, here, footprint);
-            delicate = delicate | (d & mask);
-            matte = [matte[0] * texel[0], matte[1] * texel[1], matte[2] * texel[2]];
-        }
-        let mut color = add::<S>(matte, gloss);
-        if let Some(haze) = &shading.haze {
-            let position = match shading.eye {
-                Eye::Perspective { ray } if !shading.is_affine => {
-                    scale::<S>(ray_at(s, ray, column, row), shares.w)
-                }
-                _ => blend(s, mask, shading.positions, corners, b),
-            };
-            color = haze.over(s, color, position);
-        }
-        (pack(s, color), delicate)
-    }
-}
-
-/// The eye's ray through pixels, from which a point is w times as far.
-#[inline(always)]
-fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
-    let (column, row) = (column.to_f32(), row.to_f32());
-    [
-        s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
-        s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
-        s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
-    ]
 }
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
-
-/// u, v relative to the first corner where the shares are these, and their sum.
-#[inline(always)]
-fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S::F; 2], S::F) {
-    let sum = (p[0] + p[1]) + p[2];
-    let inverse = s.splat(1.0) / sum;
-    let (b1, b2) = (p[1] * inverse, p[2] * inverse);
-    ([b1 * u.0 + b2 * u.1, b1 * v.0 + b2 * v.1], sum)
-}
-
-/// From texture coordinates to others, both in two parts.
-#[inline(always)]
-fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
-    [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]
-}
-
-#[inline(always)]
-fn add<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
 
 /// From the pixel's centre to a record's position, in 1/65536 pixel; the floor in the record is half a unit low.
 #[inline(always)]

@@ -26,6 +26,7 @@ mod raster;
 mod resolve;
 mod setup;
 mod shading;
+mod shares;
 mod sheet;
 mod tables;
 mod texture;
