@@ -6,6 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Buffers that are kept at most, and their bytes together, but for one that is larger by itself.
 const KEPT: usize = 4;
 const KEPT_BYTES: usize = 64 << 20;
+/// How many times as large as needed one may be that is passed on.
+const MOST_TIMES: usize = 4;
 
 /// Few buffers, shared by the decoders that were made with it. Clones share.
 #[derive(Clone, Debug, Default)]
@@ -39,11 +41,12 @@ impl SparePayload {
         }
     }
 
-    /// An empty buffer with room for `length` bytes, if one is held.
+    /// An empty buffer with room for `length` bytes, if one is held that is not far too large: it may wait long for its bytes.
     pub(super) fn take(&self, length: usize) -> Option<Vec<u8>> {
         let mut held = self.held();
         held.used = true;
-        let place = held.buffers.iter().rposition(|b| b.capacity() >= length)?;
+        let fits = length..=length.saturating_mul(MOST_TIMES);
+        let place = held.buffers.iter().rposition(|b| fits.contains(&b.capacity()))?;
         Some(held.buffers.remove(place))
     }
 
@@ -77,6 +80,7 @@ mod tests {
         spare.sweep();
         assert!(spare.held_bytes() >= 1010, "they were used before the first sweep");
         assert!(spare.take(2000).is_none());
+        assert!(spare.take(200).is_none(), "it would hold five times as much as is needed");
         let buffer = spare.take(500).unwrap();
         assert!(buffer.capacity() >= 1000 && spare.held_bytes() < 1000);
         spare.clone().give(buffer);

@@ -36,7 +36,10 @@ pub fn binary_pixels(bytes: &[u8]) -> (usize, u64) {
 #[inline]
 fn whole_periods(bytes: &[u8]) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx512bw") && is_x86_feature_detected!("popcnt") {
+    if is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("popcnt")
+    {
         // SAFETY: the CPU was just asked for what the function needs.
         return unsafe { wide(bytes) };
     }

@@ -2,6 +2,8 @@
 
 use crate::support::{Serving, Wire};
 use std::io::Write;
+use std::sync::Barrier;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -185,4 +187,44 @@ fn large_payloads_of_many_at_once_are_whole_and_one_that_stops_holds_nobody_up()
     assert_eq!(stopped.ask("SYNC b\n"), "SYNC b\n");
     let memory = serving.memory();
     assert_eq!((row_of(&memory, SENDERS), row_of(&memory, SENDERS + 1)), (99, 0));
+}
+
+#[test]
+fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
+    const SIDE: u32 = 1024;
+    const FRAMES: u8 = 12;
+    /// Ends the flood whatever becomes of the test.
+    struct Stop<'a>(&'a AtomicBool);
+    impl Drop for Stop<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let serving = Serving::start(SIDE, SIDE + 1);
+    let client = serving.server.client();
+    let (is_over, begins) = (AtomicBool::new(false), Barrier::new(2));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            begins.wait();
+            while !is_over.load(Ordering::Relaxed) {
+                client.fill_rect(0, SIDE as i32, SIDE as i32, 1, [1, 2, 3, 255]);
+            }
+        });
+        let _stop = Stop(&is_over);
+        let mut wire = serving.connect();
+        let bytes = (SIDE * SIDE * 4) as usize;
+        for frame in 1..=FRAMES {
+            let head = format!("BLIT 0 0 {SIDE} {SIDE} :{bytes}\n").into_bytes();
+            let payload = vec![frame; bytes];
+            wire.send(&[head, payload[..bytes / 2].to_vec()].concat());
+            if frame == 3 {
+                // The render thread has nothing else to do and reads this one by itself: from here on it has.
+                begins.wait();
+            }
+            wire.send(&payload[bytes / 2..]);
+        }
+        assert_eq!(wire.ask("SYNC all\n"), "SYNC all\n");
+    });
+    let memory = serving.memory();
+    assert!(memory.bytes()[..(SIDE * SIDE * 4) as usize].iter().all(|&b| b == FRAMES));
 }

@@ -6,7 +6,8 @@
 //!
 //! Promises:
 //! - the same calls of the sink for every way to cut the stream (but for how many records `pixels` and `binary_pixels` hold);
-//! - memory while waiting: a line's limit, plus payload bytes that have come, at most the payload limit;
+//! - memory while waiting: a line's limit, plus payload bytes that have come, at most the payload limit (room for a whole large
+//!   payload is asked for when some of it has come, and found by the system as it is written);
 //! - a refused command's payload is skipped, so that an error never puts the stream out of step;
 //! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
 

@@ -11,8 +11,8 @@ use crate::error::Code;
 use crate::simd::allocator;
 use std::collections::TryReserveError;
 
-/// A payload of which more than this has come gets room for all of it, which is put away after use: an idle connection
-/// holds little, and so does one whose payload has only begun.
+/// The largest room that grows with what comes. A payload that would need more of it, before it is more than half full, gets room
+/// for all of it at once, which is put away after use: an idle connection holds little, and so does one whose payload has only begun.
 const KEPT_BYTES: usize = 256 << 10;
 
 /// The room that a payload in pieces begins with, unless it is smaller.

@@ -87,7 +87,10 @@ impl Loop {
             }
             self.read_brief();
             match self.next_turn() {
-                Some((id, pace)) => self.turn(id, pace),
+                Some((id, pace)) => {
+                    self.hand.pass_on(Some(id));
+                    self.turn(id, pace);
+                }
                 None => self.wait(),
             }
         }
@@ -287,6 +290,8 @@ impl Loop {
             self.read_now(next);
             return;
         }
+        // There was none, or no buffer for it.
+        self.hand.pass_on(None);
         let timeout = match until {
             Some(until) => until.saturating_duration_since(Instant::now()),
             None => Duration::from_secs(3600),

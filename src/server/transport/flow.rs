@@ -5,6 +5,11 @@ use std::collections::VecDeque;
 /// A payload of which so much is missing is large.
 const LARGE_BYTES: usize = 1 << 20;
 
+/// Batches of one connection on their way, and of one that is within a large payload: fewer than there are leases, so that
+/// others have one, too.
+const AHEAD: usize = 3;
+const PAYLOAD_AHEAD: usize = 5;
+
 /// Whether and why a socket is not read.
 #[derive(Default)]
 pub(super) struct Flow {
@@ -33,6 +38,12 @@ impl Flow {
     /// Batches that did not come back.
     pub fn ahead(&self) -> usize {
         self.on_their_way.len()
+    }
+
+    /// Whether it may be read again: there are not too many on their way, or nobody wants them.
+    pub fn may_come(&self) -> bool {
+        let most = if self.is_within_payload() { PAYLOAD_AHEAD } else { AHEAD };
+        self.ahead() < most || self.is_over
     }
 
     /// A batch was read.
@@ -83,6 +94,32 @@ mod tests {
         // The last batch held the end, and the beginning of the next one.
         flow.went(5 * PIECE);
         assert!(flow.is_within_payload() && flow.ahead() == 0);
+    }
+
+    #[test]
+    fn few_are_on_their_way_and_some_more_within_a_large_payload() {
+        let mut flow = Flow::default();
+        let fill = |flow: &mut Flow| {
+            while flow.may_come() {
+                flow.came(1000);
+            }
+            flow.ahead()
+        };
+        assert_eq!(fill(&mut flow), AHEAD);
+        flow.went(4 * LARGE_BYTES);
+        assert_eq!(fill(&mut flow), PAYLOAD_AHEAD);
+        // It is whole: first some of them come back.
+        flow.came(8 * LARGE_BYTES);
+        assert!(!flow.is_within_payload() && !flow.may_come());
+        for ahead in (AHEAD..=PAYLOAD_AHEAD).rev() {
+            flow.went(1000);
+            assert!(flow.ahead() == ahead && !flow.may_come());
+        }
+        flow.went(0);
+        assert!(flow.may_come());
+        assert_eq!(fill(&mut flow), AHEAD);
+        flow.is_over = true;
+        assert!(flow.may_come(), "what nobody wants is read and thrown away");
     }
 
     #[test]

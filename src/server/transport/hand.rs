@@ -25,6 +25,12 @@ impl Hand {
         Some(Next(watched, Some(lease)))
     }
 
+    /// The render thread will not ask for the next one for a while: the poller reads those that were left to it, but for
+    /// the connection that it is going to run.
+    pub fn pass_on(&self, but_for: Option<u64>) {
+        self.0.pass_on(but_for);
+    }
+
     /// A socket that said little last and can be read now, if there is one.
     pub fn next_brief(&mut self) -> Option<Next> {
         self.0.next_brief().ok()?.map(|watched| Next(watched, None))

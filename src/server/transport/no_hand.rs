@@ -14,6 +14,8 @@ impl Hand {
         None
     }
 
+    pub fn pass_on(&self, _: Option<u64>) {}
+
     pub fn next_brief(&mut self) -> Option<Next> {
         None
     }

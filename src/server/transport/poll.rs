@@ -1,7 +1,7 @@
 //! THE POLLER: one thread that reads all sockets, in turns, and the render thread where it has nothing else to do.
 //!
 //! The system says which sockets have something, each once until it is watched again; each of them is read once, into a
-//! [`Lease`], before any is read again. A thread for each socket would read as well, but where many of them wake up they push
+//! [`Lease`], before any is read again (but for large payloads, below). A thread for each socket would read as well, but where many of them wake up they push
 //! the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For the same
 //! reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise.
 //!
@@ -11,8 +11,7 @@
 //! Connections in the midst of large payloads give their turns to the one whose payload began first (`ready.rs`).
 //!
 //! Bytes of a connection come in order: a socket is watched again only when what was read from it is in the channel, and the
-//! render thread empties the channel before it reads. A connection has at most [`AHEAD`] batches on their way ([`PAYLOAD_AHEAD`] within a
-//! large payload): then it is not watched until one came back, the system's socket buffer fills, and the sender is held back.
+//! render thread empties the channel before it reads. A connection has few batches on their way (`flow.rs`): then it is not watched until one came back, the system's socket buffer fills, and the sender is held back.
 
 use super::flow::{Flow, Place};
 use super::hand::Hand;
@@ -34,9 +33,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 
-/// Batches of one connection on their way, and of one that is within a large payload.
-const AHEAD: usize = 3;
-const PAYLOAD_AHEAD: usize = 2 * AHEAD;
 /// Reads of so few bytes are copied, and the lease goes on.
 pub(super) const FEW_BYTES: usize = 8 << 10;
 /// Sockets that the reader is told of at once.
@@ -54,6 +50,8 @@ pub(super) struct Shared {
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
     /// Those of `bulk` that can be read and are not watched until they are.
     ready: Mutex<Ready<Arc<Watched>>>,
+    /// The thread found none of them and sleeps, or is about to. Set under the lock of `ready`.
+    is_asleep: AtomicBool,
     /// The number of the next large payload, from 1 on.
     payloads: AtomicU64,
     pub(super) buffers: Arc<Buffers>,
@@ -100,6 +98,7 @@ impl Poller {
             wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             watched: Mutex::default(),
             ready: Mutex::new(Ready::new()),
+            is_asleep: AtomicBool::new(false),
             payloads: AtomicU64::new(1),
             buffers,
             is_ending: AtomicBool::new(false),
@@ -170,7 +169,9 @@ impl Return {
         let mut flow = lock(&self.watched.flow);
         flow.went(wanted);
         self.shared.note_payload(&self.watched, &flow);
-        self.shared.go_on(&self.watched, &mut flow);
+        if flow.may_come() {
+            self.shared.go_on(&self.watched, &mut flow);
+        }
     }
 
     /// Another hold on the same, for whoever begins.
@@ -248,13 +249,13 @@ impl Shared {
     /// What was read, so many bytes, is where it comes in its turn: the socket may be read again.
     pub(super) fn done(&self, watched: &Arc<Watched>, bytes: usize) {
         let mut flow = lock(&watched.flow);
-        let may_stay = !flow.is_over && !flow.is_at_end && flow.ahead() < PAYLOAD_AHEAD;
+        let may_stay = !flow.is_over && !flow.is_at_end && flow.may_come();
         if may_stay && lock(&self.ready).keep(watched, bytes) {
             // It is about to be read again.
             return;
         }
         flow.is_armed = false;
-        if flow.ahead() < AHEAD || flow.is_over {
+        if flow.may_come() {
             self.go_on(watched, &mut flow);
         }
     }
@@ -289,6 +290,9 @@ impl Shared {
                 return Ok(ready.next());
             }
             ready.refresh();
+            if waits {
+                self.is_asleep.store(ready.is_empty(), Ordering::Relaxed);
+            }
             ready.is_empty()
         };
         let mut events = [MaybeUninit::<epoll::Event>::uninit(); EVENTS];
@@ -301,6 +305,9 @@ impl Shared {
         };
         let known = lock(&self.watched);
         let mut ready = lock(&self.ready);
+        if waits {
+            self.is_asleep.store(false, Ordering::Relaxed);
+        }
         for (watched, _) in events.iter().filter_map(|event| known.get(&event.data.u64())) {
             ready.push(watched.clone());
         }
@@ -308,6 +315,15 @@ impl Shared {
             self.buffers.set_ready(ready.len());
         }
         Ok(ready.next())
+    }
+
+    /// Has the thread read what was left in `ready` by another one, but for what this connection has.
+    pub(super) fn pass_on(&self, but_for: Option<u64>) {
+        let ready = lock(&self.ready);
+        if ready.holds(|watched| Some(watched.id) != but_for) && self.is_asleep.swap(false, Ordering::Relaxed)
+        {
+            self.wake();
+        }
     }
 
     /// The next of those that said little last, if one can be read now.

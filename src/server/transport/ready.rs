@@ -50,6 +50,11 @@ impl<T: Member> Ready<T> {
         self.line.len()
     }
 
+    /// Whether there is one of this kind.
+    pub fn holds(&self, what: impl FnMut(&T) -> bool) -> bool {
+        self.line.iter().any(what)
+    }
+
     /// Whether the system is to be asked for more of them first.
     pub fn is_stale(&self) -> bool {
         self.line.is_empty() || self.given >= MOST_GIVEN

@@ -79,8 +79,8 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, r: usize) -> __m
 unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
     // SAFETY: as promised by the caller; these loads need no alignment.
     unsafe {
-        let place = |at: usize| from.as_ptr().add(at * 4).cast::<f64>();
-        _mm_castpd_ps(_mm_loadh_pd(_mm_load_sd(place(first)), place(second)))
+        let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
+        _mm_castsi128_ps(_mm_unpacklo_epi64(_mm_loadl_epi64(first.cast()), _mm_loadl_epi64(second.cast())))
     }
 }
 
