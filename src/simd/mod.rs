@@ -25,6 +25,8 @@ mod spilled;
 #[cfg(test)]
 mod tests;
 pub mod text;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};

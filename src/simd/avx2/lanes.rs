@@ -1,6 +1,7 @@
 //! 8 lanes of f32, of i32, and of yes or no: their operators.
 
 use super::Avx2;
+use crate::simd::x86::{binary, op};
 use crate::simd::{F32, I32, Mask};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -19,19 +20,6 @@ pub struct M(pub(super) __m256i);
 
 // SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
 // sure of the CPU's features; loads and stores go through slices whose length was checked just before.
-macro_rules! binary {
-    ($($type:ident $op:ident $method:ident $intrinsic:ident;)+) => {$(
-        impl $op for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                // SAFETY: see the note above: holding a vector proves the features.
-                unsafe { $type($intrinsic(self.0, other.0)) }
-            }
-        }
-    )+};
-}
-
 binary! {
     F Add add _mm256_add_ps;
     F Sub sub _mm256_sub_ps;
@@ -87,14 +75,6 @@ impl Mask for M {
         // SAFETY: holding a vector proves the features.
         unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(self.0)) as u32 }
     }
-}
-
-/// One intrinsic on self and up to one other vector.
-macro_rules! op {
-    ($self:ident => $wrap:ident, $intrinsic:ident $(::<$c:tt>)? ($($arg:expr),*)) => {
-        // SAFETY: holding a vector proves the features.
-        unsafe { $wrap($intrinsic $(::<$c>)? ($self.0 $(, $arg)*)) }
-    };
 }
 
 impl F32<Avx2> for F {

@@ -3,6 +3,7 @@
 use super::{I, M};
 use crate::simd::Mask;
 use crate::simd::spilled::Spilled;
+use crate::simd::x86::{record, two_pairs};
 use std::arch::x86_64::*;
 
 /// For each mask the lanes that are set, in order.
@@ -101,19 +102,6 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, r: usize) -> __m2
     }
 }
 
-/// Two pixels from each of two places.
-///
-/// # Safety
-/// The CPU must have the level's features, and 8 bytes must be there at both places.
-#[inline(always)]
-unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
-    // SAFETY: as promised by the caller; these loads need no alignment.
-    unsafe {
-        let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
-        _mm_castsi128_ps(_mm_unpacklo_epi64(_mm_loadl_epi64(first.cast()), _mm_loadl_epi64(second.cast())))
-    }
-}
-
 /// The records of lanes r, 4 + r, ...
 ///
 /// # Safety
@@ -125,14 +113,4 @@ unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<8>, r: usize
         let v = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
         _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at.lane(r + 4)))
     }
-}
-
-/// A record.
-///
-/// # Safety
-/// As for [`transposed`].
-#[inline(always)]
-unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
-    // SAFETY: as promised by the caller; the load needs no alignment.
-    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
 }

@@ -2,6 +2,7 @@
 
 use super::{I, M};
 use crate::simd::spilled::Spilled;
+use crate::simd::x86::{record, two_pairs};
 use std::arch::x86_64::*;
 
 /// Panics unless every set lane of `index`, read as unsigned, is below `len`.
@@ -71,19 +72,6 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, r: usize) -> __m
     }
 }
 
-/// Two pixels from each of two places.
-///
-/// # Safety
-/// The CPU must have the level's features, and 8 bytes must be there at both places.
-#[inline(always)]
-unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
-    // SAFETY: as promised by the caller; these loads need no alignment.
-    unsafe {
-        let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
-        _mm_castsi128_ps(_mm_unpacklo_epi64(_mm_loadl_epi64(first.cast()), _mm_loadl_epi64(second.cast())))
-    }
-}
-
 /// The records of lanes r, 4 + r, ...
 ///
 /// # Safety
@@ -97,14 +85,4 @@ unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, r: usiz
         let v = _mm512_insertf32x4::<2>(v, record::<STRIDE>(from, at.lane(r + 8)));
         _mm512_insertf32x4::<3>(v, record::<STRIDE>(from, at.lane(r + 12)))
     }
-}
-
-/// A record.
-///
-/// # Safety
-/// As for [`transposed`].
-#[inline(always)]
-unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
-    // SAFETY: as promised by the caller; the load needs no alignment.
-    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
 }

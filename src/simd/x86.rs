@@ -1,0 +1,50 @@
+//! What both kinds of x86 vectors are made with: operators of one intrinsic each, and loads of what fits half of AVX2's.
+
+use std::arch::x86_64::*;
+
+/// An operator of a vector type by one intrinsic.
+macro_rules! binary {
+    ($($type:ident $op:ident $method:ident $intrinsic:ident;)+) => {$(
+        impl $op for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: holding a vector proves the features.
+                unsafe { $type($intrinsic(self.0, other.0)) }
+            }
+        }
+    )+};
+}
+pub(super) use binary;
+
+/// One intrinsic on self and up to one other vector.
+macro_rules! op {
+    ($self:ident => $wrap:ident, $intrinsic:ident $(::<$c:tt>)? ($($arg:expr),*)) => {
+        // SAFETY: holding a vector proves the features.
+        unsafe { $wrap($intrinsic $(::<$c>)? ($self.0 $(, $arg)*)) }
+    };
+}
+pub(super) use op;
+
+/// Two pixels from each of two places.
+///
+/// # Safety
+/// 8 bytes must be there at both places.
+#[inline(always)]
+pub(super) unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
+    // SAFETY: as promised by the caller; SSE2 is part of every x86-64, and these loads need no alignment.
+    unsafe {
+        let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
+        _mm_castsi128_ps(_mm_unpacklo_epi64(_mm_loadl_epi64(first.cast()), _mm_loadl_epi64(second.cast())))
+    }
+}
+
+/// The record at this place, STRIDE bytes times `at` from `from` on.
+///
+/// # Safety
+/// 16 bytes must be there.
+#[inline(always)]
+pub(super) unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
+    // SAFETY: as promised by the caller; SSE is part of every x86-64, and the load needs no alignment.
+    unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
+}
