@@ -144,6 +144,8 @@ pub trait Simd: Copy + 'static {
     fn store_block_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8], stride: usize);
     /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
+    /// The lanes of `a` and `b` in turn, a's first: the first half of them and the second.
+    fn zip(self, a: Self::I, b: Self::I) -> [Self::I; 2];
     /// The lanes that are set as records of eight numbers, packed to the front of `to` (LANES records; those behind them are
     /// zeros): number f of a record is its lane of `fields[f]`. Their count.
     fn compress8(self, mask: Self::M, fields: [Self::I; 8], to: &mut [[i32; 8]]) -> usize;

@@ -261,6 +261,12 @@ impl<const N: usize> Simd for Portable<N> {
         n
     }
     #[inline(always)]
+    fn zip(self, a: IntLanes<N>, b: IntLanes<N>) -> [IntLanes<N>; 2] {
+        [0, N / 2]
+            .map(|from| IntLanes(std::array::from_fn(|i| [a.0[from + i / 2], b.0[from + i / 2]][i % 2])))
+    }
+
+    #[inline(always)]
     fn compress8(self, mask: MaskLanes<N>, fields: [IntLanes<N>; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..N];
         to.fill([0; 8]);

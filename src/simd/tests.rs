@@ -76,6 +76,12 @@ impl Kernel for AllOperations {
             let is_first = |k: &usize| is_set(*k) && !(0..*k).any(|e| is_set(e) && numbers[e] == numbers[*k]);
             let firsts = (0..S::LANES).filter(is_first).fold(0, |bits, k| bits | 1 << k);
             assert_eq!(s.firsts(m, few).bits(), firsts);
+            let mut zipped = vec![0; 2 * S::LANES];
+            for (half, to) in s.zip(p, q).into_iter().zip(zipped.chunks_mut(S::LANES)) {
+                s.store_i(half, to);
+            }
+            let in_turn = i[at..].iter().zip(&j[at..]).flat_map(|(p, q)| [*p, *q]);
+            assert!(in_turn.take(2 * S::LANES).eq(zipped));
             for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
                 push(s.select_i(mask, s.splat_i(-1), s.splat_i(0)));
                 let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));

@@ -1,5 +1,6 @@
 //! Where faces that are set up wait for their tiles: the tiles of a view, and each one's lists.
 
+use super::fragments::{FragmentList, Fragments};
 use super::wide::WideFace;
 use crate::memory::DEPTH_CELL;
 use crate::pipeline::call::DrawStats;
@@ -116,7 +117,9 @@ impl std::ops::Deref for TinyList {
 /// In a bin, a face that is not tiny.
 #[derive(Clone, Copy, Debug)]
 pub struct Larger {
-    /// How many tiny faces of the bin come before it.
+    /// How many fragments of the bin come before it.
+    pub fragments_before: u32,
+    /// How many tiny faces; those that no `Larger` has named yet come after those fragments.
     pub tiny_before: u32,
     /// Its place, and in which list.
     pub place: Place,
@@ -129,6 +132,8 @@ pub enum Place {
     Small(u32),
     /// Among the chunk's wide faces.
     Wide(u32),
+    /// Nowhere: fragments come after tiny faces.
+    Turn,
 }
 
 /// Which faces are left out, by the sign of their area on the screen (rows grow downwards).
@@ -213,7 +218,9 @@ impl Grid {
 /// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
 #[derive(Debug)]
 pub struct Bin {
-    /// Faces of at most 8x8 pixels, in file order.
+    /// Fragments of faces that cover a pixel or two, in file order.
+    pub fragments: FragmentList,
+    /// The other faces of at most 8x8 pixels, in file order.
     pub tiny: TinyList,
     /// The others, in file order.
     pub larger: Vec<Larger>,
@@ -230,13 +237,20 @@ impl Bin {
     /// Whether no face reaches the tile.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.tiny.is_empty() && self.larger.is_empty()
+        self.fragments.is_empty() && self.tiny.is_empty() && self.larger.is_empty()
     }
 
     /// Bounds of both.
     #[inline(always)]
     pub fn around(r: [i16; 4], [x0, y0, x1, y1]: [i16; 4]) -> [i16; 4] {
         [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)]
+    }
+
+    /// A larger face comes, or a turn.
+    #[inline(always)]
+    fn add_larger(&mut self, place: Place) {
+        let (fragments_before, tiny_before) = (self.fragments.len() as u32, self.tiny.len() as u32);
+        self.larger.push(Larger { fragments_before, tiny_before, place });
     }
 
     /// Something within these bounds reaches the tile.
@@ -248,7 +262,13 @@ impl Bin {
 
 impl Default for Bin {
     fn default() -> Self {
-        Bin { tiny: TinyList::default(), larger: Vec::new(), small: Vec::new(), reach: Bin::NOTHING }
+        Bin {
+            fragments: FragmentList::default(),
+            tiny: TinyList::default(),
+            larger: Vec::new(),
+            small: Vec::new(),
+            reach: Bin::NOTHING,
+        }
     }
 }
 
@@ -271,6 +291,7 @@ impl Chunk {
         self.wide.clear();
         for tile in self.reached.drain(..) {
             let bin = &mut self.bins[tile as usize];
+            bin.fragments.clear();
             bin.tiny.clear();
             bin.larger.clear();
             bin.small.clear();
@@ -305,6 +326,26 @@ impl Chunk {
         bin.reach(reach);
     }
 
+    /// Adds fragments to a tile, those of the vectors' lanes that are `inside`; all lie within `reach`.
+    #[inline(always)]
+    pub fn add_fragments<S: Simd>(
+        &mut self,
+        s: S,
+        fragments: &[Fragments<S>],
+        inside: [S::M; 2],
+        tile: usize,
+        reach: [i16; 4],
+    ) {
+        let bin = self.touch(tile);
+        if bin.tiny.len() > bin.larger.last().map_or(0, |last| last.tiny_before as usize) {
+            bin.add_larger(Place::Turn);
+        }
+        for (fragments, inside) in fragments.iter().zip(inside) {
+            bin.fragments.add(s, inside, fragments);
+        }
+        bin.reach(reach);
+    }
+
     /// Adds a small face to the tiles that it reaches.
     #[inline(always)]
     pub fn add_small(&mut self, face: &Small, grid: &Grid) {
@@ -329,8 +370,8 @@ impl Chunk {
         for row in top..=bottom {
             for column in left..=right {
                 let bin = self.touch(row * grid.columns + column);
-                let (tiny_before, place) = (bin.tiny.len() as u32, place(bin));
-                bin.larger.push(Larger { tiny_before, place });
+                let place = place(bin);
+                bin.add_larger(place);
                 bin.reach(bounds);
             }
         }

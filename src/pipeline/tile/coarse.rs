@@ -67,6 +67,10 @@ struct CoarseRaster<'a, 'b> {
 
 impl FaceRaster for CoarseRaster<'_, '_> {
     #[inline(always)]
+    fn fragment(&mut self, fragment: [i32; 3]) -> bool {
+        self.plain.fragment(fragment)
+    }
+    #[inline(always)]
     fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
         self.plain.tiny(s, face)
     }

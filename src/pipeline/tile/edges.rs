@@ -2,8 +2,10 @@
 //!
 //! Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
+use super::bins::Small;
 use super::setup::TINY_SIDE;
 use crate::simd::{F32, I32, Mask, Simd};
+use std::ops::Range;
 
 /// The edge function from p to q at a pixel's centre, biased so that >= 0 is inside, and its steps per column and row.
 #[inline(always)]
@@ -64,6 +66,43 @@ pub(super) fn coverage<S: Simd>(
         row += 1;
     }
     (words[0], words[1])
+}
+
+/// The edge functions of a small face at a vector of columns, row after row.
+pub(super) struct Edges<S: Simd> {
+    at: [S::I; 3],
+    steps_y: [S::I; 3],
+    columns: S::M,
+}
+
+impl<S: Simd> Edges<S> {
+    /// At LANES columns from `start` on, of which those of `wanted` count, and at row `y`.
+    #[inline(always)]
+    pub fn new(s: S, face: &Small, start: i32, wanted: Range<i32>, y: i32) -> Self {
+        let lanes = S::LANES as i32;
+        let column = s.iota() + s.splat_i(start - i32::from(face.bounds[0]));
+        let down = y - i32::from(face.bounds[1]);
+        let ([e0, e1, e2], [x0, x1, x2], [y0, y1, y2]) = (face.edges, face.steps_x, face.steps_y);
+        let to = (wanted.end - start).min(lanes);
+        Edges {
+            at: [
+                s.splat_i(x0) * column + s.splat_i(e0 + y0 * down),
+                s.splat_i(x1) * column + s.splat_i(e1 + y1 * down),
+                s.splat_i(x2) * column + s.splat_i(e2 + y2 * down),
+            ],
+            steps_y: [s.splat_i(y0), s.splat_i(y1), s.splat_i(y2)],
+            columns: s.mask((u32::MAX << (wanted.start - start)) & (((1u64 << to) - 1) as u32)),
+        }
+    }
+
+    /// Which columns the row covers; then the next row's turn has come.
+    #[inline(always)]
+    pub fn covered(&mut self, s: S) -> S::M {
+        let [e0, e1, e2] = self.at;
+        let [y0, y1, y2] = self.steps_y;
+        self.at = [e0 + y0, e1 + y1, e2 + y2];
+        (e0 | e1 | e2).gt(s.splat_i(-1)) & self.columns
+    }
 }
 
 /// How many bits a word has, lane by lane.

@@ -19,6 +19,7 @@ mod crew;
 mod deep;
 mod edges;
 mod faces;
+mod fragments;
 mod haze;
 mod light;
 mod prepared;
@@ -107,6 +108,7 @@ impl Scratch {
         let bin = |b: &Bin| {
             size_of::<Bin>()
                 + b.larger.capacity() * size_of::<bins::Larger>()
+                + b.fragments.size_bytes()
                 + b.tiny.size_bytes()
                 + b.small.capacity() * size_of::<bins::Small>()
         };

@@ -5,6 +5,7 @@
 //! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
 
 use super::bins::{Bin, Grid, Small, Tiny};
+use super::edges::Edges;
 use super::walk::{FaceRaster, Walked, walk};
 use super::wide::{self, WideFace};
 use crate::math::coverage::Filling;
@@ -80,6 +81,21 @@ impl Kernel for RasterKernel<'_, '_> {
 
 impl FaceRaster for RasterKernel<'_, '_> {
     #[inline(always)]
+    fn fragment(&mut self, [at, z, face]: [i32; 3]) -> bool {
+        prefetch::for_read(self.corners, face as usize);
+        let (x, y) = (at & 0xffff, at >> 16);
+        if !self.tile.depth.is_empty() {
+            let at = self.tile.depth_at(x, y);
+            let depth = &mut self.tile.depth[at];
+            if *depth <= z {
+                return false;
+            }
+            *depth = z;
+        }
+        self.tile.ids[self.tile.id_at(x, y)] = face;
+        true
+    }
+    #[inline(always)]
     fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
         prefetch::for_read(self.corners, face.face as usize);
         tiny(s, face, self.tile)
@@ -139,7 +155,7 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
     let [z0, zx, zy] = face.depth;
     if face.mask & (face.mask - 1) == 0 {
-        // One pixel, as most faces of a fine mesh have: the same sums without vectors.
+        // One pixel: the same sums without vectors.
         let bit = face.mask.trailing_zeros() as i32;
         let (row, column) = (bit >> 3, bit & 7);
         let (x, y) = (x0 + column, y0 + row);
@@ -188,25 +204,15 @@ fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
     let right = x1.min(tile.x1);
     let lanes = S::LANES as i32;
     let id = s.splat_i(face.face as i32);
-    let iota = s.iota();
-    let [dx0, dx1, dx2] = face.steps_x;
-    let [dy0, dy1, dy2] = face.steps_y;
     let [z0, zx, zy] = face.depth;
     let (mut tested, mut passed) = (0, 0);
     let mut x = x0.max(tile.x0);
     while x < right {
         let start = (x & -lanes).min(tile.x1 - lanes);
-        let column = iota + s.splat_i(start - x0);
-        let down = rows.start - y0;
-        let mut e0 = s.splat_i(dx0) * column + s.splat_i(face.edges[0] + dy0 * down);
-        let mut e1 = s.splat_i(dx1) * column + s.splat_i(face.edges[1] + dy1 * down);
-        let mut e2 = s.splat_i(dx2) * column + s.splat_i(face.edges[2] + dy2 * down);
-        let along = s.splat(zx) * column.to_f32();
-        let to = (right - start).min(lanes);
-        let inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
+        let mut edges = Edges::new(s, face, start, x..right, rows.start);
+        let along = s.splat(zx) * (s.iota() + s.splat_i(start - x0)).to_f32();
         for y in rows.clone() {
-            let covered = (e0 | e1 | e2).gt(s.splat_i(-1)) & inside_columns;
-            (e0, e1, e2) = (e0 + s.splat_i(dy0), e1 + s.splat_i(dy1), e2 + s.splat_i(dy2));
+            let covered = edges.covered(s);
             if !covered.any() {
                 continue;
             }

@@ -1,5 +1,5 @@
-//! The walk through the faces that wait in one tile: in file order, tiny ones up to the next larger one, and those that fill the
-//! tile together.
+//! The walk through the faces that wait in one tile: in file order, fragments and tiny ones up to the next larger one, and those
+//! that fill the tile together.
 //!
 //! In: a chunk's list of a tile. Out: how many fragments were tested and passed, and faces left out. What a face does to the
 //! tile is its raster's: plain ([`super::raster`]), behind coarse depth ([`super::coarse`]), in f64 ([`super::deep`]). Each has
@@ -12,6 +12,8 @@ use crate::simd::Simd;
 
 /// What the walk asks of whoever draws a tile's faces. Counts are of fragments.
 pub(super) trait FaceRaster {
+    /// Draws a pixel of a face: place, depth word, number. Whether it passed.
+    fn fragment(&mut self, fragment: [i32; 3]) -> bool;
     /// Draws a face whose coverage is known; how many passed.
     fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64;
     /// Draws a face with edge functions in i32; tested and passed.
@@ -63,10 +65,17 @@ pub struct Walked {
 #[inline(always)]
 pub(super) fn walk<S: Simd, R: FaceRaster>(s: S, bin: &Bin, wide: &[WideFace], raster: &mut R) -> Walked {
     let mut done = Walked::default();
-    let (mut from, mut drawn) = (0, 0);
+    let (mut from, mut drawn, mut placed) = (0, 0, 0);
     while from <= bin.larger.len() {
-        // The tiny faces up to the next larger one, or the last ones.
+        // The fragments and tiny faces up to the next larger one, or the last ones.
         let next = bin.larger.get(from);
+        let fragments = next.map_or(bin.fragments.len(), |l| l.fragments_before as usize);
+        if placed < fragments {
+            for fragment in bin.fragments.some(placed..fragments) {
+                done.passed += u64::from(raster.fragment(fragment));
+            }
+            placed = fragments;
+        }
         let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
         for words in &bin.tiny[drawn..until] {
             let face = &Tiny::of(*words);
@@ -79,6 +88,7 @@ pub(super) fn walk<S: Simd, R: FaceRaster>(s: S, bin: &Bin, wide: &[WideFace], r
         raster.has_passed(s, done.passed);
         let index = match next.map(|l| l.place) {
             None => break,
+            Some(Place::Turn) => continue,
             Some(Place::Small(index)) => {
                 let face = &bin.small[index as usize];
                 if raster.hides_small(face) {
@@ -106,10 +116,12 @@ pub(super) fn walk<S: Simd, R: FaceRaster>(s: S, bin: &Bin, wide: &[WideFace], r
         let mut count = 1;
         raster.will_fill(face);
         while count < stack.len() {
-            let Some(&Larger { tiny_before, place: Place::Wide(index) }) = bin.larger.get(from) else {
+            let Some(&Larger { fragments_before, tiny_before, place: Place::Wide(index) }) =
+                bin.larger.get(from)
+            else {
                 break;
             };
-            if tiny_before as usize != drawn {
+            if fragments_before as usize != placed || tiny_before as usize != drawn {
                 break;
             }
             let face = &wide[index as usize];

@@ -137,6 +137,15 @@ impl Simd for Avx2 {
         bits.count_ones() as usize
     }
     #[inline(always)]
+    fn zip(self, a: I, b: I) -> [I; 2] {
+        // SAFETY: holding the token proves the features.
+        unsafe {
+            let (low, high) = (_mm256_unpacklo_epi32(a.0, b.0), _mm256_unpackhi_epi32(a.0, b.0));
+            [I(_mm256_permute2x128_si256::<0x20>(low, high)), I(_mm256_permute2x128_si256::<0x31>(low, high))]
+        }
+    }
+
+    #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;

@@ -129,6 +129,17 @@ impl Simd for Avx512 {
         mask.0.count_ones() as usize
     }
     #[inline(always)]
+    fn zip(self, a: I, b: I) -> [I; 2] {
+        // SAFETY: holding the token proves the features.
+        unsafe {
+            // A lane's number; 16 and more are b's.
+            let first = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            let second = _mm512_add_epi32(first, _mm512_set1_epi32(8));
+            [I(_mm512_permutex2var_epi32(a.0, first, b.0)), I(_mm512_permutex2var_epi32(a.0, second, b.0))]
+        }
+    }
+
+    #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..16];
         // SAFETY: the token proves the features; 16 records of 32 bytes are there, and stores need no alignment.

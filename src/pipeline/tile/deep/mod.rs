@@ -20,6 +20,7 @@ pub(super) use plane::wide_words;
 pub use vertices::{DeepVertex, DeepVertexKernel};
 
 use super::bins::{Bin, Small, Tiny};
+use super::edges::Edges;
 use super::raster::Tile;
 use super::resolve::WIDE_BIT;
 use super::walk::{FaceRaster, Walked, walk};
@@ -86,9 +87,27 @@ impl DeepRasterKernel<'_, '_> {
         s.store_i(s.select_i(passes, id, s.load_i(ids)), ids);
         passes.bits().count_ones() as u64
     }
+
+    /// The depth test at one pixel.
+    #[inline(always)]
+    fn write_one(&mut self, (x, y): (i32, i32), word: i32, id: i32) -> bool {
+        let (at, flip) = (self.word_at(x, y), self.form.flip());
+        if self.words[at] ^ flip <= word ^ flip {
+            return false;
+        }
+        self.words[at] = word;
+        self.tile.ids[self.tile.id_at(x, y)] = id;
+        true
+    }
 }
 
 impl FaceRaster for DeepRasterKernel<'_, '_> {
+    #[inline(always)]
+    fn fragment(&mut self, [at, _, face]: [i32; 3]) -> bool {
+        let (x, y) = (at & 0xffff, at >> 16);
+        let word = self.form.word(self.plane(face as u32).at(x, y));
+        self.write_one((x, y), word, face)
+    }
     #[inline(always)]
     fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64 {
         let lanes = S::LANES as i32;
@@ -103,13 +122,7 @@ impl FaceRaster for DeepRasterKernel<'_, '_> {
                 return 0;
             }
             let word = self.form.word(plane.at(x, y));
-            let (at, flip) = (self.word_at(x, y), self.form.flip());
-            if self.words[at] ^ flip <= word ^ flip {
-                return 0;
-            }
-            self.words[at] = word;
-            self.tile.ids[self.tile.id_at(x, y)] = face.face as i32;
-            return 1;
+            return u64::from(self.write_one((x, y), word, face.face as i32));
         }
         let id = s.splat_i(face.face as i32);
         let mut passed = 0;
@@ -139,23 +152,14 @@ impl FaceRaster for DeepRasterKernel<'_, '_> {
         let right = x1.min(self.tile.x1);
         let lanes = S::LANES as i32;
         let id = s.splat_i(face.face as i32);
-        let [dx0, dx1, dx2] = face.steps_x;
-        let [dy0, dy1, dy2] = face.steps_y;
         let plane = self.plane(face.face);
         let (mut tested, mut passed) = (0, 0);
         let mut x = x0.max(self.tile.x0);
         while x < right {
             let start = x.min(self.tile.x1 - lanes);
-            let column = s.iota() + s.splat_i(start - x0);
-            let down = rows.start - y0;
-            let mut e0 = s.splat_i(dx0) * column + s.splat_i(face.edges[0] + dy0 * down);
-            let mut e1 = s.splat_i(dx1) * column + s.splat_i(face.edges[1] + dy1 * down);
-            let mut e2 = s.splat_i(dx2) * column + s.splat_i(face.edges[2] + dy2 * down);
-            let to = (right - start).min(lanes);
-            let inside_columns = s.mask((u32::MAX << (x - start)) & (((1u64 << to) - 1) as u32));
+            let mut edges = Edges::new(s, face, start, x..right, rows.start);
             for y in rows.clone() {
-                let covered = (e0 | e1 | e2).gt(s.splat_i(-1)) & inside_columns;
-                (e0, e1, e2) = (e0 + s.splat_i(dy0), e1 + s.splat_i(dy1), e2 + s.splat_i(dy2));
+                let covered = edges.covered(s);
                 if !covered.any() {
                     continue;
                 }

@@ -71,7 +71,7 @@ fn by_kernel(
     faces: &[WideFace],
     stride: usize,
 ) -> (Vec<u32>, Vec<i32>, u64) {
-    let larger = |i| Larger { tiny_before: 0, place: Place::Wide(i) };
+    let larger = |i| Larger { fragments_before: 0, tiny_before: 0, place: Place::Wide(i) };
     let bin = Bin { larger: (0..faces.len() as u32).map(larger).collect(), ..Bin::default() };
     let mut ids: Box<Ids> = Box::new([NO_FACE; _]);
     let first_column = if stride == WIDTH { 0 } else { TILE.x0 };

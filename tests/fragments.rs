@@ -1,0 +1,107 @@
+//! Faces of a pixel or two, which are drawn as fragments, among larger ones: what is seen where depths are equal.
+//!
+//! Fear: that a face is drawn out of its turn, so that another one than the file's first is seen where several are equally near,
+//! or that a pixel at the edge of a tile is lost or drawn twice.
+
+use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
+use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection};
+use fbptr::simd::Level;
+use glam::{DMat4, DVec3};
+use std::sync::Arc;
+
+/// The frame: three columns of tiles and as many rows, none of them whole.
+const SIZE: [u32; 2] = [300, 80];
+
+/// Triangles in runs of one size, the next run's another, all over a few places, at depths of which many are equal.
+fn heap(seed: u64, sizes: &[f64]) -> Mesh {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut mesh = Mesh::default();
+    for run in 0..240 {
+        let side = sizes[run % sizes.len()];
+        for _ in 0..1 + (next() * 40.0) as u32 {
+            // Around four places, two of them where tiles meet.
+            let [x, y] = [[128.0, 32.0], [256.0, 64.0], [40.0, 16.0], [200.0, 50.0]][(next() * 4.0) as usize];
+            let (x, y) = (x + (next() - 0.5) * 12.0, y + (next() - 0.5) * 12.0);
+            let z = -0.25 - 0.125 * (next() * 4.0).floor();
+            let turn = next() * 6.3;
+            let corners = [0.0, 2.1, 4.2].map(|k: f64| {
+                let (dx, dy) = ((turn + k).cos() * side, (turn + k).sin() * side);
+                mesh.positions.push(DVec3::new(x + dx, y + dy, z));
+                let position = mesh.positions.len() as u32 - 1;
+                Corner { position, normal: NONE, texcoord: NONE, color: NONE }
+            });
+            mesh.push_polygon(&corners, NONE);
+        }
+    }
+    mesh
+}
+
+/// What was counted, and of each pixel what it shows.
+fn draw(
+    options: RenderOptions,
+    mesh: &Arc<Geometry>,
+    format: DepthFormat,
+) -> (DrawStats, Vec<Option<(u32, u32)>>) {
+    let [width, height] = SIZE;
+    let (w, h) = (f64::from(width), f64::from(height));
+    let mut memory = VideoMemory::new(width, height).unwrap();
+    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let mut target =
+        Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
+    let white = Material::default();
+    let camera = Camera {
+        look_at: LookAt { eye: DVec3::ZERO, reference: -DVec3::Z, up: DVec3::Y },
+        projection: Projection::Ortho { window: [0.0, w, 0.0, h], near: 0.0, far: 1.0 },
+    };
+    let call = DrawCall {
+        shared: Some(mesh),
+        model: DMat4::IDENTITY,
+        camera,
+        ..DrawCall::new(mesh, &white, width, height)
+    };
+    let stats = Renderer::new(options).draw(&mut target, &call).expect("drawn");
+    (stats, (0..width * height).map(|i| ids.get((i % width) as i32, (i / width) as i32)).collect())
+}
+
+/// What both paths count alike.
+fn counts(s: &DrawStats) -> [u64; 5] {
+    [s.faces, s.faces_drawn, s.faces_empty, s.pixels_tested, s.pixels_written]
+}
+
+#[test]
+fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
+    let sizes: [&[f64]; 4] =
+        [&[0.6], &[0.5, 1.0], &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0], &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]];
+    for (seed, sizes) in sizes.into_iter().enumerate() {
+        let mesh = Arc::new(Geometry { mesh: heap(seed as u64 + 1, sizes), textures: vec![] });
+        for format in DepthFormat::ALL {
+            let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+            let plain = draw(plain, &mesh, format);
+            assert!(plain.0.pixels_tested > plain.0.pixels_written && plain.0.pixels_written > 200);
+            for simd in Level::ALL.into_iter().filter(|l| l.is_available()) {
+                for threads in [1, 3] {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                    let pool = (threads > 1).then(|| Arc::new(pool));
+                    let options = RenderOptions {
+                        path: RenderPath::Fast,
+                        simd: Some(simd),
+                        pool,
+                        ..RenderOptions::default()
+                    };
+                    let fast = draw(options, &mesh, format);
+                    assert_eq!(
+                        counts(&fast.0),
+                        counts(&plain.0),
+                        "{sizes:?} {format:?} {simd:?}, {threads} threads"
+                    );
+                    assert!(fast.1 == plain.1, "{sizes:?} {format:?} {simd:?}, {threads} threads");
+                }
+            }
+        }
+    }
+}
