@@ -10,11 +10,14 @@ use fbptr::simd::Level;
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// The frame: three columns of tiles and as many rows, none of them whole.
-const SIZE: [u32; 2] = [300, 80];
+/// Two columns of tiles, the second one wider, and two and a half rows.
+const WIDE: [u32; 2] = [300, 80];
+/// Around these, from the lower left corner: where four tiles meet, twice, and within one.
+const PLACES: [[f64; 2]; 4] = [[128.0, 48.0], [128.0, 16.0], [40.0, 16.0], [200.0, 50.0]];
 
-/// Triangles in runs of one size, the next run's another, all over a few places, at depths of which many are equal.
-fn heap(seed: u64, sizes: &[f64]) -> Mesh {
+/// Triangles in runs of one size, the next run's another, all over a few places. Those of most runs are parallel to the
+/// screen, at depths of which many are equal; those of some lean, each at a depth of its own.
+fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]]) -> Mesh {
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -24,14 +27,15 @@ fn heap(seed: u64, sizes: &[f64]) -> Mesh {
     for run in 0..240 {
         let side = sizes[run % sizes.len()];
         for _ in 0..1 + (next() * 40.0) as u32 {
-            // Around four places, two of them where tiles meet.
-            let [x, y] = [[128.0, 32.0], [256.0, 64.0], [40.0, 16.0], [200.0, 50.0]][(next() * 4.0) as usize];
+            let [x, y] = places[(next() * places.len() as f64) as usize];
             let (x, y) = (x + (next() - 0.5) * 12.0, y + (next() - 0.5) * 12.0);
-            let z = -0.25 - 0.125 * (next() * 4.0).floor();
+            let leans = run % 3 == 2;
+            let z = if leans { -0.2 - 0.7 * next() } else { -0.25 - 0.125 * (next() * 4.0).floor() };
             let turn = next() * 6.3;
             let corners = [0.0, 2.1, 4.2].map(|k: f64| {
                 let (dx, dy) = ((turn + k).cos() * side, (turn + k).sin() * side);
-                mesh.positions.push(DVec3::new(x + dx, y + dy, z));
+                let dz = if leans { 0.006 * (next() - 0.5) * side } else { 0.0 };
+                mesh.positions.push(DVec3::new(x + dx, y + dy, z + dz.clamp(-0.05, 0.05)));
                 let position = mesh.positions.len() as u32 - 1;
                 Corner { position, normal: NONE, texcoord: NONE, color: NONE }
             });
@@ -46,8 +50,8 @@ fn draw(
     options: RenderOptions,
     mesh: &Arc<Geometry>,
     format: DepthFormat,
+    [width, height]: [u32; 2],
 ) -> (DrawStats, Vec<Option<(u32, u32)>>) {
-    let [width, height] = SIZE;
     let (w, h) = (f64::from(width), f64::from(height));
     let mut memory = VideoMemory::new(width, height).unwrap();
     let (mut depth, mut ids) = (None, IdMemory::new(width, height));
@@ -75,14 +79,21 @@ fn counts(s: &DrawStats) -> [u64; 5] {
 
 #[test]
 fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
-    let sizes: [&[f64]; 4] =
-        [&[0.6], &[0.5, 1.0], &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0], &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]];
-    for (seed, sizes) in sizes.into_iter().enumerate() {
-        let mesh = Arc::new(Geometry { mesh: heap(seed as u64 + 1, sizes), textures: vec![] });
+    // Frame, places, how many pixels are seen at least, sizes.
+    let cases: [([u32; 2], &[[f64; 2]], u64, &[f64]); 5] = [
+        (WIDE, &PLACES, 200, &[0.6]),
+        (WIDE, &PLACES, 200, &[0.5, 1.0]),
+        (WIDE, &PLACES, 1000, &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0]),
+        (WIDE, &PLACES, 1000, &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]),
+        // Faces that fill the only tile, with nothing but fragments between them.
+        ([16, 5], &[[8.0, 2.5]], 80, &[0.6, 200.0]),
+    ];
+    for (seed, (size, places, least, sizes)) in cases.into_iter().enumerate() {
+        let mesh = Arc::new(Geometry { mesh: heap(seed as u64 + 1, sizes, places), textures: vec![] });
         for format in DepthFormat::ALL {
             let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
-            let plain = draw(plain, &mesh, format);
-            assert!(plain.0.pixels_tested > plain.0.pixels_written && plain.0.pixels_written > 200);
+            let plain = draw(plain, &mesh, format, size);
+            assert!(plain.0.pixels_tested > plain.0.pixels_written && plain.0.pixels_written >= least);
             for simd in Level::ALL.into_iter().filter(|l| l.is_available()) {
                 for threads in [1, 3] {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -93,13 +104,10 @@ fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
                         pool,
                         ..RenderOptions::default()
                     };
-                    let fast = draw(options, &mesh, format);
-                    assert_eq!(
-                        counts(&fast.0),
-                        counts(&plain.0),
-                        "{sizes:?} {format:?} {simd:?}, {threads} threads"
-                    );
-                    assert!(fast.1 == plain.1, "{sizes:?} {format:?} {simd:?}, {threads} threads");
+                    let fast = draw(options, &mesh, format, size);
+                    let what = format!("{size:?} {sizes:?} {format:?} {simd:?}, {threads} threads");
+                    assert_eq!(counts(&fast.0), counts(&plain.0), "{what}");
+                    assert!(fast.1 == plain.1, "{what}");
                 }
             }
         }

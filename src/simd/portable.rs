@@ -265,7 +265,6 @@ impl<const N: usize> Simd for Portable<N> {
         [0, N / 2]
             .map(|from| IntLanes(std::array::from_fn(|i| [a.0[from + i / 2], b.0[from + i / 2]][i % 2])))
     }
-
     #[inline(always)]
     fn compress8(self, mask: MaskLanes<N>, fields: [IntLanes<N>; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..N];

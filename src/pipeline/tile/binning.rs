@@ -27,7 +27,7 @@ pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
 /// frame of this size.
 pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
     let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
-    // Lists grow by doubling: on the average they are three quarters full.
+    // Lists grow by doubling: on the average they are three quarters full. Fragments take less.
     let face = size_of::<bins::TinyWords>() as u64 * 4 / 3;
     chunks * grid_bytes(size) as u64 + kept * face
 }

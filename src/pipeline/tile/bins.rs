@@ -114,12 +114,12 @@ impl std::ops::Deref for TinyList {
     }
 }
 
-/// In a bin, a face that is not tiny.
+/// In a bin, a face that is not tiny, or a turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Larger {
     /// How many fragments of the bin come before it.
     pub fragments_before: u32,
-    /// How many tiny faces; those that no `Larger` has named yet come after those fragments.
+    /// How many tiny faces come before it; those since the last `Larger` are drawn after its fragments.
     pub tiny_before: u32,
     /// Its place, and in which list.
     pub place: Place,
@@ -218,9 +218,9 @@ impl Grid {
 /// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
 #[derive(Debug)]
 pub struct Bin {
-    /// Fragments of faces that cover a pixel or two, in file order.
+    /// Fragments of faces that cover a pixel or two, from vectors that have no others, in file order.
     pub fragments: FragmentList,
-    /// The other faces of at most 8x8 pixels, in file order.
+    /// Faces of at most 8x8 pixels from all other vectors, in file order.
     pub tiny: TinyList,
     /// The others, in file order.
     pub larger: Vec<Larger>,

@@ -5,9 +5,10 @@
 //! none that passes: the same bytes with and without. Words only become less while faces are drawn, so a farthest word that was
 //! found a while ago is too far at worst, and nothing is left out that would be seen. It is found anew from the tile's words where
 //! a tile's faces are begun, and again when about as many fragments have passed as would cover the tile twice; a face that fills
-//! the tile brings all cells down to its own farthest corner at once. Depths that are not f32 words have none of this.
+//! the tile brings all cells down to its own farthest corner at once. Fragments are drawn as they are: asking would cost as much.
+//! Depths that are not f32 words have none of this.
 
-use super::bins::{Small, Tiny};
+use super::bins::{Place, Small, Tiny};
 use super::raster::{ID_STRIDE, RasterKernel, Tile};
 use super::walk::{FaceRaster, Walked, walk};
 use super::wide::WideFace;
@@ -42,7 +43,8 @@ pub struct CoarseRasterKernel<'a, 'b>(pub RasterKernel<'a, 'b>);
 impl CoarseRasterKernel<'_, '_> {
     /// Whether a tile has faces enough.
     pub fn pays(bin: &super::bins::Bin) -> bool {
-        bin.tiny.len() >= FEW_TINY || bin.larger.len() >= FEW_LARGER
+        let larger = bin.larger.iter().filter(|l| l.place != Place::Turn);
+        bin.tiny.len() >= FEW_TINY || larger.take(FEW_LARGER).count() == FEW_LARGER
     }
 }
 

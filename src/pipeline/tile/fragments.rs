@@ -1,7 +1,8 @@
 //! Fragments of the smallest faces: of faces that cover one pixel or two, as most of a fine mesh do, each pixel with its depth.
 //!
 //! The exact answer is that of drawing the face: the same pixels, the same sums for their depths, in file order. A list of
-//! fragments is drawn by comparing and storing, without looking at a face's coverage; a fragment lies in one tile only.
+//! fragments is drawn by comparing and storing, without looking at a face's coverage; a fragment lies in one tile only. Depth
+//! formats that are worked in f64 find their own depth from the face.
 
 use super::raster::NO_FACE;
 use crate::simd::{F32, I32, Mask, Simd};

@@ -20,6 +20,7 @@ mod deep;
 mod edges;
 mod faces;
 mod fragments;
+mod hand_out;
 mod haze;
 mod light;
 mod prepared;

@@ -2,15 +2,16 @@
 //!
 //! In: records of vertices, three indices a face. Out: the faces that may light a pixel, in file order, and for each tile
 //! the list of those that reach it. Three kinds of set-up, by what a face needs:
-//! - [`Tiny`]: at most 8 pixels a side; its coverage is found here, a bit a pixel, and what covers none is dropped.
+//! - [`Tiny`]: at most 8 pixels a side; its coverage is found here, a bit a pixel, and what covers none is dropped. A vector
+//!   of faces that cover one or two each becomes [`fragments`].
 //! - [`Small`]: edge functions that stay exact in i32.
 //! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
 
 use super::bins::{Chunk, Grid, Keep, Small, View};
 use super::clusters::{CLUSTER_FACES, Fate};
 use super::edges::{bounds3, corner, coverage, edge, ones, pixels, snapped, sort_corners};
-use super::fragments::{self, Fragments};
-use super::raster::NO_FACE;
+use super::fragments;
+use super::hand_out::hand_out;
 use super::vertex::{Outcode, Record};
 use super::wide::WideFace;
 use crate::pipeline::call::DrawStats;
@@ -76,7 +77,7 @@ impl Kernel for SetupKernel<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) {
+    fn run<S: Simd>(self, s: S) {
         let mut lanes = [[0i32; 16]; FIELDS];
         let mut faces = [[0; 8]; 16];
         let view = self.view;
@@ -236,7 +237,7 @@ impl Kernel for SetupKernel<'_> {
                 let few_tiles = (last_column - first_column + 1) * (last_row - first_row + 1) <= MOST_TILES;
                 if few_tiles && !(tiny & !fragments::has_few(s, (low, high))).any() {
                     let (vectors, count) = fragments::of(s, tiny, words[2], low, words[3], [z, zx, zy]);
-                    self.hand_out(s, &vectors[..count], tiles, reach);
+                    hand_out(s, self.chunk, &self.grid, &vectors[..count], tiles, reach);
                     continue;
                 }
                 if (first_column == last_column) & (first_row == last_row) {
@@ -327,38 +328,6 @@ impl Kernel for SetupKernel<'_> {
 }
 
 impl SetupKernel<'_> {
-    /// Adds fragments to the tiles that they lie in: some of `columns` and `rows`, first and last.
-    #[inline(always)]
-    fn hand_out<S: Simd>(&mut self, s: S, vectors: &[Fragments<S>], tiles: [usize; 4], reach: [i16; 4]) {
-        let [first_column, first_row, last_column, last_row] = tiles;
-        let mut all = [s.mask(0); 2];
-        for (all, vector) in all.iter_mut().zip(vectors) {
-            *all = vector.face.gt(s.splat_i(NO_FACE));
-        }
-        if (first_column == last_column) & (first_row == last_row) {
-            self.chunk.add_fragments(s, vectors, all, first_row * self.grid.columns + first_column, reach);
-            return;
-        }
-        for row in first_row..=last_row {
-            let y0 = self.grid.y0 + row as i32 * Grid::TILE_ROWS;
-            for column in first_column..=last_column {
-                let columns = self.grid.pixels_of(column);
-                let mut inside = all;
-                for (inside, vector) in inside.iter_mut().zip(vectors) {
-                    let (x, y) = (vector.at & s.splat_i(0xffff), vector.at.sar::<16>());
-                    *inside = *inside
-                        & y.gt(s.splat_i(y0 - 1))
-                        & s.splat_i(y0 + Grid::TILE_ROWS).gt(y)
-                        & x.gt(s.splat_i(columns.start - 1))
-                        & s.splat_i(columns.end).gt(x);
-                }
-                if (inside[0] | inside[1]).any() {
-                    self.chunk.add_fragments(s, vectors, inside, row * self.grid.columns + column, reach);
-                }
-            }
-        }
-    }
-
     /// Asks for what an open cluster further on will read.
     #[inline(always)]
     fn ask_ahead(&self, start: usize) {

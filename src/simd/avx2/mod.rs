@@ -144,7 +144,6 @@ impl Simd for Avx2 {
             [I(_mm256_permute2x128_si256::<0x20>(low, high)), I(_mm256_permute2x128_si256::<0x31>(low, high))]
         }
     }
-
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..8];

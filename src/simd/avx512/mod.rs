@@ -138,7 +138,6 @@ impl Simd for Avx512 {
             [I(_mm512_permutex2var_epi32(a.0, first, b.0)), I(_mm512_permutex2var_epi32(a.0, second, b.0))]
         }
     }
-
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..16];
