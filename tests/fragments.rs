@@ -8,6 +8,7 @@ use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, 
 use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection};
 use fbptr::simd::Level;
 use glam::{DMat4, DVec3};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Two columns of tiles, the second one wider, and two and a half rows.
@@ -16,8 +17,10 @@ const WIDE: [u32; 2] = [300, 80];
 const PLACES: [[f64; 2]; 4] = [[128.0, 48.0], [128.0, 16.0], [40.0, 16.0], [200.0, 50.0]];
 
 /// Triangles in runs of one size, the next run's another, all over a few places. Those of most runs are parallel to the
-/// screen, at depths of which many are equal; those of some lean, each at a depth of its own.
-fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]]) -> Mesh {
+/// screen, at depths of which many are equal; those of some lean, each at a depth of its own. Runs that are all of one length
+/// come nearer, six by six.
+fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]], run_faces: Range<u32>) -> Mesh {
+    let comes_nearer = run_faces.len() == 1;
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -26,11 +29,16 @@ fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]]) -> Mesh {
     let mut mesh = Mesh::default();
     for run in 0..240 {
         let side = sizes[run % sizes.len()];
-        for _ in 0..1 + (next() * 40.0) as u32 {
+        for _ in 0..run_faces.start + (next() * run_faces.len() as f64) as u32 {
             let [x, y] = places[(next() * places.len() as f64) as usize];
             let (x, y) = (x + (next() - 0.5) * 12.0, y + (next() - 0.5) * 12.0);
-            let leans = run % 3 == 2;
-            let z = if leans { -0.2 - 0.7 * next() } else { -0.25 - 0.125 * (next() * 4.0).floor() };
+            let leans = run % 3 == 2 && !comes_nearer;
+            let z = match () {
+                () if leans => -0.2 - 0.7 * next(),
+                // So that every run is seen for a while.
+                () if comes_nearer => -0.9 + 0.01 * (run / 6) as f64,
+                () => -0.25 - 0.125 * (next() * 4.0).floor(),
+            };
             let turn = next() * 6.3;
             let corners = [0.0, 2.1, 4.2].map(|k: f64| {
                 let (dx, dy) = ((turn + k).cos() * side, (turn + k).sin() * side);
@@ -79,17 +87,19 @@ fn counts(s: &DrawStats) -> [u64; 5] {
 
 #[test]
 fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
-    // Frame, places, how many pixels are seen at least, sizes.
-    let cases: [([u32; 2], &[[f64; 2]], u64, &[f64]); 5] = [
-        (WIDE, &PLACES, 200, &[0.6]),
-        (WIDE, &PLACES, 200, &[0.5, 1.0]),
-        (WIDE, &PLACES, 1000, &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0]),
-        (WIDE, &PLACES, 1000, &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]),
-        // Faces that fill the only tile, with nothing but fragments between them.
-        ([16, 5], &[[8.0, 2.5]], 80, &[0.6, 200.0]),
+    // Frame, places, how many faces make a run, how many pixels are seen at least, sizes.
+    type Case = ([u32; 2], &'static [[f64; 2]], Range<u32>, u64, &'static [f64]);
+    let cases: [Case; 5] = [
+        (WIDE, &PLACES, 1..41, 200, &[0.6]),
+        (WIDE, &PLACES, 1..41, 200, &[0.5, 1.0]),
+        (WIDE, &PLACES, 1..41, 1000, &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0]),
+        (WIDE, &PLACES, 1..41, 1000, &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]),
+        // Faces that fill the only tile, with nothing but fragments between them where vectors are narrow.
+        ([16, 5], &[[8.0, 2.5]], 12..13, 80, &[0.6, 200.0]),
     ];
-    for (seed, (size, places, least, sizes)) in cases.into_iter().enumerate() {
-        let mesh = Arc::new(Geometry { mesh: heap(seed as u64 + 1, sizes, places), textures: vec![] });
+    for (seed, (size, places, run_faces, least, sizes)) in cases.into_iter().enumerate() {
+        let mesh =
+            Arc::new(Geometry { mesh: heap(seed as u64 + 1, sizes, places, run_faces), textures: vec![] });
         for format in DepthFormat::ALL {
             let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
             let plain = draw(plain, &mesh, format, size);
