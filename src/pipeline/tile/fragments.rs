@@ -143,7 +143,7 @@ mod tests {
                 let depth = self.depth.each_ref().map(|d| s.load(&d[start..]));
                 let word = s.load_i(&self.words[start..]);
                 assert!(!(!has_few(s, (word, s.splat_i(0)))).any());
-                let first = lanes * s.splat_i(5) | (s.splat_i(300) - lanes).shl::<16>();
+                let first = (lanes * s.splat_i(5)) | (s.splat_i(300) - lanes).shl::<16>();
                 let (vectors, count) =
                     of(s, s.mask(self.live >> start), lanes + s.splat_i(1000), word, first, depth);
                 for vector in &vectors[..count] {
