@@ -196,7 +196,8 @@ fn blended_faces_have_the_plain_paths_bytes_with_textures_fog_and_every_depth_fo
         }
     }
     assert!(textured > 20 && foggy > 50, "{textured} {foggy}");
-    // Where a centre lies beside a needle, or on the near or the far plane to the last digits, either answer is right.
+    // Where a centre lies beside a needle, or on the near or the far plane to the last digits, either answer is right; that
+    // each of them is such a one is not shown here.
     println!("{apart:?} pixels were decided otherwise");
     assert!(apart.iter().map(|(_, pixels)| pixels).sum::<u64>() * 1_000_000 <= bytes as u64 / 4, "{apart:?}");
     println!("{unlike:?} of {bytes} bytes");
