@@ -157,6 +157,8 @@ pub trait Simd: Copy + 'static {
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// `a` where the mask is set, else `b`.
     fn select_i(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I;
+    /// `table[index & 7]` in each lane.
+    fn lookup(self, table: &[i32; 8], index: Self::I) -> Self::I;
     /// Pixel number `index` of `from` (four bytes each, the first byte lowest) in each lane where the mask is set, 0
     /// elsewhere. Panics when a set lane's pixel is outside.
     fn gather_bytes(self, mask: Self::M, from: &[u8], index: Self::I) -> Self::I;

@@ -296,6 +296,10 @@ impl<const N: usize> Simd for Portable<N> {
         IntLanes(from_fn(|i| if mask.0[i] != 0 { a.0[i] } else { b.0[i] }))
     }
     #[inline(always)]
+    fn lookup(self, table: &[i32; 8], index: IntLanes<N>) -> IntLanes<N> {
+        IntLanes(from_fn(|i| table[index.0[i] as usize & 7]))
+    }
+    #[inline(always)]
     fn gather_bytes(self, mask: MaskLanes<N>, from: &[u8], index: IntLanes<N>) -> IntLanes<N> {
         let from = from.as_chunks::<4>().0;
         IntLanes(from_fn(|i| {

@@ -67,6 +67,7 @@ impl Kernel for AllOperations {
                 .into_iter()
                 .for_each(&mut push);
             push(s.gather(m, &table_f, index).bits());
+            push(s.lookup(&[3, 1, 4, -1, 5, i32::MIN, 2, 6], p));
             push(s.iota() + s.splat_i(at as i32));
             // Few different numbers, so that some come again; what comes first depends on the width.
             let few = p & s.splat_i(3);

@@ -5,11 +5,11 @@ use crate::simd::Simd;
 
 /// The vertices of the faces that a vector of pixels shows.
 #[derive(Clone, Copy)]
-pub enum Corners<S: Simd> {
+pub enum Corners<'a, S: Simd> {
     /// Each pixel its own face's.
     Many([S::I; 3]),
     /// Those of a few faces, each of some of the pixels.
-    Few(Few<S>),
+    Few(&'a Few<S>),
     /// One face's.
     One([usize; 3]),
 }
@@ -22,8 +22,8 @@ pub const fn most_few<S: Simd>() -> usize {
 /// As many as the widest vectors have.
 pub const MOST_FEW: usize = 6;
 
-/// The few faces that a vector of pixels shows.
-#[derive(Clone, Copy)]
+/// The few faces that a vector of pixels shows. Never copied: that would read at once what was written bit by bit, which has
+/// to wait until all of it has reached the cache.
 pub struct Few<S: Simd> {
     /// How many.
     pub count: usize,
@@ -37,7 +37,7 @@ pub struct Few<S: Simd> {
 
 /// A table's records at the corners.
 #[inline(always)]
-pub fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<S>) -> [[S::F; 4]; 3] {
+pub fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<'_, S>) -> [[S::F; 4]; 3] {
     match corners {
         Corners::Many([c0, c1, c2]) => {
             [s.gather4(mask, table, *c0), s.gather4(mask, table, *c1), s.gather4(mask, table, *c2)]
@@ -79,7 +79,7 @@ fn splat4<S: Simd>(s: S, [a, b, c, d]: [f32; 4]) -> [S::F; 4] {
 
 /// Three numbers of a table's records at the corners, weighed.
 #[inline(always)]
-pub fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<S>, b: [S::F; 3]) -> V3<S> {
+pub fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<'_, S>, b: [S::F; 3]) -> V3<S> {
     let [v0, v1, v2] = gather3(s, mask, table, corners);
     [
         (v0[0] * b[0] + v1[0] * b[1]) + v2[0] * b[2],

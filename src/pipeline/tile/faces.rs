@@ -66,7 +66,8 @@ impl Faces<'_> {
             let [r, g, b, _] = s.gather4(mask, matte, faces);
             return (pack(s, [r, g, b]), none);
         }
-        let (corners, mut materials) = self.corners_of(s, mask, faces);
+        let mut few = Few { count: 0, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        let (corners, mut materials) = self.corners_of(s, mask, faces, &mut few);
         let [r0, r1, r2] = gather3(s, mask, self.records, &corners);
         let px = at.0.shl::<16>() + s.splat_i(1 << 15);
         let py = at.1.shl::<16>() + s.splat_i(1 << 15);
@@ -122,7 +123,13 @@ impl Faces<'_> {
 
     /// The vertices of pixels' faces, and their materials' numbers.
     #[inline(always)]
-    fn corners_of<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> (Corners<S>, S::I) {
+    fn corners_of<'f, S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        faces: S::I,
+        few: &'f mut Few<S>,
+    ) -> (Corners<'f, S>, S::I) {
         let mut numbers = [0; 16];
         s.store_i(faces, &mut numbers[..S::LANES]);
         // Found all at once, so that none has to wait for the one before it.
@@ -132,10 +139,10 @@ impl Faces<'_> {
             let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
             return (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits());
         }
-        let mut few = Few { count, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        few.count = count.min(MOST_FEW);
         let mut materials = s.splat_i(0);
         let mut slot = 0;
-        while slot < count.min(MOST_FEW) {
+        while slot < few.count {
             let face = numbers[left.trailing_zeros() as usize & 15];
             left &= left - 1;
             let same = mask & faces.eq(s.splat_i(face));
@@ -168,7 +175,7 @@ impl Faces<'_> {
         }
         let [c0, c1, c2, material] = self.corners[face];
         let vertices =
-            Corners::<S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
+            Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
         // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
         let off = mask & !s.splat(1e-30).lt(sum);

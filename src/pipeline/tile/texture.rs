@@ -16,9 +16,40 @@ pub struct TextureShade<'a> {
     pub texture: &'a Texture,
     /// The rules.
     pub sampling: Sampling,
+    /// The texture's levels in fixed point.
+    fixed: Fixed<'a>,
 }
 
-impl TextureShade<'_> {
+/// Levels in fixed point, found once a draw because every vector asks for them. Entry n of a table is level n's.
+#[derive(Clone, Copy, Debug)]
+struct Fixed<'a> {
+    texels: &'a [[u16; 4]],
+    /// They are levels 1 to so many.
+    count: u32,
+    widths: [i32; 8],
+    heights: [i32; 8],
+    /// Where the lowest row begins: rows are stored from the top.
+    lowest_rows: [i32; 8],
+}
+
+impl<'a> Fixed<'a> {
+    fn new(levels: FixedLevels<'a>) -> Self {
+        let FixedLevels { texels, levels, count } = levels;
+        let (mut widths, mut heights, mut lowest_rows) = ([1; 8], [1; 8], [0; 8]);
+        for (i, (w, h, start)) in levels.into_iter().enumerate() {
+            (widths[i + 1], heights[i + 1]) = (w as i32, h as i32);
+            lowest_rows[i + 1] = start as i32 + (h as i32 - 1) * (w as i32 + 1);
+        }
+        Self { texels, count, widths, heights, lowest_rows }
+    }
+}
+
+impl<'a> TextureShade<'a> {
+    /// Of this texture by these rules.
+    pub fn new(texture: &'a Texture, sampling: Sampling) -> Self {
+        Self { texture, sampling, fixed: Fixed::new(texture.fixed_levels()) }
+    }
+
     /// Whether the filter looks at levels.
     #[inline(always)]
     pub fn needs_level(&self) -> bool {
@@ -99,24 +130,29 @@ fn levels<S: Simd>(
     last: u32,
 ) -> V3<S> {
     let mut out = splat3(s, [0.0; 3]);
-    let fixed = shade.texture.fixed_levels();
+    let fixed = &shade.fixed;
     // Those that have both of their levels in fixed point, all at once.
     let highest = fixed.count.min(last) as f32 - if part.is_some() && fixed.count < last { 1.0 } else { 0.0 };
     let is_fixed = mask & s.splat(1.0).le(level) & level.le(s.splat(highest));
     if is_fixed.any() {
         let number = s.select(is_fixed, level, s.splat(1.0)).to_i32();
-        let mut texel = fixed_bilinear(s, is_fixed, shade, &fixed, u, v, number);
+        let mut texel = fixed_bilinear(s, is_fixed, shade, u, v, number);
         if let Some(part) = part {
             // The last level is its own next one.
             let number = (number + s.splat_i(1)).min(s.splat_i(last as i32));
-            let next = fixed_bilinear(s, is_fixed, shade, &fixed, u, v, number);
+            let next = fixed_bilinear(s, is_fixed, shade, u, v, number);
             texel = between::<S>(texel, next, part);
         }
-        out = texel;
+        // A power of two, so that nothing is rounded by it.
+        let unit = s.splat(1.0 / 256.0);
+        out = [texel[0] * unit, texel[1] * unit, texel[2] * unit];
+    }
+    let mut left = mask & !is_fixed;
+    if !left.any() {
+        return out;
     }
     let mut numbers = [0f32; 16];
     s.store(level, &mut numbers[..S::LANES]);
-    let mut left = mask & !is_fixed;
     while left.any() {
         let first = numbers[left.bits().trailing_zeros() as usize];
         let number = s.splat(first);
@@ -143,31 +179,21 @@ fn fixed_bilinear<S: Simd>(
     s: S,
     mask: S::M,
     shade: &TextureShade<'_>,
-    fixed: &FixedLevels<'_>,
     u: S::F,
     v: S::F,
     number: S::I,
 ) -> V3<S> {
-    let [(w, h, start), others @ ..] = fixed.levels;
-    let (mut w, mut h) = (s.splat_i(w as i32), s.splat_i(h as i32));
-    let mut start = s.splat_i(start as i32);
-    let mut i = 0;
-    while i < others.len() {
-        let own = number.eq(s.splat_i(i as i32 + 2));
-        w = s.select_i(own, s.splat_i(others[i].0 as i32), w);
-        h = s.select_i(own, s.splat_i(others[i].1 as i32), h);
-        start = s.select_i(own, s.splat_i(others[i].2 as i32), start);
-        i += 1;
-    }
+    let fixed = &shade.fixed;
+    let (w, h) = (s.lookup(&fixed.widths, number), s.lookup(&fixed.heights, number));
     let near = neighbours(s, shade.sampling, u, v, (w, h));
-    let (one, highest) = (s.splat_i(1), h - s.splat_i(1));
-    // Rows are stored from the top.
-    let stride = w + one;
+    // Each row has its first texel once more at its end.
+    let stride = w + s.splat_i(1);
+    let base = s.lookup(&fixed.lowest_rows, number) + near.i[0];
     let [a, b] = [
-        fixed_pair(s, mask, fixed.texels, start + (highest - near.j[0]) * stride + near.i[0]),
-        fixed_pair(s, mask, fixed.texels, start + (highest - near.j[1]) * stride + near.i[0]),
+        fixed_pair(s, mask, fixed.texels, base - near.j[0] * stride),
+        fixed_pair(s, mask, fixed.texels, base - near.j[1] * stride),
     ];
-    near.blend(s, a, b, 1.0 / 256.0)
+    near.blend(s, a, b)
 }
 
 /// The texels around a point of a level, and how far it lies on the way from the first to the second of each axis.
@@ -180,27 +206,45 @@ struct Neighbours<S: Simd> {
 /// Of a level of this width and height.
 #[inline(always)]
 fn neighbours<S: Simd>(s: S, sampling: Sampling, u: S::F, v: S::F, (w, h): (S::I, S::I)) -> Neighbours<S> {
-    let x = in_texels(s, u, sampling.wrap_s, w) - s.splat(0.5);
-    let y = in_texels(s, v, sampling.wrap_t, h) - s.splat(0.5);
-    let (i, j) = (x.floor(), y.floor());
-    let (fx, fy) = (x - i, y - j);
-    let (i, j) = (i.to_i32(), j.to_i32());
-    let one = s.splat_i(1);
-    let (i0, i1) = (wrapped(s, i, sampling.wrap_s, w), wrapped(s, i + one, sampling.wrap_s, w));
-    let (j0, j1) = (wrapped(s, j, sampling.wrap_t, h), wrapped(s, j + one, sampling.wrap_t, h));
-    // Where there is no second column the first one counts twice.
-    let fx = s.select(i0.eq(i1), s.splat(0.0), fx);
-    Neighbours { i: [i0, i1], j: [j0, j1], part: [fx, fy] }
+    let (i, across) = around(s, u, sampling.wrap_s, w);
+    let (j, up) = around(s, v, sampling.wrap_t, h);
+    Neighbours { i, j, part: [across, up] }
+}
+
+/// The two texels around a coordinate without whole turns, along an axis of so many. Beyond an edge that is clamped the way
+/// to the second is 0, as if it were the first once more.
+#[inline(always)]
+fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2], S::F) {
+    let (none, one) = (s.splat_i(0), s.splat_i(1));
+    let width = size.to_f32();
+    let texels = coordinate * width - s.splat(0.5);
+    match wrap {
+        Wrap::Repeat => {
+            let whole = texels.floor();
+            // From -1 to size - 1: only the first one can lie before the texture, only the second one behind it.
+            let first = whole.to_i32();
+            let second = first + one;
+            let around = [
+                s.select_i(none.gt(first), first + size, first),
+                s.select_i(second.eq(size), none, second),
+            ];
+            (around, texels - whole)
+        }
+        Wrap::Clamp => {
+            let texels = texels.max(s.splat(0.0)).min(width - s.splat(1.0));
+            let whole = texels.floor();
+            let first = whole.to_i32();
+            ([first, (first + one).min(size - one)], texels - whole)
+        }
+    }
 }
 
 impl<S: Simd> Neighbours<S> {
-    /// Two texels of the one row and two of the other, in `unit`: a power of two, so that nothing is rounded by it.
+    /// Two texels of the one row and two of the other.
     #[inline(always)]
-    fn blend(&self, s: S, a: [V3<S>; 2], b: [V3<S>; 2], unit: f32) -> V3<S> {
+    fn blend(&self, _: S, a: [V3<S>; 2], b: [V3<S>; 2]) -> V3<S> {
         let (a, b) = (between::<S>(a[0], a[1], self.part[0]), between::<S>(b[0], b[1], self.part[0]));
-        let texel = between::<S>(a, b, self.part[1]);
-        let unit = s.splat(unit);
-        [texel[0] * unit, texel[1] * unit, texel[2] * unit]
+        between::<S>(a, b, self.part[1])
     }
 }
 
@@ -249,7 +293,8 @@ fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, u: S::F, v: S::
     let near = neighbours(s, shade.sampling, u, v, (s.splat_i(w as i32), s.splat_i(h as i32)));
     let (a, unit) = pair(s, mask, texture, level, near.i, near.j[0]);
     let (b, _) = pair(s, mask, texture, level, near.i, near.j[1]);
-    near.blend(s, a, b, unit)
+    let (texel, unit) = (near.blend(s, a, b), s.splat(unit));
+    [texel[0] * unit, texel[1] * unit, texel[2] * unit]
 }
 
 /// Texels i0 and i1 of row j (counted from below), and what they are counted in.
@@ -270,18 +315,20 @@ fn pair<S: Simd>(
             (fixed_pair(s, mask, texels, row * s.splat_i(w as i32 + 1) + i0), 1.0 / 256.0)
         }
         LevelTexels::Bytes(bytes) if !(mask & !i1.eq(i0 + s.splat_i(1))).any() && w > 1 => {
-            let [left, right] = s.gather_byte_pairs(mask, bytes, row * s.splat_i(w as i32) + i0);
+            let at = inside(s, row * s.splat_i(w as i32) + i0, bytes.len() / 4 - 1);
+            let [left, right] = s.gather_byte_pairs(mask, bytes, at);
             ([channels(s, left), channels(s, right)], 1.0)
         }
         LevelTexels::Bytes(bytes) => {
-            let at = row * s.splat_i(w as i32);
-            let (left, right) = (s.gather_bytes(mask, bytes, at + i0), s.gather_bytes(mask, bytes, at + i1));
+            let (at, count) = (row * s.splat_i(w as i32), bytes.len() / 4);
+            let left = s.gather_bytes(mask, bytes, inside(s, at + i0, count));
+            let right = s.gather_bytes(mask, bytes, inside(s, at + i1, count));
             ([channels(s, left), channels(s, right)], 1.0)
         }
         LevelTexels::Float(texels) => {
-            let at = row * s.splat_i(w as i32);
-            let [r0, g0, b0, _] = s.gather4(mask, texels, at + i0);
-            let [r1, g1, b1, _] = s.gather4(mask, texels, at + i1);
+            let (at, count) = (row * s.splat_i(w as i32), texels.len());
+            let [r0, g0, b0, _] = s.gather4(mask, texels, inside(s, at + i0, count));
+            let [r1, g1, b1, _] = s.gather4(mask, texels, inside(s, at + i1, count));
             ([[r0, g0, b0], [r1, g1, b1]], 1.0)
         }
     }
@@ -290,12 +337,18 @@ fn pair<S: Simd>(
 /// A texel in fixed point and the one behind it: behind the last of a row its first again.
 #[inline(always)]
 fn fixed_pair<S: Simd>(s: S, mask: S::M, texels: &[[u16; 4]], at: S::I) -> [V3<S>; 2] {
-    let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, at);
+    let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, inside(s, at, texels.len() - 1));
     let low = s.splat_i(0xffff);
     [
         [(rg0 & low).to_f32(), rg0.shr::<16>().to_f32(), (ba0 & low).to_f32()],
         [(rg1 & low).to_f32(), rg1.shr::<16>().to_f32(), (ba1 & low).to_f32()],
     ]
+}
+
+/// A place among so many: where coordinates are no numbers, any.
+#[inline(always)]
+fn inside<S: Simd>(s: S, at: S::I, count: usize) -> S::I {
+    at.max(s.splat_i(0)).min(s.splat_i((count - 1) as i32))
 }
 
 /// R, G, B of packed bytes.

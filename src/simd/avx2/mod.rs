@@ -215,6 +215,11 @@ impl Simd for Avx2 {
         unsafe { I(_mm256_blendv_epi8(b.0, a.0, mask.0)) }
     }
     #[inline(always)]
+    fn lookup(self, table: &[i32; 8], index: I) -> I {
+        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no alignment.
+        unsafe { I(_mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), index.0)) }
+    }
+    #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
         // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.

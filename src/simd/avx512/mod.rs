@@ -194,6 +194,14 @@ impl Simd for Avx512 {
         unsafe { I(_mm512_mask_blend_epi32(mask.0, b.0, a.0)) }
     }
     #[inline(always)]
+    fn lookup(self, table: &[i32; 8], index: I) -> I {
+        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no alignment.
+        unsafe {
+            let table = _mm512_broadcast_i64x4(_mm256_loadu_si256(table.as_ptr().cast()));
+            I(_mm512_permutexvar_epi32(index.0, table))
+        }
+    }
+    #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
         // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.

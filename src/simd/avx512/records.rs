@@ -80,9 +80,10 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, r: usize) -> __m
 unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, r: usize) -> __m512 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm512_castps128_ps512(record::<STRIDE>(from, at.lane(r)));
-        let v = _mm512_insertf32x4::<1>(v, record::<STRIDE>(from, at.lane(r + 4)));
-        let v = _mm512_insertf32x4::<2>(v, record::<STRIDE>(from, at.lane(r + 8)));
-        _mm512_insertf32x4::<3>(v, record::<STRIDE>(from, at.lane(r + 12)))
+        let low = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
+        let low = _mm256_insertf128_ps::<1>(low, record::<STRIDE>(from, at.lane(r + 4)));
+        let high = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r + 8)));
+        let high = _mm256_insertf128_ps::<1>(high, record::<STRIDE>(from, at.lane(r + 12)));
+        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
     }
 }
