@@ -8,7 +8,7 @@ use super::light::{Lighting, pack, splat3};
 use super::raster::NO_FACE;
 use super::resolve::WIDE_BIT;
 use super::shading::{Shading, Source};
-use super::shares::{Shares, add};
+use super::shares::{Shares, Weighed, add};
 use super::vertex::Record;
 use super::wide::{self, WideFace};
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
@@ -51,23 +51,36 @@ impl Faces<'_> {
         }
     }
 
-    /// The packed colours of pixels whose faces have records, and where f32 lacks the digits.
+    /// The packed colours of pixels whose faces have records, where they need no weights.
     #[inline(always)]
-    pub fn narrow<S: Simd>(&self, s: S, mask: S::M, faces: S::I, at: (S::I, S::I)) -> (S::I, S::M) {
+    pub fn plain_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
         let shading = self.shading;
-        let none = s.mask(0);
         if let (Some(surface), None) = (self.is_plain_color(), shading.haze) {
-            return (pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))), none);
+            return Some(pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))));
         }
-        let faces = s.select_i(mask, faces, s.splat_i(0));
         if let (Source::Faces(matte, []), [], None, 0) =
             (shading.source, shading.colors, shading.haze, shading.back)
         {
             let [r, g, b, _] = s.gather4(mask, matte, faces);
-            return (pack(s, [r, g, b]), none);
+            return Some(pack(s, [r, g, b]));
         }
-        let mut few = Few { count: 0, pixels: [mask; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
-        let (corners, mut materials) = self.corners_of(s, mask, faces, &mut few);
+        None
+    }
+
+    /// Weights of pixels whose faces have records.
+    #[inline(always)]
+    pub(super) fn weigh<'f, S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        faces: S::I,
+        at: (S::I, S::I),
+        few: &'f mut Few<S>,
+    ) -> Weighed<'f, S> {
+        let shading = self.shading;
+        let none = s.mask(0);
+        let faces = s.select_i(mask, faces, s.splat_i(0));
+        let (corners, mut materials) = self.corners_of(s, mask, faces, few);
         let [r0, r1, r2] = gather3(s, mask, self.records, &corners);
         let px = at.0.shl::<16>() + s.splat_i(1 << 15);
         let py = at.1.shl::<16>() + s.splat_i(1 << 15);
@@ -117,8 +130,7 @@ impl Faces<'_> {
             materials = s.select_i(behind, materials + s.splat_i(shading.back), materials);
         }
         let shares = Shares { p, inverse, w, right, below };
-        let (color, delicate) = self.shade(s, mask, (faces, materials), &corners, shares, turn, at);
-        (color, delicate)
+        Weighed { faces, surfaces: materials, corners, shares, turn, at }
     }
 
     /// The vertices of pixels' faces, and their materials' numbers.
@@ -174,7 +186,7 @@ impl Faces<'_> {
             below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
         }
         let [c0, c1, c2, material] = self.corners[face];
-        let vertices =
+        let corners =
             Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if wide.is_turned { u32::MAX } else { 0 });
         // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
@@ -188,7 +200,8 @@ impl Faces<'_> {
         let back = if wide.is_back { shading.back } else { 0 };
         let materials = s.splat_i(material.to_bits() as i32 + back);
         let at = (s.iota() + s.splat_i(x), s.splat_i(y));
-        let (color, delicate) = self.shade(s, mask, (faces, materials), &vertices, shares, turn, at);
+        let weighed = Weighed { faces, surfaces: materials, corners, shares, turn, at };
+        let (color, delicate) = self.shade(s, mask, &weighed);
         let needs_w =
             shading.is_affine && (matches!(shading.source, Source::Pixels(_)) || shading.haze.is_some());
         (color, if needs_w { mask } else { delicate | off })

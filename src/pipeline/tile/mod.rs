@@ -34,6 +34,7 @@ mod tables;
 mod texture;
 mod veil;
 mod vertex;
+mod waiting;
 mod walk;
 mod wide;
 mod workers;

@@ -6,9 +6,12 @@
 //! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
 
 use super::bins::View;
+use super::corners::{Few, MOST_FEW};
 use super::faces::Faces;
 use super::light::{pack, splat3};
 use super::raster::{ID_STRIDE, NO_FACE, Tile};
+use super::shares::Weighed;
+use super::waiting::{Line, ROOM};
 use super::wide::WideFace;
 use crate::simd::{I32, Kernel, Mask, Simd};
 
@@ -49,6 +52,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
     fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
         let mut known = Known { face: NO_FACE, wide: None, color: None };
+        let mut line = Line::new(s);
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -62,7 +66,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
                 }
                 let (seen, has_narrow, has_wide) = self.look(s, x, y);
                 if has_narrow {
-                    self.blocks(s, x, y);
+                    self.blocks(s, x, y, &mut line);
                 }
                 if has_wide {
                     self.wide_rows(s, x, y, &mut known);
@@ -75,6 +79,7 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             }
             y += STRIP[1];
         }
+        self.draw_line(s, &mut line);
         let rows = (self.reach.y0 - y0) as usize..(self.reach.y1 - y0) as usize;
         let columns = (self.reach.x0 - x0) as usize..(self.reach.x1 - x0) as usize;
         for row in rows {
@@ -142,13 +147,13 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// The pixels of a strip whose faces have records, a block of four columns at a time.
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32) {
+    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Line<S>) {
         let height = S::LANES as i32 / 4;
         let mut row = y;
         while row < y + STRIP[1] {
             let mut column = x;
             while column < (x + STRIP[0]).min(self.tile.x1) {
-                self.block(s, column.min(self.tile.x1 - 4), row);
+                self.block(s, column.min(self.tile.x1 - 4), row, line);
                 column += 4;
             }
             row += height;
@@ -156,7 +161,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     }
 
     #[inline(always)]
-    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32) {
+    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Line<S>) {
         let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
         let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
         if !narrow.any() {
@@ -168,10 +173,89 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let lane = s.iota();
         let at = (s.splat_i(x) + (lane & s.splat_i(3)), s.splat_i(y) + lane.shr::<2>());
-        let (color, delicate) = self.faces.narrow(s, narrow, ids, at);
         let first = self.tile.depth_at(x, y);
-        s.store_block_bytes(narrow & !delicate, color, &mut self.bytes[first * 4..], self.tile.width);
-        let mut left = (narrow & delicate).bits();
+        if let Some(color) = self.faces.plain_color(s, narrow, s.select_i(narrow, ids, s.splat_i(0))) {
+            s.store_block_bytes(narrow, color, &mut self.bytes[first * 4..], self.tile.width);
+            return;
+        }
+        let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
+        let weighed = self.faces.weigh(s, narrow, ids, at, &mut few);
+        if self.faces.shading.surfaces.len() == 1 {
+            self.surface(s, narrow, 0, &weighed, (x, y), line);
+            return;
+        }
+        // One surface after the other; mostly there is one in a block.
+        let mut numbers = [0; 16];
+        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        let mut left = narrow;
+        while left.any() {
+            let number = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & weighed.surfaces.eq(s.splat_i(number));
+            left = left & !same;
+            self.surface(s, same, number as usize, &weighed, (x, y), line);
+        }
+    }
+
+    /// The pixels of a block that show a surface: drawn, or put in line for their texels.
+    #[inline(always)]
+    fn surface<S: Simd>(
+        &mut self,
+        s: S,
+        mask: S::M,
+        number: usize,
+        weighed: &Weighed<'_, S>,
+        (x, y): (i32, i32),
+        line: &mut Line<S>,
+    ) {
+        let surface = &self.faces.shading.surfaces[number];
+        let (lit, delicate) = self.faces.lit(s, mask, surface, weighed);
+        let sure = mask & !delicate;
+        if let Some(texture) = &surface.texture {
+            let place = &mut line.vectors[line.count];
+            place.mask = sure;
+            place.surface = number;
+            place.corner = [x, y];
+            place.lit = lit;
+            place.spot = self.faces.spot(s, mask, texture, weighed);
+            line.count += 1;
+            if line.count == ROOM {
+                self.draw_line(s, line);
+            }
+        } else {
+            let color = self.faces.finish(s, &lit);
+            let first = self.tile.depth_at(x, y);
+            s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
+        }
+        self.plain_pixels((mask & delicate).bits(), (x, y));
+    }
+
+    /// Draws the pixels that wait for their texels.
+    #[inline(always)]
+    fn draw_line<S: Simd>(&mut self, s: S, line: &mut Line<S>) {
+        let shading = self.faces.shading;
+        let vectors = &mut line.vectors[..line.count];
+        for vector in &mut *vectors {
+            if let Some(texture) = &shading.surfaces[vector.surface].texture {
+                vector.aim = texture.aim(s, vector.mask, &vector.spot);
+            }
+        }
+        for vector in &mut *vectors {
+            if let Some(texture) = &shading.surfaces[vector.surface].texture {
+                vector.lit.multiply(texture.texel(s, vector.mask, &vector.spot, &vector.aim));
+            }
+            let color = self.faces.finish(s, &vector.lit);
+            let [x, y] = vector.corner;
+            let (first, delicate) = (self.tile.depth_at(x, y), vector.aim.delicate() & vector.mask);
+            let sure = vector.mask & !delicate;
+            s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
+            self.plain_pixels(delicate.bits(), (x, y));
+        }
+        line.count = 0;
+    }
+
+    /// Shades these pixels of a block by the plain path.
+    #[inline(always)]
+    fn plain_pixels(&mut self, mut left: u32, (x, y): (i32, i32)) {
         while left != 0 {
             let lane = left.trailing_zeros() as i32;
             left &= left - 1;

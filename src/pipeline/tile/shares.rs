@@ -4,7 +4,7 @@ use super::corners::{Corners, blend, gather3};
 use super::faces::Faces;
 use super::light::{V3, dot, light, pack, scale, splat3};
 use super::shading::{Eye, Source, Surface};
-use super::texture::{self, Footprint};
+use super::texture::{Footprint, Spot, TextureShade};
 use crate::simd::{F32, I32, Mask, Simd};
 
 /// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
@@ -20,34 +20,50 @@ pub(super) struct Shares<S: Simd> {
     pub below: [S::F; 3],
 }
 
+/// What is known of a vector of pixels before their light.
+pub(super) struct Weighed<'f, S: Simd> {
+    /// The faces that they show.
+    pub faces: S::I,
+    /// The numbers of those faces' surfaces.
+    pub surfaces: S::I,
+    /// The corners of those faces.
+    pub corners: Corners<'f, S>,
+    /// How the corners share in each pixel.
+    pub shares: Shares<S>,
+    /// Whose normals are turned.
+    pub turn: S::M,
+    /// Columns and rows.
+    pub at: (S::I, S::I),
+}
+
+/// Light, before texture and fog.
+#[derive(Clone, Copy)]
+pub struct Lit<S: Simd> {
+    /// What a texture multiplies.
+    pub matte: V3<S>,
+    /// What it does not.
+    pub gloss: V3<S>,
+    /// In the shading frame, where there is fog.
+    pub position: V3<S>,
+}
+
 impl Faces<'_> {
-    /// Colours from shares: the same for all kinds of faces.
+    /// Colours at once, and where f32 lacks the digits.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
-    pub(super) fn shade<S: Simd>(
-        &self,
-        s: S,
-        mask: S::M,
-        (faces, materials): (S::I, S::I),
-        corners: &Corners<'_, S>,
-        shares: Shares<S>,
-        turn: S::M,
-        at: (S::I, S::I),
-    ) -> (S::I, S::M) {
-        let shading = self.shading;
-        if let [only] = shading.surfaces {
-            return self.surface(s, mask, only, faces, corners, &shares, turn, at);
+    pub(super) fn shade<S: Simd>(&self, s: S, mask: S::M, weighed: &Weighed<'_, S>) -> (S::I, S::M) {
+        let surfaces = self.shading.surfaces;
+        if let [only] = surfaces {
+            return self.shade_surface(s, mask, only, weighed);
         }
-        // One material after the other; mostly there is one in a vector.
+        // One surface after the other; mostly there is one in a vector.
         let mut numbers = [0; 16];
-        s.store_i(materials, &mut numbers[..S::LANES]);
+        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
         let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
         while left.any() {
-            let material = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & materials.eq(s.splat_i(material));
+            let number = numbers[left.bits().trailing_zeros() as usize];
+            let same = left & weighed.surfaces.eq(s.splat_i(number));
             left = left & !same;
-            let surface = &shading.surfaces[material as usize];
-            let (own, d) = self.surface(s, same, surface, faces, corners, &shares, turn, at);
+            let (own, d) = self.shade_surface(s, same, &surfaces[number as usize], weighed);
             color = s.select_i(same, own, color);
             delicate = delicate | (d & same);
         }
@@ -55,31 +71,47 @@ impl Faces<'_> {
     }
 
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
-    fn surface<S: Simd>(
+    fn shade_surface<S: Simd>(
         &self,
         s: S,
         mask: S::M,
         surface: &Surface<'_>,
-        faces: S::I,
-        corners: &Corners<'_, S>,
-        shares: &Shares<S>,
-        turn: S::M,
-        (column, row): (S::I, S::I),
+        weighed: &Weighed<'_, S>,
     ) -> (S::I, S::M) {
+        let (mut lit, mut delicate) = self.lit(s, mask, surface, weighed);
+        if let Some(texture) = &surface.texture {
+            let spot = self.spot(s, mask, texture, weighed);
+            let aim = texture.aim(s, mask, &spot);
+            delicate = delicate | aim.delicate();
+            lit.multiply(texture.texel(s, mask, &spot, &aim));
+        }
+        (self.finish(s, &lit), delicate)
+    }
+
+    /// The light of pixels that show this surface, and where f32 lacks the digits.
+    #[inline(always)]
+    pub(super) fn lit<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        surface: &Surface<'_>,
+        weighed: &Weighed<'_, S>,
+    ) -> (Lit<S>, S::M) {
+        let Weighed { faces, corners, shares, turn, at: (column, row), .. } = weighed;
+        let (column, row) = (*column, *row);
         let shading = self.shading;
         let lighting = &surface.lighting;
         let mut delicate = s.mask(0);
-        let b = [shares.p[0] * shares.inverse, shares.p[1] * shares.inverse, shares.p[2] * shares.inverse];
+        let b = shares.weights();
         let zero = s.splat(0.0);
         let (mut matte, gloss) = match shading.source {
             Source::Constant => (splat3(s, lighting.matte), splat3(s, lighting.gloss)),
             Source::Faces(matte, gloss) => {
-                let [r, g, b, _] = s.gather4(mask, matte, faces);
+                let [r, g, b, _] = s.gather4(mask, matte, *faces);
                 let gloss = match gloss.is_empty() {
                     true => [zero; 3],
                     false => {
-                        let [r, g, b, _] = s.gather4(mask, gloss, faces);
+                        let [r, g, b, _] = s.gather4(mask, gloss, *faces);
                         [r, g, b]
                     }
                 };
@@ -99,7 +131,7 @@ impl Faces<'_> {
                 // Normals that cancel fall back to the face's, in f64.
                 delicate = mask & !s.splat(1e-4).le(length2);
                 let n_inverse = s.splat(1.0) / length2.sqrt();
-                let n_inverse = s.select(turn, zero - n_inverse, n_inverse);
+                let n_inverse = s.select(*turn, zero - n_inverse, n_inverse);
                 let normal = scale::<S>(n, n_inverse);
                 let (position, to_viewer) = match shading.eye {
                     Eye::Perspective { ray } => {
@@ -131,40 +163,71 @@ impl Faces<'_> {
             let color = blend(s, mask, shading.colors, corners, b);
             matte = [matte[0] * color[0], matte[1] * color[1], matte[2] * color[2]];
         }
-        if let Some(texture) = &surface.texture {
-            let [t0, t1, t2] = gather3(s, mask, shading.texcoords, corners);
-            // Relative to the first corner, so that coordinates far from 0 keep their digits.
-            let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
-            let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
-            let footprint = match texture.needs_level() {
-                false => None,
-                true => {
-                    let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
-                    let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
-                    let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
-                    Some(Footprint {
-                        right: [right[0] - here[0], right[1] - here[1]],
-                        below: [below[0] - here[0], below[1] - here[1]],
-                        is_horizon,
-                    })
-                }
-            };
-            let origin = [[t0[0], t0[1]], [t0[2], t0[3]]];
-            let (texel, d) = texture::sample(s, mask, texture, origin, here, footprint);
-            delicate = delicate | (d & mask);
-            matte = [matte[0] * texel[0], matte[1] * texel[1], matte[2] * texel[2]];
+        let position = match (&shading.haze, shading.eye) {
+            (None, _) => [zero; 3],
+            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
+                scale::<S>(ray_at(s, ray, column, row), shares.w)
+            }
+            (Some(_), _) => blend(s, mask, shading.positions, corners, b),
+        };
+        (Lit { matte, gloss, position }, delicate)
+    }
+
+    /// Where pixels look into a texture.
+    #[inline(always)]
+    pub(super) fn spot<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        texture: &TextureShade<'_>,
+        weighed: &Weighed<'_, S>,
+    ) -> Spot<S> {
+        let (shares, zero) = (&weighed.shares, s.splat(0.0));
+        let b = shares.weights();
+        let [t0, t1, t2] = gather3(s, mask, self.shading.texcoords, &weighed.corners);
+        // Relative to the first corner, so that coordinates far from 0 keep their digits.
+        let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
+        let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
+        let footprint = match texture.needs_level() {
+            false => None,
+            true => {
+                let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
+                let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
+                let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
+                Some(Footprint {
+                    right: [right[0] - here[0], right[1] - here[1]],
+                    below: [below[0] - here[0], below[1] - here[1]],
+                    is_horizon,
+                })
+            }
+        };
+        texture.spot(s, [[t0[0], t0[1]], [t0[2], t0[3]]], here, footprint)
+    }
+
+    /// Packed colours.
+    #[inline(always)]
+    pub(super) fn finish<S: Simd>(&self, s: S, lit: &Lit<S>) -> S::I {
+        let color = add::<S>(lit.matte, lit.gloss);
+        match &self.shading.haze {
+            None => pack(s, color),
+            Some(haze) => pack(s, haze.over(s, color, lit.position)),
         }
-        let mut color = add::<S>(matte, gloss);
-        if let Some(haze) = &shading.haze {
-            let position = match shading.eye {
-                Eye::Perspective { ray } if !shading.is_affine => {
-                    scale::<S>(ray_at(s, ray, column, row), shares.w)
-                }
-                _ => blend(s, mask, shading.positions, corners, b),
-            };
-            color = haze.over(s, color, position);
-        }
-        (pack(s, color), delicate)
+    }
+}
+
+impl<S: Simd> Shares<S> {
+    /// The corners' weights: their sum is 1.
+    #[inline(always)]
+    fn weights(&self) -> [S::F; 3] {
+        [self.p[0] * self.inverse, self.p[1] * self.inverse, self.p[2] * self.inverse]
+    }
+}
+
+impl<S: Simd> Lit<S> {
+    /// Takes the texels' colours on.
+    #[inline(always)]
+    pub fn multiply(&mut self, texel: V3<S>) {
+        self.matte = [self.matte[0] * texel[0], self.matte[1] * texel[1], self.matte[2] * texel[2]];
     }
 }
 

@@ -9,6 +9,9 @@ use crate::simd::{F32, I32, Mask, Simd};
 /// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
 const LEVEL_EDGE: f32 = 1e-3;
 
+/// The square of a footprint that reaches the horizon: larger than every texture's.
+const HORIZON: f32 = (1u128 << 126) as f32;
+
 /// A texture and its rules.
 #[derive(Clone, Copy, Debug)]
 pub struct TextureShade<'a> {
@@ -67,133 +70,207 @@ pub struct Footprint<S: Simd> {
     pub is_horizon: S::M,
 }
 
-/// R, G, B in 0..1 at `origin` (u, v, and what f32 lost of them) + `away`, and where f32 lacks the digits.
-#[inline(always)]
-pub fn sample<S: Simd>(
-    s: S,
-    mask: S::M,
-    shade: &TextureShade<'_>,
-    origin: [[S::F; 2]; 2],
-    away: [S::F; 2],
-    footprint: Option<Footprint<S>>,
-) -> (V3<S>, S::M) {
-    let (texture, sampling) = (shade.texture, shade.sampling);
-    let u = turns(s, origin[0][0], origin[1][0], away[0], sampling.wrap_s);
-    let v = turns(s, origin[0][1], origin[1][1], away[1], sampling.wrap_t);
-    let mut delicate = s.mask(0);
-    let last = texture.level_count() - 1;
-    let scale = s.splat(1.0 / 255.0);
-    let texel = match (sampling.filter, footprint) {
-        (Filter::Nearest, _) => {
-            let (w, h) = (s.splat_i(texture.width() as i32), s.splat_i(texture.height() as i32));
-            let i = wrapped(s, in_texels(s, u, sampling.wrap_s, w).floor().to_i32(), sampling.wrap_s, w);
-            let j = wrapped(s, in_texels(s, v, sampling.wrap_t, h).floor().to_i32(), sampling.wrap_t, h);
-            // Rows are stored from the top.
-            let at = (h - s.splat_i(1) - j) * w + i;
-            channels(s, s.gather_bytes(mask, texture.bytes(), at))
+/// Where pixels look into a texture.
+#[derive(Clone, Copy)]
+pub struct Spot<S: Simd> {
+    /// The coordinates, without whole turns.
+    u: S::F,
+    v: S::F,
+    /// The square of the longer way to a neighbour's spot, in texels, where the filter looks at levels.
+    footprint: S::F,
+}
+
+/// What pixels will read of the levels of a texture: found before anything is read, so that the reads of several vectors are
+/// under way together.
+#[derive(Clone, Copy)]
+pub struct Aim<S: Simd> {
+    level: S::F,
+    /// How far on the way to the next level.
+    part: S::F,
+    /// Those that have all they read in fixed point, and what that is: of their level and of the next.
+    is_fixed: S::M,
+    squares: [Square<S>; 2],
+    /// Too near to a level's edge for f32.
+    delicate: S::M,
+}
+
+/// Four texels of a level in fixed point: where the two of each row begin, and how far on the way between them.
+#[derive(Clone, Copy)]
+struct Square<S: Simd> {
+    at: [S::I; 2],
+    part: [S::F; 2],
+}
+
+impl<S: Simd> Spot<S> {
+    /// The first texel.
+    #[inline(always)]
+    pub fn origin(s: S) -> Self {
+        let zero = s.splat(0.0);
+        Self { u: zero, v: zero, footprint: zero }
+    }
+}
+
+impl<S: Simd> Aim<S> {
+    /// At nothing.
+    #[inline(always)]
+    pub fn none(s: S) -> Self {
+        let (zero, at) = (s.splat(0.0), s.splat_i(0));
+        let squares = [Square { at: [at; 2], part: [zero; 2] }; 2];
+        Self { level: zero, part: zero, is_fixed: s.mask(0), squares, delicate: s.mask(0) }
+    }
+
+    /// Where f32 lacks the digits.
+    #[inline(always)]
+    pub fn delicate(&self) -> S::M {
+        self.delicate
+    }
+}
+
+impl TextureShade<'_> {
+    /// The spot at `origin` (u, v, and what f32 lost of them) + `away`.
+    #[inline(always)]
+    pub fn spot<S: Simd>(
+        &self,
+        s: S,
+        origin: [[S::F; 2]; 2],
+        away: [S::F; 2],
+        footprint: Option<Footprint<S>>,
+    ) -> Spot<S> {
+        let (texture, sampling) = (self.texture, self.sampling);
+        let u = turns(s, origin[0][0], origin[1][0], away[0], sampling.wrap_s);
+        let v = turns(s, origin[0][1], origin[1][1], away[1], sampling.wrap_t);
+        let footprint = match footprint {
+            None => s.splat(0.0),
+            Some(footprint) => {
+                let (w, h) = (s.splat(texture.width() as f32), s.splat(texture.height() as f32));
+                let longer = length2::<S>(footprint.right, w, h).max(length2::<S>(footprint.below, w, h));
+                s.select(footprint.is_horizon, s.splat(HORIZON), longer)
+            }
+        };
+        Spot { u, v, footprint }
+    }
+
+    /// What will be read there; nothing is asked of the texels yet.
+    #[inline(always)]
+    pub fn aim<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>) -> Aim<S> {
+        let mut aim = Aim::none(s);
+        if !self.needs_level() {
+            return aim;
         }
-        (Filter::Mipmap | Filter::Trilinear, Some(footprint)) => {
-            let (w, h) = (s.splat(texture.width() as f32), s.splat(texture.height() as f32));
-            let longer = length2::<S>(footprint.right, w, h).max(length2::<S>(footprint.below, w, h));
-            let d = s.splat(0.5) * log2(s, longer);
-            let d = s.select(footprint.is_horizon, s.splat(100.0), d);
-            let top = s.splat(last as f32);
-            if sampling.filter == Filter::Mipmap {
-                let at = d + s.splat(0.5);
-                let part = at - at.floor();
-                let is_edge = part.lt(s.splat(LEVEL_EDGE)) | s.splat(1.0 - LEVEL_EDGE).lt(part);
-                delicate = mask & is_edge & s.splat(0.5).lt(at);
-                let level = at.floor().max(s.splat(0.0)).min(top);
-                levels(s, mask, shade, u, v, level, None, last)
-            } else {
-                let d = d.max(s.splat(0.0)).min(top);
-                let near = d.floor();
-                levels(s, mask, shade, u, v, near, Some(d - near), last)
+        let last = self.texture.level_count() - 1;
+        let (zero, top) = (s.splat(0.0), s.splat(last as f32));
+        let d = s.splat(0.5) * log2(s, spot.footprint);
+        let is_trilinear = self.sampling.filter == Filter::Trilinear;
+        if is_trilinear {
+            let d = d.max(zero).min(top);
+            aim.level = d.floor();
+            aim.part = d - aim.level;
+        } else {
+            let at = d + s.splat(0.5);
+            let part = at - at.floor();
+            let is_edge = part.lt(s.splat(LEVEL_EDGE)) | s.splat(1.0 - LEVEL_EDGE).lt(part);
+            aim.delicate = mask & is_edge & s.splat(0.5).lt(at);
+            aim.level = at.floor().max(zero).min(top);
+        }
+        // Those that have both of their levels in fixed point, all at once.
+        let fixed = &self.fixed;
+        let highest = fixed.count.min(last) as f32 - if is_trilinear && fixed.count < last { 1.0 } else { 0.0 };
+        aim.is_fixed = mask & s.splat(1.0).le(aim.level) & aim.level.le(s.splat(highest));
+        if aim.is_fixed.any() {
+            let number = aim.level.to_i32();
+            aim.squares[0] = self.square(s, spot, number);
+            if is_trilinear {
+                // The last level is its own next one.
+                aim.squares[1] = self.square(s, spot, (number + s.splat_i(1)).min(s.splat_i(last as i32)));
             }
         }
-        _ => bilinear(s, mask, shade, u, v, 0),
-    };
-    ([texel[0] * scale, texel[1] * scale, texel[2] * scale], delicate)
-}
+        aim
+    }
 
-/// Bilinear in each lane's own level, and with `part` on the way to the next.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a kernel's registers")]
-fn levels<S: Simd>(
-    s: S,
-    mask: S::M,
-    shade: &TextureShade<'_>,
-    u: S::F,
-    v: S::F,
-    level: S::F,
-    part: Option<S::F>,
-    last: u32,
-) -> V3<S> {
-    let mut out = splat3(s, [0.0; 3]);
-    let fixed = &shade.fixed;
-    // Those that have both of their levels in fixed point, all at once.
-    let highest = fixed.count.min(last) as f32 - if part.is_some() && fixed.count < last { 1.0 } else { 0.0 };
-    let is_fixed = mask & s.splat(1.0).le(level) & level.le(s.splat(highest));
-    if is_fixed.any() {
-        let number = s.select(is_fixed, level, s.splat(1.0)).to_i32();
-        let mut texel = fixed_bilinear(s, is_fixed, shade, u, v, number);
-        if let Some(part) = part {
-            // The last level is its own next one.
-            let number = (number + s.splat_i(1)).min(s.splat_i(last as i32));
-            let next = fixed_bilinear(s, is_fixed, shade, u, v, number);
-            texel = between::<S>(texel, next, part);
-        }
-        // A power of two, so that nothing is rounded by it.
-        let unit = s.splat(1.0 / 256.0);
-        out = [texel[0] * unit, texel[1] * unit, texel[2] * unit];
+    /// R, G, B in 0..1.
+    #[inline(always)]
+    pub fn texel<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>, aim: &Aim<S>) -> V3<S> {
+        let (texture, sampling) = (self.texture, self.sampling);
+        let texel = match sampling.filter {
+            Filter::Nearest => {
+                let (w, h) = (s.splat_i(texture.width() as i32), s.splat_i(texture.height() as i32));
+                let i = in_texels(s, spot.u, sampling.wrap_s, w).floor().to_i32();
+                let j = in_texels(s, spot.v, sampling.wrap_t, h).floor().to_i32();
+                let (i, j) = (wrapped(s, i, sampling.wrap_s, w), wrapped(s, j, sampling.wrap_t, h));
+                // Rows are stored from the top.
+                let at = (h - s.splat_i(1) - j) * w + i;
+                channels(s, s.gather_bytes(mask, texture.bytes(), at))
+            }
+            Filter::Bilinear => bilinear(s, mask, self, spot, 0),
+            Filter::Mipmap | Filter::Trilinear => self.levels(s, mask, spot, aim),
+        };
+        let scale = s.splat(1.0 / 255.0);
+        [texel[0] * scale, texel[1] * scale, texel[2] * scale]
     }
-    let mut left = mask & !is_fixed;
-    if !left.any() {
-        return out;
-    }
-    let mut numbers = [0f32; 16];
-    s.store(level, &mut numbers[..S::LANES]);
-    while left.any() {
-        let first = numbers[left.bits().trailing_zeros() as usize];
-        let number = s.splat(first);
-        let same = left & level.le(number) & number.le(level);
-        left = left & !same;
-        let own = (first as u32).min(last);
-        let mut texel = bilinear(s, same, shade, u, v, own);
-        if let (Some(part), true) = (part, own < last) {
-            texel = between::<S>(texel, bilinear(s, same, shade, u, v, own + 1), part);
-        }
-        for c in 0..3 {
-            out[c] = s.select(same, texel[c], out[c]);
-        }
-        if first.is_nan() {
-            break;
-        }
-    }
-    out
-}
 
-/// Bilinear in levels 1.. that are held in fixed point, each lane in its own.
-#[inline(always)]
-fn fixed_bilinear<S: Simd>(
-    s: S,
-    mask: S::M,
-    shade: &TextureShade<'_>,
-    u: S::F,
-    v: S::F,
-    number: S::I,
-) -> V3<S> {
-    let fixed = &shade.fixed;
-    let (w, h) = (s.lookup(&fixed.widths, number), s.lookup(&fixed.heights, number));
-    let near = neighbours(s, shade.sampling, u, v, (w, h));
-    // Each row has its first texel once more at its end.
-    let stride = w + s.splat_i(1);
-    let base = s.lookup(&fixed.lowest_rows, number) + near.i[0];
-    let [a, b] = [
-        fixed_pair(s, mask, fixed.texels, base - near.j[0] * stride),
-        fixed_pair(s, mask, fixed.texels, base - near.j[1] * stride),
-    ];
-    near.blend(s, a, b)
+    /// Bilinear in each lane's own level, and on the way to the next.
+    #[inline(always)]
+    fn levels<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>, aim: &Aim<S>) -> V3<S> {
+        let is_trilinear = self.sampling.filter == Filter::Trilinear;
+        let mut out = splat3(s, [0.0; 3]);
+        if aim.is_fixed.any() {
+            let mut texel = self.fixed_bilinear(s, aim.is_fixed, &aim.squares[0]);
+            if is_trilinear {
+                let next = self.fixed_bilinear(s, aim.is_fixed, &aim.squares[1]);
+                texel = between::<S>(texel, next, aim.part);
+            }
+            // A power of two, so that nothing is rounded by it.
+            let unit = s.splat(1.0 / 256.0);
+            out = [texel[0] * unit, texel[1] * unit, texel[2] * unit];
+        }
+        let mut left = mask & !aim.is_fixed;
+        if !left.any() {
+            return out;
+        }
+        let last = self.texture.level_count() - 1;
+        let mut numbers = [0f32; 16];
+        s.store(aim.level, &mut numbers[..S::LANES]);
+        while left.any() {
+            let first = numbers[left.bits().trailing_zeros() as usize];
+            let number = s.splat(first);
+            let same = left & aim.level.le(number) & number.le(aim.level);
+            left = left & !same;
+            let own = (first as u32).min(last);
+            let mut texel = bilinear(s, same, self, spot, own);
+            if is_trilinear && own < last {
+                texel = between::<S>(texel, bilinear(s, same, self, spot, own + 1), aim.part);
+            }
+            for c in 0..3 {
+                out[c] = s.select(same, texel[c], out[c]);
+            }
+            if first.is_nan() {
+                break;
+            }
+        }
+        out
+    }
+
+    /// The square around a spot, each lane's in its own level, which is held in fixed point.
+    #[inline(always)]
+    fn square<S: Simd>(&self, s: S, spot: &Spot<S>, number: S::I) -> Square<S> {
+        let fixed = &self.fixed;
+        let (w, h) = (s.lookup(&fixed.widths, number), s.lookup(&fixed.heights, number));
+        let near = neighbours(s, self.sampling, spot, (w, h));
+        // Each row has its first texel once more at its end.
+        let stride = w + s.splat_i(1);
+        let base = s.lookup(&fixed.lowest_rows, number) + near.i[0];
+        let count = fixed.texels.len() - 1;
+        let at = [base - near.j[0] * stride, base - near.j[1] * stride];
+        Square { at: [inside(s, at[0], count), inside(s, at[1], count)], part: near.part }
+    }
+
+    /// In 1/256 of 0..255.
+    #[inline(always)]
+    fn fixed_bilinear<S: Simd>(&self, s: S, mask: S::M, square: &Square<S>) -> V3<S> {
+        let a = fixed_pair(s, mask, self.fixed.texels, square.at[0]);
+        let b = fixed_pair(s, mask, self.fixed.texels, square.at[1]);
+        blend::<S>(a, b, square.part)
+    }
 }
 
 /// The texels around a point of a level, and how far it lies on the way from the first to the second of each axis.
@@ -205,9 +282,14 @@ struct Neighbours<S: Simd> {
 
 /// Of a level of this width and height.
 #[inline(always)]
-fn neighbours<S: Simd>(s: S, sampling: Sampling, u: S::F, v: S::F, (w, h): (S::I, S::I)) -> Neighbours<S> {
-    let (i, across) = around(s, u, sampling.wrap_s, w);
-    let (j, up) = around(s, v, sampling.wrap_t, h);
+fn neighbours<S: Simd>(
+    s: S,
+    sampling: Sampling,
+    spot: &Spot<S>,
+    (w, h): (S::I, S::I),
+) -> Neighbours<S> {
+    let (i, across) = around(s, spot.u, sampling.wrap_s, w);
+    let (j, up) = around(s, spot.v, sampling.wrap_t, h);
     Neighbours { i, j, part: [across, up] }
 }
 
@@ -239,13 +321,11 @@ fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2]
     }
 }
 
-impl<S: Simd> Neighbours<S> {
-    /// Two texels of the one row and two of the other.
-    #[inline(always)]
-    fn blend(&self, _: S, a: [V3<S>; 2], b: [V3<S>; 2]) -> V3<S> {
-        let (a, b) = (between::<S>(a[0], a[1], self.part[0]), between::<S>(b[0], b[1], self.part[0]));
-        between::<S>(a, b, self.part[1])
-    }
+/// Two texels of the one row and two of the other, as far as `part` says on the way between them.
+#[inline(always)]
+fn blend<S: Simd>(a: [V3<S>; 2], b: [V3<S>; 2], part: [S::F; 2]) -> V3<S> {
+    let (a, b) = (between::<S>(a[0], a[1], part[0]), between::<S>(b[0], b[1], part[0]));
+    between::<S>(a, b, part[1])
 }
 
 /// A coordinate without its whole turns, or as it is where it is clamped.
@@ -287,13 +367,13 @@ fn wrapped<S: Simd>(s: S, texel: S::I, wrap: Wrap, size: S::I) -> S::I {
 }
 
 #[inline(always)]
-fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, u: S::F, v: S::F, level: u32) -> V3<S> {
+fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, spot: &Spot<S>, level: u32) -> V3<S> {
     let texture = shade.texture;
     let (w, h) = texture.level_size(level);
-    let near = neighbours(s, shade.sampling, u, v, (s.splat_i(w as i32), s.splat_i(h as i32)));
+    let near = neighbours(s, shade.sampling, spot, (s.splat_i(w as i32), s.splat_i(h as i32)));
     let (a, unit) = pair(s, mask, texture, level, near.i, near.j[0]);
     let (b, _) = pair(s, mask, texture, level, near.i, near.j[1]);
-    let (texel, unit) = (near.blend(s, a, b), s.splat(unit));
+    let (texel, unit) = (blend::<S>(a, b, near.part), s.splat(unit));
     [texel[0] * unit, texel[1] * unit, texel[2] * unit]
 }
 
@@ -312,7 +392,8 @@ fn pair<S: Simd>(
     let row = s.splat_i(h as i32 - 1) - j;
     match texture.level_texels(level) {
         LevelTexels::Fixed(texels) => {
-            (fixed_pair(s, mask, texels, row * s.splat_i(w as i32 + 1) + i0), 1.0 / 256.0)
+            let at = inside(s, row * s.splat_i(w as i32 + 1) + i0, texels.len() - 1);
+            (fixed_pair(s, mask, texels, at), 1.0 / 256.0)
         }
         LevelTexels::Bytes(bytes) if !(mask & !i1.eq(i0 + s.splat_i(1))).any() && w > 1 => {
             let at = inside(s, row * s.splat_i(w as i32) + i0, bytes.len() / 4 - 1);
@@ -337,7 +418,7 @@ fn pair<S: Simd>(
 /// A texel in fixed point and the one behind it: behind the last of a row its first again.
 #[inline(always)]
 fn fixed_pair<S: Simd>(s: S, mask: S::M, texels: &[[u16; 4]], at: S::I) -> [V3<S>; 2] {
-    let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, inside(s, at, texels.len() - 1));
+    let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, at);
     let low = s.splat_i(0xffff);
     [
         [(rg0 & low).to_f32(), rg0.shr::<16>().to_f32(), (ba0 & low).to_f32()],
