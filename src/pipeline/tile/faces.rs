@@ -87,14 +87,13 @@ impl Faces<'_> {
         let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
         let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
         let area = (e0 + e1) + e2;
+        // Of faces that are seen from the other side all of these are negative, and their ratios the same.
         let zero = s.splat(0.0);
         let is_turned = area.lt(zero);
-        let f0 = s.select(is_turned, -e0, e0);
-        let f1 = s.select(is_turned, -e1, e1);
-        let f2 = s.select(is_turned, -e2, e2);
+        let (f0, f1, f2) = (e0, e1, e2);
         // Beside the face: clamped to it, as the plain path does.
-        let whole = area.abs();
-        let (e0, e1, e2) = (f0.max(zero).min(whole), f1.max(zero).min(whole), f2.max(zero).min(whole));
+        let (least, most) = (area.min(zero), area.max(zero));
+        let (e0, e1, e2) = (e0.max(least).min(most), e1.max(least).min(most), e2.max(least).min(most));
         let [i0, i1, i2] = match shading.is_affine {
             true => [s.splat(1.0); 3],
             false => [r0[3], r1[3], r2[3]],
@@ -106,7 +105,6 @@ impl Faces<'_> {
         if shading.surfaces.iter().any(|m| m.texture.is_some()) {
             // A pixel further on, an edge function has moved by the edge's extent on the other axis.
             let unit = s.splat(65536.0);
-            let unit = s.select(is_turned, -unit, unit);
             let steps = [(d1, d2), (d2, d0), (d0, d1)];
             let (f, i) = ([f0, f1, f2], [i0, i1, i2]);
             right = [

@@ -193,7 +193,8 @@ impl Faces<'_> {
             true => {
                 let (right, rs) = run_of(s, shares.right, (u1, u2), (v1, v2));
                 let (below, bs) = run_of(s, shares.below, (u1, u2), (v1, v2));
-                let is_horizon = mask & !(zero.lt(rs) & zero.lt(bs));
+                // Their sign is that of the pixel's own sum unless the face's plane runs to the horizon between them.
+                let is_horizon = mask & !(zero.lt(rs * shares.inverse) & zero.lt(bs * shares.inverse));
                 Some(Footprint {
                     right: [right[0] - here[0], right[1] - here[1]],
                     below: [below[0] - here[0], below[1] - here[1]],

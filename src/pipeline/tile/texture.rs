@@ -174,7 +174,8 @@ impl TextureShade<'_> {
         }
         // Those that have both of their levels in fixed point, all at once.
         let fixed = &self.fixed;
-        let highest = fixed.count.min(last) as f32 - if is_trilinear && fixed.count < last { 1.0 } else { 0.0 };
+        let highest =
+            fixed.count.min(last) as f32 - if is_trilinear && fixed.count < last { 1.0 } else { 0.0 };
         aim.is_fixed = mask & s.splat(1.0).le(aim.level) & aim.level.le(s.splat(highest));
         if aim.is_fixed.any() {
             let number = aim.level.to_i32();
@@ -282,12 +283,7 @@ struct Neighbours<S: Simd> {
 
 /// Of a level of this width and height.
 #[inline(always)]
-fn neighbours<S: Simd>(
-    s: S,
-    sampling: Sampling,
-    spot: &Spot<S>,
-    (w, h): (S::I, S::I),
-) -> Neighbours<S> {
+fn neighbours<S: Simd>(s: S, sampling: Sampling, spot: &Spot<S>, (w, h): (S::I, S::I)) -> Neighbours<S> {
     let (i, across) = around(s, spot.u, sampling.wrap_s, w);
     let (j, up) = around(s, spot.v, sampling.wrap_t, h);
     Neighbours { i, j, part: [across, up] }
@@ -306,10 +302,8 @@ fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2]
             // From -1 to size - 1: only the first one can lie before the texture, only the second one behind it.
             let first = whole.to_i32();
             let second = first + one;
-            let around = [
-                s.select_i(none.gt(first), first + size, first),
-                s.select_i(second.eq(size), none, second),
-            ];
+            let around =
+                [s.select_i(none.gt(first), first + size, first), s.select_i(second.eq(size), none, second)];
             (around, texels - whole)
         }
         Wrap::Clamp => {

@@ -45,7 +45,11 @@ impl<S: Simd> Line<S> {
             mask: s.mask(0),
             surface: 0,
             corner: [0; 2],
-            lit: Lit { matte: splat3(s, [0.0; 3]), gloss: splat3(s, [0.0; 3]), position: splat3(s, [0.0; 3]) },
+            lit: Lit {
+                matte: splat3(s, [0.0; 3]),
+                gloss: splat3(s, [0.0; 3]),
+                position: splat3(s, [0.0; 3]),
+            },
             spot: Spot::origin(s),
             aim: Aim::none(s),
         };
