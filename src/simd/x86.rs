@@ -31,7 +31,7 @@ pub(super) use op;
 /// # Safety
 /// 8 bytes must be there at both places.
 #[inline(always)]
-pub(super) unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m128 {
+pub(super) unsafe fn two_pairs(from: &[u8], [first, second]: [usize; 2]) -> __m128 {
     // SAFETY: as promised by the caller; SSE2 is part of every x86-64, and these loads need no alignment.
     unsafe {
         let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
@@ -44,7 +44,28 @@ pub(super) unsafe fn two_pairs(from: &[u8], first: usize, second: usize) -> __m1
 /// # Safety
 /// 16 bytes must be there.
 #[inline(always)]
-pub(super) unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
+unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
     // SAFETY: as promised by the caller; SSE is part of every x86-64, and the load needs no alignment.
     unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
+}
+
+/// The records at two pairs of places: of the first of each, and of the second.
+///
+/// # Safety
+/// The CPU must have AVX2, and 16 bytes must be there at each of those places.
+#[inline(always)]
+pub(super) unsafe fn rows_of_two<const STRIDE: usize>(
+    from: *const u8,
+    low: [usize; 2],
+    high: [usize; 2],
+) -> [__m256; 2] {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let a = _mm256_castps128_ps256(record::<STRIDE>(from, low[0]));
+        let b = _mm256_castps128_ps256(record::<STRIDE>(from, low[1]));
+        [
+            _mm256_insertf128_ps::<1>(a, record::<STRIDE>(from, high[0])),
+            _mm256_insertf128_ps::<1>(b, record::<STRIDE>(from, high[1])),
+        ]
+    }
 }

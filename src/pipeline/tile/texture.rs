@@ -153,39 +153,40 @@ impl TextureShade<'_> {
     /// What will be read there; nothing is asked of the texels yet.
     #[inline(always)]
     pub fn aim<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>) -> Aim<S> {
-        let mut aim = Aim::none(s);
         if !self.needs_level() {
-            return aim;
+            return Aim::none(s);
         }
         let last = self.texture.level_count() - 1;
         let (zero, top) = (s.splat(0.0), s.splat(last as f32));
         let d = s.splat(0.5) * log2(s, spot.footprint);
         let is_trilinear = self.sampling.filter == Filter::Trilinear;
-        if is_trilinear {
+        let (level, part, delicate) = if is_trilinear {
             let d = d.max(zero).min(top);
-            aim.level = d.floor();
-            aim.part = d - aim.level;
+            let level = d.floor();
+            (level, d - level, s.mask(0))
         } else {
             let at = d + s.splat(0.5);
             let part = at - at.floor();
             let is_edge = part.lt(s.splat(LEVEL_EDGE)) | s.splat(1.0 - LEVEL_EDGE).lt(part);
-            aim.delicate = mask & is_edge & s.splat(0.5).lt(at);
-            aim.level = at.floor().max(zero).min(top);
-        }
-        // Those that have both of their levels in fixed point, all at once.
+            (at.floor().max(zero).min(top), zero, mask & is_edge & s.splat(0.5).lt(at))
+        };
+        // Those that have both of their levels in fixed point, all at once; what is no number has no place there.
         let fixed = &self.fixed;
         let highest =
             fixed.count.min(last) as f32 - if is_trilinear && fixed.count < last { 1.0 } else { 0.0 };
-        aim.is_fixed = mask & s.splat(1.0).le(aim.level) & aim.level.le(s.splat(highest));
-        if aim.is_fixed.any() {
-            let number = aim.level.to_i32();
-            aim.squares[0] = self.square(s, spot, number);
-            if is_trilinear {
-                // The last level is its own next one.
-                aim.squares[1] = self.square(s, spot, (number + s.splat_i(1)).min(s.splat_i(last as i32)));
-            }
+        let sum = spot.u + spot.v;
+        let is_fixed = mask & sum.le(sum) & s.splat(1.0).le(level) & level.le(s.splat(highest));
+        if !is_fixed.any() {
+            return Aim { level, part, is_fixed, delicate, ..Aim::none(s) };
         }
-        aim
+        let number = level.to_i32();
+        let near = self.square(s, spot, number);
+        // The last level is its own next one.
+        let far = match is_trilinear {
+            true => self.square(s, spot, (number + s.splat_i(1)).min(s.splat_i(last as i32))),
+            false => near,
+        };
+        Aim { level, part, is_fixed, squares: [near, far], delicate }
     }
 
     /// R, G, B in 0..1.
@@ -260,9 +261,7 @@ impl TextureShade<'_> {
         // Each row has its first texel once more at its end.
         let stride = w + s.splat_i(1);
         let base = s.lookup(&fixed.lowest_rows, number) + near.i[0];
-        let count = fixed.texels.len() - 1;
-        let at = [base - near.j[0] * stride, base - near.j[1] * stride];
-        Square { at: [inside(s, at[0], count), inside(s, at[1], count)], part: near.part }
+        Square { at: [base - near.j[0] * stride, base - near.j[1] * stride], part: near.part }
     }
 
     /// In 1/256 of 0..255.

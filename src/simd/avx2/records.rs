@@ -3,7 +3,7 @@
 use super::{I, M};
 use crate::simd::Mask;
 use crate::simd::spilled::Spilled;
-use crate::simd::x86::{record, two_pairs};
+use crate::simd::x86::{rows_of_two, two_pairs};
 use std::arch::x86_64::*;
 
 /// For each mask the lanes that are set, in order.
@@ -46,9 +46,9 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
     unsafe {
         let mut at = Spilled([0i32; 8]);
         _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
-        let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
-        let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
+        // Row r holds the records of lanes r and 4 + r; a 4x4 transpose within each half finishes it.
+        let [a, b] = rows_of_two::<STRIDE>(from, at.pair(0), at.pair(2));
+        let [c, d] = rows_of_two::<STRIDE>(from, at.pair(1), at.pair(3));
         let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
         let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
         [
@@ -89,28 +89,15 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m256i; 4]) -> [__m256i; 4] {
     }
 }
 
-/// In half q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
+/// In half q the pixels at the places of lanes 4 q + 2 k and 4 q + 2 k + 1, two each.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, r: usize) -> __m256 {
+pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, k: usize) -> __m256 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm256_castps128_ps256(two_pairs(from, at.lane(r), at.lane(r + 1)));
-        _mm256_insertf128_ps::<1>(v, two_pairs(from, at.lane(r + 4), at.lane(r + 5)))
-    }
-}
-
-/// The records of lanes r, 4 + r, ...
-///
-/// # Safety
-/// As for [`transposed`].
-#[inline(always)]
-unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<8>, r: usize) -> __m256 {
-    // SAFETY: as promised by the caller.
-    unsafe {
-        let v = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
-        _mm256_insertf128_ps::<1>(v, record::<STRIDE>(from, at.lane(r + 4)))
+        let v = _mm256_castps128_ps256(two_pairs(from, at.pair(k)));
+        _mm256_insertf128_ps::<1>(v, two_pairs(from, at.pair(k + 2)))
     }
 }

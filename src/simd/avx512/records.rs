@@ -2,7 +2,7 @@
 
 use super::{I, M};
 use crate::simd::spilled::Spilled;
-use crate::simd::x86::{record, two_pairs};
+use crate::simd::x86::{rows_of_two, two_pairs};
 use std::arch::x86_64::*;
 
 /// Panics unless every set lane of `index`, read as unsigned, is below `len`.
@@ -25,8 +25,7 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
         let mut at = Spilled([0i32; 16]);
         _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
         // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
-        let (a, b) = (row_of::<STRIDE>(from, &at, 0), row_of::<STRIDE>(from, &at, 1));
-        let (c, d) = (row_of::<STRIDE>(from, &at, 2), row_of::<STRIDE>(from, &at, 3));
+        let ([a, b], [c, d]) = (two_rows::<STRIDE>(from, &at, 0), two_rows::<STRIDE>(from, &at, 1));
         let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
         let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
         [
@@ -57,33 +56,35 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m512i; 4]) -> [__m512i; 4] {
     }
 }
 
-/// In quarter q the pixels at the places of lanes 4 q + r and 4 q + r + 1, two each.
+/// In quarter q the pixels at the places of lanes 4 q + 2 k and 4 q + 2 k + 1, two each.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, r: usize) -> __m512 {
+pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, k: usize) -> __m512 {
     // SAFETY: as promised by the caller.
     unsafe {
-        let v = _mm512_castps128_ps512(two_pairs(from, at.lane(r), at.lane(r + 1)));
-        let v = _mm512_insertf32x4::<1>(v, two_pairs(from, at.lane(r + 4), at.lane(r + 5)));
-        let v = _mm512_insertf32x4::<2>(v, two_pairs(from, at.lane(r + 8), at.lane(r + 9)));
-        _mm512_insertf32x4::<3>(v, two_pairs(from, at.lane(r + 12), at.lane(r + 13)))
+        let low = _mm256_castps128_ps256(two_pairs(from, at.pair(k)));
+        let low = _mm256_insertf128_ps::<1>(low, two_pairs(from, at.pair(k + 2)));
+        let high = _mm256_castps128_ps256(two_pairs(from, at.pair(k + 4)));
+        let high = _mm256_insertf128_ps::<1>(high, two_pairs(from, at.pair(k + 6)));
+        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
     }
 }
 
-/// The records of lanes r, 4 + r, ...
+/// The records of lanes 2 k, 4 + 2 k, ... and those of lanes 2 k + 1, 4 + 2 k + 1, ...
 ///
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn row_of<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, r: usize) -> __m512 {
+unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, k: usize) -> [__m512; 2] {
     // SAFETY: as promised by the caller.
     unsafe {
-        let low = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r)));
-        let low = _mm256_insertf128_ps::<1>(low, record::<STRIDE>(from, at.lane(r + 4)));
-        let high = _mm256_castps128_ps256(record::<STRIDE>(from, at.lane(r + 8)));
-        let high = _mm256_insertf128_ps::<1>(high, record::<STRIDE>(from, at.lane(r + 12)));
-        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
+        let [a, b] = rows_of_two::<STRIDE>(from, at.pair(k), at.pair(k + 2));
+        let [c, d] = rows_of_two::<STRIDE>(from, at.pair(k + 4), at.pair(k + 6));
+        [
+            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a), c),
+            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(b), d),
+        ]
     }
 }
