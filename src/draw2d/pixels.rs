@@ -4,6 +4,7 @@ use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use crate::pipeline::tile::Crew;
+use crate::simd::prefetch::ForWrite;
 use std::hint::select_unpredictable;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,7 +38,7 @@ pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(
     let (records, []) = packed.as_chunks::<8>() else {
         return Err(DrawError::BrokenRecord { record: 8, found: packed.len() as u64 });
     };
-    list(memory, records.iter().map(|&[a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend);
+    list(memory, records, |&[a, b, c, d, color @ ..]| (xy([a, b, c, d]), color), blend);
     Ok(())
 }
 
@@ -113,7 +114,7 @@ fn points_of_band(
 /// The letters are not looked at again, and the bytes of a record that is cut short are left out.
 pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) -> u64 {
     let records = records.as_chunks::<10>().0;
-    list(memory, records.iter().map(|&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color)), blend)
+    list(memory, records, |&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color), blend)
 }
 
 /// Lights the pixels of records of 8 bytes as [`points`] has them, moved by `offset`, in order. Answers how many were on
@@ -125,7 +126,7 @@ pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32;
         let (x, y) = xy([a, b, c, d]);
         ((x.wrapping_add(dx), y.wrapping_add(dy)), color)
     };
-    list(memory, records.iter().map(moved), blend)
+    list(memory, records, moved, blend)
 }
 
 /// Stores a run of RGBA pixels linearly from (x, y), on over row ends, up to the end of the memory (`PXMULTI`).
@@ -148,13 +149,50 @@ fn xy([a, b, c, d]: [u8; 4]) -> (u32, u32) {
     (u16::from_le_bytes([a, b]).into(), u16::from_le_bytes([c, d]).into())
 }
 
+/// So many pixels before one is lit its line is asked for.
+const AHEAD: usize = 64;
+/// Frames of so few bytes stay in the second cache, where nothing needs to be asked for.
+const NEAR_BYTES: usize = 1 << 20;
+
 /// Lights pixels in order and marks their rows; off the frame they do nothing. Answers how many were on it.
 #[inline]
-fn list(memory: &mut VideoMemory, records: impl Iterator<Item = ((u32, u32), Rgba)>, blend: Blend) -> u64 {
+fn list<R>(
+    memory: &mut VideoMemory,
+    records: &[R],
+    read: impl Fn(&R) -> ((u32, u32), Rgba),
+    blend: Blend,
+) -> u64 {
+    match memory.bytes().len() > NEAR_BYTES {
+        true => list_of::<R, true>(memory, records, read, blend),
+        false => list_of::<R, false>(memory, records, read, blend),
+    }
+}
+
+/// The same; `IS_FAR` asks for lines before they are written.
+#[inline]
+fn list_of<R, const IS_FAR: bool>(
+    memory: &mut VideoMemory,
+    records: &[R],
+    read: impl Fn(&R) -> ((u32, u32), Rgba),
+    blend: Blend,
+) -> u64 {
     let (width, height) = (memory.width(), memory.height());
     let pixels = pixels_mut(memory);
+    let soon = ForWrite::new();
+    let ask_for = |pixels: &[Rgba], record: &R| {
+        let ((x, y), _) = read(record);
+        // Off the frame it may be any pixel's, or none's: nothing is done to it.
+        soon.record(pixels, (width as usize).wrapping_mul(y as usize).wrapping_add(x as usize));
+    };
+    if IS_FAR {
+        records.iter().take(AHEAD).for_each(|record| ask_for(pixels, record));
+    }
     let (mut low, mut high, mut lit) = (u32::MAX, 0, 0);
-    for ((x, y), color) in records {
+    for (i, record) in records.iter().enumerate() {
+        if IS_FAR && let Some(later) = records.get(i + AHEAD) {
+            ask_for(pixels, later);
+        }
+        let ((x, y), color) = read(record);
         if x < width && y < height {
             // Always found: x and y are inside the frame.
             if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
@@ -224,6 +262,36 @@ mod tests {
         let broken = points(&mut m, &[0; 15], Blend::Replace);
         assert_eq!(broken, Err(DrawError::BrokenRecord { record: 8, found: 15 }));
         assert_eq!(m.bytes(), memory(4, 3).bytes());
+    }
+
+    #[test]
+    fn lists_of_every_length_are_their_pixels_on_frames_near_and_far() {
+        let mut state = 11u32;
+        let mut next = |n: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % n
+        };
+        for (width, height) in [(64, 64), (600, 500)] {
+            assert_eq!(width * height * 4 > NEAR_BYTES as u32, width == 600);
+            for count in [0, 1, AHEAD - 1, AHEAD, AHEAD + 1, 5 * AHEAD + 3] {
+                for blend in [Blend::Replace, Blend::Over] {
+                    let [mut want, mut got] = [memory(width, height), memory(width, height)];
+                    let (mut pb, mut lit) = (Vec::new(), 0);
+                    for i in 0..count {
+                        // Every eighth off the frame, the last of them as far as there is.
+                        let far = if i % 8 == 7 { 65536 } else { width };
+                        let (x, y) = (next(far) as u16, next(height) as u16);
+                        let x = if i + 1 == count && far == 65536 { 65535 } else { x };
+                        let color = [0; 4].map(|_: u8| next(256) as u8);
+                        put_pixel(&mut want, x.into(), y.into(), color, blend);
+                        lit += u64::from(u32::from(x) < width && u32::from(y) < height);
+                        pb.extend([b"PB".as_slice(), &x.to_le_bytes(), &y.to_le_bytes(), &color].concat());
+                    }
+                    assert_eq!(binary_pixels(&mut got, &pb, blend), lit);
+                    assert!(got.bytes() == want.bytes(), "{count} on {width}x{height}, {blend:?}");
+                }
+            }
+        }
     }
 
     #[test]
