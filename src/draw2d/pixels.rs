@@ -277,18 +277,38 @@ mod tests {
                 for blend in [Blend::Replace, Blend::Over] {
                     let [mut want, mut got] = [memory(width, height), memory(width, height)];
                     let (mut pb, mut lit) = (Vec::new(), 0);
+                    let mut packed = Vec::new();
                     for i in 0..count {
-                        // Every eighth off the frame, the last of them as far as there is.
-                        let far = if i % 8 == 7 { 65536 } else { width };
-                        let (x, y) = (next(far) as u16, next(height) as u16);
-                        let x = if i + 1 == count && far == 65536 { 65535 } else { x };
+                        // Every eighth may be anywhere; the very last is as far as there is.
+                        let [x, y] = match i {
+                            _ if i + 1 == 5 * AHEAD + 3 => [65535; 2],
+                            _ if i % 8 == 7 => [next(65536) as u16, next(65536) as u16],
+                            _ => [next(width) as u16, next(height) as u16],
+                        };
                         let color = [0; 4].map(|_: u8| next(256) as u8);
                         put_pixel(&mut want, x.into(), y.into(), color, blend);
                         lit += u64::from(u32::from(x) < width && u32::from(y) < height);
-                        pb.extend([b"PB".as_slice(), &x.to_le_bytes(), &y.to_le_bytes(), &color].concat());
+                        let record: [u8; 8] = [x.to_le_bytes().as_slice(), &y.to_le_bytes(), &color]
+                            .concat()
+                            .try_into()
+                            .unwrap();
+                        pb.extend([b"PB".as_slice(), &record].concat());
+                        packed.push(record);
                     }
+                    let what = format!("{count} on {width}x{height}, {blend:?}");
+                    let [mut listed, mut moved, mut moved_back] = [(); 3].map(|()| memory(width, height));
                     assert_eq!(binary_pixels(&mut got, &pb, blend), lit);
-                    assert!(got.bytes() == want.bytes(), "{count} on {width}x{height}, {blend:?}");
+                    points(&mut listed, packed.as_flattened(), blend).unwrap();
+                    assert!(got.bytes() == want.bytes() && listed.bytes() == want.bytes(), "{what}");
+                    assert_eq!(got.take_damage(), want.take_damage(), "{what}");
+                    // To the left and up: those that leave the frame wrap to places beyond it.
+                    let [dx, dy] = [-7, -9];
+                    for &[a, b, c, d, color @ ..] in &packed {
+                        let (x, y) = xy([a, b, c, d]);
+                        put_pixel(&mut moved_back, x as i32 + dx, y as i32 + dy, color, blend);
+                    }
+                    moved_points(&mut moved, &packed, [dx, dy], blend);
+                    assert!(moved.bytes() == moved_back.bytes(), "{what}, moved");
                 }
             }
         }

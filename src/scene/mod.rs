@@ -27,5 +27,6 @@ pub use matrices::contain;
 pub use mesh::{Corner, Mesh, NONE, Polygon};
 pub use modes::{Cull, Filter, HiddenSurface, Interpolation, Sampling, ShadeMode, Wrap};
 pub use navigate::{Navigator, ProjectionChoice};
+pub(crate) use texture::FIXED_LEVELS;
 pub use texture::{FixedLevels, LevelTexels, MAX_TEXTURE_SIDE, Texture, TextureError};
 pub use world::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};

@@ -96,7 +96,7 @@ pub enum LevelTexels<'a> {
 }
 
 /// Levels whose averages of bytes 1/256 holds exactly: each takes two binary places more.
-const FIXED_LEVELS: u32 = 4;
+pub(crate) const FIXED_LEVELS: u32 = 4;
 
 impl Texture {
     /// A texture from RGBA bytes, row 0 at the top.

@@ -2,11 +2,11 @@
 
 /// A vector of places in memory, from where they are read. Compilers would keep it in its register and take the lanes out of
 /// there, which costs several times as much as a load where most of them are wanted.
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Spilled<const N: usize>(pub [i32; N]);
 
 impl<const N: usize> Spilled<N> {
-    /// Lanes 2 k and 2 k + 1, read as unsigned: by one load, which costs less than the lanes' own use of it.
+    /// Lanes 2 k and 2 k + 1, read as unsigned by one load: loads are what a gather's time goes to.
     ///
     /// # Panics
     /// When there are none.

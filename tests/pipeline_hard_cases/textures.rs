@@ -55,11 +55,23 @@ fn a_floor_to_the_horizon_takes_the_top_level() {
 #[test]
 fn textures_of_one_texel_one_row_and_odd_sizes_are_read_inside() {
     let points = [[-2.0, -2.0, -3.0], [2.0, -2.0, -5.0], [0.0, 2.0, -4.0]];
+    let uv = [[-1.2, 0.3], [4.1, 0.0], [1.0, 3.3]];
+    let wraps = [Wrap::Repeat, Wrap::Clamp];
     for size in [(1, 1), (1, 9), (7, 1), (5, 3), (33, 17)] {
-        for filter in Filter::ALL {
-            let sampling = Sampling { filter: *filter, ..Sampling::default() };
-            let uv = [[-1.2, 0.3], [4.1, 0.0], [1.0, 3.3]];
-            draw_right(&textured(triangle(points), uv, size, sampling), 32, &Settings::default());
+        for (filter, (wrap_s, wrap_t)) in
+            Filter::ALL.iter().flat_map(|f| wraps.iter().flat_map(move |s| wraps.map(|t| (f, (*s, t)))))
+        {
+            let sampling = Sampling { filter: *filter, wrap_s, wrap_t };
+            // From both of its sides.
+            for [a, b, c] in [[0, 1, 2], [1, 0, 2]] {
+                let scene = textured(
+                    triangle([points[a], points[b], points[c]]),
+                    [uv[a], uv[b], uv[c]],
+                    size,
+                    sampling,
+                );
+                draw_right(&scene, 32, &Settings::default());
+            }
         }
     }
 }

@@ -22,8 +22,8 @@ pub const fn most_few<S: Simd>() -> usize {
 /// As many as the widest vectors have.
 pub const MOST_FEW: usize = 6;
 
-/// The few faces that a vector of pixels shows. Never copied: that would read at once what was written bit by bit, which has
-/// to wait until all of it has reached the cache.
+/// The few faces that a vector of pixels shows. Never copied: that would read at once what was written piece by piece,
+/// which has to wait until all of it has reached the cache.
 pub struct Few<S: Simd> {
     /// How many.
     pub count: usize,

@@ -87,10 +87,10 @@ impl Faces<'_> {
         let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
         let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
         let area = (e0 + e1) + e2;
-        // Of faces that are seen from the other side all of these are negative, and their ratios the same.
+        // Inside a face that is seen from its other side all of these are below 0: their ratios are the same.
         let zero = s.splat(0.0);
         let is_turned = area.lt(zero);
-        let (f0, f1, f2) = (e0, e1, e2);
+        let f = [e0, e1, e2];
         // Beside the face: clamped to it, as the plain path does.
         let (least, most) = (area.min(zero), area.max(zero));
         let (e0, e1, e2) = (e0.max(least).min(most), e1.max(least).min(most), e2.max(least).min(most));
@@ -106,7 +106,7 @@ impl Faces<'_> {
             // A pixel further on, an edge function has moved by the edge's extent on the other axis.
             let unit = s.splat(65536.0);
             let steps = [(d1, d2), (d2, d0), (d0, d1)];
-            let (f, i) = ([f0, f1, f2], [i0, i1, i2]);
+            let i = [i0, i1, i2];
             right = [
                 (f[0] + unit * (steps[0].0[1] - steps[0].1[1])) * i[0],
                 (f[1] + unit * (steps[1].0[1] - steps[1].1[1])) * i[1],

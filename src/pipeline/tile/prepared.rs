@@ -111,6 +111,7 @@ impl PreparedMesh {
             face_materials.push(slot as i32);
             let mut low = DVec4::INFINITY;
             let mut high = DVec4::NEG_INFINITY;
+            let mut least_run: f64 = 0.0;
             for (k, &at) in triangle.iter().enumerate() {
                 let corner = mesh.corners[at as usize];
                 let normal = normal_of(t as u32, &corner);
@@ -149,16 +150,17 @@ impl PreparedMesh {
                 prepared.corners[k].push(vertex);
                 match uv {
                     Some(uv) => {
+                        // What f32 does not reach, or is no number, is longest however little it changes.
+                        let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
+                        least_run = if is_carried { least_run } else { f64::INFINITY };
                         let uv = uv.extend(0.0).extend(0.0);
                         (low, high) = (low.min(uv), high.max(uv));
                     }
                     None => prepared.has_all_texcoords = false,
                 }
             }
-            let run = (high - low).max_element();
+            let run = least_run.max((high - low).max_element());
             if prepared.has_all_texcoords {
-                // A NaN is longest.
-                let run = if run.is_nan() { f64::INFINITY } else { run };
                 prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
             }
         }
@@ -238,5 +240,16 @@ mod tests {
         }
         assert!(prepared.face_materials.is_empty() && prepared.materials.len() == 1);
         assert_eq!(prepared.vertex_runs, [(prepared.vertex_count(), 0)]);
+    }
+
+    #[test]
+    fn coordinates_that_f32_does_not_reach_run_without_end() {
+        let mut mesh = shapes::knot(12, 5).expect("a knot");
+        let run = |mesh: &Mesh| PreparedMesh::new(mesh, |_, _| DVec3::Z).longest_texcoord_run;
+        assert!(run(&mesh) < 10.0);
+        for far in [1e39, -1e200, f64::INFINITY, f64::NAN] {
+            mesh.texcoords.iter_mut().for_each(|uv| uv.x = far);
+            assert_eq!(run(&mesh), f64::INFINITY, "all at {far}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Colour: every pixel of a tile that a face of this draw won is shaded once, a block of four columns at a time.
 //!
-//! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped to the face's;
+//! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped to the face's,
+//! of whose sign it is;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
 //! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. A wide face brings e_i / w_i as linear functions of the
 //! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.

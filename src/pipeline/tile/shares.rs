@@ -9,15 +9,15 @@ use crate::simd::{F32, I32, Mask, Simd};
 
 /// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
 pub(super) struct Shares<S: Simd> {
-    /// e_i / w_i, not yet divided by their sum.
+    /// e_i / w_i, not yet divided by their sum: all of them below 0 where a face is seen from its other side.
     pub p: [S::F; 3],
-    /// 1 / their sum.
-    pub inverse: S::F,
-    /// The pixel's w.
-    pub w: S::F,
-    /// The same at the pixel on the right and the one below, where a texture asks.
+    /// `p` at the pixel on the right and at the one below, where a texture asks; not clamped to the face.
     pub right: [S::F; 3],
     pub below: [S::F; 3],
+    /// 1 / the sum of `p`, with its sign.
+    pub inverse: S::F,
+    /// The pixel's w, above 0.
+    pub w: S::F,
 }
 
 /// What is known of a vector of pixels before their light.
@@ -38,7 +38,7 @@ pub(super) struct Weighed<'f, S: Simd> {
 
 /// Light, before texture and fog.
 #[derive(Clone, Copy)]
-pub struct Lit<S: Simd> {
+pub struct Reflected<S: Simd> {
     /// What a texture multiplies.
     pub matte: V3<S>,
     /// What it does not.
@@ -96,7 +96,7 @@ impl Faces<'_> {
         mask: S::M,
         surface: &Surface<'_>,
         weighed: &Weighed<'_, S>,
-    ) -> (Lit<S>, S::M) {
+    ) -> (Reflected<S>, S::M) {
         let Weighed { faces, corners, shares, turn, at: (column, row), .. } = weighed;
         let (column, row) = (*column, *row);
         let shading = self.shading;
@@ -170,7 +170,7 @@ impl Faces<'_> {
             }
             (Some(_), _) => blend(s, mask, shading.positions, corners, b),
         };
-        (Lit { matte, gloss, position }, delicate)
+        (Reflected { matte, gloss, position }, delicate)
     }
 
     /// Where pixels look into a texture.
@@ -207,7 +207,7 @@ impl Faces<'_> {
 
     /// Packed colours.
     #[inline(always)]
-    pub(super) fn finish<S: Simd>(&self, s: S, lit: &Lit<S>) -> S::I {
+    pub(super) fn finish<S: Simd>(&self, s: S, lit: &Reflected<S>) -> S::I {
         let color = add::<S>(lit.matte, lit.gloss);
         match &self.shading.haze {
             None => pack(s, color),
@@ -224,7 +224,7 @@ impl<S: Simd> Shares<S> {
     }
 }
 
-impl<S: Simd> Lit<S> {
+impl<S: Simd> Reflected<S> {
     /// Takes the texels' colours on.
     #[inline(always)]
     pub fn multiply(&mut self, texel: V3<S>) {

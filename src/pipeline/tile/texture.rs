@@ -3,8 +3,8 @@
 //! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
 
 use super::light::{V3, log2, splat3};
-use crate::scene::{Filter, FixedLevels, LevelTexels, Sampling, Texture, Wrap};
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::scene::{FIXED_LEVELS, Filter, FixedLevels, LevelTexels, Sampling, Texture, Wrap};
+use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
 /// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
 const LEVEL_EDGE: f32 = 1e-3;
@@ -23,7 +23,8 @@ pub struct TextureShade<'a> {
     fixed: Fixed<'a>,
 }
 
-/// Levels in fixed point, found once a draw because every vector asks for them. Entry n of a table is level n's.
+/// Levels in fixed point, found once a draw because every vector asks for them. Entry n of a table is level n's, from 1
+/// on.
 #[derive(Clone, Copy, Debug)]
 struct Fixed<'a> {
     texels: &'a [[u16; 4]],
@@ -34,6 +35,9 @@ struct Fixed<'a> {
     /// Where the lowest row begins: rows are stored from the top.
     lowest_rows: [i32; 8],
 }
+
+/// Every such level has its entry.
+const _: () = assert!(FIXED_LEVELS < 8);
 
 impl<'a> Fixed<'a> {
     fn new(levels: FixedLevels<'a>) -> Self {
@@ -84,6 +88,7 @@ pub struct Spot<S: Simd> {
 /// under way together.
 #[derive(Clone, Copy)]
 pub struct Aim<S: Simd> {
+    /// Where the filter looks at levels; else this and what follows means nothing.
     level: S::F,
     /// How far on the way to the next level.
     part: S::F,
@@ -99,6 +104,24 @@ pub struct Aim<S: Simd> {
 struct Square<S: Simd> {
     at: [S::I; 2],
     part: [S::F; 2],
+}
+
+impl<S: Simd> Square<S> {
+    /// Says that both rows' texels will be read soon.
+    #[inline(always)]
+    fn ask_for(&self, s: S, texels: &[[u16; 4]]) {
+        let mut row = 0;
+        while row < 2 {
+            let mut places = [0; 16];
+            s.store_i(self.at[row], &mut places[..S::LANES]);
+            let mut lane = 0;
+            while lane < S::LANES {
+                prefetch::for_read(texels, places[lane] as u32 as usize);
+                lane += 1;
+            }
+            row += 1;
+        }
+    }
 }
 
 impl<S: Simd> Spot<S> {
@@ -150,7 +173,7 @@ impl TextureShade<'_> {
         Spot { u, v, footprint }
     }
 
-    /// What will be read there; nothing is asked of the texels yet.
+    /// What will be read there; nothing is read of the texels yet, but those of the nearer level are asked for.
     #[inline(always)]
     pub fn aim<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>) -> Aim<S> {
         if !self.needs_level() {
@@ -181,6 +204,7 @@ impl TextureShade<'_> {
         }
         let number = level.to_i32();
         let near = self.square(s, spot, number);
+        near.ask_for(s, fixed.texels);
         // The last level is its own next one.
         let far = match is_trilinear {
             true => self.square(s, spot, (number + s.splat_i(1)).min(s.splat_i(last as i32))),
@@ -252,7 +276,7 @@ impl TextureShade<'_> {
         out
     }
 
-    /// The square around a spot, each lane's in its own level, which is held in fixed point.
+    /// The square around a spot, each lane's in its own level. Where that is not one in fixed point the places mean nothing.
     #[inline(always)]
     fn square<S: Simd>(&self, s: S, spot: &Spot<S>, number: S::I) -> Square<S> {
         let fixed = &self.fixed;

@@ -5,7 +5,7 @@
 //! and its light are done is kept here. The pixels are the same in whatever order they are drawn.
 
 use super::light::splat3;
-use super::shares::Lit;
+use super::shares::Reflected;
 use super::texture::{Aim, Spot};
 use crate::simd::Simd;
 
@@ -22,7 +22,7 @@ pub struct Waiting<S: Simd> {
     /// The block's upper left pixel.
     pub corner: [i32; 2],
     /// Their light.
-    pub lit: Lit<S>,
+    pub lit: Reflected<S>,
     /// Where they look into the texture.
     pub spot: Spot<S>,
     /// What they will read there, once that is known.
@@ -45,7 +45,7 @@ impl<S: Simd> Line<S> {
             mask: s.mask(0),
             surface: 0,
             corner: [0; 2],
-            lit: Lit {
+            lit: Reflected {
                 matte: splat3(s, [0.0; 3]),
                 gloss: splat3(s, [0.0; 3]),
                 position: splat3(s, [0.0; 3]),

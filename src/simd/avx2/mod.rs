@@ -274,7 +274,7 @@ impl Simd for Avx2 {
         unsafe {
             let mut at = Spilled([0i32; 8]);
             _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-            // Lanes 4q + r and the next in half q.
+            // Lanes 4 q + 2 k and the next in half q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));
             [
                 I(_mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(a, b))),

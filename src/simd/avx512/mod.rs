@@ -250,7 +250,7 @@ impl Simd for Avx512 {
         unsafe {
             let mut at = Spilled([0i32; 16]);
             _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-            // Lanes 4q + r and the next in quarter q.
+            // Lanes 4 q + 2 k and the next in quarter q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));
             [
                 I(_mm512_castps_si512(_mm512_shuffle_ps::<0b10_00_10_00>(a, b))),
