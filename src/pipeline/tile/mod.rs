@@ -31,6 +31,7 @@ mod shading;
 mod shares;
 mod sheet;
 mod tables;
+mod texels;
 mod texture;
 mod veil;
 mod vertex;

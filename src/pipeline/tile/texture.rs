@@ -3,8 +3,9 @@
 //! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
 
 use super::light::{V3, log2, splat3};
-use crate::scene::{FIXED_LEVELS, Filter, FixedLevels, LevelTexels, Sampling, Texture, Wrap};
-use crate::simd::{F32, I32, Mask, Simd, prefetch};
+use super::texels::{Fixed, Square, between, bilinear, nearest};
+use crate::scene::{Filter, Sampling, Texture, Wrap};
+use crate::simd::{F32, I32, Mask, Simd};
 
 /// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
 const LEVEL_EDGE: f32 = 1e-3;
@@ -21,34 +22,6 @@ pub struct TextureShade<'a> {
     pub sampling: Sampling,
     /// The texture's levels in fixed point.
     fixed: Fixed<'a>,
-}
-
-/// Levels in fixed point, found once a draw because every vector asks for them. Entry n of a table is level n's, from 1
-/// on.
-#[derive(Clone, Copy, Debug)]
-struct Fixed<'a> {
-    texels: &'a [[u16; 4]],
-    /// They are levels 1 to so many.
-    count: u32,
-    widths: [i32; 8],
-    heights: [i32; 8],
-    /// Where the lowest row begins: rows are stored from the top.
-    lowest_rows: [i32; 8],
-}
-
-/// Every such level has its entry.
-const _: () = assert!(FIXED_LEVELS < 8);
-
-impl<'a> Fixed<'a> {
-    fn new(levels: FixedLevels<'a>) -> Self {
-        let FixedLevels { texels, levels, count } = levels;
-        let (mut widths, mut heights, mut lowest_rows) = ([1; 8], [1; 8], [0; 8]);
-        for (i, (w, h, start)) in levels.into_iter().enumerate() {
-            (widths[i + 1], heights[i + 1]) = (w as i32, h as i32);
-            lowest_rows[i + 1] = start as i32 + (h as i32 - 1) * (w as i32 + 1);
-        }
-        Self { texels, count, widths, heights, lowest_rows }
-    }
 }
 
 impl<'a> TextureShade<'a> {
@@ -99,31 +72,6 @@ pub struct Aim<S: Simd> {
     delicate: S::M,
 }
 
-/// Four texels of a level in fixed point: where the two of each row begin, and how far on the way between them.
-#[derive(Clone, Copy)]
-struct Square<S: Simd> {
-    at: [S::I; 2],
-    part: [S::F; 2],
-}
-
-impl<S: Simd> Square<S> {
-    /// Says that both rows' texels will be read soon.
-    #[inline(always)]
-    fn ask_for(&self, s: S, texels: &[[u16; 4]]) {
-        let mut row = 0;
-        while row < 2 {
-            let mut places = [0; 16];
-            s.store_i(self.at[row], &mut places[..S::LANES]);
-            let mut lane = 0;
-            while lane < S::LANES {
-                prefetch::for_read(texels, places[lane] as u32 as usize);
-                lane += 1;
-            }
-            row += 1;
-        }
-    }
-}
-
 impl<S: Simd> Spot<S> {
     /// The first texel.
     #[inline(always)]
@@ -131,15 +79,25 @@ impl<S: Simd> Spot<S> {
         let zero = s.splat(0.0);
         Self { u: zero, v: zero, footprint: zero }
     }
+
+    #[inline(always)]
+    fn coordinates(&self) -> [S::F; 2] {
+        [self.u, self.v]
+    }
 }
 
 impl<S: Simd> Aim<S> {
     /// At nothing.
     #[inline(always)]
     pub fn none(s: S) -> Self {
-        let (zero, at) = (s.splat(0.0), s.splat_i(0));
-        let squares = [Square { at: [at; 2], part: [zero; 2] }; 2];
-        Self { level: zero, part: zero, is_fixed: s.mask(0), squares, delicate: s.mask(0) }
+        let zero = s.splat(0.0);
+        Self {
+            level: zero,
+            part: zero,
+            is_fixed: s.mask(0),
+            squares: [Square::none(s); 2],
+            delicate: s.mask(0),
+        }
     }
 
     /// Where f32 lacks the digits.
@@ -203,11 +161,14 @@ impl TextureShade<'_> {
             return Aim { level, part, is_fixed, delicate, ..Aim::none(s) };
         }
         let number = level.to_i32();
-        let near = self.square(s, spot, number);
-        near.ask_for(s, fixed.texels);
+        let near = fixed.square(s, self.sampling, spot.coordinates(), number);
+        fixed.ask_for(s, &near);
         // The last level is its own next one.
         let far = match is_trilinear {
-            true => self.square(s, spot, (number + s.splat_i(1)).min(s.splat_i(last as i32))),
+            true => {
+                let number = (number + s.splat_i(1)).min(s.splat_i(last as i32));
+                fixed.square(s, self.sampling, spot.coordinates(), number)
+            }
             false => near,
         };
         Aim { level, part, is_fixed, squares: [near, far], delicate }
@@ -218,16 +179,8 @@ impl TextureShade<'_> {
     pub fn texel<S: Simd>(&self, s: S, mask: S::M, spot: &Spot<S>, aim: &Aim<S>) -> V3<S> {
         let (texture, sampling) = (self.texture, self.sampling);
         let texel = match sampling.filter {
-            Filter::Nearest => {
-                let (w, h) = (s.splat_i(texture.width() as i32), s.splat_i(texture.height() as i32));
-                let i = in_texels(s, spot.u, sampling.wrap_s, w).floor().to_i32();
-                let j = in_texels(s, spot.v, sampling.wrap_t, h).floor().to_i32();
-                let (i, j) = (wrapped(s, i, sampling.wrap_s, w), wrapped(s, j, sampling.wrap_t, h));
-                // Rows are stored from the top.
-                let at = (h - s.splat_i(1) - j) * w + i;
-                channels(s, s.gather_bytes(mask, texture.bytes(), at))
-            }
-            Filter::Bilinear => bilinear(s, mask, self, spot, 0),
+            Filter::Nearest => nearest(s, mask, texture, sampling, spot.coordinates()),
+            Filter::Bilinear => bilinear(s, mask, texture, sampling, spot.coordinates(), 0),
             Filter::Mipmap | Filter::Trilinear => self.levels(s, mask, spot, aim),
         };
         let scale = s.splat(1.0 / 255.0);
@@ -240,9 +193,9 @@ impl TextureShade<'_> {
         let is_trilinear = self.sampling.filter == Filter::Trilinear;
         let mut out = splat3(s, [0.0; 3]);
         if aim.is_fixed.any() {
-            let mut texel = self.fixed_bilinear(s, aim.is_fixed, &aim.squares[0]);
+            let mut texel = self.fixed.bilinear(s, aim.is_fixed, &aim.squares[0]);
             if is_trilinear {
-                let next = self.fixed_bilinear(s, aim.is_fixed, &aim.squares[1]);
+                let next = self.fixed.bilinear(s, aim.is_fixed, &aim.squares[1]);
                 texel = between::<S>(texel, next, aim.part);
             }
             // A power of two, so that nothing is rounded by it.
@@ -262,9 +215,13 @@ impl TextureShade<'_> {
             let same = left & aim.level.le(number) & number.le(aim.level);
             left = left & !same;
             let own = (first as u32).min(last);
-            let mut texel = bilinear(s, same, self, spot, own);
+            let mut texel = bilinear(s, same, self.texture, self.sampling, spot.coordinates(), own);
             if is_trilinear && own < last {
-                texel = between::<S>(texel, bilinear(s, same, self, spot, own + 1), aim.part);
+                texel = between::<S>(
+                    texel,
+                    bilinear(s, same, self.texture, self.sampling, spot.coordinates(), own + 1),
+                    aim.part,
+                );
             }
             for c in 0..3 {
                 out[c] = s.select(same, texel[c], out[c]);
@@ -275,74 +232,6 @@ impl TextureShade<'_> {
         }
         out
     }
-
-    /// The square around a spot, each lane's in its own level. Where that is not one in fixed point the places mean nothing.
-    #[inline(always)]
-    fn square<S: Simd>(&self, s: S, spot: &Spot<S>, number: S::I) -> Square<S> {
-        let fixed = &self.fixed;
-        let (w, h) = (s.lookup(&fixed.widths, number), s.lookup(&fixed.heights, number));
-        let near = neighbours(s, self.sampling, spot, (w, h));
-        // Each row has its first texel once more at its end.
-        let stride = w + s.splat_i(1);
-        let base = s.lookup(&fixed.lowest_rows, number) + near.i[0];
-        Square { at: [base - near.j[0] * stride, base - near.j[1] * stride], part: near.part }
-    }
-
-    /// In 1/256 of 0..255.
-    #[inline(always)]
-    fn fixed_bilinear<S: Simd>(&self, s: S, mask: S::M, square: &Square<S>) -> V3<S> {
-        let a = fixed_pair(s, mask, self.fixed.texels, square.at[0]);
-        let b = fixed_pair(s, mask, self.fixed.texels, square.at[1]);
-        blend::<S>(a, b, square.part)
-    }
-}
-
-/// The texels around a point of a level, and how far it lies on the way from the first to the second of each axis.
-struct Neighbours<S: Simd> {
-    i: [S::I; 2],
-    j: [S::I; 2],
-    part: [S::F; 2],
-}
-
-/// Of a level of this width and height.
-#[inline(always)]
-fn neighbours<S: Simd>(s: S, sampling: Sampling, spot: &Spot<S>, (w, h): (S::I, S::I)) -> Neighbours<S> {
-    let (i, across) = around(s, spot.u, sampling.wrap_s, w);
-    let (j, up) = around(s, spot.v, sampling.wrap_t, h);
-    Neighbours { i, j, part: [across, up] }
-}
-
-/// The two texels around a coordinate without whole turns, along an axis of so many. Beyond an edge that is clamped the way
-/// to the second is 0, as if it were the first once more.
-#[inline(always)]
-fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2], S::F) {
-    let (none, one) = (s.splat_i(0), s.splat_i(1));
-    let width = size.to_f32();
-    let texels = coordinate * width - s.splat(0.5);
-    match wrap {
-        Wrap::Repeat => {
-            let whole = texels.floor();
-            // From -1 to size - 1: only the first one can lie before the texture, only the second one behind it.
-            let first = whole.to_i32();
-            let second = first + one;
-            let around =
-                [s.select_i(none.gt(first), first + size, first), s.select_i(second.eq(size), none, second)];
-            (around, texels - whole)
-        }
-        Wrap::Clamp => {
-            let texels = texels.max(s.splat(0.0)).min(width - s.splat(1.0));
-            let whole = texels.floor();
-            let first = whole.to_i32();
-            ([first, (first + one).min(size - one)], texels - whole)
-        }
-    }
-}
-
-/// Two texels of the one row and two of the other, as far as `part` says on the way between them.
-#[inline(always)]
-fn blend<S: Simd>(a: [V3<S>; 2], b: [V3<S>; 2], part: [S::F; 2]) -> V3<S> {
-    let (a, b) = (between::<S>(a[0], a[1], part[0]), between::<S>(b[0], b[1], part[0]));
-    between::<S>(a, b, part[1])
 }
 
 /// A coordinate without its whole turns, or as it is where it is clamped.
@@ -355,110 +244,6 @@ fn turns<S: Simd>(_: S, origin: S::F, rest: S::F, away: S::F, wrap: Wrap) -> S::
         }
         Wrap::Clamp => origin + (rest + away),
     }
-}
-
-#[inline(always)]
-fn in_texels<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> S::F {
-    let size = size.to_f32();
-    let texels = coordinate * size;
-    match wrap {
-        Wrap::Repeat => texels,
-        Wrap::Clamp => texels.max(s.splat(-1.0)).min(size + s.splat(1.0)),
-    }
-}
-
-/// A texel's number that is at most one size beyond the texture.
-#[inline(always)]
-fn wrapped<S: Simd>(s: S, texel: S::I, wrap: Wrap, size: S::I) -> S::I {
-    let none = s.splat_i(0);
-    let highest = size - s.splat_i(1);
-    let texel = match wrap {
-        Wrap::Repeat => {
-            let texel = s.select_i(none.gt(texel), texel + size, texel);
-            s.select_i(texel.gt(highest), texel - size, texel)
-        }
-        Wrap::Clamp => texel,
-    };
-    // Whatever a lane that nobody looks at holds, it stays inside.
-    texel.max(none).min(highest)
-}
-
-#[inline(always)]
-fn bilinear<S: Simd>(s: S, mask: S::M, shade: &TextureShade<'_>, spot: &Spot<S>, level: u32) -> V3<S> {
-    let texture = shade.texture;
-    let (w, h) = texture.level_size(level);
-    let near = neighbours(s, shade.sampling, spot, (s.splat_i(w as i32), s.splat_i(h as i32)));
-    let (a, unit) = pair(s, mask, texture, level, near.i, near.j[0]);
-    let (b, _) = pair(s, mask, texture, level, near.i, near.j[1]);
-    let (texel, unit) = (blend::<S>(a, b, near.part), s.splat(unit));
-    [texel[0] * unit, texel[1] * unit, texel[2] * unit]
-}
-
-/// Texels i0 and i1 of row j (counted from below), and what they are counted in.
-#[inline(always)]
-fn pair<S: Simd>(
-    s: S,
-    mask: S::M,
-    texture: &Texture,
-    level: u32,
-    [i0, i1]: [S::I; 2],
-    j: S::I,
-) -> ([V3<S>; 2], f32) {
-    let (w, h) = texture.level_size(level);
-    // Rows are stored from the top.
-    let row = s.splat_i(h as i32 - 1) - j;
-    match texture.level_texels(level) {
-        LevelTexels::Fixed(texels) => {
-            let at = inside(s, row * s.splat_i(w as i32 + 1) + i0, texels.len() - 1);
-            (fixed_pair(s, mask, texels, at), 1.0 / 256.0)
-        }
-        LevelTexels::Bytes(bytes) if !(mask & !i1.eq(i0 + s.splat_i(1))).any() && w > 1 => {
-            let at = inside(s, row * s.splat_i(w as i32) + i0, bytes.len() / 4 - 1);
-            let [left, right] = s.gather_byte_pairs(mask, bytes, at);
-            ([channels(s, left), channels(s, right)], 1.0)
-        }
-        LevelTexels::Bytes(bytes) => {
-            let (at, count) = (row * s.splat_i(w as i32), bytes.len() / 4);
-            let left = s.gather_bytes(mask, bytes, inside(s, at + i0, count));
-            let right = s.gather_bytes(mask, bytes, inside(s, at + i1, count));
-            ([channels(s, left), channels(s, right)], 1.0)
-        }
-        LevelTexels::Float(texels) => {
-            let (at, count) = (row * s.splat_i(w as i32), texels.len());
-            let [r0, g0, b0, _] = s.gather4(mask, texels, inside(s, at + i0, count));
-            let [r1, g1, b1, _] = s.gather4(mask, texels, inside(s, at + i1, count));
-            ([[r0, g0, b0], [r1, g1, b1]], 1.0)
-        }
-    }
-}
-
-/// A texel in fixed point and the one behind it: behind the last of a row its first again.
-#[inline(always)]
-fn fixed_pair<S: Simd>(s: S, mask: S::M, texels: &[[u16; 4]], at: S::I) -> [V3<S>; 2] {
-    let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, at);
-    let low = s.splat_i(0xffff);
-    [
-        [(rg0 & low).to_f32(), rg0.shr::<16>().to_f32(), (ba0 & low).to_f32()],
-        [(rg1 & low).to_f32(), rg1.shr::<16>().to_f32(), (ba1 & low).to_f32()],
-    ]
-}
-
-/// A place among so many: where coordinates are no numbers, any.
-#[inline(always)]
-fn inside<S: Simd>(s: S, at: S::I, count: usize) -> S::I {
-    at.max(s.splat_i(0)).min(s.splat_i((count - 1) as i32))
-}
-
-/// R, G, B of packed bytes.
-#[inline(always)]
-fn channels<S: Simd>(s: S, rgba: S::I) -> V3<S> {
-    let low = s.splat_i(255);
-    [(rgba & low).to_f32(), (rgba.shr::<8>() & low).to_f32(), (rgba.shr::<16>() & low).to_f32()]
-}
-
-#[inline(always)]
-fn between<S: Simd>(a: V3<S>, b: V3<S>, t: S::F) -> V3<S> {
-    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
 }
 
 #[inline(always)]
