@@ -128,7 +128,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The rooms below stand in layers; imports go down only (`tests/layers.rs` checks it).
+//! The rooms below stand in layers; imports go down only (`tests/cli/layers.rs` checks it).
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 

@@ -88,8 +88,12 @@ const EXIT_STATUS: &str = "  0    all went well
   2    the arguments are no use
   130  ended by a signal";
 
+#[cfg(feature = "wayland")]
 const ENVIRONMENT: &str = "  NO_COLOR                  no colours on the terminal, if it is set and not empty
   DISPLAY, WAYLAND_DISPLAY  where the window opens; without them nothing is shown";
+#[cfg(not(feature = "wayland"))]
+const ENVIRONMENT: &str = "  NO_COLOR  no colours on the terminal, if it is set and not empty
+  DISPLAY   where the window opens; without it nothing is shown";
 
 /// The arguments' description, with examples.
 pub(super) fn command() -> Command {

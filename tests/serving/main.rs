@@ -5,6 +5,7 @@ mod display;
 mod loads;
 mod process;
 mod protocol;
+mod python_client;
 mod quotas;
 mod shell;
 mod support;

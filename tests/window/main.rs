@@ -7,6 +7,7 @@ mod events;
 mod screen;
 #[path = "../support/tools.rs"]
 mod tools;
+mod view;
 
 use screen::{Folder, Guard, Screen, wait_for};
 use std::process::Command;

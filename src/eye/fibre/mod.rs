@@ -2,7 +2,7 @@
 //!
 //! The fibre of pixel P is the cone {x in span(P, hidden axes), x_0 > 0, |x_j| <= tan(alpha_j) x_0} from the eye at 0.
 //! In: a facet, and a run of pixels along screen axis 1. Out: candidates, kept by [`Nearest`] under the tie rule.
-//! How one would know: every face of the polytope tried in rational numbers (tests/eye_exact.rs).
+//! How one would know: every face of the polytope tried in rational numbers (tests/eye/exact).
 
 mod cone;
 mod fan;

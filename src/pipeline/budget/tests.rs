@@ -1,4 +1,4 @@
-//! What is chosen where the answer is plain; whole pictures are held to the truth in `tests/budget.rs`.
+//! What is chosen where the answer is plain; whole pictures are held to the truth in `tests/drawing/budget.rs`.
 
 use super::*;
 use crate::scene::{Filter, Sampling, ShadeMode, Texture, shapes};

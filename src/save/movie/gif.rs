@@ -39,7 +39,7 @@ impl GifMovie {
         encoder.set_repeat(Repeat::Infinite).map_err(refused)?;
         let header_bytes = encoder.get_ref().len();
         encoder.write_frame(frame).map_err(refused)?;
-        let bytes = encoder.into_inner().map_err(refused)?;
+        let bytes = encoder.into_inner()?;
         Ok((bytes, header_bytes))
     }
 }

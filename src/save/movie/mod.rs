@@ -3,7 +3,7 @@
 //! In: the frame's RGBA bytes, one push a frame, each to be seen for 1/rate seconds. Out: a file that is whole after every
 //! push. Promise: a program that is killed at any moment leaves a file that decoders read to the last frame pushed. A frame
 //! is written behind what ends the file, and joined to it by one small write; nothing is kept for later. One would know by
-//! killing the program and decoding what is there (`tests/movie.rs`).
+//! killing the program and decoding what is there (`tests/cli/movie.rs`).
 //!
 //! Alpha is not shown on a screen, and not in a movie; numbered PNGs are snapshots and keep it.
 //! A frame that equals the last one makes the last one longer where the format knows durations (GIF, APNG).

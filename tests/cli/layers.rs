@@ -1,4 +1,5 @@
-//! Imports go down the layers only: a room uses what lies below it or beside it, never what lies above.
+//! Imports go down the layers only: a room uses what lies below it or beside it, never what lies above. And the tests are few
+//! programs, because each is linked with the whole crate.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -74,4 +75,15 @@ fn imports_go_down_the_layers_only() {
 #[test]
 fn the_reader_of_imports_sees_groups() {
     assert_eq!(rooms_used("use crate::{math, memory::X};\nuse crate::eye::Y;"), ["math", "memory", "eye"]);
+}
+
+#[test]
+fn the_integration_tests_are_at_most_eight_programs() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let entries = fs::read_dir(&tests).expect("tests is readable").map(|e| e.expect("entry").path());
+    // Those are what Cargo takes for a program.
+    let programs: Vec<PathBuf> =
+        entries.filter(|p| p.extension().is_some_and(|e| e == "rs") || p.join("main.rs").is_file()).collect();
+    assert!(programs.len() > 3, "the test found only {programs:?}: it no longer sees them");
+    assert!(programs.len() <= 8, "a new test is a module of one of the others: {programs:#?}");
 }

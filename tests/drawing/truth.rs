@@ -4,9 +4,7 @@
 //! the limits of `truth::compare`. `FBPTR_SCENES=10000` asks for more random scenes than the quick share, `FBPTR_SEED=n`
 //! for one of them.
 
-mod against_truth;
-
-use against_truth::fault_of;
+use crate::against_truth::fault_of;
 use fbptr::measure::draw_case;
 use fbptr::truth::compare::compare;
 use fbptr::truth::scenes::{Case, random};

@@ -1,19 +1,9 @@
 //! The viewer on a real X server: every key of the overlay's list, pressed once, changes what is seen, saves a file or ends
 //! the program; taps are not lost while a picture is drawn; all of it works after a resize.
-//!
-//! Skipped, with the reason printed, where Xvfb or xdotool is not installed or the crate was built without `window`.
-#![cfg(feature = "window")]
 
-#[path = "window/screen.rs"]
-#[allow(dead_code)]
-mod screen;
-#[path = "support/tools.rs"]
-#[allow(dead_code)]
-mod tools;
-
+use crate::screen::{Folder, Guard, Screen, wait_for};
 use fbptr::eye::EyeScene;
 use fbptr::viewer::{Action, BINDINGS, Key};
-use screen::{Folder, Guard, Screen, wait_for};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -70,7 +70,7 @@ fn picture(demo: &str, frames: &str) -> VideoMemory {
     golden::read_png(&file).unwrap_or_else(|e| panic!("{demo}: {e}"))
 }
 
-/// A picture of the docs; `BLESS=1 cargo test --test demos` makes them all anew.
+/// A picture of the docs; `BLESS=1 cargo test --test cli demos` makes them all anew.
 fn gallery_file(name: &str) -> PathBuf {
     root().join("docs/pictures").join(format!("{name}.png"))
 }

@@ -3,9 +3,7 @@
 //! Every OBJ and X3D file of the test data that loads is drawn by the pipeline and by the reference, faces only (lines and
 //! points have tests of their own), in two sizes and depth formats, and compared by the limits of `truth::compare`.
 
-mod against_truth;
-
-use against_truth::fault_of;
+use crate::against_truth::fault_of;
 use fbptr::load::{Folder, obj, x3d};
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{Geometry, Light, Scene, ShadeMode, TransparencyOrder};

@@ -1,3 +1,5 @@
+//! Files, in and out: X3D scenes, meshes of other projects, snapshots.
+//!
 //! Fear: an X3D file is read otherwise than the standard says, is refused without need or without saying why, shows something else
 //! than it means, moves otherwise than its time sensors say, or brings the program down.
 
@@ -5,7 +7,9 @@ mod animation;
 mod files;
 mod geometry;
 mod hard;
+mod meshes;
 mod pictures;
+mod save;
 mod structure;
 mod support;
 mod tables;

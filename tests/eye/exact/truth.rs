@@ -3,7 +3,7 @@
 //!
 //! The eye must not be turned, so that all its numbers are rational.
 
-use crate::rational::{Q, determinant, dot, solve};
+use super::rational::{Q, determinant, dot, solve};
 use fbptr::eye::{EyeLightKind, EyeScene, Falloff};
 
 /// What one pixel sees.

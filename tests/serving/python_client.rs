@@ -1,8 +1,6 @@
 //! The Python client's own tests, against the server that this build made.
 
-#[path = "support/tools.rs"]
-mod tools;
-
+use crate::tools;
 use std::path::Path;
 use std::process::Command;
 

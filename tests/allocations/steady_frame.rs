@@ -2,10 +2,8 @@
 //!
 //! Fear: that drawing asks the system for memory in every frame, and stutters when it is slow to answer.
 
-#[path = "support/counting.rs"]
-mod counting;
-
-use counting::steady_calls;
+use crate::TURN;
+use crate::counting::steady_calls;
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{
@@ -14,10 +12,7 @@ use fbptr::scene::{
 };
 use fbptr::truth::scenes::object;
 use glam::{DMat4, DVec2, DVec3};
-use std::sync::{Arc, Mutex};
-
-/// One test counts at a time.
-static TURN: Mutex<()> = Mutex::new(());
+use std::sync::Arc;
 
 /// Frames that are counted.
 const FRAMES: usize = 600;

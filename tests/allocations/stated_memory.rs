@@ -2,10 +2,8 @@
 //!
 //! Fear: that the plan states a number which nobody ever compared with the memory that is taken.
 
-#[path = "support/counting.rs"]
-mod counting;
-
-use counting::{HELD, steady_calls};
+use crate::TURN;
+use crate::counting::{HELD, steady_calls};
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, Part, Plan, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{
@@ -13,11 +11,8 @@ use fbptr::scene::{
 };
 use fbptr::truth::scenes::object;
 use glam::{DMat4, DVec3};
+use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Arc, Mutex};
-
-/// One test counts at a time.
-static TURN: Mutex<()> = Mutex::new(());
 
 fn knot(around: u32, across: u32) -> Mesh {
     shapes::knot(around, across).unwrap()

@@ -1,0 +1,17 @@
+//! Pictures against what they must be: 2-D figures at every border, the plain pipeline against the reference, and the fast one
+//! against both.
+
+mod against_truth;
+mod budget;
+mod clipping_2d;
+mod clusters;
+mod coarse;
+mod fast_forms;
+mod fast_path;
+mod fragments;
+mod hard_cases;
+mod pipeline_truth;
+mod small_draws;
+mod truth;
+mod truth_files;
+mod truth_lines;
