@@ -11,7 +11,7 @@ pub mod texture;
 pub mod x3d;
 
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
-pub use folder::{Folder, FolderError};
+pub use folder::{Folder, FolderError, QuotaFolder};
 
 /// Runs a decoder that is not ours; a panic in it becomes the reason of a refusal.
 ///

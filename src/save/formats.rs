@@ -42,12 +42,39 @@ impl SnapshotFormat {
 
 /// Writes the frame as PNG: 8 bits RGBA.
 pub fn png(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
-    PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
-        .write_image(memory.bytes(), memory.width(), memory.height(), image::ExtendedColorType::Rgba8)
-        .map_err(|e| match e {
-            image::ImageError::IoError(e) => e,
-            e => io::Error::other(e),
-        })
+    let mut out = FirstError { out, error: None };
+    let result = PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive)
+        .write_image(memory.bytes(), memory.width(), memory.height(), image::ExtendedColorType::Rgba8);
+    match (out.error, result) {
+        (Some(e), _) => Err(e),
+        (None, result) => result.map_err(io::Error::other),
+    }
+}
+
+/// A writer that keeps its first error: an encoder that reports it in its own words loses its kind.
+struct FirstError<'a> {
+    out: &'a mut dyn Write,
+    error: Option<io::Error>,
+}
+
+impl Write for FirstError<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.out.write(bytes).map_err(|e| self.keep(e))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush().map_err(|e| self.keep(e))
+    }
+}
+
+impl FirstError<'_> {
+    fn keep(&mut self, e: io::Error) -> io::Error {
+        let kind = e.kind();
+        if kind != io::ErrorKind::Interrupted {
+            self.error.get_or_insert(e);
+        }
+        kind.into()
+    }
 }
 
 /// Writes the frame as PPM: `P6`, width, height, 255, then R, G, B bytes; alpha is left out.
@@ -107,4 +134,47 @@ pub fn check_depth_path(path: &Path) -> Result<(), SaveError> {
 /// The CRC-32 (ISO-HDLC) of the frame's RGBA bytes: what `CRC` answers.
 pub fn crc32(memory: &VideoMemory) -> u32 {
     crc32fast::hash(memory.bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk that is full after so many bytes.
+    struct FullDisk(usize);
+
+    impl Write for FullDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            match self.0.min(bytes.len()) {
+                0 => Err(io::ErrorKind::StorageFull.into()),
+                fits => {
+                    self.0 -= fits;
+                    Ok(fits)
+                }
+            }
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_the_same_error_in_every_format() {
+        let mut memory = VideoMemory::new(64, 64).unwrap();
+        let mut state = 1_u32;
+        for byte in memory.bytes_mut() {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *byte = (state >> 24) as u8;
+        }
+        for format in [SnapshotFormat::Png, SnapshotFormat::Ppm, SnapshotFormat::Raw] {
+            for room in [0, 5, 9000] {
+                let error = format.write(&memory, &mut FullDisk(room)).unwrap_err();
+                assert_eq!(
+                    error.kind(),
+                    io::ErrorKind::StorageFull,
+                    "{format:?} after {room} bytes: {error}"
+                );
+            }
+        }
+    }
 }

@@ -71,7 +71,15 @@ pub fn remove_leftovers_in(folder: &Path) {
 }
 
 fn remove_if_left(path: &Path) {
-    let Ok(file) = OpenOptions::new().write(true).open(path) else { return };
+    let mut options = OpenOptions::new();
+    options.write(true);
+    #[cfg(unix)]
+    {
+        // A pipe that was put in its place would wait for a reader.
+        let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOFOLLOW;
+        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
+    }
+    let Ok(file) = options.open(path) else { return };
     // The lock is held until the name is gone: a writer that has just made it sees one or the other.
     if file.try_lock().is_ok() && is_linked(&file) {
         let _ = fs::remove_file(path);

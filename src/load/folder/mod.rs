@@ -2,13 +2,19 @@
 //!
 //! In: names from a stream or a file. Out: the file's bytes, or a path to write, or why not. A name is relative, has no
 //! `..`, meets no symbolic link on its way, and stands for a plain file: everything else is refused before it is opened.
+//! One that is exchanged between that look and the opening is refused after: no opening waits, and what counts is what was
+//! opened. [`QuotaFolder`] bounds what is written.
 
+mod open;
 mod put;
+mod quota;
 #[cfg(all(test, unix))]
 mod tests;
 
+pub use quota::QuotaFolder;
+
 use crate::error::{Code, Fault};
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
 
@@ -49,6 +55,18 @@ pub enum FolderError {
         /// Bytes that it may have.
         limit: u64,
     },
+    /// The files written into the folder would take more than they may.
+    #[error(
+        "{name:?}: the files that SNAP wrote take {used} of {limit} bytes, and there is no room for this one"
+    )]
+    Quota {
+        /// The name.
+        name: String,
+        /// Bytes that are taken.
+        used: u64,
+        /// Bytes that may be taken.
+        limit: u64,
+    },
     /// There is no room left to write it.
     #[error("{name:?}: there is no room left")]
     Full {
@@ -71,7 +89,7 @@ impl FolderError {
         match self {
             FolderError::Missing { .. } => Code::NoEnt,
             FolderError::TooLarge { .. } => Code::TooBig,
-            FolderError::Full { .. } => Code::Quota,
+            FolderError::Full { .. } | FolderError::Quota { .. } => Code::Quota,
             _ => Code::Perm,
         }
     }
@@ -112,16 +130,12 @@ impl Folder {
     /// # Errors
     /// See [`FolderError`].
     pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+        // Says what is wrong with a name that is not meant well; what counts is what is opened after.
         let path = self.walk(name)?;
         let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
         check_plain(name, &meta)?;
-        let mut file = File::open(&path).map_err(|e| from_io(name, &e))?;
+        let mut file = open::plain_file(&self.root, self.inside(&path)).map_err(|e| e.named(name))?;
         let opened = file.metadata().map_err(|e| from_io(name, &e))?;
-        check_plain(name, &opened)?;
-        if !is_same_file(&meta, &opened) || !self.holds(&file, &path) {
-            // It, or a folder on the way, was exchanged between the look and the opening.
-            return Err(FolderError::Link { name: name.into() });
-        }
         let too_large = |found| FolderError::TooLarge { name: name.into(), found, limit };
         if opened.len() > limit {
             return Err(too_large(opened.len()));
@@ -136,17 +150,9 @@ impl Folder {
         }
     }
 
-    /// Whether an opened file lies in the folder, wherever its path leads by now.
-    fn holds(&self, file: &File, path: &Path) -> bool {
-        #[cfg(target_os = "linux")]
-        {
-            use std::os::fd::AsRawFd;
-            if let Ok(real) = fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())) {
-                return real.starts_with(&self.root);
-            }
-        }
-        let _ = file;
-        fs::canonicalize(path).is_ok_and(|real| real.starts_with(&self.root))
+    /// A path that was walked, as seen from the folder.
+    fn inside<'a>(&self, path: &'a Path) -> &'a Path {
+        path.strip_prefix(&self.root).unwrap_or(path)
     }
 
     /// The path under which the file `name` may be written: a plain file that is there, or none.
@@ -174,10 +180,7 @@ impl Folder {
     ) -> Result<(), FolderError> {
         // Says what is wrong with a name that is not meant well; what counts is what is opened after.
         let path = self.path_to_write(name)?;
-        put::put(&self.root, path.strip_prefix(&self.root).unwrap_or(&path), fill).map_err(|e| match e {
-            put::PutError::Link => FolderError::Link { name: name.into() },
-            put::PutError::Io(e) => from_io(name, &e),
-        })
+        put::put(&self.root, self.inside(&path), fill).map_err(|e| e.named(name))
     }
 
     /// The path of `name`, all of its folders there and none of them a link. Its last step is not looked at.
@@ -217,17 +220,6 @@ fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), FolderError> {
         () if !meta.is_file() => Err(FolderError::NotPlain { name: name.into() }),
         () => Ok(()),
     }
-}
-
-#[cfg(unix)]
-fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    (a.dev(), a.ino()) == (b.dev(), b.ino())
-}
-
-#[cfg(not(unix))]
-fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
-    a.len() == b.len() && a.modified().ok() == b.modified().ok()
 }
 
 fn from_io(name: &str, e: &io::Error) -> FolderError {

@@ -1,15 +1,8 @@
 //! A whole file into a folder, by what the system has against links.
 
+use super::open::OpenError;
 use std::io::{self, Write};
 use std::path::Path;
-
-/// Why a file was not put there.
-pub(super) enum PutError {
-    /// A step on the way is a link by now.
-    Link,
-    /// The system refused.
-    Io(io::Error),
-}
 
 /// Fills the file at `inside`, a path of plain steps below `root`, or leaves it as it was.
 #[cfg(unix)]
@@ -17,27 +10,18 @@ pub(super) fn put(
     root: &Path,
     inside: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), PutError> {
+) -> Result<(), OpenError> {
     use crate::save::{hold, temporary_name};
-    use rustix::fs::{AtFlags, Mode, OFlags, open, openat, renameat, unlinkat};
+    use rustix::fs::{AtFlags, Mode, OFlags, openat, renameat, unlinkat};
     use rustix::io::Errno;
-    let failed = |e: Errno| match e {
-        Errno::LOOP | Errno::NOTDIR => PutError::Link,
-        e => PutError::Io(e.into()),
-    };
-    // Each folder is opened from the one before and never by path.
-    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-    let mut folder = open(root, flags, Mode::empty()).map_err(failed)?;
-    for step in inside.parent().into_iter().flat_map(Path::components) {
-        folder = openat(&folder, step.as_os_str(), flags, Mode::empty()).map_err(failed)?;
-    }
+    let folder = super::open::folder_of(root, inside)?;
     let target = inside.file_name().unwrap_or_default();
     let new = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
     let (temporary, file) = loop {
         let temporary = temporary_name();
         match openat(&folder, &*temporary, new, Mode::from_raw_mode(0o666)).map(std::fs::File::from) {
             Err(Errno::EXIST) => {}
-            Err(e) => return Err(failed(e)),
+            Err(e) => return Err(e.into()),
             Ok(file) if hold(&file) => break (temporary, file),
             Ok(_) => {}
         }
@@ -50,7 +34,7 @@ pub(super) fn put(
     written.map_err(|e| {
         // The error that counts is the first one; the leftover is removed if it can be.
         let _ = unlinkat(&folder, &*temporary, AtFlags::empty());
-        PutError::Io(e)
+        OpenError::Io(e)
     })
 }
 
@@ -60,7 +44,7 @@ pub(super) fn put(
     root: &Path,
     inside: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), PutError> {
+) -> Result<(), OpenError> {
     crate::save::atomically(&root.join(inside), fill)
-        .map_err(|e| PutError::Io(io::Error::other(e.to_string())))
+        .map_err(|e| OpenError::Io(io::Error::other(e.to_string())))
 }

@@ -90,11 +90,10 @@ fn a_folder_that_becomes_a_link_while_it_is_walked_leads_nowhere() {
     fs::write(base.join("out/a"), "secret").unwrap();
     symlink(base.join("out"), base.join("in/link")).unwrap();
     let folder = Folder::open(&base.join("in")).unwrap();
-    // What the last check sees when the swap comes after the first ones.
-    let path = base.join("in/link/a");
-    assert!(!folder.holds(&File::open(&path).unwrap(), &path));
-    let path = base.join("in/sub/a");
-    assert!(folder.holds(&File::open(&path).unwrap(), &path));
+    // What the opening sees when the exchange comes after the first look.
+    let opened = |name: &str| open::plain_file(folder.root(), Path::new(name));
+    assert!(matches!(opened("link/a"), Err(open::OpenError::Link)));
+    assert!(opened("sub/a").is_ok());
     let is_over = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -119,4 +118,107 @@ fn devices_are_refused_without_being_opened() {
     let folder = Folder::open(Path::new("/dev")).unwrap();
     assert_eq!(folder.read("zero", 10).unwrap_err().code(), Code::Perm);
     assert_eq!(folder.path_to_write("null").unwrap_err().code(), Code::Perm);
+}
+
+fn make_pipe(path: &Path) {
+    assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
+/// Runs `task` on a thread of its own; whether it ended before anybody would say that it hangs.
+fn ends(task: impl FnOnce() + Send + 'static) -> bool {
+    let (over, is_over) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        task();
+        over.send(()).unwrap();
+    });
+    is_over.recv_timeout(std::time::Duration::from_secs(30)).is_ok()
+}
+
+#[test]
+fn what_is_no_plain_file_when_it_is_opened_is_refused_without_waiting() {
+    let base = std::env::temp_dir().join(format!("fbptr-folder-kinds-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&base);
+    fs::create_dir_all(base.join("folder")).unwrap();
+    make_pipe(&base.join("pipe"));
+    let _socket = std::os::unix::net::UnixListener::bind(base.join("socket")).unwrap();
+    symlink("file", base.join("link")).unwrap();
+    fs::write(base.join("file"), "abc").unwrap();
+    let root = base.clone();
+    // The look before the opening is left out: it is what an exchange passes.
+    let task = move || {
+        for name in ["pipe", "socket", "folder"] {
+            let refused = open::plain_file(&root, Path::new(name)).unwrap_err();
+            assert!(matches!(refused, open::OpenError::NotPlain), "{name}: {refused:?}");
+        }
+        assert!(matches!(open::plain_file(&root, Path::new("link")), Err(open::OpenError::Link)));
+        let refused = open::plain_file(Path::new("/dev"), Path::new("null")).unwrap_err();
+        assert!(matches!(refused, open::OpenError::NotPlain), "{refused:?}");
+        assert!(open::plain_file(&root, Path::new("file")).is_ok());
+    };
+    assert!(ends(task), "an opening waits");
+    fs::remove_dir_all(&base).unwrap();
+}
+
+#[test]
+fn a_file_that_is_exchanged_for_a_pipe_while_it_is_read_holds_nobody_up() {
+    let base = std::env::temp_dir().join(format!("fbptr-folder-pipe-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&base);
+    fs::create_dir_all(&base).unwrap();
+    fs::write(base.join("kept"), "abc").unwrap();
+    make_pipe(&base.join("pipe"));
+    let folder = Folder::open(&base).unwrap();
+    let task = move || {
+        let root = folder.root().to_owned();
+        let is_over = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let seen = is_over.clone();
+        let exchange = std::thread::spawn(move || {
+            let [a, pipe, kept] = ["a", "pipe", "kept"].map(|name| root.join(name));
+            while !seen.load(std::sync::atomic::Ordering::Relaxed) {
+                let _ = fs::rename(&kept, &a).and_then(|()| fs::rename(&a, &kept));
+                let _ = fs::rename(&pipe, &a).and_then(|()| fs::rename(&a, &pipe));
+            }
+        });
+        for _ in 0..20_000 {
+            match folder.read("a", 99) {
+                Ok(bytes) => assert_eq!(bytes, b"abc"),
+                Err(e) => assert!(matches!(e.code(), Code::Perm | Code::NoEnt), "{e}"),
+            }
+        }
+        is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        exchange.join().unwrap();
+    };
+    assert!(ends(task), "a read waits for a pipe");
+    fs::remove_dir_all(&base).unwrap();
+}
+
+#[test]
+fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
+    let base = std::env::temp_dir().join(format!("fbptr-folder-quota-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&base);
+    fs::create_dir_all(&base).unwrap();
+    fs::write(base.join("theirs"), [0; 50_000]).unwrap();
+    let folder = QuotaFolder::new(Folder::open(&base).unwrap(), 3 * 4096);
+    let write = |name: &str, bytes: usize| {
+        // In pieces, as encoders write.
+        folder.write(name, |out| (0..bytes).try_for_each(|i| out.write_all(&[i as u8])))
+    };
+    write("a", 4097).unwrap();
+    assert_eq!(folder.used_bytes(), 8192);
+    write("b", 1).unwrap();
+    let refused = write("c", 1).unwrap_err();
+    assert_eq!(refused, FolderError::Quota { name: "c".into(), used: 12_288, limit: 12_288 });
+    assert_eq!(refused.code(), Code::Quota);
+    assert!(!base.join("c").exists() && fs::read_dir(&base).unwrap().count() == 3, "nothing is left over");
+    // A file makes room for its successor, however it is spelt, and for nobody else.
+    write("./a", 8192).unwrap();
+    assert_eq!(write("a", 8193).unwrap_err().code(), Code::Quota);
+    assert_eq!((fs::metadata(base.join("a")).unwrap().len(), folder.used_bytes()), (8192, 12_288));
+    // What failed for another reason takes nothing.
+    let failed = folder.write("b", |_| Err(io::Error::other("no"))).unwrap_err();
+    assert!(matches!(failed, FolderError::Io { .. }) && folder.used_bytes() == 12_288);
+    // What was removed by others makes room.
+    fs::remove_file(base.join("a")).unwrap();
+    write("c", 5000).unwrap();
+    assert_eq!(folder.used_bytes(), 12_288);
+    fs::remove_dir_all(&base).unwrap();
 }

@@ -1,0 +1,85 @@
+//! Opens what lies below a folder step by step, so that nothing that is exchanged meanwhile leads elsewhere or waits.
+
+use super::FolderError;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// Why nothing was opened.
+#[derive(Debug)]
+pub(super) enum OpenError {
+    /// A step on the way is a link by now.
+    Link,
+    /// It is no plain file by now.
+    NotPlain,
+    /// The system refused.
+    Io(io::Error),
+}
+
+impl OpenError {
+    pub fn named(self, name: &str) -> FolderError {
+        match self {
+            OpenError::Link => FolderError::Link { name: name.into() },
+            OpenError::NotPlain => FolderError::NotPlain { name: name.into() },
+            OpenError::Io(e) => super::from_io(name, &e),
+        }
+    }
+}
+
+impl From<io::Error> for OpenError {
+    fn from(e: io::Error) -> Self {
+        OpenError::Io(e)
+    }
+}
+
+#[cfg(unix)]
+impl From<rustix::io::Errno> for OpenError {
+    fn from(e: rustix::io::Errno) -> Self {
+        use rustix::io::Errno;
+        match e {
+            Errno::LOOP | Errno::NOTDIR => OpenError::Link,
+            // A socket, or a pipe that would have to wait.
+            Errno::NXIO => OpenError::NotPlain,
+            e => OpenError::Io(e.into()),
+        }
+    }
+}
+
+/// Opens the folder that holds `inside`, a path of plain steps below `root`: each folder from the one before, never by path.
+#[cfg(unix)]
+pub(super) fn folder_of(root: &Path, inside: &Path) -> Result<std::os::fd::OwnedFd, OpenError> {
+    use rustix::fs::{Mode, OFlags, open, openat};
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let mut folder = open(root, flags, Mode::empty())?;
+    for step in inside.parent().into_iter().flat_map(Path::components) {
+        folder = openat(&folder, step.as_os_str(), flags, Mode::empty())?;
+    }
+    Ok(folder)
+}
+
+/// Opens the plain file at `inside` for reading. Never waits: a pipe, a device or a socket in its place is refused.
+#[cfg(unix)]
+pub(super) fn plain_file(root: &Path, inside: &Path) -> Result<File, OpenError> {
+    use rustix::fs::{Mode, OFlags, openat};
+    let folder = folder_of(root, inside)?;
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let file = File::from(openat(&folder, inside.file_name().unwrap_or_default(), flags, Mode::empty())?);
+    match file.metadata()?.is_file() {
+        true => Ok(file),
+        false => Err(OpenError::NotPlain),
+    }
+}
+
+/// Opens the plain file at `inside` for reading.
+#[cfg(not(unix))]
+pub(super) fn plain_file(root: &Path, inside: &Path) -> Result<File, OpenError> {
+    let path = root.join(inside);
+    let file = File::open(&path)?;
+    if !std::fs::canonicalize(&path)?.starts_with(root) {
+        return Err(OpenError::Link);
+    }
+    match file.metadata()?.is_file() {
+        true => Ok(file),
+        false => Err(OpenError::NotPlain),
+    }
+}

@@ -1,0 +1,163 @@
+//! A folder whose files, as far as they were written through it, take no more than a given number of bytes.
+//!
+//! In: names and contents. Out: files, or why not, with the figures. Files count in whole blocks. Those that were there
+//! before, or that others write, do not count; those that others remove stop counting when room is next looked for.
+//! Writers on several threads share the quota.
+
+use super::{Folder, FolderError};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::ops::Bound;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What a file takes at least, and in multiples of.
+const BLOCK_BYTES: u64 = 4096;
+/// Files looked for at once when room is missing: about a millisecond.
+const LOOKED_FOR: usize = 500;
+
+/// See the module's text.
+#[derive(Debug)]
+pub struct QuotaFolder {
+    folder: Folder,
+    limit_bytes: u64,
+    usage: Mutex<Usage>,
+}
+
+#[derive(Debug, Default)]
+struct Usage {
+    /// The files written, with the bytes that they take.
+    files: BTreeMap<PathBuf, u64>,
+    /// Bytes of `files`, and of files that are being written.
+    used_bytes: u64,
+    /// The last file that was looked for.
+    looked_at: Option<PathBuf>,
+}
+
+impl QuotaFolder {
+    /// `folder` with room for `limit_bytes`.
+    pub fn new(folder: Folder, limit_bytes: u64) -> Self {
+        QuotaFolder { folder, limit_bytes, usage: Mutex::default() }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// Bytes that the files written take.
+    pub fn used_bytes(&self) -> u64 {
+        self.lock().used_bytes
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Usage> {
+        // Counts that are off by one file after a panic bound the folder all the same.
+        self.usage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes the file `name` as [`Folder::write`] does. A file that it replaces makes room for it.
+    ///
+    /// # Errors
+    /// [`FolderError::Quota`] when it does not fit, and see [`FolderError`].
+    pub fn write(
+        &self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), FolderError> {
+        let path = self.folder.path_to_write(name)?;
+        let replaced_bytes = self.lock().files.get(&path).copied().unwrap_or(0);
+        let mut account =
+            Account { quota: self, replaced_bytes, written_bytes: 0, taken_bytes: 0, full_at: None };
+        let result = self.folder.write(name, |out| fill(&mut Metered { out, account: &mut account }));
+        let Account { taken_bytes, full_at, .. } = account;
+        let mut usage = self.lock();
+        match result {
+            Ok(()) => {
+                let before = usage.files.insert(path, taken_bytes).unwrap_or(0);
+                usage.used_bytes -= before;
+                Ok(())
+            }
+            Err(e) => {
+                usage.used_bytes -= taken_bytes;
+                match full_at {
+                    Some(used) => {
+                        Err(FolderError::Quota { name: name.into(), used, limit: self.limit_bytes })
+                    }
+                    None => Err(e),
+                }
+            }
+        }
+    }
+}
+
+impl Usage {
+    /// Stops counting files that are gone; looks for some of them, the next ones at the next call.
+    fn look_for_files(&mut self) {
+        let after = self.looked_at.take().map_or(Bound::Unbounded, Bound::Excluded);
+        let some: Vec<PathBuf> = self
+            .files
+            .range((after, Bound::Unbounded))
+            .take(LOOKED_FOR)
+            .map(|(path, _)| path.clone())
+            .collect();
+        let is_gone = |path: &PathBuf| {
+            std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound)
+        };
+        for path in some.iter().filter(|path| is_gone(path)) {
+            self.used_bytes -= self.files.remove(path).unwrap_or(0);
+        }
+        if some.len() == LOOKED_FOR {
+            self.looked_at = some.into_iter().last();
+        }
+    }
+}
+
+/// What one file takes while it is written.
+struct Account<'a> {
+    quota: &'a QuotaFolder,
+    replaced_bytes: u64,
+    written_bytes: u64,
+    taken_bytes: u64,
+    /// The bytes that were in use when there was no room.
+    full_at: Option<u64>,
+}
+
+impl Account<'_> {
+    /// Takes room for `more` bytes; whether there was any.
+    fn take(&mut self, more: u64) -> bool {
+        let wanted = (self.written_bytes + more).next_multiple_of(BLOCK_BYTES) - self.taken_bytes;
+        let mut usage = self.quota.lock();
+        let limit = self.quota.limit_bytes.saturating_add(self.replaced_bytes);
+        let fits = |usage: &Usage| usage.used_bytes.saturating_add(wanted) <= limit;
+        if !fits(&usage) && self.full_at.is_none() {
+            usage.look_for_files();
+        }
+        if !fits(&usage) {
+            self.full_at = Some(usage.used_bytes - self.taken_bytes);
+            return false;
+        }
+        usage.used_bytes += wanted;
+        self.taken_bytes += wanted;
+        self.written_bytes += more;
+        true
+    }
+}
+
+/// A writer that ends where the quota does.
+struct Metered<'a, 'q> {
+    out: &'a mut dyn Write,
+    account: &'a mut Account<'q>,
+}
+
+impl Write for Metered<'_, '_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.account.take(bytes.len() as u64) {
+            true => self.out.write_all(bytes).map(|()| bytes.len()),
+            false => Err(io::ErrorKind::QuotaExceeded.into()),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
