@@ -13,6 +13,7 @@ mod help;
 mod output;
 mod play;
 mod progress;
+mod record_gate;
 mod render;
 mod report;
 mod scene_file;

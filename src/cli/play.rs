@@ -12,7 +12,7 @@ use crate::command::EndOfInput;
 use crate::load::Folder;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::save;
-use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RECORD_MAGIC, RenderThread};
+use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RenderThread, recorded_size};
 use clap::Args;
 use std::fs::File;
 use std::io::{self, Read, Seek};
@@ -88,7 +88,7 @@ impl Play {
         if self.film.takes_stdout() && self.trace.is_some() {
             return Err("--movie - and --trace: both want standard output".to_owned());
         }
-        let mut recorded_size = None;
+        let mut size_of_recording = None;
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
             Some(path) if path != Path::new("-") => {
                 let name = path.display().to_string();
@@ -100,7 +100,7 @@ impl Play {
                 }
                 let end = if meta.is_file() { EndOfInput::File } else { EndOfInput::Stream };
                 if meta.is_file() {
-                    recorded_size = size_of_recording(&file).map_err(refused)?;
+                    size_of_recording = read_recorded_size(&file).map_err(refused)?;
                 }
                 let input: Box<dyn Read + Send> = match self.headless && meta.is_file() {
                     true => Box::new(Watched::new(file, meta.len())),
@@ -110,9 +110,11 @@ impl Play {
             }
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
-        let FrameSize { width, height } = self.size.or(recorded_size).unwrap_or(FrameSize::DEFAULT);
-        let mut engine = Engine::with_limits(width, height, Limits::default().for_frame(width, height))
-            .map_err(|e| e.message)?;
+        let FrameSize { width, height } = self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT);
+        // The stream is the user's own, and so is the disk that it may fill.
+        let limits = Limits { snap_bytes: u64::MAX, ..Limits::default() };
+        let mut engine =
+            Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
         engine.set_renderer(self.drawing.renderer());
         if let Some(trace) = self.trace {
@@ -304,12 +306,12 @@ impl Play {
 }
 
 /// The frame's size of a recording, from its first line; `None` for a stream. The file is read from its beginning again.
-fn size_of_recording(mut file: &File) -> io::Result<Option<FrameSize>> {
+fn read_recorded_size(mut file: &File) -> io::Result<Option<FrameSize>> {
     let mut first = Vec::new();
     file.take(100).read_to_end(&mut first)?;
     file.rewind()?;
-    let line = first.strip_prefix(RECORD_MAGIC).and_then(|rest| rest.split(|&b| b == b'\n').next());
-    Ok(line.and_then(|line| std::str::from_utf8(line).ok()).and_then(|size| size.parse().ok()))
+    let line = first.split(|&b| b == b'\n').next();
+    Ok(line.and_then(recorded_size).and_then(|size| size.parse().ok()))
 }
 
 /// A signal ends the play, with its snapshot written; a second one at once. Whether one has come.

@@ -3,16 +3,16 @@
 use super::drawing::Drawing;
 use super::film::{Clock, FilmArgs};
 use super::output::Stdout;
+use super::record_gate::RecordGate;
 use super::{FrameSize, Status, address, say_as_program};
 use crate::load::Folder;
 use crate::memory::SharedFile;
 use crate::save;
-use crate::server::{Display, Engine, Limits, ListenPlace, Recorder, Server};
+use crate::server::{Display, Engine, Limits, ListenPlace, Server};
 use crate::simd::allocator;
 use clap::Args;
 use crossbeam_channel::{Sender, bounded};
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -57,7 +57,8 @@ pub struct Serve {
     /// Write the frame at the end: .png, .ppm or .raw
     #[arg(long, value_name = "OUT")]
     snap: Option<PathBuf>,
-    /// Record what is executed; `fbptr play` plays it again
+    /// Record what is executed; `fbptr play` plays it again. A recording that cannot be written is reported at once, and
+    /// the server ends with status 1
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     #[command(flatten)]
@@ -86,6 +87,9 @@ pub(super) struct Quotas {
     /// Bytes of the frame
     #[arg(long, value_name = "BYTES", default_value_t = Limits::default().frame_bytes)]
     max_frame: u64,
+    /// Bytes of the files that SNAP has written
+    #[arg(long, value_name = "BYTES", default_value_t = Limits::default().snap_bytes)]
+    max_snaps: u64,
     /// Bytes of replies that a client has not read [default: 64 MiB, or the frame's bytes if that is more]
     #[arg(long, value_name = "BYTES")]
     max_replies: Option<usize>,
@@ -99,6 +103,7 @@ impl Quotas {
             names: self.max_names,
             resource_bytes: self.max_resources,
             frame_bytes: self.max_frame,
+            snap_bytes: self.max_snaps,
             ..Limits::default()
         };
         match self.max_replies {
@@ -156,8 +161,14 @@ impl Serve {
         // Before anybody is let in: from here on a signal ends the server in order.
         watch_signals(endings.clone())?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
+        let gate = RecordGate::close(&server, (width, height));
+        let mut listening = Vec::new();
         for place in places {
-            let place = server.listen(place).map_err(|e| e.to_string())?;
+            listening.push(server.listen(place).map_err(|e| e.to_string())?);
+        }
+        // The sockets first: a server that finds its port taken leaves the other one's recording alone.
+        gate.open(self.record.as_deref())?;
+        for place in listening {
             say_as_program(format_args!("listening on {place}"));
         }
         if self.stdin {
@@ -185,17 +196,12 @@ impl Serve {
                 server.shut_down(PATIENCE)
             }
         };
-        let failure = engine.take_record_failure();
         engine.end();
-        let failure = failure.or_else(|| engine.take_record_failure());
-        let mut status = Status::Success;
+        let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
+        let mut status = if has_failed { Status::Failed } else { Status::Success };
         drop(sampler);
         if let Some(e) = film.and_then(|film| film.finish(engine.memory()).err()) {
             say_as_program(format_args!("the movie ends early: {e}"));
-            status = Status::Failed;
-        }
-        if let (Some(error), Some(path)) = (failure, &self.record) {
-            say_as_program(format_args!("{}: the recording ends early: {error}", path.display()));
             status = Status::Failed;
         }
         if let Some(error) = self.snap.as_ref().and_then(|path| save::to_path(engine.memory(), path).err()) {
@@ -250,13 +256,9 @@ impl Serve {
         if let Some(path) = &self.load_dir {
             engine.set_load_dir(folder(path)?);
         }
-        if let Some(path) = &self.record {
-            let refused = |e: io::Error| format!("{}: {e}", path.display());
-            let file = BufWriter::with_capacity(1 << 16, File::create(path).map_err(refused)?);
-            engine.set_recorder(Recorder::new(Box::new(file), width, height).map_err(refused)?);
-        }
         if let Some(file) = shared {
             engine.set_shared_file(file);
+            engine.set_on_shared_failure(|error| say_as_program(format_args!("{error}: no longer shared")));
         }
         Ok(engine)
     }

@@ -17,6 +17,8 @@ pub struct Limits {
     pub frame_bytes: u64,
     /// Replies that a client has not read yet: beyond it its commands wait, and a single longer reply is refused.
     pub reply_bytes: usize,
+    /// Bytes of the files that SNAP has written into the snapshot folder, in whole blocks of 4096 bytes.
+    pub snap_bytes: u64,
     /// Matrices on one connection's stack.
     pub matrix_stack: usize,
     /// Lights of one connection: indices are below it.
@@ -32,6 +34,7 @@ impl Default for Limits {
             resource_bytes: 1 << 30,
             frame_bytes: 1 << 30,
             reply_bytes: 64 << 20,
+            snap_bytes: 1 << 30,
             matrix_stack: 1024,
             lights: 256,
         }

@@ -24,7 +24,7 @@ pub use events::{Input, InputEvent};
 pub use limits::Limits;
 pub use names::{Kind, Names, Resource};
 pub use player::Player;
-pub use record::{RECORD_MAGIC, Recorder};
+pub use record::{RECORD_MAGIC, RecordFile, Recorder, recorded_size};
 pub use serve::Server;
 pub use session::{Audience, Session};
 pub use stats::Stats;

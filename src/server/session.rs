@@ -2,6 +2,7 @@
 //!
 //! It starts as pipeline.md's "settled points" say, and goes with its connection. Nothing in it is shared.
 
+use super::record::FileSet;
 use super::{Limits, Names, Stats};
 use crate::command::{ErrorMode, Quality};
 use crate::draw2d::Blend;
@@ -10,6 +11,7 @@ use crate::scene::{
 };
 use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Who hears of a connection's errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,15 @@ pub enum Audience {
     Connection,
     /// Whoever started it (`play`, a [`super::Client`]): every error, beside the replies.
     Owner,
+}
+
+/// Where a connection's commands find the files that they name.
+#[derive(Debug)]
+pub(super) enum FileAccess {
+    /// In the load folder.
+    LoadFolder,
+    /// In the recording that is replayed; these are for the next command that reads files.
+    Recording(Arc<FileSet>),
 }
 
 /// The state of one connection.
@@ -73,6 +84,8 @@ pub struct Session {
     pub events: bool,
     /// What files said that their author should know, until the owner hears it.
     pub warnings: Vec<String>,
+    /// Where its commands find files.
+    pub(super) file_access: FileAccess,
     /// What it did.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
@@ -108,6 +121,7 @@ impl Session {
             auto: true,
             events: false,
             warnings: Vec::new(),
+            file_access: FileAccess::LoadFolder,
             stats: Stats::default(),
             counted: Stats::default(),
         }

@@ -2,6 +2,7 @@
 
 mod crowd;
 mod display;
+mod files;
 mod loads;
 mod process;
 mod protocol;

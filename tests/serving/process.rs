@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-fn fbptr() -> Command {
+pub fn fbptr() -> Command {
     Command::new(env!("CARGO_BIN_EXE_fbptr"))
 }
 
@@ -36,7 +36,7 @@ impl Process {
     }
 
     /// The next line that it says.
-    fn says(&mut self) -> String {
+    pub fn says(&mut self) -> String {
         let mut line = String::new();
         self.stderr.read_line(&mut line).unwrap();
         line.trim_end().to_owned()
@@ -78,11 +78,11 @@ impl Drop for Process {
     }
 }
 
-fn text(path: &Path) -> &str {
+pub fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-fn play(recording: &Path, out: &Path) -> Output {
+pub fn play(recording: &Path, out: &Path) -> Output {
     let arguments = ["play", text(recording), "--headless", "--snap", text(out)];
     fbptr().args(arguments).output().unwrap()
 }

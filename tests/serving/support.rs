@@ -81,6 +81,17 @@ impl Wire {
         self.line()
     }
 
+    /// The same, or `None` when no reply comes in time.
+    pub fn try_ask(&mut self, request: &str) -> Option<String> {
+        self.send(request.as_bytes());
+        let (mut line, mut byte) = (Vec::new(), [0]);
+        while !line.ends_with(b"\n") {
+            self.0.read_exact(&mut byte).ok()?;
+            line.push(byte[0]);
+        }
+        String::from_utf8(line).ok()
+    }
+
     pub fn talk(mut self, request: &[u8]) -> Vec<u8> {
         self.send(request);
         self.rest()

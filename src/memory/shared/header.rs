@@ -24,6 +24,24 @@ pub enum SharedError {
         /// What this one has.
         found: String,
     },
+    /// The file system has no room for the file.
+    #[error("{}: no room for the file's {bytes} bytes", path.display())]
+    NoRoom {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that it takes.
+        bytes: u64,
+    },
+    /// Another program made the file shorter.
+    #[error("{}: another program truncated it from {expected} to {found} bytes", path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that it had.
+        expected: u64,
+        /// Bytes that it has.
+        found: u64,
+    },
     /// Another server has it.
     #[error("{} is in use by another server", path.display())]
     InUse {
@@ -45,6 +63,8 @@ impl SharedError {
     pub fn code(&self) -> Code {
         match self {
             SharedError::NotOurs { .. } => Code::Format,
+            SharedError::NoRoom { .. } => Code::Quota,
+            SharedError::Truncated { .. } => Code::Perm,
             SharedError::InUse { .. } | SharedError::Io { .. } => Code::Perm,
         }
     }

@@ -10,9 +10,13 @@
 //! memory. F != S is a foreign write, M != S is ours. [`SharedFile::take_in`] copies foreign writes to M, except onto
 //! pixels that we drew; [`SharedFile::give_out`] stores those of our pixels that differ from S, one by one, and never
 //! touches another. So a foreign write is lost only where we drew the same pixel. Pixels travel as whole 32-bit words.
+//!
+//! The file's bytes are reserved before it is mapped, so that a full disk is an error and no signal. A file that another
+//! program truncates is an error of the call that finds it, whenever it happens; nothing of it is taken in then.
 
 mod header;
 mod map;
+mod reserve;
 #[cfg(all(test, unix))]
 mod tests;
 
@@ -23,7 +27,7 @@ use header::{kind_of, read_header};
 use map::Map;
 use std::cell::Cell;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering::Relaxed;
@@ -82,7 +86,15 @@ impl SharedFile {
                 if !meta.is_file() {
                     return Err(not_ours("a regular file".into(), kind_of(&meta).into()));
                 }
-                let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io_error)?;
+                let mut options = OpenOptions::new();
+                options.read(true).write(true);
+                #[cfg(unix)]
+                {
+                    // A pipe or a link that was put in its place is not waited for, nor followed.
+                    let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOFOLLOW;
+                    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
+                }
+                let mut file = options.open(path).map_err(io_error)?;
                 let found = read_header(&mut file).map_err(io_error)?.map_err(|(e, f)| not_ours(e, f))?;
                 if must_fit && found != size {
                     let text = |(w, h): (u32, u32)| format!("{w}x{h} pixels");
@@ -98,7 +110,7 @@ impl SharedFile {
         }
         let pixel_bytes = width as usize * height as usize * 4;
         let made = || -> io::Result<SharedFile> {
-            file.set_len((SHARED_HEADER_BYTES + pixel_bytes) as u64)?;
+            reserve::reserve(&file, (SHARED_HEADER_BYTES + pixel_bytes) as u64)?;
             let map = Map::new(&file, SHARED_HEADER_BYTES + pixel_bytes)?;
             let shadow = vec![0; pixel_bytes];
             let file = file.try_clone()?;
@@ -110,12 +122,19 @@ impl SharedFile {
                 // We made it a moment ago: nobody else's data goes.
                 let _ = std::fs::remove_file(path);
             }
-            io_error(e)
+            match e.kind() {
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => SharedError::NoRoom {
+                    path: path.into(),
+                    bytes: (SHARED_HEADER_BYTES + pixel_bytes) as u64,
+                },
+                _ => io_error(e),
+            }
         })?;
         if is_new {
             shared.store_all(&VideoMemory::CLEAR.repeat(pixel_bytes / 4));
         }
         shared.write_header();
+        shared.check()?;
         Ok(shared)
     }
 
@@ -144,10 +163,31 @@ impl SharedFile {
         memory.mark_rows(0..self.height);
     }
 
+    /// Refuses a file that another program has truncated.
+    ///
+    /// # Errors
+    /// [`SharedError::Truncated`], and [`SharedError::Io`] when the system does not tell.
+    pub fn check(&self) -> Result<(), SharedError> {
+        let meta =
+            self.file.metadata().map_err(|source| SharedError::Io { path: self.path.clone(), source })?;
+        let (expected, found) = ((SHARED_HEADER_BYTES + self.shadow.len()) as u64, meta.len());
+        match found >= expected && !self.map.is_truncated() {
+            true => Ok(()),
+            false => Err(SharedError::Truncated { path: self.path.clone(), expected, found }),
+        }
+    }
+
     /// Takes in what others wrote since the last look, and says which pixels changed in `memory` (`changed` gets pixel
     /// numbers, ascending). Marks the rows. Pixels drawn by us and not yet given out stay ours.
-    pub fn take_in(&mut self, memory: &mut VideoMemory, mut changed: impl FnMut(usize)) {
-        self.restore_length(memory);
+    ///
+    /// # Errors
+    /// See [`SharedFile::check`]; what changed before it was found is in `memory`.
+    pub fn take_in(
+        &mut self,
+        memory: &mut VideoMemory,
+        mut changed: impl FnMut(usize),
+    ) -> Result<(), SharedError> {
+        self.check()?;
         // Pairs with the release that a client does by ringing the bell after writing.
         fence(Ordering::Acquire);
         let block_bytes = BLOCK_WORDS * 8;
@@ -157,8 +197,13 @@ impl SharedFile {
             if !self.block_differs(start..end) {
                 continue;
             }
-            for i in start / 4..end / 4 {
-                let foreign = self.word(i).load(Relaxed).to_ne_bytes();
+            let mut block = [[0; 4]; BLOCK_WORDS * 2];
+            for (i, pixel) in (start / 4..end / 4).zip(&mut block) {
+                *pixel = self.word(i).load(Relaxed).to_ne_bytes();
+            }
+            // Bytes that are gone read as zeros: they were not written by anybody.
+            self.check()?;
+            for (i, &foreign) in (start / 4..end / 4).zip(&block) {
                 let at = i * 4..i * 4 + 4;
                 if foreign == self.shadow[at.clone()] {
                     continue;
@@ -172,11 +217,14 @@ impl SharedFile {
                 self.shadow[at].copy_from_slice(&foreign);
             }
         }
+        Ok(())
     }
 
     /// Stores what we drew in `rows` into the file; pixels that we did not change are not touched.
-    pub fn give_out(&mut self, memory: &mut VideoMemory, rows: Range<u32>) {
-        self.restore_length(memory);
+    ///
+    /// # Errors
+    /// See [`SharedFile::check`].
+    pub fn give_out(&mut self, memory: &VideoMemory, rows: Range<u32>) -> Result<(), SharedError> {
         let stride = memory.stride_bytes();
         for y in rows.start.min(self.height) as usize..rows.end.min(self.height) as usize {
             let row = y * stride..(y + 1) * stride;
@@ -194,6 +242,7 @@ impl SharedFile {
         }
         // Whoever sees a reply sent after this sees the pixels.
         fence(Ordering::Release);
+        self.check()
     }
 
     /// How often clients have rung the bell.
@@ -227,16 +276,6 @@ impl SharedFile {
         }
         let rest_differs = || self.word((range.end - 4) / 4).load(Relaxed).to_ne_bytes() != rest;
         difference != 0 || (!rest.is_empty() && rest_differs())
-    }
-
-    /// A file that someone cut is made whole again before the map is touched: its pages would be gone.
-    fn restore_length(&mut self, memory: &mut VideoMemory) {
-        let expected = (SHARED_HEADER_BYTES + self.shadow.len()) as u64;
-        let is_whole = self.file.metadata().is_ok_and(|m| m.len() >= expected);
-        if !is_whole && self.file.set_len(expected).is_ok() {
-            self.write_header();
-            self.store_all(memory.bytes());
-        }
     }
 
     fn store_all(&mut self, bytes: &[u8]) {
@@ -283,9 +322,6 @@ impl SharedFile {
 
 impl Drop for SharedFile {
     fn drop(&mut self) {
-        if self.file.metadata().is_ok_and(|m| m.len() >= SHARED_HEADER_BYTES as u64) {
-            self.sign_off();
-        }
-        let _ = self.file.flush();
+        self.sign_off();
     }
 }

@@ -44,9 +44,9 @@ fn both_sides_write_and_nothing_is_lost() {
         memory.put_pixel(y as i32, y as i32, [50, 60, 70, 80]);
     }
     let rows = memory.take_damage();
-    shared.give_out(&mut memory, rows);
+    shared.give_out(&memory, rows).unwrap();
     let mut seen = Vec::new();
-    shared.take_in(&mut memory, |i| seen.push(i));
+    shared.take_in(&mut memory, |i| seen.push(i)).unwrap();
     assert_eq!(seen, (1..=h as usize).map(|y| y * w as usize - 1).collect::<Vec<_>>());
     for y in 0..h as i32 {
         assert_eq!(memory.get_pixel(w as i32 - 1, y).unwrap(), [y as u8, 1, 2, 3]);
@@ -54,7 +54,7 @@ fn both_sides_write_and_nothing_is_lost() {
         assert_eq!(pixel(&foreign, (y as u64 + 1) * w as u64 - 1), [y as u8, 1, 2, 3]);
     }
     assert_eq!(memory.take_damage(), 0..h);
-    shared.take_in(&mut memory, |i| panic!("pixel {i} seen twice"));
+    shared.take_in(&mut memory, |i| panic!("pixel {i} seen twice")).unwrap();
 }
 
 #[test]
@@ -66,8 +66,8 @@ fn a_pixel_that_both_wrote_is_one_of_the_two_on_both_sides() {
     let foreign = outside(&path);
     foreign.write_all_at(&[9; 4], 4096 + 8).unwrap();
     memory.put_pixel(2, 0, [5; 4]);
-    shared.take_in(&mut memory, |_| ());
-    shared.give_out(&mut memory, 0..1);
+    shared.take_in(&mut memory, |_| ()).unwrap();
+    shared.give_out(&memory, 0..1).unwrap();
     assert_eq!(memory.get_pixel(2, 0).unwrap(), pixel(&foreign, 2));
 }
 
@@ -78,7 +78,7 @@ fn it_survives_a_restart_and_refuses_what_is_not_its_own() {
     let mut shared = SharedFile::open(&path, (5, 3), true).unwrap();
     let mut memory = VideoMemory::new(5, 3).unwrap();
     memory.put_pixel(4, 2, [1, 2, 3, 4]);
-    shared.give_out(&mut memory, 0..3);
+    shared.give_out(&memory, 0..3).unwrap();
     assert!(matches!(SharedFile::open(&path, (5, 3), true), Err(SharedError::InUse { .. })));
     drop(shared);
     assert!(matches!(SharedFile::open(&path, (6, 3), true), Err(SharedError::NotOurs { .. })));
@@ -122,15 +122,77 @@ fn the_header_says_what_the_layout_promises() {
 }
 
 #[test]
-fn a_file_cut_short_by_others_is_made_whole_again() {
+fn a_file_truncated_by_others_is_an_error_and_changes_nothing() {
     let folder = Folder::new("cut");
+    for bytes in [0, 10, 4096, 4096 + 2000 * 4 + 100, 4096 + 2000 * 16 - 1] {
+        let path = folder.0.join("fb");
+        let _ = std::fs::remove_file(&path);
+        let mut shared = SharedFile::open(&path, (2000, 4), true).unwrap();
+        let mut memory = VideoMemory::new(2000, 4).unwrap();
+        memory.clear([1, 2, 3, 4]);
+        shared.give_out(&memory, 0..4).unwrap();
+        outside(&path).set_len(bytes).unwrap();
+        let told = shared.take_in(&mut memory, |i| panic!("nobody wrote pixel {i}")).unwrap_err();
+        assert_eq!(
+            told.to_string(),
+            format!("{}: another program truncated it from 36096 to {bytes} bytes", path.display())
+        );
+        memory.clear([5; 4]);
+        assert!(matches!(shared.give_out(&memory, 0..4), Err(SharedError::Truncated { .. })));
+        shared.set_frame(9);
+        assert_eq!(memory.get_pixel(1999, 3).unwrap(), [5; 4]);
+        drop(shared);
+        assert_eq!(std::fs::metadata(&path).unwrap().len(), bytes, "it is left as it is");
+    }
+}
+
+#[test]
+fn an_access_to_a_page_that_is_gone_ends_nobody() {
+    let folder = Folder::new("gone");
     let path = folder.0.join("fb");
-    let mut shared = SharedFile::open(&path, (2000, 4), true).unwrap();
-    let mut memory = VideoMemory::new(2000, 4).unwrap();
-    memory.clear([1, 2, 3, 4]);
-    outside(&path).set_len(10).unwrap();
-    shared.take_in(&mut memory, |_| ());
-    shared.give_out(&mut memory, 0..4);
-    assert_eq!(std::fs::read(&path).unwrap()[4096..], *memory.bytes());
-    assert_eq!(&std::fs::read(&path).unwrap()[..8], b"FBPTRSHM");
+    let (shared, other) = (
+        SharedFile::open(&path, (2000, 4), true).unwrap(),
+        SharedFile::open(&folder.0.join("other"), (2000, 4), true).unwrap(),
+    );
+    // No check comes between the truncation and the access: this is what a check beforehand cannot see.
+    outside(&path).set_len(0).unwrap();
+    shared.word(7999).store(1, Relaxed);
+    assert_eq!((shared.word(0).load(Relaxed), shared.word(7999).load(Relaxed)), (0, 1));
+    assert!(shared.map.is_truncated() && !other.map.is_truncated());
+    // Whole again, and still not the same: what was stored is not in it.
+    outside(&path).set_len(36_096).unwrap();
+    assert!(matches!(shared.check(), Err(SharedError::Truncated { found: 36_096, .. })));
+    other.check().unwrap();
+    assert_eq!(other.word(7999).load(Relaxed).to_ne_bytes(), VideoMemory::CLEAR);
+}
+
+#[test]
+fn truncations_at_any_moment_are_found_and_taken_for_nothing_else() {
+    let folder = Folder::new("moments");
+    for round in 0..60 {
+        let path = folder.0.join("fb");
+        let _ = std::fs::remove_file(&path);
+        let mut shared = SharedFile::open(&path, (1000, 100), true).unwrap();
+        let mut memory = VideoMemory::new(1000, 100).unwrap();
+        let foreign = outside(&path);
+        let cutter = std::thread::spawn(move || {
+            std::thread::sleep(std::time::Duration::from_micros(50 * round));
+            foreign.set_len(4096 * (round % 90)).unwrap();
+        });
+        let mut color = 1;
+        let error = loop {
+            color = color % 250 + 1;
+            memory.clear([color; 4]);
+            let result = shared
+                .give_out(&memory, 0..100)
+                .and_then(|()| shared.take_in(&mut memory, |i| panic!("nobody wrote pixel {i}")));
+            match result {
+                Ok(()) => {}
+                Err(e) => break e,
+            }
+        };
+        cutter.join().unwrap();
+        assert!(matches!(error, SharedError::Truncated { .. }), "{error}");
+        assert!(memory.bytes().iter().all(|b| *b == color), "what we drew is ours still");
+    }
 }

@@ -30,7 +30,7 @@ impl Engine {
         let line = format!(
             "STATS {} {} queue={} connections={} width={} height={} shm_offset={SHARED_HEADER_BYTES} shm_stride={} \
              names={} resource_bytes={} shared_names={} shared_bytes={} memory_bytes={} depth_bytes={depth_bytes} \
-             id_bytes={id_bytes} presents={} auto={} plan={}\n",
+             id_bytes={id_bytes} presents={} auto={} shm={} {} snap_bytes={} plan={}\n",
             s.stats.words(""),
             totals.words("total_"),
             self.queue_bytes,
@@ -45,6 +45,9 @@ impl Engine {
             self.memory.bytes().len(),
             self.frames,
             if self.frozen > 0 { "off" } else { "on" },
+            self.shared_word(),
+            self.record_words(),
+            self.snap_dir.as_ref().map_or(0, |folder| folder.used_bytes()),
             self.plan,
         );
         out.extend_from_slice(line.as_bytes());
@@ -139,8 +142,10 @@ impl Engine {
     /// To be called from time to time, at [`Engine::next_deadline`] at the latest.
     pub fn tick(&mut self, now: Instant) {
         self.tick_shared(now);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.tick(now);
+        let Some(recorder) = &mut self.recorder else { return };
+        recorder.tick(now);
+        if recorder.has_failed() {
+            self.drop_recorder();
         }
     }
 
@@ -172,16 +177,36 @@ impl Engine {
         }
     }
 
-    /// Why the recording had to end early, once it has.
-    pub fn take_record_failure(&mut self) -> Option<std::io::Error> {
-        self.recorder.as_mut().and_then(Recorder::take_failure)
+    /// The recording's state as words of `STATS`.
+    fn record_words(&self) -> String {
+        let state = match (&self.recorder, &self.record_failure) {
+            (Some(recorder), _) if recorder.has_failed() => "failed",
+            (Some(_), _) => "ok",
+            (None, Some(_)) => "failed",
+            (None, None) => "off",
+        };
+        let bytes = self.recorder.as_ref().map(Recorder::stats).unwrap_or_default();
+        format!("record={state} record_bytes={} record_queue={}", bytes.written_bytes, bytes.queued_bytes)
+    }
+
+    /// Why the recording ended early, if it did.
+    pub fn record_failure(&self) -> Option<&str> {
+        self.record_failure.as_deref()
+    }
+
+    /// Goes on without the recorder; keeps the reason why it failed.
+    fn drop_recorder(&mut self) {
+        if let Some(recorder) = self.recorder.take() {
+            self.record_failure = recorder.failure();
+        }
     }
 
     /// The end: the shared file has the last pixels, the recording its last commands.
     pub fn end(&mut self) {
         self.leave_shared();
-        if let Some(mut recorder) = self.recorder.take() {
-            recorder.flush(Instant::now());
+        if let Some(recorder) = &mut self.recorder {
+            recorder.finish();
+            self.drop_recorder();
         }
     }
 
@@ -220,13 +245,11 @@ impl Engine {
                     );
                 };
                 // The folder first: what is not allowed at all is no question of formats.
-                let path = folder.path_to_write(&name)?;
+                let path = folder.folder().path_to_write(&name)?;
                 let format = SnapshotFormat::of_path(path.as_path()).map_err(|e| {
                     Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name)
                 })?;
-                folder
-                    .write(&name, |out| format.write(&self.memory, out))
-                    .map_err(|e| Fault::new(e.code(), "the snapshot could not be written").got(&*name))?;
+                folder.write(&name, |out| format.write(&self.memory, out))?;
                 let crc = save::crc32(&self.memory);
                 out.extend_from_slice(format!("SNAP {name} {w} {h} {crc:08x}\n").as_bytes());
             }

@@ -32,12 +32,12 @@ impl Engine {
             session.stats.errors += 1;
         }
         if let (Some(recorder), Some(before)) = (&mut self.recorder, recorded) {
-            if let Some(command) = self.recorded_as.take().filter(|_| result.is_ok()) {
-                recorder.roll_back(before);
-                recorder.command(connection, &command);
-            } else if result.is_err() {
-                recorder.roll_back(before);
+            match result {
+                Ok(_) if self.files_read.is_empty() => {}
+                Ok(_) => recorder.attach_files(connection, before, &self.files_read),
+                Err(_) => recorder.roll_back(before),
             }
+            self.files_read.clear();
         }
         result
     }

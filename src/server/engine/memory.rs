@@ -75,10 +75,7 @@ impl Engine {
     /// Text pixels as records of x and y as u16 little-endian, r, g, b, a, moved by OFFSET: their hot path.
     pub fn put_pixels(&mut self, s: &mut Session, records: &[[u8; 8]]) {
         if let Some(recorder) = &mut self.recorder {
-            for &[x0, x1, y0, y1, color @ ..] in records {
-                let (x, y) = (u16::from_le_bytes([x0, x1]), u16::from_le_bytes([y0, y1]));
-                recorder.pixel(s.id, x.into(), y.into(), color);
-            }
+            recorder.pixels(s.id, records, s.offset);
         }
         let stored = draw2d::moved_points(&mut self.memory, records, s.offset, s.blend);
         s.count_pixels(records.len(), stored);
@@ -92,7 +89,7 @@ impl Engine {
         s.stats.commands += 1;
         self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
-            recorder.command(s.id, &Command::PixelRun { x, y, rgba: rgba.to_vec() });
+            recorder.pixel_run(s.id, x, y, rgba);
         }
         Ok(())
     }
@@ -106,7 +103,7 @@ impl Engine {
         s.has_used_other_verbs = true;
         self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
-            recorder.command(s.id, &Command::Blit { rect, rgba: rgba.to_vec() });
+            recorder.blit(s.id, rect, rgba);
         }
         Ok(())
     }
@@ -137,7 +134,7 @@ impl Engine {
         s.has_used_other_verbs = true;
         self.points(s, packed).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
-            recorder.command(s.id, &Command::Points { packed: packed.to_vec() });
+            recorder.points(s.id, packed);
         }
         Ok(())
     }

@@ -20,6 +20,7 @@
 
 mod control;
 mod dispatch;
+mod files;
 mod memory;
 mod quality;
 mod resources;
@@ -28,11 +29,11 @@ mod space;
 mod trace;
 
 use super::names::Names;
-use super::record::Recorder;
+use super::record::{ReadFile, Recorder};
 use super::{Display, Limits, Session, Stats};
-use crate::command::{Command, SparePayload};
+use crate::command::SparePayload;
 use crate::error::Fault;
-use crate::load::Folder;
+use crate::load::{Folder, QuotaFolder};
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
 use crate::pipeline::budget::Memo;
@@ -70,7 +71,7 @@ pub struct Engine {
     id_names: IdNames,
     shared: Names,
     limits: Limits,
-    snap_dir: Option<Folder>,
+    snap_dir: Option<Arc<QuotaFolder>>,
     load_dir: Option<Folder>,
     display: Option<Arc<Display>>,
     /// Rows that the display has not been given yet.
@@ -89,10 +90,15 @@ pub struct Engine {
     plan: String,
     tracing: Option<trace::Tracing>,
     shared_file: Option<shared::Shared>,
+    /// Why the shared file is shared no more, and who is told.
+    shared_failure: Option<String>,
+    on_shared_failure: shared::OnSharedFailure,
     recorder: Option<Recorder>,
     on_present: OnPresent,
-    /// What stands in the recording for the command that is run.
-    recorded_as: Option<Command>,
+    /// Why the recording ended early.
+    record_failure: Option<String>,
+    /// The files that the command being run has read, for the recording.
+    files_read: Vec<ReadFile>,
     /// Where the decoders of all connections put large payloads' buffers.
     spare: SparePayload,
     spare_swept: Instant,
@@ -175,9 +181,12 @@ impl Engine {
             plan: String::from("-"),
             tracing: None,
             shared_file: None,
+            shared_failure: None,
+            on_shared_failure: shared::OnSharedFailure::default(),
             recorder: None,
             on_present: OnPresent(None),
-            recorded_as: None,
+            record_failure: None,
+            files_read: Vec::new(),
             spare: SparePayload::default(),
             spare_swept: Instant::now(),
         })
@@ -198,9 +207,9 @@ impl Engine {
         self.renderer = renderer;
     }
 
-    /// Lets SNAP write files, in this folder only.
+    /// Lets SNAP write files, in this folder only, up to `limits.snap_bytes` of them.
     pub fn set_snap_dir(&mut self, folder: Folder) {
-        self.snap_dir = Some(folder);
+        self.snap_dir = Some(Arc::new(QuotaFolder::new(folder, self.limits.snap_bytes)));
     }
 
     /// Lets LOAD read files, from this folder only.

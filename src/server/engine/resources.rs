@@ -2,14 +2,14 @@
 
 use super::Engine;
 use super::space::missing;
-use crate::command::{Command, FileKind, MeshSource, Rect};
+use crate::command::{FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
 use crate::eye::{EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, Folder, LoadError, LoadWarning};
+use crate::load::{self, LoadError, LoadWarning};
 use crate::scene::{Geometry, Mesh, Texture, shapes};
+use crate::server::Session;
 use crate::server::names::{Eye, Kind, Names, Resource};
-use crate::server::{Limits, Session};
 use std::sync::Arc;
 
 impl From<shapes::ShapeError> for Fault {
@@ -59,8 +59,9 @@ impl Engine {
     pub(super) fn make_mesh(&mut self, s: &mut Session, name: &str, source: MeshSource) -> Result<(), Fault> {
         let mesh = match source {
             MeshSource::Obj(bytes) => {
-                let mut files = SideFiles::new(self.load_dir.as_ref(), "", &self.limits);
-                let loaded = load::obj::parse(&bytes, &mut |name| files.read(name), name)?;
+                let mut files = self.file_reader(s);
+                let loaded = load::obj::parse(&bytes, &mut |name| files.read_beside("", name), name)?;
+                self.files_read = files.into_read();
                 self.note_warnings(s, &loaded.warnings);
                 return self.keep(s, name, Resource::Mesh(Arc::new(loaded.geometry)));
             }
@@ -80,9 +81,11 @@ impl Engine {
     }
 
     pub(super) fn make_scene(&mut self, s: &mut Session, x3d: &[u8]) -> Result<(), Fault> {
-        let mut files = SideFiles::new(self.load_dir.as_ref(), "", &self.limits);
-        let document = load::x3d::parse(x3d, "SCENE", &mut |name| files.read(name))?;
-        self.begin_scene(s, document, x3d.len() as u64 + files.bytes)
+        let mut files = self.file_reader(s);
+        let document = load::x3d::parse(x3d, "SCENE", &mut |name| files.read_beside("", name))?;
+        let size = x3d.len() as u64 + files.side_bytes();
+        self.files_read = files.into_read();
+        self.begin_scene(s, document, size)
     }
 
     pub(super) fn make_eye(&mut self, s: &mut Session, name: &str, json: &[u8]) -> Result<(), Fault> {
@@ -106,42 +109,26 @@ impl Engine {
         name: &str,
         path: &str,
     ) -> Result<(), Fault> {
-        let Some(folder) = &self.load_dir else {
-            return Err(
-                Fault::new(Code::Perm, "files need a folder to be loaded from, and there is none").got(path)
-            );
-        };
-        let bytes = folder.read(path, self.limits.payload_bytes)?;
+        let mut files = self.file_reader(s);
+        let bytes = files.read(path)?;
         let beside = path.rsplit_once('/').map_or("", |(folder, _)| folder);
-        let mut files = SideFiles::new(Some(folder), beside, &self.limits);
         match kind {
             FileKind::Mesh => {
-                let loaded = load::obj::parse(&bytes, &mut |name| files.read(name), path)?;
+                let loaded = load::obj::parse(&bytes, &mut |name| files.read_beside(beside, name), path)?;
+                self.files_read = files.into_read();
                 self.note_warnings(s, &loaded.warnings);
-                let needs_others = files.bytes > 0;
-                self.keep(s, name, Resource::Mesh(Arc::new(loaded.geometry)))?;
-                if self.recorder.is_some() && !needs_others {
-                    let source = Box::new(MeshSource::Obj(bytes));
-                    self.recorded_as = Some(Command::Mesh { name: name.to_owned(), source });
-                }
-                Ok(())
+                self.keep(s, name, Resource::Mesh(Arc::new(loaded.geometry)))
             }
             FileKind::Texture => {
                 let texture = load::texture::decode_file(&bytes, path)?;
-                self.keep(s, name, Resource::Texture(Arc::new(texture)))?;
-                if self.recorder.is_some() {
-                    self.recorded_as = Some(Command::Texture { name: name.to_owned(), file: bytes });
-                }
-                Ok(())
+                self.files_read = files.into_read();
+                self.keep(s, name, Resource::Texture(Arc::new(texture)))
             }
             FileKind::Scene => {
-                let document = load::x3d::parse(&bytes, path, &mut |name| files.read(name))?;
-                let (needs_others, size) = (files.bytes > 0, bytes.len() as u64 + files.bytes);
-                self.begin_scene(s, document, size)?;
-                if self.recorder.is_some() && !needs_others {
-                    self.recorded_as = Some(Command::Scene { x3d: bytes });
-                }
-                Ok(())
+                let document = load::x3d::parse(&bytes, path, &mut |name| files.read_beside(beside, name))?;
+                let size = bytes.len() as u64 + files.side_bytes();
+                self.files_read = files.into_read();
+                self.begin_scene(s, document, size)
             }
         }
     }
@@ -221,32 +208,3 @@ const SCENE_NAME: &str = "";
 
 /// Warnings that are kept until somebody hears them.
 const MAX_WARNINGS: usize = 100;
-
-/// The files that a file refers to: those of the load folder, where there is one.
-struct SideFiles<'a> {
-    folder: Option<&'a Folder>,
-    /// The folder of the file that refers to them.
-    beside: &'a str,
-    limit: u64,
-    /// Bytes read so far.
-    bytes: u64,
-    most: u64,
-}
-
-impl<'a> SideFiles<'a> {
-    fn new(folder: Option<&'a Folder>, beside: &'a str, limits: &Limits) -> Self {
-        let (limit, most) = (limits.payload_bytes, limits.resource_bytes);
-        SideFiles { folder, beside, limit, bytes: 0, most }
-    }
-
-    fn read(&mut self, name: &str) -> Option<Vec<u8>> {
-        let path = match self.beside {
-            "" => name.to_owned(),
-            beside => format!("{beside}/{name}"),
-        };
-        let limit = self.limit.min(self.most.saturating_sub(self.bytes));
-        let bytes = self.folder?.read(&path, limit).ok()?;
-        self.bytes += bytes.len() as u64;
-        Some(bytes)
-    }
-}

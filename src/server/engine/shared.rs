@@ -6,7 +6,7 @@
 use super::Engine;
 use super::control::{NO_ROWS, join};
 use crate::error::Fault;
-use crate::memory::SharedFile;
+use crate::memory::{SharedError, SharedFile};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,18 @@ const LISTEN_EVERY: Duration = Duration::from_millis(8);
 /// Between looks before slices, at least; and so many times what a look takes.
 const LOOK_APART: Duration = Duration::from_millis(4);
 const LOOK_SHARE: u32 = 10;
+
+/// The function that is told of the end of sharing.
+#[derive(Default)]
+pub(super) struct OnSharedFailure(Option<SharedFailureAction>);
+
+type SharedFailureAction = Box<dyn FnMut(&SharedError) + Send>;
+
+impl std::fmt::Debug for OnSharedFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "OnSharedFailure({})", self.0.is_some())
+    }
+}
 
 /// The shared file and what is known of it.
 #[derive(Debug)]
@@ -88,26 +100,57 @@ impl Engine {
         let begun = Instant::now();
         // The bell first: what is written after this look will ring again.
         shared.bell = shared.file.doorbell();
-        match &mut self.recorder {
+        let taken = match &mut self.recorder {
             None => shared.file.take_in(&mut self.memory, |_| ()),
             Some(recorder) => {
                 let mut changed = Vec::new();
-                shared.file.take_in(&mut self.memory, |pixel| changed.push(pixel));
+                let taken = shared.file.take_in(&mut self.memory, |pixel| changed.push(pixel));
                 recorder.foreign_pixels(&changed, &self.memory);
+                taken
             }
-        }
+        };
         shared.looked_at = Instant::now();
         shared.look_took = shared.looked_at - begun;
+        taken.unwrap_or_else(|error| self.stop_sharing(&error));
     }
 
     fn give_out(&mut self) {
         self.collect_damage();
         let Some(shared) = &mut self.shared_file else { return };
         let rows = std::mem::replace(&mut shared.ungiven, NO_ROWS);
-        if rows.start < rows.end {
-            shared.file.give_out(&mut self.memory, rows);
-        }
         shared.given_at = Instant::now();
+        if rows.start < rows.end {
+            let given = shared.file.give_out(&self.memory, rows);
+            given.unwrap_or_else(|error| self.stop_sharing(&error));
+        }
+    }
+
+    /// Goes on without the shared file, which is of no use any more.
+    fn stop_sharing(&mut self, error: &SharedError) {
+        self.shared_file = None;
+        self.shared_failure = Some(error.to_string());
+        if let Some(tell) = &mut self.on_shared_failure.0 {
+            tell(error);
+        }
+    }
+
+    /// Calls `action` when the shared file can be shared no more; the engine goes on without it.
+    pub fn set_on_shared_failure(&mut self, action: impl FnMut(&SharedError) + Send + 'static) {
+        self.on_shared_failure = OnSharedFailure(Some(Box::new(action)));
+    }
+
+    /// Why the shared file is shared no more, if that is so.
+    pub fn shared_failure(&self) -> Option<&str> {
+        self.shared_failure.as_deref()
+    }
+
+    /// The shared file's state, for `STATS`.
+    pub(super) fn shared_word(&self) -> &'static str {
+        match (&self.shared_file, &self.shared_failure) {
+            (Some(_), _) => "ok",
+            (None, Some(_)) => "failed",
+            (None, None) => "off",
+        }
     }
 
     /// Remembers rows that the file has not got yet.

@@ -1,0 +1,106 @@
+//! The files that commands read: those of the load folder or, in a replay, those that the recording carries.
+//!
+//! In: the names that a command or a file gives. Out: contents, within the limits of one file and of all files together.
+//! While a recording is made, what was read is kept for it.
+
+use super::Engine;
+use crate::error::{Code, Fault};
+use crate::load::{Folder, FolderError};
+use crate::server::Session;
+use crate::server::record::{FileSet, ReadFile};
+use crate::server::session::FileAccess;
+use std::sync::Arc;
+
+/// Where files come from.
+enum Source {
+    LoadFolder(Option<Folder>),
+    Recording(Arc<FileSet>),
+}
+
+/// Reads the files of one command.
+pub(super) struct FileReader {
+    source: Source,
+    /// Bytes of one file, and of all side files.
+    max_file_bytes: u64,
+    max_side_bytes: u64,
+    side_bytes: u64,
+    /// The files read so far, if they are recorded.
+    read: Option<Vec<ReadFile>>,
+}
+
+impl Engine {
+    /// The reader for the next command of `session` that reads files.
+    pub(super) fn file_reader(&mut self, session: &mut Session) -> FileReader {
+        self.files_read.clear();
+        let source = match &mut session.file_access {
+            FileAccess::LoadFolder => Source::LoadFolder(self.load_dir.clone()),
+            FileAccess::Recording(files) => Source::Recording(std::mem::take(files)),
+        };
+        FileReader {
+            source,
+            max_file_bytes: self.limits.payload_bytes,
+            max_side_bytes: self.limits.resource_bytes,
+            side_bytes: 0,
+            read: self.recorder.is_some().then(Vec::new),
+        }
+    }
+}
+
+impl FileReader {
+    /// The content of the file that a command names.
+    ///
+    /// # Errors
+    /// `EPERM` without a folder, and see [`FolderError`].
+    pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
+        if let Source::LoadFolder(None) = self.source {
+            let message = "files need a folder to be loaded from, and there is none";
+            return Err(Fault::new(Code::Perm, message).got(path));
+        }
+        Ok(self.read_up_to(path, self.max_file_bytes)?)
+    }
+
+    /// The content of a file that another file names, `beside` being the folder of that one; `None` if it cannot be read.
+    pub fn read_beside(&mut self, beside: &str, name: &str) -> Option<Vec<u8>> {
+        let path = match beside {
+            "" => name.to_owned(),
+            beside => format!("{beside}/{name}"),
+        };
+        let limit = self.max_file_bytes.min(self.max_side_bytes.saturating_sub(self.side_bytes));
+        let bytes = self.read_up_to(&path, limit).ok()?;
+        self.side_bytes += bytes.len() as u64;
+        Some(bytes)
+    }
+
+    /// Bytes of the files that other files named.
+    pub fn side_bytes(&self) -> u64 {
+        self.side_bytes
+    }
+
+    fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+        // A file that changes meanwhile is the same for the whole command, and for its replay.
+        if let Some(file) = self.read.iter().flatten().find(|file| file.path == path) {
+            return within(path, &file.bytes, limit);
+        }
+        let missing = || FolderError::Missing { name: path.into() };
+        let bytes = match &self.source {
+            Source::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
+            Source::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
+        };
+        if let Some(read) = &mut self.read {
+            read.push(ReadFile { path: path.to_owned(), bytes: bytes.as_slice().into() });
+        }
+        Ok(bytes)
+    }
+
+    /// The files that were read, for the recording.
+    pub fn into_read(self) -> Vec<ReadFile> {
+        self.read.unwrap_or_default()
+    }
+}
+
+fn within(path: &str, bytes: &[u8], limit: u64) -> Result<Vec<u8>, FolderError> {
+    match bytes.len() as u64 <= limit {
+        true => Ok(bytes.to_vec()),
+        false => Err(FolderError::TooLarge { name: path.into(), found: bytes.len() as u64, limit }),
+    }
+}

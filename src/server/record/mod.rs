@@ -1,0 +1,61 @@
+//! Recordings: the commands that a server executed, in execution order, with the connection and time of each.
+//!
+//! ```text
+//! #!fbptr-record 2 640x480
+//! #@ 3 0.001234 000000000014        connection, seconds since the start, bytes that follow
+//! PX 1 1 ff0000
+//! #@ 3 0.400000 files 000000000120  files that the next command of connection 3 reads
+//! #@ 3 0.500000 end                 the connection is over
+//! #!end 12.345678                   the recording is complete
+//! ```
+//! The bytes are commands of the protocol, followed by an LF that belongs to no command. Those of one connection at one time
+//! may share a header; connection 0 is what others wrote into the shared file. Plain text pixels stand as `PB` records,
+//! moved by OFFSET already. Refused commands are left out, and a SNAP into a file becomes a comment.
+//!
+//! `files` carries what a command read from the load folder, so that replay needs no folder. Its bytes are entries, one
+//! file each: a line `id name_bytes content_bytes`, the name, the content. Content that stood in the recording before is
+//! not repeated: its entry has the same id and `-` for `content_bytes`. Files that were not found are not listed.
+//!
+//! Version 1 has neither `files` nor `#!end`, and its LOAD reads the folder again; it is still replayed.
+//!
+//! [`Recorder`] is the render thread's side and [`writer`] the thread that writes; [`file`] opens and locks the file;
+//! [`Replay`] runs a recording. Promise: a recording is exact up to where it ends, and one that ends early has no `#!end`,
+//! which its replay reports.
+
+mod file;
+mod recorder;
+mod replay;
+#[cfg(test)]
+mod tests;
+mod writer;
+
+pub use file::RecordFile;
+pub use recorder::Recorder;
+pub(super) use replay::Replay;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The first bytes of a recording; the version, a blank and the frame's size follow.
+pub const RECORD_MAGIC: &[u8] = b"#!fbptr-record ";
+
+/// The text before the time in the last line of a complete recording.
+const END_MARK: &str = "#!end";
+
+/// Files by the names that a command asks for.
+pub(super) type FileSet = HashMap<String, Arc<[u8]>>;
+
+/// A file that a command read from the load folder.
+#[derive(Debug)]
+pub(super) struct ReadFile {
+    /// The path inside the folder, as the command or the referring file names it.
+    pub path: String,
+    /// The content.
+    pub bytes: Arc<[u8]>,
+}
+
+/// The frame's size that the first line of a recording gives, as `WIDTHxHEIGHT`; `None` for other text.
+pub fn recorded_size(first_line: &[u8]) -> Option<&str> {
+    let rest = std::str::from_utf8(first_line.strip_prefix(RECORD_MAGIC)?).ok()?;
+    rest.trim_end().split(' ').nth(1)
+}

@@ -1,0 +1,351 @@
+//! The render thread's side of a recording: commands in, blocks of chunks out to the writer's thread.
+//!
+//! A block holds finished chunks and the open one, in place: a chunk's length is put into its header when it ends. Blocks
+//! leave when they are large, and every [`FLUSH_EVERY`].
+
+use super::writer::{OnFailure, Patience, RecordStats, Writer};
+use super::{END_MARK, RECORD_MAGIC, ReadFile, RecordFile};
+use crate::command::{BINARY_PIXEL_BYTES, Command, Rect, SnapTarget, encode};
+use crate::memory::{Rgba, VideoMemory};
+use std::collections::HashMap;
+use std::fmt;
+use std::hash::{BuildHasher, RandomState};
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+/// A chunk ends when it is this long, and a block leaves.
+const CHUNK_BYTES: usize = 1 << 16;
+/// The writer has all bytes that are this old.
+const FLUSH_EVERY: Duration = Duration::from_millis(200);
+/// Pixels of one `PXMULTI` in a recording.
+const RUN_PIXELS: usize = 1 << 20;
+/// Digits of a chunk's length.
+const LENGTH_DIGITS: usize = 12;
+/// Coordinates that are off every frame.
+const OFF_FRAME: [u8; 4] = [0xff; 4];
+
+/// The chunk that commands are appended to.
+#[derive(Clone, Copy)]
+struct Chunk {
+    connection: u64,
+    time: Duration,
+    /// Where its header and its bytes begin in the block.
+    header_at: usize,
+    body_at: usize,
+}
+
+/// Writes a recording.
+pub struct Recorder {
+    writer: Writer,
+    begun: Instant,
+    now: Duration,
+    block: Vec<u8>,
+    chunk: Option<Chunk>,
+    /// The last command has no text, and is not in the recording.
+    has_gap: bool,
+    flushed_at: Instant,
+    /// The ids of file contents in the recording, by length and two keyed hashes.
+    known_files: HashMap<(usize, [u64; 2]), u64>,
+    file_hashers: [RandomState; 2],
+}
+
+impl fmt::Debug for Recorder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Recorder({} bytes in hand)", self.block.len())
+    }
+}
+
+fn append(out: &mut Vec<u8>, text: fmt::Arguments<'_>) {
+    out.write_fmt(text).expect("a Vec takes all bytes");
+}
+
+impl Recorder {
+    /// A recording of a `width` x `height` frame into `out`, written by a thread of its own.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn new(out: Box<dyn Write + Send>, width: u32, height: u32) -> io::Result<Self> {
+        Recorder::start(out, Patience::FILE, None, width, height)
+    }
+
+    /// A recording into an open file. `on_failure` is called once, from any thread, when the recording ends early.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn to_file(
+        file: RecordFile,
+        width: u32,
+        height: u32,
+        on_failure: impl FnOnce(&io::Error) + Send + 'static,
+    ) -> io::Result<Self> {
+        Recorder::start(Box::new(file.file), file.patience, Some(Box::new(on_failure)), width, height)
+    }
+
+    pub(super) fn start(
+        out: Box<dyn Write + Send>,
+        patience: Patience,
+        on_failure: Option<OnFailure>,
+        width: u32,
+        height: u32,
+    ) -> io::Result<Self> {
+        let mut head = RECORD_MAGIC.to_vec();
+        append(&mut head, format_args!("2 {width}x{height}\n"));
+        let writer = Writer::start(out, patience, on_failure)?;
+        let begun = Instant::now();
+        // At once: a disk that takes nothing says so now.
+        let block = writer.push(head);
+        Ok(Recorder {
+            writer,
+            begun,
+            now: Duration::ZERO,
+            block,
+            chunk: None,
+            has_gap: false,
+            flushed_at: begun,
+            known_files: HashMap::new(),
+            file_hashers: Default::default(),
+        })
+    }
+
+    /// Sets the time of the next commands.
+    pub(in crate::server) fn set_time(&mut self, now: Instant) {
+        self.now = now.saturating_duration_since(self.begun);
+    }
+
+    /// Makes room for a command of `connection`; a place for [`Recorder::roll_back`].
+    fn begin(&mut self, connection: u64) -> usize {
+        self.end_at_gap();
+        let fits = |c: &Chunk| c.connection == connection && c.time == self.now;
+        let is_open =
+            self.chunk.as_ref().is_some_and(|c| fits(c) && self.block.len() - c.body_at < CHUNK_BYTES);
+        if !is_open {
+            self.end_chunk();
+            self.begin_chunk(connection, "");
+        }
+        self.block.len()
+    }
+
+    fn begin_chunk(&mut self, connection: u64, kind: &str) {
+        let (header_at, time) = (self.block.len(), self.now);
+        let (seconds, micros) = (time.as_secs(), time.subsec_micros());
+        let (zero, digits) = (0, LENGTH_DIGITS);
+        append(
+            &mut self.block,
+            format_args!("#@ {connection} {seconds}.{micros:06} {kind}{zero:0digits$}\n"),
+        );
+        self.chunk = Some(Chunk { connection, time, header_at, body_at: self.block.len() });
+    }
+
+    fn end_chunk(&mut self) {
+        let Some(chunk) = self.chunk.take() else { return };
+        let length = self.block.len() - chunk.body_at;
+        if length == 0 {
+            self.block.truncate(chunk.header_at);
+        } else {
+            let digits = LENGTH_DIGITS;
+            let text = format!("{length:0digits$}");
+            let place = chunk.body_at - 1 - LENGTH_DIGITS..chunk.body_at - 1;
+            self.block[place].copy_from_slice(&text.as_bytes()[..LENGTH_DIGITS]);
+            // A line of its own for the next header, whatever the chunk ends with.
+            self.block.push(b'\n');
+        }
+        if self.block.len() >= CHUNK_BYTES {
+            self.hand_over();
+        }
+    }
+
+    fn hand_over(&mut self) {
+        if !self.block.is_empty() {
+            self.block = self.writer.push(std::mem::take(&mut self.block));
+        }
+    }
+
+    /// Appends a command; a place for [`Recorder::roll_back`] and [`Recorder::attach_files`].
+    pub(in crate::server) fn command(&mut self, connection: u64, command: &Command) -> usize {
+        let before = self.begin(connection);
+        match command {
+            Command::Snap(SnapTarget::File(name)) => {
+                append(&mut self.block, format_args!("# SNAP {name}\n"));
+            }
+            // No stream holds one that has no text; a program that embeds the server can make one, a POLY of many points.
+            _ => self.has_gap = encode(command, &mut self.block).is_err(),
+        }
+        before
+    }
+
+    /// Removes the last command, which was refused.
+    pub(in crate::server) fn roll_back(&mut self, before: usize) {
+        self.block.truncate(before);
+        self.has_gap = false;
+    }
+
+    /// Ends the recording if the command before this one was run and is not in it.
+    fn end_at_gap(&mut self) {
+        if std::mem::take(&mut self.has_gap) {
+            self.writer.fail("a command was run that has no text");
+        }
+    }
+
+    /// Puts the files that the last command read in front of it.
+    pub(in crate::server) fn attach_files(&mut self, connection: u64, before: usize, files: &[ReadFile]) {
+        let command = self.block.split_off(before);
+        self.end_chunk();
+        self.begin_chunk(connection, "files ");
+        for file in files {
+            let hashes = self.file_hashers.each_ref().map(|h| h.hash_one(&*file.bytes));
+            let next = self.known_files.len() as u64 + 1;
+            let id = *self.known_files.entry((file.bytes.len(), hashes)).or_insert(next);
+            let name = file.path.as_bytes();
+            append(&mut self.block, format_args!("{id} {} ", name.len()));
+            match id == next {
+                true => append(&mut self.block, format_args!("{}\n", file.bytes.len())),
+                false => append(&mut self.block, format_args!("-\n")),
+            }
+            self.block.extend_from_slice(name);
+            if id == next {
+                self.block.extend_from_slice(&file.bytes);
+            }
+        }
+        self.end_chunk();
+        self.begin(connection);
+        self.block.extend_from_slice(&command);
+    }
+
+    /// Appends a text pixel that is still to be moved by OFFSET.
+    pub(in crate::server) fn pixel(&mut self, connection: u64, x: i32, y: i32, color: Rgba) {
+        self.command(connection, &Command::Pixel { x, y, color });
+    }
+
+    /// Appends text pixels, given as u16 coordinates before OFFSET and RGBA, as the binary ones that they equal.
+    pub(in crate::server) fn pixels(&mut self, connection: u64, records: &[[u8; 8]], offset: [i32; 2]) {
+        for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES) {
+            let start = self.begin(connection);
+            self.block.resize(start + part.len() * BINARY_PIXEL_BYTES, 0);
+            let out = self.block[start..].as_chunks_mut::<BINARY_PIXEL_BYTES>().0;
+            match offset {
+                [0, 0] => out.iter_mut().zip(part).for_each(|(out, record)| put_binary(out, *record)),
+                _ => {
+                    out.iter_mut().zip(part).for_each(|(out, record)| put_binary(out, moved(*record, offset)))
+                }
+            }
+        }
+    }
+
+    /// Appends whole `PB` records.
+    pub(in crate::server) fn binary_pixels(&mut self, connection: u64, records: &[u8]) {
+        for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES * BINARY_PIXEL_BYTES) {
+            self.begin(connection);
+            self.block.extend_from_slice(part);
+        }
+    }
+
+    /// Appends a `PXMULTI` of whole pixels.
+    pub(in crate::server) fn pixel_run(&mut self, connection: u64, x: u16, y: u16, rgba: &[u8]) {
+        self.begin(connection);
+        // No frame has as many pixels as a run can: what a longer one has beyond that is clipped anyway.
+        let count = u32::try_from(rgba.len() / 4).unwrap_or(u32::MAX);
+        let rgba = &rgba[..count as usize * 4];
+        self.block.extend_from_slice(b"PXMULTI");
+        self.block.extend_from_slice(&x.to_le_bytes());
+        self.block.extend_from_slice(&y.to_le_bytes());
+        self.block.extend_from_slice(&count.to_le_bytes());
+        self.block.extend_from_slice(rgba);
+    }
+
+    /// Appends a `BLIT`.
+    pub(in crate::server) fn blit(&mut self, connection: u64, rect: Rect, rgba: &[u8]) {
+        self.begin(connection);
+        let Rect { x, y, w, h } = rect;
+        append(&mut self.block, format_args!("BLIT {x} {y} {w} {h} :{}\n", rgba.len()));
+        self.block.extend_from_slice(rgba);
+    }
+
+    /// Appends a `POINTS`.
+    pub(in crate::server) fn points(&mut self, connection: u64, packed: &[u8]) {
+        self.begin(connection);
+        append(&mut self.block, format_args!("POINTS :{}\n", packed.len()));
+        self.block.extend_from_slice(packed);
+    }
+
+    /// Appends what others wrote into the shared file: pixel numbers, ascending.
+    pub(in crate::server) fn foreign_pixels(&mut self, pixels: &[usize], memory: &VideoMemory) {
+        let width = memory.width() as usize;
+        let mut rest = pixels;
+        while let [first, ..] = rest {
+            let is_run = |(i, pixel): (usize, &usize)| *pixel == first + i;
+            let run = rest.iter().enumerate().take(RUN_PIXELS).take_while(|&(i, p)| is_run((i, p))).count();
+            let (x, y) = ((first % width) as u16, (first / width) as u16);
+            self.pixel_run(0, x, y, &memory.bytes()[first * 4..(first + run) * 4]);
+            rest = &rest[run..];
+        }
+    }
+
+    /// Appends the end of a connection.
+    pub(in crate::server) fn end(&mut self, connection: u64) {
+        self.end_chunk();
+        let (seconds, micros) = (self.now.as_secs(), self.now.subsec_micros());
+        append(&mut self.block, format_args!("#@ {connection} {seconds}.{micros:06} end\n"));
+    }
+
+    /// When [`Recorder::tick`] is wanted next, if at all.
+    pub(in crate::server) fn next_deadline(&self) -> Option<Instant> {
+        (!self.block.is_empty()).then(|| self.flushed_at + FLUSH_EVERY)
+    }
+
+    /// Hands over what is in hand, if it is time.
+    pub(in crate::server) fn tick(&mut self, now: Instant) {
+        if now >= self.flushed_at + FLUSH_EVERY {
+            self.end_chunk();
+            self.hand_over();
+            self.flushed_at = now;
+        }
+    }
+
+    /// Completes the recording, and waits for its last byte as long as there is progress.
+    pub(in crate::server) fn finish(&mut self) {
+        self.end_at_gap();
+        self.end_chunk();
+        let now = self.begun.elapsed();
+        append(&mut self.block, format_args!("{END_MARK} {}.{:06}\n", now.as_secs(), now.subsec_micros()));
+        self.hand_over();
+        self.writer.finish();
+    }
+
+    /// Whether the recording has ended early.
+    pub(in crate::server) fn has_failed(&self) -> bool {
+        self.writer.has_failed()
+    }
+
+    /// Why the recording ended early.
+    pub(in crate::server) fn failure(&self) -> Option<String> {
+        self.writer.failure()
+    }
+
+    /// Counts bytes.
+    pub(in crate::server) fn stats(&self) -> RecordStats {
+        self.writer.stats()
+    }
+}
+
+#[inline]
+fn put_binary(out: &mut [u8; BINARY_PIXEL_BYTES], record: [u8; 8]) {
+    let (head, rest) = out.split_at_mut(2);
+    head.copy_from_slice(b"PB");
+    rest.copy_from_slice(&record);
+}
+
+/// A record moved by OFFSET. One that leaves the u16 range is off every frame, and stays so.
+fn moved(record: [u8; 8], [dx, dy]: [i32; 2]) -> [u8; 8] {
+    let [x0, x1, y0, y1, r, g, b, a] = record;
+    let place = |low: u8, high: u8, d: i32| {
+        u16::try_from(i32::from(u16::from_le_bytes([low, high])).saturating_add(d)).ok()
+    };
+    let [x0, x1, y0, y1] = match (place(x0, x1, dx), place(y0, y1, dy)) {
+        (Some(x), Some(y)) => {
+            let ([x0, x1], [y0, y1]) = (x.to_le_bytes(), y.to_le_bytes());
+            [x0, x1, y0, y1]
+        }
+        _ => OFF_FRAME,
+    };
+    [x0, x1, y0, y1, r, g, b, a]
+}

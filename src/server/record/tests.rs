@@ -1,0 +1,438 @@
+//! Recordings that are replayed: whole, cut, broken, with files, into disks and pipes that take nothing.
+
+use super::writer::Patience;
+use super::*;
+use crate::load::Folder;
+use crate::server::Stats;
+use crate::server::{Audience, Budget, Engine, Notice, Output, Standing, Stream};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
+
+#[derive(Clone, Default)]
+struct Sheet(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Sheet {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Runs a script on an engine that records; the memory at its end, the totals and the recording.
+fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, Vec<u8>) {
+    let sheet = Sheet::default();
+    let (width, height) = (engine.memory().width(), engine.memory().height());
+    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), width, height).unwrap());
+    let mut stream = Stream::new(&engine, 7, Audience::Owner);
+    let mut out = Output::default();
+    for piece in script.chunks(pieces) {
+        let _ = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+    }
+    assert_eq!(out.notices, [], "the script is in order");
+    engine.close(stream.session_mut());
+    engine.end();
+    assert_eq!(engine.record_failure(), None);
+    let recording = sheet.0.lock().unwrap().clone();
+    (engine.memory().bytes().to_vec(), engine.totals(), recording)
+}
+
+/// Replays on a fresh engine; its memory and totals, and what was said.
+fn replay(mut engine: Engine, recording: &[u8]) -> (Vec<u8>, Stats, Vec<Notice>) {
+    let (mut replay, mut out) = (Replay::new(), Output::default());
+    let _ = replay.feed(&mut engine, recording, &mut out, Budget::NONE);
+    replay.finish(&mut engine, &mut out);
+    (engine.memory().bytes().to_vec(), engine.totals(), out.notices)
+}
+
+/// Runs a test that draws textured faces: without optimization a draw has more locals than a test's stack holds.
+fn on_a_large_stack(test: impl FnOnce() + Send + 'static) {
+    let thread = std::thread::Builder::new().stack_size(64 << 20).spawn(test).unwrap();
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+}
+
+/// A folder that goes with the test.
+struct TestFolder(PathBuf);
+
+impl TestFolder {
+    fn new(name: &str) -> TestFolder {
+        let path = std::env::temp_dir().join(format!("fbptr-record-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        TestFolder(path)
+    }
+
+    fn put(&self, name: &str, content: impl AsRef<[u8]>) {
+        let path = self.0.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, content).unwrap();
+    }
+}
+
+impl Drop for TestFolder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
+    let sheet = Sheet::default();
+    let mut engine = Engine::new(40, 30).unwrap();
+    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), 40, 30).unwrap());
+    let mut streams = [1, 2].map(|id| Stream::new(&engine, id, Audience::Connection));
+    let mut out = Output::default();
+    let scripts: [&[u8]; 2] = [
+        b"OFFSET 5 5\nPX 1 1 ff0000\nBLEND over\nPX 2 1 ff000080\nLINE 0 0 1\nFOO\nMESH m BOX\nSNAP :\n",
+        b"PX 1 1 00ff00\nPB\x03\x00\x04\x00abcdTEXT 3 9 ffff00 :3\na\nbLINE 0 29 39 0 ffffff\nPX 1 1 zz\nDRAW m\n",
+    ];
+    for i in 0..200 {
+        for (stream, script) in streams.iter_mut().zip(scripts) {
+            let piece = script.iter().skip(i).take(1).copied().collect::<Vec<u8>>();
+            let _ = stream.feed(&mut engine, &piece, &mut out, Budget::NONE);
+        }
+    }
+    engine.close(streams[0].session_mut());
+    let want = engine.memory().bytes().to_vec();
+    drop(engine);
+    let recording = sheet.0.lock().unwrap().clone();
+    assert!(recording.starts_with(b"#!fbptr-record 2 40x30\n#@ "));
+    for cut in 1..recording.len() {
+        let (mut engine, mut replay) = (Engine::new(40, 30).unwrap(), Replay::new());
+        let mut out = Output::default();
+        for piece in recording.chunks(cut) {
+            assert_eq!(
+                replay.feed(&mut engine, piece, &mut out, Budget::NONE),
+                (piece.len(), Standing::Ready)
+            );
+        }
+        replay.finish(&mut engine, &mut out);
+        assert_eq!(out.notices, [], "refused commands are not in a recording");
+        assert!(engine.memory().bytes() == want, "pieces of {cut}");
+    }
+}
+
+#[test]
+fn a_broken_recording_is_refused_with_its_line() {
+    let (mut engine, mut replay) = (Engine::new(4, 3).unwrap(), Replay::new());
+    let mut out = Output::default();
+    let bytes = b"#!fbptr-record 1 4x3\n#@ 1 0.0 5\nSIZE\n\nPX 1 1 ff0000\n";
+    assert_eq!(replay.feed(&mut engine, bytes, &mut out, Budget::NONE), (bytes.len(), Standing::Ended));
+    let [Notice::Refused(complaint)] = &out.notices[..] else { panic!("{:?}", out.notices) };
+    assert_eq!(complaint.place.line, 5);
+}
+
+#[test]
+fn floods_of_pixels_replay_to_the_same_bytes_and_counts() {
+    let mut script = String::new();
+    let mut state = 5_u32;
+    let mut next = |n: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % n
+    };
+    let offsets =
+        ["0 0", "3 -2", "-7 9", "65530 0", "-65536 4", "2147483647 2147483647", "-2147483648 0", "0 0"];
+    for (i, offset) in offsets.iter().enumerate() {
+        script += &format!("OFFSET {offset}\nBLEND {}\n", if i % 2 == 1 { "over" } else { "replace" });
+        for _ in 0..2500 {
+            let [x, y] = [next(70), next(40)].map(|c| if next(50) == 0 { c + 65_490 } else { c });
+            script += &format!("PX {x} {y} {:08x}\n", next(1 << 24) << 8 | next(256));
+        }
+        script += "PX -1 +5 ff0000\nLINE 0 0 20 9 ffffff80\n";
+    }
+    for pieces in [usize::MAX, 100_000, 1_003] {
+        let (memory, totals, recording) = record(Engine::new(64, 32).unwrap(), script.as_bytes(), pieces);
+        let (replayed, replayed_totals, notices) = replay(Engine::new(64, 32).unwrap(), &recording);
+        assert_eq!(notices, []);
+        assert!(memory == replayed, "pieces of {pieces}");
+        assert_eq!(replayed_totals, Stats { bytes: replayed_totals.bytes, ..totals });
+        assert!(totals.clipped > 5000 && totals.pixels > 5000, "{totals:?}");
+        assert!(recording.len() < script.len(), "{} bytes for {}", recording.len(), script.len());
+    }
+}
+
+/// A folder with meshes, scenes and pictures that name each other.
+fn folder_of_files(name: &str) -> TestFolder {
+    let folder = TestFolder::new(name);
+    let mut picture = Vec::new();
+    let texels = [255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 0, 255];
+    image::ImageEncoder::write_image(
+        image::codecs::png::PngEncoder::new(&mut picture),
+        &texels,
+        2,
+        2,
+        image::ExtendedColorType::Rgba8,
+    )
+    .unwrap();
+    folder.put("sub/texels.png", &picture);
+    folder.put("sub/paint.mtl", "newmtl p\nKd 1 1 1\nKa 1 1 1\nmap_Kd texels.png\n");
+    let corners = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
+    folder.put("sub/m.obj", format!("mtllib paint.mtl\nusemtl p\n{corners}f 1/1 2/2 3/3\n"));
+    let shape = "<Shape><Appearance><Material emissiveColor='0 1 0'/><ImageTexture url='\"texels.png\"'/></Appearance>\
+                 <Box size='3 3 3'/></Shape>";
+    folder.put("sub/part.x3d", format!("<X3D><Scene>{shape}</Scene></X3D>"));
+    folder.put("whole.x3d", "<X3D><Scene><Inline url='\"absent.x3d\" \"sub/part.x3d\"'/></Scene></X3D>");
+    let mut tga = Vec::new();
+    image::ImageEncoder::write_image(
+        image::codecs::tga::TgaEncoder::new(&mut tga),
+        &texels,
+        2,
+        2,
+        image::ExtendedColorType::Rgba8,
+    )
+    .unwrap();
+    folder.put("only-its-name-tells.tga", &tga);
+    folder
+}
+
+fn with_folder(folder: &Path) -> Engine {
+    let mut engine = Engine::new(80, 60).unwrap();
+    engine.set_load_dir(Folder::open(folder).unwrap());
+    engine
+}
+
+const VIEW: &str = "AMBIENT white\nLOOKAT 0 0 6 0 0 0 0 1 0\nPERSPECTIVE 1 .1 100\nVIEWPORT 0 0 40 60\n";
+
+fn script_with_files() -> String {
+    let scene = "<X3D><Scene><Inline url='\"whole.x3d\"'/></Scene></X3D>";
+    let object = "mtllib sub/paint.mtl\nusemtl p\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    format!(
+        "{VIEW}LOAD MESH m sub/m.obj\nDRAW m\nLOAD TEX t only-its-name-tells.tga\nTEXTURE t\nMESH b BOX\nDRAW b\n\
+         TEXTURE OFF\nTRANSLATE 1 1 0\nMESH n OBJ :{}\n{object}DRAW n\nVIEWPORT 40 0 40 60\n\
+         SCENE X3D :{}\n{scene}DRAWSCENE\nVIEWPORT 20 30 40 30\nLOAD SCENE whole.x3d\nDRAWSCENE\n",
+        object.len(),
+        scene.len(),
+    )
+}
+
+#[test]
+fn files_that_commands_read_are_in_the_recording() {
+    on_a_large_stack(|| {
+        let folder = folder_of_files("files");
+        let script = script_with_files();
+        let (memory, totals, recording) = record(with_folder(&folder.0), script.as_bytes(), usize::MAX);
+        let mut colors: Vec<&[u8]> = memory.chunks(4).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        assert!(colors.len() > 8, "the textures are seen: {} colours", colors.len());
+        // No folder, another folder, the same with other files.
+        let other = TestFolder::new("other-files");
+        other.put("absent.x3d", "<X3D><Scene/></X3D>");
+        other.put("sub/texels.png", "no picture");
+        for engine in [Engine::new(80, 60).unwrap(), with_folder(&other.0)] {
+            let (replayed, replayed_totals, notices) = replay(engine, &recording);
+            assert_eq!(notices, []);
+            assert!(replayed == memory, "the replay looks different");
+            assert_eq!(replayed_totals.commands, totals.commands);
+        }
+        // However it is cut, too.
+        for cut in [1, 7, 64] {
+            let (mut engine, mut replay) = (Engine::new(80, 60).unwrap(), Replay::new());
+            let mut out = Output::default();
+            for piece in recording.chunks(cut) {
+                let _ = replay.feed(&mut engine, piece, &mut out, Budget::NONE);
+            }
+            replay.finish(&mut engine, &mut out);
+            assert!(out.notices.is_empty() && engine.memory().bytes() == memory, "pieces of {cut}");
+        }
+    });
+}
+
+#[test]
+fn a_file_that_is_read_often_stands_once_in_the_recording() {
+    let folder = TestFolder::new("once");
+    let object = format!("# {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "x".repeat(100_000));
+    folder.put("a.obj", &object);
+    folder.put("b.obj", &object);
+    let script = "LOAD MESH m a.obj\nLOAD MESH m b.obj\n".repeat(20);
+    let (_, totals, recording) = record(with_folder(&folder.0), script.as_bytes(), usize::MAX);
+    assert!(recording.len() < 110_000, "{} bytes", recording.len());
+    let (_, replayed, notices) = replay(Engine::new(80, 60).unwrap(), &recording);
+    assert_eq!((replayed.commands, notices), (totals.commands, vec![]));
+}
+
+#[test]
+fn recordings_of_version_1_read_the_folder_and_need_no_end() {
+    on_a_large_stack(|| {
+        let folder = folder_of_files("version-1");
+        let script = format!("{VIEW}LOAD MESH m sub/m.obj\nDRAW m\n");
+        let recording = format!("#!fbptr-record 1 80x60\n#@ 1 0.1 {}\n{script}\n", script.len());
+        let (memory, ..) = record(with_folder(&folder.0), script.as_bytes(), usize::MAX);
+        let (replayed, _, notices) = replay(with_folder(&folder.0), recording.as_bytes());
+        assert_eq!(notices, []);
+        assert!(replayed == memory);
+        let (_, _, notices) = replay(Engine::new(80, 60).unwrap(), recording.as_bytes());
+        assert_eq!(notices.len(), 2, "without the folder there is no mesh: {notices:?}");
+        let (_, _, notices) = replay(Engine::new(8, 6).unwrap(), b"#!fbptr-record 3 8x6\n");
+        assert!(matches!(&notices[..], [Notice::Refused(c)] if c.fault.message.contains("version 1 or 2")));
+    });
+}
+
+#[test]
+fn a_recording_that_ends_early_says_so_wherever_it_ends() {
+    let folder = folder_of_files("early");
+    let mut script = format!("PX 1 1 ff0000\n{}PX 2 2 00ff00\n", script_with_files());
+    // Reading is enough, and many times faster.
+    for draw in ["DRAW m\n", "DRAW b\n", "DRAW n\n", "DRAWSCENE\n"] {
+        script = script.replace(draw, "");
+    }
+    let (memory, _, recording) = record(with_folder(&folder.0), script.as_bytes(), usize::MAX);
+    let whole = replay(Engine::new(80, 60).unwrap(), &recording);
+    assert_eq!((whole.0, whole.2), (memory, vec![]));
+    let first_line = recording.iter().position(|b| *b == b'\n').unwrap() + 1;
+    let end = recording.len() - 1;
+    for cut in (first_line..end).step_by(7).chain([end - 20, end]) {
+        let (_, _, notices) = replay(Engine::new(80, 60).unwrap(), &recording[..cut]);
+        let is_told = |n: &Notice| matches!(n, Notice::Refused(c) if c.fault.message.contains("ends early"));
+        assert!(notices.last().is_some_and(is_told), "cut at {cut} of {end}: {notices:?}");
+    }
+}
+
+#[test]
+fn files_that_are_none_end_the_replay() {
+    for files in ["1 1\n", "1 1 -\na", "x 1 1\nab", "1 5 1\nab", "1 1 99999999999999999999\nab", "no line"] {
+        let recording = format!("#!fbptr-record 2 4x3\n#@ 1 0.0 files {}\n{files}\n", files.len());
+        let (_, _, notices) = replay(Engine::new(4, 3).unwrap(), recording.as_bytes());
+        let [Notice::Refused(complaint)] = &notices[..] else { panic!("{files:?}: {notices:?}") };
+        assert_eq!(complaint.fault.code, crate::error::Code::Proto, "{files:?}");
+    }
+}
+
+fn ask(engine: &mut Engine, request: &[u8]) -> String {
+    let mut stream = Stream::new(engine, 9, Audience::Owner);
+    let mut out = Output::default();
+    let _ = stream.feed(engine, request, &mut out, Budget::NONE);
+    String::from_utf8(out.replies).unwrap()
+}
+
+/// A disk that is full from the second write on.
+struct FullDisk(Sheet, usize);
+
+impl Write for FullDisk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.1 += 1;
+        if self.1 > 1 { Err(io::ErrorKind::StorageFull.into()) } else { self.0.write(bytes) }
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
+    let (sheet, (told, hears)) = (Sheet::default(), mpsc::channel());
+    let mut engine = Engine::new(8, 6).unwrap();
+    let tell: super::writer::OnFailure = Box::new(move |e: &io::Error| told.send(e.kind()).unwrap());
+    let disk = Box::new(FullDisk(sheet.clone(), 0));
+    engine.set_recorder(Recorder::start(disk, Patience::FILE, Some(tell), 8, 6).unwrap());
+    assert!(ask(&mut engine, b"STATS\n").contains(" record=ok "));
+    ask(&mut engine, b"PX 1 1 ff0000\n");
+    engine.tick(std::time::Instant::now() + Duration::from_secs(1));
+    assert_eq!(hears.recv_timeout(Duration::from_secs(30)), Ok(io::ErrorKind::StorageFull));
+    assert!(ask(&mut engine, b"STATS\n").contains(" record=failed "));
+    engine.tick(std::time::Instant::now());
+    assert!(engine.record_failure().is_some());
+    assert_eq!(ask(&mut engine, b"PX 2 2 00ff00\nPX 2 2\n"), "PX 2 2 00ff00\n");
+    engine.end();
+    assert_eq!(sheet.0.lock().unwrap().as_slice(), b"#!fbptr-record 2 8x6\n");
+}
+
+#[test]
+fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
+    use crate::command::Command;
+    use crate::server::Session;
+    let mut engine = Engine::new(8, 6).unwrap();
+    let sheet = Sheet::default();
+    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), 8, 6).unwrap());
+    let (mut session, mut replies) = (Session::new(1, Audience::Owner), Vec::new());
+    let name = "n".repeat(5000);
+    let refused = engine.run(&mut session, Command::Draw { name }, &mut replies);
+    assert_eq!(refused.unwrap_err().code, crate::error::Code::NoEnt);
+    let pixel = Command::Pixel { x: 1, y: 1, color: [1, 2, 3, 255] };
+    let _ = engine.run(&mut session, pixel.clone(), &mut replies).unwrap();
+    engine.tick(std::time::Instant::now());
+    assert_eq!(engine.record_failure(), None);
+    let long = Command::Poly { color: [9; 4], points: vec![[1, 1]; 5000] };
+    let _ = engine.run(&mut session, long, &mut replies).unwrap();
+    let _ = engine.run(&mut session, pixel, &mut replies).unwrap();
+    engine.tick(std::time::Instant::now());
+    assert_eq!(engine.record_failure(), Some("a command was run that has no text"));
+}
+
+/// A pipe whose reader takes nothing until the channel's other end is gone.
+struct Stalled(Sheet, mpsc::Receiver<()>);
+
+impl Write for Stalled {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // Until the other side is dropped.
+        let _ = self.1.recv();
+        self.0.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
+    let (sheet, (told, hears), (drain, room)) = (Sheet::default(), mpsc::channel(), mpsc::channel());
+    let mut engine = Engine::new(100, 100).unwrap();
+    let tell: super::writer::OnFailure = Box::new(move |e: &io::Error| told.send(e.kind()).unwrap());
+    let pipe = Box::new(Stalled(sheet.clone(), room));
+    engine.set_recorder(Recorder::start(pipe, Patience::PIPE, Some(tell), 100, 100).unwrap());
+    let pixels: Vec<u8> = (0..40_000).map(|i| i as u8).collect();
+    // The first is seen; the others are as long, and cost nothing to draw.
+    let [first, flood] =
+        ["0 0", "200 200"].map(|at| [format!("BLIT {at} 100 100 :40000\n").as_bytes(), &pixels].concat());
+    let (over, is_over) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut stream = Stream::new(&engine, 1, Audience::Owner);
+        let _ = stream.feed(&mut engine, &first, &mut Output::default(), Budget::NONE);
+        for _ in 0..1500 {
+            let _ = stream.feed(&mut engine, &flood, &mut Output::default(), Budget::NONE);
+        }
+        engine.tick(std::time::Instant::now());
+        let failure = engine.record_failure().map(str::to_owned);
+        over.send((ask(&mut engine, b"STATS\n"), failure)).unwrap();
+    });
+    let (stats, failure) = is_over.recv_timeout(Duration::from_secs(120)).expect("the render thread waits");
+    assert!(stats.contains(" record=failed "), "{stats}");
+    assert!(failure.is_some_and(|f| f.contains("no room was made")));
+    assert_eq!(hears.try_recv(), Ok(io::ErrorKind::TimedOut));
+    // The reader comes back: it gets the recording from the beginning on, and no end mark.
+    drop(drain);
+    let until = std::time::Instant::now() + Duration::from_secs(30);
+    while sheet.0.lock().unwrap().len() < 32 << 20 {
+        assert!(std::time::Instant::now() < until, "what was queued does not come");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let recording = sheet.0.lock().unwrap().clone();
+    let (memory, _, notices) = replay(Engine::new(100, 100).unwrap(), &recording);
+    assert!(memory == pixels, "the beginning of what was drawn");
+    assert!(matches!(notices.last(), Some(Notice::Refused(c)) if c.fault.message.contains("ends early")));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_recording_that_is_being_written_is_not_emptied_by_another() {
+    let folder = TestFolder::new("lock");
+    let path = folder.0.join("r");
+    let mut first = RecordFile::open(&path).unwrap();
+    first.file.write_all(b"ours").unwrap();
+    let refused = RecordFile::open(&path).unwrap_err();
+    assert!(refused.to_string().contains("another process records into it"), "{refused}");
+    assert_eq!(std::fs::read(&path).unwrap(), b"ours");
+    drop(first);
+    drop(RecordFile::open(&path).unwrap());
+    assert_eq!(std::fs::read(&path).unwrap(), b"");
+    let pipe = folder.0.join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (over, is_over) = mpsc::channel();
+    std::thread::spawn(move || over.send(RecordFile::open(&pipe).map(drop)).unwrap());
+    let refused = is_over.recv_timeout(Duration::from_secs(30)).expect("the opening waits").unwrap_err();
+    assert!(refused.to_string().contains("a pipe that nobody reads"), "{refused}");
+}
