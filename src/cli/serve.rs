@@ -161,6 +161,9 @@ impl Serve {
         // Before anybody is let in: from here on a signal ends the server in order.
         watch_signals(endings.clone())?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
+        if let Some(shortage) = server.fit_descriptors(places.len()) {
+            say_as_program(format_args!("warning: {shortage}"));
+        }
         let gate = RecordGate::close(&server, (width, height));
         let mut listening = Vec::new();
         for place in places {

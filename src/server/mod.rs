@@ -25,7 +25,7 @@ pub use limits::Limits;
 pub use names::{Kind, Names, Resource};
 pub use player::Player;
 pub use record::{RECORD_MAGIC, RecordFile, Recorder, recorded_size};
-pub use serve::Server;
+pub use serve::{Server, TooFewDescriptors};
 pub use session::{Audience, Session};
 pub use stats::Stats;
 pub use stream::{Budget, Complaint, Notice, Output, Pace, Standing, Stream};

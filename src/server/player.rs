@@ -55,7 +55,6 @@ impl Player {
             may_replay: true,
             on_notice: Some(Box::new(notify)),
             on_end: Some(Box::new(move || told.tell())),
-            slot: None,
         };
         converse(&thread.link(), conversation)?;
         Ok(Player { end: ended })

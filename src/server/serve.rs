@@ -2,7 +2,8 @@
 
 use super::thread::{Finish, RenderThread};
 use super::transport::{
-    Control, Conversation, Input, ListenError, ListenPlace, Listener, Uncontrolled, converse,
+    Control, Conversation, Input, LINGERING, ListenError, ListenPlace, Listener, Uncontrolled, converse,
+    make_room,
 };
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
@@ -10,6 +11,20 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
+
+/// The limit of open files allows fewer connections than were asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no more than {most} connections at one time in place of {wanted}: the limit of open files is {limit} (ulimit -n)"
+)]
+pub struct TooFewDescriptors {
+    /// Connections that were asked for.
+    pub wanted: usize,
+    /// Connections that are allowed now.
+    pub most: usize,
+    /// Descriptors that the process may have open.
+    pub limit: u64,
+}
 
 /// A running server.
 ///
@@ -47,6 +62,18 @@ impl Server {
         Ok(Server { thread, listeners: Vec::new(), connections: Arc::default(), max_connections })
     }
 
+    /// Raises the process's limit of open files as far as the connections that are allowed at `places` places need it and
+    /// the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
+    /// To be called before clients are let in.
+    pub fn fit_descriptors(&mut self, places: usize) -> Option<TooFewDescriptors> {
+        // A listener has its socket and a spare one.
+        let others = 2 * places + LINGERING;
+        let room = make_room(self.max_connections.saturating_add(others))?;
+        let (wanted, most) = (self.max_connections, room.more.saturating_sub(others).max(1));
+        self.max_connections = wanted.min(most);
+        (most < wanted).then_some(TooFewDescriptors { wanted, most, limit: room.limit })
+    }
+
     /// Lets clients in at `place`; answers where that is, with the port that the system gave for port 0.
     ///
     /// # Errors
@@ -79,7 +106,6 @@ impl Server {
             may_replay: false,
             on_notice: None,
             on_end: Some(Box::new(on_end)),
-            slot: None,
         };
         converse(&self.thread.link(), conversation)
     }

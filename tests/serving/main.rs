@@ -1,6 +1,7 @@
 //! A server that other programs can trust: over real sockets, as its clients see it.
 
 mod crowd;
+mod descriptors;
 mod display;
 mod files;
 mod loads;

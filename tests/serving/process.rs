@@ -24,7 +24,12 @@ pub struct Process {
 
 impl Process {
     pub fn start(arguments: &[&str]) -> Process {
-        let mut child = fbptr()
+        Process::spawn(fbptr(), arguments)
+    }
+
+    /// The same through a command that runs the program with the arguments that it is given.
+    pub fn spawn(mut command: Command, arguments: &[&str]) -> Process {
+        let mut child = command
             .args(["serve", "--headless"])
             .args(arguments)
             .stdin(Stdio::null())

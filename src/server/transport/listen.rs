@@ -1,15 +1,21 @@
 //! Listening: addresses and socket files that clients connect to.
 //!
-//! One thread a listener blocks in `accept`; ending it connects to itself once. A Unix socket file that no server
-//! answers on is replaced, any other file is left alone; the socket file is made with mode 0600 and goes at the end.
+//! One thread a listener blocks in `accept`; ending it connects to itself once. A connection that there is no place, no
+//! descriptor or no thread for is told so (`refuse.rs`), and so is standard error. Promises: whatever fails, the thread goes
+//! on accepting, and serves again when it passes.
 
-use super::{Conversation, Input, Slot, Socket, converse};
+use super::descriptors::{self, Spare};
+use super::refuse::{refuse, refuse_now};
+use super::report::{Trouble, report};
+#[cfg(unix)]
+use super::unix::{self, SocketFile};
+use super::{Conversation, Input, SharedSocket, Slot, Socket, Stream, converse};
 use crate::command::EndOfInput;
 use crate::server::Audience;
 use crate::server::thread::Link;
 use std::fmt;
-use std::io::{self, Read, Write};
-use std::net::{Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
 #[cfg(unix)]
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
@@ -73,27 +79,46 @@ enum Door {
     },
 }
 
-/// A socket file, known by device and inode: at the end only our own is removed.
-#[cfg(unix)]
-#[derive(Debug)]
-struct SocketFile {
-    path: PathBuf,
-    identity: (u64, u64),
-}
-
-#[cfg(unix)]
-impl Drop for SocketFile {
-    fn drop(&mut self) {
-        if identity_of(&self.path).is_ok_and(|i| i == self.identity) {
-            let _ = std::fs::remove_file(&self.path);
+impl Door {
+    fn open(place: &Place) -> Result<(Door, Place), ListenError> {
+        match place {
+            Place::Tcp(address) => {
+                let refused = |source| ListenError::Refused { place: place.clone(), source };
+                let listener = TcpListener::bind(address).map_err(refused)?;
+                let address = listener.local_addr().map_err(refused)?;
+                Ok((Door::Tcp(listener), Place::Tcp(address)))
+            }
+            #[cfg(unix)]
+            Place::Unix(path) => {
+                let (listener, file) = unix::open(path)?;
+                Ok((Door::Unix { listener, _file: file }, place.clone()))
+            }
+            #[cfg(not(unix))]
+            Place::Unix(_) => Err(ListenError::NoUnix { place: place.clone() }),
         }
     }
-}
 
-#[cfg(unix)]
-fn identity_of(path: &std::path::Path) -> io::Result<(u64, u64)> {
-    use std::os::unix::fs::MetadataExt;
-    std::fs::symlink_metadata(path).map(|m| (m.dev(), m.ino()))
+    fn accept(&self) -> io::Result<Stream> {
+        match self {
+            Door::Tcp(listener) => {
+                let (stream, _) = listener.accept()?;
+                // Replies are short, and waited for.
+                let _ = stream.set_nodelay(true);
+                Ok(Stream::Tcp(stream))
+            }
+            #[cfg(unix)]
+            Door::Unix { listener, .. } => listener.accept().map(|(stream, _)| Stream::Unix(stream)),
+        }
+    }
+
+    /// Makes `accept` wait for a connection, or not.
+    fn set_waiting(&self, waits: bool) -> io::Result<()> {
+        match self {
+            Door::Tcp(listener) => listener.set_nonblocking(!waits),
+            #[cfg(unix)]
+            Door::Unix { listener, .. } => listener.set_nonblocking(!waits),
+        }
+    }
 }
 
 /// A place that is listened on. Dropping it ends the listening, not the connections.
@@ -116,23 +141,13 @@ impl Listener {
         count: Arc<AtomicUsize>,
         limit: usize,
     ) -> Result<Listener, ListenError> {
-        let refused = |source| ListenError::Refused { place: place.clone(), source };
-        let (door, place) = match &place {
-            Place::Tcp(address) => {
-                let listener = TcpListener::bind(address).map_err(refused)?;
-                let address = listener.local_addr().map_err(refused)?;
-                (Door::Tcp(listener), Place::Tcp(address))
-            }
-            #[cfg(unix)]
-            Place::Unix(path) => (bind_unix(path, &place)?, place.clone()),
-            #[cfg(not(unix))]
-            Place::Unix(_) => return Err(ListenError::NoUnix { place }),
-        };
+        let (door, place) = Door::open(&place)?;
         let is_ending = Arc::new(AtomicBool::new(false));
-        let is_over = is_ending.clone();
+        let (is_over, name) = (is_ending.clone(), place.clone());
+        let reception = Reception { link, count, limit };
         let thread = Builder::new()
             .name(format!("listen {place}"))
-            .spawn(move || accept_all(door, &link, &count, limit, &is_over))
+            .spawn(move || accept_all(&door, &name, &reception, &is_over))
             .map_err(|source| ListenError::Refused { place: place.clone(), source })?;
         Ok(Listener { place, is_ending, thread: Some(thread) })
     }
@@ -172,101 +187,94 @@ impl Drop for Listener {
     }
 }
 
-#[cfg(unix)]
-fn bind_unix(path: &std::path::Path, place: &Place) -> Result<Door, ListenError> {
-    use std::os::unix::fs::{FileTypeExt, PermissionsExt};
-    let refused = |source| ListenError::Refused { place: place.clone(), source };
-    let occupied = |found| ListenError::Occupied { place: place.clone(), found };
-    match std::fs::symlink_metadata(path) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => {}
-        Err(e) => return Err(refused(e)),
-        Ok(meta) if !meta.file_type().is_socket() => return Err(occupied("a file of another kind is there")),
-        Ok(_) => match UnixStream::connect(path) {
-            Ok(_) => return Err(occupied("another server answers there")),
-            Err(e) if e.kind() == io::ErrorKind::ConnectionRefused => {
-                std::fs::remove_file(path).map_err(refused)?;
-            }
-            Err(e) => return Err(refused(e)),
-        },
-    }
-    let listener = UnixListener::bind(path).map_err(refused)?;
-    let file = SocketFile { path: path.into(), identity: identity_of(path).map_err(refused)? };
-    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).map_err(refused)?;
-    Ok(Door::Unix { listener, _file: file })
+/// Where connections that were accepted go.
+struct Reception {
+    link: Link,
+    count: Arc<AtomicUsize>,
+    limit: usize,
 }
 
-fn accept_all(door: Door, link: &Link, count: &Arc<AtomicUsize>, limit: usize, is_ending: &AtomicBool) {
+/// The pause after an accept that failed: what is missing may come back.
+const PAUSE: Duration = Duration::from_millis(20);
+
+fn accept_all(door: &Door, place: &Place, reception: &Reception, is_ending: &AtomicBool) {
+    let mut spare = Spare::new();
     loop {
-        let accepted = match &door {
-            Door::Tcp(listener) => listener.accept().map(|(s, _)| {
-                // Replies are short, and waited for.
-                let _ = s.set_nodelay(true);
-                Socket::Tcp(s)
-            }),
-            #[cfg(unix)]
-            Door::Unix { listener, .. } => listener.accept().map(|(s, _)| Socket::Unix(s)),
-        };
+        let accepted = door.accept();
         if is_ending.load(Ordering::Acquire) {
             return;
         }
         match accepted {
-            Ok(socket) => welcome(socket, link, count, limit),
-            // Out of descriptors or memory: what is there goes on, and others may end in a moment.
-            Err(_) => std::thread::sleep(Duration::from_millis(20)),
+            Ok(stream) => reception.welcome(stream),
+            // Its client has gone in the meantime.
+            Err(e) if matches!(e.kind(), io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted) => {}
+            Err(e) if descriptors::are_exhausted(&e) => turn_away_with(&mut spare, door, place, &e),
+            Err(e) => {
+                report(Trouble::Accept, format_args!("cannot accept a connection on {place}: {e}"));
+                std::thread::sleep(PAUSE);
+            }
         }
     }
 }
 
-fn welcome(socket: Socket, link: &Link, count: &Arc<AtomicUsize>, limit: usize) {
-    let slot = Arc::new(Slot(count.clone()));
-    if count.fetch_add(1, Ordering::AcqRel) >= limit {
-        return turn_away(socket, slot, limit);
+/// Gives the spare descriptor up to accept one connection, which would wait without a word otherwise, and refuse it.
+fn turn_away_with(spare: &mut Spare, door: &Door, place: &Place, why: &io::Error) {
+    spare.give_up();
+    // The system asks for a descriptor before it looks whether anybody is there: `accept` must not wait here.
+    let accepted = door.set_waiting(false).and_then(|()| door.accept());
+    let is_waiting = door.set_waiting(true);
+    match accepted {
+        Ok(stream) => {
+            report(Trouble::Descriptors, format_args!("refused a connection on {place}: {why}"));
+            refuse_now(Socket::new(stream, None), "the server has no descriptor left for it");
+        }
+        Err(e) => {
+            if e.kind() != io::ErrorKind::WouldBlock {
+                report(Trouble::Descriptors, format_args!("cannot accept a connection on {place}: {e}"));
+            }
+            std::thread::sleep(PAUSE);
+        }
     }
-    let handles = socket.try_clone().and_then(|input| Ok((input, socket.try_clone()?)));
-    // Without descriptors there is no conversation: the socket closes.
-    let Ok((input, output)) = handles else { return };
-    let conversation = Conversation {
-        input: Input::Socket(input),
-        output: Box::new(output),
-        control: Arc::new(socket),
-        end: EndOfInput::Stream,
-        audience: Audience::Connection,
-        may_replay: false,
-        on_notice: None,
-        on_end: None,
-        slot: Some(slot),
-    };
-    let _ = converse(link, conversation);
+    spare.take();
+    if let Err(e) = is_waiting {
+        report(Trouble::Accept, format_args!("cannot wait for connections on {place}: {e}"));
+    }
 }
 
-/// Those turned away at one time that are still listened to, so that they get to read why.
-const MAX_TURNED_AWAY: usize = 64;
-
-fn turn_away(socket: Socket, slot: Arc<Slot>, limit: usize) {
-    static LINGERING: AtomicUsize = AtomicUsize::new(0);
-    // It takes no place among the connections.
-    drop(slot);
-    let line = format!("ERR 0 0 EQUOTA CONNECT: no more than {limit} connections at one time\n");
-    let goodbye = move |mut socket: Socket| {
-        let told =
-            socket.set_timeout(Duration::from_secs(1)).and_then(|()| socket.write_all(line.as_bytes()));
-        socket.shutdown(Shutdown::Write);
-        // A socket closed with bytes unread would take the line along.
-        let mut rest = [0; 1024];
-        let mut rounds = 0;
-        while told.is_ok() && rounds < 1000 && matches!(socket.read(&mut rest), Ok(n) if n > 0) {
-            rounds += 1;
+impl Reception {
+    /// Begins a conversation with a client, or tells it why there is none.
+    fn welcome(&self, stream: Stream) {
+        let slot = Slot(self.count.clone());
+        let limit = self.limit;
+        if self.count.fetch_add(1, Ordering::AcqRel) >= limit {
+            // It takes no place among the connections.
+            drop(slot);
+            report(
+                Trouble::Full,
+                format_args!("refused a connection: {limit} are there, which is the limit"),
+            );
+            return refuse(
+                Socket::new(stream, None),
+                &format!("no more than {limit} connections at one time"),
+            );
         }
-    };
-    if LINGERING.fetch_add(1, Ordering::AcqRel) < MAX_TURNED_AWAY {
-        let linger = move || {
-            goodbye(socket);
-            LINGERING.fetch_sub(1, Ordering::AcqRel);
+        let socket = Arc::new(Socket::new(stream, Some(slot)));
+        let conversation = Conversation {
+            input: Input::Socket(socket.clone()),
+            output: Box::new(SharedSocket(socket.clone())),
+            control: socket.clone(),
+            end: EndOfInput::Stream,
+            audience: Audience::Connection,
+            may_replay: false,
+            on_notice: None,
+            on_end: None,
         };
-        if Builder::new().stack_size(64 << 10).spawn(linger).is_err() {
-            LINGERING.fetch_sub(1, Ordering::AcqRel);
+        if let Err(e) = converse(&self.link, conversation) {
+            report(Trouble::Threads, format_args!("refused a connection: it cannot be read: {e}"));
+            // Nobody else has it: it did not begin.
+            if let Some(socket) = Arc::into_inner(socket) {
+                refuse(socket, "the server has no means left to read it");
+            }
         }
-    } else {
-        LINGERING.fetch_sub(1, Ordering::AcqRel);
     }
 }

@@ -5,6 +5,7 @@
 //! reply. A reader of one owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
+mod descriptors;
 #[cfg(target_os = "linux")]
 mod flow;
 #[cfg_attr(not(target_os = "linux"), path = "no_hand.rs")]
@@ -15,20 +16,27 @@ mod listen;
 mod poll;
 #[cfg(target_os = "linux")]
 mod ready;
+mod refuse;
+mod report;
 mod socket;
+#[cfg(unix)]
+mod unix;
 
+pub(crate) use descriptors::make_room;
 pub(crate) use hand::{Hand, Next};
 pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
 pub use listen::{ListenError, Listener, Place as ListenPlace};
 #[cfg(target_os = "linux")]
 pub(crate) use poll::Poller;
-pub(crate) use socket::Socket;
+pub(crate) use refuse::LINGERING;
+pub(crate) use socket::{SharedSocket, Socket, Stream};
 
 use super::outbox::Outbox;
 use super::thread::Link;
 use super::thread::message::{Batch, Message, Opening, Port, Source};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
+use report::{Trouble, report};
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -68,7 +76,7 @@ pub(crate) enum Input {
     /// A file or a pipe, by a thread of its own.
     Alone(Box<dyn Read + Send>),
     /// A socket; all of them are read by one thread, where the system has the means.
-    Socket(Socket),
+    Socket(Arc<Socket>),
 }
 
 /// One end of a conversation: what to read, where to write, and who hears of what.
@@ -83,14 +91,13 @@ pub(crate) struct Conversation {
     pub may_replay: bool,
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
-    /// Kept by reader and writer until both have ended.
-    pub slot: Option<Arc<Slot>>,
 }
 
 /// Held by those who read and write: when only the render thread has it left, both have ended.
-pub(crate) type Life = Arc<Option<Arc<Slot>>>;
+pub(crate) type Life = Arc<()>;
 
 /// A place among the connections that are allowed; counts itself out when it goes.
+#[derive(Debug)]
 pub(crate) struct Slot(pub Arc<AtomicUsize>);
 
 impl Drop for Slot {
@@ -104,10 +111,9 @@ impl Drop for Slot {
 /// # Errors
 /// When the system has no thread to give; nothing has begun then.
 pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
-    let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end, slot } =
-        conversation;
+    let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end } = conversation;
     let id = link.new_id();
-    let life = Arc::new(slot);
+    let life = Life::default();
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let messages = link.messages.clone();
     let open = |recycle| {
@@ -126,7 +132,7 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
             return Ok(());
         }
         #[cfg(not(target_os = "linux"))]
-        Input::Socket(socket) => Box::new(socket),
+        Input::Socket(socket) => Box::new(SharedSocket(socket)),
     };
     let buffers = Arc::new(Pool::new());
     let opening = open(Recycle::Own(buffers.clone()));
@@ -283,8 +289,9 @@ impl Port for StreamPort {
             for_writer.set_done();
         };
         let name = format!("write {}", self.id);
-        if Builder::new().name(name).stack_size(STACK_BYTES).spawn(write).is_err() {
-            // No thread to be had: the connection cannot be answered, so it ends.
+        if let Err(e) = Builder::new().name(name).stack_size(STACK_BYTES).spawn(write) {
+            report(Trouble::Threads, format_args!("ended a connection: no thread to send replies: {e}"));
+            // It cannot be answered.
             outbox.set_done();
             self.control.abort();
         }

@@ -17,6 +17,7 @@ use super::flow::{Flow, Place};
 use super::hand::Hand;
 use super::lease::{Buffers, Lease};
 use super::ready::{Member, Ready};
+use super::report::{Trouble, report};
 use super::{Life, Socket};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
@@ -32,11 +33,14 @@ use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
+use std::time::Duration;
 
 /// Reads of so few bytes are copied, and the lease goes on.
 pub(super) const FEW_BYTES: usize = 8 << 10;
 /// Sockets that the reader is told of at once.
 const EVENTS: usize = 64;
+/// The pause after the system could not say which sockets can be read.
+const PAUSE: Duration = Duration::from_millis(20);
 /// The name under which the poller itself is called.
 const WAKE: u64 = u64::MAX;
 
@@ -61,7 +65,7 @@ pub(super) struct Shared {
 /// A socket that is read.
 pub(crate) struct Watched {
     pub(super) id: u64,
-    socket: Socket,
+    socket: Arc<Socket>,
     messages: Sender<Message>,
     end: EndOfInput,
     flow: Mutex<Flow>,
@@ -121,7 +125,7 @@ impl Poller {
     pub fn prepare(
         &self,
         id: u64,
-        socket: Socket,
+        socket: Arc<Socket>,
         end: EndOfInput,
         messages: Sender<Message>,
     ) -> io::Result<Return> {
@@ -207,12 +211,12 @@ impl Shared {
             (epoll::EventData::new_u64(watched.id), epoll::EventFlags::IN | epoll::EventFlags::ONESHOT);
         let place = if watched.is_brief.load(Ordering::Relaxed) { Place::Brief } else { Place::Bulk };
         if flow.place == Some(place) {
-            epoll::modify(self.set(place), &watched.socket, name, flags)?;
+            epoll::modify(self.set(place), &*watched.socket, name, flags)?;
         } else {
             if let Some(other) = flow.place.take() {
-                epoll::delete(self.set(other), &watched.socket)?;
+                epoll::delete(self.set(other), &*watched.socket)?;
             }
-            epoll::add(self.set(place), &watched.socket, name, flags)?;
+            epoll::add(self.set(place), &*watched.socket, name, flags)?;
         }
         (flow.place, flow.is_armed) = (Some(place), true);
         Ok(())
@@ -227,8 +231,12 @@ impl Shared {
 
     /// Watches a socket again that was not, where something may come.
     fn go_on(&self, watched: &Watched, flow: &mut Flow) {
-        if !flow.is_armed && !flow.is_at_end && self.arm(watched, flow).is_err() {
-            // The system has no room to watch it: the connection ends, as one that died.
+        if !flow.is_armed
+            && !flow.is_at_end
+            && let Err(e) = self.arm(watched, flow)
+        {
+            // The connection ends, as one that died.
+            report(Trouble::Watching, format_args!("ended a connection: it cannot be watched: {e}"));
             flow.is_at_end = true;
             let ended = lock(&self.watched).remove(&watched.id);
             drop(ended);
@@ -265,7 +273,7 @@ impl Shared {
         let mut flow = lock(&watched.flow);
         if let Some(place) = flow.place.take() {
             // It is known there, so this can be done.
-            let _ = epoll::delete(self.set(place), &watched.socket);
+            let _ = epoll::delete(self.set(place), &*watched.socket);
         }
         let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
         drop(flow);
@@ -361,8 +369,10 @@ impl Shared {
                         return;
                     }
                 }
-                // There is nothing else that the system could say.
-                Err(_) => return,
+                Err(e) => {
+                    report(Trouble::Watching, format_args!("cannot wait for connections' bytes: {e}"));
+                    std::thread::sleep(PAUSE);
+                }
             }
         }
     }
@@ -370,7 +380,7 @@ impl Shared {
     /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
     /// is to hear.
     pub(super) fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
-        let filled = match recv(&watched.socket, buffer, RecvFlags::DONTWAIT) {
+        let filled = match recv(&*watched.socket, buffer, RecvFlags::DONTWAIT) {
             Err(Errno::INTR | Errno::AGAIN) => return Err(None),
             // A connection that died says no more than one that was closed: what came before still counts.
             Ok((0, _)) | Err(_) => return Err(self.at_end(watched)),

@@ -1,65 +1,89 @@
 //! A connected socket, TCP or Unix, behind one face.
 
-use super::Control;
+use super::{Control, Slot};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 #[cfg(unix)]
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
 
-/// A connected socket.
+/// What the system gives.
 #[derive(Debug)]
-pub(crate) enum Socket {
+pub(crate) enum Stream {
     Tcp(TcpStream),
     #[cfg(unix)]
     Unix(UnixStream),
 }
 
+/// A connected socket, with one descriptor for reading, writing and closing, and its place among the connections.
+#[derive(Debug)]
+pub(crate) struct Socket {
+    stream: Stream,
+    /// Declared behind the stream: the place is free when the descriptor is.
+    _slot: Option<Slot>,
+}
+
 impl Socket {
-    /// Another handle on the same socket.
-    pub fn try_clone(&self) -> io::Result<Socket> {
-        Ok(match self {
-            Socket::Tcp(s) => Socket::Tcp(s.try_clone()?),
-            #[cfg(unix)]
-            Socket::Unix(s) => Socket::Unix(s.try_clone()?),
-        })
+    pub fn new(stream: Stream, slot: Option<Slot>) -> Self {
+        Socket { stream, _slot: slot }
     }
 
     /// Closes one side or both. One that is closed already stays so.
     pub fn shutdown(&self, how: Shutdown) {
-        let _ = match self {
-            Socket::Tcp(s) => s.shutdown(how),
+        let _ = match &self.stream {
+            Stream::Tcp(s) => s.shutdown(how),
             #[cfg(unix)]
-            Socket::Unix(s) => s.shutdown(how),
+            Stream::Unix(s) => s.shutdown(how),
         };
     }
 
-    /// How long reads and writes may take.
-    pub fn set_timeout(&self, timeout: std::time::Duration) -> io::Result<()> {
-        match self {
-            Socket::Tcp(s) => s.set_read_timeout(Some(timeout)).and(s.set_write_timeout(Some(timeout))),
+    /// Has reads and writes wait, or not.
+    pub fn set_nonblocking(&self, is_nonblocking: bool) -> io::Result<()> {
+        match &self.stream {
+            Stream::Tcp(s) => s.set_nonblocking(is_nonblocking),
             #[cfg(unix)]
-            Socket::Unix(s) => s.set_read_timeout(Some(timeout)).and(s.set_write_timeout(Some(timeout))),
+            Stream::Unix(s) => s.set_nonblocking(is_nonblocking),
         }
     }
 }
 
-impl Read for Socket {
+impl Read for &Socket {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self {
-            Socket::Tcp(s) => s.read(buffer),
+        match &self.stream {
+            Stream::Tcp(s) => (&mut &*s).read(buffer),
             #[cfg(unix)]
-            Socket::Unix(s) => s.read(buffer),
+            Stream::Unix(s) => (&mut &*s).read(buffer),
         }
     }
 }
 
-impl Write for Socket {
+impl Write for &Socket {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match self {
-            Socket::Tcp(s) => s.write(bytes),
+        match &self.stream {
+            Stream::Tcp(s) => (&mut &*s).write(bytes),
             #[cfg(unix)]
-            Socket::Unix(s) => s.write(bytes),
+            Stream::Unix(s) => (&mut &*s).write(bytes),
         }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A socket that its reader, its writer and the render thread share.
+#[derive(Clone, Debug)]
+pub(crate) struct SharedSocket(pub Arc<Socket>);
+
+impl Read for SharedSocket {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        (&mut &*self.0).read(buffer)
+    }
+}
+
+impl Write for SharedSocket {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        (&mut &*self.0).write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -92,9 +116,9 @@ impl Control for Socket {
 #[cfg(unix)]
 impl std::os::fd::AsFd for Socket {
     fn as_fd(&self) -> std::os::fd::BorrowedFd<'_> {
-        match self {
-            Socket::Tcp(s) => s.as_fd(),
-            Socket::Unix(s) => s.as_fd(),
+        match &self.stream {
+            Stream::Tcp(s) => s.as_fd(),
+            Stream::Unix(s) => s.as_fd(),
         }
     }
 }

@@ -1,0 +1,93 @@
+//! Refusing connections: one `ERR` line, then the end.
+//!
+//! In: sockets that cannot be served, from the threads that accept. A socket that is closed with bytes unread takes the line
+//! along on its way, so a few ([`LINGERING`]) are read from and discarded for up to [`PATIENCE`] by one thread, which exists
+//! while there are any. Promises: never waits; every socket is told, those beyond the few are closed at once.
+
+use super::Socket;
+use super::report::{Trouble, report};
+use std::io::{Read, Write};
+use std::net::Shutdown;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+/// Refused sockets that are still read from.
+pub(crate) const LINGERING: usize = 16;
+/// How long they are.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// The pause between two rounds of reading, and the most that is read of one socket in a round.
+const PAUSE: Duration = Duration::from_millis(10);
+const ROUND_BYTES: usize = 64 << 10;
+
+struct Crowd {
+    sockets: Vec<(Socket, Instant)>,
+    has_thread: bool,
+}
+
+static CROWD: Mutex<Crowd> = Mutex::new(Crowd { sockets: Vec::new(), has_thread: false });
+
+fn lock() -> MutexGuard<'static, Crowd> {
+    // The list is whole at any time.
+    CROWD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Tells a client why it cannot be served, and lets it go.
+pub(super) fn refuse(socket: Socket, why: &str) {
+    let Some(socket) = tell(socket, why) else { return };
+    let mut crowd = lock();
+    if crowd.sockets.len() >= LINGERING {
+        return;
+    }
+    crowd.sockets.push((socket, Instant::now() + PATIENCE));
+    if !crowd.has_thread {
+        let thread = Builder::new().name("refuse".into()).stack_size(super::STACK_BYTES).spawn(read_crowd);
+        match thread {
+            Ok(_) => crowd.has_thread = true,
+            Err(e) => {
+                crowd.sockets.clear();
+                report(Trouble::Threads, format_args!("no thread to let refused clients go: {e}"));
+            }
+        }
+    }
+}
+
+/// The same, at once: no descriptor is kept.
+pub(super) fn refuse_now(socket: Socket, why: &str) {
+    drop(tell(socket, why));
+}
+
+/// Sends the line and reads what has arrived. Returns the socket if its client may send more.
+fn tell(socket: Socket, why: &str) -> Option<Socket> {
+    socket.set_nonblocking(true).ok()?;
+    // The first bytes on a socket fit into the system's buffer, and a client that is gone needs none.
+    (&socket).write_all(format!("ERR 0 0 EQUOTA CONNECT: {why}\n").as_bytes()).ok()?;
+    socket.shutdown(Shutdown::Write);
+    discard(&socket).then_some(socket)
+}
+
+/// Reads what is there and discards it. Returns whether more may come.
+fn discard(mut socket: &Socket) -> bool {
+    let mut rest = [0; 4096];
+    for _ in 0..ROUND_BYTES / rest.len() {
+        match socket.read(&mut rest) {
+            Ok(0) => return false,
+            Ok(_) => {}
+            Err(e) => return e.kind() == std::io::ErrorKind::WouldBlock,
+        }
+    }
+    true
+}
+
+fn read_crowd() {
+    loop {
+        std::thread::sleep(PAUSE);
+        let now = Instant::now();
+        let mut crowd = lock();
+        crowd.sockets.retain(|(socket, until)| now < *until && discard(socket));
+        if crowd.sockets.is_empty() {
+            crowd.has_thread = false;
+            return;
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Trouble that does not end the server, told on standard error.
+//!
+//! In: what went wrong, from any thread. Out: lines that begin with `fbptr: `, at most one of a kind in [`EVERY`]; the next
+//! one tells how many were left out. Promises: never waits, not even for a standard error that nobody reads. One knows by
+//! the unit test below, and by the process tests that read such lines.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The time between two lines of a kind.
+const EVERY: Duration = Duration::from_secs(5);
+
+/// Kinds of trouble.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Trouble {
+    /// All connections that are allowed are there.
+    Full,
+    /// No descriptor is left for a connection.
+    Descriptors,
+    /// Accepting failed.
+    Accept,
+    /// A thread could not be started.
+    Threads,
+    /// Waiting for sockets failed.
+    Watching,
+}
+
+const KINDS: usize = Trouble::Watching as usize + 1;
+
+/// When a kind was told of last, and how often it was left out since.
+#[derive(Clone, Copy)]
+struct Throttle {
+    told_at: Option<Instant>,
+    omitted: u64,
+}
+
+impl Throttle {
+    const NEW: Throttle = Throttle { told_at: None, omitted: 0 };
+
+    /// Returns how many lines were left out when it is time for one; counts one more otherwise.
+    fn pass(&mut self, now: Instant) -> Option<u64> {
+        if self.told_at.is_some_and(|told| now < told + EVERY) {
+            self.omitted += 1;
+            return None;
+        }
+        self.told_at = Some(now);
+        Some(std::mem::take(&mut self.omitted))
+    }
+}
+
+static THROTTLES: Mutex<[Throttle; KINDS]> = Mutex::new([Throttle::NEW; KINDS]);
+
+/// Tells of trouble on standard error, unless one of its kind was told of a moment ago.
+pub(crate) fn report(trouble: Trouble, what: impl Display) {
+    // Counts are whole at any time.
+    let mut throttles = THROTTLES.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(omitted) = throttles[trouble as usize].pass(Instant::now()) else { return };
+    if !takes_a_line() {
+        throttles[trouble as usize].omitted += omitted + 1;
+        return;
+    }
+    let line = match omitted {
+        0 => format!("fbptr: {what}\n"),
+        _ => format!("fbptr: {what} ({omitted} more of this kind were left out)\n"),
+    };
+    // A standard error that is closed has nobody to tell.
+    let _ = io::stderr().write_all(line.as_bytes());
+}
+
+/// Returns whether standard error takes a line at once: a pipe that nobody empties must not stop the server.
+#[cfg(unix)]
+fn takes_a_line() -> bool {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let stderr = io::stderr();
+    let mut fds = [PollFd::new(&stderr, PollFlags::OUT)];
+    let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+    // A line is shorter than what a pipe that is reported as writable takes (PIPE_BUF).
+    poll(&mut fds, Some(&at_once)).is_ok_and(|n| n > 0)
+}
+
+#[cfg(not(unix))]
+fn takes_a_line() -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_line_in_a_while_and_the_others_are_counted() {
+        let (mut throttle, begun) = (Throttle::NEW, Instant::now());
+        assert_eq!(throttle.pass(begun), Some(0));
+        for i in 1..100 {
+            assert_eq!(throttle.pass(begun + EVERY * i / 100), None);
+        }
+        assert_eq!(throttle.pass(begun + EVERY), Some(99));
+        assert_eq!(throttle.pass(begun + 2 * EVERY), Some(0));
+    }
+}
