@@ -133,6 +133,7 @@
 #![deny(missing_docs)]
 
 // 0: numbers, kernels, refusal codes
+pub mod cancel;
 pub mod error;
 pub mod math;
 pub mod simd;

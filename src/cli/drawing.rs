@@ -71,6 +71,7 @@ impl Drawing {
             simd: self.simd.0,
             path: RenderPath::Fast,
             coarse: self.coarse.0,
+            ..RenderOptions::default()
         }
     }
 }

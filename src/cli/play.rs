@@ -19,6 +19,7 @@ use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Play a stream of commands.
 #[derive(Debug, Args)]
@@ -54,6 +55,9 @@ pub struct Play {
     /// Let LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
+    /// Seconds that one command may take, but for the drawing of faces
+    #[arg(long, value_name = "SECONDS", value_parser = super::serve::seconds, default_value = "10")]
+    max_command_time: Duration,
     #[command(flatten)]
     film: FilmArgs,
     #[command(flatten)]
@@ -112,7 +116,8 @@ impl Play {
         };
         let FrameSize { width, height } = self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT);
         // The stream is the user's own, and so is the disk that it may fill.
-        let limits = Limits { snap_bytes: u64::MAX, ..Limits::default() };
+        let limits =
+            Limits { snap_bytes: u64::MAX, command_time: self.max_command_time, ..Limits::default() };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
@@ -190,13 +195,16 @@ impl Play {
                 return Status::Failed;
             }
         };
-        let engine = match display {
+        let mut engine = match display {
             Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone)),
             None => {
                 player.wait();
                 thread.finish(Finish::WhenAllEnded)
             }
         };
+        if let Some(verb) = engine.take_abandoned() {
+            say_as_program(format_args!("ended in the middle of {verb}: the picture may hold a part of it"));
+        }
         if self.trace.is_some() {
             match engine.trace() {
                 Some(numbers) => output::print(format!("{numbers}\n")),

@@ -15,14 +15,14 @@ use crossbeam_channel::{Sender, bounded};
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
-#[cfg(feature = "window")]
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// From the signal on: for what was received to run, and for the process to end whatever happens.
-const PATIENCE: Duration = Duration::from_millis(1500);
-const LAST_MOMENT: Duration = Duration::from_millis(2800);
+/// From the signal on: for what was received to run - a drawing that is not done by then is abandoned -, for the render
+/// thread to have ended, and for the files of the command line to be written and the process to end whatever happens.
+const PATIENCE: Duration = Duration::from_millis(400);
+const LAST_MOMENT: Duration = Duration::from_millis(950);
+const LAST_MOMENT_OF_FILES: Duration = Duration::from_secs(10);
 
 /// Serve a video memory to other programs.
 #[derive(Debug, Args)]
@@ -93,6 +93,16 @@ pub(super) struct Quotas {
     /// Bytes of replies that a client has not read [default: 64 MiB, or the frame's bytes if that is more]
     #[arg(long, value_name = "BYTES")]
     max_replies: Option<usize>,
+    /// Seconds that one command may take, but for the drawing of faces
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
+    max_command_time: Duration,
+}
+
+/// A time as the command line gives it: a number of seconds above 0.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse::<f64>().ok().filter(|s| *s > 0.0);
+    let time = number.and_then(|s| Duration::try_from_secs_f64(s).ok()).filter(|t| !t.is_zero());
+    time.ok_or_else(|| format!("a number of seconds above 0 is expected, not {text:?}"))
 }
 
 impl Quotas {
@@ -104,6 +114,7 @@ impl Quotas {
             resource_bytes: self.max_resources,
             frame_bytes: self.max_frame,
             snap_bytes: self.max_snaps,
+            command_time: self.max_command_time,
             ..Limits::default()
         };
         match self.max_replies {
@@ -195,10 +206,17 @@ impl Serve {
         let mut engine = match why {
             Ending::InputEnded => server.finish(),
             _ => {
-                end_at_the_last_moment();
-                server.shut_down(PATIENCE)
+                let is_rendering = end_at_the_last_moment();
+                let engine = server.shut_down(PATIENCE);
+                is_rendering.store(false, Ordering::Release);
+                engine
             }
         };
+        if let Some(verb) = engine.take_abandoned() {
+            say_as_program(format_args!(
+                "ended in the middle of {verb}: the memory may hold a part of it, a recording has nothing of it"
+            ));
+        }
         engine.end();
         let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
         let mut status = if has_failed { Status::Failed } else { Status::Success };
@@ -339,12 +357,22 @@ fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
 }
 
 /// A command that runs for minutes, or a disk that does not answer, does not keep the process.
-fn end_at_the_last_moment() {
-    let watch = || {
+///
+/// The flag is to be cleared when the render thread has ended.
+fn end_at_the_last_moment() -> std::sync::Arc<AtomicBool> {
+    let is_rendering = std::sync::Arc::new(AtomicBool::new(true));
+    let flag = is_rendering.clone();
+    let watch = move || {
         std::thread::sleep(LAST_MOMENT);
-        say_as_program("still busy: ended in the middle of a command");
+        if flag.load(Ordering::Acquire) {
+            say_as_program("still busy: ended in the middle of a command");
+            std::process::exit(1);
+        }
+        std::thread::sleep(LAST_MOMENT_OF_FILES - LAST_MOMENT);
+        say_as_program("still busy: ended in the middle of writing files");
         std::process::exit(1);
     };
     // Without a thread to spare there is no last moment, and all else goes on.
     let _ = std::thread::Builder::new().name("last moment".into()).spawn(watch);
+    is_rendering
 }

@@ -32,8 +32,8 @@ pub fn fill_circle(
     let [cx, cy] = centre;
     // Rows that can be met, widened by more than the rounding of the sums; `as` holds them to i32.
     let slack = 2.0 + (cy.abs() + r) * 1e-15;
-    let first = ((cy - r - slack) as i32).clamp(0, clip.y1);
-    let last = ((cy + r + slack) as i32).clamp(-1, clip.y1 - 1);
+    let first = ((cy - r - slack) as i32).clamp(clip.y0, clip.y1);
+    let last = ((cy + r + slack) as i32).clamp(clip.y0 - 1, clip.y1 - 1);
     let nearest = (cx.floor() as i32).clamp(0, clip.x1 - 1);
     for y in first..=last {
         if !disc.holds(nearest, y) {

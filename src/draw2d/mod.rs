@@ -7,6 +7,9 @@
 //!
 //! Every verb that takes a [`Blend`] lights each of its pixels once, but for outlines made of several lines
 //! ([`triangle_outline`], [`poly`]): those are their lines.
+//!
+//! Filled figures ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`]) keep to the rows of [`VideoMemory::window`]: band
+//! after band gives the bytes of the whole.
 
 mod blend;
 mod blit;
@@ -32,7 +35,7 @@ pub use line::{Line, line, lines, lines_on, poly, triangle_outline};
 pub use line_aa::line_aa;
 pub use pixels::{binary_pixels, moved_points, pixel_run, points, points_on, put_pixel};
 pub use rect::{fill_rect, rect};
-pub use text::text;
+pub use text::{TextCursor, text, text_piece};
 
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
@@ -69,9 +72,10 @@ pub enum AreaColors {
     Three([Rgba; 3]),
 }
 
-/// The whole frame as a clip rectangle.
+/// The frame, or the band of it that is drawn on, as a clip rectangle.
 fn frame(memory: &VideoMemory) -> PixelRect {
-    PixelRect { x0: 0, y0: 0, x1: memory.width() as i32, y1: memory.height() as i32 }
+    let rows = memory.window();
+    PixelRect { x0: 0, y0: rows.start as i32, x1: memory.width() as i32, y1: rows.end as i32 }
 }
 
 /// All pixels, row 0 first. The caller marks the rows it writes.

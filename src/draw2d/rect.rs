@@ -9,6 +9,8 @@ use std::ops::Range;
 pub fn fill_rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
     let Rect { x, y, w, h } = rect.checked()?;
     let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+    let window = memory.window();
+    let ys = ys.start.max(window.start as i32)..ys.end.min(window.end as i32);
     if let Some(paint) = Paint::new(color, blend) {
         block(memory, xs, ys, paint);
     }

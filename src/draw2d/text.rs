@@ -16,29 +16,71 @@ pub fn text(
     color: Rgba,
     blend: Blend,
 ) -> Result<(), DrawError> {
-    let text = str::from_utf8(utf8).map_err(|e| DrawError::NotUtf8 { at: e.valid_up_to() as u64 })?;
-    let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
-    let (left, height) = (i64::from(x), i64::from(memory.height()));
-    let (mut cell_x, mut cell_y) = (left, i64::from(y));
-    for character in text.chars() {
-        match character {
-            '\n' => (cell_x, cell_y) = (left, cell_y + CELL as i64),
-            '\r' => {}
-            _ => {
-                if let (Ok(x), Ok(y)) = (i32::try_from(cell_x), i32::try_from(cell_y)) {
-                    draw_cell(memory, x, y, character, paint);
-                }
-                cell_x += CELL as i64;
-            }
-        }
-        if cell_y >= height {
-            break;
-        }
-    }
-    Ok(())
+    str::from_utf8(utf8).map_err(|e| DrawError::NotUtf8 { at: e.valid_up_to() as u64 })?;
+    let mut cursor = TextCursor::new([x, y]);
+    text_piece(memory, &mut cursor, utf8, (color, blend), usize::MAX).map(drop)
 }
 
-/// Paints one character whose cell begins at (x, y).
+/// Where a text goes on that is drawn in pieces.
+#[derive(Clone, Copy, Debug)]
+pub struct TextCursor {
+    left: i64,
+    cell: [i64; 2],
+    /// Bytes that are drawn.
+    at: usize,
+}
+
+impl TextCursor {
+    /// A text that begins with its upper left corner at (x, y).
+    pub fn new([x, y]: [i32; 2]) -> Self {
+        TextCursor { left: x.into(), cell: [x.into(), y.into()], at: 0 }
+    }
+
+    /// Bytes that are drawn.
+    pub fn bytes(&self) -> usize {
+        self.at
+    }
+}
+
+/// Draws `most` bytes of a text, or a letter more or less, from where the cursor stands; whether it was the rest.
+///
+/// # Errors
+/// When the bytes are no UTF-8. Who wants to draw nothing then asks before the first piece.
+pub fn text_piece(
+    memory: &mut VideoMemory,
+    cursor: &mut TextCursor,
+    utf8: &[u8],
+    (color, blend): (Rgba, Blend),
+    most: usize,
+) -> Result<bool, DrawError> {
+    let Some(paint) = Paint::new(color, blend) else { return Ok(true) };
+    let mut end = cursor.at.saturating_add(most.max(4)).min(utf8.len());
+    while end < utf8.len() && utf8[end] & 0xc0 == 0x80 {
+        end -= 1;
+    }
+    let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: (cursor.at + e.valid_up_to()) as u64 };
+    let text = str::from_utf8(&utf8[cursor.at..end]).map_err(not_utf8)?;
+    let height = i64::from(memory.height());
+    let [cell_x, cell_y] = &mut cursor.cell;
+    for character in text.chars() {
+        match character {
+            '\n' => (*cell_x, *cell_y) = (cursor.left, *cell_y + CELL as i64),
+            '\r' => {}
+            _ => {
+                if let (Ok(x), Ok(y)) = (i32::try_from(*cell_x), i32::try_from(*cell_y)) {
+                    draw_cell(memory, x, y, character, paint);
+                }
+                *cell_x += CELL as i64;
+            }
+        }
+        if *cell_y >= height {
+            return Ok(true);
+        }
+    }
+    cursor.at = end;
+    Ok(end == utf8.len())
+}
+
 fn draw_cell(memory: &mut VideoMemory, x: i32, y: i32, character: char, paint: Paint) {
     let xs = clip_range(x, CELL as i32, memory.width());
     let ys = clip_range(y, CELL as i32, memory.height());

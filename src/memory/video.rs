@@ -77,6 +77,8 @@ pub struct VideoMemory {
     bytes: Aligned<u8>,
     /// Rows written since the damage was last taken; empty when start >= end.
     damage: Range<u32>,
+    /// The rows that figures are drawn on; all but where a figure is drawn in bands.
+    window: Range<u32>,
 }
 
 impl VideoMemory {
@@ -93,7 +95,7 @@ impl VideoMemory {
         let no_room = MemoryError::NoRoom { bytes: size };
         let len = usize::try_from(size).map_err(|_| no_room.clone())?;
         let bytes = Aligned::new(len, 0).ok_or(no_room)?;
-        let mut memory = VideoMemory { width, height, bytes, damage: 0..height };
+        let mut memory = VideoMemory { width, height, bytes, damage: 0..height, window: 0..height };
         memory.clear(Self::CLEAR);
         Ok(memory)
     }
@@ -129,6 +131,28 @@ impl VideoMemory {
     /// The bytes of row `y`, or `None` below the frame.
     pub fn row(&self, y: u32) -> Option<&[u8]> {
         self.bytes.chunks_exact(self.stride_bytes()).nth(y as usize)
+    }
+
+    /// Fills rows of the frame with `color`.
+    pub fn clear_rows(&mut self, rows: Range<u32>, color: Rgba) {
+        let stride = self.stride_bytes();
+        let bytes =
+            rows.start.min(self.height) as usize * stride..rows.end.min(self.height) as usize * stride;
+        if bytes.start < bytes.end {
+            fill_pixels(self.bytes[bytes].as_chunks_mut().0, color);
+            self.mark_rows(rows.start..rows.end.min(self.height));
+        }
+    }
+
+    /// The rows that filled figures of `draw2d` are drawn on.
+    #[inline]
+    pub fn window(&self) -> Range<u32> {
+        self.window.clone()
+    }
+
+    /// Draws filled figures on these rows alone from now on.
+    pub fn set_window(&mut self, rows: Range<u32>) {
+        self.window = rows.start.min(self.height)..rows.end.min(self.height);
     }
 
     /// Fills the frame with `color`.

@@ -12,6 +12,7 @@ use super::prepare::Prepared;
 use super::raster::{Canvas, Writes};
 use super::shade::FaceShade;
 use super::tile::{Veil, Workers};
+use crate::cancel::CancelToken;
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
 use rayon::prelude::*;
@@ -78,13 +79,11 @@ pub(crate) fn draw_listed(
     target: &mut Target,
     stats: &mut DrawStats,
 ) {
-    let pool = match (crew, level) {
-        (Workers::Pool(pool), _) => Some(pool),
-        (Workers::Alone, Some(_)) => None,
-        (Workers::Alone, None) => {
-            return list.iter().for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
-        }
-    };
+    let pool = crew.pool();
+    if pool.is_none() && level.is_none() {
+        let faces = list.iter().take_while(|_| !crew.is_cancelled());
+        return faces.for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+    }
     let Listed { veils, made } = std::mem::take(lists);
     let (mut veils, mut made): (Vec<Veils>, Vec<Made>) = (veils, made);
     if level.is_some() {
@@ -98,7 +97,7 @@ pub(crate) fn draw_listed(
             last = object;
         }
     }
-    for batch in list.chunks(BATCH) {
+    for batch in list.chunks(BATCH).take_while(|_| !crew.is_cancelled()) {
         let set_up = |&(object, triangle): &(usize, u32)| {
             let mut own = DrawStats::default();
             let prepared = &all[object];
@@ -126,7 +125,7 @@ pub(crate) fn draw_listed(
         let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
         let (_, canvas) = canvas.split(rows.start);
         let (canvas, _) = canvas.split(rows.end);
-        let work = Work { all, faces: &made, level: level.unwrap_or(Level::Portable) };
+        let work = Work { all, faces: &made, level: level.unwrap_or(Level::Portable), cancel: crew.cancel() };
         let (own, written) = match pool.filter(|_| pixels >= FEW_PIXELS) {
             None => work.draw_band(canvas),
             Some(pool) => pool.install(|| work.share(canvas, rows)),
@@ -144,6 +143,7 @@ struct Work<'w, 'a> {
     all: &'w [Prepared<'a>],
     faces: &'w [Made<'w>],
     level: Level,
+    cancel: &'w CancelToken,
 }
 
 impl Work<'_, '_> {
@@ -166,6 +166,9 @@ impl Work<'_, '_> {
         let rows = canvas.rows();
         let faces = self.faces.iter().filter_map(|(made, _)| made.as_ref());
         for f in faces.filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
+            if self.cancel.is_cancelled() {
+                break;
+            }
             let mut raster = self.all[f.object].raster(&mut canvas);
             match &f.veil {
                 Some(veil) => raster.veil(self.level, veil, (&f.face, &f.shade), f.triangle, &mut stats),

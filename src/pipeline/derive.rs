@@ -9,6 +9,7 @@ use super::light::{Lamp, Lighting, Viewer};
 use super::order::SORTED_BYTES;
 use super::plan::{Part, Plan, Title};
 use super::vertex::Vertex;
+use crate::cancel::CancelToken;
 use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
 use glam::DVec3;
 
@@ -21,7 +22,7 @@ impl Plan {
     /// It costs a look at the mesh's polygons and corners, not at its vertices.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
         let lighting = call.lighting(Viewer::Axis(DVec3::Z));
-        derive(call, target, &lighting, &Known::of(call.geometry))
+        derive(call, target, &lighting, &Known::of(call.geometry, CancelToken::default()))
     }
 }
 

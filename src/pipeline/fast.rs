@@ -97,7 +97,8 @@ impl Prepared<'_> {
         let Memories { scratch, tables, spare } = tools.memories;
         let Some(mut parts) = self.parts(spare) else { return false };
         parts.coarse = tools.coarse;
-        let crew = if self.is_small() { &Workers::Alone } else { tools.crew };
+        let alone = self.is_small().then(|| tools.crew.alone());
+        let crew = alone.as_ref().unwrap_or(tools.crew);
         let (level, format) = (tools.level, target.depth_format);
         let result = crew.run(|| {
             self.make_tables(&mut parts, level, crew, tables);

@@ -4,6 +4,7 @@
 use super::call::PipelineError;
 use super::normals::{Normals, polygon_normal};
 use super::tile::{FaceTable, PreparedMesh};
+use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::scene::{Corner, Geometry, Mesh};
 use glam::{DVec3, DVec4};
@@ -27,10 +28,12 @@ pub(crate) struct Known {
     unlit: OnceLock<PreparedMesh>,
     lit: OnceLock<PreparedMesh>,
     faces: OnceLock<FaceTable>,
+    /// Ends the making of a prepared form early; it then has no faces.
+    cancel: CancelToken,
 }
 
 impl Known {
-    pub fn of(geometry: &Geometry) -> Self {
+    pub fn of(geometry: &Geometry, cancel: CancelToken) -> Self {
         let mesh = &geometry.mesh;
         let given = |c: &Corner| mesh.normals.get(c.normal as usize).is_some_and(|n| *n != DVec3::ZERO);
         let mut seen = vec![false; mesh.materials.len() + 1];
@@ -52,6 +55,7 @@ impl Known {
             unlit: OnceLock::new(),
             lit: OnceLock::new(),
             faces: OnceLock::new(),
+            cancel,
         }
     }
 
@@ -69,18 +73,19 @@ impl Known {
             return lit;
         }
         if !is_lit {
-            return self.unlit.get_or_init(|| PreparedMesh::new(mesh, |_, _| DVec3::ZERO));
+            return self.unlit.get_or_init(|| PreparedMesh::new(mesh, |_, _| DVec3::ZERO, &self.cancel));
         }
         self.lit.get_or_init(|| {
             let means = (!self.all_normals_given).then(|| self.normals(mesh, true));
-            PreparedMesh::new(mesh, |t, corner| {
+            let normal_of = |t, corner: &Corner| {
                 let given = mesh.normals.get(corner.normal as usize).and_then(|&n| unit(n));
                 let mean = || {
                     let mean = *means?.of_position.get(corner.position as usize)?;
                     Some(mean).filter(|n| *n != DVec3::ZERO)
                 };
                 given.or_else(mean).unwrap_or_else(|| face_normal(mesh, t))
-            })
+            };
+            PreparedMesh::new(mesh, normal_of, &self.cancel)
         })
     }
 

@@ -48,6 +48,9 @@ impl Prepared<'_> {
         let mut is_face_seen = Vec::with_capacity(mesh.triangles.len());
         let mut is_seen = vec![false; mesh.polygons.len()];
         for t in 0..mesh.triangles.len() as u32 {
+            if self.is_cancelled_at(t as usize) {
+                return;
+            }
             if hides {
                 self.draw_depth(t, target, stats);
             }
@@ -58,7 +61,10 @@ impl Prepared<'_> {
         if !hides {
             stats.faces += mesh.triangles.len() as u64;
         }
-        for edge in self.edges(&is_seen, &is_face_seen) {
+        for (i, edge) in self.edges(&is_seen, &is_face_seen).into_iter().enumerate() {
+            if self.is_cancelled_at(i) {
+                return;
+            }
             let material =
                 self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
@@ -74,6 +80,9 @@ impl Prepared<'_> {
         let mut edges: Vec<Edge> = Vec::new();
         let mut found: HashMap<[u32; 2], usize> = HashMap::new();
         for (p, polygon) in mesh.polygons.iter().enumerate().filter(|&(p, _)| is_seen[p]) {
+            if self.is_cancelled_at(p) {
+                return edges;
+            }
             for i in 0..polygon.corner_count {
                 let corner = |i: u32| polygon.first_corner + i % polygon.corner_count;
                 let mut corners = [corner(i), corner(i + 1)];
@@ -90,6 +99,9 @@ impl Prepared<'_> {
         }
         // The seen triangles on each edge: what lies on them is the edge's own surface.
         for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| is_face_seen[t]) {
+            if self.is_cancelled_at(t) {
+                return edges;
+            }
             for i in 0..3 {
                 let mut ends =
                     [triangle[i], triangle[(i + 1) % 3]].map(|c| mesh.corners[c as usize].position);
@@ -104,10 +116,18 @@ impl Prepared<'_> {
         edges
     }
 
+    /// Whether the draw is to end early, asked at every item of this number and often enough.
+    fn is_cancelled_at(&self, item: usize) -> bool {
+        item.is_multiple_of(64) && self.cancel.is_cancelled()
+    }
+
     /// Draws the mesh's line segments.
     pub fn draw_lines(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
-        for &ends in &mesh.lines {
+        for (i, &ends) in mesh.lines.iter().enumerate() {
+            if self.is_cancelled_at(i) {
+                return;
+            }
             let ends = ends.map(|c| self.line_vertex(&mesh.corners[c as usize], self.call.material));
             self.draw_line(ends, self.call.material, DepthRule::Strict, target, stats);
         }
@@ -116,7 +136,10 @@ impl Prepared<'_> {
     /// Draws the mesh's points, a pixel each.
     pub fn draw_points(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
-        for &c in &mesh.points {
+        for (i, &c) in mesh.points.iter().enumerate() {
+            if self.is_cancelled_at(i) {
+                return;
+            }
             let v = self.line_vertex(&mesh.corners[c as usize], self.call.material);
             if let Some(ClippedLine { ends: [v, _], .. }) = clip_line(v, v) {
                 stats.points_drawn += 1;

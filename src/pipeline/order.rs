@@ -1,7 +1,9 @@
 //! Which faces are drawn one after the other, in which order, in lists that are kept from draw to draw.
 
 use super::prepare::Prepared;
+use crate::cancel::CancelToken;
 use crate::scene::ShadeMode;
+use std::cmp::Ordering;
 
 /// An empty list's own memory for items of another life.
 pub(crate) fn emptied<T, U>(list: Vec<T>) -> Vec<U> {
@@ -42,12 +44,56 @@ impl Order {
     }
 
     /// Puts the faces far to near by view z of their centres; equals stay in file order, which is that of their numbers.
-    pub fn sort(&mut self, all: &[Prepared]) {
+    /// When it is cancelled, in no order.
+    pub fn sort(&mut self, all: &[Prepared], cancel: &CancelToken) {
         self.keyed.clear();
         self.keyed.extend(self.list.iter().map(|&(o, t)| (all[o].center_z(t), o, t)));
         // Far first: view z is more negative there. A stable sort would ask for memory.
-        self.keyed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        sort_in_parts(&mut self.keyed, &|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))), cancel);
         self.list.clear();
         self.list.extend(self.keyed.iter().map(|&(_, object, triangle)| (object, triangle)));
+    }
+}
+
+/// Lists of at most so many items are sorted without looking whether they are still wanted: some ten milliseconds.
+const SORTED_AT_ONCE: usize = 1 << 18;
+
+/// Sorts a list, which is split at its median while it is long; leaves off when it is cancelled.
+fn sort_in_parts<T>(list: &mut [T], compare: &impl Fn(&T, &T) -> Ordering, cancel: &CancelToken) {
+    if cancel.is_cancelled() {
+        return;
+    }
+    if list.len() <= SORTED_AT_ONCE {
+        return list.sort_unstable_by(compare);
+    }
+    let middle = list.len() / 2;
+    let (low, _, high) = list.select_nth_unstable_by(middle, compare);
+    sort_in_parts(low, compare, cancel);
+    sort_in_parts(high, compare, cancel);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_long_list_are_sorted_as_one() {
+        let mut state = 7u64;
+        let mut list: Vec<u64> = std::iter::repeat_with(|| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state >> 44
+        })
+        .take(3 * SORTED_AT_ONCE + 5)
+        .collect();
+        let mut want = list.clone();
+        want.sort_unstable();
+        sort_in_parts(&mut list, &u64::cmp, &CancelToken::default());
+        assert!(list == want);
+        let cancel = CancelToken::new();
+        cancel.cancel();
+        list.reverse();
+        let before = list.clone();
+        sort_in_parts(&mut list, &u64::cmp, &cancel);
+        assert!(list == before, "nothing is done any more");
     }
 }

@@ -14,6 +14,7 @@ use super::plan::{Part, Plan};
 use super::prepare::{Layer, Prepared, Spare};
 use super::tile::{COARSE_BYTES, Workers};
 use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene};
+use crate::cancel::CancelToken;
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
@@ -42,6 +43,8 @@ pub struct RenderOptions {
     pub path: RenderPath,
     /// Whether hidden faces are left out tile by tile.
     pub coarse: CoarseDepth,
+    /// Ends a draw early: what it has drawn by then stays, and what it answers has no meaning.
+    pub cancel: CancelToken,
 }
 
 /// See the module's text.
@@ -69,8 +72,19 @@ const LARGE_SHARE: usize = 1 << 19;
 impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
-        let crew = Workers::new(options.pool.clone());
+        let crew = Workers::new(options.pool.clone(), options.cancel.clone());
         Renderer { options, crew, ..Renderer::default() }
+    }
+
+    /// Ends the draw that is made when `cancel` is cancelled, and every one after it, until another token is given.
+    /// What a cancelled draw has left of what is kept from draw to draw is forgotten.
+    pub fn set_cancel(&mut self, cancel: CancelToken) {
+        let options = RenderOptions { cancel, ..self.options.clone() };
+        if self.options.cancel.is_cancelled() {
+            *self = Renderer::default();
+        }
+        self.crew = Workers::new(options.pool.clone(), options.cancel.clone());
+        self.options = options;
     }
 
     /// What it works with.
@@ -96,7 +110,7 @@ impl Renderer {
 
     /// Fills the frame with `color`, on all threads where that pays.
     pub fn clear(&self, memory: &mut VideoMemory, color: Rgba) {
-        let Workers::Pool(pool) = &self.crew else { return memory.clear(color) };
+        let Some(pool) = self.crew.pool() else { return memory.clear(color) };
         let pixels = memory.bytes_mut().as_chunks_mut::<4>().0;
         let share = pixels.len().div_ceil(pool.current_num_threads());
         if share < LARGE_SHARE {
@@ -134,8 +148,10 @@ impl Renderer {
     /// As [`super::draw`].
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
+        let cancel = self.options.cancel.clone();
         let mut prepared =
             Prepared::with(call, target, self.known(call), std::mem::take(&mut self.spare), &mut stats)?;
+        prepared.cancel = &cancel;
         prepared.open_memories(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
@@ -165,8 +181,8 @@ impl Painter for Renderer {
 
     fn known(&mut self, call: &DrawCall) -> Arc<Known> {
         match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
-            Some(shared) => self.cache.known(shared),
-            None => Arc::new(Known::of(call.geometry)),
+            Some(shared) => self.cache.known(shared, &self.options.cancel),
+            None => Arc::new(Known::of(call.geometry, CancelToken::default())),
         }
     }
 
@@ -193,7 +209,7 @@ impl Painter for Renderer {
             let mut order = std::mem::take(&mut self.order);
             order.gather(all, |p, t| p.is_in(t, layer));
             if prepared.plan.uses(Part::SortFaces) {
-                order.sort(all);
+                order.sort(all, self.crew.cancel());
             }
             self.listed(all, order.list(), target, stats);
             self.order = order;
@@ -245,7 +261,7 @@ struct Entry {
 }
 
 impl Cache {
-    fn known(&mut self, shared: &Arc<Geometry>) -> Arc<Known> {
+    fn known(&mut self, shared: &Arc<Geometry>, cancel: &CancelToken) -> Arc<Known> {
         self.clock += 1;
         let address = Arc::as_ptr(shared).addr();
         if let Some(entry) = self.entries.get_mut(&address) {
@@ -253,7 +269,7 @@ impl Cache {
             return Arc::clone(&entry.known);
         }
         self.forget();
-        let known = Arc::new(Known::of(shared));
+        let known = Arc::new(Known::of(shared, cancel.clone()));
         let geometry = Arc::downgrade(shared);
         self.entries.insert(address, Entry { geometry, known: Arc::clone(&known), last_used: self.clock });
         known
@@ -285,17 +301,75 @@ mod tests {
         let mut cache = Cache::default();
         let geometry = |n| Arc::new(Geometry { mesh: shapes::knot(n, 4).expect("a knot"), textures: vec![] });
         let mut first = geometry(5);
-        let known = cache.known(&first);
-        assert!(Arc::ptr_eq(&known, &cache.known(&first)));
+        let never = &CancelToken::default();
+        let known = cache.known(&first, never);
+        assert!(Arc::ptr_eq(&known, &cache.known(&first, never)));
         // Changed in place: it moves, because the cache holds on to the address.
         Arc::make_mut(&mut first).mesh.positions[0].x = 9.0;
-        assert!(!Arc::ptr_eq(&known, &cache.known(&first)));
+        assert!(!Arc::ptr_eq(&known, &cache.known(&first, never)));
         drop(first);
         for n in 6..40 {
             let other = geometry(n);
-            let known = cache.known(&other);
+            let known = cache.known(&other, never);
             assert_eq!(known.prepared(&other.mesh, false).triangle_count, n as usize * 8);
         }
         assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
+    }
+
+    /// A scene of one large mesh and many small ones, some of them transparent.
+    fn crowd() -> Scene {
+        use crate::truth::scenes::{lit_triangle, object};
+        let mut scene = lit_triangle();
+        scene.objects.push(object("knot", shapes::knot(160, 40).expect("a knot")));
+        for i in 0..200 {
+            let mut one = object("box", shapes::box_(glam::DVec3::splat(0.3)).expect("a box"));
+            one.model =
+                glam::DMat4::from_translation(glam::DVec3::new(f64::from(i % 20) / 5.0 - 2.0, 0.0, 0.1));
+            one.material.transparency = if i % 5 == 0 { 0.5 } else { 0.0 };
+            scene.objects.push(one);
+        }
+        scene
+    }
+
+    #[test]
+    fn cancelled_draws_end_early_and_leave_nothing_to_later_ones() {
+        use crate::scene::HiddenSurface;
+        let (scene, pool) = (crowd(), rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap());
+        let pool = Arc::new(pool);
+        let draw = |renderer: &mut Renderer, options: &SceneOptions, depth_format| {
+            let (mut memory, mut depth) = (VideoMemory::new(320, 240).unwrap(), None);
+            let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: None };
+            renderer.draw_scene(&mut target, &scene, options).unwrap();
+            memory
+        };
+        for (shade, hide, format) in [
+            (ShadeMode::Phong, HiddenSurface::ZBuffer, DepthFormat::F32),
+            (ShadeMode::Gouraud, HiddenSurface::ZBuffer, DepthFormat::U16),
+            (ShadeMode::Flat, HiddenSurface::Painter, DepthFormat::F32),
+            (ShadeMode::Wire, HiddenSurface::ZBuffer, DepthFormat::Reversed),
+        ] {
+            let options = SceneOptions { shade, hide, ..SceneOptions::new(320, 240) };
+            for pool in [None, Some(pool.clone())] {
+                let of = RenderOptions { pool, ..RenderOptions::default() };
+                let want = draw(&mut Renderer::new(of.clone()), &options, format);
+                let mut renderer = Renderer::new(of);
+                for wait in [0, 20, 100, 400, 1500, 5000] {
+                    let cancel = CancelToken::new();
+                    renderer.set_cancel(cancel.clone());
+                    std::thread::scope(|scope| {
+                        scope.spawn(|| {
+                            std::thread::sleep(std::time::Duration::from_micros(wait));
+                            cancel.cancel();
+                        });
+                        drop(draw(&mut renderer, &options, format));
+                    });
+                    let cancelled = draw(&mut renderer, &options, format);
+                    assert!(cancelled.bytes() != want.bytes(), "a cancelled renderer draws no more");
+                    renderer.set_cancel(CancelToken::default());
+                    let got = draw(&mut renderer, &options, format);
+                    assert!(got.bytes() == want.bytes(), "{shade:?} {hide:?} after {wait} us");
+                }
+            }
+        }
     }
 }

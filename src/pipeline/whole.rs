@@ -10,6 +10,7 @@ use super::prepare::{Layer, Prepared, Spare};
 use super::raster::opaque;
 use super::tile::Workers;
 use super::viewport::Screen;
+use crate::cancel::CancelToken;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
 use std::fmt;
@@ -82,12 +83,13 @@ pub(crate) trait Painter {
 /// The plain path.
 #[derive(Default)]
 struct Plain {
+    crew: Workers,
     lists: SceneLists,
 }
 
 impl Painter for Plain {
     fn crew(&self) -> &Workers {
-        &Workers::Alone
+        &self.crew
     }
 
     fn lists(&mut self) -> &mut SceneLists {
@@ -95,7 +97,7 @@ impl Painter for Plain {
     }
 
     fn known(&mut self, call: &DrawCall) -> Arc<Known> {
-        Arc::new(Known::of(call.geometry))
+        Arc::new(Known::of(call.geometry, CancelToken::default()))
     }
 
     fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
@@ -131,6 +133,7 @@ pub(crate) fn draw_scene_with(
     scene: &Scene,
     options: &SceneOptions,
 ) -> Result<DrawStats, PipelineError> {
+    let cancel = painter.crew().cancel().clone();
     let SceneLists { calls, prepared: mut all, mut knowns, mut spares, mut order } =
         std::mem::take(painter.lists());
     let mut calls: Vec<DrawCall> = calls;
@@ -151,14 +154,15 @@ pub(crate) fn draw_scene_with(
         let target = &*target;
         let make = |((call, known), spare): ((_, _), &mut Spare)| {
             let mut prepared = Prepared::of(call, camera, target, known, std::mem::take(spare));
+            prepared.cancel = &cancel;
             if !keeps_depth {
                 prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
                 prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
             }
             prepared
         };
-        match painter.crew() {
-            Workers::Pool(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
+        match painter.crew().pool() {
+            Some(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
                 let each = calls.par_iter().zip(knowns.par_drain(..)).zip(&mut spares);
                 each.with_min_len(MANY_OBJECTS / 2).map(make).collect_into_vec(&mut all);
             }),
@@ -175,11 +179,11 @@ pub(crate) fn draw_scene_with(
     if options.hide == HiddenSurface::Painter {
         all.iter_mut().for_each(Prepared::transform_all);
         order.gather(&all, |p, t| !p.is_transparent(t));
-        order.sort(&all);
+        order.sort(&all, &cancel);
         painter.listed(&all, order.list(), target, &mut stats);
     }
     let mut at = 0;
-    while at < all.len() {
+    while at < all.len() && !cancel.is_cancelled() {
         let together = match options.hide {
             HiddenSurface::Painter => 0,
             _ => painter.together(&all[at..], target, &mut stats),
@@ -198,7 +202,7 @@ pub(crate) fn draw_scene_with(
     }
     order.gather(&all, |p, t| p.is_transparent(t));
     if options.transparency == TransparencyOrder::Sorted {
-        order.sort(&all);
+        order.sort(&all, &cancel);
     }
     if !order.list().is_empty() {
         painter.listed(&all, order.list(), target, &mut stats);
@@ -279,7 +283,7 @@ pub(super) fn drawing_order(all: &[Prepared], options: &SceneOptions) -> Vec<(us
     let mut listed = |is_through: bool, is_sorted: bool| {
         order.gather(all, |p, t| p.is_transparent(t) == is_through);
         if is_sorted {
-            order.sort(all);
+            order.sort(all, &CancelToken::default());
         }
         order.list().to_vec()
     };

@@ -1,6 +1,7 @@
-//! What a server allows: every quota with its default. All but the last two have a flag on the command line.
+//! What a server allows: every quota with its default. Those of a connection's matrices and lights have no flag on the command line.
 
 use crate::error::{Code, Fault};
+use std::time::Duration;
 
 /// The quotas. Bytes unless the name says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,8 @@ pub struct Limits {
     pub matrix_stack: usize,
     /// Lights of one connection: indices are below it.
     pub lights: usize,
+    /// Time that one command may take, drawing faces excepted; beyond it, it is given up.
+    pub command_time: Duration,
 }
 
 impl Default for Limits {
@@ -37,6 +40,7 @@ impl Default for Limits {
             snap_bytes: 1 << 30,
             matrix_stack: 1024,
             lights: 256,
+            command_time: Duration::from_secs(10),
         }
     }
 }

@@ -4,6 +4,7 @@ mod client;
 mod display;
 pub mod engine;
 mod events;
+mod jobs;
 mod limits;
 mod names;
 mod outbox;

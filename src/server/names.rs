@@ -44,6 +44,11 @@ impl Eye {
         (eye::Sheet::of(&self.scene.pixels).size().map(|n| n as usize), pixels)
     }
 
+    /// Whether the picture was made already.
+    pub fn has_picture(&self) -> bool {
+        self.picture.get().is_some()
+    }
+
     /// Bytes that making the picture takes: facet, distance, flags, colour.
     pub fn working_bytes(&self) -> u64 {
         self.scene.pixel_count() as u64 * (4 + 8 + 24 + 4 + self.scene.lights.len() as u64)
@@ -136,16 +141,20 @@ impl Names {
         let whose = if Self::is_shared(name) { "shared names" } else { "names of a connection" };
         if old.is_none() && self.of.len() >= limits.names {
             let message = format!("no more than {} {whose}, all in use", limits.names);
+            let_go(resource, size);
             return Err(Fault::new(Code::Quota, message).got(name));
         }
         let bytes = self.bytes - old.unwrap_or(0) + size;
         if bytes > limits.resource_bytes {
             let message =
                 format!("{whose} hold at most {} bytes, and this makes {bytes}", limits.resource_bytes);
+            let_go(resource, size);
             return Err(Fault::new(Code::Quota, message).got(name));
         }
         self.bytes = bytes;
-        self.of.insert(key, (resource, size));
+        if let Some((old, size)) = self.of.insert(key, (resource, size)) {
+            let_go(old, size);
+        }
         Ok(())
     }
 
@@ -153,7 +162,8 @@ impl Names {
     pub fn free(&mut self, name: &str) -> bool {
         let mut found = false;
         for kind in [Kind::Mesh, Kind::Texture, Kind::Eye] {
-            if let Some((_, size)) = self.of.remove(&(kind, name.to_owned())) {
+            if let Some((old, size)) = self.of.remove(&(kind, name.to_owned())) {
+                let_go(old, size);
                 self.bytes -= size;
                 found = true;
             }
@@ -174,6 +184,23 @@ impl Names {
     /// Bytes of all of them.
     pub fn size_bytes(&self) -> u64 {
         self.bytes
+    }
+}
+
+impl Drop for Names {
+    fn drop(&mut self) {
+        let_go(std::mem::take(&mut self.of), self.bytes);
+    }
+}
+
+/// Giving back so many bytes takes the system a millisecond or more.
+const LARGE_BYTES: u64 = 16 << 20;
+
+/// Drops what has no name any more, on a thread of its own where that takes long: nobody waits for it.
+fn let_go<T: Send + 'static>(what: T, bytes: u64) {
+    if bytes >= LARGE_BYTES {
+        // Without a thread to spare it is dropped here, with the closure.
+        let _ = std::thread::Builder::new().name("fbptr-free".into()).spawn(move || drop(what));
     }
 }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const LAYERS: [&[&str]; 8] = [
-    &["math", "simd", "error"],
+    &["math", "simd", "error", "cancel"],
     &["memory", "scene"],
     &["draw2d", "pipeline", "eye", "truth"],
     &["command", "load", "save"],

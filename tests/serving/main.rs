@@ -3,6 +3,7 @@
 mod crowd;
 mod descriptors;
 mod display;
+mod fairness;
 mod files;
 mod loads;
 mod process;

@@ -11,6 +11,7 @@
 //! - a refused command's payload is skipped, so that an error never puts the stream out of step;
 //! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
 
+mod asks;
 mod heads;
 mod line;
 mod payload;

@@ -117,16 +117,28 @@ impl Memo {
     /// # Errors
     /// As [`choose`].
     pub fn choose(&mut self, renderer: &mut Renderer, budget: &Budget) -> Result<Choice, PipelineError> {
-        self.kept.retain(|(key, _)| key.shared.iter().all(Shared::is_alive));
-        if let Some(found) = self.kept.iter().position(|(key, _)| key.is_of(budget)) {
-            let entry = self.kept.remove(found).expect("a position that was just found");
-            let choice = entry.1.clone();
-            self.kept.push_front(entry);
+        if let Some(choice) = self.known(budget) {
             return Ok(choice);
         }
-        self.searches += 1;
         let choice = choose(renderer, budget)?;
-        self.kept.push_front((Key::of(budget), choice.clone()));
+        self.insert(budget, choice.clone());
+        Ok(choice)
+    }
+
+    /// The choice that was made for the same already, if it is kept.
+    pub fn known(&mut self, budget: &Budget) -> Option<Choice> {
+        self.kept.retain(|(key, _)| key.shared.iter().all(Shared::is_alive));
+        let found = self.kept.iter().position(|(key, _)| key.is_of(budget))?;
+        let entry = self.kept.remove(found)?;
+        let choice = entry.1.clone();
+        self.kept.push_front(entry);
+        Some(choice)
+    }
+
+    /// Keeps what was searched.
+    pub fn insert(&mut self, budget: &Budget, choice: Choice) {
+        self.searches += 1;
+        self.kept.push_front((Key::of(budget), choice));
         let mut objects = 0;
         let fits = |(key, _): &&(Key, Choice)| {
             objects += key.shared.len();
@@ -134,7 +146,6 @@ impl Memo {
         };
         let fitting = self.kept.iter().take(KEPT).take_while(fits).count();
         self.kept.truncate(fitting.max(1));
-        Ok(choice)
     }
 
     /// How often a choice had to be searched.

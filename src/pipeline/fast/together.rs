@@ -61,7 +61,8 @@ impl Together {
         target: &mut Target,
         stats: &mut DrawStats,
     ) -> usize {
-        let Workers::Pool(pool) = crew else { return 0 };
+        let Some(pool) = crew.pool() else { return 0 };
+        let alone = &crew.alone();
         if pool.current_num_threads() < 2 {
             return 0;
         }
@@ -81,7 +82,7 @@ impl Together {
         let whole = pool.install(|| {
             let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
             pairs
-                .map(|(slot, p)| Drawn::new(p, slot, (level, coarse), (width, format)))
+                .map(|(slot, p)| Drawn::new(p, slot, (level, alone, coarse), (width, format)))
                 .collect_into_vec(&mut drawn);
             let whole = drawn.iter().take_while(|d| d.is_some()).count();
             let each = || drawn[..whole].iter().flatten().zip(&*slots).zip(all);
@@ -126,11 +127,10 @@ impl<'p> Drawn<'p> {
     fn new(
         prepared: &'p Prepared,
         slot: &mut Memories,
-        (level, coarse): (Level, CoarseDepth),
+        (level, crew, coarse): (Level, &Workers, CoarseDepth),
         (width, format): (usize, DepthFormat),
     ) -> Option<Self> {
         let Memories { scratch, tables, spare } = slot;
-        let crew = &Workers::Alone;
         let mut parts = prepared.parts(spare)?;
         parts.coarse = coarse;
         prepared.make_tables(&mut parts, level, crew, tables);

@@ -2,6 +2,7 @@
 
 mod face;
 
+use crate::cancel::{CancelToken, NEVER};
 use crate::memory::DepthMemory;
 use crate::pipeline::assemble::{Assembler, Face};
 use crate::pipeline::call::{DrawCall, DrawStats, PipelineError, Target};
@@ -50,6 +51,8 @@ pub(crate) struct Prepared<'a> {
     pub lighting: Lighting,
     pub known: Arc<Known>,
     pub normal_matrix: NormalMatrix,
+    /// Ends long loops over faces, lines and points early.
+    pub cancel: &'a CancelToken,
 }
 
 impl<'a> Prepared<'a> {
@@ -59,8 +62,13 @@ impl<'a> Prepared<'a> {
         target: &Target,
         stats: &mut DrawStats,
     ) -> Result<Self, PipelineError> {
-        let mut prepared =
-            Prepared::with(call, target, Arc::new(Known::of(call.geometry)), Spare::default(), stats)?;
+        let mut prepared = Prepared::with(
+            call,
+            target,
+            Arc::new(Known::of(call.geometry, CancelToken::default())),
+            Spare::default(),
+            stats,
+        )?;
         prepared.transform_all();
         Ok(prepared)
     }
@@ -116,6 +124,7 @@ impl<'a> Prepared<'a> {
             lighting,
             known,
             normal_matrix: NormalMatrix::of(&call.model),
+            cancel: &NEVER,
         }
     }
 
@@ -132,7 +141,9 @@ impl<'a> Prepared<'a> {
         if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
             let positions = &self.call.geometry.mesh.positions;
             let transform = self.assembler.transform;
-            self.vertices.extend(positions.iter().map(|&p| transform.vertex(p)));
+            for some in positions.chunks(1 << 14).take_while(|_| !self.cancel.is_cancelled()) {
+                self.vertices.extend(some.iter().map(|&p| transform.vertex(p)));
+            }
         }
     }
 

@@ -249,7 +249,9 @@ fn share(
     work: &(impl Fn(usize, BandMemories<'_>) + Sync),
 ) {
     if bands.len() <= 1 {
-        work(bands.start, memories);
+        if !crew.is_cancelled() {
+            work(bands.start, memories);
+        }
         return;
     }
     let half = bands.len() / 2;
@@ -273,12 +275,12 @@ fn share(
         ids: None,
     };
     let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
-    match crew {
-        Workers::Alone => {
+    match crew.pool() {
+        None => {
             share(crew, upper, above, size, work);
             share(crew, lower, below, size, work);
         }
-        Workers::Pool(_) => {
+        Some(_) => {
             rayon::join(|| share(crew, upper, above, size, work), || share(crew, lower, below, size, work));
         }
     }

@@ -88,9 +88,9 @@ pub(crate) fn bin(
     let projector = &Projector::new(job.to_screen, &to_view, mesh.farthest);
     // In rounds: vertices, then the faces that ask for them while they are still near. Threads that meet after each stage
     // take all chunks in one round.
-    let round = match crew {
-        Workers::Alone => 1,
-        Workers::Pool(_) => chunk_count,
+    let round = match crew.pool() {
+        None => 1,
+        Some(_) => chunk_count,
     };
     let mut placed = 0;
     for first_chunk in (0..chunk_count).step_by(round) {
@@ -139,6 +139,10 @@ pub(crate) fn bin(
                 chunk: &mut chunk[0],
             });
         });
+    }
+    if crew.is_cancelled() {
+        // Lists may be those of another draw.
+        return None;
     }
     let chunks = &scratch.chunks[..chunk_count];
     chunks.iter().for_each(|chunk| *stats += chunk.stats);

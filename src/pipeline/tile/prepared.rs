@@ -5,6 +5,7 @@
 //! so neighbours lie together. Nothing here depends on camera, light or frame.
 
 use super::clusters::Clusters;
+use crate::cancel::CancelToken;
 use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
 use glam::{DVec3, DVec4};
@@ -70,7 +71,8 @@ pub struct FaceTable {
 
 impl PreparedMesh {
     /// The prepared form of `mesh`. `normal_of` gives a corner's unit normal in object space: triangle, corner.
-    pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3) -> Self {
+    /// Without faces when it is cancelled.
+    pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3, cancel: &CancelToken) -> Self {
         let mut prepared =
             PreparedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
         let has_colors = !mesh.colors.is_empty();
@@ -100,6 +102,9 @@ impl PreparedMesh {
             prefer_huge_pages(list);
         }
         for (t, triangle) in mesh.triangles.iter().enumerate() {
+            if t % CHUNK_FACES == 0 && cancel.is_cancelled() {
+                return Self::default();
+            }
             let polygon = mesh.triangle_polygon[t];
             let material = mesh.polygons[polygon as usize].material as usize;
             let slot = &mut slots[material.min(mesh.materials.len())];
@@ -224,7 +229,7 @@ mod tests {
     fn corners_that_agree_are_one_vertex_and_seams_are_two() {
         let mesh = shapes::knot(12, 5).expect("a knot");
         let unit = |_: u32, c: &Corner| mesh.normals[c.normal as usize].normalize();
-        let prepared = PreparedMesh::new(&mesh, unit);
+        let prepared = PreparedMesh::new(&mesh, unit, &Default::default());
         assert_eq!(prepared.triangle_count, 120);
         assert_eq!(prepared.corners[0].len(), 128);
         assert!(prepared.vertex_count() <= mesh.corners.len() && prepared.vertex_count() >= 60);
@@ -245,7 +250,8 @@ mod tests {
     #[test]
     fn coordinates_that_f32_does_not_reach_run_without_end() {
         let mut mesh = shapes::knot(12, 5).expect("a knot");
-        let run = |mesh: &Mesh| PreparedMesh::new(mesh, |_, _| DVec3::Z).longest_texcoord_run;
+        let run =
+            |mesh: &Mesh| PreparedMesh::new(mesh, |_, _| DVec3::Z, &Default::default()).longest_texcoord_run;
         assert!(run(&mesh) < 10.0);
         for far in [1e39, -1e200, f64::INFINITY, f64::NAN] {
             mesh.texcoords.iter_mut().for_each(|uv| uv.x = far);

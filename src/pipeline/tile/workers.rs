@@ -1,29 +1,52 @@
 //! The crew of a renderer: decided once, and what its pieces of work need.
+//!
+//! Work is handed out in pieces. When the crew's token is cancelled no piece begins any more: what the pieces were to make
+//! then has no meaning, and whoever handed them out asks [`Workers::is_cancelled`] before it reads that.
 
+use crate::cancel::CancelToken;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Who draws: pieces of work are done each once, in any order, perhaps at the same time.
 #[derive(Clone, Debug, Default)]
-pub enum Workers {
-    /// The calling thread.
-    #[default]
-    Alone,
-    /// Threads shared by whoever draws.
-    Pool(Arc<rayon::ThreadPool>),
+pub struct Workers {
+    /// Threads shared by whoever draws; the calling thread without them.
+    pool: Option<Arc<rayon::ThreadPool>>,
+    cancel: CancelToken,
 }
 
 impl Workers {
     /// A crew of this pool's threads, or of the calling thread.
-    pub fn new(pool: Option<Arc<rayon::ThreadPool>>) -> Self {
-        pool.map_or(Workers::Alone, Workers::Pool)
+    pub fn new(pool: Option<Arc<rayon::ThreadPool>>, cancel: CancelToken) -> Self {
+        Workers { pool, cancel }
+    }
+
+    /// The calling thread, with the same token.
+    pub fn alone(&self) -> Self {
+        Workers { pool: None, cancel: self.cancel.clone() }
+    }
+
+    /// The threads, where there are others than the calling one.
+    pub fn pool(&self) -> Option<&Arc<rayon::ThreadPool>> {
+        self.pool.as_ref()
+    }
+
+    /// What ends its work early.
+    pub fn cancel(&self) -> &CancelToken {
+        &self.cancel
+    }
+
+    /// Whether work is to end early: pieces may have been left out.
+    #[inline]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 
     /// Does `work` where the crew's threads are: its pieces then cost no waking up.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match self {
-            Workers::Alone => work(),
-            Workers::Pool(pool) => pool.install(work),
+        match &self.pool {
+            None => work(),
+            Some(pool) => pool.install(work),
         }
     }
 
@@ -31,11 +54,16 @@ impl Workers {
     ///
     /// To be called inside [`Workers::run`].
     pub fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
-        match self {
-            Workers::Pool(_) if items.len() > size => {
-                items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(|(i, run)| work(i, run));
+        let work = |(i, run): (usize, &mut [T])| {
+            if !self.is_cancelled() {
+                work(i, run);
             }
-            _ => items.chunks_mut(size).enumerate().for_each(|(i, run)| work(i, run)),
+        };
+        match self.pool {
+            Some(_) if items.len() > size => {
+                items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(work);
+            }
+            _ => items.chunks_mut(size).enumerate().for_each(work),
         }
     }
 
@@ -47,15 +75,17 @@ impl Workers {
         size: usize,
         work: impl Fn(usize, &mut [T], &mut [T]) + Sync,
     ) {
-        match self {
-            Workers::Pool(_) if a.len() > size => {
+        let work = |(i, (a, b)): (usize, (&mut [T], &mut [T]))| {
+            if !self.is_cancelled() {
+                work(i, a, b);
+            }
+        };
+        match self.pool {
+            Some(_) if a.len() > size => {
                 let pairs = a.par_chunks_mut(size).zip(b.par_chunks_mut(size)).with_max_len(1);
-                pairs.enumerate().for_each(|(i, (a, b))| work(i, a, b));
+                pairs.enumerate().for_each(work);
             }
-            _ => {
-                let pairs = a.chunks_mut(size).zip(b.chunks_mut(size));
-                pairs.enumerate().for_each(|(i, (a, b))| work(i, a, b));
-            }
+            _ => a.chunks_mut(size).zip(b.chunks_mut(size)).enumerate().for_each(work),
         }
     }
 }

@@ -1,10 +1,12 @@
 //! Queries about the server, frames, the display, snapshots.
 
-use super::{Effect, Engine};
-use crate::command::{SnapTarget, help_text};
+use super::{Effect, Engine, Progress};
+use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
+use crate::load::QuotaFolder;
 use crate::memory::{SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
+use crate::server::jobs::{Job, JobResult};
 use crate::server::record::Recorder;
 use crate::server::{Display, Session};
 use std::ops::Range;
@@ -170,6 +172,22 @@ impl Engine {
         }
     }
 
+    /// Notes rows of the memory as they stand, as what others wrote.
+    pub(super) fn record_rows(&mut self, rows: Range<u32>) {
+        let Some(recorder) = &mut self.recorder else { return };
+        let stride = self.memory.stride_bytes();
+        let at_once = (RECORDED_BYTES / stride).max(1);
+        for y in rows.clone().step_by(at_once) {
+            let end = rows.end.min(y + at_once as u32);
+            recorder.pixel_run(
+                0,
+                0,
+                y as u16,
+                &self.memory.bytes()[y as usize * stride..end as usize * stride],
+            );
+        }
+    }
+
     /// What follows happens at `now`, for the recording.
     pub fn set_time(&mut self, now: Instant) {
         if let Some(recorder) = &mut self.recorder {
@@ -228,34 +246,60 @@ impl Engine {
         }
     }
 
-    pub(super) fn snap(&self, target: SnapTarget, out: &mut Vec<u8>) -> Result<(), Fault> {
+    /// `SNAP`: the frame is copied as it stands, and made into a file by a job.
+    pub(super) fn snap_job(&self, target: SnapTarget) -> Result<Progress, Fault> {
         let (w, h) = (self.memory.width(), self.memory.height());
-        match target {
-            SnapTarget::Connection => {
-                let mut png = Vec::new();
-                save::png(&self.memory, &mut png).expect("a Vec takes all bytes");
-                self.check_reply(png.len() as u64)?;
-                out.extend_from_slice(format!("SNAP {w} {h} png :{}\n", png.len()).as_bytes());
-                out.extend_from_slice(&png);
+        let folder = match (&target, &self.snap_dir) {
+            (SnapTarget::Connection, _) => None,
+            (SnapTarget::File(_), Some(folder)) => Some(folder.clone()),
+            (SnapTarget::File(name), None) => {
+                return Err(
+                    Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name.as_str())
+                );
             }
-            SnapTarget::File(name) => {
-                let Some(folder) = &self.snap_dir else {
-                    return Err(
-                        Fault::new(Code::Perm, "snapshots need a folder, and there is none").got(name)
-                    );
-                };
-                // The folder first: what is not allowed at all is no question of formats.
-                let path = folder.folder().path_to_write(&name)?;
-                let format = SnapshotFormat::of_path(path.as_path()).map_err(|e| {
-                    Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(&*name)
-                })?;
-                folder.write(&name, |out| format.write(&self.memory, out))?;
-                let crc = save::crc32(&self.memory);
-                out.extend_from_slice(format!("SNAP {name} {w} {h} {crc:08x}\n").as_bytes());
-            }
-        }
-        Ok(())
+        };
+        let is_small = folder.is_none() && u64::from(w) * u64::from(h) <= SMALL_SNAP_PIXELS;
+        let frame = self.memory.clone();
+        Ok(Progress::Job(Job::new(is_small, move |_| {
+            let reply = match (&target, &folder) {
+                (SnapTarget::File(name), Some(folder)) => snap_file(folder, name, &frame),
+                _ => {
+                    let mut png = Vec::new();
+                    save::png(&frame, &mut png).expect("a Vec takes all bytes");
+                    let mut reply = format!("SNAP {w} {h} png :{}\n", png.len()).into_bytes();
+                    reply.append(&mut png);
+                    Ok(reply)
+                }
+            };
+            let answered = |mut reply: Vec<u8>| {
+                move |_: &mut Engine, _: &mut Session, out: &mut Vec<u8>| {
+                    match out.is_empty() {
+                        true => std::mem::swap(out, &mut reply),
+                        false => out.append(&mut reply),
+                    }
+                    Ok(Progress::Done(Effect::Done))
+                }
+            };
+            JobResult::new(Command::Snap(target), reply.map(answered))
+        })))
     }
+}
+
+/// Rows of so many bytes are recorded as one command.
+const RECORDED_BYTES: usize = 4 << 20;
+
+/// A frame of so many pixels at most is encoded within some 100 us.
+const SMALL_SNAP_PIXELS: u64 = 1 << 12;
+
+/// Writes a frame into the snapshot folder; the reply.
+fn snap_file(folder: &QuotaFolder, name: &str, frame: &VideoMemory) -> Result<Vec<u8>, Fault> {
+    // The folder first: what is not allowed at all is no question of formats.
+    let path = folder.folder().path_to_write(name)?;
+    let format = SnapshotFormat::of_path(path.as_path())
+        .map_err(|e| Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(name))?;
+    folder.write(name, |out| format.write(frame, out))?;
+    let (w, h, crc) = (frame.width(), frame.height(), save::crc32(frame));
+    Ok(format!("SNAP {name} {w} {h} {crc:08x}\n").into_bytes())
 }
 
 /// No rows: below its start and above its end.

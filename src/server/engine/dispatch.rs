@@ -1,12 +1,14 @@
 //! The table of what each command does, and what is the same for all of them: counting, the limit of replies, recording.
 
-use super::{Effect, Engine};
+use super::{Effect, Engine, Progress};
+use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::Fault;
-use crate::server::Session;
+use crate::server::jobs::JobResult;
+use crate::server::{Budget, Session};
 
 impl Engine {
-    /// Runs one command of `session`; replies are appended to `replies`, and left as they were on an error.
+    /// Runs one command of `session` to its end; replies are appended to `replies`, and left as they were on an error.
     ///
     /// # Errors
     /// Why the command was refused; it then changed nothing.
@@ -16,38 +18,102 @@ impl Engine {
         command: Command,
         replies: &mut Vec<u8>,
     ) -> Result<Effect, Fault> {
-        session.stats.commands += 1;
-        let connection = session.id;
-        let start = replies.len();
-        let recorded = self.recorder.as_mut().map(|r| r.command(connection, &command));
-        let result = self.dispatch(session, command, replies).and_then(|effect| {
-            let length = replies.len() - start;
-            match length <= self.limits.reply_bytes {
-                true => Ok(effect),
-                false => Err(self.reply_too_long(length as u64)),
+        let mut progress = self.begin(session, command, replies)?;
+        loop {
+            match progress {
+                Progress::Done(effect) => return Ok(effect),
+                Progress::Job(job) => {
+                    progress = self.apply(session, job.run(&CancelToken::default()), replies)?;
+                }
+                Progress::Pieces(pieces) => {
+                    progress = self.run_pieces(session, *pieces, replies, Budget::NONE)?
+                }
             }
-        });
+        }
+    }
+
+    /// Runs one command of `session`, or the part of it that comes before its job.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub(in crate::server) fn begin(
+        &mut self,
+        session: &mut Session,
+        command: Command,
+        replies: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        session.stats.commands += 1;
+        if !is_pixelflut(&command) {
+            session.has_used_other_verbs = true;
+        }
+        let start = replies.len();
+        let recorded = match &mut self.recorder {
+            Some(recorder) if !is_made_by_job(&command) => Some(recorder.command(session.id, &command)),
+            _ => None,
+        };
+        let result = self.dispatch(session, command, replies);
+        self.end_command(session, recorded, result, replies, start)
+    }
+
+    /// Lets the result of a command's job take effect.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub(in crate::server) fn apply(
+        &mut self,
+        session: &mut Session,
+        result: JobResult,
+        replies: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        let (command, apply) = match (result.command, result.apply) {
+            (Some(command), Ok(apply)) => (command, apply),
+            (_, Err(fault)) => {
+                session.stats.errors += 1;
+                return Err(fault);
+            }
+            (None, Ok(_)) => return Ok(Progress::Done(Effect::Done)),
+        };
+        let start = replies.len();
+        self.files_read = result.files;
+        let recorded = self.recorder.as_mut().map(|r| r.command(session.id, &command));
+        drop(command);
+        let result = apply(self, session, replies);
+        self.end_command(session, recorded, result, replies, start)
+    }
+
+    /// What is the same for all commands when they have run: the limit of replies, errors, and what the recording keeps.
+    #[inline]
+    fn end_command(
+        &mut self,
+        session: &mut Session,
+        recorded: Option<usize>,
+        result: Result<Progress, Fault>,
+        replies: &mut Vec<u8>,
+        start: usize,
+    ) -> Result<Progress, Fault> {
+        let length = replies.len() - start;
+        let result = match result {
+            Ok(_) if length > self.limits.reply_bytes => Err(self.reply_too_long(length as u64)),
+            result => result,
+        };
         if result.is_err() {
             replies.truncate(start);
             session.stats.errors += 1;
         }
         if let (Some(recorder), Some(before)) = (&mut self.recorder, recorded) {
             match result {
-                Ok(_) if self.files_read.is_empty() => {}
-                Ok(_) => recorder.attach_files(connection, before, &self.files_read),
-                Err(_) => recorder.roll_back(before),
+                Ok(Progress::Done(_)) if self.files_read.is_empty() => {}
+                Ok(Progress::Done(_)) => recorder.attach_files(session.id, before, &self.files_read),
+                _ => recorder.roll_back(before),
             }
             self.files_read.clear();
         }
         result
     }
 
-    /// One line a verb: this is the table of what each command does.
-    fn dispatch(&mut self, s: &mut Session, command: Command, out: &mut Vec<u8>) -> Result<Effect, Fault> {
+    /// One line a verb: this is the table of what each command does, or of the job that comes first.
+    fn dispatch(&mut self, s: &mut Session, command: Command, out: &mut Vec<u8>) -> Result<Progress, Fault> {
         use Command as C;
-        if !is_pixelflut(&command) {
-            s.has_used_other_verbs = true;
-        }
         match command {
             C::Help => self.help(out),
             C::Size => self.size(out),
@@ -57,7 +123,7 @@ impl Engine {
                 self.pixel(s, x, y, color);
             }
             C::Offset { x, y } => s.offset = [x, y],
-            C::Quit => return Ok(Effect::Quit),
+            C::Quit => return Ok(Progress::Done(Effect::Quit)),
             C::Stats => self.stats(s, out),
             C::BinaryPixel { x, y, color } => self.pixel(s, x.into(), y.into(), color),
             C::PixelRun { x, y, rgba } => self.pixel_run(s, x, y, &rgba)?,
@@ -81,17 +147,17 @@ impl Engine {
             | C::Poly { .. }
             | C::FillPoly { .. }
             | C::Text { .. }
-            | C::LineAa { .. } => self.figure(s, command)?,
+            | C::LineAa { .. } => self.figure(s, &command)?,
             C::Blend { over } => {
                 s.blend = if over { crate::draw2d::Blend::Over } else { crate::draw2d::Blend::Replace };
             }
 
-            C::Mesh { name, source } => self.make_mesh(s, &name, *source)?,
-            C::Texture { name, file } => self.make_texture(s, &name, &file)?,
-            C::Scene { x3d } => self.make_scene(s, &x3d)?,
-            C::Eye { name, json } => self.make_eye(s, &name, &json)?,
+            C::Mesh { name, source } => return Ok(self.mesh_job(s, name, source)),
+            C::Texture { name, file } => return Ok(self.texture_job(name, file)),
+            C::Scene { x3d } => return Ok(self.scene_job(s, x3d)),
+            C::Eye { name, json } => return Ok(self.eye_job(name, json)),
             C::Free { name } => self.free(s, &name)?,
-            C::Load { kind, name, path } => self.load(s, kind, &name, &path)?,
+            C::Load { kind, name, path } => return self.load_job(s, kind, name, path),
 
             C::LookAt { .. } | C::Projection(_) | C::Viewport { .. } => self.set_camera(s, command)?,
             C::Identity
@@ -112,9 +178,9 @@ impl Engine {
             C::Depth(format) => self.set_depth_format(format),
             C::Interp(mode) => s.interp = mode,
             C::Quality(quality) => s.quality = quality,
-            C::Draw { name } => self.draw(s, &name)?,
-            C::DrawScene { time, sorted } => self.draw_scene(s, time, sorted)?,
-            C::DrawEye { name, rect } => self.draw_eye(s, &name, rect)?,
+            C::Draw { name } => return self.draw(s, name, None),
+            C::DrawScene { time, sorted } => return self.draw_scene(s, time, sorted, None),
+            C::DrawEye { name, rect } => return self.draw_eye(s, name, rect),
 
             C::DepthAt { x, y } => self.depth_at(x, y, out)?,
             C::Pick { x, y } => self.pick(x, y, out)?,
@@ -122,16 +188,22 @@ impl Engine {
             C::Hello => self.hello(out),
             C::Version => out.extend_from_slice(VERSION_REPLY.as_bytes()),
             C::Auto(on) => self.set_auto(s, on),
-            C::Present { wait } => return Ok(self.present(s, wait, out)),
+            C::Present { wait } => return Ok(Progress::Done(self.present(s, wait, out))),
             C::Events(on) => self.set_events(s, on),
             C::Errors(mode) => s.error_mode = Some(mode),
-            C::Snap(target) => self.snap(target, out)?,
+            C::Snap(target) => return self.snap_job(target),
         }
-        Ok(Effect::Done)
+        Ok(Progress::Done(Effect::Done))
     }
 }
 
 const VERSION_REPLY: &str = concat!("VERSION fbptr ", env!("CARGO_PKG_VERSION"), "\n");
+
+/// Whether a command always has a job, which gives it back to be recorded: its payload is not recorded twice.
+fn is_made_by_job(command: &Command) -> bool {
+    use Command as C;
+    matches!(command, C::Mesh { .. } | C::Texture { .. } | C::Scene { .. } | C::Eye { .. })
+}
 
 /// Whether a connection that uses this command is still a Pixelflut one.
 fn is_pixelflut(command: &Command) -> bool {

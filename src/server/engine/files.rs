@@ -18,7 +18,7 @@ enum Source {
 }
 
 /// Reads the files of one command.
-pub(super) struct FileReader {
+pub(in crate::server) struct FileReader {
     source: Source,
     /// Bytes of one file, and of all side files.
     max_file_bytes: u64,
@@ -47,15 +47,29 @@ impl Engine {
 }
 
 impl FileReader {
+    /// Refuses a command that names a file where there are none to be read.
+    ///
+    /// # Errors
+    /// `EPERM` without a folder.
+    pub fn check_source(&self, path: &str) -> Result<(), Fault> {
+        if let Source::LoadFolder(None) = self.source {
+            let message = "files need a folder to be loaded from, and there is none";
+            return Err(Fault::new(Code::Perm, message).got(path));
+        }
+        Ok(())
+    }
+
+    /// Whether reading may have to wait for a disk.
+    pub fn may_wait(&self) -> bool {
+        matches!(self.source, Source::LoadFolder(Some(_)))
+    }
+
     /// The content of the file that a command names.
     ///
     /// # Errors
     /// `EPERM` without a folder, and see [`FolderError`].
     pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
-        if let Source::LoadFolder(None) = self.source {
-            let message = "files need a folder to be loaded from, and there is none";
-            return Err(Fault::new(Code::Perm, message).got(path));
-        }
+        self.check_source(path)?;
         Ok(self.read_up_to(path, self.max_file_bytes)?)
     }
 

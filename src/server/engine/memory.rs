@@ -7,7 +7,6 @@ use crate::error::{Code, Fault};
 use crate::memory::{FbPtr, MemoryError, Rgba};
 use crate::pipeline::tile::Pool;
 use crate::server::Session;
-use std::fmt::Write;
 
 impl From<MemoryError> for Fault {
     fn from(e: MemoryError) -> Self {
@@ -164,11 +163,12 @@ impl Engine {
             .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
         let bytes = self.memory.peek(pointer(offset, len)?, len)?;
         self.check_reply(len as u64 * 2)?;
-        let mut text = format!("PEEK {offset} ");
-        for byte in bytes {
-            write!(text, "{byte:02x}").expect("a String takes all text");
+        out.extend_from_slice(format!("PEEK {offset}").as_bytes());
+        if !bytes.is_empty() {
+            out.push(b' ');
         }
-        out.extend_from_slice(text.trim_end().as_bytes());
+        const DIGITS: &[u8; 16] = b"0123456789abcdef";
+        out.extend(bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]));
         out.push(b'\n');
         Ok(())
     }
@@ -182,7 +182,7 @@ impl Engine {
     }
 
     /// How many of a rectangle's pixels are on the frame.
-    fn visible(&self, Rect { x, y, w, h }: Rect) -> u64 {
+    pub(super) fn visible(&self, Rect { x, y, w, h }: Rect) -> u64 {
         let side = |start: i32, len: i32, limit: u32| {
             let (start, limit) = (i64::from(start), i64::from(limit));
             ((start + i64::from(len)).clamp(0, limit) - start.clamp(0, limit)).max(0) as u64
@@ -191,13 +191,19 @@ impl Engine {
     }
 
     pub(super) fn read(&self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
-        let rows = draw2d::rows(&self.memory, rect)?;
+        self.read_head(rect, out)?;
+        draw2d::rows(&self.memory, rect)?.for_each(|row| out.extend_from_slice(row));
+        Ok(())
+    }
+
+    /// The line before the rows of `READ`; the bytes of the rows.
+    pub(super) fn read_head(&self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
+        drop(draw2d::rows(&self.memory, rect)?);
         let Rect { x, y, w, h } = rect;
         let bytes = w as u64 * h as u64 * 4;
         self.check_reply(bytes)?;
         out.extend_from_slice(format!("READ {x} {y} {w} {h} :{bytes}\n").as_bytes());
-        rows.for_each(|row| out.extend_from_slice(row));
-        Ok(())
+        Ok(bytes)
     }
 
     pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
@@ -235,6 +241,11 @@ impl Engine {
 
     pub(super) fn clear(&mut self, s: &mut Session, color: Rgba) {
         self.renderer.clear(&mut self.memory, color);
+        self.end_clear(s);
+    }
+
+    /// What CLEAR does beside its pixels.
+    pub(super) fn end_clear(&mut self, s: &mut Session) {
         s.stats.pixels += self.memory.bytes().len() as u64 / 4;
         if let Some(depth) = &mut self.depth {
             depth.clear();
@@ -245,9 +256,9 @@ impl Engine {
         }
     }
 
-    pub(super) fn figure(&mut self, s: &mut Session, figure: Command) -> Result<(), Fault> {
+    pub(super) fn figure(&mut self, s: &mut Session, figure: &Command) -> Result<(), Fault> {
         let (memory, blend) = (&mut self.memory, s.blend);
-        match figure {
+        match *figure {
             Command::Line { p0, p1, color } => draw2d::line(memory, p0, p1, color, blend),
             Command::Triangle { points, colors } => draw2d::triangle_outline(memory, points, colors, blend),
             Command::Fill { points, colors } => draw2d::fill(memory, points, colors, blend),
@@ -257,9 +268,9 @@ impl Engine {
             Command::FillCircle { cx, cy, r, color } => {
                 draw2d::fill_circle(memory, [cx, cy], r, color, blend)?;
             }
-            Command::Poly { color, points } => draw2d::poly(memory, &points, color, blend),
-            Command::FillPoly { color, points } => draw2d::fill_poly(memory, &points, color, blend),
-            Command::Text { x, y, color, utf8 } => draw2d::text(memory, [x, y], &utf8, color, blend)?,
+            Command::Poly { color, ref points } => draw2d::poly(memory, points, color, blend),
+            Command::FillPoly { color, ref points } => draw2d::fill_poly(memory, points, color, blend),
+            Command::Text { x, y, color, ref utf8 } => draw2d::text(memory, [x, y], utf8, color, blend)?,
             Command::LineAa { p0, p1, color } => draw2d::line_aa(memory, p0, p1, color),
             _ => unreachable!("dispatch sends figures only"),
         }

@@ -22,17 +22,20 @@ mod control;
 mod dispatch;
 mod files;
 mod memory;
+mod pieces;
 mod quality;
 mod resources;
 mod shared;
 mod space;
 mod trace;
 
+use super::jobs::Job;
 use super::names::Names;
 use super::record::{ReadFile, Recorder};
 use super::{Display, Limits, Session, Stats};
+use crate::cancel::CancelToken;
 use crate::command::SparePayload;
-use crate::error::Fault;
+use crate::error::{Code, Fault};
 use crate::load::{Folder, QuotaFolder};
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
 use crate::pipeline::Renderer;
@@ -42,6 +45,9 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+pub(in crate::server) use files::FileReader;
+pub(in crate::server) use pieces::Pieces;
 
 /// What the caller has to do after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +60,18 @@ pub enum Effect {
     /// `PRESENT wait` at a window: answer `FRAME n` when frame n is on the screen, and run nothing of this connection
     /// until then.
     WaitShown(u64),
+}
+
+/// How far a command has come.
+#[derive(Debug)]
+#[must_use]
+pub(in crate::server) enum Progress {
+    /// It has taken effect.
+    Done(Effect),
+    /// Its job comes next: see [`crate::server::jobs`].
+    Job(Job),
+    /// A piece of it has run.
+    Pieces(Box<Pieces>),
 }
 
 /// See the module's text.
@@ -99,6 +117,9 @@ pub struct Engine {
     record_failure: Option<String>,
     /// The files that the command being run has read, for the recording.
     files_read: Vec<ReadFile>,
+    /// The verb of the draw that was abandoned, if one was.
+    abandoned: Option<&'static str>,
+    is_in_pieces: bool,
     /// Where the decoders of all connections put large payloads' buffers.
     spare: SparePayload,
     spare_swept: Instant,
@@ -187,6 +208,8 @@ impl Engine {
             on_present: OnPresent(None),
             record_failure: None,
             files_read: Vec::new(),
+            abandoned: None,
+            is_in_pieces: false,
             spare: SparePayload::default(),
             spare_swept: Instant::now(),
         })
@@ -205,6 +228,38 @@ impl Engine {
     /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.
     pub fn set_renderer(&mut self, renderer: Renderer) {
         self.renderer = renderer;
+    }
+
+    /// Ends the draw that is made when `cancel` is cancelled, and every later one, until another token is given.
+    pub fn set_cancel(&mut self, cancel: CancelToken) {
+        self.renderer.set_cancel(cancel);
+    }
+
+    /// The verb of the command that was abandoned because the server had to end, if one was: the memory may hold a part
+    /// of its picture, the recording has nothing of it.
+    pub fn take_abandoned(&mut self) -> Option<&'static str> {
+        self.abandoned.take()
+    }
+
+    /// A command was abandoned in the middle because the server has to end.
+    pub(in crate::server) fn note_abandoned(&mut self, verb: &'static str) {
+        self.abandoned = Some(verb);
+    }
+
+    /// While a command is in pieces, what others write into the shared file waits.
+    pub(in crate::server) fn set_in_pieces(&mut self, is_in_pieces: bool) {
+        self.is_in_pieces = is_in_pieces;
+    }
+
+    /// Refuses a draw that was abandoned.
+    pub(super) fn check_abandoned(&mut self, verb: &'static str) -> Result<(), Fault> {
+        match self.renderer.options().cancel.is_cancelled() {
+            false => Ok(()),
+            true => {
+                self.abandoned = Some(verb);
+                Err(Fault::new(Code::Quota, "abandoned, because the server ends: a part of it may be drawn"))
+            }
+        }
     }
 
     /// Lets SNAP write files, in this folder only, up to `limits.snap_bytes` of them.

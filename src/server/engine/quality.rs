@@ -1,10 +1,13 @@
 //! `QUALITY max-error`: the cheapest way of a draw that stays within the error asked for.
 
-use super::Engine;
-use crate::error::Fault;
-use crate::pipeline::budget::{Budget, BudgetKind};
-use crate::pipeline::{DrawCall, SceneOptions};
+use super::{Engine, Progress};
+use crate::command::Command;
+use crate::memory::DepthFormat;
+use crate::pipeline::budget::{self, Budget, BudgetKind, Choice};
+use crate::pipeline::{DrawCall, RenderOptions, Renderer, SceneOptions};
 use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
+use crate::server::Session;
+use crate::server::jobs::{Job, JobResult};
 use std::sync::Arc;
 
 /// What a DRAW does in place of what its modes say.
@@ -15,15 +18,44 @@ pub(super) struct CheaperDraw {
     pub lights: Vec<Light>,
 }
 
-impl Engine {
-    /// The cheapest way of one DRAW: its own pixels, on a cleared frame of the memory's size, are what the error is counted on.
-    pub(super) fn cheaper_draw(
-        &mut self,
+/// What is drawn within an error: everything that a choice depends on, owned, so that it can be searched elsewhere.
+pub(super) struct Wanted {
+    pub scene: Scene,
+    pub options: SceneOptions,
+    pub kind: BudgetKind,
+    pub depth_format: DepthFormat,
+    pub size: [u32; 2],
+    pub max_error: f64,
+}
+
+/// What a search has found.
+pub(super) struct Found {
+    pub wanted: Wanted,
+    choice: Choice,
+}
+
+impl Wanted {
+    fn budget(&self) -> Budget<'_> {
+        let [width, height] = self.size;
+        Budget {
+            scene: &self.scene,
+            options: &self.options,
+            kind: self.kind,
+            depth_format: self.depth_format,
+            width,
+            height,
+            max_error: self.max_error,
+        }
+    }
+
+    /// One DRAW as a scene: its own pixels, on a cleared frame of the memory's size, are what the error is counted on.
+    pub fn of_draw(
+        engine: &Engine,
         call: &DrawCall,
         geometry: &Arc<Geometry>,
         texture: Option<&Arc<Texture>>,
         max_error: f64,
-    ) -> Result<CheaperDraw, Fault> {
+    ) -> Wanted {
         let object = Object {
             name: String::new(),
             geometry: Arc::clone(geometry),
@@ -36,72 +68,105 @@ impl Engine {
             texture: texture.map(|t| (Arc::clone(t), call.sampling)),
             lights: None,
         };
-        let mut scene = Scene {
+        let scene = Scene {
             camera: Some(call.camera),
             ambient: call.ambient,
             lights: call.lights.to_vec(),
             objects: vec![object],
             ..Scene::default()
         };
-        let (width, height) = (self.memory.width(), self.memory.height());
-        let mut options = SceneOptions {
+        let (width, height) = (engine.memory.width(), engine.memory.height());
+        let options = SceneOptions {
             viewport: call.viewport,
             shade: call.shade,
             hide: call.hide,
             interp: call.interp,
             ..SceneOptions::new(width, height)
         };
-        self.choose(&mut scene, &mut options, BudgetKind::Draws, max_error)?;
-        let object = &scene.objects[0];
-        let kept = |i: &u32| scene.lights[*i as usize];
-        Ok(CheaperDraw {
+        Wanted::of_scene(engine, scene, options, BudgetKind::Draws, max_error)
+    }
+
+    /// A whole scene.
+    pub fn of_scene(
+        engine: &Engine,
+        scene: Scene,
+        options: SceneOptions,
+        kind: BudgetKind,
+        max_error: f64,
+    ) -> Wanted {
+        let (size, depth_format) = ([engine.memory.width(), engine.memory.height()], engine.depth_format);
+        Wanted { scene, options, kind, depth_format, size, max_error }
+    }
+
+    /// The mesh of [`Wanted::of_draw`].
+    pub fn geometry(self) -> Arc<Geometry> {
+        Arc::clone(&self.scene.objects[0].geometry)
+    }
+
+    /// Changes the scene to its cheapest way.
+    pub fn apply(&mut self, choice: &Choice) {
+        choice.apply(&mut self.scene, &mut self.options);
+    }
+
+    /// What the only object of [`Wanted::of_draw`] does when that was done.
+    pub fn cheaper_draw(&self, call: &DrawCall) -> CheaperDraw {
+        let (Wanted { scene, options, .. }, object) = (self, &self.scene.objects[0]);
+        CheaperDraw {
             shade: object.shade.unwrap_or(options.shade),
             sampling: object.texture.as_ref().map_or(call.sampling, |t| t.1),
             interp: options.interp,
             lights: match &object.lights {
-                Some(lights) => lights.iter().map(kept).collect(),
+                Some(lights) => lights.iter().map(|i| scene.lights[*i as usize]).collect(),
                 None => scene.lights.clone(),
             },
-        })
+        }
+    }
+}
+
+impl Engine {
+    /// Keeps what a search has found, and gives back what it was for.
+    pub(super) fn note_found(&mut self, found: Found) -> Wanted {
+        self.budgets.insert(&found.wanted.budget(), found.choice);
+        found.wanted
     }
 
-    /// Changes a scene to its cheapest way.
-    pub(super) fn cheaper_scene(
-        &mut self,
-        scene: &mut Scene,
-        options: &mut SceneOptions,
-        max_error: f64,
-    ) -> Result<(), Fault> {
-        self.choose(scene, options, BudgetKind::Scene, max_error)
+    /// The choice for what is wanted, if it was searched already.
+    pub(super) fn known_choice(&mut self, wanted: &Wanted) -> Option<Choice> {
+        self.budgets.known(&wanted.budget())
     }
 
-    fn choose(
-        &mut self,
-        scene: &mut Scene,
-        options: &mut SceneOptions,
-        kind: BudgetKind,
-        max_error: f64,
-    ) -> Result<(), Fault> {
-        let budget = Budget {
-            scene,
-            options,
-            kind,
-            depth_format: self.depth_format,
-            width: self.memory.width(),
-            height: self.memory.height(),
-            max_error,
-        };
-        let choice = self.budgets.choose(&mut self.renderer, &budget)?;
-        choice.apply(scene, options);
-        Ok(())
+    /// The job that searches; `then` goes on with the command on the render thread.
+    ///
+    /// Its renderer is a new one. It has the pool to itself where no other connection could want it.
+    pub(super) fn search_job(
+        &self,
+        command: Command,
+        wanted: Wanted,
+        then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, crate::error::Fault>
+        + Send
+        + 'static,
+    ) -> Progress {
+        let options = self.renderer.options();
+        let pool = options.pool.clone().filter(|_| self.connections <= 1);
+        let options = RenderOptions { pool, ..options.clone() };
+        let is_small = wanted.max_error < 1.0;
+        Progress::Job(Job::new(is_small, move |cancel| {
+            let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
+            let choice = budget::choose(&mut renderer, &wanted.budget());
+            let effect = choice.map(|choice| {
+                let found = Found { wanted, choice };
+                move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| then(engine, s, found)
+            });
+            JobResult::new(command, effect.map_err(Into::into))
+        }))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{Command, Decoder, EndOfInput, Flow, Place, Sink, StreamError};
-    use crate::server::{Audience, Session};
+    use crate::command::{Decoder, EndOfInput, Flow, Place, Sink, StreamError};
+    use crate::server::Audience;
 
     struct Runs<'a>(&'a mut Engine, &'a mut Session);
 

@@ -79,10 +79,10 @@ impl Engine {
         let (has_rung, is_old) =
             (shared.file.doorbell() != shared.bell, now >= shared.looked_at + LOOK_EVERY);
         let gives = now >= shared.given_at + LISTEN_EVERY;
-        if has_rung || is_old {
+        if (has_rung || is_old) && !self.is_in_pieces {
             self.take_in();
         }
-        if has_rung {
+        if has_rung && !self.is_in_pieces {
             self.show();
         }
         if gives {

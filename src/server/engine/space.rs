@@ -1,10 +1,12 @@
 //! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
 
-use super::{Engine, IdNames};
+use super::quality::{Found, Wanted};
+use super::{Effect, Engine, IdNames, Progress};
 use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory};
+use crate::pipeline::budget::BudgetKind;
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
     Camera, CameraError, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene, TextureUse,
@@ -152,11 +154,22 @@ impl Engine {
         }
     }
 
-    pub(super) fn draw(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
-        let mut geometry = self.mesh(s, name)?;
+    /// `DRAW`: under QUALITY max-error, with what a search has found, or after one.
+    pub(super) fn draw(
+        &mut self,
+        s: &mut Session,
+        name: String,
+        found: Option<Found>,
+    ) -> Result<Progress, Fault> {
+        let searched = found.map(|found| self.note_found(found));
+        let mut geometry = self.mesh(s, &name)?;
         let has_textures = self.lens.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
-            geometry = Arc::new(geometry.without_textures());
+            geometry = match searched {
+                // What was searched is drawn: no later look would know another copy again.
+                Some(wanted) => wanted.geometry(),
+                None => Arc::new(geometry.without_textures()),
+            };
         }
         let (texture, sampling) = match s.texture.as_ref().filter(|_| has_textures) {
             None => (None, Sampling::default()),
@@ -164,10 +177,10 @@ impl Engine {
         };
         let viewport = s.viewport_on(self.memory.width(), self.memory.height());
         if viewport.width == 0 || viewport.height == 0 {
-            return Ok(());
+            return Ok(Progress::Done(Effect::Done));
         }
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
-        let (mesh_name, name) = (name, self.id_of(name));
+        let id = self.id_of(&name);
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let mut call = DrawCall {
             shared: Some(&geometry),
@@ -182,34 +195,55 @@ impl Engine {
             cull: self.lens.cull.unwrap_or(s.cull),
             hide: self.lens.hide.unwrap_or(s.hide),
             interp: s.interp,
-            name,
+            name: id,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
         let kept_lights;
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
-            let cheaper = self.cheaper_draw(&call, &geometry, texture.as_ref(), max_error)?;
+            let mut wanted = Wanted::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
+            let Some(choice) = self.known_choice(&wanted) else {
+                let command = Command::Draw { name: name.clone() };
+                return Ok(self.search_job(command, wanted, move |e, s, found| e.draw(s, name, Some(found))));
+            };
+            wanted.apply(&choice);
+            let cheaper = wanted.cheaper_draw(&call);
             kept_lights = cheaper.lights;
             call.lights = &kept_lights;
             (call.shade, call.sampling, call.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
         }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw(&mut target, &call)?;
-        self.follow_draw(&call, mesh_name);
+        self.check_abandoned("DRAW")?;
+        self.follow_draw(&call, &name);
         self.note_draw(s, &stats);
-        Ok(())
+        Ok(Progress::Done(Effect::Done))
     }
 
-    pub(super) fn draw_scene(&mut self, s: &mut Session, time: f64, sorted: bool) -> Result<(), Fault> {
+    /// `DRAWSCENE`: as [`Engine::draw`]. What was searched is drawn itself: parts of a scene in motion are made anew
+    /// for each time that is asked for, so that no later look would know them again.
+    pub(super) fn draw_scene(
+        &mut self,
+        s: &mut Session,
+        time: f64,
+        sorted: bool,
+        found: Option<Found>,
+    ) -> Result<Progress, Fault> {
         let document = self.scene(s)?;
         let (width, height) = (self.memory.width(), self.memory.height());
         let viewport = s.viewport_on(width, height);
         if viewport.width == 0 || viewport.height == 0 {
-            return Ok(());
+            return Ok(Progress::Done(Effect::Done));
         }
-        let mut scene = document.at(time);
-        apply_own_state(&mut scene, s);
-        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-        self.lens.apply(&mut scene, s.camera, aspect);
+        let mut scene = match found {
+            Some(found) => self.note_found(found).scene,
+            None => {
+                let mut scene = document.at(time);
+                apply_own_state(&mut scene, s);
+                let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+                self.lens.apply(&mut scene, s.camera, aspect);
+                scene
+            }
+        };
         let mut options = SceneOptions {
             viewport,
             camera: s.camera,
@@ -221,13 +255,22 @@ impl Engine {
             ..SceneOptions::new(width, height)
         };
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
-            self.cheaper_scene(&mut scene, &mut options, max_error)?;
+            let mut wanted = Wanted::of_scene(self, scene, options, BudgetKind::Scene, max_error);
+            let Some(choice) = self.known_choice(&wanted) else {
+                let command = Command::DrawScene { time, sorted };
+                let then =
+                    move |e: &mut Engine, s: &mut Session, found| e.draw_scene(s, time, sorted, Some(found));
+                return Ok(self.search_job(command, wanted, then));
+            };
+            wanted.apply(&choice);
+            (scene, options) = (wanted.scene, wanted.options);
         }
         let (renderer, mut target) = self.target();
         let stats = renderer.draw_scene(&mut target, &scene, &options)?;
+        self.check_abandoned("DRAWSCENE")?;
         self.follow_scene(&scene, &options);
         self.note_draw(s, &stats);
-        Ok(())
+        Ok(Progress::Done(Effect::Done))
     }
 
     /// The number of the scene's first object in the id memory; the others follow.

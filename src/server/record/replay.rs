@@ -4,6 +4,7 @@
 //! files that cannot be read, and for a recording that ends early. Memory: the files that the recording carries, once each.
 
 use super::super::session::FileAccess;
+use super::super::stream::Resume;
 use super::super::{Audience, Budget, Complaint, Engine, Notice, Output, Standing, Stream};
 use super::{END_MARK, FileSet, RECORD_MAGIC};
 use crate::command::{EndOfInput, Place};
@@ -14,6 +15,8 @@ use std::sync::Arc;
 /// A recording that is being replayed.
 pub(in crate::server) struct Replay {
     streams: HashMap<u64, Stream>,
+    /// The connection that stands in the middle of a command. All others wait: what follows was recorded after it.
+    suspended: Option<u64>,
     part: Part,
     /// Lines of the file so far.
     line: u64,
@@ -59,6 +62,7 @@ impl Replay {
     pub fn new() -> Self {
         Replay {
             streams: HashMap::new(),
+            suspended: None,
             part: Part::Header(Vec::new()),
             line: 0,
             is_self_contained: false,
@@ -77,6 +81,10 @@ impl Replay {
         out: &mut Output,
         budget: Budget,
     ) -> (usize, Standing) {
+        if budget.only_asks {
+            return (0, Standing::Rests);
+        }
+        let budget = Budget { command_time: None, ..budget };
         let mut used = 0;
         while used < bytes.len() && !self.has_failed {
             let rest = &bytes[used..];
@@ -86,7 +94,7 @@ impl Replay {
                 &mut Part::Commands { connection, left } => {
                     let piece = &rest[..rest.len().min(usize::try_from(left).unwrap_or(usize::MAX))];
                     let (taken, standing) = self.feed_commands(engine, connection, piece, out, budget);
-                    if matches!(standing, Standing::Rests | Standing::WaitsFor(_)) {
+                    if !matches!(standing, Standing::Ready | Standing::Ended) {
                         return (used + taken, standing);
                     }
                     taken
@@ -153,10 +161,41 @@ impl Replay {
             }
         }
         self.line += count_lf(&piece[..taken]);
-        if standing == Standing::Ended {
-            self.end_of(engine, connection, out);
-        }
+        self.after(engine, connection, standing, out);
         (taken, standing)
+    }
+
+    /// What a stream's standing means for the others.
+    fn after(&mut self, engine: &mut Engine, connection: u64, standing: Standing, out: &mut Output) {
+        match standing {
+            Standing::Works | Standing::InPieces => self.suspended = Some(connection),
+            Standing::Ended => self.end_of(engine, connection, out),
+            Standing::Ready | Standing::Rests | Standing::WaitsFor(_) => {}
+        }
+    }
+
+    /// Goes on with the command in the middle of which one of the streams stands, as [`Stream::resume`].
+    pub fn resume(
+        &mut self,
+        engine: &mut Engine,
+        resume: Resume,
+        out: &mut Output,
+        budget: Budget,
+    ) -> Standing {
+        let Some(connection) = self.suspended.take() else { return Standing::Ready };
+        let Some(stream) = self.streams.get_mut(&connection) else { return Standing::Ready };
+        let first_notice = out.notices.len();
+        let budget = Budget { command_time: None, ..budget };
+        let standing = stream.resume(engine, resume, out, budget);
+        self.place_notices(&mut out.notices[first_notice..]);
+        self.after(engine, connection, standing, out);
+        // The end of a stream is not that of the replay.
+        if standing == Standing::Ended { Standing::Ready } else { standing }
+    }
+
+    /// The verb of the command that is in pieces.
+    pub fn verb_in_pieces(&self) -> Option<&'static str> {
+        self.streams.get(&self.suspended?)?.verb_in_pieces()
     }
 
     /// Gives refusals the line of the recording where their chunk stands.

@@ -5,14 +5,15 @@
 
 mod runner;
 
+use super::engine::Pieces;
+use super::jobs::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use crate::command::{
-    Command, Decoder, EndOfInput, Flow, Limits as StreamLimits, Place, Sink, format_play_error,
-    format_play_fault,
+    Command, Decoder, EndOfInput, Limits as StreamLimits, Place, Sink, format_play_error, format_play_fault,
 };
 use crate::error::Fault;
 use runner::Runner;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A refused command, as its owner is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,6 +57,8 @@ pub struct Output {
     pub replies: Vec<u8>,
     /// For the owner.
     pub notices: Vec<Notice>,
+    /// The job of a stream that stands as [`Standing::Works`].
+    pub(super) job: Option<Job>,
 }
 
 /// When a stream is to rest.
@@ -67,6 +70,13 @@ pub struct Budget {
     pub reply_bytes: usize,
     /// After how much.
     pub pace: Pace,
+    /// Whether long commands may be suspended: the stream then stands as [`Standing::Works`] or [`Standing::InPieces`].
+    /// Otherwise they are run at once.
+    pub suspends: bool,
+    /// Whether those commands alone may run that only ask: another connection's command is in pieces.
+    pub only_asks: bool,
+    /// The time after which a command in pieces is given up. None for a recording: what was recorded was not.
+    pub command_time: Option<Duration>,
 }
 
 /// How much a stream runs at once.
@@ -82,7 +92,14 @@ pub enum Pace {
 
 impl Budget {
     /// No rest.
-    pub const NONE: Budget = Budget { until: None, reply_bytes: usize::MAX, pace: Pace::Free };
+    pub const NONE: Budget = Budget {
+        until: None,
+        reply_bytes: usize::MAX,
+        pace: Pace::Free,
+        suspends: false,
+        only_asks: false,
+        command_time: None,
+    };
 }
 
 /// How a stream stands after a piece of it was run.
@@ -95,6 +112,10 @@ pub enum Standing {
     Rests,
     /// It waits for this frame to be on the screen; then it is owed `FRAME n`.
     WaitsFor(u64),
+    /// It waits for the job in [`Output`], whose result is to be given to it.
+    Works,
+    /// It is in the middle of a command, and is to be resumed before all else.
+    InPieces,
     /// It is over: nothing more of it is run.
     Ended,
 }
@@ -103,13 +124,32 @@ pub enum Standing {
 pub struct Stream {
     decoder: Decoder,
     session: Session,
+    /// The command that waits for its job.
+    suspended: Option<Suspended>,
+}
+
+/// A command in the middle of which the stream stands.
+struct Suspended {
+    place: Place,
+    verb: &'static str,
+    /// What is left of it, unless it waits for a job.
+    pieces: Option<Box<Pieces>>,
+}
+
+/// What lets a suspended stream go on.
+pub(super) enum Resume {
+    /// The result of its job.
+    Job(JobResult),
+    /// Time for more pieces.
+    Pieces,
 }
 
 impl Stream {
     /// The stream of connection `id`, with the engine's payload limit.
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
-        Stream { decoder: Decoder::with_spare(limits, engine.spare()), session: Session::new(id, audience) }
+        let decoder = Decoder::with_spare(limits, engine.spare());
+        Stream { decoder, session: Session::new(id, audience), suspended: None }
     }
 
     /// The session.
@@ -140,6 +180,9 @@ impl Stream {
         out: &mut Output,
         budget: Budget,
     ) -> (usize, Standing) {
+        if budget.only_asks {
+            return self.feed_asks(engine, bytes, out, budget);
+        }
         let (mut used, mut standing) = (0, Standing::Ready);
         // Stepping shall end at the right pixel: those are not commands that can pause the decoder.
         let portion = if budget.pace == Pace::OneCommand { 1 } else { usize::MAX };
@@ -150,10 +193,8 @@ impl Stream {
             runner.gathers_lines = budget.pace == Pace::Free;
             let (taken, flow) = self.decoder.feed_some(piece, &mut runner);
             runner.settle();
-            standing = match (runner.standing, flow) {
-                (Standing::Ready, Flow::Stop) => Standing::Ended,
-                (standing, _) => standing,
-            };
+            standing = runner.standing_after(flow);
+            self.suspended = runner.suspended.take();
             used += taken;
             if portion == 1 && standing == Standing::Ready && self.session.stats.commands > before {
                 standing = Standing::Rests;
@@ -161,6 +202,33 @@ impl Stream {
         }
         self.session.stats.bytes = self.decoder.place().byte;
         (used, standing)
+    }
+
+    /// Runs commands that only ask, up to the first other one.
+    fn feed_asks(
+        &mut self,
+        engine: &mut Engine,
+        bytes: &[u8],
+        out: &mut Output,
+        budget: Budget,
+    ) -> (usize, Standing) {
+        let mut used = 0;
+        while let Some(length) = self.decoder.next_asks(&bytes[used..]) {
+            let mut runner = Runner::new(engine, &mut self.session, out, budget);
+            let (taken, flow) = self.decoder.feed_some(&bytes[used..used + length], &mut runner);
+            let standing = runner.standing_after(flow);
+            used += taken;
+            self.session.stats.bytes = self.decoder.place().byte;
+            if standing != Standing::Ready {
+                return (used, standing);
+            }
+        }
+        (used, if used < bytes.len() { Standing::Rests } else { Standing::Ready })
+    }
+
+    /// The verb of the command that is in pieces.
+    pub(super) fn verb_in_pieces(&self) -> Option<&'static str> {
+        self.suspended.as_ref().filter(|s| s.pieces.is_some()).map(|s| s.verb)
     }
 
     /// Says that no more bytes come.
@@ -172,6 +240,22 @@ impl Stream {
             Standing::WaitsFor(frame) => Standing::WaitsFor(frame),
             _ => Standing::Ended,
         }
+    }
+
+    /// Goes on with the command for which the stream stood as [`Standing::Works`] or [`Standing::InPieces`].
+    pub(super) fn resume(
+        &mut self,
+        engine: &mut Engine,
+        resume: Resume,
+        out: &mut Output,
+        budget: Budget,
+    ) -> Standing {
+        let Some(suspended) = self.suspended.take() else { return Standing::Ready };
+        let mut runner = Runner::new(engine, &mut self.session, out, budget);
+        let flow = runner.resume(resume, suspended);
+        let standing = runner.standing_after(flow);
+        self.suspended = runner.suspended.take();
+        standing
     }
 
     /// Runs one typed command, checked as the decoder would.
@@ -193,10 +277,9 @@ impl Stream {
                 runner.refuse(place, command.verb(), fault)
             }
         };
-        match (runner.standing, flow) {
-            (Standing::Ready, Flow::Stop) => Standing::Ended,
-            (standing, _) => standing,
-        }
+        let standing = runner.standing_after(flow);
+        self.suspended = runner.suspended.take();
+        standing
     }
 }
 

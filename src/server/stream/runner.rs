@@ -1,10 +1,12 @@
 //! What a stream does with each thing that its decoder makes: pixels and lines in flocks, commands one by one, refusals.
 
-use super::{Budget, Complaint, Notice, Output, Pace, Standing};
+use super::{Budget, Complaint, Notice, Output, Pace, Resume, Standing, Suspended};
+use crate::cancel::CancelToken;
 use crate::command::{Command, Flow, Place, Rect, Sink, StreamError, format_fault};
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
 use crate::memory::Rgba;
+use crate::server::engine::Progress;
 use crate::server::{Audience, Effect, Engine, Session};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -16,10 +18,15 @@ pub(super) struct Runner<'a> {
     out: &'a mut Output,
     budget: Budget,
     pub(super) standing: Standing,
+    /// The command that waits for a job.
+    pub(super) suspended: Option<Suspended>,
     /// Lines that follow each other, drawn together: all threads share a batch.
     lines: Vec<Line>,
     pub(super) gathers_lines: bool,
 }
+
+/// Longer lists of `POINTS` are copied, so that they can be run in pieces.
+const LONG_LIST_BYTES: usize = 1 << 21;
 
 /// So many lines wait at most: some hundred microseconds of work.
 const GATHERED_LINES: usize = 1024;
@@ -37,6 +44,7 @@ impl<'a> Runner<'a> {
             out,
             budget,
             standing: Standing::Ready,
+            suspended: None,
             lines: Vec::new(),
             gathers_lines: false,
         }
@@ -88,16 +96,91 @@ impl<'a> Runner<'a> {
         self.after_error()
     }
 
-    /// Runs a command; a panic in it, which is a defect, ends the command and not the server.
-    fn run_guarded(&mut self, command: Command) -> Result<Effect, Fault> {
+    /// Where the stream stands after the decoder's, or its own, `flow`.
+    pub(super) fn standing_after(&self, flow: Flow) -> Standing {
+        match (self.standing, flow) {
+            (Standing::Ready, Flow::Stop) => Standing::Ended,
+            (standing, _) => standing,
+        }
+    }
+
+    /// Runs a part of a command, and its jobs where they are small or it may not be suspended; a panic in it, which is
+    /// a defect, ends the command and not the server.
+    fn run_guarded(
+        &mut self,
+        part: impl FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault>,
+    ) -> Result<Progress, Fault> {
         let replies = self.out.replies.len();
-        let run = AssertUnwindSafe(|| self.engine.run(self.session, command, &mut self.out.replies));
+        let suspends = self.budget.suspends;
+        let run = AssertUnwindSafe(|| {
+            let mut progress = part(self.engine, self.session, &mut self.out.replies)?;
+            while let Progress::Job(job) = progress {
+                if suspends && !job.is_small() {
+                    return Ok(Progress::Job(job));
+                }
+                let result = job.run(&CancelToken::default());
+                progress = self.engine.apply(self.session, result, &mut self.out.replies)?;
+            }
+            Ok(progress)
+        });
         // What the command had drawn stays drawn; memories hold plain numbers, so any state of them is sound.
         catch_unwind(run).unwrap_or_else(|_| {
             self.out.replies.truncate(replies);
             self.session.stats.errors += 1;
+            self.engine.end_band();
             Err(Fault::new(Code::Format, "this command met a defect of the server, and was given up"))
         })
+    }
+
+    /// Goes on with a command whose job is done, or which is in pieces.
+    pub(super) fn resume(&mut self, resume: Resume, suspended: Suspended) -> Flow {
+        let Suspended { place, verb, pieces } = suspended;
+        let budget = self.budget;
+        let progress = self.run_guarded(|engine, session, replies| match (resume, pieces) {
+            (Resume::Job(result), _) => engine.apply(session, result, replies),
+            (Resume::Pieces, Some(pieces)) => engine.run_pieces(session, *pieces, replies, budget),
+            (Resume::Pieces, None) => Ok(Progress::Done(Effect::Done)),
+        });
+        self.after_part(progress, place, verb)
+    }
+
+    /// Runs a command, or its first pieces where it is long.
+    fn run_command(&mut self, command: Command) -> Result<Progress, Fault> {
+        if self.budget.suspends && self.engine.is_long(self.session, &command) {
+            let budget = self.budget;
+            return self.run_guarded(|engine, session, replies| {
+                let pieces = engine.begin_in_pieces(session, command);
+                engine.run_pieces(session, pieces, replies, budget)
+            });
+        }
+        self.run_guarded(|engine, session, replies| engine.begin(session, command, replies))
+    }
+
+    /// Suspends the stream where a job comes first; otherwise tells what came of the command.
+    fn after_part(&mut self, progress: Result<Progress, Fault>, place: Place, verb: &'static str) -> Flow {
+        if !self.session.warnings.is_empty() {
+            let warnings = self.session.warnings.drain(..).map(Notice::Warning);
+            match self.session.audience {
+                Audience::Owner => self.out.notices.extend(warnings),
+                // A connection gets nothing unasked.
+                Audience::Connection => drop(warnings),
+            }
+        }
+        match progress {
+            Ok(Progress::Done(effect)) => self.after(Ok(effect), place, verb),
+            Err(fault) => self.after(Err(fault), place, verb),
+            Ok(Progress::Job(job)) => {
+                self.out.job = Some(job);
+                self.suspended = Some(Suspended { place, verb, pieces: None });
+                self.standing = Standing::Works;
+                Flow::Pause
+            }
+            Ok(Progress::Pieces(pieces)) => {
+                self.suspended = Some(Suspended { place, verb, pieces: Some(pieces) });
+                self.standing = Standing::InPieces;
+                Flow::Pause
+            }
+        }
     }
 
     fn after_error(&mut self) -> Flow {
@@ -170,16 +253,8 @@ impl Sink for Runner<'_> {
             // Up to this command; the rest of the piece is not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
         }
-        let result = self.run_guarded(command);
-        if !self.session.warnings.is_empty() {
-            let warnings = self.session.warnings.drain(..).map(Notice::Warning);
-            match self.session.audience {
-                Audience::Owner => self.out.notices.extend(warnings),
-                // A connection gets nothing unasked.
-                Audience::Connection => drop(warnings),
-            }
-        }
-        self.after(result, place, verb)
+        let progress = self.run_command(command);
+        self.after_part(progress, place, verb)
     }
 
     fn error(&mut self, error: StreamError) -> Flow {
@@ -229,6 +304,9 @@ impl Sink for Runner<'_> {
 
     fn points(&mut self, packed: &[u8], place: Place) -> Flow {
         self.settle();
+        if packed.len() > LONG_LIST_BYTES && self.budget.suspends {
+            return self.command(Command::Points { packed: packed.to_vec() }, place);
+        }
         let result = self.engine.put_points(self.session, packed);
         self.after(result.map(|()| Effect::Done), place, "POINTS")
     }

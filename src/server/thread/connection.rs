@@ -2,9 +2,11 @@
 
 use super::message::{Batch, Item, Message, Opening, Port, Source};
 use crate::command::EndOfInput;
-use crate::error::Fault;
+use crate::error::{Code, Fault};
+use crate::server::jobs::{JobResult, Ticket};
 use crate::server::outbox::Outbox;
 use crate::server::record::{RECORD_MAGIC, Replay};
+use crate::server::stream::Resume;
 use crate::server::{Budget, Engine, InputEvent, Notice, Output, Standing, Stream};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
@@ -18,10 +20,18 @@ const BRIEF_TIME: Duration = Duration::from_micros(200);
 /// Replies of so many bytes are sent by the render thread itself, where the client has read those before.
 const SHORT_REPLY_BYTES: usize = 16 << 10;
 
+/// A job that waits for a worker is looked at this often.
+const CHECK_JOBS: Duration = Duration::from_millis(100);
+
 /// Something that waits to be run.
 enum Work {
-    Bytes { batch: Batch, at: usize },
+    Bytes {
+        batch: Batch,
+        at: usize,
+    },
     Item(Item),
+    /// The command in the middle of which it stands goes on. Comes before all else.
+    Resume(Resume),
     End(EndOfInput),
 }
 
@@ -49,6 +59,13 @@ pub(super) struct Connection {
     pub last_turn: Duration,
     /// The frame that it waits for, and who asked, where that is an in-process client.
     pub waits_for: Option<u64>,
+    /// The job that it waits for.
+    job: Option<Ticket>,
+    /// It is in the middle of a command that is run in pieces.
+    pub is_in_pieces: bool,
+    /// In its last turn, another one was.
+    is_held: bool,
+    /// Where the reply to a typed command goes, unless nobody asked.
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
     /// It waits for its client to read.
     is_stalled: bool,
@@ -83,6 +100,9 @@ impl Connection {
             is_slow: false,
             last_turn: Duration::ZERO,
             waits_for: None,
+            job: None,
+            is_in_pieces: false,
+            is_held: false,
             owed: None,
             is_stalled: false,
             is_ending: false,
@@ -97,7 +117,11 @@ impl Connection {
     /// Ends the leases of what must wait longer than to the next turn: of all when the connection waits for something, or
     /// when its turn ended within a batch. Whether it has work left that holds no lease.
     pub fn shorten_leases(&mut self) -> bool {
-        let is_parked = self.waits_for.is_some() || self.is_stalled;
+        let is_parked = self.waits_for.is_some()
+            || self.job.is_some()
+            || self.is_stalled
+            || self.is_in_pieces
+            || self.is_held;
         if is_parked || matches!(self.work.front(), Some(Work::Bytes { at: 1.., .. })) {
             for work in &mut self.work {
                 if let Work::Bytes { batch, at } = work
@@ -127,7 +151,10 @@ impl Connection {
 
     /// Whether there is something to run, and nothing to wait for.
     pub fn is_runnable(&self) -> bool {
-        (self.has_mail || !self.work.is_empty()) && self.waits_for.is_none() && !self.is_stalled
+        (self.has_mail || !self.work.is_empty())
+            && self.waits_for.is_none()
+            && self.job.is_none()
+            && !self.is_stalled
     }
 
     /// Whether its turn will be short, by what waits and how the last one was.
@@ -137,7 +164,7 @@ impl Connection {
 
     /// Whether nothing that was received is left to run.
     pub fn is_idle(&self) -> bool {
-        !self.has_mail && self.work.is_empty()
+        !self.has_mail && self.work.is_empty() && self.job.is_none()
     }
 
     /// Whether it will say when nothing more comes, because its reading was stopped.
@@ -154,12 +181,15 @@ impl Connection {
     /// Answers how it stands: `Ended` when it is over.
     pub fn run(&mut self, engine: &mut Engine, bytes: usize, budget: Budget, out: &mut Output) -> Standing {
         if let Source::Stream { outbox, .. } = &self.source
+            // What holds up others goes on whether its client reads or not.
+            && !self.is_in_pieces
             && outbox.is_full(budget.reply_bytes)
         {
             self.is_stalled = true;
             return Standing::Rests;
         }
         let mut left = bytes;
+        self.is_held = budget.only_asks;
         while left > 0 {
             if self.work.is_empty() && self.has_mail {
                 self.fetch_mail();
@@ -192,9 +222,28 @@ impl Connection {
                     }
                     standing
                 }
+                Some(work @ (Work::Resume(_) | Work::End(_))) if self.is_held => {
+                    self.work.push_front(work);
+                    return Standing::Rests;
+                }
+                Some(Work::Item(item)) if self.is_held && !item.only_asks() => {
+                    self.work.push_front(Work::Item(item));
+                    return Standing::Rests;
+                }
                 Some(Work::Item(item)) => {
                     left -= left.min(64);
                     self.run_item(engine, item, out, budget)
+                }
+                Some(Work::Resume(resume)) => {
+                    self.is_in_pieces = false;
+                    let standing = match &mut self.replay {
+                        Some(replay) => replay.resume(engine, resume, out, budget),
+                        None => self.stream.resume(engine, resume, out, budget),
+                    };
+                    if matches!(self.source, Source::Inbox(_)) {
+                        self.answer(standing, out);
+                    }
+                    standing
                 }
                 Some(Work::End(end)) => {
                     if let Some(replay) = &mut self.replay {
@@ -210,8 +259,12 @@ impl Connection {
                     self.waits_for = Some(frame);
                     return standing;
                 }
-                Standing::Rests => return standing,
-                Standing::Ended => return standing,
+                Standing::InPieces => {
+                    self.is_in_pieces = true;
+                    self.work.push_front(Work::Resume(Resume::Pieces));
+                    return Standing::Rests;
+                }
+                Standing::Rests | Standing::Works | Standing::Ended => return standing,
             }
         }
         Standing::Rests
@@ -220,23 +273,15 @@ impl Connection {
     fn run_item(&mut self, engine: &mut Engine, item: Item, out: &mut Output, budget: Budget) -> Standing {
         match item {
             Item::Command(command) => {
+                self.owed = None;
                 let standing = self.stream.run(engine, command, out, budget);
-                // Nobody asked.
-                out.replies.clear();
+                self.answer(standing, out);
                 standing
             }
             Item::Ask(command, answer) => {
+                self.owed = Some(answer);
                 let standing = self.stream.run(engine, command, out, budget);
-                if let Standing::WaitsFor(_) = standing {
-                    self.owed = Some(answer);
-                    return standing;
-                }
-                let result = match out.notices.pop() {
-                    Some(Notice::Refused(complaint)) => Err(complaint.fault),
-                    _ => Ok(std::mem::take(&mut out.replies)),
-                };
-                // Whoever asked may be gone.
-                let _ = answer.send(result);
+                self.answer(standing, out);
                 standing
             }
             Item::Look(look) => {
@@ -244,6 +289,52 @@ impl Connection {
                 Standing::Ready
             }
         }
+    }
+
+    /// Gives the reply to a typed command to whoever asked, when it has taken effect.
+    fn answer(&mut self, standing: Standing, out: &mut Output) {
+        if matches!(standing, Standing::WaitsFor(_) | Standing::Works | Standing::InPieces) {
+            return;
+        }
+        let Some(answer) = self.owed.take() else { return out.replies.clear() };
+        let result = match out.notices.pop() {
+            Some(Notice::Refused(complaint)) => Err(complaint.fault),
+            _ => Ok(std::mem::take(&mut out.replies)),
+        };
+        // Whoever asked may be gone.
+        let _ = answer.send(result);
+    }
+
+    /// It waits for this job from now on.
+    pub fn wait_for_job(&mut self, ticket: Ticket) {
+        self.job = Some(ticket);
+    }
+
+    /// A job is done: its result is what is run next, if it is the one that is waited for.
+    pub fn job_done(&mut self, number: u64, result: JobResult) {
+        if self.job.as_ref().is_some_and(|ticket| ticket.number == number) {
+            self.add_result(result);
+        }
+    }
+
+    /// The same where no worker could be had.
+    pub fn add_result(&mut self, result: JobResult) {
+        self.job = None;
+        self.work.push_front(Work::Resume(Resume::Job(result)));
+    }
+
+    /// Refuses the command whose job has run since before `limit` ago. When to look again, if it waits for a job.
+    pub fn check_job(&mut self, now: Instant, limit: Duration) -> Option<Instant> {
+        // What was recorded was not given up, however long it takes here.
+        let ticket = self.job.as_ref().filter(|_| self.replay.is_none())?;
+        let Some(until) = ticket.begun().map(|begun| begun + limit) else { return Some(now + CHECK_JOBS) };
+        if now < until {
+            return Some(until);
+        }
+        ticket.cancel();
+        let message = format!("given up after {} s, without effect", limit.as_secs_f64());
+        self.add_result(JobResult::refused(Fault::new(Code::Quota, message)));
+        None
     }
 
     /// The frame that it waited for is shown: answers, and goes on.
@@ -336,6 +427,13 @@ impl Connection {
 
     /// Ends the connection: frees its state and lets the last replies go.
     pub fn close(mut self, engine: &mut Engine) -> Option<Leaving> {
+        if let Some(ticket) = &self.job {
+            ticket.cancel();
+        }
+        if self.is_in_pieces {
+            let verb = self.replay.as_ref().map_or(self.stream.verb_in_pieces(), Replay::verb_in_pieces);
+            verb.into_iter().for_each(|verb| engine.note_abandoned(verb));
+        }
         engine.close(self.stream.session_mut());
         if let Some(on_end) = self.on_end.take() {
             on_end();

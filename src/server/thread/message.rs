@@ -1,5 +1,6 @@
 //! What travels to the render thread.
 
+use super::super::jobs::JobResult;
 use super::super::outbox::Outbox;
 use super::super::transport::{Lease, Recycle};
 use super::super::{Audience, Complaint, InputEvent, Notice};
@@ -48,6 +49,8 @@ pub(crate) enum Message {
     Mail(Id),
     /// Its client has read: there is room for replies.
     Room(Id),
+    /// A worker has done a job of a connection: its ticket's number, and what came of it.
+    JobDone(Id, u64, Box<JobResult>),
     /// Something to do between two slices of work.
     Do(Box<dyn FnOnce(&mut Engine) + Send>),
     /// The window could not be had: go on without.
@@ -64,6 +67,7 @@ impl fmt::Debug for Message {
             Message::End(id, end) => write!(f, "End({id}, {end:?})"),
             Message::Mail(id) => write!(f, "Mail({id})"),
             Message::Room(id) => write!(f, "Room({id})"),
+            Message::JobDone(id, number, result) => write!(f, "JobDone({id}, {number}, {result:?})"),
             Message::Do(_) => write!(f, "Do"),
             Message::NoDisplay => write!(f, "NoDisplay"),
             Message::Finish(how) => write!(f, "Finish({how:?})"),
@@ -115,6 +119,16 @@ pub(crate) enum Item {
     Ask(Command, Sender<Result<Vec<u8>, Fault>>),
     /// Look at the engine, after everything before.
     Look(Box<dyn FnOnce(&Engine) + Send>),
+}
+
+impl Item {
+    /// Whether it changes nothing: it is run while others wait.
+    pub fn only_asks(&self) -> bool {
+        match self {
+            Item::Command(command) | Item::Ask(command, _) => command.only_asks(),
+            Item::Look(_) => true,
+        }
+    }
 }
 
 /// What in-process clients have sent and the render thread has not taken.

@@ -17,7 +17,8 @@ use super::transport::Hand;
 use super::transport::Poller;
 use super::transport::{Buffers, LEASE_BYTES};
 use super::{Audience, Engine};
-use crossbeam_channel::{Sender, bounded};
+use crate::cancel::CancelToken;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use message::{Id, Inbox, Message, Opening, Source};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -45,9 +46,10 @@ const HANG_UP_WITHIN: Duration = Duration::from_secs(3);
 pub enum Finish {
     /// When all that was and will be sent has run and every connection is over.
     WhenAllEnded,
-    /// When what has been received has run and its replies are out, and at this time in any case.
+    /// When what has been received has run and its replies are out, and at this time in any case: what is being drawn
+    /// then is abandoned.
     By(Instant),
-    /// After the slice that is being run.
+    /// At once: what is being drawn is abandoned.
     Now,
 }
 
@@ -57,6 +59,10 @@ pub struct RenderThread {
     messages: Sender<Message>,
     thread: JoinHandle<Engine>,
     next_id: Arc<AtomicU64>,
+    /// Ends what is being drawn.
+    cancel: CancelToken,
+    /// Has nobody at its other end when the thread has ended.
+    ended: Receiver<()>,
     #[cfg(target_os = "linux")]
     poller: Arc<Poller>,
 }
@@ -82,7 +88,10 @@ impl RenderThread {
     ///
     /// # Errors
     /// When the system has no thread to give, or nothing to wait with.
-    pub fn start(engine: Engine) -> std::io::Result<RenderThread> {
+    pub fn start(mut engine: Engine) -> std::io::Result<RenderThread> {
+        let cancel = CancelToken::new();
+        engine.set_cancel(cancel.clone());
+        let (ends, ended) = bounded(0);
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();
         let buffers = Arc::new(Buffers::new());
@@ -92,13 +101,16 @@ impl RenderThread {
         let hand = poller.hand();
         #[cfg(not(target_os = "linux"))]
         let hand = Hand::default();
-        let thread = std::thread::Builder::new()
-            .name("render".into())
-            .spawn(move || Loop::new(engine, messages, own_sender, buffers, hand).run())?;
+        let thread = std::thread::Builder::new().name("render".into()).spawn(move || {
+            let _ends: Sender<()> = ends;
+            Loop::new(engine, messages, own_sender, buffers, hand).run()
+        })?;
         Ok(RenderThread {
             messages: sender,
             thread,
             next_id: Arc::new(AtomicU64::new(1)),
+            cancel,
+            ended,
             #[cfg(target_os = "linux")]
             poller,
         })
@@ -140,15 +152,21 @@ impl RenderThread {
         let _ = self.messages.send(Message::Do(Box::new(task)));
     }
 
-    /// Asks the thread to end; it does so on its own time.
+    /// Asks the thread to end; it does so on its own time, but for [`Finish::Now`].
     pub fn begin_finish(&self, how: Finish) {
+        if how == Finish::Now {
+            self.cancel.cancel();
+        }
         let _ = self.messages.send(Message::Finish(how));
     }
 
     /// Something that asks the thread to end at once, and can be called from anywhere, a signal's handler for instance.
     pub fn stopper(&self) -> impl Fn() + Send + 'static {
-        let messages = self.messages.clone();
-        move || drop(messages.send(Message::Finish(Finish::Now)))
+        let (messages, cancel) = (self.messages.clone(), self.cancel.clone());
+        move || {
+            cancel.cancel();
+            drop(messages.send(Message::Finish(Finish::Now)));
+        }
     }
 
     /// Whether the thread has ended.
@@ -162,8 +180,14 @@ impl RenderThread {
     /// When the render thread did, which is a defect.
     pub fn finish(self, how: Finish) -> Engine {
         self.begin_finish(how);
-        let RenderThread { messages, thread, .. } = self;
+        let RenderThread { messages, thread, cancel, ended, .. } = self;
         drop(messages);
+        if let Finish::By(time) = how
+            && ended.recv_deadline(time) == Err(RecvTimeoutError::Timeout)
+        {
+            // Still busy with one command.
+            cancel.cancel();
+        }
         match thread.join() {
             Ok(engine) => engine,
             Err(panic) => std::panic::resume_unwind(panic),

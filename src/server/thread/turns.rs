@@ -3,6 +3,8 @@
 use super::connection::{Connection, Leaving};
 use super::message::{Id, Message};
 use super::{Finish, HANG_UP_WITHIN, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME};
+use crate::cancel::CancelToken;
+use crate::server::jobs::JobPool;
 use crate::server::transport::{Buffers, Hand, Next};
 use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
 use crossbeam_channel::{Receiver, Sender, never, select};
@@ -42,6 +44,13 @@ pub(super) struct Loop {
     /// Stream bytes received and not run.
     queued_bytes: u64,
     output: Output,
+    jobs: JobPool,
+    /// Connections that wait for a job.
+    working: Vec<Id>,
+    /// When the next of them may have to be given up.
+    jobs_until: Option<Instant>,
+    /// The connection whose command is in pieces: the others may only ask.
+    in_pieces: Option<Id>,
     shown_at: Instant,
     finish: Option<Finish>,
 }
@@ -55,6 +64,7 @@ impl Loop {
         hand: Hand,
     ) -> Self {
         let inputs = engine.display().map_or_else(never, |d| d.inputs());
+        let jobs = JobPool::new(sender.clone());
         Loop {
             engine,
             messages,
@@ -72,6 +82,10 @@ impl Loop {
             ran_since: Duration::ZERO,
             queued_bytes: 0,
             output: Output::default(),
+            jobs,
+            working: Vec::new(),
+            jobs_until: None,
+            in_pieces: None,
             shown_at: Instant::now(),
             finish: None,
         }
@@ -144,6 +158,7 @@ impl Loop {
             Message::End(id, end) => self.with(id, |c| c.add_end(end)),
             Message::Mail(id) => self.with(id, Connection::add_mail),
             Message::Room(id) => self.with(id, Connection::note_room),
+            Message::JobDone(id, number, result) => self.with(id, |c| c.job_done(number, *result)),
             Message::Do(task) => task(&mut self.engine),
             Message::NoDisplay => {
                 self.engine.drop_display();
@@ -214,9 +229,14 @@ impl Loop {
         let others =
             u32::try_from(self.round.len() + self.brief.len() + self.buffers.ready()).unwrap_or(u32::MAX);
         let time = (ROUND_TIME / others.saturating_add(1)).clamp(SLICE_TIME / 10, SLICE_TIME);
-        let budget = Budget { until: Some(now + time), reply_bytes, pace };
+        let suspends = pace == Pace::Free;
+        let only_asks = self.in_pieces.is_some_and(|other| other != id);
+        let command_time = Some(self.engine.limits().command_time);
+        let budget = Budget { until: Some(now + time), reply_bytes, pace, suspends, only_asks, command_time };
         self.engine.set_time(now);
-        self.engine.before_slice(now);
+        if self.in_pieces.is_none() {
+            self.engine.before_slice(now);
+        }
         let mut standing = Standing::Rests;
         // A step is a command, however many pieces of input it takes to find one.
         loop {
@@ -229,6 +249,23 @@ impl Loop {
             let has_run = connection.commands() > before;
             if pace == Pace::Free || has_run || !connection.is_runnable() || standing == Standing::Ended {
                 break;
+            }
+        }
+        if !only_asks {
+            self.in_pieces = Some(id).filter(|_| connection.is_in_pieces && standing != Standing::Ended);
+            self.engine.set_in_pieces(self.in_pieces.is_some());
+        }
+        if let Some(job) = self.output.job.take() {
+            match self.jobs.submit(id, job) {
+                Ok(ticket) => {
+                    connection.wait_for_job(ticket);
+                    if !self.working.contains(&id) {
+                        self.working.push(id);
+                    }
+                    self.jobs_until = Some(now);
+                }
+                // The system has no thread: everybody waits.
+                Err(job) => connection.add_result(job.run(&CancelToken::default())),
             }
         }
         let run_bytes = queued_before - connection.queued_bytes;
@@ -317,6 +354,9 @@ impl Loop {
         if self.engine.has_unshown() && !self.engine.is_frozen() {
             at(self.shown_at + SHOW_EVERY);
         }
+        if !self.working.is_empty() {
+            self.jobs_until.into_iter().for_each(&mut at);
+        }
         if !self.leaving.is_empty() {
             at(Instant::now() + Duration::from_millis(100));
         }
@@ -324,6 +364,21 @@ impl Loop {
             at(time);
         }
         deadline
+    }
+
+    /// Gives up jobs that take too long.
+    fn check_jobs(&mut self, now: Instant) {
+        let limit = self.engine.limits().command_time;
+        let mut next: Option<Instant> = None;
+        for id in std::mem::take(&mut self.working) {
+            let mut until = None;
+            self.with(id, |c| until = c.check_job(now, limit));
+            if let Some(until) = until {
+                next = Some(next.map_or(until, |n| n.min(until)));
+                self.working.push(id);
+            }
+        }
+        self.jobs_until = next;
     }
 
     /// What is done between slices: frames shown, the display, the shared file, those who leave.
@@ -335,6 +390,9 @@ impl Loop {
             self.shown_at = now;
         }
         self.answer_waiting();
+        if !self.working.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
+            self.check_jobs(now);
+        }
         self.leaving.retain_mut(|l| !is_gone(l, now));
     }
 
@@ -370,6 +428,7 @@ impl Loop {
             leaving.outbox.wait_done(until);
             leaving.port.abort();
         }
+        self.engine.set_cancel(CancelToken::default());
         self.engine.end();
         self.engine
     }

@@ -108,7 +108,7 @@ fn check(mesh: &PreparedMesh, model: DMat4, view: DMat4, projection: DMat4, keep
 }
 
 fn knot(nu: u32, nv: u32) -> PreparedMesh {
-    PreparedMesh::new(&shapes::knot(nu, nv).expect("a knot"), |_, _| DVec3::Z)
+    PreparedMesh::new(&shapes::knot(nu, nv).expect("a knot"), |_, _| DVec3::Z, &Default::default())
 }
 
 fn perspective(near: f64, far: f64) -> DMat4 {
@@ -162,7 +162,7 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
     mesh.positions[7] = DVec3::NAN;
     mesh.positions[300] = DVec3::splat(1e300);
     mesh.positions[500] = mesh.positions[501];
-    let mesh = PreparedMesh::new(&mesh, |_, _| DVec3::Z);
+    let mesh = PreparedMesh::new(&mesh, |_, _| DVec3::Z, &Default::default());
     let view = DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
     let steps = [DMat4::IDENTITY, view, perspective(1.0, 10.0)];
     let outlook_from =

@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""Measures the wait of one client's SYNC while another client keeps the server busy.
+
+In: the path of an `fbptr` program. Out: a Markdown table, one row per attack: the median, the 99th
+percentile and the worst wait of up to 200 SYNC, the attacker's commands meanwhile, and the time
+from SIGTERM to the end of the process in the middle of the attack.
+
+Each attack runs against a server of its own (`serve --headless`, Unix socket in a temporary
+folder), in a process of its own, and is bounded by --seconds. No port is opened and nothing is
+left behind. The waits are taken by the clock of the asking client, so they include the scheduling
+of the machine: run it with nothing else at work.
+
+    python3 benches/waits.py target/release/fbptr
+    python3 benches/waits.py target/release/fbptr --size 7680x4320 --only fill,read,snap
+"""
+
+import argparse
+import math
+import multiprocessing
+import os
+import random
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+
+def payload(head, data):
+    return f"{head} :{len(data)}\n".encode() + data
+
+
+def png_gray(side):
+    """A PNG of side x side pixels of noise-free gray, which decodes to side * side * 4 bytes."""
+    def chunk(kind, data):
+        crc = zlib.crc32(kind + data)
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", crc)
+    packer = zlib.compressobj(1)
+    rows = b"".join(packer.compress(bytes(side + 1)) for _ in range(side)) + packer.flush()
+    head = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+def obj_grid(side):
+    """An OBJ file of side x side quads."""
+    lines = [f"v {x} {y} {x * y % 7}" for y in range(side + 1) for x in range(side + 1)]
+    n = side + 1
+    for y in range(side):
+        for x in range(side):
+            a = y * n + x + 1
+            lines.append(f"f {a} {a + 1} {a + n + 1} {a + n}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def x3d_grid(side):
+    """An X3D scene of one grid of side x side quads."""
+    heights = " ".join(str((i * 7 % 11) / 10) for i in range(side * side))
+    return (
+        f'<X3D><Scene><Shape><ElevationGrid xDimension="{side}" zDimension="{side}" '
+        f'height="{heights}"/></Shape></Scene></X3D>'
+    ).encode()
+
+
+def noise(width, height):
+    """BLIT commands that fill the frame with noise."""
+    rng = random.Random(1)
+    rows = 64
+    out = []
+    for y in range(0, height, rows):
+        h = min(rows, height - y)
+        out.append(payload(f"BLIT 0 {y} {width} {h}", rng.randbytes(width * h * 4)))
+    return b"".join(out)
+
+
+def star(points, width, height):
+    """FILLPOLY of so many points that cross the whole frame, as far as a line's 4096 bytes go."""
+    rng = random.Random(2)
+    words = ["FILLPOLY", "ff0000"]
+    length = len(" ".join(words))
+    for i in range(points):
+        pair = f"{rng.randrange(width)} {0 if i % 2 else height}"
+        length += len(pair) + 1
+        if length > 4090:
+            break
+        words.append(pair)
+    return (" ".join(words) + "\n").encode()
+
+
+BALL = b"LIGHT 0 DIR 0 0 -1 1 1 1\nLOOKAT 0 0 6 0 0 0 0 1 0\nMESH m KNOT 2000 1000\n"
+
+
+FAR_FILL = b"FILL -1e300 -1e300 1e300 0 0 1e299 ff0000 00ff00 0000ff\n"
+
+QUALITY = (
+    b"LIGHT 0 DIR 0 0 -1 1 1 1\nLIGHT 1 POINT 3 3 3 1 0 0\nLOOKAT 0 0 6 0 0 0 0 1 0\n"
+    b"MESH m KNOT 300 60\nSHADE phong\nQUALITY max-error 4\n"
+)
+
+
+def attacks(width, height, folder):
+    """Name: what makes the bytes that are sent once, and those that are sent again and again."""
+    fill = f"FILL 0 0 {2 * width} 0 0 {2 * height} ff0000 00ff00 0000ff\n".encode()
+    over = b"BLEND over\n" + fill.replace(b"ff0000", b"ff000080")
+    name = "big.obj"
+
+    def with_file():
+        with open(os.path.join(folder, name), "wb") as out:
+            out.write(obj_grid(700))
+        return b""
+
+    return {
+        "none": (lambda: b"", lambda: b"SIZE\n"),
+        "clear": (lambda: b"", lambda: b"CLEAR 102030\n"),
+        "fill": (lambda: b"", lambda: fill),
+        "fill-over": (lambda: over, lambda: fill),
+        "fill-far": (lambda: b"", lambda: FAR_FILL),
+        "fillpoly": (lambda: b"", lambda: star(2000, width, height)),
+        "fillcircle": (lambda: b"BLEND over\n", lambda: f"FILLCIRCLE 9 9 {2 * width} ff000080\n".encode()),
+        "copy": (lambda: b"", lambda: f"COPY 0 0 {width - 3} {height - 3} 3 3\n".encode()),
+        "text": (lambda: b"", lambda: payload("TEXT 0 0 ff0000", b"W" * (32 << 20))),
+        "points": (lambda: b"", lambda: payload("POINTS", points(width, height, 4 << 20))),
+        "read": (lambda: b"", lambda: f"READ 0 0 {width} {height}\n".encode()),
+        "peek": (lambda: b"", lambda: f"PEEK 0 {width * height * 4}\n".encode()),
+        "crc": (lambda: b"", lambda: b"CRC\n"),
+        "snap": (lambda: noise(width, height), lambda: b"SNAP :\n"),
+        "mesh-obj": (lambda: b"", lambda: payload("MESH m OBJ", obj_grid(700))),
+        "mesh-knot": (lambda: b"", lambda: b"MESH m KNOT 2000 1000\n"),
+        "load": (with_file, lambda: f"LOAD MESH m {name}\n".encode()),
+        "tex": (lambda: b"", lambda: payload("TEX t", png_gray(8192))),
+        "scene": (lambda: b"", lambda: payload("SCENE X3D", x3d_grid(500))),
+        "free": (lambda: b"", lambda: b"MESH m KNOT 2000 1000\nFREE m\n"),
+        "quality": (lambda: QUALITY, lambda: b"ROTATE 0 1 0 0.01\nDRAW m\n"),
+        "draw": (lambda: BALL, lambda: b"DRAW m\n"),
+        "painter": (lambda: BALL + b"HIDE painter\n", lambda: b"DRAW m\n"),
+        "wire": (lambda: BALL + b"SHADE wire\n", lambda: b"DRAW m\n"),
+    }
+
+
+NAMES = list(attacks(9, 9, ""))
+
+
+def points(width, height, count):
+    rng = random.Random(3)
+    some = b"".join(
+        struct.pack("<HH", rng.randrange(width), rng.randrange(height)) + rng.randbytes(4)
+        for _ in range(1 << 16)
+    )
+    return some * (count >> 16)
+
+
+def connect(path):
+    wire = socket.socket(socket.AF_UNIX)
+    wire.connect(path)
+    return wire
+
+
+def read_until(wire, mark):
+    tail = b""
+    while not tail.endswith(mark):
+        data = wire.recv(1 << 20)
+        if not data:
+            raise EOFError
+        tail = (tail + data)[-len(mark):] if len(data) < len(mark) else data[-len(mark):]
+
+
+def attack(path, once, again, seconds, pipe):
+    """Runs in a process of its own: the attacker. Says the number of its rounds at the end."""
+    wire, rounds = connect(path), 0
+    try:
+        wire.sendall(once + b"SYNC begin\n")
+        read_until(wire, b"SYNC begin\n")
+        pipe.send("ready")
+        until = time.monotonic() + seconds
+        while time.monotonic() < until and not pipe.poll():
+            wire.sendall(again + b"SYNC round\n")
+            read_until(wire, b"SYNC round\n")
+            rounds += 1
+    except (OSError, EOFError):
+        pass
+    pipe.send(rounds)
+
+
+def measure(program, size, name, syncs, seconds, threads):
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "s")
+        width, height = map(int, size.split("x"))
+        command = [program, "serve", "--headless", "--size", size, "--unix", path, "--load-dir", folder]
+        if threads:
+            command += ["--threads", str(threads)]
+        server = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        try:
+            while not os.path.exists(path):
+                time.sleep(0.01)
+            first, again = attacks(width, height, folder)[name]
+            here, there = multiprocessing.Pipe()
+            worker = multiprocessing.Process(target=attack, args=(path, first(), again(), seconds + 60, there))
+            worker.start()
+            here.recv()
+            time.sleep(0.05)
+            wire, waits, until = connect(path), [], time.monotonic() + seconds
+            rng = random.Random(4)
+            while len(waits) < syncs and time.monotonic() < until:
+                begun = time.monotonic()
+                wire.sendall(b"SYNC me\n")
+                read_until(wire, b"SYNC me\n")
+                waits.append((time.monotonic() - begun) * 1e3)
+                time.sleep(rng.uniform(0.001, 0.01))
+            begun = time.monotonic()
+            server.send_signal(signal.SIGTERM)
+            server.wait(60)
+            ended = time.monotonic() - begun
+            here.send("stop")
+            rounds = here.recv()
+            worker.join(70)
+            return waits, rounds, ended, server.returncode
+        finally:
+            if server.poll() is None:
+                server.kill()
+                server.wait()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("program")
+    parser.add_argument("--size", default="1920x1080")
+    parser.add_argument("--only", help="names of attacks, with commas between")
+    parser.add_argument("--syncs", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=15)
+    parser.add_argument("--threads", type=int)
+    args = parser.parse_args()
+    names = args.only.split(",") if args.only else NAMES
+    print(f"| attack, {args.size} | SYNCs | p50 ms | p99 ms | worst ms | rounds | SIGTERM s | status |")
+    print("|---|---:|---:|---:|---:|---:|---:|---:|")
+    for name in names:
+        waits, rounds, ended, status = measure(
+            args.program, args.size, name, args.syncs, args.seconds, args.threads
+        )
+        waits.sort()
+        at = lambda q: waits[max(0, math.ceil(q * len(waits)) - 1)]
+        print(
+            f"| {name} | {len(waits)} | {at(0.5):.2f} | {at(0.99):.1f} | {waits[-1]:.1f} | {rounds} "
+            f"| {ended:.2f} | {status} |",
+            flush=True,
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

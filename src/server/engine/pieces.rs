@@ -1,0 +1,417 @@
+//! PIECES: long commands that touch the video memory, run a few rows, letters or records at a time.
+//!
+//! In: a command that [`Engine::is_long`] says may take more than about two milliseconds. Out: the bytes, the reply and the
+//! recording of the command run at once. Figures are defined pixel by pixel and each pixel belongs to one band of rows, so
+//! bands are exact, under BLEND over too; POINTS goes on from record to record, TEXT from letter to letter, COPY from row
+//! to row in the direction that it would have gone anyway.
+//!
+//! Promises, which the scheduler keeps together with this:
+//! - One command at a time is in pieces. Meanwhile other connections' commands that only ask are run, and see the memory
+//!   as it stands between two pieces; all others wait, and so do pixels that others write into the shared file. So the
+//!   command is recorded at its end, as one, and a replay gives the same bytes.
+//! - A command past the limit of time ([`crate::server::Limits::command_time`]) is given up with `EQUOTA`. What it has
+//!   drawn stays, and is recorded as runs of pixels, which is exact; the message says how far it came.
+//! - When the server ends, a command in pieces is abandoned: the memory holds a part of it, the recording nothing.
+//!
+//! One would know an error by the bytes of a figure that differ from those of one piece (tests below), or by a replay.
+
+use super::{Effect, Engine, Progress};
+use crate::command::{AreaColors, Command, Rect};
+use crate::draw2d::{self, Blend, DrawError, TextCursor};
+use crate::error::{Code, Fault};
+use crate::server::{Budget, Session};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// Pixels of a band of rows.
+const BAND_PIXELS: u32 = 1 << 15;
+/// Records of `POINTS` of one piece.
+const PIECE_RECORDS: usize = 1 << 17;
+/// Bytes of `TEXT` of one piece.
+const PIECE_LETTERS: usize = 1 << 15;
+/// Commands of more estimated nanoseconds than this are run in pieces.
+const LONG_NS: u64 = 2_000_000;
+
+/// A command that is run in pieces.
+#[derive(Debug)]
+pub(in crate::server) struct Pieces {
+    command: Command,
+    next: Next,
+    reply: Vec<u8>,
+    begun: Instant,
+}
+
+/// Where the next piece begins.
+#[derive(Debug)]
+enum Next {
+    Row(u32),
+    Record(usize),
+    Letter(TextCursor),
+    CrcRow(u32, crc32fast::Hasher),
+}
+
+impl Engine {
+    /// Whether a command may take so long that others should not wait for all of it.
+    pub(in crate::server) fn is_long(&self, s: &Session, command: &Command) -> bool {
+        use Command as C;
+        let frame = u64::from(self.memory.width()) * u64::from(self.memory.height());
+        // Nanoseconds of a pixel, about.
+        let composed = if s.blend == Blend::Over { 2 } else { 1 };
+        let cost = match command {
+            C::Clear { .. } | C::Crc { rect: None } => frame / 4,
+            C::Crc { rect: Some(rect) } => self.visible(*rect) / 4,
+            C::Read { rect } => self.visible(*rect),
+            C::Copy { source, .. } => self.visible(*source),
+            C::FillRect { rect, .. } => self.visible(*rect) * composed / 2,
+            C::FillCircle { cx, cy, r, .. } => {
+                self.visible_box([cx - r, cy - r], [cx + r, cy + r]).0 * composed / 2
+            }
+            C::Fill { points, colors } => {
+                let (pixels, is_near) = self.visible_of(points);
+                let per_pixel = if matches!(colors, AreaColors::Three(_)) { 2 } else { 1 };
+                match is_near {
+                    true => pixels * per_pixel * composed,
+                    // Numbers of any length: each row may be dear.
+                    false => pixels * 64,
+                }
+            }
+            C::FillPoly { points, .. } => {
+                let (pixels, _) = self.visible_of(points);
+                pixels * composed + u64::from(self.memory.height()) * points.len() as u64 * 32
+            }
+            C::Points { packed } => packed.len() as u64 * composed,
+            C::Text { utf8, .. } => utf8.len() as u64 * 8,
+            _ => return false,
+        };
+        cost > LONG_NS
+    }
+
+    /// The visible pixels of the box around points, and whether all of them are near enough for narrow numbers.
+    fn visible_of(&self, points: &[[f64; 2]]) -> (u64, bool) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for p in points {
+            (low, high) = ([0, 1].map(|i| low[i].min(p[i])), [0, 1].map(|i| high[i].max(p[i])));
+        }
+        self.visible_box(low, high)
+    }
+
+    fn visible_box(&self, low: [f64; 2], high: [f64; 2]) -> (u64, bool) {
+        let size = [self.memory.width(), self.memory.height()].map(f64::from);
+        let side = |i: usize| (high[i].min(size[i]) - low[i].max(0.0)).max(0.0).ceil() as u64;
+        let is_near = low.iter().chain(&high).all(|v| v.abs() < f64::from(1 << 20));
+        (side(0) * side(1), is_near)
+    }
+
+    /// Begins a long command.
+    pub(in crate::server) fn begin_in_pieces(&mut self, s: &mut Session, command: Command) -> Pieces {
+        s.stats.commands += 1;
+        s.has_used_other_verbs = true;
+        let next = match &command {
+            Command::Points { .. } => Next::Record(0),
+            Command::Text { x, y, .. } => Next::Letter(TextCursor::new([*x, *y])),
+            Command::Crc { .. } => Next::CrcRow(0, crc32fast::Hasher::new()),
+            _ => Next::Row(0),
+        };
+        Pieces { command, next, reply: Vec::new(), begun: Instant::now() }
+    }
+
+    /// Runs pieces until the budget's time is used up, at least one; the command itself when it has not come to its end.
+    ///
+    /// # Errors
+    /// Why the command was refused, or given up.
+    pub(in crate::server) fn run_pieces(
+        &mut self,
+        s: &mut Session,
+        mut pieces: Pieces,
+        replies: &mut Vec<u8>,
+        budget: Budget,
+    ) -> Result<Progress, Fault> {
+        loop {
+            let is_done = match self.run_piece(s, &mut pieces) {
+                Ok(is_done) => is_done,
+                Err(fault) => {
+                    s.stats.errors += 1;
+                    return Err(fault);
+                }
+            };
+            if is_done {
+                return self.end_pieces(s, pieces, replies);
+            }
+            let now = Instant::now();
+            if let Some(limit) = budget.command_time.filter(|&limit| now >= pieces.begun + limit) {
+                s.stats.errors += 1;
+                return Err(self.give_up_pieces(&pieces, limit));
+            }
+            if budget.until.is_some_and(|until| now >= until) {
+                return Ok(Progress::Pieces(Box::new(pieces)));
+            }
+        }
+    }
+
+    /// What follows the last piece: the recording, the reply, and what is done once.
+    fn end_pieces(
+        &mut self,
+        s: &mut Session,
+        mut pieces: Pieces,
+        replies: &mut Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.command(s.id, &pieces.command);
+        }
+        match (&pieces.command, &pieces.next) {
+            (Command::Clear { .. }, _) => self.end_clear(s),
+            (Command::Copy { source, dx, dy }, _) => {
+                s.stats.pixels += self.visible(Rect { x: *dx, y: *dy, ..*source });
+            }
+            (Command::Crc { .. }, Next::CrcRow(_, crc)) => {
+                pieces.reply = format!("CRC {:08x}\n", crc.clone().finalize()).into_bytes();
+            }
+            _ => {}
+        }
+        match replies.is_empty() {
+            true => std::mem::swap(replies, &mut pieces.reply),
+            false => replies.append(&mut pieces.reply),
+        }
+        Ok(Progress::Done(Effect::Done))
+    }
+
+    /// One piece; whether it was the last one.
+    fn run_piece(&mut self, s: &mut Session, pieces: &mut Pieces) -> Result<bool, Fault> {
+        let Pieces { command, next, reply, .. } = pieces;
+        let height = self.memory.height();
+        match next {
+            Next::Row(row) => {
+                let rows = *row..(*row + self.band_rows()).min(height);
+                *row = rows.end;
+                self.run_band(s, command, rows.clone(), reply)?;
+                Ok(rows.end >= height)
+            }
+            Next::CrcRow(row, crc) => {
+                let Command::Crc { rect } = command else { return Ok(true) };
+                let whole = Rect { x: 0, y: 0, w: self.memory.width() as i32, h: height as i32 };
+                let rect = rect.unwrap_or(whole);
+                let rows = draw2d::rows(&self.memory, rect)?;
+                let band = (16 * self.band_rows()) as usize;
+                rows.skip(*row as usize).take(band).for_each(|row| crc.update(row));
+                *row += band as u32;
+                Ok(i64::from(*row) >= i64::from(rect.h))
+            }
+            Next::Record(at) => {
+                let Command::Points { packed } = command else { return Ok(true) };
+                let end = (*at + PIECE_RECORDS * 8).min(packed.len());
+                // A list that is not whole is refused as a whole, by its first piece.
+                let piece = if packed.len().is_multiple_of(8) { &packed[*at..end] } else { &packed[..] };
+                self.points(s, piece)?;
+                *at = end;
+                Ok(end == packed.len())
+            }
+            Next::Letter(cursor) => {
+                let Command::Text { color, utf8, .. } = command else { return Ok(true) };
+                if cursor.bytes() == 0 {
+                    // Refused as a whole, or not at all.
+                    let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: e.valid_up_to() as u64 };
+                    std::str::from_utf8(utf8).map_err(not_utf8)?;
+                }
+                Ok(draw2d::text_piece(&mut self.memory, cursor, utf8, (*color, s.blend), PIECE_LETTERS)?)
+            }
+        }
+    }
+
+    fn band_rows(&self) -> u32 {
+        (BAND_PIXELS / self.memory.width()).max(1)
+    }
+
+    /// The part of a command that lies in `rows`. For COPY and READ these are rows of the rectangle.
+    fn run_band(
+        &mut self,
+        s: &mut Session,
+        command: &Command,
+        rows: Range<u32>,
+        reply: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        match command {
+            Command::Clear { color } => {
+                self.memory.clear_rows(rows, *color);
+                Ok(())
+            }
+            Command::Read { rect } => self.read_band(*rect, rows, reply),
+            Command::Copy { source, dx, dy } => self.copy_band(s.blend, *source, [*dx, *dy], rows),
+            figure => {
+                self.memory.set_window(rows);
+                let drawn = self.figure(s, figure);
+                self.end_band();
+                drawn
+            }
+        }
+    }
+
+    /// Figures are drawn on all rows again.
+    pub(in crate::server) fn end_band(&mut self) {
+        self.memory.set_window(0..self.memory.height());
+    }
+
+    fn read_band(&mut self, rect: Rect, rows: Range<u32>, reply: &mut Vec<u8>) -> Result<(), Fault> {
+        if rows.start == 0 {
+            let bytes = self.read_head(rect, reply)?;
+            reply.reserve_exact(bytes as usize);
+        }
+        let count = rows.len();
+        draw2d::rows(&self.memory, rect)?
+            .skip(rows.start as usize)
+            .take(count)
+            .for_each(|row| reply.extend_from_slice(row));
+        Ok(())
+    }
+
+    /// Rows from the top of the rectangle, or from its bottom where the copy moves down.
+    fn copy_band(
+        &mut self,
+        blend: Blend,
+        source: Rect,
+        [dx, dy]: [i32; 2],
+        rows: Range<u32>,
+    ) -> Result<(), Fault> {
+        if rows.start == 0 {
+            // Refused as a whole, or not at all.
+            drop(draw2d::rows(&self.memory, source)?);
+        }
+        let h = source.h;
+        let (from, to) = ((rows.start as i32).min(h), (rows.end as i32).min(h));
+        let top = if dy > source.y { h - to } else { from };
+        let Some(to_y) = dy.checked_add(top) else { return Ok(()) };
+        let band = Rect { y: source.y + top, h: to - from, ..source };
+        Ok(draw2d::copy(&mut self.memory, band, [dx, to_y], blend)?)
+    }
+
+    /// Ends a command early: what it has drawn is recorded as it stands. The fault says how far it came.
+    fn give_up_pieces(&mut self, pieces: &Pieces, limit: Duration) -> Fault {
+        let height = self.memory.height();
+        let (rows, how_far) = match &pieces.next {
+            _ if matches!(pieces.command, Command::Read { .. } | Command::Crc { .. }) => {
+                (0..0, "without effect".to_owned())
+            }
+            Next::Row(row) => {
+                let down = match &pieces.command {
+                    Command::Copy { .. } => 0..height,
+                    _ => 0..*row,
+                };
+                (down, format!("after {row} of {height} rows"))
+            }
+            Next::Record(at) => (0..height, format!("after {} records", at / 8)),
+            Next::Letter(cursor) => (0..height, format!("after {} bytes", cursor.bytes())),
+            Next::CrcRow(..) => (0..0, "without effect".to_owned()),
+        };
+        self.record_rows(rows);
+        let message = format!("given up after {} s, {how_far}", limit.as_secs_f64());
+        Fault::new(Code::Quota, message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::server::Audience;
+
+    const SIZE: (u32, u32) = (700, 330);
+
+    /// A frame that is nowhere the same.
+    fn engine() -> Engine {
+        let mut engine = Engine::new(SIZE.0, SIZE.1).unwrap();
+        for (i, byte) in engine.memory.bytes_mut().iter_mut().enumerate() {
+            *byte = (i * 37 + i / 251) as u8;
+        }
+        engine.memory.take_damage();
+        engine
+    }
+
+    fn commands() -> Vec<Command> {
+        let [a, b, c] = [[255, 0, 9, 200], [0, 255, 0, 90], [3, 4, 255, 255]];
+        let rect = |x, y, w, h| Rect { x, y, w, h };
+        let fill = |points| Command::Fill { points, colors: AreaColors::Three([a, b, c]) };
+        let records = (0..300_000u32).flat_map(|i| {
+            let [x, y] = [i * 7 % 720, i * 13 % 340].map(|v| (v as u16).to_le_bytes());
+            [x[0], x[1], y[0], y[1], i as u8, 7, 9, 100]
+        });
+        vec![
+            fill([[-30.0, -20.0], [900.0, 10.0], [40.5, 600.25]]),
+            fill([[-3e9, -2e9], [3e9, 1.5], [-1.25, 4e9]]),
+            Command::Fill { points: [[0.5, 0.5], [690.0, 7.0], [5.0, 329.0]], colors: AreaColors::One(b) },
+            Command::FillPoly {
+                color: b,
+                points: vec![[0.0, 0.0], [699.0, 300.0], [3.0, 320.0], [600.0, 9.5]],
+            },
+            Command::FillRect { rect: rect(-5, 7, 400, 300), color: b },
+            Command::FillRect { rect: rect(0, 0, 700, 330), color: b },
+            Command::FillCircle { cx: 300.25, cy: 100.5, r: 250.0, color: a },
+            Command::Clear { color: c },
+            Command::Copy { source: rect(3, 0, 600, 300), dx: 9, dy: 11 },
+            Command::Copy { source: rect(3, 20, 600, 300), dx: 1, dy: -40 },
+            Command::Copy { source: rect(3, 20, 600, 300), dx: 7, dy: 20 },
+            Command::Points { packed: records.collect() },
+            Command::Text {
+                x: -20,
+                y: 3,
+                color: a,
+                utf8: ("W\u{e9}g\r\u{1f600}Q".repeat(4000) + "\nabc").into_bytes(),
+            },
+            Command::Read { rect: rect(10, 20, 600, 300) },
+            Command::Crc { rect: None },
+            Command::Crc { rect: Some(rect(10, 20, 600, 300)) },
+        ]
+    }
+
+    #[test]
+    fn a_command_in_pieces_is_the_command_in_one() {
+        for blend in [Blend::Replace, Blend::Over] {
+            for command in commands() {
+                let [mut whole, mut cut] = [(); 2].map(|()| (engine(), Session::new(1, Audience::Owner)));
+                (whole.1.blend, cut.1.blend) = (blend, blend);
+                let (mut want, mut got) = (Vec::new(), Vec::new());
+                let _ = whole.0.run(&mut whole.1, command.clone(), &mut want).unwrap();
+                let mut pieces = cut.0.begin_in_pieces(&mut cut.1, command.clone());
+                let mut count = 1;
+                let budget = Budget { until: Some(Instant::now()), ..Budget::NONE };
+                while let Progress::Pieces(rest) =
+                    cut.0.run_pieces(&mut cut.1, pieces, &mut got, budget).unwrap()
+                {
+                    (pieces, count) = (*rest, count + 1);
+                }
+                assert!(
+                    count > 1 || matches!(command, Command::Crc { .. }),
+                    "{} is one piece",
+                    command.verb()
+                );
+                assert!(whole.0.memory.bytes() == cut.0.memory.bytes(), "{} {blend:?}", command.verb());
+                assert!(want == got, "{} {blend:?}: the replies differ", command.verb());
+                assert_eq!(whole.1.stats, cut.1.stats, "{}", command.verb());
+                let damage = whole.0.memory.take_damage();
+                assert_eq!(damage, cut.0.memory.take_damage(), "{}", command.verb());
+                assert_eq!(cut.0.memory.window(), 0..SIZE.1);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_refused_is_refused_as_a_whole() {
+        let rect = |x, y, w, h| Rect { x, y, w, h };
+        let mut utf8 = vec![b'a'; 100_000];
+        utf8[90_000] = 0xff;
+        for command in [
+            Command::Copy { source: rect(0, 100, 600, 300), dx: 1, dy: 2 },
+            Command::Read { rect: rect(0, -1, 5, 5) },
+            Command::Crc { rect: Some(rect(0, 0, -1, 5)) },
+            Command::FillRect { rect: rect(0, 0, 5, -5), color: [1; 4] },
+            Command::Points { packed: vec![0; 8 * 200_000 + 1] },
+            Command::Text { x: 0, y: 0, color: [1; 4], utf8 },
+        ] {
+            let (mut engine, mut session, mut out) = (engine(), Session::new(1, Audience::Owner), Vec::new());
+            let before = engine.memory.bytes().to_vec();
+            let want = engine.run(&mut session, command.clone(), &mut out).unwrap_err();
+            let pieces = engine.begin_in_pieces(&mut session, command.clone());
+            let got = engine.run_pieces(&mut session, pieces, &mut out, Budget::NONE).unwrap_err();
+            assert_eq!((got, out.len()), (want, 0), "{}", command.verb());
+            assert!(engine.memory.bytes() == before, "{} has drawn", command.verb());
+            assert_eq!(session.stats.errors, 2);
+        }
+    }
+}
