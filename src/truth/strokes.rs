@@ -19,6 +19,10 @@ use std::collections::{HashMap, HashSet};
 /// An end this near to a pixel's border may lie beyond it, pixels.
 const BORDER_PX: f64 = 1e-6;
 
+/// Ends are looked for within this of the screen's origin, pixels: viewports reach less far. An end beyond it is one that
+/// an overflow kept the cut from moving, and such a line is not drawn.
+const FARTHEST_PX: f64 = (1u64 << 40) as f64;
+
 /// 2 ulp of f32 just below 1.
 const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
 
@@ -137,10 +141,7 @@ impl Pen<'_> {
         for &from in &places[0] {
             for &to in &places[1] {
                 ways += 1;
-                for (k, n, [x, y]) in bresenham(from, to) {
-                    if x < self.clip[0] || x >= self.clip[1] || y < self.clip[2] || y >= self.clip[3] {
-                        continue;
-                    }
+                for (k, n, [x, y]) in bresenham(from, to, self.clip) {
                     let (z, tone) = self.at(&a, &b, k, n);
                     let entry = found.entry([x, y]).or_insert_with(|| {
                         order.push([x, y]);
@@ -167,13 +168,14 @@ impl Pen<'_> {
         }
     }
 
-    /// The pixels that may hold an end.
+    /// The pixels that may hold an end; none for an end without a place.
     fn pixels_of(&self, end: &End) -> Vec<[i64; 2]> {
         let w = end.clip[3];
         let choices = self.lens.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
             let v = v.to_f64();
             let at = v.floor();
             match v - at {
+                _ if v.is_nan() || v.abs() >= FARTHEST_PX => Vec::new(),
                 part if part < BORDER_PX => vec![at as i64 - 1, at as i64],
                 part if part > 1.0 - BORDER_PX => vec![at as i64, at as i64 + 1],
                 _ => vec![at as i64],
@@ -229,22 +231,79 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
     ends.iter().all(|e| e.clip[3] > Wide::ZERO).then_some((ends, is_sure))
 }
 
-/// Source 001: the midpoint variable d begins at 2 dy - dx, in whole numbers, for all octants; (step, steps, pixel), both ends lit.
-fn bresenham(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
+/// Source 001: the midpoint variable d begins at 2 dy - dx, in whole numbers, for all octants; (step, steps, pixel) of the
+/// pixels in x0..x1, y0..y1 of `clip`, both ends lit. End points lie within 2^41 of the origin.
+///
+/// Each step that finds d > 0 moves across, so after k steps along the longer side n, across the shorter m, the line has
+/// moved ceil((2 m k - n) / 2 n) across, and never less than 0: what lies before the clip rectangle is not walked.
+fn bresenham(from: [i64; 2], to: [i64; 2], clip: [i64; 4]) -> impl Iterator<Item = (i64, i64, [i64; 2])> {
     let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
     let length = [0, 1].map(|k| (to[k] - from[k]).abs());
     let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
     let (n, m) = (length[major], length[minor]);
-    let (mut p, mut d) = (from, 2 * m - n);
-    let mut out = vec![(0, n, p)];
-    for k in 1..=n {
-        p[major] += sign[major];
-        if d > 0 {
-            p[minor] += sign[minor];
-            d -= 2 * n;
+    let inside = [clip[0]..clip[1], clip[2]..clip[3]];
+    // The steps whose place along the longer side is inside; a line of one pixel has step 0 alone.
+    let steps = match sign[major] {
+        1.. => inside[major].start - from[major]..inside[major].end - from[major],
+        0 => 0..1,
+        _ => from[major] - inside[major].end + 1..from[major] - inside[major].start + 1,
+    };
+    (steps.start.max(0)..steps.end.min(n + 1)).filter_map(move |k| {
+        let (n, m, steps) = (i128::from(n), i128::from(m), i128::from(k));
+        // ceil(a / b) = -floor(-a / b).
+        let across = if k == 0 { 0 } else { (-(n - 2 * m * steps).div_euclid(2 * n)).max(0) as i64 };
+        let mut p = from;
+        p[major] += sign[major] * k;
+        p[minor] += sign[minor] * across;
+        (inside[0].contains(&p[0]) && inside[1].contains(&p[1])).then_some((k, n as i64, p))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The same, one step at a time.
+    fn walked(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
+        let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
+        let length = [0, 1].map(|k| (to[k] - from[k]).abs());
+        let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
+        let (n, m) = (length[major], length[minor]);
+        let (mut p, mut d) = (from, 2 * m - n);
+        let mut out = vec![(0, n, p)];
+        for k in 1..=n {
+            p[major] += sign[major];
+            if d > 0 {
+                p[minor] += sign[minor];
+                d -= 2 * n;
+            }
+            d += 2 * m;
+            out.push((k, n, p));
         }
-        d += 2 * m;
-        out.push((k, n, p));
+        out
     }
-    out
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn a_line_is_the_midpoint_algorithms_steps_inside_the_rectangle(
+            from in [-40i64..40, -40i64..40], to in [-40i64..40, -40i64..40],
+            x in -30i64..30, y in -30i64..30, w in 0i64..40, h in 0i64..40,
+        ) {
+            let clip = [x, x + w, y, y + h];
+            let mut want = walked(from, to);
+            want.retain(|(_, _, [px, py])| (x..x + w).contains(px) && (y..y + h).contains(py));
+            prop_assert_eq!(bresenham(from, to, clip).collect::<Vec<_>>(), want);
+        }
+    }
+
+    #[test]
+    fn a_line_of_any_length_costs_its_visible_part() {
+        let far = FARTHEST_PX as i64;
+        let across: Vec<_> = bresenham([-far, -far], [far, far], [0, 8, 0, 8]).map(|s| s.2).collect();
+        assert_eq!(across, (0..8).map(|i| [i, i]).collect::<Vec<_>>());
+        assert_eq!(bresenham([3, 3], [3, 3], [0, 8, 0, 8]).collect::<Vec<_>>(), [(0, 0, [3, 3])]);
+    }
 }

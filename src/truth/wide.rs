@@ -3,6 +3,11 @@
 //! The reference works the geometry (matrices, planes, depths, u and v) in it, so that its own rounding lies far below
 //! what it judges: a sliver's depth plane or a camera 1e7 units away loses 10 digits and still has 20 left. The results
 //! are bit-identical everywhere: + - * / sqrt of f64 only, no FMA.
+//!
+//! At the ends of the range: either both parts are finite, or the number is `hi` alone (an infinity or NaN) with `lo` 0,
+//! and then each operation gives what f64 gives for the `hi`s. A finite result is never lost to an overflow on the way.
+//! A product below 1e-289 is that of the `hi`s in f64: its second part would underflow.
+//!
 //! Source: T. J. Dekker, "A floating-point technique for extending the available precision", 1971; the sum of two
 //! numbers with its error after D. E. Knuth, "The Art of Computer Programming" 2, section 4.2.2.
 
@@ -16,29 +21,50 @@ pub struct Wide {
     lo: f64,
 }
 
-/// a + b and the error of that sum, exactly.
+/// 2^960: the error-free steps below cannot overflow for numbers and products up to this.
+const LARGE: f64 = f64::from_bits((1023 + 960) << 52);
+/// 2^-960: errors of products below this underflow.
+const TINY: f64 = f64::from_bits((1023 - 960) << 52);
+/// 2^-128 and 2^128, exact factors between [`LARGE`] or [`TINY`] numbers and safe ones.
+const DOWN: f64 = f64::from_bits((1023 - 128) << 52);
+const UP: f64 = f64::from_bits((1023 + 128) << 52);
+
+/// a + b and the error of that sum, exactly; the error is 0 where the sum is not finite.
 fn sum_and_error(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     let b_part = s - a;
-    (s, (a - (s - b_part)) + (b - b_part))
+    let error = (a - (s - b_part)) + (b - b_part);
+    if error.is_finite() {
+        return (s, error);
+    }
+    if !s.is_finite() {
+        return (s, 0.0);
+    }
+    // Beside the largest f64 a step overflowed though the sum does not: Dekker's order, the larger first, cannot.
+    let (large, small) = if a.abs() >= b.abs() { (a, b) } else { (b, a) };
+    (s, small - (s - large))
 }
 
-/// a as two halves of at most 26 bits each.
+/// a as two halves of at most 26 bits each, for |a| up to [`LARGE`].
 fn halves(a: f64) -> (f64, f64) {
     const SPLITTER: f64 = 134_217_729.0; // 2^27 + 1
-    // Above this the product with the splitter would overflow: split the scaled number instead.
-    if a.abs() > 1e292 {
-        let (high, low) = halves(a * 2f64.powi(-64));
-        return (high * 2f64.powi(64), low * 2f64.powi(64));
-    }
     let t = SPLITTER * a;
     let high = t - (t - a);
     (high, a - high)
 }
 
-/// a * b and the error of that product, exactly (where nothing underflows).
+/// a * b and the error of that product, exactly; the error is 0 for a product that is not finite or below [`TINY`].
 fn product_and_error(a: f64, b: f64) -> (f64, f64) {
     let p = a * b;
+    if !p.is_finite() || p.abs() < TINY {
+        return (p, 0.0);
+    }
+    // Scaled by a power of two where a step below could overflow: the product is finite, so the other factor is not large.
+    if a.abs().max(b.abs()).max(p.abs()) > LARGE {
+        let (large, other) = if a.abs() >= b.abs() { (a, b) } else { (b, a) };
+        let (_, error) = product_and_error(large * DOWN, other);
+        return (p, error * UP);
+    }
     let ((ah, al), (bh, bl)) = (halves(a), halves(b));
     (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
@@ -63,6 +89,11 @@ impl Wide {
         Wide { hi, lo: if hi.is_finite() { lo } else { 0.0 } }
     }
 
+    /// The number times a power of two.
+    fn scaled(self, factor: f64) -> Self {
+        Wide::of_parts(self.hi * factor, self.lo * factor)
+    }
+
     /// The nearest f64.
     pub fn to_f64(self) -> f64 {
         self.hi
@@ -83,10 +114,17 @@ impl Wide {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// The square root; 0 for numbers that are not positive.
+    /// The square root; 0 for numbers that are not positive, and itself for infinity and NaN.
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
             return Wide::ZERO;
+        }
+        if !self.is_finite() {
+            return self;
+        }
+        if self.hi < TINY {
+            let half_way = 2f64.powi(-64);
+            return self.scaled(UP).sqrt().scaled(half_way);
         }
         // One step of Newton's method from the f64 root doubles its digits.
         let root = Wide::new(self.hi.sqrt());
@@ -163,8 +201,15 @@ impl Div for Wide {
     fn div(self, b: Wide) -> Wide {
         // Long division, one f64 digit at a time.
         let first = self.hi / b.hi;
-        if !first.is_finite() {
+        if !first.is_finite() || !b.is_finite() {
             return Wide::new(first);
+        }
+        // Beside the largest f64 the product of the first digit and b may overflow, beside the smallest its error is lost.
+        if self.hi.abs() > LARGE {
+            return (self.scaled(DOWN) / b).scaled(UP);
+        }
+        if self.hi.abs() < TINY && self.hi != 0.0 {
+            return (self.scaled(UP) / b).scaled(DOWN);
         }
         let rest = self - b * Wide::new(first);
         let second = rest.hi / b.hi;
@@ -204,11 +249,11 @@ pub fn sub3(a: Wide3, b: Wide3) -> Wide3 {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-/// v at length 1, or `None` for the zero vector.
+/// v at length 1, or `None` for the zero vector and for one with a part that is not finite.
 pub fn unit3(v: Wide3) -> Option<Wide3> {
     // By the largest part first, so that no square overflows or vanishes.
     let largest = v.iter().fold(Wide::ZERO, |m, c| m.max(c.abs()));
-    if !(largest > Wide::ZERO && largest.is_finite()) {
+    if !(largest > Wide::ZERO && v.iter().all(|c| c.is_finite())) {
         return None;
     }
     let v = v.map(|c| c / largest);
@@ -219,6 +264,8 @@ pub fn unit3(v: Wide3) -> Option<Wide3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_bigint::BigInt;
+    use proptest::prelude::*;
 
     #[test]
     fn keeps_about_32_digits() {
@@ -249,5 +296,86 @@ mod tests {
         assert_eq!(unit3([Wide::ZERO; 3]), None);
         let u = unit3([Wide::new(3e200), Wide::ZERO, Wide::new(4e200)]).unwrap();
         assert!((u[0] - Wide::new(3.0) / Wide::new(5.0)).abs().to_f64() < 1e-31);
+    }
+
+    /// x 2^1074, a whole number for every finite f64.
+    fn exact(x: f64) -> BigInt {
+        let (mantissa, exponent) = crate::math::coverage::wide::parts(x);
+        BigInt::from(mantissa) << (exponent + 1074).unsigned_abs()
+    }
+
+    fn exact_sum(x: Wide) -> BigInt {
+        exact(x.hi) + exact(x.lo)
+    }
+
+    /// Any f64: by its bits, at either end of the range, ordinary, and those that are no numbers.
+    fn extreme() -> impl Strategy<Value = f64> {
+        let top = (0u64..64).prop_map(|below| f64::from_bits(f64::MAX.to_bits() - below));
+        let bottom = (0u64..64).prop_map(f64::from_bits);
+        let magnitude = prop_oneof![
+            4 => any::<u64>().prop_map(f64::from_bits),
+            2 => top,
+            1 => bottom,
+            2 => (1.0..2.0f64, 900i32..=1023).prop_map(|(m, e)| m * 2f64.powi(e)),
+            1 => Just(2f64.powi(971) * 1.5),
+            2 => -10.0..10.0f64,
+            1 => prop_oneof![Just(0.0), Just(f64::INFINITY), Just(f64::NAN), Just(f64::MIN_POSITIVE)],
+        ];
+        (magnitude, any::<bool>()).prop_map(|(v, is_negative)| if is_negative { -v } else { v })
+    }
+
+    fn is_canonical(x: Wide) -> bool {
+        if x.hi.is_finite() { x.lo.is_finite() && x.hi + x.lo == x.hi } else { x.lo == 0.0 }
+    }
+
+    /// The same number, or both none.
+    fn is_same(a: f64, b: f64) -> bool {
+        a == b || a.is_nan() && b.is_nan()
+    }
+
+    /// Quotients and roots may lie so near to a tie that 32 digits do not tell its side, and are rounded twice where they are
+    /// scaled to below the normal numbers.
+    fn is_beside(x: Wide, plain: f64) -> bool {
+        let off = (x - Wide::new(plain)).abs().to_f64();
+        off <= plain.abs() * 2f64.powi(-53) || plain.abs() < f64::MIN_POSITIVE && off <= 5e-324
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn arithmetic_on_any_f64_is_that_of_f64_with_more_digits(a in extreme(), b in extreme()) {
+            let (x, y) = (Wide::new(a), Wide::new(b));
+            let results = [(x + y, a + b), (x - y, a - b), (x * y, a * b), (x / y, a / b)];
+            for (i, (wide, plain)) in results.into_iter().enumerate() {
+                prop_assert!(is_canonical(wide), "{i}: {a:e} {b:e} {wide:?}");
+                let is_good = is_same(wide.hi, plain) || i == 3 && is_beside(wide, plain);
+                prop_assert!(is_good, "{i}: {a:e} {b:e} {wide:?}, not {plain:e}");
+            }
+            if (x + y).is_finite() && a.is_finite() && b.is_finite() {
+                prop_assert_eq!(exact_sum(x + y), exact(a) + exact(b));
+            }
+            if (x * y).is_finite() && (a * b).abs() > 1e-280 {
+                prop_assert_eq!(exact_sum(x * y) << 1074, exact(a) * exact(b));
+            }
+            let root = x.sqrt();
+            prop_assert!(is_canonical(root));
+            let plain = if a <= 0.0 { 0.0 } else { a.sqrt() };
+            prop_assert!(is_same(root.hi, plain) || is_beside(root, plain), "{a:e} {root:?}");
+        }
+
+        #[test]
+        fn chains_of_any_f64_end_and_stay_canonical(v in [extreme(), extreme(), extreme(), extreme(), extreme(), extreme()]) {
+            let [a, b] = [[v[0], v[1], v[2]], [v[3], v[4], v[5]]].map(|p| p.map(Wide::new));
+            let both = [cross(a, b), sub3(a, b), [dot3(a, b), dot3(a, a), a[0].min(b[1]).max(b[2])]];
+            for x in both.into_iter().flatten() {
+                prop_assert!(is_canonical(x), "{x:?}");
+            }
+            if let Some(unit) = unit3(a) {
+                prop_assert!((dot3(unit, unit) - Wide::ONE).abs().to_f64() < 1e-14, "{a:?} {unit:?}");
+            } else {
+                prop_assert!(v[..3].iter().all(|&c| c == 0.0) || v[..3].iter().any(|c| !c.is_finite()));
+            }
+        }
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use proptest::prelude::*;
 
 fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
     let mut engine = Engine::new(16, 8).unwrap();
@@ -132,4 +133,53 @@ fn a_stream_rests_when_its_budget_is_used_up() {
     let frame = Budget { pace: Pace::OneFrame, ..Budget::NONE };
     assert_eq!(stream.feed(&mut engine, &script[28..], &mut out, frame), (22, Standing::Rests));
     assert_eq!(engine.frames(), 1);
+}
+
+/// An OBJ of these corners, one face of all.
+fn obj(corners: &[[f64; 3]]) -> String {
+    let lines = corners.iter().map(|[x, y, z]| format!("v {x:e} {y:e} {z:e}\n"));
+    let face: String = (1..=corners.len()).map(|i| format!(" {i}")).collect();
+    format!("{}f{face}\n", lines.collect::<String>())
+}
+
+fn draw(setting: &str, obj: &str) -> String {
+    let script =
+        format!("{setting}\nMESH m OBJ :{}\n{obj}QUALITY max-error 40\nDRAW m\nSYNC end\n", obj.len());
+    String::from_utf8(play(script.as_bytes(), usize::MAX, Audience::Connection).1.replies).unwrap()
+}
+
+#[test]
+fn quality_bears_a_corner_at_the_end_of_the_range() {
+    let corners = [[-1e308, -2.4, -3.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.5]];
+    assert_eq!(draw("", &obj(&corners)), "SYNC end\n");
+    assert_eq!(draw("SHADE wire", &obj(&corners)), "SYNC end\n");
+}
+
+/// Any number that a line can give, and its extremes more often.
+fn real() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => -3.0..3.0f64,
+        2 => any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |v| v.is_finite()),
+        1 => prop::sample::select(vec![f64::MAX, -f64::MAX, 1e308, -1e308, 5e-324, -5e-324, -0.0, 1e154, -1e155, 1e39]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn quality_bears_numbers_of_any_size(
+        corners in prop::collection::vec([real(), real(), real()], 3..6),
+        eye in [real(), real(), real()], range in [real(), real()], scale in [real(), real(), real()],
+        shade in prop::sample::select(vec!["wire", "flat", "gouraud", "phong"]),
+        camera in prop::sample::select(vec!["PERSPECTIVE 1", "ORTHO -2 2 -2 2", "FRUSTUM -1 1 -1 1", "PLANE 1"]),
+    ) {
+        let ([ex, ey, ez], [sx, sy, sz], [near, far]) = (eye, scale, range);
+        let setting = format!(
+            "SHADE {shade}\nCULL none\nLOOKAT {ex:e} {ey:e} {ez:e} 0 0 0 0 1 0\n{camera} {near:e} {far:e}\nSCALE {sx:e} {sy:e} {sz:e}",
+        );
+        // Much of it is refused, and nothing is given up.
+        let replies = draw(&setting, &obj(&corners));
+        prop_assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{}", replies);
+    }
 }
