@@ -1,16 +1,13 @@
 //! Areas in real coordinates: filled triangles with interpolated colours, filled polygons.
 //!
-//! Coverage is `math::coverage`'s. The exact colour of a covered pixel with centre P is, in each channel,
-//! (c0 E0 + c1 E1 + c2 E2) / A rounded half up, with E_i the doubled area of the snapped corners after i and P, and
-//! A = E0 + E1 + E2 that of the triangle: whole numbers all, in the width that the corners need.
+//! Coverage is `math::coverage`'s, colours along a row are `gradient`'s: both exact, in whole numbers of the width that the
+//! corners need.
 
 use super::blend::Paint;
-use super::ramp::{FRACTION_BITS, Ramp};
-use super::{AreaColors, Blend, frame, over, run_mut};
-use crate::math::coverage::wide::Wide;
-use crate::math::coverage::{Corners, Snapped, SnappedTriangle, doubled_area, polygon_spans, scan_triangle};
+use super::gradient::gradient;
+use super::{AreaColors, Blend, frame, run_mut};
+use crate::math::coverage::{Snapped, SnappedTriangle, polygon_spans};
 use crate::memory::{Rgba, VideoMemory};
-use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Fills a triangle, of any size and winding; with three colours they run from corner to corner.
@@ -44,108 +41,6 @@ fn painter(memory: &mut VideoMemory, paint: Paint) -> impl FnMut(i32, Range<i32>
     move |y, xs| {
         paint.run(run_mut(memory, y, xs));
         memory.mark_row(y as u32);
-    }
-}
-
-/// The exact colours of one triangle.
-struct Gradient<I> {
-    /// Clockwise on the screen, so that every weight of a covered pixel is positive.
-    corners: Corners<I>,
-    /// Each corner's colour, channel by channel.
-    colors: [[I; 4]; 3],
-    /// A.
-    area: I,
-    /// 2 A: what the doubled numerators are divided by.
-    divisor: I,
-}
-
-impl<I: Wide> Gradient<I> {
-    /// `None` for a triangle without area.
-    fn new(corners: &Corners<I>, colors: [Rgba; 3]) -> Option<Self> {
-        let colors = colors.map(|c| c.map(|v| I::from_i64(v.into())));
-        let area = doubled_area(corners);
-        let ([a, b, c], [ca, cb, cc]) = (corners.clone(), colors);
-        let (corners, colors, area) = match area.signum_order() {
-            Ordering::Equal => return None,
-            Ordering::Greater => ([a, b, c], [ca, cb, cc], area),
-            Ordering::Less => ([a, c, b], [ca, cc, cb], I::from_i64(0).minus(&area)),
-        };
-        let divisor = area.plus(&area);
-        Some(Gradient { corners, colors, area, divisor })
-    }
-
-    /// For each channel the numerator of the rounded colour at pixel (x, y), 2 sum c_i E_i + A, over 2 A.
-    ///
-    /// The pixel is covered: no weight is negative, so the numerator is at most 511 A.
-    fn numerators(&self, x: i32, y: i32) -> [I; 4] {
-        let centre = [x, y].map(|v| I::from_i64(i64::from(v) * 256 + 128));
-        let weights: [I; 3] = std::array::from_fn(|i| {
-            let (a, b) = (&self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3]);
-            let across = b[0].minus(&a[0]).times(&centre[1].minus(&a[1]));
-            across.minus(&b[1].minus(&a[1]).times(&centre[0].minus(&a[0])))
-        });
-        self.mixed(&weights).map(|sum| sum.plus(&sum).plus(&self.area))
-    }
-
-    /// What a numerator grows by from a pixel to the next one to the right.
-    fn growth(&self) -> [I; 4] {
-        let per_pixel = I::from_i64(256);
-        let slopes: [I; 3] = std::array::from_fn(|i| {
-            let (a, b) = (&self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3]);
-            a[1].minus(&b[1]).times(&per_pixel)
-        });
-        self.mixed(&slopes).map(|sum| sum.plus(&sum))
-    }
-
-    /// sum c_i w_i for each channel.
-    fn mixed(&self, w: &[I; 3]) -> [I; 4] {
-        let c = &self.colors;
-        std::array::from_fn(|k| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2])))
-    }
-
-    /// The exact colour of a covered pixel.
-    fn color(&self, x: i32, y: i32) -> Rgba {
-        self.numerators(x, y).map(|n| n.div_rem_floor(&self.divisor).0.clamp_i64(0, 255) as u8)
-    }
-
-    /// n / 2 A in 8.56 fixed point, modulo 256; less than 2 ulp below the truth.
-    fn fixed(&self, n: &I) -> u64 {
-        let (whole, rest) = n.div_rem_floor(&self.divisor);
-        // Outside these bounds only where a pixel has no covered neighbour, and the step is never taken.
-        let whole = whole.clamp_i64(-512, 511) as u64;
-        (whole << FRACTION_BITS).wrapping_add(rest.fraction_56(&self.divisor))
-    }
-}
-
-fn gradient<I: Wide>(memory: &mut VideoMemory, corners: &Corners<I>, colors: [Rgba; 3], blend: Blend) {
-    let Some(exact) = Gradient::new(corners, colors) else { return };
-    let step = exact.growth().map(|n| exact.fixed(&n));
-    let largest_divisor = exact.divisor.clamp_i64(0, i64::MAX) as u64;
-    scan_triangle(corners, frame(memory), |y, xs| {
-        let value = exact.numerators(xs.start, y).map(|n| exact.fixed(&n));
-        let ramp = Ramp::new(value, step, 2, xs.len() as u32, largest_divisor);
-        let run = run_mut(memory, y, xs.clone());
-        let ask = |i: usize| exact.color(xs.start + i as i32, y);
-        match blend {
-            Blend::Replace => shade(run, ramp, ask, |pixel, color| *pixel = color),
-            Blend::Over => shade(run, ramp, ask, |pixel, color| *pixel = over(color, *pixel)),
-        }
-        memory.mark_row(y as u32);
-    });
-}
-
-/// Puts the ramp's colours along a run, those in doubt from `ask`, which is given the pixel's place in the run.
-fn shade(run: &mut [Rgba], mut ramp: Ramp, ask: impl Fn(usize) -> Rgba, put: impl Fn(&mut Rgba, Rgba)) {
-    if ramp.may_be_doubtful() {
-        for (i, pixel) in run.iter_mut().enumerate() {
-            put(pixel, if ramp.is_doubtful() { ask(i) } else { ramp.color() });
-            ramp.step();
-        }
-    } else {
-        for pixel in run {
-            put(pixel, ramp.color());
-            ramp.step();
-        }
     }
 }
 
@@ -230,6 +125,39 @@ mod tests {
         }
 
         #[test]
+        fn colours_that_hardly_change_turn_where_they_do(
+            scale in prop_oneof![Just(1e14), Just(1e16), Just(1e17), Just(1e40), Just(1e300)],
+            ends in [[-3i32..4, -3i32..4], [-3i32..4, -3i32..4], [-3i32..4, -3i32..4]],
+            near in [[-8i32..9, -8i32..9], [-8i32..9, -8i32..9], [-8i32..9, -8i32..9]],
+            palette in [0usize..6, 0usize..6, 0usize..6], over: bool,
+        ) {
+            // Corners at small whole ratios: the colours about the origin are small fractions, and a hair beside them.
+            let points = std::array::from_fn(|i| {
+                std::array::from_fn(|k| match ends[i][k] {
+                    0 => f64::from(near[i][k]) / 2.0,
+                    far => f64::from(far) * scale,
+                })
+            });
+            let colors = palette.map(|p| {
+                [[0; 4], [255; 4], [1, 2, 3, 4], [128, 127, 85, 170], [255, 0, 51, 204], [64, 192, 16, 240]][p]
+            });
+            check(points, colors, if over { Blend::Over } else { Blend::Replace });
+        }
+
+        #[test]
+        fn strips_of_whole_steps_are_exact_at_every_crossing(
+            far in prop_oneof![Just(1e12), Just(1e17), Just(1e300)], x in -4i32..3, w in prop::sample::select(vec![8, 16, 32, 255, 510]),
+            flat in 0usize..4, level in 0u8..=255,
+        ) {
+            // One channel that hardly changes beside three that meet whole numbers pixel by pixel.
+            let (x, w) = (f64::from(x) / 2.0, f64::from(w));
+            let mut colors = [[255, 0, 255, 0], [0, 255, 128, 64], [128, 128, 0, 192]];
+            colors.iter_mut().for_each(|c| c[flat] = level);
+            check([[x, -far], [x + w, -far], [x + w / 2.0, far]], colors, Blend::Replace);
+            check([[-far, x], [-far, x + w], [far, x + w / 2.0]], colors, Blend::Replace);
+        }
+
+        #[test]
         fn winding_changes_nothing(points in [corner(), corner(), corner()], c: [Rgba; 3]) {
             let [p0, p1, p2] = points;
             let (mut there, mut back) = (memory(W, H), memory(W, H));
@@ -250,6 +178,24 @@ mod tests {
                 assert_eq!(one.bytes(), three.bytes());
             }
         }
+    }
+
+    /// The formula at every pixel of such a frame would take minutes.
+    #[test]
+    fn corners_at_the_ends_of_the_range_cost_the_visible_part() {
+        let begun = std::time::Instant::now();
+        let mut m = memory(1920, 1080);
+        let colors = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]];
+        for points in [
+            [[-1e300, -1e300], [1e300, 0.0], [0.0, 1e299]],
+            [[-1e308, -1e308], [1e308, -1e308], [0.0, 1e308]],
+            [[0.0, -1e308], [4080.0, -1e308], [2040.0, 1e308]],
+        ] {
+            fill(&mut m, points, AreaColors::Three(colors), Blend::Replace);
+            let (x, y) = (1500, 500);
+            assert_eq!(m.get_pixel(x, y).unwrap(), truth(points, colors, x, y));
+        }
+        assert!(begun.elapsed().as_secs() < 60, "it hung");
     }
 
     #[test]

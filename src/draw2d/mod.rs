@@ -18,6 +18,7 @@ mod disc;
 mod error;
 mod fill;
 pub mod font;
+mod gradient;
 mod line;
 mod line_aa;
 mod pixels;

@@ -83,6 +83,25 @@ impl Ramp {
         self.value.iter().any(|v| v & ((1 << FRACTION_BITS) - 1) < self.doubtful_below)
     }
 
+    /// [`Ramp::is_doubtful`] for channel k alone.
+    #[inline]
+    pub(super) fn is_doubtful_in(&self, k: usize) -> bool {
+        self.value[k] & ((1 << FRACTION_BITS) - 1) < self.doubtful_below
+    }
+
+    /// The ramp `steps` pixels on.
+    pub(super) fn after(&self, steps: usize) -> Self {
+        let value =
+            std::array::from_fn(|k| self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64)));
+        Ramp { value, ..*self }
+    }
+
+    /// Holds channel k at `byte` from here on, without a doubt.
+    pub(super) fn hold(&mut self, k: usize, byte: u8) {
+        self.value[k] = (u64::from(byte) << FRACTION_BITS) | 1 << (FRACTION_BITS - 1);
+        self.step[k] = 0;
+    }
+
     /// Whether [`Ramp::is_doubtful`] can be true at all.
     pub(super) fn may_be_doubtful(&self) -> bool {
         self.doubtful_below > 0

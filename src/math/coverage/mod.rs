@@ -12,6 +12,7 @@
 //! The cost is that of the rows in the clip rectangle, not of the area. Source: the fill rule of Pineda, "A parallel
 //! algorithm for polygon rasterization" (1988) and of the graphics APIs since; exact stepping as in Bresenham (1965).
 
+mod far_walk;
 mod triangle;
 mod walk;
 pub(crate) mod wide;
@@ -21,7 +22,7 @@ pub use triangle::{Filling, SnappedTriangle};
 
 use num_bigint::BigInt;
 use std::ops::Range;
-use walk::{EdgeWalk, first_row};
+use walk::{Walk, first_row};
 use wide::{Wide, snap_big};
 
 /// Pixels `x0..x1` by `y0..y1`, half-open; empty when an end is not beyond its start.
@@ -104,8 +105,8 @@ pub fn polygon_spans(points: &[[f64; 2]], clip: PixelRect, f: impl FnMut(i32, Ra
 }
 
 /// An edge that waits for its first row, or walks.
-struct ActiveEdge<I> {
-    walk: EdgeWalk<I>,
+struct ActiveEdge<W> {
+    walk: W,
     last_row: i32,
 }
 
@@ -124,7 +125,8 @@ fn scan_polygon<I: Wide>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i
     }
     waiting.sort_by_key(|(rows, i)| (rows.start, *i));
     let mut waiting = waiting.into_iter().peekable();
-    let mut active: Vec<ActiveEdge<I>> = Vec::new();
+    let columns = [clip.x0, clip.x1];
+    let mut active: Vec<ActiveEdge<I::Walk>> = Vec::new();
     let mut crossings: Vec<i32> = Vec::new();
     let mut row = clip.y0;
     loop {
@@ -134,10 +136,13 @@ fn scan_polygon<I: Wide>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i
         }
         while let Some((rows, i)) = waiting.next_if(|(rows, _)| rows.start == row) {
             let (top, bottom) = ends(i);
-            active.push(ActiveEdge { walk: EdgeWalk::new(top, bottom, row), last_row: rows.end - 1 });
+            active.push(ActiveEdge {
+                walk: I::Walk::new(top, bottom, rows.clone(), columns),
+                last_row: rows.end - 1,
+            });
         }
         crossings.clear();
-        crossings.extend(active.iter().map(|e| e.walk.column(clip.x0, clip.x1)));
+        crossings.extend(active.iter().map(|e| e.walk.column(columns)));
         crossings.sort_unstable();
         // A closed outline crosses a row an even number of times; runs that touch are given as one.
         let mut run = clip.x0..clip.x0;

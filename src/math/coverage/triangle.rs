@@ -1,6 +1,6 @@
 //! Exact coverage of one triangle.
 
-use super::walk::{EdgeWalk, first_row};
+use super::walk::{Walk, first_row};
 use super::wide::{Wide, snap_big};
 use super::{PixelRect, Snapped, extent, snap_middle, snap_narrow, width_for};
 use num_bigint::BigInt;
@@ -138,14 +138,15 @@ pub(crate) fn scan_triangle<I: Wide>(p: &Corners<I>, clip: PixelRect, mut f: imp
         return;
     }
     // One edge goes all the way down; the two others take turns on the other side. Which side is which shows itself.
-    let mut long = EdgeWalk::new(top, bottom, y0);
+    let columns = [clip.x0, clip.x1];
+    let mut long = I::Walk::new(top, bottom, y0..y2, columns);
     for (from, to, rows) in [(top, middle, y0..y1), (middle, bottom, y1..y2)] {
         if rows.is_empty() {
             continue;
         }
-        let mut short = EdgeWalk::new(from, to, rows.start);
+        let mut short = I::Walk::new(from, to, rows.clone(), columns);
         for y in rows {
-            let (a, b) = (long.column(clip.x0, clip.x1), short.column(clip.x0, clip.x1));
+            let (a, b) = (long.column(columns), short.column(columns));
             if a != b {
                 f(y, a.min(b)..a.max(b));
             }

@@ -7,6 +7,18 @@
 //! edge share the number too, and no pixel of the seam is lit twice or left out.
 
 use super::wide::Wide;
+use std::ops::Range;
+
+/// What knows where an edge crosses rows, one after the other.
+pub(crate) trait Walk<I> {
+    /// The edge between two points in the rows that it crosses, standing at the first. `top` lies above `bottom` (smaller
+    /// y), not beside it. Columns are held to `ends`, the same in all calls.
+    fn new(top: &[I; 2], bottom: &[I; 2], rows: Range<i32>, ends: [i32; 2]) -> Self;
+    /// The first column on the edge or to its right, held to `ends`.
+    fn column(&self, ends: [i32; 2]) -> i32;
+    /// One row down.
+    fn step(&mut self);
+}
 
 /// The first row whose centre lies on or below `y` (in 1/256 pixel), held to `lo..=hi`.
 pub(super) fn first_row<I: Wide>(y: &I, lo: i32, hi: i32) -> i32 {
@@ -14,8 +26,8 @@ pub(super) fn first_row<I: Wide>(y: &I, lo: i32, hi: i32) -> i32 {
     y.plus(&I::from_i64(127)).div_rem_floor(&I::from_i64(256)).0.clamp_i64(lo.into(), hi.into()) as i32
 }
 
-/// One edge on its way down the rows.
-pub(super) struct EdgeWalk<I> {
+/// One edge on its way down the rows, in numbers that cost little to add.
+pub(crate) struct EdgeWalk<I> {
     /// ceil(N / D): the first column on the edge or to its right.
     column: I,
     /// What is left of N + D - 1 after dividing by D, in 0..D.
@@ -25,12 +37,11 @@ pub(super) struct EdgeWalk<I> {
     divisor: I,
 }
 
-impl<I: Wide> EdgeWalk<I> {
-    /// The edge between two points, standing at `row`. `top` lies above `bottom` (smaller y), not beside it.
-    pub(super) fn new(top: &[I; 2], bottom: &[I; 2], row: i32) -> Self {
+impl<I: Wide> Walk<I> for EdgeWalk<I> {
+    fn new(top: &[I; 2], bottom: &[I; 2], rows: Range<i32>, _: [i32; 2]) -> Self {
         let dx = bottom[0].minus(&top[0]);
         let dy = bottom[1].minus(&top[1]);
-        let centre = I::from_i64(i64::from(row) * 256 + 128);
+        let centre = I::from_i64(i64::from(rows.start) * 256 + 128);
         let n = top[0].minus(&I::from_i64(128)).times(&dy).plus(&centre.minus(&top[1]).times(&dx));
         let unit = I::from_i64(256);
         let divisor = dy.times(&unit);
@@ -39,15 +50,13 @@ impl<I: Wide> EdgeWalk<I> {
         EdgeWalk { column, rest, step_column, step_rest, divisor }
     }
 
-    /// The first column on the edge or to its right, held to `lo..=hi`.
     #[inline]
-    pub(super) fn column(&self, lo: i32, hi: i32) -> i32 {
+    fn column(&self, [lo, hi]: [i32; 2]) -> i32 {
         self.column.clamp_i64(lo.into(), hi.into()) as i32
     }
 
-    /// One row down.
     #[inline]
-    pub(super) fn step(&mut self) {
+    fn step(&mut self) {
         self.column.add(&self.step_column);
         self.rest.add(&self.step_rest);
         if self.rest >= self.divisor {

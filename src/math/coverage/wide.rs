@@ -1,12 +1,16 @@
 //! Whole numbers of the width that a triangle needs: i64 for what lies near a frame, i128 for what lies far off, and
 //! numbers without a limit for the rest. One generic algorithm runs on all three and gives the same answer.
 
+use super::far_walk::FarWalk;
+use super::walk::{EdgeWalk, Walk};
 use num_bigint::{BigInt, Sign};
 use num_integer::Integer;
 use std::cmp::Ordering;
 
 /// Exact integer arithmetic. The caller picks a width in which nothing overflows.
 pub(crate) trait Wide: Clone + Ord {
+    /// What follows an edge between points of such numbers.
+    type Walk: Walk<Self>;
     /// `v`, exactly.
     fn from_i64(v: i64) -> Self;
     /// a + b.
@@ -27,11 +31,15 @@ pub(crate) trait Wide: Clone + Ord {
     fn signum_order(&self) -> Ordering;
     /// r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the truth, never above it.
     fn fraction_56(&self, d: &Self) -> u64;
+    /// self + steps * step compared with count * unit, for a difference of the two of at most a few units and factors
+    /// below 2^32.
+    fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering;
 }
 
 macro_rules! machine_wide {
     ($int:ty) => {
         impl Wide for $int {
+            type Walk = EdgeWalk<$int>;
             #[inline]
             fn from_i64(v: i64) -> Self {
                 v.into()
@@ -75,6 +83,12 @@ macro_rules! machine_wide {
                 let (r, d) = ((self >> spare) as u128, (d >> spare) as u128 + u128::from(spare > 0));
                 ((r << 56) / d) as u64
             }
+            #[inline]
+            fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering {
+                // The products may wrap, their difference is small again.
+                let taken = self.wrapping_add(step.wrapping_mul(<$int>::from(steps)));
+                taken.wrapping_sub(unit.wrapping_mul(<$int>::from(count))).cmp(&0)
+            }
         }
     };
 }
@@ -83,6 +97,7 @@ machine_wide!(i64);
 machine_wide!(i128);
 
 impl Wide for BigInt {
+    type Walk = FarWalk;
     fn from_i64(v: i64) -> Self {
         v.into()
     }
@@ -124,6 +139,24 @@ impl Wide for BigInt {
         let narrow = |v: &BigInt| i128::try_from(v >> spare).expect("126 bits are left");
         narrow(self).fraction_56(&(narrow(d) + i128::from(spare > 0)))
     }
+    fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering {
+        // Digit by digit from the lowest, so that no number is made.
+        let mut terms = [(self, 1), (step, steps), (unit, -count)].map(|(number, factor)| {
+            let is_negative = number.sign() == Sign::Minus;
+            (number.iter_u64_digits(), i128::from(if is_negative { -factor } else { factor }))
+        });
+        let longest = terms.iter().map(|(digits, _)| digits.len()).max().unwrap_or(0);
+        let (mut carry, mut any_digit) = (0i128, 0u64);
+        for _ in 0..longest {
+            for (digits, factor) in &mut terms {
+                carry += i128::from(digits.next().unwrap_or(0)) * *factor;
+            }
+            any_digit |= carry as u64;
+            carry >>= 64;
+        }
+        // The sum is carry 2^(64 longest) + the digits kept, of which it matters only whether they are all 0.
+        carry.cmp(&0).then(any_digit.cmp(&0))
+    }
 }
 
 /// `v` pixels in 1/256 pixel: nearest, ties to even; any finite value.
@@ -159,6 +192,7 @@ pub(crate) fn parts(v: f64) -> (i64, i32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn snapping_is_to_nearest_with_ties_to_even_at_every_size() {
@@ -197,6 +231,29 @@ mod tests {
                 if let (Ok(r), Ok(d)) = (i64::try_from(&r), i64::try_from(&d)) {
                     assert_eq!(BigInt::from(r.fraction_56(&d)), exact);
                 }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn stepped_comparisons_are_those_of_plain_arithmetic(
+            unit in 1i64..1 << 40, rest in 0.0..1.0f64, step in 0.0..1.0f64, steps in 0i64..40_000, off in -1i64..=1, shift in 0u32..2000,
+        ) {
+            let part = |p: f64| (unit as f64 * p) as i64;
+            let (rest, step) = (part(rest), part(step));
+            let count = (rest + steps * step) / unit + off;
+            let want = (rest + steps * step).cmp(&(count * unit));
+            prop_assert_eq!(rest.compare_stepped(steps, &step, count, &unit), want);
+            let wide = |v: i64| i128::from(v) << 70;
+            prop_assert_eq!(wide(rest).compare_stepped(steps, &wide(step), count, &wide(unit)), want);
+            let big = |v: i64| -> BigInt { BigInt::from(v) << shift };
+            prop_assert_eq!(big(rest).compare_stepped(steps, &big(step), count, &big(unit)), want);
+            // A hair more or less decides a tie.
+            let more = (big(rest) + 1i64).compare_stepped(steps, &big(step), count, &big(unit));
+            let less = (big(rest) - 1i64).compare_stepped(steps, &big(step), count, &big(unit));
+            if want == Ordering::Equal {
+                prop_assert_eq!((more, less), (Ordering::Greater, Ordering::Less));
             }
         }
     }

@@ -1,0 +1,231 @@
+//! A triangle's interpolated colours, exactly: rows of fixed-point ramps, and whole numbers where those leave a doubt.
+//!
+//! In: snapped corners in 1/256 pixel, a colour for each. Out: painted runs of the visible rows, on the caller's thread.
+//! The exact colour of a covered pixel with centre P is, in each channel, floor(V) with V = N / D,
+//! N = 2 (c0 E0 + c1 E1 + c2 E2) + A and D = 2 A, where E_i is the doubled area of the snapped corners after i and P, and
+//! A = E0 + E1 + E2 that of the triangle. One knows by asking the formula at each pixel in numbers without a limit.
+//!
+//! A row costs one exact N, then an addition a pixel and channel. Corners far outside the frame make D so large that a
+//! ramp may stand too near to a whole number to tell on which side, in every pixel of the frame when V hardly changes
+//! across it. So a row in doubt is taken in two ways:
+//! - A channel whose V moves by less than 1 along the row takes at most two values, and V is monotonic: the exact formula
+//!   at both ends tells them, and bisection where one gives way to the other.
+//! - Any other channel passes at most 255 whole numbers, each within one pixel: those are asked of the exact remainder,
+//!   which is affine too and whose sign costs one pass over its digits.
+//!
+//! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
+
+use super::ramp::{FRACTION_BITS, Ramp};
+use super::{Blend, frame, over, run_mut};
+use crate::math::coverage::wide::Wide;
+use crate::math::coverage::{Corners, doubled_area, scan_triangle};
+use crate::memory::{Rgba, VideoMemory};
+use std::cmp::Ordering;
+
+/// A fraction as its whole part, rounded down, and the rest in 0..D of its numerator.
+struct Divided<I> {
+    whole: i64,
+    rest: I,
+}
+
+/// The exact colours of one triangle.
+struct Gradient<I> {
+    /// Clockwise on the screen, so that every weight of a covered pixel is positive.
+    corners: Corners<I>,
+    /// Each corner's colour, channel by channel.
+    colors: [[I; 4]; 3],
+    /// A.
+    area: I,
+    /// D = 2 A.
+    divisor: I,
+}
+
+impl<I: Wide> Gradient<I> {
+    /// `None` for a triangle without area.
+    fn new(corners: &Corners<I>, colors: [Rgba; 3]) -> Option<Self> {
+        let colors = colors.map(|c| c.map(|v| I::from_i64(v.into())));
+        let area = doubled_area(corners);
+        let ([a, b, c], [ca, cb, cc]) = (corners.clone(), colors);
+        let (corners, colors, area) = match area.signum_order() {
+            Ordering::Equal => return None,
+            Ordering::Greater => ([a, b, c], [ca, cb, cc], area),
+            Ordering::Less => ([a, c, b], [ca, cc, cb], I::from_i64(0).minus(&area)),
+        };
+        let divisor = area.plus(&area);
+        Some(Gradient { corners, colors, area, divisor })
+    }
+
+    /// V of each channel at pixel (x, y), which is covered: 1/2 <= V < 256.
+    fn values(&self, x: i32, y: i32) -> [Divided<I>; 4] {
+        let centre = [x, y].map(|v| I::from_i64(i64::from(v) * 256 + 128));
+        let weights: [I; 3] = std::array::from_fn(|i| {
+            let (a, b) = (&self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3]);
+            let across = b[0].minus(&a[0]).times(&centre[1].minus(&a[1]));
+            across.minus(&b[1].minus(&a[1]).times(&centre[0].minus(&a[0])))
+        });
+        self.mixed(&weights).map(|sum| self.divided(&sum.plus(&sum).plus(&self.area)))
+    }
+
+    /// What V grows by from a pixel to the next one to the right.
+    fn growth(&self) -> [Divided<I>; 4] {
+        let per_pixel = I::from_i64(256);
+        let slopes: [I; 3] = std::array::from_fn(|i| {
+            let (a, b) = (&self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3]);
+            a[1].minus(&b[1]).times(&per_pixel)
+        });
+        self.mixed(&slopes).map(|sum| self.divided(&sum.plus(&sum)))
+    }
+
+    /// sum c_i w_i for each channel.
+    fn mixed(&self, w: &[I; 3]) -> [I; 4] {
+        let c = &self.colors;
+        std::array::from_fn(|k| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2])))
+    }
+
+    fn divided(&self, n: &I) -> Divided<I> {
+        let (whole, rest) = n.div_rem_floor(&self.divisor);
+        // Outside these bounds only where a pixel has no covered neighbour, and the step is never taken.
+        Divided { whole: whole.clamp_i64(-512, 511), rest }
+    }
+
+    /// A quotient in 8.56 fixed point, modulo 256; less than 2 ulp below the truth.
+    fn fixed(&self, n: &Divided<I>) -> u64 {
+        ((n.whole as u64) << FRACTION_BITS).wrapping_add(n.rest.fraction_56(&self.divisor))
+    }
+}
+
+/// Paints the triangle of `corners` in 1/256 pixel, a colour at each.
+pub(super) fn gradient<I: Wide>(
+    memory: &mut VideoMemory,
+    corners: &Corners<I>,
+    colors: [Rgba; 3],
+    blend: Blend,
+) {
+    let Some(exact) = Gradient::new(corners, colors) else { return };
+    let growth = exact.growth();
+    let step = growth.each_ref().map(|n| exact.fixed(n));
+    let largest_divisor = exact.divisor.clamp_i64(0, i64::MAX) as u64;
+    scan_triangle(corners, frame(memory), |y, xs| {
+        let start = exact.values(xs.start, y);
+        let value = start.each_ref().map(|n| exact.fixed(n));
+        let ramp = Ramp::new(value, step, 2, xs.len() as u32, largest_divisor);
+        let row = Row { exact: &exact, start, growth: &growth, ramp };
+        let run = run_mut(memory, y, xs);
+        match blend {
+            Blend::Replace => row.paint(run, |pixel, color| *pixel = color),
+            Blend::Over => row.paint(run, |pixel, color| *pixel = over(color, *pixel)),
+        }
+        memory.mark_row(y as u32);
+    });
+}
+
+/// The colours of one run of pixels.
+struct Row<'a, I> {
+    exact: &'a Gradient<I>,
+    /// V at the first pixel.
+    start: [Divided<I>; 4],
+    growth: &'a [Divided<I>; 4],
+    ramp: Ramp,
+}
+
+impl<I: Wide> Row<'_, I> {
+    fn paint(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
+        if self.ramp.may_be_doubtful() {
+            return self.paint_in_parts(run, put);
+        }
+        let mut ramp = self.ramp;
+        for pixel in run {
+            put(pixel, ramp.color());
+            ramp.step();
+        }
+    }
+
+    /// The run, cut where a nearly level channel takes its other value.
+    fn paint_in_parts(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
+        let levels: [Option<Level>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
+        let mut ends = levels.map(|l| l.map_or(run.len(), |l| l.end));
+        ends.sort_unstable();
+        let mut from = 0;
+        for to in ends.into_iter().chain([run.len()]) {
+            if from == to {
+                continue;
+            }
+            let mut ramp = self.ramp.after(from);
+            for (k, level) in levels.iter().enumerate() {
+                if let Some(level) = level {
+                    ramp.hold(k, if from < level.end { level.first } else { level.last });
+                }
+            }
+            if levels.iter().all(Option::is_some) {
+                let color = ramp.color();
+                run[from..to].iter_mut().for_each(|pixel| put(pixel, color));
+            } else {
+                for (i, pixel) in (from..to).zip(&mut run[from..to]) {
+                    put(pixel, if ramp.is_doubtful() { self.decided(&ramp, i) } else { ramp.color() });
+                    ramp.step();
+                }
+            }
+            from = to;
+        }
+    }
+
+    /// The values of a channel that moves by less than 1 along a run of `len` pixels; `None` for any other.
+    fn level(&self, k: usize, len: usize) -> Option<Level> {
+        let growth = &self.growth[k];
+        let fraction = growth.rest.fraction_56(&self.exact.divisor);
+        let slope = (i128::from(growth.whole) << FRACTION_BITS) + i128::from(fraction);
+        // The fraction may be 2 ulp short.
+        if (slope.unsigned_abs() + 2) * len as u128 >= 1 << FRACTION_BITS {
+            return None;
+        }
+        let (first, last) = (self.channel(k, 0), self.channel(k, len - 1));
+        let (mut same, mut other) = (0, len);
+        if first != last {
+            other = len - 1;
+            while other - same > 1 {
+                let middle = same.midpoint(other);
+                *(if self.channel(k, middle) == first { &mut same } else { &mut other }) = middle;
+            }
+        }
+        Some(Level { first, end: other, last })
+    }
+
+    /// Channel k at pixel i of the run, exactly.
+    fn channel(&self, k: usize, i: usize) -> u8 {
+        let ramp = self.ramp.after(i);
+        if ramp.is_doubtful_in(k) { self.decided_channel(&ramp, k, i) } else { ramp.color()[k] }
+    }
+
+    /// The exact colour at pixel i, where `ramp` stands.
+    fn decided(&self, ramp: &Ramp, i: usize) -> Rgba {
+        let color = ramp.color();
+        std::array::from_fn(
+            |k| {
+                if ramp.is_doubtful_in(k) { self.decided_channel(ramp, k, i) } else { color[k] }
+            },
+        )
+    }
+
+    /// The ramp has just passed a whole number m, or not yet: V >= m tells.
+    fn decided_channel(&self, ramp: &Ramp, k: usize, i: usize) -> u8 {
+        // Values begin at 1/2, so a ramp that has wrapped to 0 stands at 256.
+        let m = match ramp.color()[k] {
+            0 => 256,
+            m => i64::from(m),
+        };
+        let (start, growth, i) = (&self.start[k], &self.growth[k], i as i64);
+        // V = start.whole + i growth.whole + (start.rest + i growth.rest) / D.
+        let missing = m - start.whole - i * growth.whole;
+        let order = start.rest.compare_stepped(i, &growth.rest, missing, &self.exact.divisor);
+        (m - i64::from(order == Ordering::Less)) as u8
+    }
+}
+
+/// A channel that takes one value, or two, along a run.
+#[derive(Clone, Copy)]
+struct Level {
+    first: u8,
+    /// Where `last` begins; the run's end if `first` is all there is.
+    end: usize,
+    last: u8,
+}
