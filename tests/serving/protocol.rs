@@ -66,6 +66,10 @@ const TABLE: &[(&str, &str)] = &[
     ("SYNC a\nSYNC :\n", "SYNC a\nSYNC :\n"),
     ("BLEND over\nPX 0 0 ffffff80\nPX 0 0\n", "PX 0 0 808080\n"),
     ("BLEND over\nBLEND replace\nPX 0 0 ffffff80\nPX 0 0\n", "PX 0 0 ffffff\n"),
+    (
+        "BLEND over\nBLIT 0 0 1 1 :4\n@@@@POINTS :8\n\x01\0\0\0@@@@COPY 0 0 1 1 2 0\nPEEK 0 12\n",
+        "PEEK 0 404040404040404040404040\n",
+    ),
     ("ERRORS report\nFOO\nSIZE\n", "ERR 2 14 EVERB FOO: unknown verb, got \"FOO\"\nSIZE 20 10\n"),
     ("ERRORS close\nFOO\nSIZE\n", "ERR 2 13 EVERB FOO: unknown verb, got \"FOO\"\n"),
     ("ERRORS count\nLINE\nSIZE\n", "SIZE 20 10\n"),

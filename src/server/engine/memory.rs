@@ -173,8 +173,10 @@ impl Engine {
         Ok(())
     }
 
+    // The memory's verbs store their bytes whatever `BLEND` is: what is read is what was written.
+
     pub(super) fn blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
-        draw2d::blit(&mut self.memory, rect, rgba, s.blend)?;
+        draw2d::blit(&mut self.memory, rect, rgba, Blend::Replace)?;
         let stored = self.visible(rect);
         s.stats.pixels += stored;
         s.stats.clipped += rgba.len() as u64 / 4 - stored;
@@ -207,15 +209,15 @@ impl Engine {
     }
 
     pub(super) fn copy(&mut self, s: &mut Session, source: Rect, dx: i32, dy: i32) -> Result<(), Fault> {
-        draw2d::copy(&mut self.memory, source, [dx, dy], s.blend)?;
+        draw2d::copy(&mut self.memory, source, [dx, dy], Blend::Replace)?;
         s.stats.pixels += self.visible(Rect { x: dx, y: dy, ..source });
         Ok(())
     }
 
     pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
         match self.renderer.options().pool.clone().map(Pool) {
-            Some(pool) => draw2d::points_on(&pool, &mut self.memory, packed, s.blend)?,
-            None => draw2d::points(&mut self.memory, packed, s.blend)?,
+            Some(pool) => draw2d::points_on(&pool, &mut self.memory, packed, Blend::Replace)?,
+            None => draw2d::points(&mut self.memory, packed, Blend::Replace)?,
         }
         let (w, h) = (self.memory.width(), self.memory.height());
         let records = packed.as_chunks::<8>().0;
