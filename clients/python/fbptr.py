@@ -61,6 +61,7 @@ class Client:
         self._out = bytearray()
         self._errors = []
         self._syncs = 0
+        self._sent = 0
         self.events = []
         self.command("ERRORS report")
 
@@ -82,18 +83,25 @@ class Client:
     # -- sending and asking
 
     def command(self, verb, *args, payload=None):
-        """Sends any command: words, numbers, and a payload of bytes where the verb takes one."""
+        """Sends any command: words, numbers, and a payload of bytes where the verb takes one.
+
+        Gives back where it begins in the stream, in bytes: errors name commands by this place.
+        """
         words = [verb] + [a if isinstance(a, str) else _number(a) for a in args]
         if payload is not None:
             words.append(":%d" % len(payload))
         line = " ".join(words)
         if "\n" in line or "\r" in line:
             raise ValueError("a command is one line")
-        self._out += line.encode("utf-8") + b"\n"
+        encoded = line.encode("utf-8") + b"\n"
+        place = self._sent
+        self._sent += len(encoded) + (0 if payload is None else len(payload))
+        self._out += encoded
         if payload is not None:
             self._send(payload)
         elif len(self._out) >= _FLUSH_AT:
             self.flush()
+        return place
 
     def _send(self, payload):
         if len(payload) < _FLUSH_AT:
@@ -110,8 +118,8 @@ class Client:
             self._socket.sendall(self._out)
             self._out.clear()
 
-    def _reply(self, verb):
-        """The next reply line to `verb`; errors and events that come before it are kept."""
+    def _reply(self, verb, place):
+        """The reply line to the query at byte `place`, which begins with `verb`; errors and events before it are kept."""
         self.flush()
         while True:
             line = self._replies.readline()
@@ -121,9 +129,9 @@ class Client:
             text = line[:-1].decode("utf-8", "replace")
             words = text.split(" ")
             if words[0] == "ERR":
-                self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
-                # The verb that waits was refused itself: nothing else will come.
-                if len(words) > 4 and words[4].rstrip(":") == verb:
+                self._keep_error(words)
+                # Replies come in order: the query was refused itself, and nothing else will answer it.
+                if self._errors[-1][1] == place:
                     self._raise_errors()
             elif words[0] == "EVENT":
                 self.events.append(words[1:])
@@ -132,30 +140,38 @@ class Client:
             else:
                 raise ConnectionError("expected a reply to %s, got %r" % (verb, text))
 
+    def _keep_error(self, words):
+        self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
+
     def _raise_errors(self):
         errors, self._errors = self._errors, []
         if errors:
             raise CommandError(errors)
 
-    def ask(self, verb, *args):
-        """Sends a query and gives back the words of its reply, without the verb."""
-        self.command(verb, *args)
-        return self._reply(verb)
+    def ask(self, verb, *args, answer=None):
+        """Sends a query and gives back the words of its reply, without the verb (`answer` where the reply begins otherwise)."""
+        words = self._reply(answer or verb, self.command(verb, *args))
+        self._raise_errors()
+        return words
 
-    def _payload(self, words):
+    def _ask_bytes(self, verb, *args):
+        """Sends a query whose reply ends with a payload, and gives back the payload."""
+        words = self._reply(verb, self.command(verb, *args))
+        # The payload is read before an earlier command's error is raised: the next reply begins behind it.
         count = int(words[-1][1:])
         data = self._replies.read(count)
         if len(data) != count:
             raise ConnectionError("the server ended the connection")
+        self._raise_errors()
         return data
 
     def sync(self):
         """Waits until everything sent so far has taken effect; raises `CommandError` for what was refused."""
         self._syncs += 1
         tag = "s%d" % self._syncs
-        while self.ask("SYNC", tag) != [tag]:
-            pass
-        self._raise_errors()
+        found = self.ask("SYNC", tag)
+        if found != [tag]:
+            raise ConnectionError("expected SYNC %s, got %r" % (tag, found))
 
     def listen(self, on=True):
         """Asks for the window's events; `next_event` gives them."""
@@ -178,7 +194,7 @@ class Client:
             return None
         words = line[:-1].decode("utf-8", "replace").split(" ")
         if words[0] == "ERR":
-            self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
+            self._keep_error(words)
             self._raise_errors()
         if words[0] != "EVENT":
             raise ConnectionError("expected an event, got %r" % line)
@@ -221,7 +237,7 @@ class Client:
         if w is None or h is None:
             width, height = self.size()
             w, h = (width - x if w is None else w), (height - y if h is None else h)
-        return self._payload(self.ask("READ", x, y, w, h))
+        return self._ask_bytes("READ", x, y, w, h)
 
     def array(self, x=0, y=0, w=None, h=None):
         """Like `read`, as a numpy array of shape (h, w, 4); needs numpy."""
@@ -248,7 +264,7 @@ class Client:
 
     def snapshot(self, path=None):
         """The frame as PNG bytes, also written to `path` when there is one."""
-        data = self._payload(self.ask("SNAP", ":"))
+        data = self._ask_bytes("SNAP", ":")
         if path is not None:
             with open(path, "wb") as file:
                 file.write(data)
@@ -302,8 +318,7 @@ class Client:
     def present(self, wait=False):
         """Ends a frame; with `wait` its number, once it is shown."""
         if wait:
-            self.command("PRESENT", "wait")
-            return int(self._reply("FRAME")[0])
+            return int(self.ask("PRESENT", "wait", answer="FRAME")[0])
         self.command("PRESENT")
         return None
 

@@ -99,6 +99,38 @@ class Drawing(unittest.TestCase):
             with self.assertRaises(ValueError):
                 fb.command("PX 1 1\nQUIT")
 
+    def test_errors_belong_to_their_own_command(self):
+        with Client(self.address) as fb:
+            fb.pixel(1, 1, "010203")
+            fb.pixel(2, 2, "040506")
+            fb.sync()
+            # The verb of the refused command is the query's: the reply is read all the same, then the error raised.
+            fb.pixel(5, 5, "zz")
+            with self.assertRaises(CommandError) as caught:
+                fb.get_pixel(1, 1)
+            self.assertEqual([e[2] for e in caught.exception.errors], ["ECOLOUR"])
+            self.assertEqual(fb.get_pixel(2, 2), (4, 5, 6))
+            # An error before a reply with a payload, and a refused query before another of its verb.
+            fb.command("READ", 0, 0, 1)
+            with self.assertRaises(CommandError):
+                fb.read(0, 0, 3, 3)
+            self.assertEqual(fb.read(1, 1, 1, 1), bytes((1, 2, 3, 255)))
+            fb.line(0, 0, 1, 1, "zz")
+            with self.assertRaises(CommandError) as caught:
+                fb.get_pixel(-1, 0)
+            self.assertEqual([e[2] for e in caught.exception.errors], ["ECOLOUR", "ERANGE"])
+            self.assertEqual(fb.get_pixel(1, 1), (1, 2, 3))
+
+    def test_places_count_payloads_and_what_was_not_flushed(self):
+        with Client(self.address) as fb:
+            fb.blit(0, 0, 64, 48, bytes(64 * 48 * 4))
+            fb.text(0, 0, "white", "\u00e9\n")
+            fb.blit(0, 0, 150, 150, bytes(150 * 150 * 4))
+            place = fb.command("SIZE", "no")
+            with self.assertRaises(CommandError) as caught:
+                fb.sync()
+            self.assertEqual([(e[1], e[2]) for e in caught.exception.errors], [(place, "EARGS")])
+
     def test_shared_memory_goes_both_ways(self):
         with SharedMemory(self.shm) as mem, Client(self.address) as fb:
             self.assertEqual((mem.width, mem.height, mem.stride), (64, 48, 256))
