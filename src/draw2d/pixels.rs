@@ -211,6 +211,14 @@ mod tests {
     use crate::draw2d::raster::{golden, memory};
     use crate::pipeline::tile::Pool;
 
+    /// Numbers below the one that is asked with.
+    fn numbers(mut state: u32) -> impl FnMut(u32) -> u32 {
+        move |n| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % n
+        }
+    }
+
     #[test]
     fn the_golden_frame_holds_the_golden_bytes() {
         let golden = golden("seed001_putpixel.json");
@@ -266,11 +274,7 @@ mod tests {
 
     #[test]
     fn lists_of_every_length_are_their_pixels_on_frames_near_and_far() {
-        let mut state = 11u32;
-        let mut next = |n: u32| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) % n
-        };
+        let mut next = numbers(11);
         for (width, height) in [(64, 64), (600, 500)] {
             assert_eq!(width * height * 4 > NEAR_BYTES as u32, width == 600);
             for count in [0, 1, AHEAD - 1, AHEAD, AHEAD + 1, 5 * AHEAD + 3] {
@@ -316,11 +320,7 @@ mod tests {
 
     #[test]
     fn bands_of_threads_light_what_one_thread_does() {
-        let mut state = 7u32;
-        let mut next = |n: u32| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) % n
-        };
+        let mut next = numbers(7);
         // Some fall off the frame, and many fall on each other, in every alpha.
         let mut packed = Vec::new();
         for _ in 0..2 * FEW_POINTS {

@@ -53,7 +53,7 @@ impl Faces<'_> {
 
     /// The packed colours of pixels whose faces have records, where they need no weights.
     #[inline(always)]
-    pub fn plain_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
+    pub fn unweighed_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
         let shading = self.shading;
         if let (Some(surface), None) = (self.is_plain_color(), shading.haze) {
             return Some(pack(s, add::<S>(splat3(s, surface.matte), splat3(s, surface.gloss))));
@@ -67,7 +67,7 @@ impl Faces<'_> {
         None
     }
 
-    /// Weights of pixels whose faces have records.
+    /// Weights of pixels whose faces have records, and the numbers of their surfaces.
     #[inline(always)]
     pub(super) fn weigh<'f, S: Simd>(
         &self,
@@ -76,7 +76,7 @@ impl Faces<'_> {
         faces: S::I,
         at: (S::I, S::I),
         few: &'f mut Few<S>,
-    ) -> Weighed<'f, S> {
+    ) -> (Weighed<'f, S>, S::I) {
         let shading = self.shading;
         let none = s.mask(0);
         let faces = s.select_i(mask, faces, s.splat_i(0));
@@ -128,7 +128,7 @@ impl Faces<'_> {
             materials = s.select_i(behind, materials + s.splat_i(shading.back), materials);
         }
         let shares = Shares { p, inverse, w, right, below };
-        Weighed { faces, surfaces: materials, corners, shares, turn, at }
+        (Weighed { faces, corners, shares, turn, at }, materials)
     }
 
     /// The vertices of pixels' faces, and their materials' numbers.
@@ -196,10 +196,10 @@ impl Faces<'_> {
         let shares = Shares { p, inverse, w, right, below };
         let faces = s.splat_i(wide.face as i32);
         let back = if wide.is_back { shading.back } else { 0 };
-        let materials = s.splat_i(material.to_bits() as i32 + back);
         let at = (s.iota() + s.splat_i(x), s.splat_i(y));
-        let weighed = Weighed { faces, surfaces: materials, corners, shares, turn, at };
-        let (color, delicate) = self.shade(s, mask, &weighed);
+        let weighed = Weighed { faces, corners, shares, turn, at };
+        let surface = &shading.surfaces[(material.to_bits() as i32 + back) as usize];
+        let (color, delicate) = self.shade(s, mask, surface, &weighed);
         let needs_w =
             shading.is_affine && (matches!(shading.source, Source::Pixels(_)) || shading.haze.is_some());
         (color, if needs_w { mask } else { delicate | off })

@@ -53,7 +53,9 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
     fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
         let mut known = Known { face: NO_FACE, wide: None, color: None };
-        let mut line = Line::new(s);
+        // Only what is textured ever waits.
+        let is_textured = self.faces.shading.surfaces.iter().any(|surface| surface.texture.is_some());
+        let mut line = if is_textured { Some(Line::new(s)) } else { None };
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
@@ -80,7 +82,9 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             }
             y += STRIP[1];
         }
-        self.draw_line(s, &mut line);
+        if let Some(line) = &mut line {
+            self.draw_line(s, line);
+        }
         let rows = (self.reach.y0 - y0) as usize..(self.reach.y1 - y0) as usize;
         let columns = (self.reach.x0 - x0) as usize..(self.reach.x1 - x0) as usize;
         for row in rows {
@@ -148,7 +152,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// The pixels of a strip whose faces have records, a block of four columns at a time.
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Line<S>) {
+    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Option<Line<S>>) {
         let height = S::LANES as i32 / 4;
         let mut row = y;
         while row < y + STRIP[1] {
@@ -162,7 +166,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     }
 
     #[inline(always)]
-    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Line<S>) {
+    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Option<Line<S>>) {
         let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
         let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
         if !narrow.any() {
@@ -175,23 +179,23 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         let lane = s.iota();
         let at = (s.splat_i(x) + (lane & s.splat_i(3)), s.splat_i(y) + lane.shr::<2>());
         let first = self.tile.depth_at(x, y);
-        if let Some(color) = self.faces.plain_color(s, narrow, s.select_i(narrow, ids, s.splat_i(0))) {
+        if let Some(color) = self.faces.unweighed_color(s, narrow, ids) {
             s.store_block_bytes(narrow, color, &mut self.bytes[first * 4..], self.tile.width);
             return;
         }
         let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
-        let weighed = self.faces.weigh(s, narrow, ids, at, &mut few);
+        let (weighed, surfaces) = self.faces.weigh(s, narrow, ids, at, &mut few);
         if self.faces.shading.surfaces.len() == 1 {
             self.surface(s, narrow, 0, &weighed, (x, y), line);
             return;
         }
         // One surface after the other; mostly there is one in a block.
         let mut numbers = [0; 16];
-        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        s.store_i(surfaces, &mut numbers[..S::LANES]);
         let mut left = narrow;
         while left.any() {
             let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & weighed.surfaces.eq(s.splat_i(number));
+            let same = left & surfaces.eq(s.splat_i(number));
             left = left & !same;
             self.surface(s, same, number as usize, &weighed, (x, y), line);
         }
@@ -206,12 +210,12 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         number: usize,
         weighed: &Weighed<'_, S>,
         (x, y): (i32, i32),
-        line: &mut Line<S>,
+        line: &mut Option<Line<S>>,
     ) {
         let surface = &self.faces.shading.surfaces[number];
         let (lit, delicate) = self.faces.lit(s, mask, surface, weighed);
         let sure = mask & !delicate;
-        if let Some(texture) = &surface.texture {
+        if let (Some(texture), Some(line)) = (&surface.texture, line) {
             let place = &mut line.vectors[line.count];
             place.mask = sure;
             place.surface = number;

@@ -5,7 +5,7 @@ use super::faces::Faces;
 use super::light::{V3, dot, light, pack, scale, splat3};
 use super::shading::{Eye, Source, Surface};
 use super::texture::{Footprint, Spot, TextureShade};
-use crate::simd::{F32, I32, Mask, Simd};
+use crate::simd::{F32, I32, Simd};
 
 /// The weights of a vector of pixels: of this face or these faces, how its corners share in each.
 pub(super) struct Shares<S: Simd> {
@@ -24,8 +24,6 @@ pub(super) struct Shares<S: Simd> {
 pub(super) struct Weighed<'f, S: Simd> {
     /// The faces that they show.
     pub faces: S::I,
-    /// The numbers of those faces' surfaces.
-    pub surfaces: S::I,
     /// The corners of those faces.
     pub corners: Corners<'f, S>,
     /// How the corners share in each pixel.
@@ -48,30 +46,9 @@ pub struct Reflected<S: Simd> {
 }
 
 impl Faces<'_> {
-    /// Colours at once, and where f32 lacks the digits.
+    /// Colours at once of pixels that show this surface, and where f32 lacks the digits.
     #[inline(always)]
-    pub(super) fn shade<S: Simd>(&self, s: S, mask: S::M, weighed: &Weighed<'_, S>) -> (S::I, S::M) {
-        let surfaces = self.shading.surfaces;
-        if let [only] = surfaces {
-            return self.shade_surface(s, mask, only, weighed);
-        }
-        // One surface after the other; mostly there is one in a vector.
-        let mut numbers = [0; 16];
-        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
-        let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
-        while left.any() {
-            let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & weighed.surfaces.eq(s.splat_i(number));
-            left = left & !same;
-            let (own, d) = self.shade_surface(s, same, &surfaces[number as usize], weighed);
-            color = s.select_i(same, own, color);
-            delicate = delicate | (d & same);
-        }
-        (color, delicate)
-    }
-
-    #[inline(always)]
-    fn shade_surface<S: Simd>(
+    pub(super) fn shade<S: Simd>(
         &self,
         s: S,
         mask: S::M,

@@ -3,7 +3,7 @@
 //! Coordinates come without whole turns, in 0..=1 where they repeat. One that is no number has no place: whoever asks for
 //! places in fixed point leaves such lanes out, the other ways give any texel.
 
-use super::light::V3;
+use super::light::{V3, scale};
 use crate::scene::{FIXED_LEVELS, FixedLevels, LevelTexels, Sampling, Texture, Wrap};
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
@@ -187,8 +187,7 @@ pub fn bilinear<S: Simd>(
     let near = neighbours(s, sampling, at, (s.splat_i(w as i32), s.splat_i(h as i32)));
     let (a, unit) = pair(s, mask, texture, level, near.i, near.j[0]);
     let (b, _) = pair(s, mask, texture, level, near.i, near.j[1]);
-    let (texel, unit) = (blend::<S>(a, b, near.part), s.splat(unit));
-    [texel[0] * unit, texel[1] * unit, texel[2] * unit]
+    scale::<S>(blend::<S>(a, b, near.part), s.splat(unit))
 }
 
 /// Texels i0 and i1 of row j (counted from below), and what they are counted in.

@@ -2,7 +2,7 @@
 //!
 //! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
 
-use super::light::{V3, log2, splat3};
+use super::light::{V3, log2, scale, splat3};
 use super::texels::{Fixed, Square, between, bilinear, nearest};
 use crate::scene::{Filter, Sampling, Texture, Wrap};
 use crate::simd::{F32, I32, Mask, Simd};
@@ -183,8 +183,7 @@ impl TextureShade<'_> {
             Filter::Bilinear => bilinear(s, mask, texture, sampling, spot.coordinates(), 0),
             Filter::Mipmap | Filter::Trilinear => self.levels(s, mask, spot, aim),
         };
-        let scale = s.splat(1.0 / 255.0);
-        [texel[0] * scale, texel[1] * scale, texel[2] * scale]
+        scale::<S>(texel, s.splat(1.0 / 255.0))
     }
 
     /// Bilinear in each lane's own level, and on the way to the next.
@@ -199,8 +198,7 @@ impl TextureShade<'_> {
                 texel = between::<S>(texel, next, aim.part);
             }
             // A power of two, so that nothing is rounded by it.
-            let unit = s.splat(1.0 / 256.0);
-            out = [texel[0] * unit, texel[1] * unit, texel[2] * unit];
+            out = scale::<S>(texel, s.splat(1.0 / 256.0));
         }
         let mut left = mask & !aim.is_fixed;
         if !left.any() {
