@@ -79,7 +79,7 @@ impl Engine {
                 let (pixels, _) = self.visible_of(points);
                 pixels * composed + u64::from(self.memory.height()) * points.len() as u64 * 32
             }
-            C::Points { packed } => packed.len() as u64 * composed,
+            C::Points { packed } => packed.len() as u64,
             C::Text { utf8, .. } => utf8.len() as u64 * 8,
             _ => return false,
         };
@@ -235,7 +235,7 @@ impl Engine {
                 Ok(())
             }
             Command::Read { rect } => self.read_band(*rect, rows, reply),
-            Command::Copy { source, dx, dy } => self.copy_band(s.blend, *source, [*dx, *dy], rows),
+            Command::Copy { source, dx, dy } => self.copy_band(*source, [*dx, *dy], rows),
             figure => {
                 self.memory.set_window(rows);
                 let drawn = self.figure(s, figure);
@@ -264,13 +264,7 @@ impl Engine {
     }
 
     /// Rows from the top of the rectangle, or from its bottom where the copy moves down.
-    fn copy_band(
-        &mut self,
-        blend: Blend,
-        source: Rect,
-        [dx, dy]: [i32; 2],
-        rows: Range<u32>,
-    ) -> Result<(), Fault> {
+    fn copy_band(&mut self, source: Rect, [dx, dy]: [i32; 2], rows: Range<u32>) -> Result<(), Fault> {
         if rows.start == 0 {
             // Refused as a whole, or not at all.
             drop(draw2d::rows(&self.memory, source)?);
@@ -280,7 +274,8 @@ impl Engine {
         let top = if dy > source.y { h - to } else { from };
         let Some(to_y) = dy.checked_add(top) else { return Ok(()) };
         let band = Rect { y: source.y + top, h: to - from, ..source };
-        Ok(draw2d::copy(&mut self.memory, band, [dx, to_y], blend)?)
+        // As the whole command: it stores whatever BLEND is.
+        Ok(draw2d::copy(&mut self.memory, band, [dx, to_y], Blend::Replace)?)
     }
 
     /// Ends a command early: what it has drawn is recorded as it stands. The fault says how far it came.
