@@ -99,6 +99,8 @@ pub struct Decoder {
     head: Vec<u8>,
     payload: Vec<u8>,
     spare: Option<SparePayload>,
+    /// One hex digit is a colour of `PX`.
+    takes_grey_digits: bool,
     /// The sink asked for a rest.
     paused: bool,
 }
@@ -116,6 +118,7 @@ impl Decoder {
             head: Vec::new(),
             payload: Vec::new(),
             spare: None,
+            takes_grey_digits: false,
             paused: false,
         }
     }
@@ -123,6 +126,11 @@ impl Decoder {
     /// The same, which takes the buffers of large payloads from `spare` and gives them back there.
     pub fn with_spare(limits: Limits, spare: &SparePayload) -> Self {
         Decoder { spare: Some(spare.clone()), ..Decoder::new(limits) }
+    }
+
+    /// Takes `PX x y g` with one hex digit from now on, the grey `gg`; otherwise such a word is no colour.
+    pub fn set_grey_digits(&mut self, on: bool) {
+        self.takes_grey_digits = on;
     }
 
     /// Where the next byte to be fed stands.
