@@ -91,6 +91,14 @@ pub enum LoadErrorKind {
         /// How much there may be.
         limit: u64,
     },
+    /// Memory that the caller does not grant.
+    #[error("{needed} bytes more of memory are needed, and {left} are left")]
+    Memory {
+        /// Bytes that are needed.
+        needed: u64,
+        /// Bytes that the caller has left.
+        left: u64,
+    },
     /// A file that is referred to and cannot be found, or may not be read.
     #[error("{what} {name:?} cannot be found")]
     Missing {
@@ -129,6 +137,7 @@ impl LoadError {
     pub fn code(&self) -> Code {
         match self.kind {
             LoadErrorKind::TooBig { .. } => Code::TooBig,
+            LoadErrorKind::Memory { .. } => Code::Quota,
             LoadErrorKind::Missing { .. } => Code::NoEnt,
             LoadErrorKind::Syntax { .. }
             | LoadErrorKind::Number { .. }

@@ -5,67 +5,82 @@
 //! them (files keep definitions in their metadata).
 
 use super::graph::{Child, Graph, Node, NodeId, Origin};
+use super::instance::Given;
+use super::kept::{Kept, MAX_FILES};
+use super::names::{Def, hide, is_taken, place};
+use super::proto::Protos;
+use super::remarks::Remarks;
 use super::schema::{self, NodeType};
+use super::units::Units;
+use super::unknown::{self, What};
 use super::{texture, xml};
-use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use crate::load::{LoadContext, LoadError, LoadErrorKind, Place, gzip};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The most warnings that are kept.
-const MAX_WARNINGS: usize = 1_000;
 /// The most nodes that a walk through the scene may meet, those behind USE and Inline counted each time.
 const MAX_VISITS: u64 = 4_000_000;
 
-/// Finds a file in the scene's folder: the name as written, to bytes.
+/// Finds a file inside the root: the name as written, to bytes.
 pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
 
-/// What a DEF name stands for.
-#[derive(Clone, Copy)]
-pub(super) enum Def {
-    /// The node is being built: a USE here would hold itself.
-    Open,
-    /// A node of the graph.
-    Built(NodeId),
-    /// In a part that is skipped; built when it is used.
-    Hidden(roxmltree::NodeId),
-    /// A node that is not known; everything about it is skipped.
-    Unknown,
-}
-
-/// What belongs to one file.
+/// What belongs to one scope of names: a file, or the body of a prototype in one of its instances.
 pub(super) struct File<'d> {
     pub(super) source: usize,
-    /// The file's folder inside the scene's folder, with `/` at its end unless empty.
-    pub(super) folder: String,
-    document: &'d roxmltree::Document<'d>,
+    /// The file's folder inside the root, with `/` at its end unless empty.
+    pub(super) folder: Rc<str>,
+    pub(super) units: Units,
+    pub(super) document: &'d roxmltree::Document<'d>,
     pub(super) defs: HashMap<&'d str, Def>,
-    routes: Vec<Element<'d, 'd>>,
+    pub(super) routes: Vec<Element<'d, 'd>>,
+    /// The number of the environment that tells which prototypes are known here.
+    pub(super) environment: usize,
+    /// In a prototype's body: what the instance gives to its fields.
+    pub(super) given: Option<Given<'d>>,
 }
 
 /// Builds one graph from a file and what it inlines.
-pub(super) struct Builder<'r> {
+pub(super) struct Builder<'d, 'r> {
     pub(super) graph: Graph,
-    pub(super) sources: Vec<Rc<xml::Source>>,
-    pub(super) warnings: Vec<LoadWarning>,
-    pub(super) opener: &'r mut Opener<'r>,
+    texts: &'d Kept<xml::Source>,
+    documents: &'d Kept<roxmltree::Document<'d>>,
+    pub(super) sources: Vec<&'d xml::Source>,
+    pub(super) remarks: Remarks<'d>,
+    pub(super) context: LoadContext<'r>,
     /// The main file's folder as the caller names it, for messages about other files.
-    pub(super) shown_folder: String,
+    shown_folder: String,
     /// Inline files by path: `None` while they are being read.
-    pub(super) inlined: HashMap<String, Option<NodeId>>,
+    pub(super) inlined: HashMap<String, Option<Inlined>>,
     pub(super) pictures: texture::Pictures,
+    pub(super) protos: Protos<'d>,
 }
 
-impl<'r> Builder<'r> {
-    pub(super) fn new(opener: &'r mut Opener<'r>) -> Self {
+/// A file that has been read.
+#[derive(Clone, Copy)]
+pub(super) struct Inlined {
+    /// Its Scene.
+    pub(super) scene: NodeId,
+    pub(super) units: Units,
+}
+
+impl<'d, 'r> Builder<'d, 'r> {
+    pub(super) fn new(
+        context: LoadContext<'r>,
+        texts: &'d Kept<xml::Source>,
+        documents: &'d Kept<roxmltree::Document<'d>>,
+    ) -> Self {
         Builder {
             graph: Graph::default(),
+            texts,
+            documents,
             sources: Vec::new(),
-            warnings: Vec::new(),
-            opener,
+            remarks: Remarks::default(),
+            context,
             shown_folder: String::new(),
             inlined: HashMap::new(),
             pictures: texture::Pictures::default(),
+            protos: Protos::default(),
         }
     }
 
@@ -73,8 +88,9 @@ impl<'r> Builder<'r> {
     pub(super) fn main_file(&mut self, bytes: &[u8], name: &str) -> Result<(), LoadError> {
         let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
         self.shown_folder = name[..name.len() - own.len()].to_string();
-        self.inlined.insert(own.to_string(), None);
-        self.graph.root = self.file(bytes, name, String::new(), 0)?;
+        let folder = self.context.folder;
+        self.inlined.insert(format!("{folder}{own}"), None);
+        self.graph.root = self.file(bytes, name, folder.into(), 0)?.scene;
         let root = &self.graph.nodes[self.graph.root as usize];
         match root.visits > MAX_VISITS {
             true => {
@@ -86,64 +102,98 @@ impl<'r> Builder<'r> {
         }
     }
 
+    /// The name in messages of the file at a path inside the root.
+    pub(super) fn shown(&self, path: &str) -> String {
+        let own = self.context.folder;
+        match path.strip_prefix(own) {
+            Some(rest) => format!("{}{rest}", self.shown_folder),
+            None => format!("{}{}{path}", self.shown_folder, "../".repeat(own.matches('/').count())),
+        }
+    }
+
+    /// A file as a scope of names without any yet; text and XML tree are kept until everything is read.
+    pub(super) fn open(&mut self, bytes: &[u8], name: &str, folder: Rc<str>) -> Result<File<'d>, LoadError> {
+        let refused = |kind| LoadError::new(Place::file(name), kind);
+        let limit = MAX_FILES as u64;
+        let too_many = || refused(LoadErrorKind::TooBig { what: "files of a scene", found: limit + 1, limit });
+        let source = match gzip::is_gzip(bytes) {
+            true => {
+                let limit = gzip::MAX_INFLATED;
+                let inflated = gzip::inflate(bytes, limit, self.context.charge).map_err(refused)?;
+                xml::Source::decode(&inflated, name)?
+            }
+            false => xml::Source::decode(bytes, name)?,
+        };
+        let text = self.texts.push(source).ok_or_else(too_many)?;
+        self.sources.push(text);
+        let document = self.documents.push(xml::parse(text)?).ok_or_else(too_many)?;
+        Ok(File {
+            source: self.sources.len() - 1,
+            folder,
+            units: Units::STANDARD,
+            document,
+            defs: HashMap::new(),
+            routes: Vec::new(),
+            environment: self.protos.add_environment(None),
+            given: None,
+        })
+    }
+
     /// Reads a file to its Scene node.
     pub(super) fn file(
         &mut self,
         bytes: &[u8],
         name: &str,
-        folder: String,
+        folder: Rc<str>,
         depth: usize,
-    ) -> Result<NodeId, LoadError> {
-        let source = Rc::new(xml::Source::decode(bytes, name)?);
-        self.sources.push(Rc::clone(&source));
-        let document = xml::parse(&source)?;
-        let mut file = File {
-            source: self.sources.len() - 1,
-            folder,
-            document: &document,
-            defs: HashMap::new(),
-            routes: Vec::new(),
-        };
-        let root = document.root_element();
-        let scene = match root.tag_name().name() {
-            "Scene" => Some(root),
-            "X3D" => {
-                self.no_text(&file, root)?;
-                let mut scene = None;
-                for child in root.children().filter(Element::is_element) {
-                    match child.tag_name().name() {
-                        "Scene" if scene.is_none() => scene = Some(child),
-                        "head" => self.head(&file, child),
-                        name if schema::is_silent(name) => {}
-                        name => {
-                            self.warn(&file, child, format!("<{name}> is not known here and was skipped"))
-                        }
-                    }
-                }
-                scene
-            }
-            _ => return Err(source.refuse(root.range().start, "an X3D file, whose root is <X3D>")),
-        };
-        let Some(scene) = scene else {
-            return Err(source.refuse(root.range().start, "a <Scene> inside <X3D>"));
-        };
+    ) -> Result<Inlined, LoadError> {
+        let mut file = self.open(bytes, name, folder)?;
+        let scene = self.scene_element(&mut file)?;
         let ty = schema::lookup("Scene").expect("the table has Scene");
         let id = self.node(&mut file, scene, ty, depth + 1)?;
         for element in std::mem::take(&mut file.routes) {
             self.route(&file, element);
         }
-        Ok(id)
+        Ok(Inlined { scene: id, units: file.units })
     }
 
-    /// What a head says changes nothing here, but units would.
-    fn head(&mut self, file: &File, head: Element) {
-        for unit in head.descendants().filter(|e| e.tag_name().name() == "unit") {
-            self.warn(file, unit, "units are not applied: lengths are metres, angles radians".into());
+    /// The Scene element of a file; its head is read on the way.
+    pub(super) fn scene_element(&mut self, file: &mut File<'d>) -> Result<Element<'d, 'd>, LoadError> {
+        let root = file.document.root_element();
+        let expected = match root.tag_name().name() {
+            "Scene" => return Ok(root),
+            "X3D" => match self.inside_root(file, root) {
+                Some(scene) => return Ok(scene),
+                None => "a <Scene> inside <X3D>",
+            },
+            _ => "an X3D file, whose root is <X3D>",
+        };
+        Err(self.sources[file.source].refuse(root.range().start, expected))
+    }
+
+    /// The first Scene of an X3D element. What a head says changes nothing here, but for units.
+    fn inside_root(&mut self, file: &mut File<'d>, root: Element<'d, 'd>) -> Option<Element<'d, 'd>> {
+        self.stray_text(file, root);
+        let mut scene = None;
+        for child in root.children().filter(Element::is_element) {
+            match child.tag_name().name() {
+                "Scene" if scene.is_none() => scene = Some(child),
+                "head" => {
+                    for unit in child.descendants().filter(|e| e.tag_name().name() == "unit") {
+                        if let Err(wrong) = file.units.read(unit) {
+                            self.warn(file, unit, wrong);
+                        }
+                    }
+                }
+                name if schema::is_silent(name) => {}
+                name => self.warn(file, child, format!("<{name}> is not known here and was skipped")),
+            }
         }
+        scene
     }
 
     /// Builds an element that stands in `parent`; `None` when it holds nothing to draw or was skipped.
-    fn element<'d>(
+    pub(super) fn element(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
@@ -151,27 +201,39 @@ impl<'r> Builder<'r> {
         depth: usize,
     ) -> Result<Option<Child>, LoadError> {
         let name = element.tag_name().name();
-        if name == "ROUTE" {
-            file.routes.push(element);
-            return Ok(None);
-        }
-        if schema::is_silent(name) {
-            hide(file, element);
-            return Ok(None);
-        }
-        let Some(ty) = schema::lookup(name).filter(|ty| ty.name != "Scene") else {
-            self.warn(file, element, format!("node <{name}> is not known and was skipped"));
-            hide(file, element);
-            if let Some(def) = element.attribute("DEF") {
-                file.defs.insert(def, Def::Unknown);
+        match name {
+            "ROUTE" => file.routes.push(element),
+            "ProtoDeclare" | "ExternProtoDeclare" => self.declare(file, element),
+            // Read with the node that holds it.
+            "IS" => {}
+            "ProtoInstance" => {
+                let node = self.instance_or_use(file, element, depth)?;
+                return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
-            return Ok(None);
-        };
-        let asked = element.attribute("containerField").unwrap_or(ty.container);
-        let place = [asked, ty.container].into_iter().find_map(|c| parent.accepts.iter().find(|a| **a == c));
-        let Some(container) = place.copied() else {
-            let parent = parent.name;
-            self.warn(file, element, format!("<{name}> cannot stand in <{parent}> and was skipped"));
+            _ if schema::is_silent(name) => hide(file, element),
+            _ => match schema::lookup(name).filter(|ty| ty.name != "Scene") {
+                Some(ty) => return self.known(file, element, ty, parent, depth),
+                None => return self.not_known(file, element, parent, depth),
+            },
+        }
+        Ok(None)
+    }
+
+    /// Builds an element whose type is known.
+    fn known(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        parent: &'static NodeType,
+        depth: usize,
+    ) -> Result<Option<Child>, LoadError> {
+        let name = element.tag_name().name();
+        let Some(container) = place(element, ty, parent) else {
+            if !unknown::is_group(parent) {
+                let parent = parent.name;
+                self.warn(file, element, format!("<{name}> cannot stand in <{parent}> and was skipped"));
+            }
             hide(file, element);
             return Ok(None);
         };
@@ -190,113 +252,69 @@ impl<'r> Builder<'r> {
         Ok(Some(Child { container, node }))
     }
 
-    /// The node that a USE names.
-    fn used<'d>(
+    /// Builds what can be shown of an element that is not known: the children of what may be a grouping node.
+    fn not_known(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
-        name: &'d str,
+        parent: &'static NodeType,
         depth: usize,
-    ) -> Result<Option<NodeId>, LoadError> {
-        match file.defs.get(name).copied() {
-            Some(Def::Built(node)) => {
-                let deep = depth + self.graph.nodes[node as usize].depth;
-                if deep > xml::MAX_DEPTH {
-                    let source = &self.sources[file.source];
-                    let limit = xml::MAX_DEPTH as u64;
-                    return Err(source.too_big(
-                        element.range().start,
-                        "nesting of nodes",
-                        deep as u64,
-                        limit,
-                    ));
-                }
-                Ok(Some(node))
+    ) -> Result<Option<Child>, LoadError> {
+        let name = element.tag_name().name();
+        match (unknown::what(element), element.attribute("USE")) {
+            (What::LeftOut(why), _) => self.left_out(file, element, why),
+            (What::Group, Some(used)) => {
+                let node = match file.defs.get(used) {
+                    Some(Def::Built(_)) => self.used(file, element, used, depth)?,
+                    _ => None,
+                };
+                return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
-            Some(Def::Hidden(hidden)) => {
-                let hidden = file.document.get_node(hidden).expect("ids are of this document");
-                let Some(ty) = schema::lookup(hidden.tag_name().name()) else { return Ok(None) };
-                self.node(file, hidden, ty, depth).map(Some)
+            (What::Group, None) => {
+                let message = format!("node <{name}> is not known: its children are shown without it");
+                self.warn(file, element, message);
+                return self.known(file, element, unknown::group(), parent, depth);
             }
-            Some(Def::Unknown) => Ok(None),
-            Some(Def::Open) => {
-                let expected = format!("USE to name a node that is complete, but {name:?} holds this one");
-                Err(self.refuse(file, element, "USE", expected))
+            (What::Nothing, _) => {
+                self.warn(file, element, format!("node <{name}> is not known and was skipped"));
             }
-            None => Err(self.refuse(file, element, "USE", format!("a DEF {name:?} before this USE"))),
         }
-    }
-
-    /// A refusal of an attribute of an element.
-    pub(super) fn refuse(
-        &self,
-        file: &File,
-        element: Element,
-        attribute: &str,
-        expected: String,
-    ) -> LoadError {
-        let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
-        self.sources[file.source].refuse(byte, expected)
+        hide(file, element);
+        if let Some(def) = element.attribute("DEF") {
+            file.defs.insert(def, Def::Unknown);
+        }
+        Ok(None)
     }
 
     /// Builds a node and what it holds.
-    fn node<'d>(
+    pub(super) fn node(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
         ty: &'static NodeType,
         depth: usize,
     ) -> Result<NodeId, LoadError> {
-        let source = Rc::clone(&self.sources[file.source]);
+        let source = self.sources[file.source];
         let start = element.range().start;
         if depth > xml::MAX_DEPTH {
             return Err(source.too_big(start, "nesting of nodes", depth as u64, xml::MAX_DEPTH as u64));
         }
-        self.no_text(file, element)?;
+        self.charge_node(file, element, ty)?;
+        self.stray_text(file, element);
         let def = element.attribute("DEF").filter(|d| !d.is_empty());
-        if let Some(name) = def {
-            let before = file.defs.insert(name, Def::Open);
-            if matches!(before, Some(Def::Built(_) | Def::Open)) {
-                self.warn(
-                    file,
-                    element,
-                    format!("DEF {name:?} is given twice; USE takes the last one before it"),
-                );
-            }
-        }
-        let (values, written) = self.fields(file, element, ty, &source)?;
-        let mut children = Vec::new();
-        let (mut below, mut visits) = (0, 1_u64);
-        for child in element.children().filter(Element::is_element) {
-            match self.element(file, child, ty, depth + 1)? {
-                Some(Child { container, .. }) if is_taken(&children, container) => {
-                    let name = child.tag_name().name();
-                    let message = format!("<{}> takes one {container}: this <{name}> was skipped", ty.name);
-                    self.warn(file, child, message);
-                }
-                Some(child) => {
-                    let node = &self.graph.nodes[child.node as usize];
-                    below = below.max(node.depth);
-                    visits = visits.saturating_add(node.visits);
-                    children.push(child);
-                }
-                // A Switch counts the nodes that were skipped too.
-                None if ty.name == "Switch" && schema::is_child(child.tag_name().name()) => {
-                    children.push(Child { container: "children", node: self.nothing(file, child) });
-                }
-                None => {}
-            }
-        }
-        let mut scene = None;
-        if ty.name == "Inline" {
-            scene = self.inline(file, element, ty, &values, depth)?;
-            if let Some(scene) = scene {
-                let node = &self.graph.nodes[scene as usize];
-                below = node.depth;
-                visits = visits.saturating_add(node.visits);
-            }
-        }
+        self.open_def(file, element, def);
+        let (mut values, written) = self.fields(file, element, ty)?;
+        let (mut children, missing) = self.children(file, element, ty, depth)?;
+        let links = self.connect(file, element, (ty, depth), &mut values, &mut children)?;
+        let inlined = self.inline(file, element, ty, &values, depth)?;
         let picture = self.picture(file, element, ty, &values)?;
+        let sky = self.sky_pictures(file, element, ty, &values);
+        let (mut below, mut visits) = (0, 1_u64);
+        for node in children.iter().map(|c| c.node).chain(inlined.map(|i| i.scene)) {
+            let node = &self.graph.nodes[node as usize];
+            below = below.max(node.depth);
+            visits = visits.saturating_add(node.visits);
+        }
         let id = self.graph.nodes.len() as NodeId;
         self.graph.nodes.push(Node {
             ty,
@@ -308,82 +326,97 @@ impl<'r> Builder<'r> {
             def: def.map(str::to_string),
             depth: below + 1,
             visits,
+            is_expanded: file.given.is_some(),
         });
-        self.graph.inlined.extend(scene.map(|scene| (id, scene)));
+        if let Some(inlined) = inlined {
+            let enlarged = inlined.units.length / file.units.length;
+            self.graph.inlined.insert(id, (inlined.scene, enlarged));
+        }
+        if !missing.is_empty() {
+            self.graph.missing.insert(id, missing);
+        }
         self.graph.textures.extend(picture.map(|picture| (id, picture)));
+        self.graph.skies.extend(sky.map(|pictures| (id, pictures)));
+        if let Some(given) = &mut file.given {
+            given.link(&links, id);
+        }
         if let Some(name) = def {
             file.defs.insert(name, Def::Built(id));
         }
         Ok(id)
     }
 
+    /// The nodes that an element holds, and the fields of nodes that it would hold if they were known.
+    fn children(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        depth: usize,
+    ) -> Result<(Vec<Child>, Vec<&'static str>), LoadError> {
+        let mut children: Vec<Child> = Vec::new();
+        let mut missing = Vec::new();
+        for child in element.children().filter(Element::is_element) {
+            let name = child.tag_name().name();
+            let built = match self.protos.shared(file, child) {
+                Some(shared) => {
+                    self.check_depth(file, child, shared.node, depth + 1)?;
+                    Some(shared)
+                }
+                None => {
+                    let built = self.element(file, child, ty, depth + 1)?;
+                    self.protos.share(file, child, built);
+                    built
+                }
+            };
+            match built {
+                Some(Child { container, .. }) if is_taken(ty, &children, container) => {
+                    let message = format!("<{}> takes one {container}: this <{name}> was skipped", ty.name);
+                    self.warn(file, child, message);
+                }
+                Some(child) => children.push(child),
+                // These count the nodes that were skipped too.
+                None if matches!(ty.name, "Switch" | "LOD") && schema::is_child(name) => {
+                    children.push(Child { container: "children", node: self.nothing(file, child) });
+                }
+                None if ty.name == "LayerSet" && schema::is_child(name) => {
+                    children.push(Child { container: "layers", node: self.nothing(file, child) });
+                }
+                None => missing.extend(unknown::meant_for(ty, child)),
+            }
+        }
+        Ok((children, missing))
+    }
+
     /// A node that holds nothing, in the place of one that was skipped.
     fn nothing(&mut self, file: &File, element: Element) -> NodeId {
         let ty = schema::lookup("Group").expect("the table has Group");
+        self.plain_node(file, element, ty, Vec::new())
+    }
+
+    /// A node with its type's defaults, which stands for an element.
+    pub(super) fn plain_node(
+        &mut self,
+        file: &File,
+        element: Element,
+        ty: &'static NodeType,
+        children: Vec<Child>,
+    ) -> NodeId {
         let byte = element.range().start;
+        let below = children.iter().map(|c| &self.graph.nodes[c.node as usize]);
+        let (depth, visits) = below.fold((0, 1), |(d, v), n| (n.depth.max(d), n.visits.saturating_add(v)));
         self.graph.nodes.push(Node {
             ty,
             values: ty.defaults.clone(),
             written: vec![byte; ty.defaults.len()],
-            children: Vec::new(),
+            children,
             origin: Origin { source: file.source, byte },
             line: self.sources[file.source].line(byte),
             def: None,
-            depth: 1,
-            visits: 1,
+            depth: depth + 1,
+            visits,
+            is_expanded: file.given.is_some(),
         });
         self.graph.nodes.len() as NodeId - 1
-    }
-
-    pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
-        let origin = Origin { source: file.source, byte: element.range().start };
-        self.warn_at(origin, message);
-    }
-
-    /// Adds a warning, up to the limit.
-    pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
-        match self.warnings.len() {
-            0..MAX_WARNINGS => {
-                let place = self.place(origin);
-                self.warnings.push(LoadWarning { place, message });
-            }
-            MAX_WARNINGS => {
-                let place = Place::file(&self.sources[0].name);
-                self.warnings.push(LoadWarning { place, message: "further warnings are left out".into() });
-            }
-            _ => {}
-        }
-    }
-
-    /// The warnings in the order of the files and of their lines.
-    pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let rank = |w: &LoadWarning| {
-            let file = self.sources.iter().position(|s| s.name == w.place.file);
-            (file, w.place.line, w.place.column)
-        };
-        // The one beyond the limit says that there were more, and stays last.
-        let count = warnings.len().min(MAX_WARNINGS);
-        warnings[..count].sort_by_cached_key(rank);
-        warnings
-    }
-
-    /// The place of an origin in its file.
-    pub(super) fn place(&self, origin: Origin) -> Place {
-        self.sources[origin.source].place(origin.byte)
-    }
-}
-
-/// Whether a field that holds one node has it already.
-fn is_taken(children: &[Child], container: &str) -> bool {
-    container != "children" && children.iter().any(|c| c.container == container)
-}
-
-/// Notes the names in a part that is skipped, so that USE can still find them.
-fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
-    for node in element.descendants() {
-        if let Some(name) = node.attribute("DEF").filter(|_| node.attribute("USE").is_none()) {
-            file.defs.entry(name).or_insert(Def::Hidden(node.id()));
-        }
     }
 }

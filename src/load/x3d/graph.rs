@@ -3,7 +3,7 @@
 use super::route::Route;
 use super::schema::NodeType;
 use super::value::Value;
-use crate::scene::Texture;
+use crate::scene::{SkyPictures, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -44,6 +44,8 @@ pub(super) struct Node {
     pub(super) depth: usize,
     /// How many nodes a walk from here meets, those behind USE counted each time.
     pub(super) visits: u64,
+    /// Whether an instance of a prototype made it.
+    pub(super) is_expanded: bool,
 }
 
 /// All nodes of a file and its Inlines.
@@ -53,8 +55,14 @@ pub(super) struct Graph {
     pub(super) routes: Vec<Route>,
     /// The pictures of texture nodes, where there are any.
     pub(super) textures: HashMap<NodeId, Arc<Texture>>,
-    /// The scene inside an Inline node.
-    pub(super) inlined: HashMap<NodeId, NodeId>,
+    /// The pictures of Background nodes that have any.
+    pub(super) skies: HashMap<NodeId, SkyPictures>,
+    /// The scene inside an Inline node, and how many of our units of length one of its own is.
+    pub(super) inlined: HashMap<NodeId, (NodeId, f64)>,
+    /// Fields of a geometry for which there is a node, but none that is known.
+    pub(super) missing: HashMap<NodeId, Vec<&'static str>>,
+    /// Whether anything depends on where it is seen from; known when everything is built.
+    pub(super) depends_on_viewer: bool,
     /// The main file's Scene.
     pub(super) root: NodeId,
 }

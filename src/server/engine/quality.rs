@@ -35,6 +35,7 @@ impl Engine {
             shade: None,
             texture: texture.map(|t| (Arc::clone(t), call.sampling)),
             lights: None,
+            style: Default::default(),
         };
         let mut scene = Scene {
             camera: Some(call.camera),

@@ -210,6 +210,12 @@ impl Engine {
         apply_own_state(&mut scene, s);
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         self.lens.apply(&mut scene, s.camera, aspect);
+        if let Some(camera) = scene.camera.filter(|_| document.depends_on_viewer()) {
+            // What turns to the viewer turns to the one who looks now.
+            scene = document.seen_at(time, Some(&camera));
+            apply_own_state(&mut scene, s);
+            self.lens.apply(&mut scene, s.camera, aspect);
+        }
         let mut options = SceneOptions {
             viewport,
             camera: s.camera,
