@@ -11,6 +11,14 @@ pub trait Kernel {
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
+/// A part of a kernel, for [`Simd::apart`]. Mark `run` `#[inline(always)]`.
+pub trait Part<S: Simd> {
+    /// What it gives back.
+    type Output;
+    /// Runs with the level's token.
+    fn run(self, s: S) -> Self::Output;
+}
+
 /// A width of vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {

@@ -29,7 +29,7 @@ pub mod text;
 mod x86;
 
 pub use fill::fill_pixels;
-pub use level::{Kernel, Level};
+pub use level::{Kernel, Level, Part};
 pub use portable::Portable;
 pub use scan::{scan_out, word};
 
@@ -116,6 +116,10 @@ pub trait Simd: Copy + 'static {
     type I: I32<Self>;
     /// Lanes of yes or no.
     type M: Mask;
+
+    /// Runs a part of a kernel as a function of its own, compiled for this level: what is asked for in several places, or
+    /// would make one function too large to compile quickly. Vectors go there and back through memory.
+    fn apart<P: Part<Self>>(self, part: P) -> P::Output;
 
     /// The same number in every lane.
     fn splat(self, v: f32) -> Self::F;

@@ -1,6 +1,6 @@
 //! Plain arrays of N lanes: the portable path (N = 4) and the scalar truth of the intrinsics (N = 8, 16).
 
-use super::{F32, I32, Mask, Simd};
+use super::{F32, I32, Mask, Part, Simd};
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -188,6 +188,10 @@ impl<const N: usize> Simd for Portable<N> {
     type I = IntLanes<N>;
     type M = MaskLanes<N>;
 
+    #[inline(never)]
+    fn apart<P: Part<Self>>(self, part: P) -> P::Output {
+        part.run(self)
+    }
     #[inline(always)]
     fn splat(self, v: f32) -> FloatLanes<N> {
         FloatLanes([v; N])

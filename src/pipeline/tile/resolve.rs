@@ -11,10 +11,11 @@ use super::corners::{Few, MOST_FEW};
 use super::faces::Faces;
 use super::light::{pack, splat3};
 use super::raster::{ID_STRIDE, NO_FACE, Tile};
+use super::shading::Shading;
 use super::shares::Weighed;
 use super::waiting::{Line, ROOM};
 use super::wide::WideFace;
-use crate::simd::{I32, Kernel, Mask, Simd};
+use crate::simd::{I32, Kernel, Mask, Part, Simd};
 
 /// Set in the memory of ids beside the number of a face that was set up in f64.
 pub const WIDE_BIT: i32 = 1 << 30;
@@ -181,17 +182,19 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
         let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
         let weighed = self.faces.weigh(s, narrow, ids, at, &mut few);
-        if self.faces.shading.surfaces.len() == 1 {
-            self.surface(s, narrow, 0, &weighed, (x, y), line);
-            return;
-        }
-        // One surface after the other; mostly there is one in a block.
+        // One surface after the other; mostly there is one in a block. One call for all of them: it is compiled where it stands.
+        let is_only = self.faces.shading.surfaces.len() == 1;
         let mut numbers = [0; 16];
-        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        if !is_only {
+            s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        }
         let mut left = narrow;
         while left.any() {
-            let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & weighed.surfaces.eq(s.splat_i(number));
+            let (mut number, mut same) = (0, left);
+            if !is_only {
+                number = numbers[left.bits().trailing_zeros() as usize];
+                same = left & weighed.surfaces.eq(s.splat_i(number));
+            }
             left = left & !same;
             self.surface(s, same, number as usize, &weighed, (x, y), line);
         }
@@ -233,43 +236,16 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     /// Draws the pixels that wait for their texels.
     #[inline(always)]
     fn draw_line<S: Simd>(&mut self, s: S, line: &mut Line<S>) {
-        let shading = self.faces.shading;
-        let vectors = &mut line.vectors[..line.count];
-        for vector in &mut *vectors {
-            if let Some(texture) = &shading.surfaces[vector.surface].texture {
-                vector.aim = texture.aim(s, vector.mask, &vector.spot);
-            }
+        if line.count > 0 {
+            let (faces, tile, bytes) = (self.faces, &*self.tile, &mut *self.bytes);
+            s.apart(Texels { faces, tile, bytes, line });
         }
-        for vector in &mut *vectors {
-            if let Some(texture) = &shading.surfaces[vector.surface].texture {
-                vector.lit.multiply(texture.texel(s, vector.mask, &vector.spot, &vector.aim));
-            }
-            let color = self.faces.finish(s, &vector.lit);
-            let [x, y] = vector.corner;
-            let (first, delicate) = (self.tile.depth_at(x, y), vector.aim.delicate() & vector.mask);
-            let sure = vector.mask & !delicate;
-            s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
-            self.plain_pixels(delicate.bits(), (x, y));
-        }
-        line.count = 0;
     }
 
     /// Shades these pixels of a block by the plain path.
     #[inline(always)]
-    fn plain_pixels(&mut self, mut left: u32, (x, y): (i32, i32)) {
-        while left != 0 {
-            let lane = left.trailing_zeros() as i32;
-            left &= left - 1;
-            let (x, y) = (x + (lane & 3), y + (lane >> 2));
-            self.plain_pixel(self.tile.ids[self.tile.id_at(x, y)], x, y);
-        }
-    }
-
-    /// Shades one pixel by the plain path.
-    fn plain_pixel(&mut self, id: i32, x: i32, y: i32) {
-        let color = (self.faces.shading.plain)((id & !WIDE_BIT) as u32, x, y);
-        let at = self.tile.depth_at(x, y) * 4;
-        self.bytes[at..at + 4].copy_from_slice(&color);
+    fn plain_pixels(&mut self, left: u32, at: (i32, i32)) {
+        plain_pixels(self.faces.shading, self.tile, self.bytes, left, at);
     }
 
     /// The pixels of a strip whose faces were set up in f64, row by row, face by face: a vector mostly shows one.
@@ -330,7 +306,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             while plain != 0 {
                 let lane = plain.trailing_zeros() as i32;
                 plain &= plain - 1;
-                self.plain_pixel(id, x + lane, y);
+                plain_pixel(self.faces.shading, self.tile, self.bytes, (x + lane, y));
             }
         }
     }
@@ -346,4 +322,59 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             }
         }
     }
+}
+
+/// The texels of a line's pixels, and their bytes: the one part of the shading that is asked for in two places.
+struct Texels<'a, 'b, 'c, S: Simd> {
+    faces: Faces<'a>,
+    tile: &'b Tile<'c>,
+    bytes: &'b mut [u8],
+    line: &'b mut Line<S>,
+}
+
+impl<S: Simd> Part<S> for Texels<'_, '_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, s: S) {
+        let Texels { faces, tile, bytes, line } = self;
+        let shading = faces.shading;
+        let vectors = &mut line.vectors[..line.count];
+        for vector in &mut *vectors {
+            if let Some(texture) = &shading.surfaces[vector.surface].texture {
+                vector.aim = texture.aim(s, vector.mask, &vector.spot);
+            }
+        }
+        for vector in &mut *vectors {
+            if let Some(texture) = &shading.surfaces[vector.surface].texture {
+                vector.lit.multiply(texture.texel(s, vector.mask, &vector.spot, &vector.aim));
+            }
+            let color = faces.finish(s, &vector.lit);
+            let [x, y] = vector.corner;
+            let (first, delicate) = (tile.depth_at(x, y), vector.aim.delicate() & vector.mask);
+            let sure = vector.mask & !delicate;
+            s.store_block_bytes(sure, color, &mut bytes[first * 4..], tile.width);
+            plain_pixels(shading, tile, bytes, delicate.bits(), (x, y));
+        }
+        line.count = 0;
+    }
+}
+
+/// Shades these pixels of a block by the plain path.
+#[inline(always)]
+fn plain_pixels(shading: &Shading<'_>, tile: &Tile<'_>, bytes: &mut [u8], mut left: u32, (x, y): (i32, i32)) {
+    while left != 0 {
+        let lane = left.trailing_zeros() as i32;
+        left &= left - 1;
+        plain_pixel(shading, tile, bytes, (x + (lane & 3), y + (lane >> 2)));
+    }
+}
+
+/// Shades one pixel by the plain path.
+#[inline(never)]
+fn plain_pixel(shading: &Shading<'_>, tile: &Tile<'_>, bytes: &mut [u8], (x, y): (i32, i32)) {
+    let id = tile.ids[tile.id_at(x, y)];
+    let color = (shading.plain)((id & !WIDE_BIT) as u32, x, y);
+    let at = tile.depth_at(x, y) * 4;
+    bytes[at..at + 4].copy_from_slice(&color);
 }

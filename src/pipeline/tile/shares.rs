@@ -52,16 +52,19 @@ impl Faces<'_> {
     #[inline(always)]
     pub(super) fn shade<S: Simd>(&self, s: S, mask: S::M, weighed: &Weighed<'_, S>) -> (S::I, S::M) {
         let surfaces = self.shading.surfaces;
-        if let [only] = surfaces {
-            return self.shade_surface(s, mask, only, weighed);
-        }
-        // One surface after the other; mostly there is one in a vector.
+        // One surface after the other; mostly there is one in a vector. One call for all of them: it is compiled where it stands.
+        let is_only = surfaces.len() == 1;
         let mut numbers = [0; 16];
-        s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        if !is_only {
+            s.store_i(weighed.surfaces, &mut numbers[..S::LANES]);
+        }
         let (mut color, mut delicate, mut left) = (s.splat_i(0), s.mask(0), mask);
         while left.any() {
-            let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & weighed.surfaces.eq(s.splat_i(number));
+            let (mut number, mut same) = (0, left);
+            if !is_only {
+                number = numbers[left.bits().trailing_zeros() as usize];
+                same = left & weighed.surfaces.eq(s.splat_i(number));
+            }
             left = left & !same;
             let (own, d) = self.shade_surface(s, same, &surfaces[number as usize], weighed);
             color = s.select_i(same, own, color);
@@ -104,6 +107,15 @@ impl Faces<'_> {
         let mut delicate = s.mask(0);
         let b = shares.weights();
         let zero = s.splat(0.0);
+        // Found once, wherever it is asked for: gathering takes much code.
+        let is_lit_here = matches!(shading.source, Source::Pixels(_)) && !lighting.lights.is_empty();
+        let position = match (is_lit_here || shading.haze.is_some(), shading.eye) {
+            (false, _) => [zero; 3],
+            (true, Eye::Perspective { ray }) if !shading.is_affine => {
+                scale::<S>(ray_at(s, ray, column, row), shares.w)
+            }
+            (true, _) => blend(s, mask, shading.positions, corners, b),
+        };
         let (mut matte, gloss) = match shading.source {
             Source::Constant => (splat3(s, lighting.matte), splat3(s, lighting.gloss)),
             Source::Faces(matte, gloss) => {
@@ -133,26 +145,16 @@ impl Faces<'_> {
                 let n_inverse = s.splat(1.0) / length2.sqrt();
                 let n_inverse = s.select(*turn, zero - n_inverse, n_inverse);
                 let normal = scale::<S>(n, n_inverse);
-                let (position, to_viewer) = match shading.eye {
+                // V points back along the eye's ray.
+                let to_viewer = match shading.eye {
                     Eye::Perspective { ray } => {
-                        let ray = ray_at(s, ray, column, row);
-                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                        let position = match shading.is_affine {
-                            false => scale::<S>(ray, shares.w),
-                            true => blend(s, mask, shading.positions, corners, b),
+                        let along = match shading.is_affine {
+                            false => ray_at(s, ray, column, row),
+                            true => position,
                         };
-                        let to_viewer = match shading.is_affine {
-                            false => scale::<S>(ray, back),
-                            true => {
-                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
-                                scale::<S>(position, back)
-                            }
-                        };
-                        (position, to_viewer)
+                        scale::<S>(along, s.splat(-1.0) / dot::<S>(along, along).sqrt())
                     }
-                    Eye::Parallel { to_viewer } => {
-                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
-                    }
+                    Eye::Parallel { to_viewer } => splat3(s, to_viewer),
                 };
                 let lit = light(s, lighting, position, normal, to_viewer);
                 delicate = delicate | (lit.delicate & mask);
@@ -163,13 +165,6 @@ impl Faces<'_> {
             let color = blend(s, mask, shading.colors, corners, b);
             matte = [matte[0] * color[0], matte[1] * color[1], matte[2] * color[2]];
         }
-        let position = match (&shading.haze, shading.eye) {
-            (None, _) => [zero; 3],
-            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
-                scale::<S>(ray_at(s, ray, column, row), shares.w)
-            }
-            (Some(_), _) => blend(s, mask, shading.positions, corners, b),
-        };
         (Reflected { matte, gloss, position }, delicate)
     }
 

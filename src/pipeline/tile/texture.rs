@@ -215,13 +215,13 @@ impl TextureShade<'_> {
             let same = left & aim.level.le(number) & number.le(aim.level);
             left = left & !same;
             let own = (first as u32).min(last);
-            let mut texel = bilinear(s, same, self.texture, self.sampling, spot.coordinates(), own);
-            if is_trilinear && own < last {
-                texel = between::<S>(
-                    texel,
-                    bilinear(s, same, self.texture, self.sampling, spot.coordinates(), own + 1),
-                    aim.part,
-                );
+            let highest = own + u32::from(is_trilinear && own < last);
+            let mut texel = splat3(s, [0.0; 3]);
+            let mut level = own;
+            while level <= highest {
+                let next = bilinear(s, same, self.texture, self.sampling, spot.coordinates(), level);
+                texel = if level == own { next } else { between::<S>(texel, next, aim.part) };
+                level += 1;
             }
             for c in 0..3 {
                 out[c] = s.select(same, texel[c], out[c]);

@@ -4,7 +4,7 @@ mod lanes;
 mod records;
 
 use super::spilled::Spilled;
-use super::{Kernel, Mask, Simd};
+use super::{Kernel, Mask, Part, Simd};
 use lanes::{F, I, M};
 use records::{COMPRESS, check, packed, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
@@ -22,7 +22,17 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx2(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
+/// Runs a part of a kernel as a function of its own.
+///
+/// # Safety
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx2,popcnt")]
+unsafe fn run_apart<P: Part<Avx2>>(part: P) -> P::Output {
+    part.run(Avx2(()))
+}
+
+// SAFETY (for every block of this file): a vector or token of this module comes from `run` alone, whose caller has made
 // sure of the CPU's features; loads and stores go through slices whose length was checked just before.
 impl Simd for Avx2 {
     const LANES: usize = 8;
@@ -30,6 +40,11 @@ impl Simd for Avx2 {
     type I = I;
     type M = M;
 
+    #[inline(always)]
+    fn apart<P: Part<Self>>(self, part: P) -> P::Output {
+        // SAFETY: the token proves the features.
+        unsafe { run_apart(part) }
+    }
     #[inline(always)]
     fn splat(self, v: f32) -> F {
         // SAFETY: the token proves the features.

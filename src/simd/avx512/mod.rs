@@ -4,7 +4,7 @@ mod lanes;
 mod records;
 
 use super::spilled::Spilled;
-use super::{Kernel, Simd};
+use super::{Kernel, Part, Simd};
 use lanes::{F, I, M};
 use records::{check, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
@@ -22,7 +22,17 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
+/// Runs a part of a kernel as a function of its own.
+///
+/// # Safety
+/// As for [`run`].
+#[inline(never)]
+#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_apart<P: Part<Avx512>>(part: P) -> P::Output {
+    part.run(Avx512(()))
+}
+
+// SAFETY (for every block of this file): a vector or token of this module comes from `run` alone, whose caller has made
 // sure of the CPU's features; loads and stores go through slices whose length was checked just before.
 impl Simd for Avx512 {
     const LANES: usize = 16;
@@ -30,6 +40,11 @@ impl Simd for Avx512 {
     type I = I;
     type M = M;
 
+    #[inline(always)]
+    fn apart<P: Part<Self>>(self, part: P) -> P::Output {
+        // SAFETY: the token proves the features.
+        unsafe { run_apart(part) }
+    }
     #[inline(always)]
     fn splat(self, v: f32) -> F {
         // SAFETY: the token proves the features.
