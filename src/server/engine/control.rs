@@ -7,7 +7,7 @@ use crate::load::QuotaFolder;
 use crate::memory::{SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::jobs::{Job, JobResult};
-use crate::server::record::Recorder;
+use crate::server::record::{RecordStats, Recorder};
 use crate::server::{Display, Session};
 use std::ops::Range;
 use std::sync::Arc;
@@ -197,25 +197,23 @@ impl Engine {
 
     /// The recording's state as words of `STATS`.
     fn record_words(&self) -> String {
-        let state = match (&self.recorder, &self.record_failure) {
-            (Some(recorder), _) if recorder.has_failed() => "failed",
-            (Some(_), _) => "ok",
-            (None, Some(_)) => "failed",
-            (None, None) => "off",
+        let (state, bytes) = match (&self.recorder, &self.record_failure) {
+            (Some(recorder), _) => (if recorder.has_failed() { "failed" } else { "ok" }, recorder.stats()),
+            (None, Some((_, stats))) => ("failed", *stats),
+            (None, None) => ("off", RecordStats::default()),
         };
-        let bytes = self.recorder.as_ref().map(Recorder::stats).unwrap_or_default();
         format!("record={state} record_bytes={} record_queue={}", bytes.written_bytes, bytes.queued_bytes)
     }
 
     /// Why the recording ended early, if it did.
     pub fn record_failure(&self) -> Option<&str> {
-        self.record_failure.as_deref()
+        self.record_failure.as_ref().map(|(reason, _)| reason.as_str())
     }
 
     /// Goes on without the recorder; keeps the reason why it failed.
     fn drop_recorder(&mut self) {
         if let Some(recorder) = self.recorder.take() {
-            self.record_failure = recorder.failure();
+            self.record_failure = recorder.failure().map(|reason| (reason, recorder.stats()));
         }
     }
 

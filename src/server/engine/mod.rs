@@ -31,7 +31,7 @@ mod trace;
 
 use super::jobs::Job;
 use super::names::Names;
-use super::record::{ReadFile, Recorder};
+use super::record::{ReadFile, RecordStats, Recorder};
 use super::{Display, Limits, Session, Stats};
 use crate::cancel::CancelToken;
 use crate::command::SparePayload;
@@ -113,8 +113,8 @@ pub struct Engine {
     on_shared_failure: shared::OnSharedFailure,
     recorder: Option<Recorder>,
     on_present: OnPresent,
-    /// Why the recording ended early.
-    record_failure: Option<String>,
+    /// Why the recording ended early, and how long it was.
+    record_failure: Option<(String, RecordStats)>,
     /// The files that the command being run has read, for the recording.
     files_read: Vec<ReadFile>,
     /// The verb of the draw that was abandoned, if one was.

@@ -221,6 +221,7 @@ fn run(shared: &Shared, mut out: Box<dyn Write + Send>, piece_bytes: usize) {
     let mut state = shared.lock();
     state.is_done = true;
     state.blocks = VecDeque::new();
+    state.stats.queued_bytes = 0;
     match result {
         Ok(()) => drop(state),
         Err(e) => shared.fail(state, &e),
