@@ -7,6 +7,7 @@
 //! What cannot be caught: the window system going away ends the process (Xlib exits it). Snapshots are written when
 //! asked for, not at the end, and a server that must survive runs headless.
 
+mod clicks;
 mod hud;
 mod keys;
 mod layout;
@@ -21,6 +22,7 @@ pub use scanout::{convert, word};
 pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::server::{Display, EventSender, InputEvent};
+use clicks::Clicks;
 use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOptions};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -110,7 +112,7 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let reports = Rc::new(RefCell::new(VecDeque::new()));
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut view = View::new(display.clone(), options.snapshot_dir);
-    let mut pointer = Pointer::new(display.event_sender());
+    let mut pointer = Pointer::new(display.event_sender(), Clicks::new(&window));
     while window.is_open() && !display.is_leaving() && !view.wants_to_quit() {
         let window_size = <[usize; 2]>::from(window.get_size());
         pointer.look(&window, &view.layout(window_size), window_size);
@@ -149,13 +151,14 @@ fn open(title: &str, size: [usize; 2]) -> Result<minifb::Window, WindowError> {
 /// Turns the state of mouse and window into events, when it changes.
 struct Pointer {
     events: EventSender,
+    clicks: Option<Clicks>,
     mouse: Option<(i32, i32, u8)>,
     window_size: Option<[usize; 2]>,
 }
 
 impl Pointer {
-    fn new(events: EventSender) -> Self {
-        Pointer { events, mouse: None, window_size: None }
+    fn new(events: EventSender, clicks: Option<Clicks>) -> Self {
+        Pointer { events, clicks, mouse: None, window_size: None }
     }
 
     fn look(&mut self, window: &minifb::Window, layout: &Layout, window_size: [usize; 2]) {
@@ -166,6 +169,7 @@ impl Pointer {
         if let Some((x, y)) = window.get_unscaled_mouse_pos(MouseMode::Pass) {
             let buttons = [MouseButton::Left, MouseButton::Middle, MouseButton::Right];
             let held = (0..).zip(buttons).map(|(i, b)| (window.get_mouse_down(b) as u8) << i).sum();
+            self.tell_missed(layout, held);
             let [x, y] = layout.frame_coordinates(x, y);
             if self.mouse.replace((x, y, held)) != Some((x, y, held)) {
                 self.events.send(InputEvent::Mouse { x, y, buttons: held });
@@ -176,5 +180,19 @@ impl Pointer {
             let step = |v: f32| if v == 0.0 { 0 } else { v.signum() as i32 };
             self.events.send(InputEvent::Wheel { dx: step(dx), dy: step(dy) });
         }
+    }
+
+    /// Tells of the presses that were over before the state of the buttons was looked at.
+    fn tell_missed(&mut self, layout: &Layout, held: u8) {
+        let before = self.mouse.map_or(0, |(_, _, held)| held);
+        let Some(clicks) = &mut self.clicks else { return };
+        let Some(([x, y], missed)) = clicks.missed(before, held) else { return };
+        let [x, y] = layout.frame_coordinates(x, y);
+        for (button, count) in missed.into_iter().enumerate() {
+            for buttons in std::iter::repeat_n([held | 1 << button, held], count as usize).flatten() {
+                self.events.send(InputEvent::Mouse { x, y, buttons });
+            }
+        }
+        self.mouse = Some((x, y, held));
     }
 }

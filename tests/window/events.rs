@@ -98,6 +98,20 @@ fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
     wait_for("a line in the colour of key 2", || (pixel(&address, 120, 60) == "ff4040").then_some(()));
     has_heard("wheel 0 1");
 
+    // Twenty clicks, each over within microseconds: between two looks at the buttons' state.
+    move_to(200, 150);
+    has_heard("mouse 200 150 0");
+    let count = |what: &str| heard.lock().expect("no panic").iter().filter(|l| *l == what).count();
+    let releases = count("mouse 200 150 0");
+    for _ in 0..20 {
+        screen.xdotool(&["click", "1"]);
+    }
+    wait_for("twenty presses", || (count("mouse 200 150 1") >= 20).then_some(()));
+    wait_for("their releases", || (count("mouse 200 150 0") >= releases + 20).then_some(()));
+    screen.xdotool(&["click", "--repeat", "5", "--delay", "0", "3"]);
+    wait_for("five of the right button", || (count("mouse 200 150 4") >= 5).then_some(()));
+    assert_eq!([count("mouse 200 150 1"), count("mouse 200 150 4")], [20, 5], "each is told once");
+
     screen.xdotool(&["windowsize", "--sync", &id, "700", "500"]);
     has_heard("resize 700 500");
     screen.xdotool(&["key", "Escape"]);
