@@ -66,8 +66,8 @@ impl Server {
     /// the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
     /// To be called before clients are let in.
     pub fn fit_descriptors(&mut self, places: usize) -> Option<TooFewDescriptors> {
-        // A listener has its socket and a spare one.
-        let others = 2 * places + LINGERING;
+        // A listener has its socket, a spare descriptor, and a selector's three.
+        let others = 5 * places + LINGERING;
         let room = make_room(self.max_connections.saturating_add(others))?;
         let (wanted, most) = (self.max_connections, room.more.saturating_sub(others).max(1));
         self.max_connections = wanted.min(most);

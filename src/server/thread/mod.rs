@@ -11,11 +11,7 @@ pub(crate) mod message;
 mod turns;
 
 use super::client::Client;
-#[cfg(not(target_os = "linux"))]
-use super::transport::Hand;
-#[cfg(target_os = "linux")]
-use super::transport::Poller;
-use super::transport::{Buffers, LEASE_BYTES};
+use super::transport::{Buffers, LEASE_BYTES, Poller};
 use super::{Audience, Engine};
 use crossbeam_channel::{Sender, bounded};
 use message::{Id, Inbox, Message, Opening, Source};
@@ -57,7 +53,6 @@ pub struct RenderThread {
     messages: Sender<Message>,
     thread: JoinHandle<Engine>,
     next_id: Arc<AtomicU64>,
-    #[cfg(target_os = "linux")]
     poller: Arc<Poller>,
 }
 
@@ -65,7 +60,6 @@ pub struct RenderThread {
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
     pub messages: Sender<Message>,
-    #[cfg(target_os = "linux")]
     pub poller: Arc<Poller>,
     next_id: Arc<AtomicU64>,
 }
@@ -86,22 +80,12 @@ impl RenderThread {
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();
         let buffers = Arc::new(Buffers::new());
-        #[cfg(target_os = "linux")]
         let poller = Arc::new(Poller::new(buffers.clone())?);
-        #[cfg(target_os = "linux")]
         let hand = poller.hand();
-        #[cfg(not(target_os = "linux"))]
-        let hand = Hand::default();
         let thread = std::thread::Builder::new()
             .name("render".into())
             .spawn(move || Loop::new(engine, messages, own_sender, buffers, hand).run())?;
-        Ok(RenderThread {
-            messages: sender,
-            thread,
-            next_id: Arc::new(AtomicU64::new(1)),
-            #[cfg(target_os = "linux")]
-            poller,
-        })
+        Ok(RenderThread { messages: sender, thread, next_id: Arc::new(AtomicU64::new(1)), poller })
     }
 
     /// A client in this process, with a connection of its own.
@@ -122,12 +106,7 @@ impl RenderThread {
     }
 
     pub(crate) fn link(&self) -> Link {
-        Link {
-            messages: self.messages.clone(),
-            #[cfg(target_os = "linux")]
-            poller: self.poller.clone(),
-            next_id: self.next_id.clone(),
-        }
+        Link { messages: self.messages.clone(), poller: self.poller.clone(), next_id: self.next_id.clone() }
     }
 
     /// Goes on without the display: the window could not be had. `PRESENT wait` counts as shown from now on.
