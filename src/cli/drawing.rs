@@ -1,7 +1,9 @@
 //! The arguments that say by what means pictures are drawn; they never change a byte of them.
 
+use super::bytes::ByteSize;
+use crate::memory::MemoryBudget;
 use crate::pipeline::{CoarseDepth, RenderOptions, RenderPath, Renderer};
-use crate::server::worker_pool;
+use crate::server::{default_memory_bytes, worker_pool};
 use crate::simd::Level;
 use clap::Args;
 
@@ -17,6 +19,10 @@ pub(super) struct Drawing {
     /// Leave faces out first that are hidden in their part of a tile: on or off
     #[arg(long, value_name = "on|off", value_parser = coarse, default_value = "off")]
     coarse: Coarse,
+    /// Memory for everything that is asked for, K, M or G: what needs more is done in pieces or refused [default: a quarter of
+    /// the machine's, or of its control group's]
+    #[arg(long, value_name = "BYTES")]
+    max_memory: Option<ByteSize>,
 }
 
 /// Coarse depth, as it is written.
@@ -59,9 +65,16 @@ fn simd(text: &str) -> Result<Simd, String> {
 }
 
 impl Drawing {
-    /// A renderer with its threads.
+    /// A renderer with its threads, within the memory that there may be.
     pub(super) fn renderer(&self) -> Renderer {
-        Renderer::new(self.options())
+        let mut renderer = Renderer::new(self.options());
+        renderer.set_budget(&MemoryBudget::new(self.memory_bytes()));
+        renderer
+    }
+
+    /// The memory that there may be.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.max_memory.map_or_else(default_memory_bytes, |size| size.0)
     }
 
     /// What a renderer is to work with, its threads among it.

@@ -5,6 +5,7 @@
 
 mod address;
 mod bench;
+mod bytes;
 mod color;
 mod drawing;
 mod eye;

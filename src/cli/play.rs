@@ -116,8 +116,12 @@ impl Play {
         };
         let FrameSize { width, height } = self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT);
         // The stream is the user's own, and so is the disk that it may fill.
-        let limits =
-            Limits { snap_bytes: u64::MAX, command_time: self.max_command_time, ..Limits::default() };
+        let limits = Limits {
+            snap_bytes: u64::MAX,
+            command_time: self.max_command_time,
+            memory_bytes: self.drawing.memory_bytes(),
+            ..Limits::default()
+        };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
         let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));

@@ -106,8 +106,9 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Quotas {
-    fn limits(&self, FrameSize { width, height }: FrameSize) -> Limits {
+    fn limits(&self, FrameSize { width, height }: FrameSize, memory_bytes: u64) -> Limits {
         let limits = Limits {
+            memory_bytes,
             connections: self.max_conns,
             payload_bytes: self.max_payload,
             names: self.max_names,
@@ -256,7 +257,8 @@ impl Serve {
     /// The engine with everything that the arguments give it.
     fn engine(&self) -> Result<Engine, String> {
         let wanted = self.size.unwrap_or(FrameSize::DEFAULT);
-        self.quotas.limits(wanted).check_frame(wanted.width, wanted.height).map_err(|e| e.message)?;
+        let memory = self.drawing.memory_bytes();
+        self.quotas.limits(wanted, memory).check_frame(wanted.width, wanted.height).map_err(|e| e.message)?;
         let shared = match &self.shm {
             None => None,
             Some(path) => {
@@ -268,7 +270,7 @@ impl Serve {
             shared.as_ref().map_or(wanted, |file| FrameSize { width: file.width(), height: file.height() });
         let FrameSize { width, height } = size;
         let mut engine =
-            Engine::with_limits(width, height, self.quotas.limits(size)).map_err(|e| e.message)?;
+            Engine::with_limits(width, height, self.quotas.limits(size, memory)).map_err(|e| e.message)?;
         engine.set_renderer(self.drawing.renderer());
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);

@@ -129,7 +129,8 @@ impl View {
         let (load_dir, drawing) = (self.load_dir.clone(), self.drawing.clone());
         let renderer = drawing.renderer();
         let make = move || {
-            let limits = Limits::default().for_frame(width, height);
+            let limits = Limits { memory_bytes: drawing.memory_bytes(), ..Limits::default() };
+            let limits = limits.for_frame(width, height);
             let mut engine = Engine::with_limits(width, height, limits).map_err(|e| e.message)?;
             engine.set_renderer(crate::pipeline::Renderer::new(renderer.options().clone()));
             if let Some(path) = &load_dir {

@@ -1,6 +1,7 @@
 //! The buffers of large payloads, passed on from one command to the next: what clients that send whole frames would
 //! otherwise ask of the system again for each of them, page by page.
 
+use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Buffers that are kept at most, and their bytes together, but for one that is larger by itself.
@@ -10,24 +11,59 @@ const KEPT_BYTES: usize = 64 << 20;
 const MOST_TIMES: usize = 4;
 
 /// Few buffers, shared by the decoders that were made with it. Clones share.
-#[derive(Clone, Debug, Default)]
-pub struct SparePayload(Arc<Mutex<Held>>);
+#[derive(Clone, Debug)]
+pub struct SparePayload {
+    held: Arc<Mutex<Held>>,
+    budget: MemoryBudget,
+}
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Held {
     /// Empty ones, the one given last at the end: it is the warmest.
     buffers: Vec<Vec<u8>>,
     /// Whether one was used since the last sweep.
     used: bool,
+    /// What they hold of the budget.
+    reserved: Reservation,
+}
+
+impl Default for SparePayload {
+    fn default() -> Self {
+        SparePayload::within(&MemoryBudget::unlimited())
+    }
 }
 
 impl Held {
     fn bytes(&self) -> usize {
         self.buffers.iter().map(Vec::capacity).sum()
     }
+
+    fn count(&mut self) {
+        let bytes = self.bytes() as u64;
+        self.reserved.set(bytes);
+    }
 }
 
 impl SparePayload {
+    /// No buffer yet. Payloads of the decoders that are made with it, and buffers that are kept, are of `budget`.
+    pub fn within(budget: &MemoryBudget) -> Self {
+        let reserved = budget.empty(MemoryUse::Payloads);
+        let held = Held { buffers: Vec::new(), used: false, reserved };
+        SparePayload { held: Arc::new(Mutex::new(held)), budget: budget.clone() }
+    }
+
+    /// What payloads are of.
+    pub fn budget(&self) -> &MemoryBudget {
+        &self.budget
+    }
+
+    /// Gives all buffers back.
+    pub fn clear(&self) {
+        let mut held = self.held();
+        held.buffers = Vec::new();
+        held.count();
+    }
+
     /// Bytes held for large payloads to come.
     pub fn held_bytes(&self) -> usize {
         self.held().bytes()
@@ -38,6 +74,7 @@ impl SparePayload {
         let mut held = self.held();
         if !std::mem::take(&mut held.used) {
             held.buffers = Vec::new();
+            held.count();
         }
     }
 
@@ -47,11 +84,16 @@ impl SparePayload {
         held.used = true;
         let fits = length..=length.saturating_mul(MOST_TIMES);
         let place = held.buffers.iter().rposition(|b| fits.contains(&b.capacity()))?;
-        Some(held.buffers.remove(place))
+        let buffer = held.buffers.remove(place);
+        held.count();
+        Some(buffer)
     }
 
     /// Takes back an empty buffer. Where they are too many the smallest goes.
     pub(super) fn give(&self, buffer: Vec<u8>) {
+        if self.budget.is_tight() || self.budget.available() < buffer.capacity() as u64 {
+            return;
+        }
         let mut held = self.held();
         held.used = true;
         held.buffers.push(buffer);
@@ -59,11 +101,12 @@ impl SparePayload {
             let smallest = (0..held.buffers.len()).min_by_key(|&i| held.buffers[i].capacity()).unwrap_or(0);
             held.buffers.remove(smallest);
         }
+        held.count();
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
         // A buffer is as good after a panic as before.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -21,6 +21,7 @@ mod solid;
 mod tile;
 
 pub use error::EyeError;
+pub use json::json_bytes;
 pub use method::{Fibre, MAX_FAN_RAYS};
 pub use paint::{Sheet, nearest, paint, sheet};
 pub use picture::{Differences, EyePicture, MISS};

@@ -1,6 +1,7 @@
 //! Why a file was refused, and where in it.
 
 use crate::error::Code;
+use crate::memory::OverBudget;
 use std::fmt;
 
 /// A place in a file that is being loaded.
@@ -107,6 +108,17 @@ pub enum LoadErrorKind {
         /// The decoder's reason.
         reason: String,
     },
+    /// What is read would take more than the quota leaves.
+    #[error("it takes {found} bytes, and the quota leaves {limit}")]
+    OverQuota {
+        /// Bytes that it would take, as far as it is known.
+        found: u64,
+        /// Bytes that it may take.
+        limit: u64,
+    },
+    /// Reading it would take more memory than there may be.
+    #[error(transparent)]
+    OverBudget(OverBudget),
 }
 
 /// A file that was refused: where, and why. Its text is `FILE:LINE:COLUMN: reason`, as far as the place is known.
@@ -130,6 +142,7 @@ impl LoadError {
         match self.kind {
             LoadErrorKind::TooBig { .. } => Code::TooBig,
             LoadErrorKind::Missing { .. } => Code::NoEnt,
+            LoadErrorKind::OverQuota { .. } | LoadErrorKind::OverBudget(_) => Code::Quota,
             LoadErrorKind::Syntax { .. }
             | LoadErrorKind::Number { .. }
             | LoadErrorKind::Range { .. }

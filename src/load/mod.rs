@@ -6,12 +6,14 @@
 
 mod error;
 mod folder;
+mod memory;
 pub mod obj;
 pub mod texture;
 pub mod x3d;
 
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
 pub use folder::{Folder, FolderError, QuotaFolder};
+pub use memory::LoadMemory;
 
 /// Runs a decoder that is not ours; a panic in it becomes the reason of a refusal.
 ///

@@ -4,7 +4,7 @@
 //! has no alpha is opaque, 16 bits are rounded to 8. No gamma and no colour profile is applied. Sizes are read from the
 //! header and checked before anything is unpacked, so a small file cannot ask for much memory.
 
-use super::{LoadError, LoadErrorKind, Place, never_panicking};
+use super::{LoadError, LoadErrorKind, LoadMemory, Place, never_panicking};
 use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
@@ -13,8 +13,8 @@ use std::path::Path;
 /// The most texels that a texture file may have.
 pub const MAX_TEXELS: u64 = 1 << 26;
 
-/// Bytes that a decoder may use beside the picture it makes.
-const DECODER_BYTES: u64 = 1 << 28;
+/// Bytes that a decoder may use for what stands before the pixels: palettes, colour profiles, text.
+const HEADER_BYTES: u64 = 8 << 20;
 
 /// A texture from a file's bytes, where the file has no name.
 pub fn decode(bytes: &[u8]) -> Result<Texture, LoadError> {
@@ -25,6 +25,15 @@ pub fn decode(bytes: &[u8]) -> Result<Texture, LoadError> {
 ///
 /// The format is found in the bytes; the ending of the name is asked only where they do not tell (TGA).
 pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> {
+    decode_within(bytes, file_name, &mut LoadMemory::unlimited())
+}
+
+/// [`decode_file`] within `memory`, which is asked for the texture and for what decoding it takes once its size is known from
+/// the header, and before a pixel is unpacked.
+///
+/// # Errors
+/// As [`decode_file`], and when `memory` refuses.
+pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> Result<Texture, LoadError> {
     let fail = |kind| LoadError::new(Place::file(file_name), kind);
     let undecodable = |reason: String| fail(LoadErrorKind::Undecodable { format: "picture", reason });
     if bytes.is_empty() {
@@ -49,16 +58,27 @@ pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> 
     let decoded = never_panicking(|| {
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(DECODER_BYTES + MAX_TEXELS * 8);
+        limits.max_alloc = Some(HEADER_BYTES);
         reader.limits(limits);
-        let decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
+        // Some decoders copy the file.
+        let mut work = memory.work(HEADER_BYTES + bytes.len() as u64).map_err(fail)?;
+        let mut decoder = reader.into_decoder().map_err(|e| undecodable(e.to_string()))?;
         let (width, height) = decoder.dimensions();
-        if width.max(height) > MAX_TEXTURE_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
+        let pixels = u64::from(width) * u64::from(height);
+        if width.max(height) > MAX_TEXTURE_SIDE || pixels > MAX_TEXELS {
             return Err(size_error(width, height));
         }
-        DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))
+        let (texture, beside) = Texture::bytes_for(width.max(1), height.max(1));
+        memory.keep(texture).map_err(fail)?;
+        let unpacking = unpacking_bytes(format, pixels, decoder.total_bytes());
+        work.try_grow(unpacking.max(beside)).map_err(|e| fail(LoadErrorKind::OverBudget(e)))?;
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(HEADER_BYTES + unpacking);
+        decoder.set_limits(limits).map_err(|e| undecodable(e.to_string()))?;
+        let picture = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))?;
+        Ok((picture.into_rgba8(), work))
     });
-    let picture = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?.into_rgba8();
+    let (picture, _work) = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?;
     let (width, height) = picture.dimensions();
     Texture::new(width, height, picture.into_raw()).map_err(|e| match e {
         TextureError::BadSize { width: 0, .. } | TextureError::BadSize { height: 0, .. } => {
@@ -67,6 +87,16 @@ pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> 
         TextureError::BadSize { width, height } => size_error(width, height),
         e @ TextureError::BadLength { .. } => undecodable(e.to_string()),
     })
+}
+
+/// Bytes that unpacking a picture takes at most, of which `decoded` are the pixels as they stand in the file. PNG is unpacked
+/// row by row; of a JPEG all coefficients may be held, 16 bits each; of a GIF its indices and the frame under them. What is not
+/// RGBA of 8 bits yet is there twice while it is made so.
+fn unpacking_bytes(format: ImageFormat, pixels: u64, decoded: u64) -> u64 {
+    match format {
+        ImageFormat::Png => decoded + 4 * pixels,
+        _ => 2 * decoded + 12 * pixels,
+    }
 }
 
 #[cfg(test)]

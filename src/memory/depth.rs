@@ -113,6 +113,18 @@ pub(crate) struct DepthCells<'a> {
     pub far: i32,
 }
 
+impl DepthCells<'_> {
+    /// The same cells for a shorter time.
+    pub fn reborrow(&mut self) -> DepthCells<'_> {
+        DepthCells {
+            words: &mut *self.words,
+            narrow: &mut *self.narrow,
+            stale: &mut *self.stale,
+            far: self.far,
+        }
+    }
+}
+
 /// The stored words of some pixels; see [`DepthFormat::encode`].
 #[derive(Debug)]
 pub enum DepthWords<'a> {

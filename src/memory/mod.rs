@@ -5,6 +5,7 @@
 //! `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory` mutably.
 
 mod aligned;
+mod budget;
 mod color;
 mod color_names;
 mod depth;
@@ -13,6 +14,7 @@ mod ids;
 mod shared;
 mod video;
 
+pub use budget::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 pub(crate) use color::read_hex;
 pub use color::{parse_color, parse_light_color};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};

@@ -1,7 +1,7 @@
 //! What a draw is given, and what it answers.
 
 use crate::error::Code;
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, IdMemory, OverBudget, VideoMemory};
 use crate::scene::{
     Camera, CameraError, Cull, Fog, Geometry, HiddenSurface, Interpolation, Light, Material, Object,
     Sampling, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
@@ -256,6 +256,9 @@ pub enum PipelineError {
         /// How many entries there are.
         len: u64,
     },
+    /// The draw's working memory does not fit the budget, not even in pieces.
+    #[error(transparent)]
+    OverBudget(#[from] OverBudget),
 }
 
 impl PipelineError {
@@ -263,6 +266,7 @@ impl PipelineError {
     pub fn code(&self) -> Code {
         match self {
             PipelineError::Camera(e) => e.code(),
+            PipelineError::OverBudget(e) => e.code(),
             _ => Code::Range,
         }
     }

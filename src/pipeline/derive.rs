@@ -8,7 +8,9 @@ use super::known::Known;
 use super::light::{Lamp, Lighting, Viewer};
 use super::order::SORTED_BYTES;
 use super::plan::{Part, Plan, Title};
+use super::tile::LIST_BYTES;
 use super::vertex::Vertex;
+use super::working::at_worst;
 use crate::cancel::CancelToken;
 use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
 use glam::DVec3;
@@ -22,7 +24,10 @@ impl Plan {
     /// It costs a look at the mesh's polygons and corners, not at its vertices.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
         let lighting = call.lighting(Viewer::Axis(DVec3::Z));
-        derive(call, target, &lighting, &Known::of(call.geometry, CancelToken::default()))
+        let mut plan = derive(call, target, &lighting, &Known::of(call.geometry, CancelToken::default()));
+        let working = at_worst(call, target, &plan, None, (1, LIST_BYTES as u64));
+        plan.set_working_bytes(working.sum());
+        plan
     }
 }
 

@@ -22,7 +22,7 @@ use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
 use light::{SpareLists, Tables};
-pub(crate) use stated::stated_bytes;
+pub(crate) use stated::{stated_bytes, surface_bytes, working_bytes};
 pub(crate) use together::Together;
 pub(crate) use veil::{Veils, veil_obstacle};
 
@@ -46,6 +46,21 @@ impl Memories {
     /// Bytes that the memories take.
     pub fn size_bytes(&self) -> usize {
         self.scratch.size_bytes() + self.tables.size_bytes()
+    }
+
+    /// Bytes of vertices and tables: all but the tiles' lists.
+    fn table_bytes(&self) -> usize {
+        self.scratch.vertex_bytes() + self.tables.size_bytes()
+    }
+
+    /// Bytes that the tiles' lists have room for.
+    pub fn list_bytes(&self) -> u64 {
+        self.scratch.lists_held() as u64
+    }
+
+    /// Lets a draw go on in pieces when the tiles' lists have room for more than this.
+    pub fn bound_lists(&mut self, bytes: usize) {
+        self.scratch.list_bytes = bytes;
     }
 }
 

@@ -6,9 +6,21 @@ use super::normals::{Normals, polygon_normal};
 use super::tile::{FaceTable, PreparedMesh};
 use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
+use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 use crate::scene::{Corner, Geometry, Mesh};
 use glam::{DVec3, DVec4};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// The parts that a draw asks for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Needs {
+    /// The polygons' normals, and with `true` the means at the positions.
+    pub normals: Option<bool>,
+    /// The prepared form, and with `true` its normals.
+    pub prepared: Option<bool>,
+    /// The table of faces that are lit as wholes.
+    pub faces: bool,
+}
 
 /// See the module's text. Everything but the first part is made when it is first asked for.
 #[derive(Debug)]
@@ -30,6 +42,8 @@ pub(crate) struct Known {
     faces: OnceLock<FaceTable>,
     /// Ends the making of a prepared form early; it then has no faces.
     cancel: CancelToken,
+    /// What the parts above hold of the renderer's budget.
+    held: Mutex<Option<Reservation>>,
 }
 
 impl Known {
@@ -56,7 +70,87 @@ impl Known {
             lit: OnceLock::new(),
             faces: OnceLock::new(),
             cancel,
+            held: Mutex::new(None),
         }
+    }
+
+    /// Makes what a draw asks for, as far as it is not there: normals, the prepared form where the tile renderer draws, the table of
+    /// faces that are lit as wholes.
+    ///
+    /// # Errors
+    /// When `budget` has no room for it; what was there before stays.
+    pub fn prepare(&self, mesh: &Mesh, needs: Needs, budget: &MemoryBudget) -> Result<(), OverBudget> {
+        if self.has(needs) {
+            return Ok(());
+        }
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let held = held.get_or_insert_with(|| budget.empty(MemoryUse::Resources));
+        let result = self.make(mesh, needs, held);
+        held.set(self.size_bytes() as u64);
+        result
+    }
+
+    fn has(&self, needs: Needs) -> bool {
+        let normals = match needs.normals {
+            None => true,
+            Some(false) => self.face_normals.get().is_some(),
+            Some(true) => self.smooth_normals.get().is_some(),
+        };
+        let prepared = match needs.prepared {
+            None => true,
+            Some(false) => self.lit.get().is_some() || self.unlit.get().is_some(),
+            Some(true) => self.lit.get().is_some(),
+        };
+        normals && prepared && (!needs.faces || self.faces.get().is_some())
+    }
+
+    fn make(&self, mesh: &Mesh, needs: Needs, held: &mut Reservation) -> Result<(), OverBudget> {
+        let have = || self.size_bytes() as u64;
+        let (polygons, positions) = (mesh.polygons.len() as u64, mesh.positions.len() as u64);
+        let wants_smooth = needs.normals == Some(true)
+            || needs.prepared == Some(true) && self.lit.get().is_none() && !self.all_normals_given;
+        if wants_smooth && self.smooth_normals.get().is_none() {
+            // Sums, and who was seen last, go again.
+            held.try_cover(have() + polygons * 24 + positions * (24 + 32 + 4))?;
+            self.normals(mesh, true);
+        }
+        if (needs.normals == Some(false) || needs.faces) && self.face_normals.get().is_none() {
+            held.try_cover(have() + polygons * 24)?;
+            self.normals(mesh, false);
+        }
+        if needs.faces && self.faces.get().is_none() {
+            held.try_cover(have() + mesh.triangles.len() as u64 * (24 + 16 + 16))?;
+            self.faces(mesh);
+        }
+        match needs.prepared {
+            Some(true) if self.lit.get().is_none() => {
+                let made = self.prepare_lit(mesh, |bytes| held.try_cover(have() + bytes))?;
+                let _ = self.lit.set(made);
+            }
+            Some(false) if self.lit.get().is_none() && self.unlit.get().is_none() => {
+                let room = |bytes| held.try_cover(have() + bytes);
+                let _ = self.unlit.set(PreparedMesh::within(mesh, |_, _| DVec3::ZERO, room, &self.cancel)?);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn prepare_lit(
+        &self,
+        mesh: &Mesh,
+        room: impl FnMut(u64) -> Result<(), OverBudget>,
+    ) -> Result<PreparedMesh, OverBudget> {
+        let means = (!self.all_normals_given).then(|| self.normals(mesh, true));
+        let normal_of = |t, corner: &Corner| {
+            let given = mesh.normals.get(corner.normal as usize).and_then(|&n| unit(n));
+            let mean = || {
+                let mean = *means?.of_position.get(corner.position as usize)?;
+                Some(mean).filter(|n| *n != DVec3::ZERO)
+            };
+            given.or_else(mean).unwrap_or_else(|| face_normal(mesh, t))
+        };
+        PreparedMesh::within(mesh, normal_of, room, &self.cancel)
     }
 
     /// The normals of the polygons, and with `smooth` the means at the positions.
@@ -73,20 +167,12 @@ impl Known {
             return lit;
         }
         if !is_lit {
-            return self.unlit.get_or_init(|| PreparedMesh::new(mesh, |_, _| DVec3::ZERO, &self.cancel));
+            return self.unlit.get_or_init(|| {
+                let made = PreparedMesh::within(mesh, |_, _| DVec3::ZERO, |_| Ok(()), &self.cancel);
+                made.expect("nothing refuses")
+            });
         }
-        self.lit.get_or_init(|| {
-            let means = (!self.all_normals_given).then(|| self.normals(mesh, true));
-            let normal_of = |t, corner: &Corner| {
-                let given = mesh.normals.get(corner.normal as usize).and_then(|&n| unit(n));
-                let mean = || {
-                    let mean = *means?.of_position.get(corner.position as usize)?;
-                    Some(mean).filter(|n| *n != DVec3::ZERO)
-                };
-                given.or_else(mean).unwrap_or_else(|| face_normal(mesh, t))
-            };
-            PreparedMesh::new(mesh, normal_of, &self.cancel)
-        })
+        self.lit.get_or_init(|| self.prepare_lit(mesh, |_| Ok(())).expect("nothing refuses"))
     }
 
     /// The table of faces that are lit as wholes.
@@ -94,6 +180,10 @@ impl Known {
         self.faces.get_or_init(|| {
             let normals = self.normals(mesh, false);
             let mut table = FaceTable::default();
+            let faces = mesh.triangles.len();
+            table.centers.iter_mut().for_each(|list| list.reserve_exact(faces));
+            table.normals.reserve_exact(faces);
+            table.colors.reserve_exact(if mesh.colors.is_empty() { 0 } else { faces });
             for (t, &polygon) in mesh.triangle_polygon.iter().enumerate().take(mesh.triangles.len()) {
                 let corners = mesh.polygon_corners(polygon as usize);
                 let sum =
@@ -115,6 +205,11 @@ impl Known {
             }
             table
         })
+    }
+
+    /// How many vertices the prepared form has, once there is one.
+    pub fn vertex_count(&self) -> Option<u64> {
+        self.lit.get().or(self.unlit.get()).map(|p| p.vertex_count() as u64)
     }
 
     /// Bytes that are kept.

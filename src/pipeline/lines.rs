@@ -16,7 +16,7 @@ use super::plane::FacePlane;
 use super::prepare::Prepared;
 use super::raster::{blend, opaque};
 use super::shade::visibility;
-use crate::scene::{Corner, HiddenSurface, LightingModel, Material};
+use crate::scene::{Corner, HiddenSurface, LightingModel, Material, Mesh};
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -37,6 +37,15 @@ struct Edge {
     corners: [u32; 2],
     polygon: usize,
     planes: [Option<u32>; 2],
+}
+
+/// Bytes that a wireframe's edges take at most: a list and a table by their ends, which have room for twice as many and move, and
+/// which faces and polygons are seen.
+pub(crate) fn wire_bytes(mesh: &Mesh) -> u64 {
+    let edges = mesh.corners.len() as u64;
+    let table = 2 * (size_of::<([u32; 2], usize)>() + 1) as u64;
+    edges * (2 * size_of::<Edge>() as u64 + table) * 3 / 2
+        + (mesh.triangles.len() + mesh.polygons.len()) as u64
 }
 
 impl Prepared<'_> {

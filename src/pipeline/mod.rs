@@ -38,6 +38,7 @@ pub mod trace;
 mod vertex;
 mod viewport;
 mod whole;
+mod working;
 
 pub use call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};

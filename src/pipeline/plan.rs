@@ -155,13 +155,15 @@ pub struct Plan {
     /// What the plan is for.
     pub title: Title,
     items: [PlanItem; Part::ALL.len()],
+    /// Bytes of working memory at worst.
+    working: u64,
 }
 
 impl Plan {
     /// A plan of nothing but the frame itself, every other part absent for `reason`.
     pub fn of_frame(title: Title, width: u32, height: u32, reason: &'static str) -> Self {
         let absent = |part| PlanItem { part, used: false, reason, count: 0, bytes: 0 };
-        let mut plan = Plan { title, items: Part::ALL.map(absent) };
+        let mut plan = Plan { title, items: Part::ALL.map(absent), working: 0 };
         let pixels = width as u64 * height as u64;
         plan.add(Part::VideoMemory, "the frame", pixels, pixels * 4);
         plan
@@ -200,6 +202,17 @@ impl Plan {
     /// The bytes of all memories and tables together.
     pub fn bytes(&self) -> u64 {
         self.items.iter().map(|i| i.bytes).sum()
+    }
+
+    /// The bytes of working memory that drawing takes at worst, whatever the faces are like: the frame's memories, textures and
+    /// tables that live as long as the mesh aside. A renderer with a budget reserves them, or draws in smaller pieces.
+    pub fn working_bytes(&self) -> u64 {
+        self.working
+    }
+
+    /// Says what drawing takes at worst.
+    pub(crate) fn set_working_bytes(&mut self, bytes: u64) {
+        self.working = bytes;
     }
 
     /// Makes a part run, with `count` more items and `bytes` more.
@@ -251,7 +264,11 @@ impl Plan {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "plan: {}, {} bytes", self.title, self.bytes())?;
+        write!(f, "plan: {}, {} bytes", self.title, self.bytes())?;
+        match self.working {
+            0 => writeln!(f)?,
+            most => writeln!(f, ", working memory at most {most}")?,
+        }
         for item in &self.items {
             let (name, unit) = item.part.as_str();
             let mark = if item.used { '+' } else { '-' };

@@ -7,15 +7,17 @@
 
 use super::bands::{Listed, draw_listed};
 use super::call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
-use super::fast::{Memories, Together, Tools, obstacle};
-use super::known::Known;
+use super::fast::{Memories, Together, Tools, obstacle, surface_bytes};
+use super::known::{Known, Needs};
 use super::order::Order;
 use super::plan::{Part, Plan};
 use super::prepare::{Layer, Prepared, Spare};
-use super::tile::{COARSE_BYTES, Workers};
+use super::tile::{COARSE_BYTES, LIST_BYTES, Workers, list_bound};
+use super::vertex::Vertex;
 use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene};
+use super::working::{SMALL_FACES, Working, WorkingBytes, WorkingMemory, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
-use crate::memory::{DepthFormat, Rgba, VideoMemory};
+use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
 use rayon::prelude::*;
@@ -64,6 +66,20 @@ pub struct Renderer {
     together: Together,
     /// What a scene leaves to the next one.
     lists: SceneLists,
+    /// What it holds of its budget for all of these.
+    working: WorkingMemory,
+    /// Bytes of the tiles' lists beyond which a draw goes on in pieces.
+    bound: ListBound,
+}
+
+/// Bytes of the tiles' lists beyond which a draw goes on in pieces.
+#[derive(Clone, Copy, Debug)]
+struct ListBound(u64);
+
+impl Default for ListBound {
+    fn default() -> Self {
+        ListBound(LIST_BYTES as u64)
+    }
 }
 
 /// Pixels that are worth another thread's waking up: about 20 microseconds' worth.
@@ -81,7 +97,9 @@ impl Renderer {
     pub fn set_cancel(&mut self, cancel: CancelToken) {
         let options = RenderOptions { cancel, ..self.options.clone() };
         if self.options.cancel.is_cancelled() {
+            let budget = self.working.budget().clone();
             *self = Renderer::default();
+            self.set_budget(&budget);
         }
         self.crew = Workers::new(options.pool.clone(), options.cancel.clone());
         self.options = options;
@@ -90,6 +108,99 @@ impl Renderer {
     /// What it works with.
     pub fn options(&self) -> &RenderOptions {
         &self.options
+    }
+
+    /// Holds nothing from now on that is not of `budget`. A draw that does not fit it is drawn in pieces, or refused.
+    pub fn set_budget(&mut self, budget: &MemoryBudget) {
+        self.release();
+        self.cache = Cache::default();
+        self.working = WorkingMemory::of(budget);
+    }
+
+    /// Bytes that it has reserved for working memories.
+    pub fn reserved_bytes(&self) -> u64 {
+        self.working.bytes()
+    }
+
+    /// Gives back what is kept from draw to draw, but for what is known of geometries that can still be drawn.
+    pub fn release(&mut self) {
+        self.memories = Memories::default();
+        self.spare = Spare::default();
+        self.order = Order::default();
+        self.listed = Listed::default();
+        self.together = Together::default();
+        self.lists = SceneLists::default();
+        self.cache.forget_dropped();
+        self.working.clear();
+        self.bound = ListBound::default();
+    }
+
+    fn threads(&self) -> u64 {
+        self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64
+    }
+
+    /// Makes what is known of a draw's geometry, within the budget.
+    fn prepare_known(&mut self, prepared: &Prepared) -> Result<(), OverBudget> {
+        let mesh = &prepared.call.geometry.mesh;
+        let needs = match self.options.path {
+            RenderPath::Fast => prepared.needs(),
+            RenderPath::Plain => Needs { prepared: None, faces: false, ..prepared.needs() },
+        };
+        match prepared.known.prepare(mesh, needs, self.working.budget()) {
+            Ok(()) => Ok(()),
+            Err(_) => {
+                self.release();
+                prepared.known.prepare(mesh, needs, self.working.budget())
+            }
+        }
+    }
+
+    /// What a draw asks for at worst.
+    fn at_worst(&self, prepared: &Prepared, target: &Target) -> WorkingBytes {
+        let bound = (self.threads(), self.bound.0);
+        at_worst(prepared.call, target, &prepared.plan, prepared.known.vertex_count(), bound)
+    }
+
+    /// Reserves what `worst` tells for the present bound of the tiles' lists. Where that does not fit, gives back what other draws
+    /// left, and then bounds the lists by what is free.
+    fn reserve(
+        &mut self,
+        target: &Target,
+        worst: impl Fn(&Renderer) -> WorkingBytes,
+    ) -> Result<(), OverBudget> {
+        let mut wanted = worst(self);
+        if self.working.reserve(&wanted).is_err() {
+            self.release();
+            wanted = worst(self);
+            if let Err(e) = self.working.reserve(&wanted) {
+                let others = wanted.sum() - wanted[Working::Lists];
+                let free = self.working.budget().available();
+                let size = (target.memory.width() as usize, target.memory.height() as usize);
+                // Something is left to those who decode or answer meanwhile, unless it takes everything.
+                let bound = |part: u64| list_bound(part.checked_sub(others)?, self.threads(), size);
+                let bound = bound(free / 4 * 3).or_else(|| bound(free));
+                self.bound = ListBound(bound.filter(|_| wanted[Working::Lists] > 0).ok_or(e)?);
+                self.working.reserve(&worst(self))?;
+            }
+        }
+        self.memories.bound_lists(self.bound.0 as usize);
+        Ok(())
+    }
+
+    /// Reserves what the plain path takes for a draw that the tile renderer was meant for; whether there is room.
+    fn reserve_plain(&mut self, prepared: &Prepared) -> bool {
+        let mesh = &prepared.call.geometry.mesh;
+        let mut wanted = WorkingBytes::default();
+        wanted[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
+        ordered(&mut wanted, mesh.triangles.len() as u64, false);
+        self.working.reserve(&wanted).is_ok()
+    }
+
+    /// Gives back what was reserved for the worst and is not held.
+    fn settle(&mut self) {
+        if self.working.is_large() {
+            self.working.settle(self.memories.list_bytes(), self.together.held_bytes());
+        }
     }
 
     /// The level that its kernels run at.
@@ -152,11 +263,14 @@ impl Renderer {
         let mut prepared =
             Prepared::with(call, target, self.known(call), std::mem::take(&mut self.spare), &mut stats)?;
         prepared.cancel = &cancel;
+        self.prepare_known(&prepared)?;
+        self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_memories(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
         self.spare = prepared.into_spare();
+        self.settle();
         Ok(stats)
     }
 
@@ -170,7 +284,9 @@ impl Renderer {
         scene: &Scene,
         options: &SceneOptions,
     ) -> Result<DrawStats, PipelineError> {
-        draw_scene_with(self, target, scene, options)
+        let stats = draw_scene_with(self, target, scene, options)?;
+        self.settle();
+        Ok(stats)
     }
 }
 
@@ -190,6 +306,38 @@ impl Painter for Renderer {
         &mut self.lists
     }
 
+    fn reserve_objects(&mut self, bytes: u64) -> Result<(), PipelineError> {
+        let mut wanted = WorkingBytes::default();
+        wanted[Working::Objects] = bytes;
+        if self.working.reserve(&wanted).is_err() {
+            self.release();
+            self.working.reserve(&wanted)?;
+        }
+        Ok(())
+    }
+
+    fn reserve_scene(
+        &mut self,
+        all: &[Prepared],
+        (target, listed): (&Target, &WorkingBytes),
+    ) -> Result<(), PipelineError> {
+        for prepared in all {
+            self.prepare_known(prepared)?;
+        }
+        self.reserve(target, |own| {
+            let mut worst = *listed;
+            let is_large = |p: &&Prepared| !is_small(p);
+            all.iter().filter(is_large).for_each(|p| worst.cover(&own.at_worst(p, target)));
+            // Of many small objects each asks for little: the most that any of them can.
+            let small = all.iter().filter(|p| is_small(p)).map(|p| surface_bytes(p.call)).max();
+            if let Some(surfaces) = small {
+                worst.cover(&small_at_worst(surfaces, target, (own.threads(), own.bound.0)));
+            }
+            worst
+        })?;
+        Ok(())
+    }
+
     fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
         let is_fast = self.options.path == RenderPath::Fast
             && layer != Layer::Transparent
@@ -200,6 +348,12 @@ impl Painter for Renderer {
             if prepared.draw_fast(tools, target, stats) {
                 return;
             }
+        }
+        if prepared.plan.uses(Part::TileRenderer) && !self.reserve_plain(prepared) {
+            // The plan has not foreseen this path, and there is no room for its lists: the same without them.
+            (0..prepared.call.geometry.mesh.triangles.len() as u32)
+                .for_each(|t| prepared.draw_face(t, layer, target, stats));
+            return;
         }
         prepared.transform_all();
         if prepared.call.shade == ShadeMode::Wire {
@@ -217,12 +371,17 @@ impl Painter for Renderer {
     }
 
     fn together(&mut self, all: &[Prepared], target: &mut Target, stats: &mut DrawStats) -> usize {
-        match self.options.path {
-            RenderPath::Fast => {
-                self.together.draw((self.level(), &self.crew, self.options.coarse), all, target, stats)
-            }
-            RenderPath::Plain => 0,
+        if self.options.path == RenderPath::Plain || self.threads() < 2 {
+            return 0;
         }
+        let count = self.together.count(all, target);
+        let mut wanted = WorkingBytes::default();
+        wanted[Working::Together] = Together::worst_bytes(&all[..count], self.threads(), target);
+        // Without room for all of them each is drawn by itself.
+        if count == 0 || self.working.reserve(&wanted).is_err() {
+            return 0;
+        }
+        self.together.draw((self.level(), &self.crew, self.options.coarse), &all[..count], target, stats)
     }
 
     fn listed(
@@ -235,6 +394,11 @@ impl Painter for Renderer {
         let level = (self.options.path == RenderPath::Fast).then(|| self.level());
         draw_listed((&self.crew, level), &mut self.listed, all, list, target, stats);
     }
+}
+
+/// Whether a draw's working memory is that of [`small_at_worst`] at most.
+fn is_small(prepared: &Prepared) -> bool {
+    prepared.plan.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
 }
 
 /// Geometries that are known at one time at most.
@@ -275,11 +439,16 @@ impl Cache {
         known
     }
 
+    /// Drops what nobody can ask for again.
+    fn forget_dropped(&mut self) {
+        self.entries.retain(|_, e| e.geometry.strong_count() > 0);
+    }
+
     /// Drops what nobody can ask for again, and when that is not enough, what was asked for longest ago.
     fn forget(&mut self) {
         // A look through all of them at every doubling, or when they are many.
         if self.entries.len().is_power_of_two() || self.entries.len() >= MOST_ENTRIES {
-            self.entries.retain(|_, e| e.geometry.strong_count() > 0);
+            self.forget_dropped();
             let bytes: usize = self.entries.values().map(|e| e.known.size_bytes()).sum();
             if self.entries.len() >= MOST_ENTRIES || bytes > MOST_BYTES {
                 let mut times: Vec<u64> = self.entries.values().map(|e| e.last_used).collect();

@@ -4,12 +4,15 @@ use super::bands::listed_bytes;
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
 use super::known::Known;
+use super::light::Lamp;
 use super::order::{Order, SORTED_BYTES, emptied};
 use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared, Spare};
 use super::raster::opaque;
 use super::tile::Workers;
+use super::vertex::Vertex;
 use super::viewport::Screen;
+use super::working::{Working, WorkingBytes, ordered};
 use crate::cancel::CancelToken;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
@@ -65,6 +68,26 @@ pub(crate) trait Painter {
 
     /// What the last scene has left.
     fn lists(&mut self) -> &mut SceneLists;
+
+    /// Makes room for a scene's objects.
+    ///
+    /// # Errors
+    /// When there is none.
+    fn reserve_objects(&mut self, _bytes: u64) -> Result<(), PipelineError> {
+        Ok(())
+    }
+
+    /// Makes room for everything that drawing these objects takes, with `listed` for those faces that are drawn in order.
+    ///
+    /// # Errors
+    /// When there is none.
+    fn reserve_scene(
+        &mut self,
+        _all: &[Prepared],
+        (_target, _listed): (&Target, &WorkingBytes),
+    ) -> Result<(), PipelineError> {
+        Ok(())
+    }
 
     /// What is known of a draw's geometry.
     fn known(&mut self, call: &DrawCall) -> Arc<Known>;
@@ -137,6 +160,8 @@ pub(crate) fn draw_scene_with(
     let SceneLists { calls, prepared: mut all, mut knowns, mut spares, mut order } =
         std::mem::take(painter.lists());
     let mut calls: Vec<DrawCall> = calls;
+    let object_bytes = object_bytes(scene);
+    painter.reserve_objects(object_bytes)?;
     calls.extend(each_call(scene, options));
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
@@ -169,6 +194,7 @@ pub(crate) fn draw_scene_with(
             _ => all.extend(calls.iter().zip(knowns.drain(..)).zip(&mut spares).map(make)),
         }
     }
+    painter.reserve_scene(&all, (target, &in_order(&all, options, object_bytes)))?;
     stats.vertices += all.iter().map(Prepared::vertices_in).sum::<u64>();
     if let Some(color) = scene.background.color {
         paint(target, options, opaque(color));
@@ -220,6 +246,29 @@ pub(crate) fn draw_scene_with(
     Ok(stats)
 }
 
+/// Bytes that a scene's objects take while they are drawn, their lights included.
+fn object_bytes(scene: &Scene) -> u64 {
+    let each = size_of::<DrawCall>() + size_of::<Prepared>() + size_of::<Arc<Known>>() + size_of::<Spare>();
+    let lights = scene.lights.len() * size_of::<Lamp>();
+    // Lists have room for up to twice their items.
+    2 * scene.objects.len() as u64 * (each + lights) as u64
+}
+
+/// What the faces take that are drawn in order: vertices of all their objects at once, and one list.
+fn in_order(all: &[Prepared], options: &SceneOptions, object_bytes: u64) -> WorkingBytes {
+    let mut bytes = WorkingBytes::default();
+    let is_painted = options.hide == HiddenSurface::Painter;
+    let (mut faces, mut vertices) = (0, 0);
+    for p in all.iter().filter(|p| is_painted || p.plan.uses(Part::ReadBack)) {
+        faces += p.call.geometry.mesh.triangles.len() as u64;
+        vertices += p.vertices_in();
+    }
+    ordered(&mut bytes, faces, is_painted || options.transparency == TransparencyOrder::Sorted);
+    bytes[Working::Vertices] = vertices * size_of::<Vertex>() as u64;
+    bytes[Working::Objects] = object_bytes;
+    bytes
+}
+
 /// Scenes of fewer objects than this are made ready by the calling thread.
 const MANY_OBJECTS: usize = 128;
 
@@ -245,6 +294,8 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
     }
     // The objects' faces are in one list.
     plan.set_bytes(Part::FacesInOrder, listed_bytes(plan.item(Part::FacesInOrder).count));
+    let working = calls.iter().map(|call| Plan::of_draw(call, target).working_bytes()).max();
+    plan.set_working_bytes(working.unwrap_or(0) + object_bytes(scene));
     if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
         plan.explain(Part::SortFaces, SORTED_BY_PAINTER);
     } else if options.transparency == TransparencyOrder::Sorted && plan.uses(Part::ReadBack) {

@@ -114,6 +114,41 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
     }
 
+    /// Gives back the room that the arrays do not use.
+    pub fn shrink_to_fit(&mut self) {
+        self.positions.shrink_to_fit();
+        self.normals.shrink_to_fit();
+        self.texcoords.shrink_to_fit();
+        self.colors.shrink_to_fit();
+        self.corners.shrink_to_fit();
+        self.polygons.shrink_to_fit();
+        self.triangles.shrink_to_fit();
+        self.triangle_polygon.shrink_to_fit();
+        self.lines.shrink_to_fit();
+        self.points.shrink_to_fit();
+        self.materials.shrink_to_fit();
+    }
+
+    /// Bytes that the arrays have room for, and the materials with their names.
+    pub fn capacity_bytes(&self) -> usize {
+        fn of<T>(v: &Vec<T>) -> usize {
+            v.capacity() * size_of::<T>()
+        }
+        let name = |m: &Material| m.name.capacity() + m.texture.as_ref().map_or(0, String::capacity);
+        of(&self.positions)
+            + of(&self.normals)
+            + of(&self.texcoords)
+            + of(&self.colors)
+            + of(&self.corners)
+            + of(&self.polygons)
+            + of(&self.triangles)
+            + of(&self.triangle_polygon)
+            + of(&self.lines)
+            + of(&self.points)
+            + of(&self.materials)
+            + self.materials.iter().map(name).sum::<usize>()
+    }
+
     /// Bytes that the arrays take.
     pub fn size_bytes(&self) -> usize {
         fn of<T>(v: &[T]) -> usize {

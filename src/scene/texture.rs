@@ -111,6 +111,7 @@ impl Texture {
         }
         let has_alpha = bytes.as_chunks::<4>().0.iter().any(|t| t[3] != 255);
         let mut texture = Texture { width, height, bytes, levels: Vec::new(), fixed: Vec::new(), has_alpha };
+        texture.fixed.reserve_exact(level_bytes(width, height)[0] as usize / 8);
         while let Some((level, mut fixed)) = texture.next_level() {
             texture.levels.push(level);
             texture.fixed.append(&mut fixed);
@@ -134,12 +135,14 @@ impl Texture {
         };
         let mut fixed = Vec::new();
         let texels = if last < FIXED_LEVELS {
+            fixed.reserve_exact((width as usize + 1) * height as usize);
             let row = |y: u32| (0..=width).map(move |x| texel(x % width, y).map(|c| (c * 256.0) as u16));
             fixed.extend((0..height).flat_map(row));
             Texels::Fixed(self.fixed.len())
         } else {
-            let row = |y: u32| (0..width).map(move |x| texel(x, y));
-            Texels::Float((0..height).flat_map(row).collect())
+            let mut texels = Vec::with_capacity(width as usize * height as usize);
+            (0..height).for_each(|y| texels.extend((0..width).map(|x| texel(x, y))));
+            Texels::Float(texels)
         };
         Some((Level { width, height, texels }, fixed))
     }
@@ -222,6 +225,14 @@ impl Texture {
         found
     }
 
+    /// Bytes that all levels of a texture of this size take, and those that making them takes beside: level 1, before it is
+    /// put to the others.
+    pub fn bytes_for(width: u32, height: u32) -> (u64, u64) {
+        let [fixed, float] = level_bytes(width, height);
+        let first = (u64::from(width / 2).max(1) + 1) * u64::from(height / 2).max(1) * 8;
+        (u64::from(width) * u64::from(height) * 4 + fixed + float, first)
+    }
+
     /// Bytes that all levels take.
     pub fn size_bytes(&self) -> usize {
         let size = |level: &Level| match &level.texels {
@@ -230,6 +241,22 @@ impl Texture {
         };
         self.bytes.len() + self.fixed.len() * 8 + self.levels.iter().map(size).sum::<usize>()
     }
+}
+
+/// Bytes of the levels below level 0: those in fixed point, and those in f32.
+fn level_bytes(width: u32, height: u32) -> [u64; 2] {
+    let (mut w, mut h, mut bytes) = (u64::from(width), u64::from(height), [0; 2]);
+    for level in 1.. {
+        if (w, h) == (1, 1) {
+            break;
+        }
+        (w, h) = ((w / 2).max(1), (h / 2).max(1));
+        match level <= FIXED_LEVELS {
+            true => bytes[0] += (w + 1) * h * 8,
+            false => bytes[1] += w * h * 16,
+        }
+    }
+    bytes
 }
 
 #[cfg(test)]
@@ -269,6 +296,14 @@ mod tests {
                 assert_eq!(texels.len(), row * h as usize);
                 texels.chunks(row).for_each(|row| assert_eq!(row[0], row[w as usize]));
             }
+        }
+    }
+
+    #[test]
+    fn the_bytes_of_a_size_are_those_of_its_texture() {
+        for (width, height) in [(1, 1), (2, 1), (5, 3), (64, 64), (200, 150), (1, 300), (1024, 7)] {
+            let texture = Texture::new(width, height, vec![9; (width * height * 4) as usize]).unwrap();
+            assert_eq!(Texture::bytes_for(width, height).0, texture.size_bytes() as u64, "{width}x{height}");
         }
     }
 }

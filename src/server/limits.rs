@@ -16,6 +16,9 @@ pub struct Limits {
     pub resource_bytes: u64,
     /// Bytes of a frame.
     pub frame_bytes: u64,
+    /// Bytes of everything that commands make the server hold, of all connections together; the command line bounds it by the
+    /// machine's memory.
+    pub memory_bytes: u64,
     /// Replies that a client has not read yet: beyond it its commands wait, and a single longer reply is refused.
     pub reply_bytes: usize,
     /// Bytes of the files that SNAP has written into the snapshot folder, in whole blocks of 4096 bytes.
@@ -36,6 +39,7 @@ impl Default for Limits {
             names: 4096,
             resource_bytes: 1 << 30,
             frame_bytes: 1 << 30,
+            memory_bytes: u64::MAX,
             reply_bytes: 64 << 20,
             snap_bytes: 1 << 30,
             matrix_stack: 1024,

@@ -7,7 +7,7 @@ use super::Limits;
 use crate::error::{Code, Fault};
 use crate::eye::{self, EyeScene};
 use crate::load::x3d::X3dDocument;
-use crate::memory::Rgba;
+use crate::memory::{Reservation, Rgba};
 use crate::scene::{Geometry, Texture};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -54,7 +54,8 @@ impl Eye {
         self.scene.pixel_count() as u64 * (4 + 8 + 24 + 4 + self.scene.lights.len() as u64)
     }
 
-    fn size_bytes(&self) -> usize {
+    /// Bytes that the scene and its picture hold.
+    pub fn size_bytes(&self) -> usize {
         let vertices = self.scene.facets.len() * self.scene.dim;
         vertices * (self.scene.dim * 8 + 24) + self.scene.pixel_count() * 4
     }
@@ -114,9 +115,21 @@ impl Resource {
 /// The names of one connection, or the shared ones.
 #[derive(Debug, Default)]
 pub struct Names {
-    of: HashMap<(Kind, String), (Resource, u64)>,
+    of: HashMap<(Kind, String), Entry>,
     bytes: u64,
 }
+
+/// What a name stands for, and the bytes that it holds.
+#[derive(Debug)]
+struct Entry {
+    resource: Resource,
+    bytes: u64,
+    /// The same of the memory budget, for as long as the name stands for it.
+    _held: Reservation,
+}
+
+/// Bytes of a name's entry in the table, the name itself aside.
+const ENTRY_BYTES: u64 = 256;
 
 impl Names {
     /// Whether `name` belongs to all connections.
@@ -127,33 +140,47 @@ impl Names {
     /// What `name` stands for, of this kind.
     pub fn get(&self, kind: Kind, name: &str) -> Option<&Resource> {
         // A key that borrows both halves does not exist for tuples; names are short.
-        self.of.get(&(kind, name.to_owned())).map(|(resource, _)| resource)
+        self.of.get(&(kind, name.to_owned())).map(|entry| &entry.resource)
     }
 
-    /// Gives `name` to `resource`, in place of what had it.
+    /// Bytes that something new under `name` may hold within `limits`.
+    pub fn room(&self, kind: Kind, name: &str, limits: &Limits) -> u64 {
+        let old = self.of.get(&(kind, name.to_owned())).map_or(0, |entry| entry.bytes);
+        limits.resource_bytes.saturating_sub(self.bytes - old)
+    }
+
+    /// Gives `name` to `resource`, in place of what had it. `held` is what is reserved for it.
     ///
     /// # Errors
-    /// `EQUOTA` when the names or their bytes would be over `limits`; nothing changes then.
-    pub fn insert(&mut self, name: &str, resource: Resource, limits: &Limits) -> Result<(), Fault> {
+    /// `EQUOTA` when the names or their bytes would be over `limits`, or the budget has no room for the name; nothing changes
+    /// then.
+    pub fn insert(
+        &mut self,
+        name: &str,
+        resource: Resource,
+        mut held: Reservation,
+        limits: &Limits,
+    ) -> Result<(), Fault> {
         let key = (resource.kind(), name.to_owned());
-        let size = resource.size_bytes() + name.len() as u64;
-        let old = self.of.get(&key).map(|(_, size)| *size);
+        held.try_cover(resource.size_bytes())?;
+        let size = held.bytes() + name.len() as u64;
+        let old = self.of.get(&key).map(|entry| entry.bytes);
         let whose = if Self::is_shared(name) { "shared names" } else { "names of a connection" };
         if old.is_none() && self.of.len() >= limits.names {
             let message = format!("no more than {} {whose}, all in use", limits.names);
-            let_go(resource, size);
             return Err(Fault::new(Code::Quota, message).got(name));
         }
         let bytes = self.bytes - old.unwrap_or(0) + size;
         if bytes > limits.resource_bytes {
             let message =
                 format!("{whose} hold at most {} bytes, and this makes {bytes}", limits.resource_bytes);
-            let_go(resource, size);
             return Err(Fault::new(Code::Quota, message).got(name));
         }
+        held.try_grow(name.len() as u64 + ENTRY_BYTES)?;
         self.bytes = bytes;
-        if let Some((old, size)) = self.of.insert(key, (resource, size)) {
-            let_go(old, size);
+        if let Some(entry) = self.of.insert(key, Entry { resource, bytes: size, _held: held }) {
+            let bytes = entry.bytes;
+            let_go(entry, bytes);
         }
         Ok(())
     }
@@ -162,9 +189,10 @@ impl Names {
     pub fn free(&mut self, name: &str) -> bool {
         let mut found = false;
         for kind in [Kind::Mesh, Kind::Texture, Kind::Eye] {
-            if let Some((old, size)) = self.of.remove(&(kind, name.to_owned())) {
-                let_go(old, size);
-                self.bytes -= size;
+            if let Some(entry) = self.of.remove(&(kind, name.to_owned())) {
+                let bytes = entry.bytes;
+                let_go(entry, bytes);
+                self.bytes -= bytes;
                 found = true;
             }
         }
@@ -207,6 +235,7 @@ fn let_go<T: Send + 'static>(what: T, bytes: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::{MemoryBudget, MemoryUse};
     use crate::scene::Texture;
 
     fn texture(side: u32) -> Resource {
@@ -217,14 +246,19 @@ mod tests {
     fn quotas_count_names_and_bytes_and_replacing_gives_back() {
         let limits = Limits { names: 2, resource_bytes: 200, ..Limits::default() };
         let mut names = Names::default();
-        names.insert("a", texture(1), &limits).unwrap();
-        names.insert("b", texture(1), &limits).unwrap();
-        assert_eq!(names.insert("c", texture(1), &limits).unwrap_err().code, Code::Quota);
-        names.insert("a", texture(8), &limits).unwrap();
-        assert_eq!(names.insert("a", texture(64), &limits).unwrap_err().code, Code::Quota);
+        let budget = MemoryBudget::new(2000);
+        let insert = |names: &mut Names, name: &str, side: u32| {
+            names.insert(name, texture(side), budget.empty(MemoryUse::Resources), &limits)
+        };
+        insert(&mut names, "a", 1).unwrap();
+        insert(&mut names, "b", 1).unwrap();
+        assert_eq!(insert(&mut names, "c", 1).unwrap_err().code, Code::Quota);
+        insert(&mut names, "a", 8).unwrap();
+        assert_eq!(insert(&mut names, "a", 64).unwrap_err().code, Code::Quota);
+        assert_eq!(budget.used(), names.size_bytes() + 2 * ENTRY_BYTES);
         assert!(names.get(Kind::Texture, "a").is_some() && names.get(Kind::Mesh, "a").is_none());
         assert!(names.free("a") && !names.free("a"));
         names.free("b");
-        assert_eq!((names.len(), names.size_bytes()), (0, 0));
+        assert_eq!((names.len(), names.size_bytes(), budget.used()), (0, 0, 0));
     }
 }

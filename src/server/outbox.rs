@@ -4,6 +4,7 @@
 //! with the first reply. A client that does not read fills its own outbox alone; the render thread then lets that
 //! client's commands wait ([`Outbox::is_full`]) until the writer has made room.
 
+use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::io::{self, Write};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -20,6 +21,20 @@ struct State {
     has_failed: bool,
     /// The render thread wants to hear when there is room.
     is_awaited: bool,
+    /// What the bytes, and the writer's buffer, hold of the memory budget.
+    held: Option<Reservation>,
+    /// Bytes that the writer's buffer has room for.
+    batch_room: usize,
+}
+
+impl State {
+    /// States what is held.
+    fn count(&mut self) {
+        let bytes = (self.ready.capacity() + self.batch_room) as u64;
+        if let Some(held) = &mut self.held {
+            held.set(bytes);
+        }
+    }
 }
 
 /// The replies of one connection that its client has not been sent yet.
@@ -37,6 +52,13 @@ impl Outbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Counts what waits as a part of `budget` from now on.
+    pub fn set_budget(&self, budget: &MemoryBudget) {
+        let mut state = self.lock();
+        state.held = Some(budget.empty(MemoryUse::Replies));
+        state.count();
+    }
+
     /// Appends `bytes`, and empties them. What nobody will read is dropped.
     pub fn put(&self, bytes: &mut Vec<u8>) {
         let mut state = self.lock();
@@ -45,6 +67,7 @@ impl Outbox {
                 true => std::mem::swap(&mut state.ready, bytes),
                 false => state.ready.extend_from_slice(bytes),
             }
+            state.count();
         }
         bytes.clear();
         drop(state);
@@ -107,7 +130,8 @@ impl Outbox {
                 break;
             }
             std::mem::swap(&mut state.ready, &mut batch);
-            state.in_hand = batch.len();
+            (state.in_hand, state.batch_room) = (batch.len(), batch.capacity());
+            state.count();
             drop(state);
             let mut result = Ok(());
             for piece in batch.chunks(1 << 16) {
@@ -117,6 +141,7 @@ impl Outbox {
                 if result.is_err() {
                     (state.has_failed, state.in_hand) = (true, 0);
                     state.ready = Vec::new();
+                    state.count();
                 }
                 let has_room = state.ready.len() + state.in_hand <= limit / 2;
                 if state.is_awaited && has_room {
@@ -130,7 +155,11 @@ impl Outbox {
             }
             result.and_then(|()| out.flush())?;
             batch.clear();
-            batch.shrink_to(KEPT_BYTES);
+            let mut state = self.lock();
+            let is_tight = state.held.as_ref().is_some_and(|held| held.budget().is_tight());
+            batch.shrink_to(if is_tight { 0 } else { KEPT_BYTES });
+            state.batch_room = batch.capacity();
+            state.count();
         }
         Ok(())
     }

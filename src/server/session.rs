@@ -6,6 +6,7 @@ use super::record::FileSet;
 use super::{Limits, Names, Stats};
 use crate::command::{ErrorMode, Quality};
 use crate::draw2d::Blend;
+use crate::memory::Reservation;
 use crate::scene::{
     Camera, Cull, HiddenSurface, Interpolation, Light, Material, Sampling, ShadeMode, Viewport,
 };
@@ -86,6 +87,8 @@ pub struct Session {
     pub warnings: Vec<String>,
     /// Where its commands find files.
     pub(super) file_access: FileAccess,
+    /// What its matrices hold of the memory budget.
+    pub(super) held: Option<Reservation>,
     /// What it did.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
@@ -122,6 +125,7 @@ impl Session {
             events: false,
             warnings: Vec::new(),
             file_access: FileAccess::LoadFolder,
+            held: None,
             stats: Stats::default(),
             counted: Stats::default(),
         }

@@ -8,13 +8,16 @@ struct Counting;
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 /// Bytes that are held.
 pub static HELD: AtomicIsize = AtomicIsize::new(0);
+/// The most that were held since [`most_held`] began.
+static PEAK: AtomicIsize = AtomicIsize::new(0);
 
 #[allow(unsafe_code)]
 // SAFETY: everything is handed on to the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.fetch_add(1, Relaxed);
-        HELD.fetch_add(layout.size() as isize, Relaxed);
+        let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
+        PEAK.fetch_max(held, Relaxed);
         // SAFETY: the caller's promise is the system allocator's.
         unsafe { System.alloc(layout) }
     }
@@ -36,4 +39,12 @@ pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> us
     assert!(steady > first + 20, "the first frame makes what the others use: the counter counts");
     (0..frames).for_each(|_| frame());
     CALLS.load(Relaxed) - steady
+}
+
+/// What `work` answers, and the bytes that were held while it ran beside those held before, at most.
+pub fn most_held<R>(work: impl FnOnce() -> R) -> (R, u64) {
+    let before = HELD.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    let answer = work();
+    (answer, (PEAK.load(Relaxed) - before).max(0) as u64)
 }

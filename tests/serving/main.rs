@@ -6,6 +6,7 @@ mod display;
 mod fairness;
 mod files;
 mod loads;
+mod memory;
 mod process;
 mod protocol;
 mod python_client;

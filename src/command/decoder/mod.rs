@@ -26,6 +26,7 @@ use super::sink::{Flow, Place, Sink};
 use super::spare::SparePayload;
 use super::stream_error::{StreamError, Subject};
 use crate::error::Code;
+use crate::memory::Reservation;
 use heads::{Kind, binary_or_text, kind};
 use line::{is_idle, without_cr};
 
@@ -99,6 +100,8 @@ pub struct Decoder {
     head: Vec<u8>,
     payload: Vec<u8>,
     spare: Option<SparePayload>,
+    /// What the payload holds of the budget.
+    payload_held: Option<Reservation>,
     /// The sink asked for a rest.
     paused: bool,
 }
@@ -116,6 +119,7 @@ impl Decoder {
             head: Vec::new(),
             payload: Vec::new(),
             spare: None,
+            payload_held: None,
             paused: false,
         }
     }

@@ -8,12 +8,16 @@ use crate::command::model::Command;
 use crate::command::sink::{Flow, Place, Sink};
 use crate::command::stream_error::{StreamError, Subject};
 use crate::error::Code;
+use crate::memory::{MemoryUse, OverBudget};
 use crate::simd::allocator;
 use std::collections::TryReserveError;
 
 /// The largest room that grows with what comes. A payload that would need more of it, before it is more than half full, gets room
 /// for all of it at once, which is put away after use: an idle connection holds little, and so does one whose payload has only begun.
 const KEPT_BYTES: usize = 256 << 10;
+
+/// A large payload reserves memory in steps of so many bytes.
+const RESERVED_BYTES: usize = 1 << 20;
 
 /// The room that a payload in pieces begins with, unless it is smaller.
 const LEAST_ROOM: usize = 16 << 10;
@@ -51,8 +55,12 @@ impl Decoder {
                 false => self.make_large_room(length),
             };
             if result.is_err() {
-                return self.give_up_payload(bytes, sink);
+                let why = (Code::TooBig, "there is no memory for the payload".to_owned());
+                return self.give_up_payload(bytes, why, sink);
             }
+        }
+        if let Err(e) = self.reserve_payload(held + taken.len(), length) {
+            return self.give_up_payload(bytes, (e.code(), e.to_string()), sink);
         }
         self.pass(taken);
         self.payload.extend_from_slice(taken);
@@ -79,15 +87,33 @@ impl Decoder {
         Ok(())
     }
 
-    /// There is no memory for the payload that has begun: says so, and discards it to its end.
-    fn give_up_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+    /// Reserves what a payload of `length` bytes holds when so many of them are there. Of a large room the system has to find no
+    /// more than is written, so it is reserved in steps.
+    fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
+        let held = match &mut self.payload_held {
+            Some(held) if held.bytes() >= filled as u64 => return Ok(()),
+            Some(held) => held,
+            none => {
+                let Some(spare) = &self.spare else { return Ok(()) };
+                none.insert(spare.budget().empty(MemoryUse::Payloads))
+            }
+        };
+        let room = match self.payload.capacity() {
+            small @ 0..=KEPT_BYTES => small,
+            _ => filled.next_multiple_of(RESERVED_BYTES).min(length),
+        };
+        held.try_cover(room as u64)
+    }
+
+    /// There is no memory for the payload that has begun: says why, and discards it to its end.
+    fn give_up_payload(&mut self, bytes: &[u8], (code, why): (Code, String), sink: &mut impl Sink) -> usize {
         let State::Collect { command, length } = std::mem::replace(&mut self.state, State::Head) else {
             return 0;
         };
         let left = (length - self.payload.len()) as u64;
         self.payload = Vec::new();
-        let refusal =
-            Refusal::new(Code::TooBig, "there is no memory for the payload", format!(":{length}").as_bytes());
+        self.payload_held = None;
+        let refusal = Refusal::new(code, why, format!(":{length}").as_bytes());
         self.refuse(binary_or_text(command.verb().as_bytes()), refusal, left, bytes, sink)
     }
 
@@ -98,6 +124,12 @@ impl Decoder {
             if let Some(spare) = &self.spare {
                 spare.give(large);
             }
+        }
+        if let Some(held) = &mut self.payload_held {
+            if held.budget().is_tight() {
+                self.payload = Vec::new();
+            }
+            held.shrink_to(self.payload.capacity() as u64);
         }
     }
 

@@ -20,6 +20,26 @@ use super::pose::{Pose, Rotation};
 use super::scene::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, SceneParts};
 use serde_json::{Value, json};
 
+/// Bytes that reading a scene from this text takes at most, the scene included. The text is counted, not parsed: each array has room
+/// for 4 values at least, each object is a node of 11, and lists have room for twice their items and move.
+pub fn json_bytes(text: &[u8]) -> u64 {
+    const VALUE: u64 = size_of::<Value>() as u64;
+    let (mut arrays, mut objects, mut items) = (0, 0, 1);
+    for byte in text {
+        match byte {
+            b'[' => arrays += 1,
+            b'{' => objects += 1,
+            b',' => items += 1,
+            _ => {}
+        }
+    }
+    // A number is 8 bytes of the scene, a point or facet a list of its own.
+    2 * text.len() as u64
+        + arrays * (4 * VALUE + 64)
+        + objects * (11 * (VALUE + size_of::<String>() as u64) + 128)
+        + items * (3 * VALUE + 3 * 24)
+}
+
 impl EyeScene {
     /// Reads a scene, or the scene of a case file.
     pub fn from_json(text: &[u8]) -> Result<Self, EyeError> {

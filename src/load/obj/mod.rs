@@ -12,6 +12,7 @@
 //! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material format 4.2.
 
 mod assemble;
+mod cost;
 mod feed;
 mod lines;
 mod mtl;
@@ -19,7 +20,8 @@ mod mtl;
 mod tests;
 mod through_tobj;
 
-use super::{LoadError, LoadErrorKind, LoadWarning, Place, texture};
+use super::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, Place, texture};
+use crate::memory::Reservation;
 use crate::scene::{Geometry, NONE, Texture};
 use feed::{Elements, Feed};
 use std::collections::HashMap;
@@ -42,10 +44,26 @@ pub struct LoadedObj {
 ///
 /// A missing MTL file, material or texture is a warning. A file without any statement makes an empty mesh, with a warning.
 pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedObj, LoadError> {
+    parse_within(bytes, side_files, file_name, &mut LoadMemory::unlimited())
+}
+
+/// [`parse`] within `memory`, which is asked for the tables and the mesh by what is counted in the text before it is read, and for
+/// each picture once its header tells its size.
+///
+/// # Errors
+/// As [`parse`], and when `memory` refuses.
+pub fn parse_within(
+    bytes: &[u8],
+    side_files: &mut SideFiles<'_>,
+    file_name: &str,
+    memory: &mut LoadMemory,
+) -> Result<LoadedObj, LoadError> {
+    let refused = |kind| LoadError::new(Place::file(file_name), kind);
+    let _tables = memory.work(cost::obj_bytes(bytes)).map_err(refused)?;
     let mut feed = Feed::new(bytes, file_name);
     let raw = through_tobj::obj(&mut feed)?;
     let Elements { faces, uses, order, libraries, mut warnings } = feed.into_elements();
-    let library = read_libraries(&libraries, side_files, file_name, &mut warnings)?;
+    let (library, _libraries) = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
     // Only what is used is kept, in the order of first use.
     let mut geometry = Geometry::default();
     let mut material_of_use = Vec::with_capacity(uses.len());
@@ -60,12 +78,14 @@ pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> R
             continue;
         };
         material_of_use.push(geometry.mesh.materials.len() as u32);
-        geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings)?);
+        geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings, memory)?);
         geometry.mesh.materials.push(found.material.material.clone());
     }
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
         LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
     })?;
+    geometry.mesh.shrink_to_fit();
+    memory.keep(geometry.mesh.capacity_bytes() as u64).map_err(refused)?;
     if faces.is_empty() {
         let message = "no faces, lines or points: nothing is drawn".into();
         warnings.push(LoadWarning { place: Place::file(file_name), message });
@@ -90,8 +110,9 @@ fn read_libraries(
     side_files: &mut SideFiles<'_>,
     file_name: &str,
     warnings: &mut Vec<LoadWarning>,
-) -> Result<HashMap<String, Found>, LoadError> {
-    let mut all = HashMap::new();
+    memory: &LoadMemory,
+) -> Result<(HashMap<String, Found>, Vec<Reservation>), LoadError> {
+    let (mut all, mut held) = (HashMap::new(), Vec::new());
     let mut warn = |line: u32, message: String| {
         warnings.push(LoadWarning { place: Place::line(file_name, line), message });
     };
@@ -111,6 +132,8 @@ fn read_libraries(
     }
     for (name, bytes) in files {
         let shown = format!("{}{name}", folder_of(file_name));
+        let room = memory.work(cost::mtl_bytes(&bytes));
+        held.push(room.map_err(|kind| LoadError::new(Place::file(&*shown), kind))?);
         let (materials, mut its_warnings) = mtl::parse(&bytes, &shown)?;
         warnings.append(&mut its_warnings);
         for material in materials {
@@ -118,7 +141,7 @@ fn read_libraries(
             all.entry(found.material.material.name.clone()).or_insert(found);
         }
     }
-    Ok(all)
+    Ok((all, held))
 }
 
 /// The bytes of a side file; where folders are parted by `\`, by `/` as well.
@@ -132,12 +155,13 @@ fn read_texture(
     side_files: &mut SideFiles<'_>,
     file_name: &str,
     warnings: &mut Vec<LoadWarning>,
+    memory: &mut LoadMemory,
 ) -> Result<Option<Arc<Texture>>, LoadError> {
     let Some(name) = &material.material.texture else { return Ok(None) };
     for name in [format!("{folder}{name}"), name.clone()] {
         if let Some(bytes) = find(side_files, &name) {
             let shown = format!("{}{name}", folder_of(file_name));
-            return texture::decode_file(&bytes, &shown).map(|t| Some(Arc::new(t)));
+            return texture::decode_within(&bytes, &shown, memory).map(|t| Some(Arc::new(t)));
         }
     }
     let message = format!("texture {name:?} cannot be found: it is left out");

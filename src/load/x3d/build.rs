@@ -4,10 +4,12 @@
 //! warning; a number, index or name that is wrong refuses the file. Nodes that are skipped are still built when USE names
 //! them (files keep definitions in their metadata).
 
-use super::graph::{Child, Graph, Node, NodeId, Origin};
+use super::cost;
+use super::graph::{Child, Graph, Node, NodeId, Origin, Overrides, View};
 use super::schema::{self, NodeType};
 use super::{texture, xml};
-use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use crate::load::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, Place};
+use crate::memory::Reservation;
 use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -54,10 +56,13 @@ pub(super) struct Builder<'r> {
     /// Inline files by path: `None` while they are being read.
     pub(super) inlined: HashMap<String, Option<NodeId>>,
     pub(super) pictures: texture::Pictures,
+    pub(super) memory: &'r mut LoadMemory,
+    /// What the sources hold.
+    texts: Vec<Reservation>,
 }
 
 impl<'r> Builder<'r> {
-    pub(super) fn new(opener: &'r mut Opener<'r>) -> Self {
+    pub(super) fn new(opener: &'r mut Opener<'r>, memory: &'r mut LoadMemory) -> Self {
         Builder {
             graph: Graph::default(),
             sources: Vec::new(),
@@ -66,6 +71,8 @@ impl<'r> Builder<'r> {
             shown_folder: String::new(),
             inlined: HashMap::new(),
             pictures: texture::Pictures::default(),
+            memory,
+            texts: Vec::new(),
         }
     }
 
@@ -94,6 +101,8 @@ impl<'r> Builder<'r> {
         folder: String,
         depth: usize,
     ) -> Result<NodeId, LoadError> {
+        let refused = |kind| LoadError::new(Place::file(name), kind);
+        let mut tables = self.memory.work(cost::text_bytes(bytes)).map_err(refused)?;
         let source = Rc::new(xml::Source::decode(bytes, name)?);
         self.sources.push(Rc::clone(&source));
         let document = xml::parse(&source)?;
@@ -132,6 +141,9 @@ impl<'r> Builder<'r> {
         for element in std::mem::take(&mut file.routes) {
             self.route(&file, element);
         }
+        // The text stays for the places of what is refused later.
+        tables.shrink_to(cost::source_bytes(bytes));
+        self.texts.push(tables);
         Ok(id)
     }
 
@@ -267,6 +279,7 @@ impl<'r> Builder<'r> {
         let (values, written) = self.fields(file, element, ty, &source)?;
         let mut children = Vec::new();
         let (mut below, mut visits) = (0, 1_u64);
+        let (mut shapes, mut geometry_bytes, mut name_bytes) = (u64::from(ty.name == "Shape"), 0_u64, 0);
         for child in element.children().filter(Element::is_element) {
             match self.element(file, child, ty, depth + 1)? {
                 Some(Child { container, .. }) if is_taken(&children, container) => {
@@ -278,6 +291,15 @@ impl<'r> Builder<'r> {
                     let node = &self.graph.nodes[child.node as usize];
                     below = below.max(node.depth);
                     visits = visits.saturating_add(node.visits);
+                    shapes = shapes.saturating_add(node.shapes);
+                    geometry_bytes = geometry_bytes.saturating_add(node.geometry_bytes);
+                    name_bytes = name_bytes.max(node.name_bytes);
+                    if ty.name == "Shape" && child.container == "geometry" {
+                        let still = Overrides::new();
+                        let view = View { graph: &self.graph, overrides: &still };
+                        geometry_bytes =
+                            geometry_bytes.saturating_add(cost::geometry_bytes(&view, child.node));
+                    }
                     children.push(child);
                 }
                 // A Switch counts the nodes that were skipped too.
@@ -294,11 +316,14 @@ impl<'r> Builder<'r> {
                 let node = &self.graph.nodes[scene as usize];
                 below = node.depth;
                 visits = visits.saturating_add(node.visits);
+                shapes = shapes.saturating_add(node.shapes);
+                geometry_bytes = geometry_bytes.saturating_add(node.geometry_bytes);
+                name_bytes = name_bytes.max(node.name_bytes);
             }
         }
         let picture = self.picture(file, element, ty, &values)?;
         let id = self.graph.nodes.len() as NodeId;
-        self.graph.nodes.push(Node {
+        let node = Node {
             ty,
             values,
             written,
@@ -308,7 +333,14 @@ impl<'r> Builder<'r> {
             def: def.map(str::to_string),
             depth: below + 1,
             visits,
-        });
+            shapes,
+            geometry_bytes,
+            name_bytes: name_bytes + def.map_or(0, |d| d.len() as u64 + 1) + ty.name.len() as u64,
+        };
+        self.memory
+            .keep(cost::node_bytes(&node))
+            .map_err(|kind| LoadError::new(source.place(start), kind))?;
+        self.graph.nodes.push(node);
         self.graph.inlined.extend(scene.map(|scene| (id, scene)));
         self.graph.textures.extend(picture.map(|picture| (id, picture)));
         if let Some(name) = def {
@@ -331,6 +363,9 @@ impl<'r> Builder<'r> {
             def: None,
             depth: 1,
             visits: 1,
+            shapes: 0,
+            geometry_bytes: 0,
+            name_bytes: 0,
         });
         self.graph.nodes.len() as NodeId - 1
     }

@@ -1,6 +1,7 @@
 //! The last step of reading: every shape's mesh is made once, and what fields say together is checked.
 
 use super::build::Builder;
+use super::cost;
 use super::geometry::Fault;
 use super::graph::{NodeId, Origin, Overrides, View};
 use super::shapes::{self, Shelf};
@@ -9,6 +10,9 @@ use crate::load::{LoadError, LoadErrorKind};
 
 /// The most faces that Text and Extrusion nodes make in one scene.
 const MAX_MADE_FACES: u64 = 4 << 20;
+
+/// Bytes of a mesh that is made, its lists aside.
+const SHAPE_BYTES: u64 = 1024;
 
 /// Makes the meshes of a graph; refuses geometries that cannot be.
 pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
@@ -33,6 +37,9 @@ pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
         if shapes::kept(&shelf, &parts).is_some() {
             continue;
         }
+        let node = parts.geometry;
+        let of_memory = |kind| refused(builder, &Fault { node, field: "", kind });
+        let work = builder.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
         let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
         remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
         if matches!(view.name(parts.geometry), "Text" | "Extrusion") {
@@ -46,6 +53,9 @@ pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
                 return Err(refused(builder, &Fault { node: parts.geometry, field: "", kind }));
             }
         }
+        drop(work);
+        let kept = builder.memory.keep(prepared.geometry.mesh.capacity_bytes() as u64 + SHAPE_BYTES);
+        kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
         shapes::keep(&mut shelf, &parts, prepared);
     }
     if lights > MAX_LIGHTS {

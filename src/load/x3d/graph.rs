@@ -44,6 +44,12 @@ pub(super) struct Node {
     pub(super) depth: usize,
     /// How many nodes a walk from here meets, those behind USE counted each time.
     pub(super) visits: u64,
+    /// How many shapes are among them,
+    pub(super) shapes: u64,
+    /// and the bytes that making all their meshes takes.
+    pub(super) geometry_bytes: u64,
+    /// The longest name of a shape: the DEF names down to it.
+    pub(super) name_bytes: u64,
 }
 
 /// All nodes of a file and its Inlines.

@@ -18,6 +18,7 @@ mod appearance;
 mod build;
 mod camera;
 mod check;
+mod cost;
 mod fields;
 mod geometry;
 mod graph;
@@ -36,7 +37,7 @@ mod xml;
 #[cfg(test)]
 mod defaults;
 
-use super::{LoadError, LoadWarning};
+use super::{LoadError, LoadMemory, LoadWarning};
 use crate::scene::Scene;
 use graph::{Graph, Overrides, View};
 use shapes::Shelf;
@@ -62,7 +63,21 @@ pub fn parse(
     file_name: &str,
     opener: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
 ) -> Result<X3dDocument, LoadError> {
-    let mut builder = build::Builder::new(opener);
+    parse_within(bytes, file_name, opener, &mut LoadMemory::unlimited())
+}
+
+/// [`parse`] within `memory`, which is asked for the tables of each file before it is read, for each node and mesh, and for
+/// each picture once its header tells its size.
+///
+/// # Errors
+/// As [`parse`], and when `memory` refuses.
+pub fn parse_within(
+    bytes: &[u8],
+    file_name: &str,
+    opener: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
+    memory: &mut LoadMemory,
+) -> Result<X3dDocument, LoadError> {
+    let mut builder = build::Builder::new(opener, memory);
     builder.main_file(bytes, file_name)?;
     let shelf = check::document(&mut builder)?;
     Ok(X3dDocument { warnings: builder.sorted_warnings(), graph: builder.graph, shelf })
@@ -76,6 +91,15 @@ impl X3dDocument {
     pub fn at(&self, time: f64) -> Scene {
         let overrides = route::overrides(&self.graph, time);
         walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf)
+    }
+
+    /// Bytes that [`X3dDocument::at`] takes at most: its objects, each with its lights, and the meshes that routes have changed.
+    pub fn scene_bytes(&self) -> u64 {
+        let root = &self.graph.nodes[self.graph.root as usize];
+        let lights = self.graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count() + 1;
+        let lists = 8 * lights.min(walk::MAX_LIGHTS + 1) as u64;
+        let meshes = if self.is_animated() { root.geometry_bytes } else { 0 };
+        root.shapes.saturating_mul(cost::OBJECT_BYTES + root.name_bytes + lists).saturating_add(meshes)
     }
 
     /// What was skipped or put right, in the order of the file, Inline files after it.

@@ -62,12 +62,12 @@ impl Builder<'_> {
         let result = match ty.name {
             "ImageTexture" => match (field("url"), field("load")) {
                 (Value::Texts(urls), Value::Bool(true)) if !urls.is_empty() => {
-                    self.pictures.load(urls, &file.folder, self.opener).map(Some)
+                    self.pictures.load(urls, &file.folder, self.opener, self.memory).map(Some)
                 }
                 _ => Ok(None),
             },
             "PixelTexture" => match field("image") {
-                Value::Ints(image) => texture::pixels(image).map_err(texture::PictureError::Pixels),
+                Value::Ints(image) => texture::pixels(image, self.memory),
                 _ => Ok(None),
             },
             _ => Ok(None),
@@ -77,6 +77,10 @@ impl Builder<'_> {
             Err(texture::PictureError::Unusable(reasons)) => {
                 self.warn(file, element, format!("texture left out: {reasons}"));
                 Ok(None)
+            }
+            Err(texture::PictureError::OverMemory(kind)) => {
+                let place = self.sources[file.source].place(element.range().start);
+                Err(LoadError::new(place, kind))
             }
             Err(texture::PictureError::Pixels(expected)) => {
                 Err(self.refuse(file, element, "image", expected))

@@ -86,6 +86,7 @@ pub(super) fn prepare(view: &View, parts: &Parts) -> Result<(Prepared, Vec<Strin
     if let Some(map) = parts.key.map.and_then(|m| TextureMap::read(view, m)) {
         mesh.texcoords.iter_mut().for_each(|tc| *tc = map.apply(*tc));
     }
+    mesh.shrink_to_fit();
     let geometry = Arc::new(Geometry { mesh, textures: Vec::new() });
     Ok((Prepared { geometry, colors, stuff }, remarks))
 }

@@ -2,8 +2,10 @@
 
 use super::build::Opener;
 use super::url;
-use crate::load::texture::decode_file;
-use crate::scene::Texture;
+use crate::error::Code;
+use crate::load::texture::decode_within;
+use crate::load::{LoadErrorKind, LoadMemory};
+use crate::scene::{MAX_TEXTURE_SIDE, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -14,6 +16,8 @@ pub(super) enum PictureError {
     Unusable(String),
     /// A PixelTexture's numbers do not fit: what they should be.
     Pixels(String),
+    /// There is no memory for it, which ends the file.
+    OverMemory(LoadErrorKind),
 }
 
 /// Pictures already read, by path or data URI.
@@ -27,6 +31,7 @@ impl Pictures {
         urls: &[String],
         folder: &str,
         opener: &mut Opener,
+        memory: &mut LoadMemory,
     ) -> Result<Arc<Texture>, PictureError> {
         let mut reasons = Vec::new();
         for name in urls {
@@ -52,11 +57,14 @@ impl Pictures {
             if let Some(texture) = self.0.get(&key) {
                 return Ok(Arc::clone(texture));
             }
-            match decode_file(&bytes.unwrap_or_default(), &key) {
+            match decode_within(&bytes.unwrap_or_default(), &key, memory) {
                 Ok(texture) => {
                     let texture = Arc::new(texture);
                     self.0.insert(key, Arc::clone(&texture));
                     return Ok(texture);
+                }
+                Err(error) if error.code() == Code::Quota => {
+                    return Err(PictureError::OverMemory(error.kind));
                 }
                 Err(error) => reasons.push(format!("{shown:?}: {}", error.kind)),
             }
@@ -69,7 +77,17 @@ impl Pictures {
 /// `None` for an image without pixels; `Err` says what the numbers should be.
 ///
 /// Components: 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA, the first in the highest byte.
-pub(super) fn pixels(image: &[i64]) -> Result<Option<Arc<Texture>>, String> {
+pub(super) fn pixels(image: &[i64], memory: &mut LoadMemory) -> Result<Option<Arc<Texture>>, PictureError> {
+    let Some((width, height)) = size_of_image(image).map_err(PictureError::Pixels)? else { return Ok(None) };
+    let (texture, beside) = Texture::bytes_for(width, height);
+    memory.keep(texture).map_err(PictureError::OverMemory)?;
+    let _work = memory.work(beside).map_err(PictureError::OverMemory)?;
+    let texture = Texture::new(width, height, rgba(image, width));
+    texture.map(|t| Some(Arc::new(t))).map_err(|e| PictureError::Pixels(e.to_string()))
+}
+
+/// Width and height of a PixelTexture's image; `None` without pixels.
+fn size_of_image(image: &[i64]) -> Result<Option<(u32, u32)>, String> {
     let &[width, height, components, ref pixels @ ..] = image else {
         return Err("width, height and components first".into());
     };
@@ -83,6 +101,16 @@ pub(super) fn pixels(image: &[i64]) -> Result<Option<Arc<Texture>>, String> {
     if pixels.len() as i64 != count {
         return Err(format!("{width} x {height} = {count} pixels, not {}", pixels.len()));
     }
+    let side = 1..=i64::from(MAX_TEXTURE_SIDE);
+    if !side.contains(&width) || !side.contains(&height) {
+        return Err(format!("1 to {MAX_TEXTURE_SIDE} pixels a side, not {width} x {height}"));
+    }
+    Ok(Some((width as u32, height as u32)))
+}
+
+/// The pixels of a sound image, row 0 at the top.
+fn rgba(image: &[i64], width: u32) -> Vec<u8> {
+    let (components, pixels) = (image[2], &image[3..]);
     let mut bytes = Vec::with_capacity(pixels.len() * 4);
     for row in pixels.chunks_exact(width as usize).rev() {
         for &pixel in row {
@@ -95,13 +123,16 @@ pub(super) fn pixels(image: &[i64]) -> Result<Option<Arc<Texture>>, String> {
             });
         }
     }
-    let texture = Texture::new(width as u32, height as u32, bytes).map_err(|e| e.to_string())?;
-    Ok(Some(Arc::new(texture)))
+    bytes
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn pixels(image: &[i64]) -> Result<Option<Arc<Texture>>, PictureError> {
+        super::pixels(image, &mut LoadMemory::unlimited())
+    }
 
     #[test]
     fn pixels_run_from_the_lower_left_and_components_from_the_high_byte() {

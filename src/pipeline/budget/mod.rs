@@ -27,7 +27,7 @@ pub use recipe::{Levels, Recipe};
 use super::call::{PipelineError, SceneOptions};
 use super::renderer::Renderer;
 use crate::memory::DepthFormat;
-use crate::scene::{Interpolation, Scene};
+use crate::scene::{Interpolation, Light, Object, Scene};
 use recipe::Ladder;
 use sample::{Gallery, Reference};
 
@@ -88,6 +88,16 @@ pub fn choose(renderer: &mut Renderer, budget: &Budget) -> Result<Choice, Pipeli
     let chosen = Search { renderer, budget, gallery, trials: Vec::new(), notes: Vec::new() }.run()?;
     Ok(chosen)
 }
+
+/// Bytes that a search takes at most, the renderer's working memory aside: frames with their depths and ids, the order of the pixels
+/// and whose they are, the reference, and copies of the scene's objects.
+pub fn search_bytes(scene: &Scene, width: u32, height: u32) -> u64 {
+    let object = size_of::<Object>() + scene.lights.len() * size_of::<Light>();
+    u64::from(width) * u64::from(height) * PIXEL_BYTES + (4 * scene.objects.len() * object) as u64
+}
+
+/// Bytes of a search for each pixel.
+const PIXEL_BYTES: u64 = 160;
 
 /// A search on its way.
 struct Search<'a> {

@@ -1,12 +1,16 @@
-//! What the fast path will hold for a draw, told before it is drawn: what the plan states.
+//! What the fast path will hold for a draw, told before it is drawn: what the plan states, and what is reserved.
 //!
 //! Known to the item: what is kept of a mesh, the vertices on the screen, the tables of light, the tiles' lists as such.
 //! Estimated: how many vertices corners with different normals or texture coordinates make, and what lists of faces take
 //! that grow as faces come.
 
+use crate::memory::DepthFormat;
 use crate::pipeline::call::{DrawCall, Target};
 use crate::pipeline::plan::{Part, Plan};
-use crate::pipeline::tile::{CLUSTER_BYTES, DEEP_VERTEX_BYTES, LEAST_FACES, RECORD_BYTES, bin_bytes};
+use crate::pipeline::tile::{
+    CLUSTER_BYTES, DEEP_VERTEX_BYTES, FastLight, LEAST_FACES, RECORD_BYTES, Surface, bin_bytes,
+};
+use crate::pipeline::working::{Working, WorkingBytes};
 use crate::scene::{Cull, Interpolation, ShadeMode};
 
 /// A record of four f32.
@@ -46,4 +50,37 @@ pub(crate) fn stated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> u64
     let kept_faces = if call.cull == Cull::None { faces } else { faces.div_ceil(2) };
     let size = (target.memory.width() as usize, target.memory.height() as usize);
     prepared + face_table + screen + tables + positions + bin_bytes(faces, kept_faces, size)
+}
+
+/// Bytes that the tile renderer works in at most for a draw of so many prepared vertices: all but the tiles' lists.
+pub(crate) fn working_bytes(
+    call: &DrawCall,
+    format: DepthFormat,
+    plan: &Plan,
+    vertices: u64,
+) -> WorkingBytes {
+    let mesh = &call.geometry.mesh;
+    let faces = mesh.triangles.len() as u64;
+    let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+    let points = if call.shade == ShadeMode::Flat { faces } else { vertices };
+    let has_points = is_lit || call.shade == ShadeMode::Flat && !mesh.colors.is_empty();
+    let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
+    // Few words a cluster and a block of vertices: their lists have room for twice as many.
+    let marks = (faces + vertices).div_ceil(4);
+    let mut bytes = WorkingBytes::default();
+    bytes[Working::Records] = vertices * RECORD_BYTES + marks;
+    bytes[Working::Deep] = per(format != DepthFormat::F32, vertices * DEEP_VERTEX_BYTES);
+    bytes[Working::Normals] = per(has_points, points * FOUR);
+    bytes[Working::Lit] = per(has_points && call.shade != ShadeMode::Phong, points * FOUR);
+    bytes[Working::Gloss] = per(plan.uses(Part::SampleTextures), bytes[Working::Lit]);
+    bytes[Working::Positions] = per(plan.uses(Part::InterpolatePositions), vertices * FOUR);
+    bytes[Working::Surfaces] = surface_bytes(call);
+    bytes
+}
+
+/// Bytes that materials and lights take as the kernels read them.
+pub(crate) fn surface_bytes(call: &DrawCall) -> u64 {
+    let lights = call.light_subset.map_or(call.lights.len(), <[u32]>::len);
+    let surface = size_of::<Surface>() + size_of::<FastLight>() * 2 * lights;
+    2 * (call.geometry.mesh.materials.len() as u64 + 1) * surface as u64
 }

@@ -5,13 +5,13 @@
 //! draw does at it what it would do alone: the same bytes.
 
 use super::parts::Parts;
-use super::{FEW_FACES, Memories, frame_of, obstacle};
+use super::{FEW_FACES, Memories, frame_of, obstacle, surface_bytes};
 use crate::memory::DepthFormat;
 use crate::pipeline::call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::order::emptied;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
-use crate::pipeline::tile::{self, Binned, Counts, Workers};
+use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes, Workers};
 use crate::simd::Level;
 use rayon::prelude::*;
 use std::fmt;
@@ -22,20 +22,28 @@ const MOST_DRAWS: usize = 256;
 /// and the bytes that their tiles' empty lists may take.
 const MOST_BYTES: usize = 8 << 20;
 
+/// Bytes that their tiles' lists have room for before no further draw begins.
+const LIST_BYTES: usize = 32 << 20;
+
 /// What draws that are drawn together leave to the next ones.
 #[derive(Default)]
 pub(crate) struct Together {
     /// Of each draw, its working memories.
     slots: Vec<Memories>,
+    /// What all their lists have room for.
+    bytes: ListBytes,
     drawn: Vec<Option<Drawn<'static>>>,
     /// Twice as many draws as this are tried at once: few where one was beyond the tile renderer.
     half: usize,
+    /// As many were tried last.
+    most: usize,
 }
 
 /// A draw whose faces wait in their tiles, unless none reaches one.
 struct Drawn<'p> {
     parts: Parts<'p>,
-    binned: Option<Binned>,
+    /// Its faces, and the bands that they reach.
+    binned: Option<(Binned, (usize, usize))>,
     counts: Counts,
     stats: DrawStats,
 }
@@ -53,7 +61,39 @@ impl Together {
         slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
     }
 
-    /// Draws the opaque faces of the first of these draws, and says how many were drawn; 0 where the first one is not for this.
+    /// Bytes that are held: the tiles' lists, and of each draw its vertices and tables.
+    pub fn held_bytes(&self) -> u64 {
+        let slots: usize = self.slots.iter().map(|slot| size_of::<Memories>() + slot.table_bytes()).sum();
+        (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
+    }
+
+    /// Bytes that drawing these draws together takes at worst.
+    pub fn worst_bytes(all: &[Prepared], threads: u64, target: &Target) -> u64 {
+        let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
+        // A vertex on the screen and its depth, and four tables.
+        let draw = 3 * FEW_FACES as u64 * (tile::RECORD_BYTES + tile::DEEP_VERTEX_BYTES + 4 * 16)
+            + (size_of::<Memories>() + size_of::<Option<Drawn>>()) as u64;
+        let surfaces: u64 = all.iter().map(|p| surface_bytes(p.call)).sum();
+        let faces = (all.len() * FEW_FACES) as u64;
+        all.len() as u64 * draw
+            + surfaces
+            + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
+    }
+
+    /// How many of the first of these draws can be drawn together; 0 where the first one is not for this.
+    pub fn count(&mut self, all: &[Prepared], target: &Target) -> usize {
+        let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
+        let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
+        self.most = most;
+        let count = all.iter().take(most).take_while(|p| is_for_this(p, &all[0], target)).count();
+        if count < 2 {
+            self.half = most;
+            return 0;
+        }
+        count
+    }
+
+    /// Draws the opaque faces of the first of these draws, which [`Together::count`] has found, and says how many were drawn.
     pub fn draw(
         &mut self,
         (level, crew, coarse): (Level, &Workers, CoarseDepth),
@@ -61,23 +101,21 @@ impl Together {
         target: &mut Target,
         stats: &mut DrawStats,
     ) -> usize {
-        let Some(pool) = crew.pool() else { return 0 };
+        let (Some(pool), count) = (crew.pool(), all.len()) else { return 0 };
         let alone = &crew.alone();
-        if pool.current_num_threads() < 2 {
-            return 0;
-        }
-        let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
-        let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
-        let count = all.iter().take(most).take_while(|p| is_for_this(p, &all[0], target)).count();
-        if count < 2 {
-            self.half = most;
-            return 0;
+        if self.bytes.get() > LIST_BYTES {
+            self.slots.iter_mut().for_each(|slot| slot.scratch.give_lists_back());
         }
         let mut drawn: Vec<Option<Drawn>> = std::mem::take(&mut self.drawn);
         if self.slots.len() < count {
-            self.slots.resize_with(count, Memories::default);
+            let bytes = &self.bytes;
+            self.slots.resize_with(count, || {
+                let mut slot = Memories::default();
+                slot.scratch.share_lists(bytes, LIST_BYTES);
+                slot
+            });
         }
-        let (slots, all) = (&mut self.slots[..count], &all[..count]);
+        let slots = &mut self.slots[..count];
         let (width, format) = (target.memory.width() as usize, target.depth_format);
         let whole = pool.install(|| {
             let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
@@ -86,7 +124,7 @@ impl Together {
                 .collect_into_vec(&mut drawn);
             let whole = drawn.iter().take_while(|d| d.is_some()).count();
             let each = || drawn[..whole].iter().flatten().zip(&*slots).zip(all);
-            let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.bands);
+            let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
             let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
             let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else {
                 return whole;
@@ -94,8 +132,8 @@ impl Together {
             let frame = frame_of(target, all[0].plan.uses(Part::DepthMemory));
             let work = |band: usize, far, memories: &mut tile::BandMemories<'_>| {
                 for ((d, slot), prepared) in each() {
-                    let reaches = |b: &&Binned| b.bands.0 <= band && band <= b.bands.1;
-                    let Some(binned) = d.binned.as_ref().filter(reaches) else { continue };
+                    let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
+                    let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
                     prepared.with_job(&d.parts, &slot.tables, format, |job| {
                         let waiting = (&slot.scratch, binned);
                         tile::draw_band(level, waiting, job, (width, far), band, memories, &d.counts);
@@ -106,7 +144,7 @@ impl Together {
             target.memory.mark_rows(rows.0..rows.1);
             whole
         });
-        self.half = if whole < count { whole.max(1) } else { most };
+        self.half = if whole < count { whole.max(1) } else { self.most };
         for (i, ((drawn, slot), prepared)) in drawn.drain(..).zip(slots).zip(all).enumerate() {
             let Some(Drawn { parts, counts, stats: mut own, .. }) = drawn else { continue };
             slot.spare.take_back(parts.surfaces);
@@ -135,8 +173,15 @@ impl<'p> Drawn<'p> {
         parts.coarse = coarse;
         prepared.make_tables(&mut parts, level, crew, tables);
         let mut stats = DrawStats::default();
-        let binned = prepared
-            .with_job(&parts, tables, format, |job| tile::bin(level, crew, scratch, job, width, &mut stats));
+        let binned = prepared.with_job(&parts, tables, format, |job| {
+            Binning::new(level, crew, scratch, job, width).next(level, crew, scratch, job, &mut stats)
+        });
+        // One that would be drawn in pieces is drawn by itself.
+        let faces = prepared.call.geometry.mesh.triangles.len();
+        if binned.is_some_and(|b| b.until < faces) {
+            return None;
+        }
+        let binned = binned.and_then(|b| Some((b, b.bands?)));
         Some(Drawn { parts, binned, counts: Counts::default(), stats })
     }
 }

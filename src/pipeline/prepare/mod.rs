@@ -7,7 +7,7 @@ use crate::memory::DepthMemory;
 use crate::pipeline::assemble::{Assembler, Face};
 use crate::pipeline::call::{DrawCall, DrawStats, PipelineError, Target};
 use crate::pipeline::derive::derive;
-use crate::pipeline::known::Known;
+use crate::pipeline::known::{Known, Needs};
 use crate::pipeline::light::{Lamp, Lighting, Viewer};
 use crate::pipeline::normals::{NormalMatrix, Normals};
 use crate::pipeline::plan::{Part, Plan};
@@ -15,7 +15,7 @@ use crate::pipeline::raster::{Canvas, Raster, Writes};
 use crate::pipeline::shade::{FaceShade, LightMode};
 use crate::pipeline::vertex::{Transform, Vertex};
 use crate::pipeline::viewport::Screen;
-use crate::scene::{CameraMatrices, Interpolation};
+use crate::scene::{CameraMatrices, Interpolation, ShadeMode};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -125,6 +125,19 @@ impl<'a> Prepared<'a> {
             known,
             normal_matrix: NormalMatrix::of(&call.model),
             cancel: &NEVER,
+        }
+    }
+
+    /// What this draw asks to be known of its geometry.
+    pub fn needs(&self) -> Needs {
+        let plan = &self.plan;
+        let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+        let is_flat = self.call.shade == ShadeMode::Flat;
+        let is_fast = plan.uses(Part::TileRenderer);
+        Needs {
+            normals: plan.uses(Part::FaceNormals).then(|| plan.uses(Part::VertexNormals)),
+            prepared: is_fast.then_some(is_lit && !is_flat),
+            faces: is_fast && is_flat && (is_lit || !self.call.geometry.mesh.colors.is_empty()),
         }
     }
 

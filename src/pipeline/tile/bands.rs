@@ -97,7 +97,7 @@ pub(crate) fn draw_band(
     let chunks = &scratch.chunks[..binned.chunk_count];
     let deep = job.deep.filter(|_| !(memories.depth.is_empty() && memories.narrow.is_empty()));
     let wide_of = |face: u32| {
-        let list = &chunks[face as usize / binned.chunk_faces].wide;
+        let list = &chunks[(face as usize - binned.first_face) / binned.chunk_faces].wide;
         list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
     };
     let is_far_flung = mesh.vertex_count() * 32 + mesh.triangle_count * 16 > NEAR_BYTES;

@@ -5,6 +5,57 @@ use super::wide::WideFace;
 use crate::memory::DEPTH_CELL;
 use crate::pipeline::call::DrawStats;
 use crate::simd::Simd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Bytes that the lists of all chunks of a draw have room for. They are counted where a list grows, which is seldom, and on any
+/// thread.
+#[derive(Clone, Debug, Default)]
+pub struct ListBytes(Arc<AtomicUsize>);
+
+impl ListBytes {
+    /// Bytes that there is room for.
+    #[inline(always)]
+    pub fn get(&self) -> usize {
+        self.0.load(Relaxed)
+    }
+
+    /// A list has grown from room for `before` items to room for `after`.
+    fn grew<T>(&self, before: usize, after: usize) {
+        self.0.fetch_add((after - before) * size_of::<T>(), Relaxed);
+    }
+
+    /// States that all lists were given back.
+    pub fn clear(&self) {
+        self.0.store(0, Relaxed);
+    }
+
+    /// Makes `list` at least `least` items long.
+    #[cold]
+    #[inline(never)]
+    pub fn lengthen<T: Copy>(&self, list: &mut Vec<T>, least: usize, value: T) {
+        let before = list.capacity();
+        list.resize(least, value);
+        self.grew::<T>(before, list.capacity());
+    }
+
+    /// Adds an item to a list.
+    #[inline(always)]
+    pub fn push<T>(&self, list: &mut Vec<T>, item: T) {
+        if list.len() == list.capacity() {
+            self.make_room(list);
+        }
+        list.push(item);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn make_room<T>(&self, list: &mut Vec<T>) {
+        let before = list.capacity();
+        list.reserve(1);
+        self.grew::<T>(before, list.capacity());
+    }
+}
 
 /// A face of at most 8x8 pixels.
 #[derive(Clone, Copy, Debug)]
@@ -73,10 +124,10 @@ pub struct TinyList {
 impl TinyList {
     /// The places behind the last face, at least so many.
     #[inline(always)]
-    pub fn room(&mut self, places: usize) -> &mut [TinyWords] {
+    pub fn room(&mut self, places: usize, bytes: &ListBytes) -> &mut [TinyWords] {
         let least = self.count + places;
         if self.words.len() < least {
-            self.words.resize(least, [0; 8]);
+            bytes.lengthen(&mut self.words, least, [0; 8]);
         }
         &mut self.words[self.count..]
     }
@@ -89,8 +140,8 @@ impl TinyList {
 
     /// Adds a face.
     #[inline(always)]
-    pub fn push(&mut self, face: TinyWords) {
-        self.room(1)[0] = face;
+    pub fn push(&mut self, face: TinyWords, bytes: &ListBytes) {
+        self.room(1, bytes)[0] = face;
         self.count += 1;
     }
 
@@ -189,6 +240,11 @@ impl Grid {
         }
     }
 
+    /// Bytes of an empty list for each tile, and of its number among those that are reached.
+    pub fn bytes(&self) -> usize {
+        self.columns * self.rows * (size_of::<Bin>() + 2 * size_of::<u32>())
+    }
+
     /// The tiles that bounds (half-open, not empty) reach: the first column and row, the last ones.
     #[inline(always)]
     pub fn tiles_of(&self, [x0, y0, x1, y1]: [i32; 4]) -> [usize; 4] {
@@ -248,9 +304,9 @@ impl Bin {
 
     /// A larger face comes, or a turn.
     #[inline(always)]
-    fn add_larger(&mut self, place: Place) {
+    fn add_larger(&mut self, place: Place, bytes: &ListBytes) {
         let (fragments_before, tiny_before) = (self.fragments.len() as u32, self.tiny.len() as u32);
-        self.larger.push(Larger { fragments_before, tiny_before, place });
+        bytes.push(&mut self.larger, Larger { fragments_before, tiny_before, place });
     }
 
     /// Something within these bounds reaches the tile.
@@ -283,11 +339,20 @@ pub struct Chunk {
     pub reached: Vec<u32>,
     /// What was left out, and drawn.
     pub stats: DrawStats,
+    /// The number of its faces, from the first on, that wait in the lists.
+    pub done: usize,
+    /// What its lists have room for, together with those of the others.
+    pub bytes: ListBytes,
 }
 
 impl Chunk {
-    /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory.
-    pub fn reset(&mut self, tiles: usize) {
+    /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory. Its lists are counted in `bytes`, which is the
+    /// same counter from draw to draw.
+    pub fn reset(&mut self, tiles: usize, bytes: &ListBytes) {
+        if !Arc::ptr_eq(&self.bytes.0, &bytes.0) {
+            self.bytes = bytes.clone();
+        }
+        self.done = 0;
         self.wide.clear();
         for tile in self.reached.drain(..) {
             let bin = &mut self.bins[tile as usize];
@@ -298,7 +363,9 @@ impl Chunk {
             bin.reach = Bin::NOTHING;
         }
         if self.bins.len() < tiles {
+            let before = self.bins.capacity();
             self.bins.resize_with(tiles, Bin::default);
+            self.bytes.grew::<Bin>(before, self.bins.capacity());
         }
         self.stats = DrawStats::default();
     }
@@ -310,8 +377,8 @@ impl Chunk {
         let [left, top, right, bottom] = grid.tiles_of(bounds.map(i32::from));
         for row in top..=bottom {
             for column in left..=right {
-                let bin = self.touch(row * grid.columns + column);
-                bin.tiny.push(*words);
+                let bin = touch(&mut self.bins, &mut self.reached, row * grid.columns + column);
+                bin.tiny.push(*words, &self.bytes);
                 bin.reach(bounds);
             }
         }
@@ -320,8 +387,8 @@ impl Chunk {
     /// Adds the tiny faces of the lanes that are set to a tile; all lie within `reach`.
     #[inline(always)]
     pub fn add_vector<S: Simd>(&mut self, s: S, lanes: S::M, words: [S::I; 8], tile: usize, reach: [i16; 4]) {
-        let bin = self.touch(tile);
-        let count = s.compress8(lanes, words, bin.tiny.room(S::LANES));
+        let bin = touch(&mut self.bins, &mut self.reached, tile);
+        let count = s.compress8(lanes, words, bin.tiny.room(S::LANES, &self.bytes));
         bin.tiny.grow(count);
         bin.reach(reach);
     }
@@ -336,12 +403,12 @@ impl Chunk {
         tile: usize,
         reach: [i16; 4],
     ) {
-        let bin = self.touch(tile);
+        let bin = touch(&mut self.bins, &mut self.reached, tile);
         if bin.tiny.len() > bin.larger.last().map_or(0, |last| last.tiny_before as usize) {
-            bin.add_larger(Place::Turn);
+            bin.add_larger(Place::Turn, &self.bytes);
         }
         for (fragments, inside) in fragments.iter().zip(inside) {
-            bin.fragments.add(s, inside, fragments);
+            bin.fragments.add(s, inside, fragments, &self.bytes);
         }
         bin.reach(reach);
     }
@@ -349,8 +416,8 @@ impl Chunk {
     /// Adds a small face to the tiles that it reaches.
     #[inline(always)]
     pub fn add_small(&mut self, face: &Small, grid: &Grid) {
-        self.add_larger(face.bounds, grid, |bin| {
-            bin.small.push(*face);
+        self.add_larger(face.bounds, grid, |bin, bytes| {
+            bytes.push(&mut bin.small, *face);
             Place::Small(bin.small.len() as u32 - 1)
         });
     }
@@ -360,30 +427,30 @@ impl Chunk {
     pub fn add_wide(&mut self, face: WideFace, grid: &Grid) {
         let place = Place::Wide(self.wide.len() as u32);
         let b = face.bounds;
-        self.wide.push(face);
-        self.add_larger([b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16], grid, |_| place);
+        self.bytes.push(&mut self.wide, face);
+        self.add_larger([b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16], grid, |_, _| place);
     }
 
     #[inline(always)]
-    fn add_larger(&mut self, bounds: [i16; 4], grid: &Grid, place: impl Fn(&mut Bin) -> Place) {
+    fn add_larger(&mut self, bounds: [i16; 4], grid: &Grid, place: impl Fn(&mut Bin, &ListBytes) -> Place) {
         let [left, top, right, bottom] = grid.tiles_of(bounds.map(i32::from));
         for row in top..=bottom {
             for column in left..=right {
-                let bin = self.touch(row * grid.columns + column);
-                let place = place(bin);
-                bin.add_larger(place);
+                let bin = touch(&mut self.bins, &mut self.reached, row * grid.columns + column);
+                let place = place(bin, &self.bytes);
+                bin.add_larger(place, &self.bytes);
                 bin.reach(bounds);
             }
         }
     }
+}
 
-    /// The list of a tile, which something reaches now.
-    #[inline(always)]
-    fn touch(&mut self, tile: usize) -> &mut Bin {
-        let bin = &mut self.bins[tile];
-        if bin.is_empty() {
-            self.reached.push(tile as u32);
-        }
-        bin
+/// The list of a tile, which something reaches now.
+#[inline(always)]
+fn touch<'b>(bins: &'b mut [Bin], reached: &mut Vec<u32>, tile: usize) -> &'b mut Bin {
+    let bin = &mut bins[tile];
+    if bin.is_empty() {
+        reached.push(tile as u32);
     }
+    bin
 }

@@ -4,6 +4,7 @@
 //! fragments is drawn by comparing and storing, without looking at a face's coverage; a fragment lies in one tile only. Depth
 //! formats that are worked in f64 find their own depth from the face.
 
+use super::bins::ListBytes;
 use super::raster::NO_FACE;
 use crate::simd::{F32, I32, Mask, Simd};
 
@@ -41,12 +42,12 @@ impl FragmentList {
 
     /// Adds the lanes of a vector that are set.
     #[inline(always)]
-    pub fn add<S: Simd>(&mut self, s: S, lanes: S::M, fragments: &Fragments<S>) {
+    pub fn add<S: Simd>(&mut self, s: S, lanes: S::M, fragments: &Fragments<S>, bytes: &ListBytes) {
         let end = self.count + S::LANES;
         let [at, z, face] = &mut self.lists;
         if face.len() < end {
             for list in [&mut *at, &mut *z, &mut *face] {
-                list.resize(end, 0);
+                bytes.lengthen(list, end, 0);
             }
         }
         s.compress_i(lanes, fragments.at, &mut at[self.count..]);
@@ -147,7 +148,7 @@ mod tests {
                 let (vectors, count) =
                     of(s, s.mask(self.live >> start), lanes + s.splat_i(1000), word, first, depth);
                 for vector in &vectors[..count] {
-                    list.add(s, vector.face.gt(s.splat_i(NO_FACE)), vector);
+                    list.add(s, vector.face.gt(s.splat_i(NO_FACE)), vector, &ListBytes::default());
                 }
             }
             list.some(0..list.len()).collect()

@@ -41,8 +41,8 @@ mod wide;
 mod workers;
 
 pub(crate) use bands::{BandMemories, Counts, bands, draw_band};
-pub(crate) use binning::{Binned, bin, bin_bytes, grid_bytes};
-pub(crate) use bins::{Keep, View};
+pub(crate) use binning::{Binned, Binning, LIST_BYTES, bin_bytes, grid_bytes, list_bound, worst_list_bytes};
+pub(crate) use bins::{Keep, ListBytes, View};
 pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
 pub(crate) use coarse::COARSE_BYTES;
 pub use crew::{Alone, Crew, Pool};
@@ -91,7 +91,7 @@ pub(crate) struct Frame<'a> {
 }
 
 /// Memories that are kept from draw to draw, so that a steady frame allocates nothing large.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Scratch {
     /// What becomes of each cluster of faces.
     fates: Vec<u8>,
@@ -103,6 +103,28 @@ pub(crate) struct Scratch {
     chunks: Vec<Chunk>,
     /// For each tile the chunks that reach it, a bit each; empty where there is but one chunk.
     visitors: Vec<u64>,
+    /// What the chunks' lists have room for,
+    bytes: ListBytes,
+    /// and beyond which a draw goes on in pieces.
+    pub list_bytes: usize,
+    /// Whether draws that share that room leave it to each other: none then begins once it is used up.
+    is_shared: bool,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Scratch {
+            fates: Vec::new(),
+            marks: Vec::new(),
+            records: Vec::new(),
+            deep: Vec::new(),
+            chunks: Vec::new(),
+            visitors: Vec::new(),
+            bytes: ListBytes::default(),
+            list_bytes: LIST_BYTES,
+            is_shared: false,
+        }
+    }
 }
 
 impl Scratch {
@@ -120,12 +142,16 @@ impl Scratch {
                 + c.reached.capacity() * 4
                 + c.bins.iter().map(bin).sum::<usize>()
         };
+        self.vertex_bytes() + self.chunks.iter().map(chunk).sum::<usize>()
+    }
+
+    /// Bytes of all memories but the tiles' lists.
+    pub fn vertex_bytes(&self) -> usize {
         self.fates.capacity()
             + self.marks.capacity()
             + self.visitors.capacity() * 8
             + self.records.capacity() * 16
             + self.deep.capacity() * size_of::<DeepVertex>()
-            + self.chunks.iter().map(chunk).sum::<usize>()
     }
 }
 
@@ -191,13 +217,23 @@ pub(crate) fn render(
     job: &Job<'_>,
     frame: Frame<'_>,
 ) -> TileStats {
-    let mut stats = TileStats::default();
-    let Some(binned) = bin(level, crew, scratch, job, frame.width, &mut stats.draw) else { return stats };
+    let mut stats = TileStats { rows: (u32::MAX, 0), ..TileStats::default() };
+    let Frame { width, bytes, mut depth, pick } = frame;
     let counts = Counts::default();
-    let (scratch, width) = (&*scratch, frame.width);
-    stats.rows = bands(crew, binned.bands, &job.view, frame, &|band, far, memories| {
-        draw_band(level, (scratch, &binned), job, (width, far), band, memories, &counts);
-    });
+    let mut binning = Binning::new(level, crew, scratch, job, width);
+    while let Some(binned) = binning.next(level, crew, scratch, job, &mut stats.draw) {
+        let Some(reached) = binned.bands else { continue };
+        let scratch = &*scratch;
+        let depth = depth.as_mut().map(DepthCells::reborrow);
+        let frame = Frame { width, bytes: &mut *bytes, depth, pick: &mut *pick };
+        let rows = bands(crew, reached, &job.view, frame, &|band, far, memories| {
+            draw_band(level, (scratch, &binned), job, (width, far), band, memories, &counts);
+        });
+        stats.rows = (stats.rows.0.min(rows.0), stats.rows.1.max(rows.1));
+    }
+    if stats.rows.0 > stats.rows.1 {
+        stats.rows = (0, 0);
+    }
     stats.draw.faces_hidden = counts.hidden();
     stats.draw.pixels_tested += counts.tested.into_inner();
     stats.draw.pixels_written = counts.passed.into_inner();

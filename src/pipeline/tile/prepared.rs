@@ -4,8 +4,9 @@
 //! four numbers, as the shading kernels gather them. Vertices stand in the order in which the faces first ask for them,
 //! so neighbours lie together. Nothing here depends on camera, light or frame.
 
-use super::clusters::Clusters;
+use super::clusters::{CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
 use crate::cancel::CancelToken;
+use crate::memory::OverBudget;
 use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
 use glam::{DVec3, DVec4};
@@ -71,11 +72,47 @@ pub struct FaceTable {
 
 impl PreparedMesh {
     /// The prepared form of `mesh`. `normal_of` gives a corner's unit normal in object space: triangle, corner.
-    /// Without faces when it is cancelled.
+    #[cfg(test)]
     pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3, cancel: &CancelToken) -> Self {
+        PreparedMesh::within(mesh, normal_of, |_| Ok(()), cancel).expect("nothing refuses")
+    }
+
+    /// Bytes that making a prepared form takes at most while it has no more than so many vertices: its lists, those that find
+    /// equal corners, and the old room of a list that moves.
+    fn most_bytes(mesh: &Mesh, vertices: u64) -> u64 {
+        let faces = mesh.triangles.len() as u64;
+        let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
+        let lists = 24 + 16 + per(!mesh.texcoords.is_empty(), 16) + per(!mesh.colors.is_empty(), 16);
+        let search = (size_of::<(Corner, u32, DVec3)>() + size_of::<i32>()) as u64;
+        // A cluster asks for 48 blocks at most; lists have room for twice their items.
+        let clusters = faces.div_ceil(CLUSTER_FACES as u64) * (2 * CLUSTER_BYTES + 3 * 48 * 4) + vertices;
+        let padded = faces + PADDING as u64;
+        vertices * (lists + 2 * search + 24 + search)
+            + padded * (12 + 16 + 4)
+            + mesh.positions.len() as u64 * 4
+            + mesh.materials.len() as u64 * 4
+            + per(faces >= LEAST_FACES as u64, clusters)
+    }
+
+    /// The prepared form, which asks `room` before it takes memory: bytes in all, from the first list on. Without faces when it is
+    /// cancelled.
+    ///
+    /// # Errors
+    /// As `room`.
+    pub fn within(
+        mesh: &Mesh,
+        normal_of: impl Fn(u32, &Corner) -> DVec3,
+        mut room: impl FnMut(u64) -> Result<(), OverBudget>,
+        cancel: &CancelToken,
+    ) -> Result<Self, OverBudget> {
         let mut prepared =
             PreparedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
         let has_colors = !mesh.colors.is_empty();
+        // So many vertices, if corners differ in one way only.
+        let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
+        let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
+        let mut granted = most;
+        room(Self::most_bytes(mesh, granted as u64))?;
         let mut slots = vec![u32::MAX; mesh.materials.len() + 1];
         // For each position the vertices made of it, as a chain: most have one.
         let mut first = vec![-1i32; mesh.positions.len()];
@@ -86,9 +123,6 @@ impl PreparedMesh {
             list.reserve(mesh.triangles.len() + PADDING);
             prefer_huge_pages(list);
         }
-        // So many vertices, if corners differ in one way only.
-        let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
-        let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
         for list in &mut prepared.positions {
             list.reserve(most);
             prefer_huge_pages(list);
@@ -103,7 +137,7 @@ impl PreparedMesh {
         }
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             if t % CHUNK_FACES == 0 && cancel.is_cancelled() {
-                return Self::default();
+                return Ok(Self::default());
             }
             let polygon = mesh.triangle_polygon[t];
             let material = mesh.polygons[polygon as usize].material as usize;
@@ -128,6 +162,10 @@ impl PreparedMesh {
                 }
                 let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
                 if vertex < 0 {
+                    if keys.len() == granted {
+                        granted = 2 * granted.max(4);
+                        room(Self::most_bytes(mesh, granted as u64))?;
+                    }
                     vertex = keys.len() as i32;
                     keys.push(key);
                     next.push(*head);
@@ -169,6 +207,12 @@ impl PreparedMesh {
                 prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
             }
         }
+        if prepared.vertex_count() > most {
+            prepared.positions.iter_mut().for_each(Vec::shrink_to_fit);
+            [&mut prepared.normals, &mut prepared.texcoords, &mut prepared.colors]
+                .into_iter()
+                .for_each(Vec::shrink_to_fit);
+        }
         prepared.records.reserve_exact(mesh.triangles.len());
         prefer_huge_pages(&mut prepared.records);
         prepared.records.extend((0..mesh.triangles.len()).map(|t| {
@@ -194,7 +238,7 @@ impl PreparedMesh {
             prepared.asked.push(asked);
         }
         prepared.clusters = Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count);
-        prepared
+        Ok(prepared)
     }
 
     /// The corners of a triangle, in object space.

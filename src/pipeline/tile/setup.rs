@@ -60,6 +60,10 @@ pub struct SetupKernel<'a> {
     pub grid: Grid,
     /// The plain path's set-up.
     pub plain: PlainSetup<'a>,
+    /// Where the lists of all chunks have room for more bytes than this, no further cluster is begun.
+    pub most_bytes: usize,
+    /// Whether the first cluster is set up whatever the lists have room for.
+    pub is_first: bool,
     /// Where it goes.
     pub chunk: &'a mut Chunk,
 }
@@ -84,7 +88,15 @@ impl Kernel for SetupKernel<'_> {
         let (zero, none) = (s.splat(0.0), s.splat_i(0));
         // Of tiny faces, lane by lane.
         let mut pixels_in = none;
+        let mut done = self.faces;
         for start in (0..self.faces).step_by(S::LANES) {
+            if start.is_multiple_of(CLUSTER_FACES)
+                && self.chunk.bytes.get() > self.most_bytes
+                && !(start == 0 && self.is_first)
+            {
+                done = start;
+                break;
+            }
             let count = (self.faces - start).min(S::LANES);
             let fate = self.fates.get(start / CLUSTER_FACES).copied().unwrap_or(Fate::OPEN);
             if fate != Fate::OPEN {
@@ -320,6 +332,7 @@ impl Kernel for SetupKernel<'_> {
                 }
             }
         }
+        self.chunk.done = done;
         s.store_i(pixels_in, &mut lanes[0]);
         for count in &lanes[0][..S::LANES] {
             self.chunk.stats.pixels_tested += *count as u64;

@@ -4,7 +4,7 @@ use super::{Effect, Engine, Progress};
 use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
 use crate::load::QuotaFolder;
-use crate::memory::{SHARED_HEADER_BYTES, VideoMemory};
+use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::jobs::{Job, JobResult};
 use crate::server::record::Recorder;
@@ -32,7 +32,7 @@ impl Engine {
         let line = format!(
             "STATS {} {} queue={} connections={} width={} height={} shm_offset={SHARED_HEADER_BYTES} shm_stride={} \
              names={} resource_bytes={} shared_names={} shared_bytes={} memory_bytes={} depth_bytes={depth_bytes} \
-             id_bytes={id_bytes} presents={} auto={} shm={} {} snap_bytes={} plan={}\n",
+             id_bytes={id_bytes} presents={} auto={} shm={} {} snap_bytes={} {} plan={}\n",
             s.stats.words(""),
             totals.words("total_"),
             self.queue_bytes,
@@ -50,6 +50,7 @@ impl Engine {
             self.shared_word(),
             self.record_words(),
             self.snap_dir.as_ref().map_or(0, |folder| folder.used_bytes()),
+            memory_words(&self.budget),
             self.plan,
         );
         out.extend_from_slice(line.as_bytes());
@@ -146,6 +147,7 @@ impl Engine {
         self.tick_shared(now);
         let Some(recorder) = &mut self.recorder else { return };
         recorder.tick(now);
+        self.held.records.set(recorder.stats().queued_bytes);
         if recorder.has_failed() {
             self.drop_recorder();
         }
@@ -259,6 +261,9 @@ impl Engine {
             }
         };
         let is_small = folder.is_none() && u64::from(w) * u64::from(h) <= SMALL_SNAP_PIXELS;
+        // Its copy, its rows as they are packed, and what they become.
+        let bytes = 3 * self.memory.bytes().len() as u64 + SNAP_BYTES;
+        let mut held = self.budget.try_reserve(MemoryUse::Replies, bytes)?;
         let frame = self.memory.clone();
         Ok(Progress::Job(Job::new(is_small, move |_| {
             let reply = match (&target, &folder) {
@@ -271,12 +276,15 @@ impl Engine {
                     Ok(reply)
                 }
             };
+            drop(frame);
             let answered = |mut reply: Vec<u8>| {
+                held.shrink_to(reply.len() as u64);
                 move |_: &mut Engine, _: &mut Session, out: &mut Vec<u8>| {
                     match out.is_empty() {
                         true => std::mem::swap(out, &mut reply),
                         false => out.append(&mut reply),
                     }
+                    drop(held);
                     Ok(Progress::Done(Effect::Done))
                 }
             };
@@ -284,6 +292,18 @@ impl Engine {
         })))
     }
 }
+
+/// The memory budget as `key=value` words: its limit, what is used of it, and that for each use.
+fn memory_words(budget: &MemoryBudget) -> String {
+    let mut words = format!("memory_limit={} memory_used={}", budget.limit(), budget.used());
+    for purpose in MemoryUse::ALL {
+        words += &format!(" memory_{}={}", purpose.as_str(), budget.used_for(purpose));
+    }
+    words
+}
+
+/// Bytes that encoding a frame takes beside its pixels.
+const SNAP_BYTES: u64 = 1 << 20;
 
 /// Rows of so many bytes are recorded as one command.
 const RECORDED_BYTES: usize = 4 << 20;

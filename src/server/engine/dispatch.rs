@@ -92,6 +92,9 @@ impl Engine {
         start: usize,
     ) -> Result<Progress, Fault> {
         let length = replies.len() - start;
+        if !matches!(result, Ok(Progress::Pieces(_))) {
+            self.held.reply.shrink_to(0);
+        }
         let result = match result {
             Ok(_) if length > self.limits.reply_bytes => Err(self.reply_too_long(length as u64)),
             result => result,
@@ -152,10 +155,10 @@ impl Engine {
                 s.blend = if over { crate::draw2d::Blend::Over } else { crate::draw2d::Blend::Replace };
             }
 
-            C::Mesh { name, source } => return Ok(self.mesh_job(s, name, source)),
-            C::Texture { name, file } => return Ok(self.texture_job(name, file)),
-            C::Scene { x3d } => return Ok(self.scene_job(s, x3d)),
-            C::Eye { name, json } => return Ok(self.eye_job(name, json)),
+            C::Mesh { name, source } => return self.mesh_job(s, name, source),
+            C::Texture { name, file } => return self.texture_job(s, name, file),
+            C::Scene { x3d } => return self.scene_job(s, x3d),
+            C::Eye { name, json } => return self.eye_job(s, name, json),
             C::Free { name } => self.free(s, &name)?,
             C::Load { kind, name, path } => return self.load_job(s, kind, name, path),
 

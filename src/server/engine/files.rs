@@ -6,6 +6,7 @@
 use super::Engine;
 use crate::error::{Code, Fault};
 use crate::load::{Folder, FolderError};
+use crate::memory::{MemoryUse, Reservation};
 use crate::server::Session;
 use crate::server::record::{FileSet, ReadFile};
 use crate::server::session::FileAccess;
@@ -26,6 +27,8 @@ pub(in crate::server) struct FileReader {
     side_bytes: u64,
     /// The files read so far, if they are recorded.
     read: Option<Vec<ReadFile>>,
+    /// What all of them hold of the memory budget, until the reader goes.
+    held: Reservation,
 }
 
 impl Engine {
@@ -42,6 +45,7 @@ impl Engine {
             max_side_bytes: self.limits.resource_bytes,
             side_bytes: 0,
             read: self.recorder.is_some().then(Vec::new),
+            held: self.budget.empty(MemoryUse::Payloads),
         }
     }
 }
@@ -70,7 +74,7 @@ impl FileReader {
     /// `EPERM` without a folder, and see [`FolderError`].
     pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
         self.check_source(path)?;
-        Ok(self.read_up_to(path, self.max_file_bytes)?)
+        self.read_up_to(path, self.max_file_bytes)
     }
 
     /// The content of a file that another file names, `beside` being the folder of that one; `None` if it cannot be read.
@@ -85,12 +89,27 @@ impl FileReader {
         Some(bytes)
     }
 
-    /// Bytes of the files that other files named.
-    pub fn side_bytes(&self) -> u64 {
-        self.side_bytes
+    /// The content of a file of at most `limit` bytes, for which there must be memory: twice where it is recorded.
+    fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, Fault> {
+        let copies = if self.read.is_some() { 2 } else { 1 };
+        let mut room = self.held.budget().reserve_up_to(MemoryUse::Payloads, limit.saturating_mul(copies));
+        let most = limit.min(room.bytes() / copies);
+        let bytes = match self.read_within(path, most) {
+            Ok(bytes) => bytes,
+            // The file is within its limit, and there is no memory for it.
+            Err(FolderError::TooLarge { found, .. }) if found <= limit => {
+                room.shrink_to(0);
+                room.try_grow(found.saturating_mul(copies))?;
+                self.read_within(path, found)?
+            }
+            Err(error) => return Err(error.into()),
+        };
+        room.shrink_to(0);
+        self.held.set(self.held.bytes() + bytes.len() as u64 * copies);
+        Ok(bytes)
     }
 
-    fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+    fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
         // A file that changes meanwhile is the same for the whole command, and for its replay.
         if let Some(file) = self.read.iter().flatten().find(|file| file.path == path) {
             return within(path, &file.bytes, limit);

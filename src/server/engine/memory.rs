@@ -158,11 +158,13 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn peek(&self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(super) fn peek(&mut self, offset: i32, n: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
         let len = usize::try_from(n)
             .map_err(|_| Fault::new(Code::Range, "the byte count must be 0 or more").got(n.to_string()))?;
-        let bytes = self.memory.peek(pointer(offset, len)?, len)?;
+        let at = pointer(offset, len)?;
+        let _ = self.memory.peek(at, len)?;
         self.check_reply(len as u64 * 2)?;
+        let bytes = self.memory.peek(at, len)?;
         out.extend_from_slice(format!("PEEK {offset}").as_bytes());
         if !bytes.is_empty() {
             out.push(b' ');
@@ -192,14 +194,14 @@ impl Engine {
         side(x, w, self.memory.width()) * side(y, h, self.memory.height())
     }
 
-    pub(super) fn read(&self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(super) fn read(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<(), Fault> {
         self.read_head(rect, out)?;
         draw2d::rows(&self.memory, rect)?.for_each(|row| out.extend_from_slice(row));
         Ok(())
     }
 
     /// The line before the rows of `READ`; the bytes of the rows.
-    pub(super) fn read_head(&self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
+    pub(super) fn read_head(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
         drop(draw2d::rows(&self.memory, rect)?);
         let Rect { x, y, w, h } = rect;
         let bytes = w as u64 * h as u64 * 4;
@@ -279,12 +281,15 @@ impl Engine {
         Ok(())
     }
 
-    /// Refuses a reply that no client may have waiting.
-    pub(super) fn check_reply(&self, bytes: u64) -> Result<(), Fault> {
-        match bytes <= self.limits.reply_bytes as u64 {
-            true => Ok(()),
-            false => Err(self.reply_too_long(bytes)),
+    /// Refuses a reply that is too long, or reserves it until it is handed on.
+    pub(super) fn check_reply(&mut self, bytes: u64) -> Result<(), Fault> {
+        if bytes > self.limits.reply_bytes as u64 {
+            return Err(self.reply_too_long(bytes));
         }
+        if bytes > SHORT_REPLY_BYTES {
+            self.with_room(|engine| engine.held.reply.try_cover(bytes))?;
+        }
+        Ok(())
     }
 
     pub(super) fn reply_too_long(&self, bytes: u64) -> Fault {
@@ -292,6 +297,10 @@ impl Engine {
         Fault::new(Code::Quota, format!("a reply has at most {limit} bytes here, and this one has {bytes}"))
     }
 }
+
+/// Replies up to this length are not reserved one by one: a connection's commands wait while others of it are unread and memory is
+/// short.
+const SHORT_REPLY_BYTES: u64 = 16 << 10;
 
 /// A byte offset as the verbs give it.
 fn pointer(offset: i32, len: usize) -> Result<FbPtr, Fault> {

@@ -39,7 +39,9 @@ use crate::cancel::CancelToken;
 use crate::command::SparePayload;
 use crate::error::{Code, Fault};
 use crate::load::{Folder, QuotaFolder};
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, Rgba, VideoMemory};
+use crate::memory::{
+    DepthFormat, DepthMemory, IdMemory, MemoryBudget, MemoryUse, OverBudget, Reservation, Rgba, VideoMemory,
+};
 use crate::pipeline::Renderer;
 use crate::pipeline::budget::Memo;
 use crate::scene::Lens;
@@ -91,6 +93,9 @@ pub struct Engine {
     id_names: IdNames,
     shared: Names,
     limits: Limits,
+    /// Bounds all of it, and what of it the frame, depths and ids hold, and a reply that is being made.
+    budget: MemoryBudget,
+    held: Held,
     snap_dir: Option<Arc<QuotaFolder>>,
     load_dir: Option<Folder>,
     display: Option<Arc<Display>>,
@@ -127,6 +132,41 @@ pub struct Engine {
     spare_swept: Instant,
 }
 
+/// What the engine itself holds of the budget.
+#[derive(Debug)]
+struct Held {
+    frame: Reservation,
+    depth: Reservation,
+    ids: Reservation,
+    /// The names that ids stand for.
+    names: Reservation,
+    reply: Reservation,
+    /// Received bytes that wait to be run.
+    queue: Reservation,
+    /// Recorded commands that are not in their file yet.
+    records: Reservation,
+}
+
+/// Replies of so many bytes a connection may always be given that reads what it is sent.
+const REPLY_BYTES: usize = 16 << 10;
+/// The bytes that wait to be run are told in steps.
+const QUEUE_STEP: u64 = 64 << 10;
+
+impl Held {
+    fn new(budget: &MemoryBudget) -> Self {
+        let frame = || budget.empty(MemoryUse::Frame);
+        Held {
+            frame: frame(),
+            depth: frame(),
+            ids: frame(),
+            names: budget.empty(MemoryUse::Resources),
+            reply: budget.empty(MemoryUse::Replies),
+            queue: budget.empty(MemoryUse::Payloads),
+            records: budget.empty(MemoryUse::Records),
+        }
+    }
+}
+
 /// What is told of every `PRESENT`.
 struct OnPresent(Option<PresentAction>);
 
@@ -143,6 +183,8 @@ impl std::fmt::Debug for OnPresent {
 struct IdNames {
     names: Vec<Arc<str>>,
     numbers: HashMap<Arc<str>, u32>,
+    /// Bytes that they take.
+    bytes: u64,
     /// Where the names of the objects of the last scene drawn begin.
     last_scene: u32,
 }
@@ -179,18 +221,24 @@ impl Engine {
     /// `ETOOBIG` for a frame that cannot be had, or is over `limits.frame_bytes`.
     pub fn with_limits(width: u32, height: u32, limits: Limits) -> Result<Self, Fault> {
         limits.check_frame(width, height)?;
+        let budget = MemoryBudget::new(limits.memory_bytes);
+        let mut held = Held::new(&budget);
+        held.frame.try_grow(u64::from(width) * u64::from(height) * 4)?;
+        let mut renderer = Renderer::default();
+        renderer.set_budget(&budget);
         let memory = VideoMemory::new(width, height).map_err(|e| Fault::new(e.code(), e.to_string()))?;
         Ok(Engine {
             memory,
             depth: None,
             depth_format: DepthFormat::default(),
             ids: None,
-            renderer: Renderer::default(),
+            renderer,
             budgets: Memo::default(),
             lens: Lens::default(),
             id_names: IdNames::default(),
             shared: Names::default(),
             limits,
+            held,
             snap_dir: None,
             load_dir: None,
             display: None,
@@ -212,8 +260,9 @@ impl Engine {
             files_read: Vec::new(),
             abandoned: None,
             is_in_pieces: false,
-            spare: SparePayload::default(),
+            spare: SparePayload::within(&budget),
             spare_swept: Instant::now(),
+            budget,
         })
     }
 
@@ -228,8 +277,45 @@ impl Engine {
     }
 
     /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.
-    pub fn set_renderer(&mut self, renderer: Renderer) {
+    pub fn set_renderer(&mut self, mut renderer: Renderer) {
+        renderer.set_budget(&self.budget);
         self.renderer = renderer;
+    }
+
+    /// What bounds the memory of everything that commands ask for.
+    pub fn memory_budget(&self) -> &MemoryBudget {
+        &self.budget
+    }
+
+    /// Bytes of replies that a connection may be given now, of whose replies so many are unread: where memory is short those
+    /// wait whose client does not read, and no others.
+    pub(in crate::server) fn reply_room(&self, unread: usize) -> usize {
+        let part = usize::try_from(self.budget.available() / 4).unwrap_or(usize::MAX);
+        match unread {
+            0 => part.max(REPLY_BYTES),
+            _ => part,
+        }
+    }
+
+    /// States how many received bytes wait to be run.
+    pub(in crate::server) fn count_queue(&mut self, bytes: u64) {
+        // A few bytes more or less are not worth telling.
+        if self.held.queue.bytes().abs_diff(bytes) >= QUEUE_STEP || bytes == 0 {
+            self.held.queue.set(bytes);
+        }
+    }
+
+    /// Does `reserve`; where there is no room, once more when what is kept for speed alone was given back.
+    fn with_room<T>(
+        &mut self,
+        mut reserve: impl FnMut(&mut Engine) -> Result<T, OverBudget>,
+    ) -> Result<T, Fault> {
+        if let Ok(reserved) = reserve(self) {
+            return Ok(reserved);
+        }
+        self.renderer.release();
+        self.spare.clear();
+        Ok(reserve(self)?)
     }
 
     /// Ends the draw that is made when `cancel` is cancelled, and every later one, until another token is given.
@@ -278,6 +364,8 @@ impl Engine {
     pub fn set_display(&mut self, display: Arc<Display>) {
         assert_eq!((display.width(), display.height()), (self.memory.width(), self.memory.height()));
         display.set_listeners(self.listeners);
+        // It shows a copy of the frame. The server starts without it if it does not fit.
+        self.held.frame.set(2 * self.memory.bytes().len() as u64);
         self.display = Some(display);
     }
 

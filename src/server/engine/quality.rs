@@ -2,7 +2,8 @@
 
 use super::{Engine, Progress};
 use crate::command::Command;
-use crate::memory::DepthFormat;
+use crate::error::Fault;
+use crate::memory::{DepthFormat, MemoryUse};
 use crate::pipeline::budget::{self, Budget, BudgetKind, Choice};
 use crate::pipeline::{DrawCall, RenderOptions, Renderer, SceneOptions};
 use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
@@ -142,23 +143,26 @@ impl Engine {
         &self,
         command: Command,
         wanted: Wanted,
-        then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, crate::error::Fault>
-        + Send
-        + 'static,
-    ) -> Progress {
+        then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, Fault> + Send + 'static,
+    ) -> Result<Progress, Fault> {
         let options = self.renderer.options();
         let pool = options.pool.clone().filter(|_| self.connections <= 1);
         let options = RenderOptions { pool, ..options.clone() };
         let is_small = wanted.max_error < 1.0;
-        Progress::Job(Job::new(is_small, move |cancel| {
+        let [width, height] = wanted.size;
+        let bytes = if is_small { 0 } else { budget::search_bytes(&wanted.scene, width, height) };
+        let (held, memory) = (self.budget.try_reserve(MemoryUse::Draws, bytes)?, self.budget.clone());
+        Ok(Progress::Job(Job::new(is_small, move |cancel| {
             let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
+            renderer.set_budget(&memory);
             let choice = budget::choose(&mut renderer, &wanted.budget());
             let effect = choice.map(|choice| {
                 let found = Found { wanted, choice };
                 move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| then(engine, s, found)
             });
+            drop((renderer, held));
             JobResult::new(command, effect.map_err(Into::into))
-        }))
+        })))
     }
 }
 

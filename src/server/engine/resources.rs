@@ -5,9 +5,10 @@ use super::space::missing;
 use super::{Effect, Engine, Progress};
 use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
-use crate::eye::{EyeError, EyeScene};
+use crate::eye::{self, EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, LoadError, LoadWarning};
+use crate::load::{self, LoadError, LoadMemory, LoadWarning, Place};
+use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
 use crate::server::jobs::{Job, JobResult};
@@ -53,13 +54,39 @@ impl Engine {
         }
     }
 
-    fn keep(&mut self, s: &mut Session, name: &str, resource: Resource) -> Result<(), Fault> {
+    fn keep(
+        &mut self,
+        s: &mut Session,
+        name: &str,
+        resource: Resource,
+        held: Reservation,
+    ) -> Result<(), Fault> {
         let names = if Names::is_shared(name) { &mut self.shared } else { &mut s.names };
-        names.insert(name, resource, &self.limits)
+        names.insert(name, resource, held, &self.limits)
+    }
+
+    /// What a job may hold that makes something under `name` of `input` bytes: those, within the budget, and a result within
+    /// the quota.
+    fn job_memory(&mut self, s: &Session, kind: Kind, name: &str, input: usize) -> Result<JobMemory, Fault> {
+        if self.budget.is_tight() {
+            // What is kept for speed alone, and what is known of meshes that are gone.
+            self.renderer.release();
+            self.spare.clear();
+        }
+        let names = if Names::is_shared(name) { &self.shared } else { &s.names };
+        let result = LoadMemory::new(&self.budget, names.room(kind, name, &self.limits));
+        Ok(JobMemory { result, _input: self.budget.try_reserve(MemoryUse::Payloads, input as u64)? })
     }
 
     /// `MESH`: the mesh is made by a job.
-    pub(super) fn mesh_job(&mut self, s: &mut Session, name: String, source: Box<MeshSource>) -> Progress {
+    pub(super) fn mesh_job(
+        &mut self,
+        s: &mut Session,
+        name: String,
+        source: Box<MeshSource>,
+    ) -> Result<Progress, Fault> {
+        let input = if let MeshSource::Obj(bytes) = &*source { bytes.len() } else { 0 };
+        let memory = self.job_memory(s, Kind::Mesh, &name, input)?;
         let mut files = None;
         let is_small = match &*source {
             MeshSource::Obj(bytes) => {
@@ -70,41 +97,49 @@ impl Engine {
             MeshSource::Knot(nu, nv) => u64::from(*nu) * u64::from(*nv) <= SMALL_KNOT_FACES,
             _ => true,
         };
-        Progress::Job(Job::new(is_small, move |_| {
+        Ok(Progress::Job(Job::new(is_small, move |_| {
             let made = match (&*source, &mut files) {
-                (MeshSource::Obj(bytes), Some(files)) => Made::mesh_of_obj(bytes, &name, "", files),
-                (shape, _) => Made::mesh_of_shape(shape),
+                (MeshSource::Obj(bytes), Some(files)) => Made::mesh_of_obj(bytes, &name, "", files, memory),
+                (shape, _) => Made::mesh_of_shape(shape, &name, memory),
             };
             let command = Command::Mesh { name: name.clone(), source };
             JobResult::new(command, made.map(|m| m.named(name))).with_files(files)
-        }))
+        })))
     }
 
     /// `TEX`: the picture is decoded by a job.
-    pub(super) fn texture_job(&self, name: String, file: Vec<u8>) -> Progress {
-        Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |_| {
-            let made = Made::texture(&file, &name);
+    pub(super) fn texture_job(
+        &mut self,
+        s: &Session,
+        name: String,
+        file: Vec<u8>,
+    ) -> Result<Progress, Fault> {
+        let memory = self.job_memory(s, Kind::Texture, &name, file.len())?;
+        Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |_| {
+            let made = Made::texture(&file, &name, memory);
             JobResult::new(Command::Texture { name: name.clone(), file }, made.map(|m| m.named(name)))
-        }))
+        })))
     }
 
     /// `SCENE`: the file, and what it refers to, is parsed by a job.
-    pub(super) fn scene_job(&mut self, s: &mut Session, x3d: Vec<u8>) -> Progress {
+    pub(super) fn scene_job(&mut self, s: &mut Session, x3d: Vec<u8>) -> Result<Progress, Fault> {
+        let memory = self.job_memory(s, Kind::Scene, SCENE_NAME, x3d.len())?;
         let mut files = self.file_reader(s);
         let is_small = x3d.len() <= SMALL_SCENE_BYTES && !files.may_wait();
-        Progress::Job(Job::new(is_small, move |_| {
-            let made = NewScene::parse(&x3d, "SCENE", "", &mut files);
+        Ok(Progress::Job(Job::new(is_small, move |_| {
+            let made = NewScene::parse(&x3d, "SCENE", "", &mut files, memory);
             JobResult::new(Command::Scene { x3d }, made.map(NewScene::begin)).with_files(Some(files))
-        }))
+        })))
     }
 
     /// `EYE`: the scene is parsed by a job; its picture is made when it is first asked for.
-    pub(super) fn eye_job(&self, name: String, json: Vec<u8>) -> Progress {
+    pub(super) fn eye_job(&mut self, s: &Session, name: String, json: Vec<u8>) -> Result<Progress, Fault> {
         let most = self.limits.resource_bytes;
-        Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |_| {
-            let made = Made::eye(&json, &name, most);
+        let memory = self.job_memory(s, Kind::Eye, &name, json.len())?;
+        Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |_| {
+            let made = Made::eye(&json, &name, most, memory);
             JobResult::new(Command::Eye { name: name.clone(), json }, made.map(|m| m.named(name)))
-        }))
+        })))
     }
 
     /// `LOAD`: the file is read and made into what it holds by a job.
@@ -117,6 +152,13 @@ impl Engine {
     ) -> Result<Progress, Fault> {
         let mut files = self.file_reader(s);
         files.check_source(&path)?;
+        let (made_kind, named) = match kind {
+            FileKind::Mesh => (Kind::Mesh, &*name),
+            FileKind::Texture => (Kind::Texture, &*name),
+            FileKind::Scene => (Kind::Scene, SCENE_NAME),
+        };
+        // What is read is counted where it is read.
+        let memory = self.job_memory(s, made_kind, named, 0)?;
         Ok(Progress::Job(Job::new(false, move |_| {
             let bytes = match files.read(&path) {
                 Ok(bytes) => bytes,
@@ -126,14 +168,14 @@ impl Engine {
             let command = Command::Load { kind, name: name.clone(), path: path.clone() };
             let result = match kind {
                 FileKind::Mesh => {
-                    let made = Made::mesh_of_obj(&bytes, &path, beside, &mut files);
+                    let made = Made::mesh_of_obj(&bytes, &path, beside, &mut files, memory);
                     JobResult::new(command, made.map(|m| m.named(name)))
                 }
                 FileKind::Texture => {
-                    JobResult::new(command, Made::texture(&bytes, &path).map(|m| m.named(name)))
+                    JobResult::new(command, Made::texture(&bytes, &path, memory).map(|m| m.named(name)))
                 }
                 FileKind::Scene => {
-                    let made = NewScene::parse(&bytes, &path, beside, &mut files);
+                    let made = NewScene::parse(&bytes, &path, beside, &mut files, memory);
                     JobResult::new(command, made.map(NewScene::begin))
                 }
             };
@@ -145,7 +187,7 @@ impl Engine {
     fn begin_scene(&mut self, s: &mut Session, new: NewScene) -> Result<(), Fault> {
         self.note_warnings(s, new.document.warnings());
         let resource = Resource::Scene(Arc::new(new.document), new.size);
-        s.names.insert(SCENE_NAME, resource, &self.limits)?;
+        s.names.insert(SCENE_NAME, resource, new.memory.result.into_kept(), &self.limits)?;
         s.camera = new.at_start.camera.unwrap_or_default();
         s.ambient = new.at_start.ambient;
         s.lights = new.at_start.lights.into_iter().map(Some).collect();
@@ -176,8 +218,12 @@ impl Engine {
             self.put_eye(s, &eye, rect);
             return Ok(Progress::Done(Effect::Done));
         }
+        // Its pixels twice: as they are made, and as the resource keeps them, which are counted with it.
+        let held =
+            self.budget.try_reserve(MemoryUse::Draws, eye.working_bytes() + eye.size_bytes() as u64)?;
         Ok(Progress::Job(Job::new(eye.working_bytes() <= SMALL_EYE_BYTES, move |_| {
             eye.picture();
+            drop(held);
             let command = Command::DrawEye { name: name.clone(), rect };
             // The name may stand for another scene by now.
             JobResult::new(
@@ -245,15 +291,46 @@ const SMALL_KNOT_FACES: u64 = 1 << 11;
 /// A picture of the eye that is made within some 100 us takes so many bytes to make.
 const SMALL_EYE_BYTES: u64 = 8 << 10;
 
+/// What a job may hold.
+struct JobMemory {
+    /// What it reads and what it makes.
+    result: LoadMemory,
+    /// What it makes that of.
+    _input: Reservation,
+}
+
 /// What a job has made, to be given its name on the render thread.
 struct Made {
     resource: Resource,
     warnings: Vec<LoadWarning>,
+    memory: JobMemory,
+}
+
+/// Bytes that making a shape takes for each of its quads: corners, polygon, triangles, and a vertex with its normal and
+/// texture coordinates, in lists with room for twice as many that move.
+const QUAD_BYTES: u64 = 600;
+/// The same of shapes whose number of faces is fixed.
+const FIXED_SHAPE_BYTES: u64 = 1 << 20;
+/// Patches of the teapot.
+const TEAPOT_PATCHES: u64 = 32;
+
+/// Bytes that making a shape takes.
+fn shape_bytes(source: &MeshSource) -> u64 {
+    let quads = match *source {
+        MeshSource::Teapot(level) => {
+            TEAPOT_PATCHES.saturating_mul(u64::from(level).saturating_mul(level.into()))
+        }
+        MeshSource::Knot(nu, nv) => u64::from(nu).saturating_mul(nv.into()),
+        _ => 0,
+    };
+    quads.saturating_mul(QUAD_BYTES).saturating_add(FIXED_SHAPE_BYTES)
 }
 
 impl Made {
-    fn mesh_of_shape(source: &MeshSource) -> Result<Self, Fault> {
-        let mesh = match *source {
+    fn mesh_of_shape(source: &MeshSource, name: &str, mut memory: JobMemory) -> Result<Self, Fault> {
+        let refused = |kind| Fault::from(LoadError::new(Place::file(name), kind));
+        let _work = memory.result.work(shape_bytes(source)).map_err(refused)?;
+        let mut mesh = match *source {
             MeshSource::Obj(_) => Mesh::default(),
             MeshSource::Box(size) => shapes::box_(size)?,
             MeshSource::Sphere(radius) => shapes::sphere(radius)?,
@@ -262,28 +339,42 @@ impl Made {
             MeshSource::Teapot(level) => shapes::teapot(level)?,
             MeshSource::Knot(nu, nv) => shapes::knot(nu, nv)?,
         };
-        Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new() })
+        mesh.shrink_to_fit();
+        memory.result.keep(mesh.capacity_bytes() as u64).map_err(refused)?;
+        Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new(), memory })
     }
 
-    fn mesh_of_obj(bytes: &[u8], file: &str, beside: &str, files: &mut FileReader) -> Result<Self, Fault> {
-        let loaded = load::obj::parse(bytes, &mut |name| files.read_beside(beside, name), file)?;
-        Ok(Made { resource: Resource::Mesh(Arc::new(loaded.geometry)), warnings: loaded.warnings })
+    fn mesh_of_obj(
+        bytes: &[u8],
+        file: &str,
+        beside: &str,
+        files: &mut FileReader,
+        mut memory: JobMemory,
+    ) -> Result<Self, Fault> {
+        let side_files = &mut |name: &str| files.read_beside(beside, name);
+        let loaded = load::obj::parse_within(bytes, side_files, file, &mut memory.result)?;
+        let resource = Resource::Mesh(Arc::new(loaded.geometry));
+        Ok(Made { resource, warnings: loaded.warnings, memory })
     }
 
-    fn texture(bytes: &[u8], file: &str) -> Result<Self, Fault> {
-        let texture = load::texture::decode_file(bytes, file)?;
-        Ok(Made { resource: Resource::Texture(Arc::new(texture)), warnings: Vec::new() })
+    fn texture(bytes: &[u8], file: &str, mut memory: JobMemory) -> Result<Self, Fault> {
+        let texture = load::texture::decode_within(bytes, file, &mut memory.result)?;
+        Ok(Made { resource: Resource::Texture(Arc::new(texture)), warnings: Vec::new(), memory })
     }
 
-    fn eye(json: &[u8], name: &str, most: u64) -> Result<Self, Fault> {
+    fn eye(json: &[u8], name: &str, most: u64, mut memory: JobMemory) -> Result<Self, Fault> {
+        let refused = |kind| Fault::from(LoadError::new(Place::file(name), kind));
+        let work = memory.result.work(eye::json_bytes(json)).map_err(refused)?;
         let eye = Eye::new(EyeScene::from_json(json)?);
+        drop(work);
         let working = eye.working_bytes();
         if working > most {
             let message =
                 format!("a picture of the eye may take {most} bytes to make, and this one takes {working}");
             return Err(Fault::new(Code::TooBig, message).got(name));
         }
-        Ok(Made { resource: Resource::Eye(Arc::new(eye)), warnings: Vec::new() })
+        memory.result.keep(eye.size_bytes() as u64).map_err(refused)?;
+        Ok(Made { resource: Resource::Eye(Arc::new(eye)), warnings: Vec::new(), memory })
     }
 
     /// The effect: `name` stands for it.
@@ -294,7 +385,7 @@ impl Made {
     {
         move |engine, s, _| {
             engine.note_warnings(s, &self.warnings);
-            engine.keep(s, &name, self.resource)?;
+            engine.keep(s, &name, self.resource, self.memory.result.into_kept())?;
             Ok(Progress::Done(Effect::Done))
         }
     }
@@ -304,17 +395,27 @@ impl Made {
 struct NewScene {
     document: X3dDocument,
     at_start: Scene,
-    /// Bytes that it takes, about.
+    /// Bytes that it takes.
     size: u64,
+    memory: JobMemory,
+    /// What its objects take.
+    _at_start: Reservation,
 }
 
 impl NewScene {
-    fn parse(x3d: &[u8], file: &str, beside: &str, files: &mut FileReader) -> Result<Self, Fault> {
-        let document = load::x3d::parse(x3d, file, &mut |name| files.read_beside(beside, name))?;
+    fn parse(
+        x3d: &[u8],
+        file: &str,
+        beside: &str,
+        files: &mut FileReader,
+        mut memory: JobMemory,
+    ) -> Result<Self, Fault> {
+        let opener = &mut |name: &str| files.read_beside(beside, name);
+        let document = load::x3d::parse_within(x3d, file, opener, &mut memory.result)?;
+        let held = memory.result.budget().try_reserve(MemoryUse::Draws, document.scene_bytes())?;
         let at_start = document.at(0.0);
-        let meshes: usize = at_start.objects.iter().map(|o| o.geometry.mesh.size_bytes()).sum();
-        let size = x3d.len() as u64 + files.side_bytes() + meshes as u64;
-        Ok(NewScene { document, at_start, size })
+        let size = memory.result.kept_bytes();
+        Ok(NewScene { document, at_start, size, memory, _at_start: held })
     }
 
     /// The effect: it is the connection's scene.

@@ -5,17 +5,23 @@ use super::{Effect, Engine, IdNames, Progress};
 use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
 use crate::math::matrix;
-use crate::memory::{DepthFormat, IdMemory};
+use crate::memory::{DepthFormat, IdMemory, MemoryUse};
 use crate::pipeline::budget::BudgetKind;
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
-    Camera, CameraError, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene, TextureUse,
-    TransparencyOrder, Viewport,
+    Camera, CameraError, HiddenSurface, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene,
+    TextureUse, TransparencyOrder, Viewport,
 };
 use crate::server::Session;
 use crate::server::names::Kind;
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
+
+/// Bytes of a name in the tables of ids, its letters aside.
+const NAME_BYTES: u64 = 96;
+
+/// Bytes of a pixel in the id memory.
+const ID_BYTES: u64 = 8;
 
 /// Names that the id memory can stand for before those out of use are forgotten.
 const MAX_ID_NAMES: usize = 1 << 16;
@@ -68,6 +74,12 @@ impl Engine {
                 if !s.has_stack_room(&self.limits) {
                     let message = format!("the matrix stack holds at most {}", self.limits.matrix_stack);
                     return Err(Fault::new(Code::Quota, message));
+                }
+                if s.stack.len() == s.stack.capacity() {
+                    // Twice as many at a time, as lists grow.
+                    let bytes = 2 * (s.stack.len().max(4) * size_of::<DMat4>()) as u64;
+                    let held = s.held.get_or_insert_with(|| self.budget.empty(MemoryUse::Resources));
+                    held.try_cover(bytes)?;
                 }
                 s.stack.push(s.model);
                 return Ok(());
@@ -151,6 +163,7 @@ impl Engine {
         if format != self.depth_format {
             self.depth_format = format;
             self.depth = None;
+            self.held.depth.shrink_to(0);
         }
     }
 
@@ -203,7 +216,7 @@ impl Engine {
             let mut wanted = Wanted::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
             let Some(choice) = self.known_choice(&wanted) else {
                 let command = Command::Draw { name: name.clone() };
-                return Ok(self.search_job(command, wanted, move |e, s, found| e.draw(s, name, Some(found))));
+                return self.search_job(command, wanted, move |e, s, found| e.draw(s, name, Some(found)));
             };
             wanted.apply(&choice);
             let cheaper = wanted.cheaper_draw(&call);
@@ -211,8 +224,13 @@ impl Engine {
             call.lights = &kept_lights;
             (call.shade, call.sampling, call.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
         }
-        let (renderer, mut target) = self.target();
-        let stats = renderer.draw(&mut target, &call)?;
+        let result = {
+            self.reserve_target(call.hide)?;
+            let (renderer, mut target) = self.target();
+            renderer.draw(&mut target, &call)
+        };
+        self.count_target();
+        let stats = result?;
         self.check_abandoned("DRAW")?;
         self.follow_draw(&call, &name);
         self.note_draw(s, &stats);
@@ -234,6 +252,8 @@ impl Engine {
         if viewport.width == 0 || viewport.height == 0 {
             return Ok(Progress::Done(Effect::Done));
         }
+        let bytes = document.scene_bytes();
+        let _objects = self.with_room(|engine| engine.budget.try_reserve(MemoryUse::Draws, bytes))?;
         let mut scene = match found {
             Some(found) => self.note_found(found).scene,
             None => {
@@ -260,13 +280,18 @@ impl Engine {
                 let command = Command::DrawScene { time, sorted };
                 let then =
                     move |e: &mut Engine, s: &mut Session, found| e.draw_scene(s, time, sorted, Some(found));
-                return Ok(self.search_job(command, wanted, then));
+                return self.search_job(command, wanted, then);
             };
             wanted.apply(&choice);
             (scene, options) = (wanted.scene, wanted.options);
         }
-        let (renderer, mut target) = self.target();
-        let stats = renderer.draw_scene(&mut target, &scene, &options)?;
+        let result = {
+            self.reserve_target(options.hide)?;
+            let (renderer, mut target) = self.target();
+            renderer.draw_scene(&mut target, &scene, &options)
+        };
+        self.count_target();
+        let stats = result?;
         self.check_abandoned("DRAWSCENE")?;
         self.follow_scene(&scene, &options);
         self.note_draw(s, &stats);
@@ -286,8 +311,31 @@ impl Engine {
         if !is_there {
             self.id_names.last_scene = names.len() as u32;
             names.extend(scene.objects.iter().map(|o| Arc::from(o.name.as_str())));
+            let bytes: u64 = scene.objects.iter().map(|o| o.name.len() as u64 + NAME_BYTES).sum();
+            self.id_names.bytes += bytes;
+            self.held.names.set(self.id_names.bytes);
         }
         self.id_names.last_scene
+    }
+
+    /// Reserves the memories that a draw will open.
+    pub(super) fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), Fault> {
+        let (width, height) = (u64::from(self.memory.width()), u64::from(self.memory.height()));
+        if self.ids.is_none() {
+            self.with_room(|engine| engine.held.ids.try_cover(width * height * ID_BYTES))?;
+        }
+        if self.depth.is_none() && hide == HiddenSurface::ZBuffer {
+            // A row has a word of cells that are still to be cleared.
+            let bytes = width * height * self.depth_format.bytes_per_pixel() as u64 + height * 16;
+            self.with_room(|engine| engine.held.depth.try_cover(bytes))?;
+        }
+        Ok(())
+    }
+
+    /// States what these memories hold.
+    fn count_target(&mut self) {
+        self.held.depth.set(self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64));
+        self.held.ids.set(self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64));
     }
 
     /// What draws, and the memories that it writes; ids are kept from the first draw on, since a PICK may come.
@@ -336,10 +384,15 @@ impl Engine {
 
     /// The number that stands for `name` in the id memory.
     pub(super) fn id_of(&mut self, name: &str) -> u32 {
-        if self.id_names.names.len() >= MAX_ID_NAMES && !self.id_names.numbers.contains_key(name) {
-            self.forget_unused_ids();
+        if !self.id_names.numbers.contains_key(name) {
+            let is_full = self.budget.available() < name.len() as u64 + NAME_BYTES;
+            if is_full || self.id_names.names.len() >= MAX_ID_NAMES {
+                self.forget_unused_ids();
+            }
         }
-        self.id_names.number(name)
+        let number = self.id_names.number(name);
+        self.held.names.set(self.id_names.bytes);
+        number
     }
 
     /// Keeps the names alone that some pixel stands for, under new numbers.
@@ -363,6 +416,7 @@ impl IdNames {
             return number;
         }
         let (name, number): (Arc<str>, _) = (name.into(), self.names.len() as u32);
+        self.bytes += name.len() as u64 + NAME_BYTES;
         self.names.push(name.clone());
         self.numbers.insert(name, number);
         number

@@ -83,6 +83,9 @@ pub(super) struct Leaving {
 impl Connection {
     pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
         let Opening { audience, may_replay, source, on_notice, on_end } = opening;
+        if let Source::Stream { outbox, .. } = &source {
+            outbox.set_budget(engine.memory_budget());
+        }
         Connection {
             id,
             stream: Stream::new(engine, id, audience),

@@ -146,7 +146,12 @@ impl Loop {
                 self.queued_bytes += batch.filled as u64;
                 // Its turn is far: others could use the buffer in the meantime.
                 if self.slow > 0 {
+                    if self.engine.memory_budget().available() < batch.filled as u64 {
+                        self.queued_bytes -= batch.filled as u64;
+                        return self.give_up(id);
+                    }
                     batch.keep_from(0);
+                    self.engine.count_queue(self.queued_bytes);
                 }
                 self.with(id, |c| {
                     c.add_bytes(batch);
@@ -173,6 +178,20 @@ impl Loop {
         }
     }
 
+    /// Ends a connection for whose bytes there is no memory left, with a word.
+    fn give_up(&mut self, id: Id) {
+        let Some(mut connection) = self.connections.remove(&id) else { return };
+        let limit = self.engine.memory_budget().limit();
+        let message = format!("ERR 0 0 EQUOTA CONNECT: all of the {limit} bytes of memory are in use\n");
+        connection.reply(&mut message.into_bytes(), usize::MAX, &self.sender);
+        self.slow -= usize::from(connection.is_slow);
+        self.in_pieces = self.in_pieces.filter(|other| *other != id);
+        self.engine.set_in_pieces(self.in_pieces.is_some());
+        self.queued_bytes -= connection.queued_bytes;
+        self.engine.count_queue(self.queued_bytes);
+        self.leaving.extend(connection.close(&mut self.engine));
+    }
+
     /// Does something to a connection, and puts it into the round when it can run. One that is over is not there.
     fn with(&mut self, id: Id, action: impl FnOnce(&mut Connection)) {
         if let Some(connection) = self.connections.get_mut(&id) {
@@ -192,6 +211,7 @@ impl Loop {
             Input::Event(event) => {
                 let limit = self.engine.limits().reply_bytes;
                 for connection in self.connections.values_mut() {
+                    let limit = limit.min(self.engine.reply_room(connection.unread()));
                     if connection.stream.session().events {
                         connection.tell_event(&event, limit, &self.sender);
                     }
@@ -224,7 +244,8 @@ impl Loop {
         connection.is_queued = false;
         let queued_before = connection.queued_bytes;
         let limit = self.engine.limits().reply_bytes;
-        let reply_bytes = limit.saturating_sub(connection.unread()).max(1);
+        let unread = connection.unread();
+        let reply_bytes = limit.saturating_sub(unread).min(self.engine.reply_room(unread)).max(1);
         let now = Instant::now();
         let others =
             u32::try_from(self.round.len() + self.brief.len() + self.buffers.ready()).unwrap_or(u32::MAX);
@@ -270,6 +291,7 @@ impl Loop {
         }
         let run_bytes = queued_before - connection.queued_bytes;
         self.queued_bytes -= run_bytes;
+        self.engine.count_queue(self.queued_bytes);
         let took = now.elapsed();
         connection.last_turn = took;
         self.ran_since += took;

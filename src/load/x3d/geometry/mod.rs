@@ -11,7 +11,7 @@ mod flat;
 mod lines;
 mod normals;
 mod solids;
-mod text;
+pub(super) mod text;
 mod vertices;
 
 use super::graph::{NodeId, View};

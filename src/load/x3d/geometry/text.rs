@@ -138,8 +138,7 @@ pub(super) fn build(view: &View, id: NodeId) -> Result<Built> {
     let shrink = if max_extent > 0.0 && longest > max_extent { max_extent / longest } else { 1.0 };
     let lines: Vec<Line> =
         texts.iter().enumerate().map(|(i, t)| Line { text: t, stretch: natural(i, t) * shrink }).collect();
-    let lit = |c: char| glyph(c).iter().map(|row| u64::from(row.count_ones())).sum::<u64>();
-    let faces = texts.iter().flat_map(|t| t.chars()).map(lit).sum();
+    let faces = squares(texts);
     if faces > MAX_MADE_FACES {
         return Err(too_big(id, "string", faces));
     }
@@ -150,6 +149,12 @@ pub(super) fn build(view: &View, id: NodeId) -> Result<Built> {
     }
     built.mesh = mesh;
     Ok(built)
+}
+
+/// How many squares the letters of these texts are made of.
+pub(in super::super) fn squares(texts: &[String]) -> u64 {
+    let lit = |c: char| glyph(c).iter().map(|row| u64::from(row.count_ones())).sum::<u64>();
+    texts.iter().flat_map(|t| t.chars()).map(lit).sum()
 }
 
 /// Adds one character: its lower left corner and the size of its pixels in units of `size`.

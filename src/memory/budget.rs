@@ -1,0 +1,322 @@
+//! The memory budget: one bound on everything that strangers can make a process hold.
+//!
+//! In: reservations, made before memory is asked for, each for one use. Out: a [`Reservation`] that gives its bytes back when
+//! it is dropped, or [`OverBudget`] with the figures. Runs on any thread: counters are atomic, and a reservation is made by one
+//! compare-and-exchange on their sum. Promises that the sum of what [`MemoryBudget::try_reserve`] granted is never over the
+//! limit; what [`Reservation::set`] states of bytes that exist already is counted beside it and makes the next request fail.
+//! One would know by `STATS`, which prints every counter, and by the tests that count what the allocator holds.
+
+use crate::error::{Code, Fault};
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// A use of memory that is counted by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MemoryUse {
+    /// The frame, its depth and ids, and the copies that a display shows.
+    Frame,
+    /// Meshes, textures and scenes with names, and the tables that the renderer keeps of them.
+    Resources,
+    /// Decoders' tables and buffers, while a file is read.
+    Decoders,
+    /// Working memory of draws, some of it kept for the next one.
+    Draws,
+    /// Replies that clients have not read.
+    Replies,
+    /// Recorded commands that are not in their file yet.
+    Records,
+    /// Payloads that have not come whole, and received bytes that wait to be run.
+    Payloads,
+}
+
+impl MemoryUse {
+    /// Every use, in the order of `STATS`.
+    pub const ALL: [MemoryUse; 7] = [
+        MemoryUse::Frame,
+        MemoryUse::Resources,
+        MemoryUse::Decoders,
+        MemoryUse::Draws,
+        MemoryUse::Replies,
+        MemoryUse::Records,
+        MemoryUse::Payloads,
+    ];
+
+    /// The use's name in `STATS` and in messages.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            MemoryUse::Frame => "frame",
+            MemoryUse::Resources => "resources",
+            MemoryUse::Decoders => "decoders",
+            MemoryUse::Draws => "draws",
+            MemoryUse::Replies => "replies",
+            MemoryUse::Records => "records",
+            MemoryUse::Payloads => "payloads",
+        }
+    }
+}
+
+/// A refused reservation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{needed} bytes more of memory for {} are needed, and {used} of the {limit} bytes that there may be are in use",
+    .purpose.as_str()
+)]
+pub struct OverBudget {
+    /// The use that asked.
+    pub purpose: MemoryUse,
+    /// Bytes that it asked for.
+    pub needed: u64,
+    /// Bytes in use, of all uses.
+    pub used: u64,
+    /// The limit of all uses together.
+    pub limit: u64,
+}
+
+impl OverBudget {
+    /// The protocol's code for this error.
+    pub fn code(&self) -> Code {
+        Code::Quota
+    }
+}
+
+impl From<OverBudget> for Fault {
+    fn from(e: OverBudget) -> Self {
+        Fault::new(e.code(), e.to_string())
+    }
+}
+
+#[derive(Debug)]
+struct Counters {
+    limit: u64,
+    total: AtomicU64,
+    uses: [AtomicU64; MemoryUse::ALL.len()],
+}
+
+/// A limit and what is used of it. Clones share both.
+#[derive(Clone)]
+pub struct MemoryBudget(Arc<Counters>);
+
+impl MemoryBudget {
+    /// A budget of `limit` bytes, all of them free.
+    pub fn new(limit: u64) -> Self {
+        MemoryBudget(Arc::new(Counters { limit, total: AtomicU64::new(0), uses: Default::default() }))
+    }
+
+    /// A budget that refuses nothing, and counts.
+    pub fn unlimited() -> Self {
+        MemoryBudget::new(u64::MAX)
+    }
+
+    /// The limit in bytes.
+    pub fn limit(&self) -> u64 {
+        self.0.limit
+    }
+
+    /// Bytes in use for one purpose.
+    pub fn used_for(&self, purpose: MemoryUse) -> u64 {
+        self.0.uses[purpose as usize].load(Relaxed)
+    }
+
+    /// Bytes in use.
+    pub fn used(&self) -> u64 {
+        self.0.total.load(Relaxed)
+    }
+
+    /// Bytes that are free.
+    pub fn available(&self) -> u64 {
+        self.0.limit.saturating_sub(self.used())
+    }
+
+    /// Whether less than a quarter is free: what is kept for speed alone is then better given back.
+    pub fn is_tight(&self) -> bool {
+        self.available() < self.limit() / 4
+    }
+
+    /// A reservation of nothing, to be grown.
+    pub fn empty(&self, purpose: MemoryUse) -> Reservation {
+        Reservation { budget: self.clone(), purpose, bytes: 0 }
+    }
+
+    /// Reserves `bytes`.
+    ///
+    /// # Errors
+    /// When they are more than what is free.
+    pub fn try_reserve(&self, purpose: MemoryUse, bytes: u64) -> Result<Reservation, OverBudget> {
+        let mut reservation = self.empty(purpose);
+        reservation.try_grow(bytes)?;
+        Ok(reservation)
+    }
+
+    /// Reserves `bytes`, or what is free if that is less.
+    pub fn reserve_up_to(&self, purpose: MemoryUse, bytes: u64) -> Reservation {
+        let mut reservation = self.empty(purpose);
+        // What is free may shrink between the look and the attempt.
+        while reservation.try_grow(bytes.min(self.available())).is_err() {}
+        reservation
+    }
+
+    fn add(&self, purpose: MemoryUse, bytes: u64) -> Result<(), OverBudget> {
+        let Counters { limit, total, uses } = &*self.0;
+        let fits = |used: u64| used.checked_add(bytes).filter(|sum| bytes == 0 || sum <= limit);
+        match total.fetch_update(Relaxed, Relaxed, fits) {
+            Ok(_) => {
+                uses[purpose as usize].fetch_add(bytes, Relaxed);
+                Ok(())
+            }
+            Err(used) => Err(OverBudget { purpose, needed: bytes, used, limit: *limit }),
+        }
+    }
+
+    fn remove(&self, purpose: MemoryUse, bytes: u64) {
+        self.0.total.fetch_sub(bytes, Relaxed);
+        self.0.uses[purpose as usize].fetch_sub(bytes, Relaxed);
+    }
+}
+
+impl Default for MemoryBudget {
+    fn default() -> Self {
+        MemoryBudget::unlimited()
+    }
+}
+
+impl fmt::Debug for MemoryBudget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MemoryBudget({} of {} bytes)", self.used(), self.limit())
+    }
+}
+
+/// Bytes of a budget that are in use until this is dropped.
+#[derive(Debug)]
+pub struct Reservation {
+    budget: MemoryBudget,
+    purpose: MemoryUse,
+    bytes: u64,
+}
+
+impl Reservation {
+    /// Bytes that are reserved.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// The budget that they are of.
+    pub fn budget(&self) -> &MemoryBudget {
+        &self.budget
+    }
+
+    /// Reserves `more` bytes.
+    ///
+    /// # Errors
+    /// When they are more than what is free; the reservation is then as it was.
+    pub fn try_grow(&mut self, more: u64) -> Result<(), OverBudget> {
+        self.budget.add(self.purpose, more)?;
+        self.bytes += more;
+        Ok(())
+    }
+
+    /// Reserves so many more that `bytes` are reserved; never fewer than before.
+    ///
+    /// # Errors
+    /// When they are more than what is free; the reservation is then as it was.
+    #[inline]
+    pub fn try_cover(&mut self, bytes: u64) -> Result<(), OverBudget> {
+        match bytes.checked_sub(self.bytes) {
+            None | Some(0) => Ok(()),
+            Some(more) => self.try_grow(more),
+        }
+    }
+
+    /// Gives back all but `bytes`.
+    pub fn shrink_to(&mut self, bytes: u64) {
+        if let Some(fewer @ 1..) = self.bytes.checked_sub(bytes) {
+            self.budget.remove(self.purpose, fewer);
+            self.bytes = bytes;
+        }
+    }
+
+    /// States that `bytes` are held, whether they fit or not: they exist. What is over the limit refuses others.
+    pub fn set(&mut self, bytes: u64) {
+        if let Some(more @ 1..) = bytes.checked_sub(self.bytes) {
+            let Counters { total, uses, .. } = &*self.budget.0;
+            total.fetch_add(more, Relaxed);
+            uses[self.purpose as usize].fetch_add(more, Relaxed);
+            self.bytes = bytes;
+        } else {
+            self.shrink_to(bytes);
+        }
+    }
+
+    /// Counts the bytes as used for another purpose.
+    pub fn change_use(&mut self, purpose: MemoryUse) {
+        let uses = &self.budget.0.uses;
+        uses[purpose as usize].fetch_add(self.bytes, Relaxed);
+        uses[self.purpose as usize].fetch_sub(self.bytes, Relaxed);
+        self.purpose = purpose;
+    }
+}
+
+impl Drop for Reservation {
+    fn drop(&mut self) {
+        self.shrink_to(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_grants_what_is_free_and_names_the_figures_when_it_refuses() {
+        let budget = MemoryBudget::new(100);
+        let mut a = budget.try_reserve(MemoryUse::Draws, 60).unwrap();
+        let refused = budget.try_reserve(MemoryUse::Decoders, 41).unwrap_err();
+        assert_eq!(refused, OverBudget { purpose: MemoryUse::Decoders, needed: 41, used: 60, limit: 100 });
+        assert_eq!(
+            Fault::from(refused).to_string(),
+            "EQUOTA 41 bytes more of memory for decoders are needed, and 60 of the 100 bytes that there may be \
+             are in use"
+        );
+        let mut b = budget.try_reserve(MemoryUse::Decoders, 40).unwrap();
+        assert_eq!((budget.used(), budget.available()), (100, 0));
+        assert!(a.try_cover(60).is_ok() && a.try_cover(61).is_err() && a.bytes() == 60);
+        b.shrink_to(10);
+        b.change_use(MemoryUse::Resources);
+        assert_eq!((budget.used_for(MemoryUse::Decoders), budget.used_for(MemoryUse::Resources)), (0, 10));
+        assert_eq!(budget.reserve_up_to(MemoryUse::Payloads, 1000).bytes(), 30);
+        drop((a, b));
+        assert_eq!(budget.used(), 0);
+        assert!(budget.try_reserve(MemoryUse::Draws, u64::MAX).is_err());
+    }
+
+    #[test]
+    fn what_exists_is_counted_even_over_the_limit_and_refuses_others() {
+        let budget = MemoryBudget::new(100);
+        let mut replies = budget.empty(MemoryUse::Replies);
+        replies.set(150);
+        assert_eq!((budget.used(), budget.available()), (150, 0));
+        assert!(budget.try_reserve(MemoryUse::Draws, 1).is_err());
+        assert!(budget.try_reserve(MemoryUse::Draws, 0).is_ok(), "nothing always fits");
+        replies.set(20);
+        assert_eq!(budget.used(), 20);
+    }
+
+    #[test]
+    fn many_threads_together_never_hold_more_than_the_limit() {
+        let budget = MemoryBudget::new(1000);
+        let granted = std::thread::scope(|scope| {
+            let ask = || {
+                let one = |i: u64| budget.try_reserve(MemoryUse::Decoders, i % 37).ok();
+                let held: Vec<_> = (0..200).filter_map(one).collect();
+                assert!(budget.used() <= 1000);
+                held
+            };
+            let threads: Vec<_> = (0..8).map(|_| scope.spawn(ask)).collect();
+            threads.into_iter().flat_map(|t| t.join().unwrap()).collect::<Vec<_>>()
+        });
+        let sum: u64 = granted.iter().map(Reservation::bytes).sum();
+        assert!(sum <= 1000 && sum == budget.used() && sum > 900, "{sum}");
+        drop(granted);
+        assert_eq!(budget.used(), 0);
+    }
+}

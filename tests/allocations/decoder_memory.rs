@@ -1,0 +1,243 @@
+//! What reading files takes, against an allocator that counts: never more than was asked for before.
+//!
+//! Fear: that a small file takes much memory, because an estimate made before it is read is too low, or is not made at all.
+
+use crate::TURN;
+use crate::counting::most_held;
+use fbptr::error::Code;
+use fbptr::load::{LoadError, LoadMemory, obj, texture, x3d};
+use fbptr::memory::{MemoryBudget, MemoryUse};
+use image::{ExtendedColorType, ImageEncoder};
+use std::sync::PoisonError;
+
+/// Reads something within ever larger budgets, and holds each attempt to its budget: those that are refused, and the first that is
+/// not. Answers that budget.
+fn least_budget<T>(what: &str, read: impl Fn(&mut LoadMemory) -> Result<T, LoadError>) -> u64 {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    // Tables that are made once a process are not the file's.
+    drop(read(&mut LoadMemory::unlimited()));
+    for limit in std::iter::successors(Some(64u64 << 10), |limit| Some(limit + limit / 3)).take(60) {
+        let budget = MemoryBudget::new(limit);
+        let (result, held) = most_held(|| {
+            let mut memory = LoadMemory::new(&budget, u64::MAX);
+            let result = read(&mut memory);
+            (result.is_ok(), result.map(drop).err(), memory.kept_bytes())
+        });
+        let (is_read, error, kept) = result;
+        println!("{what}: {held} bytes held of {limit}, {kept} kept, {error:?}");
+        assert!(held <= limit + (32 << 10), "{what}: {held} bytes held with a budget of {limit}");
+        assert_eq!(budget.used(), 0, "{what}: everything is given back");
+        if is_read {
+            return limit;
+        }
+        assert_eq!(error.map(|e| e.code()), Some(Code::Quota), "{what}");
+    }
+    panic!("{what}: no budget is enough")
+}
+
+fn png(width: u32, height: u32, color: ExtendedColorType) -> Vec<u8> {
+    let mut out = Vec::new();
+    let bytes = (u64::from(width) * u64::from(height) * u64::from(color.bits_per_pixel()) / 8) as usize;
+    image::codecs::png::PngEncoder::new(&mut out).write_image(&vec![0; bytes], width, height, color).unwrap();
+    out
+}
+
+#[test]
+fn pictures_are_unpacked_within_what_their_headers_ask_for() {
+    let side = 700;
+    for color in [ExtendedColorType::Rgba8, ExtendedColorType::L8, ExtendedColorType::Rgba16] {
+        let file = png(side, side, color);
+        let limit =
+            least_budget(&format!("PNG {color:?}"), |memory| texture::decode_within(&file, "t", memory));
+        assert!(limit < 48 << 20, "{limit} bytes for a picture of 2 MB");
+    }
+    let pixels: Vec<u8> = (0..side * side * 3).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let mut jpeg = Vec::new();
+    image::codecs::jpeg::JpegEncoder::new(&mut jpeg)
+        .write_image(&pixels, side, side, ExtendedColorType::Rgb8)
+        .unwrap();
+    least_budget("JPEG", |memory| texture::decode_within(&jpeg, "t", memory));
+    let mut gif = Vec::new();
+    let picture = image::RgbaImage::from_fn(side, side, |x, y| image::Rgba([x as u8, y as u8, 7, 255]));
+    image::codecs::gif::GifEncoder::new(&mut gif).encode_frame(image::Frame::new(picture.clone())).unwrap();
+    least_budget("GIF", |memory| texture::decode_within(&gif, "t", memory));
+    for (name, format) in [("t.bmp", image::ImageFormat::Bmp), ("t.tga", image::ImageFormat::Tga)] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut file, format).unwrap();
+        least_budget(name, |memory| texture::decode_within(file.get_ref(), name, memory));
+    }
+    let pnm = [b"P6 700 700 255\n", &pixels[..]].concat();
+    least_budget("PNM", |memory| texture::decode_within(&pnm, "t", memory));
+}
+
+#[test]
+fn a_picture_is_refused_before_a_pixel_is_unpacked() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    // 64 MB of pixels, 85 MB more of smaller levels.
+    let file = png(4096, 4096, ExtendedColorType::Rgba8);
+    let unlimited = MemoryBudget::unlimited();
+    let (result, held) =
+        most_held(|| texture::decode_within(&file, "t", &mut LoadMemory::new(&unlimited, 10_000_000)));
+    let error = result.map(drop).unwrap_err();
+    assert_eq!(
+        (error.code(), error.to_string().contains("the quota leaves 10000000")),
+        (Code::Quota, true),
+        "{error}"
+    );
+    assert!(held < 1 << 20, "{held} bytes were held");
+    let budget = MemoryBudget::new(50 << 20);
+    let (result, held) =
+        most_held(|| texture::decode_within(&file, "t", &mut LoadMemory::new(&budget, u64::MAX)));
+    assert_eq!(result.map(drop).unwrap_err().code(), Code::Quota);
+    assert!(held < 1 << 20, "{held} bytes were held");
+}
+
+#[test]
+fn obj_files_are_read_within_what_their_text_asks_for() {
+    let many = |line: &str, count: usize| line.repeat(count);
+    let vertices = "v 1 2 3\n".repeat(1000);
+    let cases = [
+        ("positions", many("v 0 0 0\n", 30_000)),
+        ("long numbers", many("v 1e15 1e15 1e15 1 1 1\n", 20_000)),
+        (
+            "all of a vertex",
+            many("v 0 0 1\nvt 0 0\nvn 0 0 1\n", 10_000) + &many("f -1/-1/-1 -2/-2/-2 -3/-3/-3\n", 9_000),
+        ),
+        ("triangles", vertices.clone() + &many("f 1 2 3\n", 40_000)),
+        ("squares of three", vertices.clone() + &many("f 1 2 3 4\n", 30_000)),
+        ("one polygon", vertices.clone() + "f" + &" 1 2 3".repeat(300) + "\n"),
+        ("points", vertices.clone() + &many("p 1\n", 66_000)),
+        ("lines", vertices.clone() + &many("l 1 2\n", 33_000)),
+        ("blank lines", many("\n", 400_000)),
+        ("comments", many("#\n", 200_000)),
+        ("joined lines", vertices.clone() + "f 1 2 3" + &many("\\\n", 100_000) + "\n"),
+        ("unknown statements", vertices.clone() + &(0..9000).map(|i| format!("a{i}\n")).collect::<String>()),
+        (
+            "material names",
+            vertices + &(0..9000).map(|i| format!("usemtl {i}\nf 1 2 3\n")).collect::<String>(),
+        ),
+    ];
+    for (name, text) in cases {
+        let limit =
+            least_budget(name, |memory| obj::parse_within(text.as_bytes(), &mut |_| None, "m", memory));
+        assert!(
+            limit < 600 * text.len() as u64 + (1 << 20),
+            "{name}: {limit} bytes for {} of text",
+            text.len()
+        );
+    }
+}
+
+#[test]
+fn x3d_files_are_read_within_what_their_text_asks_for() {
+    let scene = |inside: &str| format!("<X3D><Scene>{inside}</Scene></X3D>");
+    let shape = |geometry: &str| format!("<Shape>{geometry}</Shape>");
+    let numbers = "0 0 1 ".repeat(20_000);
+    let texture = {
+        let file = png(600, 600, ExtendedColorType::Rgba8);
+        let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
+        format!("<Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Box/></Shape>")
+    };
+    let cases = [
+        ("groups", "<Group/>".repeat(20_000)),
+        ("blanks", "<a/> ".repeat(33_000)),
+        ("unknown nodes", "<a/>".repeat(20_000)),
+        ("attributes", "<Group a='1' b='2' c='3' d='4'/>".repeat(8_000)),
+        ("names", (0..9_000).map(|i| format!("<Group DEF='a{i}'/>")).collect()),
+        ("lines", "\n".repeat(300_000)),
+        ("boxes", shape("<Box/>").repeat(4_000)),
+        ("extrusions", shape("<Extrusion spine='0 0 0 0 1 0 0 2 0 0 3 0'/>").repeat(300)),
+        (
+            "one long extrusion",
+            shape(&format!(
+                "<Extrusion spine='{}'/>",
+                (0..2000).map(|i| format!("0 {i} 0 ")).collect::<String>()
+            )),
+        ),
+        ("points", shape(&format!("<PointSet><Coordinate point='{numbers}'/></PointSet>"))),
+        (
+            "lines of points",
+            shape(&format!("<LineSet vertexCount='20000'><Coordinate point='{numbers}'/></LineSet>")),
+        ),
+        (
+            "a face set",
+            shape(&format!(
+                "<IndexedFaceSet coordIndex='{}'><Coordinate point='0 0 0 1 0 0 0 1 0'/></IndexedFaceSet>",
+                "0 1 2 -1 ".repeat(20_000)
+            )),
+        ),
+        (
+            "triangles",
+            shape(&format!(
+                "<IndexedTriangleSet index='{}'><Coordinate point='0 0 0 1 0 0 0 1 0'/></IndexedTriangleSet>",
+                "0 1 2 ".repeat(20_000)
+            )),
+        ),
+        (
+            "a triangle fan",
+            shape(&format!(
+                "<IndexedTriangleFanSet index='{}'><Coordinate point='0 0 0 1 0 0 0 1 0'/></IndexedTriangleFanSet>",
+                "0 1 2 ".repeat(10_000)
+            )),
+        ),
+        (
+            "a grid",
+            shape(&format!(
+                "<ElevationGrid xDimension='150' zDimension='150' height='{}'/>",
+                "1 ".repeat(22_500)
+            )),
+        ),
+        ("text", shape(&format!("<Text string='\"{}\"'/>", "W".repeat(4_000)))),
+        ("a texture", texture),
+        (
+            "a pixel texture",
+            format!(
+                "<Shape><Appearance><PixelTexture image='200 200 1 {}'/></Appearance><Box/></Shape>",
+                "1 ".repeat(40_000)
+            ),
+        ),
+    ];
+    for (name, inside) in cases {
+        let text = scene(&inside);
+        least_budget(name, |memory| x3d::parse_within(text.as_bytes(), "s", &mut |_| None, memory));
+    }
+}
+
+#[test]
+fn what_a_scene_keeps_is_counted_with_its_textures_and_meshes() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let file = png(2048, 2048, ExtendedColorType::Rgba8);
+    let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
+    let text = format!(
+        "<X3D><Scene><Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Sphere/></Shape></Scene></X3D>"
+    );
+    let budget = MemoryBudget::unlimited();
+    let mut memory = LoadMemory::new(&budget, u64::MAX);
+    let document = x3d::parse_within(text.as_bytes(), "s", &mut |_| None, &mut memory).unwrap();
+    let kept = memory.into_kept();
+    assert!(kept.bytes() > 2048 * 2048 * 4, "{} bytes kept", kept.bytes());
+    assert_eq!(budget.used_for(MemoryUse::Resources), kept.bytes());
+    assert_eq!(budget.used_for(MemoryUse::Decoders), 0);
+    drop((document, kept));
+    assert_eq!(budget.used(), 0);
+    let mut memory = LoadMemory::new(&budget, 8 << 20);
+    let refused = x3d::parse_within(text.as_bytes(), "s", &mut |_| None, &mut memory).map(drop).unwrap_err();
+    assert_eq!(refused.code(), Code::Quota);
+}
+
+#[test]
+fn a_scene_says_what_its_objects_take_however_often_they_are_used() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    // Ten times ten times ... shapes in a few hundred bytes.
+    let mut text = String::from("<X3D><Scene><Group DEF='g0'><Shape><Box/></Shape></Group>");
+    for i in 1..5 {
+        let uses = format!("<Group USE='g{}'/>", i - 1).repeat(8);
+        text += &format!("<Group DEF='g{i}'>{uses}</Group>");
+    }
+    text += "</Scene></X3D>";
+    let document = x3d::parse(text.as_bytes(), "s", &mut |_| None).unwrap();
+    let (scene, held) = most_held(|| document.at(0.0));
+    assert!(scene.objects.len() > 4000);
+    let stated = document.scene_bytes();
+    assert!(held <= stated && stated < 4 * held, "{held} bytes held, {stated} stated");
+}

@@ -1,0 +1,204 @@
+//! One memory budget for all connections: the program under attacks on its memory, each of which a few kilobytes could make.
+//!
+//! Fear: that a client, or many of them, fill the machine's memory, and that who refuses them does not serve the others.
+
+#[cfg(target_os = "linux")]
+use crate::process::Process;
+use crate::support::{Serving, Wire};
+use fbptr::server::Limits;
+use image::ImageEncoder;
+use std::net::SocketAddr;
+
+/// The budget of the attacked server.
+const BUDGET: u64 = 64 << 20;
+/// What a process holds beside its budget: code and tables as it starts, threads' stacks, and what its allocator keeps of small
+/// blocks that were freed, a part of the budget at most.
+const OVERHEAD: u64 = 32 << 20;
+/// The same for each connection: its state, and its writer's stack.
+const CONNECTION: u64 = 64 << 10;
+
+fn png(side: u32) -> Vec<u8> {
+    let mut out = Vec::new();
+    let pixels = vec![7; side as usize * side as usize * 4];
+    let encoder = image::codecs::png::PngEncoder::new(&mut out);
+    encoder.write_image(&pixels, side, side, image::ExtendedColorType::Rgba8).unwrap();
+    out
+}
+
+/// A command with its payload.
+fn with_payload(head: &str, payload: &[u8]) -> Vec<u8> {
+    [format!("{head} :{}\n", payload.len()).as_bytes(), payload].concat()
+}
+
+/// A scene of boxes with pictures of `side` x `side` pixels, each another file.
+fn scene_of_pictures(count: usize, side: u32) -> Vec<u8> {
+    let file = png(side);
+    let shape = |i: usize| {
+        // Another name each, so that none is shared.
+        let hex: String = file.iter().map(|byte| format!("%{byte:02x}")).collect();
+        format!(
+            "<Shape><Appearance><ImageTexture url='\"data:image/png;a={i},{hex}\"'/></Appearance><Box/></Shape>"
+        )
+    };
+    let shapes: String = (0..count).map(shape).collect();
+    with_payload("SCENE X3D", format!("<X3D><Scene>{shapes}</Scene></X3D>").as_bytes())
+}
+
+/// Groups of groups of shapes: 8 to the power of `depth` of them.
+fn scene_of_uses(depth: u32) -> Vec<u8> {
+    let mut text = String::from("<X3D><Scene><Group DEF='g0'><Shape><Box/></Shape></Group>");
+    for i in 1..=depth {
+        let uses = format!("<Group USE='g{}'/>", i - 1).repeat(8);
+        text += &format!("<Group DEF='g{i}'>{uses}</Group>");
+    }
+    with_payload("SCENE X3D", (text + "</Scene></X3D>").as_bytes())
+}
+
+/// The same sliver from corner to corner of the frame: it waits in every tile and covers few pixels.
+fn full_frames(faces: usize) -> Vec<u8> {
+    let text = "v -9 -9 0\nv 9 9 0\nv 9 9.01 0\n".to_owned() + &"f 1 2 3\n".repeat(faces);
+    with_payload("MESH m OBJ", text.as_bytes())
+}
+
+fn high_water(process: &Process) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    line.trim().trim_end_matches("kB").trim().parse::<u64>().unwrap() * 1024
+}
+
+fn answers(address: SocketAddr) {
+    assert_eq!(Wire::connect(address).ask("SIZE\n"), "SIZE 320 240\n");
+}
+
+/// What it says to a request, and that it still answers others.
+fn attack(address: SocketAddr, request: &[u8]) -> String {
+    let said = Wire::connect(address).talk(request);
+    answers(address);
+    String::from_utf8_lossy(&said).into_owned()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_server_under_attack_stays_within_its_budget_and_answers() {
+    let budget = BUDGET.to_string();
+    let arguments =
+        ["--listen", "127.0.0.1:0", "--size", "320x240", "--threads", "2", "--max-memory", &budget];
+    let mut process = Process::start(&arguments);
+    let address = process.address();
+    let mut peaks = Vec::new();
+    let mut note = |what: &str| peaks.push((what.to_owned(), high_water(&process) >> 10));
+    note("start");
+    let said = attack(address, &scene_of_pictures(10, 2048));
+    assert!(said.contains("EQUOTA SCENE"), "{said}");
+    note("a scene's pictures");
+    let said = attack(address, &with_payload("TEX t", &png(4096)));
+    assert!(said.contains("EQUOTA TEX"), "{said}");
+    note("a picture");
+    let said = attack(
+        address,
+        &[full_frames(40_000), b"CULL none\nHIDE zbuffer\nDRAW m\nDRAW m\nSYNC a\n".to_vec()].concat(),
+    );
+    assert_eq!(said, "SYNC a\n", "drawn in pieces");
+    note("full-frame faces");
+    let said = attack(address, &[scene_of_uses(6), b"DRAWSCENE\nSYNC a\n".to_vec()].concat());
+    assert!(said.contains("EQUOTA SCENE") && said.ends_with("SYNC a\n"), "{said}");
+    note("objects used again and again");
+    let said = attack(address, b"MESH k KNOT 3000 3000\nMESH t TEAPOT 300\n");
+    assert_eq!(said.matches("EQUOTA MESH").count(), 2, "{said}");
+    note("shapes");
+    let said = attack(address, &with_payload("EYE e", "[".repeat(100).as_bytes()));
+    assert!(said.contains("ERR"), "{said}");
+    let said = attack(
+        address,
+        &with_payload("EYE e", format!("{{\"facets\":[{}0]}}", "[],".repeat(2_000_000)).as_bytes()),
+    );
+    assert!(said.contains("EQUOTA EYE"), "{said}");
+    note("arrays");
+    let said = attack(
+        address,
+        &with_payload(
+            "SCENE X3D",
+            format!("<X3D><Scene>{}</Scene></X3D>", "<a/>".repeat(1 << 20)).as_bytes(),
+        ),
+    );
+    assert!(said.contains("EQUOTA SCENE"), "{said}");
+    note("elements");
+    let said = attack(address, &with_payload("MESH o OBJ", "v 0 0 0\n".repeat(1 << 19).as_bytes()));
+    assert!(said.contains("EQUOTA MESH"), "{said}");
+    note("vertices");
+    // Many small resources, of several connections: their sum is bounded.
+    let mut wires: Vec<Wire> = (0..8).map(|_| Wire::connect(address)).collect();
+    let texture = with_payload("TEX", &png(256))[4..].to_vec();
+    let mut refused = 0;
+    for (i, wire) in wires.iter_mut().enumerate() {
+        for k in 0..60 {
+            wire.send(&[format!("TEX t{i}_{k} ").as_bytes(), &texture].concat());
+        }
+        let said = wire.ask("SYNC a\n");
+        refused += usize::from(said.contains("EQUOTA"));
+    }
+    assert!(refused > 0, "480 textures of 600 KB were all taken");
+    answers(address);
+    drop(wires);
+    note("many textures");
+    // Payloads that do not end.
+    let mut wires: Vec<Wire> = (0..64).map(|_| Wire::connect(address)).collect();
+    for wire in &mut wires {
+        wire.send(format!("ERRORS report\nBLIT 0 0 2000 2000 :{}\n", 16_000_000).as_bytes());
+        wire.send(&vec![1; 3 << 20]);
+    }
+    answers(address);
+    drop(wires);
+    note("payloads");
+    // Replies that nobody reads.
+    let mut wires: Vec<Wire> = (0..32).map(|_| Wire::connect(address)).collect();
+    for wire in &mut wires {
+        wire.send("READ 0 0 320 240\n".repeat(60).as_bytes());
+    }
+    answers(address);
+    note("replies");
+    drop(wires);
+    let connections = 130;
+    let bound = BUDGET + OVERHEAD + CONNECTION * connections;
+    let high = high_water(&process);
+    println!("{peaks:?} KiB, bound {} KiB", bound >> 10);
+    assert!(high <= bound, "{high} bytes held at most, the bound is {bound}: {peaks:?} KiB");
+    let stats = Wire::connect(address).ask("STATS\n");
+    assert!(stats.contains(&format!("memory_limit={BUDGET} memory_used=")), "{stats}");
+}
+
+#[test]
+fn stats_show_what_each_use_holds_and_give_it_back() {
+    let limits = Limits { memory_bytes: 50_000_000, ..Limits::default() };
+    let serving = Serving::limited(64, 64, limits);
+    let of = |stats: &str, key: &str| -> u64 {
+        let word = stats.split_whitespace().find_map(|w| w.strip_prefix(&format!("{key}="))).unwrap();
+        word.parse().unwrap()
+    };
+    let mut wire = serving.connect();
+    let before = wire.ask("STATS\n");
+    assert_eq!((of(&before, "memory_limit"), of(&before, "memory_frame")), (50_000_000, 64 * 64 * 4));
+    assert_eq!((of(&before, "memory_resources"), of(&before, "memory_draws")), (0, 0));
+    wire.send(&with_payload("TEX t", &png(64)));
+    wire.send(b"MESH m SPHERE\nDRAW m\n");
+    let after = wire.ask("STATS\n");
+    assert!(of(&after, "memory_resources") > 64 * 64 * 4 && of(&after, "memory_draws") > 0, "{after}");
+    assert!(of(&after, "memory_frame") >= 64 * 64 * (4 + 4 + 8), "{after}");
+    let uses = ["frame", "resources", "decoders", "draws", "replies", "records", "payloads"];
+    let sum: u64 = uses.iter().map(|u| of(&after, &format!("memory_{u}"))).sum();
+    assert_eq!(sum, of(&after, "memory_used"), "{after}");
+    wire.send(b"FREE t\nFREE m\n");
+    let freed = wire.ask("STATS\n");
+    assert!(of(&freed, "memory_resources") < of(&after, "memory_resources") - 64 * 64 * 4, "{freed}");
+}
+
+#[test]
+fn textures_are_refused_by_the_quota_before_they_are_decoded() {
+    let serving = Serving::limited(8, 8, Limits { resource_bytes: 10_000_000, ..Limits::default() });
+    let said = serving.talk(&with_payload("TEX t", &png(4096)));
+    let said = String::from_utf8(said).unwrap();
+    assert!(said.contains("EQUOTA TEX") && said.contains("the quota leaves 10000000"), "{said}");
+    let said = serving.talk(&scene_of_pictures(3, 2048));
+    let said = String::from_utf8(said).unwrap();
+    assert!(said.contains("EQUOTA SCENE") && said.contains("the quota leaves 10000000"), "{said}");
+}
