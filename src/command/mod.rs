@@ -15,6 +15,7 @@ mod scan;
 mod sink;
 mod spare;
 mod stream_error;
+mod suggest;
 mod table;
 mod verb;
 

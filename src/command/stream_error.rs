@@ -5,6 +5,7 @@
 
 use super::args::Refusal;
 use super::sink::Place;
+use super::suggest::nearest_verb;
 use super::verb::Verb;
 use crate::error::{Code, Fault};
 use std::borrow::Cow;
@@ -105,7 +106,8 @@ impl From<&StreamError> for Fault {
 
 /// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under `LINE_BYTES`.
 pub fn format_error(place: Place, verb: &str, code: Code, message: &str, token: Option<&[u8]>) -> String {
-    with_reason(format!("ERR {} {} {code} {}", place.line, place.byte, one_word(verb)), message, token)
+    let head = format!("ERR {} {} {code} {}", place.line, place.byte, one_word(verb));
+    with_reason(head, &with_suggestion(code, verb, message), token)
 }
 
 /// The wire line of a refusal by the engine.
@@ -122,7 +124,8 @@ pub fn format_play_error(
     message: &str,
     token: Option<&[u8]>,
 ) -> String {
-    format!("{file}:{}: {}", place.line, with_reason(format!("{code} {}", one_word(verb)), message, token))
+    let message = with_suggestion(code, verb, message);
+    format!("{file}:{}: {}", place.line, with_reason(format!("{code} {}", one_word(verb)), &message, token))
 }
 
 /// `play`'s line for a refusal by the engine.
@@ -135,6 +138,12 @@ pub fn format_play_fault(file: &str, place: Place, verb: &str, fault: &Fault) ->
         &fault.message,
         fault.token.as_ref().map(String::as_bytes),
     )
+}
+
+/// The message about an unknown verb with the one that was probably meant.
+fn with_suggestion<'a>(code: Code, verb: &str, message: &'a str) -> Cow<'a, str> {
+    let near = if code == Code::Verb { nearest_verb(verb) } else { None };
+    near.map_or(Cow::Borrowed(message), |near| Cow::Owned(format!("{message} (did you mean {near}?)")))
 }
 
 /// `head: message, got "token"`, the message cut so that the whole stays short.
@@ -200,6 +209,14 @@ mod tests {
         let fault = Fault::new(Code::NoEnt, "no such mesh");
         assert_eq!(format_fault(HERE, "DRAW", &fault), "ERR 3 41 ENOENT DRAW: no such mesh");
         assert_eq!(format_play_fault("-", HERE, "DRAW", &fault), "-:3: ENOENT DRAW: no such mesh");
+    }
+
+    #[test]
+    fn an_unknown_verb_comes_with_the_nearest_one() {
+        let line = format_error(HERE, "LIEN", Code::Verb, "unknown verb", Some(b"LIEN"));
+        assert_eq!(line, "ERR 3 41 EVERB LIEN: unknown verb (did you mean LINE?), got \"LIEN\"");
+        let line = format_error(HERE, "FOO", Code::Verb, "unknown verb", Some(b"FOO"));
+        assert_eq!(line, "ERR 3 41 EVERB FOO: unknown verb, got \"FOO\"");
     }
 
     #[test]

@@ -72,6 +72,17 @@ pub enum GoldenError {
         /// Where the frame was written.
         actual: PathBuf,
     },
+    /// There is no folder for the golden file yet.
+    #[error(
+        "{}: there is no folder {}; make it (mkdir -p), or run once with BLESS=1, which makes it and keeps the frame",
+        .golden.display(), .folder.display()
+    )]
+    NoFolder {
+        /// The file that was asked for.
+        golden: PathBuf,
+        /// The folder that is not there.
+        folder: PathBuf,
+    },
     /// The golden file is no PNG that can be read.
     #[error("{}: {reason}", .golden.display())]
     Unreadable {
@@ -205,6 +216,10 @@ pub fn check(
         return Err(GoldenError::Blessed { golden: golden.to_owned(), crc: crc32(actual) });
     }
     let golden = golden.to_owned();
+    let folder = golden.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir());
+    if let Some(folder) = folder.map(Path::to_owned) {
+        return Err(GoldenError::NoFolder { golden, folder });
+    }
     if !golden.exists() {
         to_path(actual, &actual_path)?;
         return Err(GoldenError::Missing { golden, actual: actual_path });

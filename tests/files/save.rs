@@ -149,3 +149,15 @@ fn the_assertion_panics() {
     // With BLESS=1 it panics too, for the other reason; this test is about the plain run.
     golden::assert_golden(&frame(), folder("panics").join("none.png"), Tolerance::EXACT);
 }
+
+#[test]
+fn a_golden_file_without_its_folder_says_what_to_do_and_makes_nothing() {
+    let inside = folder("without").join("not").join("there");
+    let error = golden::check(&frame(), inside.join("a.png"), Tolerance::EXACT, Mode::Compare).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("mkdir -p") && text.contains("BLESS=1"), "{text}");
+    assert!(!inside.exists());
+    let blessed = golden::check(&frame(), inside.join("a.png"), Tolerance::EXACT, Mode::Bless);
+    assert!(matches!(blessed, Err(golden::GoldenError::Blessed { .. })));
+    golden::check(&frame(), inside.join("a.png"), Tolerance::EXACT, Mode::Compare).unwrap();
+}

@@ -1,0 +1,78 @@
+//! The verb that somebody may have meant: for messages that are about to be sent, never on the way of a stream.
+
+use super::verb::Verb;
+
+/// The longest word that is looked at: no verb is nearly as long.
+const MAX_WORD: usize = 16;
+
+/// The one verb that is nearest to `word`: one slip away (a letter too many, too few, another, or two exchanged), or two in
+/// words of five letters and more. `None` where there is none or several are as near.
+pub(super) fn nearest_verb(word: &str) -> Option<&'static str> {
+    let upper = word.to_ascii_uppercase();
+    if upper.len() < 2 || upper.len() > MAX_WORD || !upper.is_ascii() {
+        return None;
+    }
+    let allowed = if upper.len() < 5 { 1 } else { 2 };
+    let mut nearest: Option<(usize, &'static str)> = None;
+    let mut is_alone = true;
+    for verb in Verb::all() {
+        let distance = edits(upper.as_bytes(), verb.name.as_bytes());
+        match nearest {
+            Some((best, _)) if distance > best => {}
+            Some((best, _)) if distance == best => is_alone = false,
+            _ => (nearest, is_alone) = (Some((distance, verb.name)), true),
+        }
+    }
+    nearest.filter(|(distance, _)| *distance <= allowed && is_alone).map(|(_, name)| name)
+}
+
+/// How many slips part two words. Source: the optimal string alignment distance of Damerau and Levenshtein.
+fn edits(a: &[u8], b: &[u8]) -> usize {
+    let mut rows = [[0; MAX_WORD + 1]; MAX_WORD + 1];
+    if a.len() > MAX_WORD || b.len() > MAX_WORD {
+        return usize::MAX;
+    }
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            rows[i][j] = match (i, j) {
+                (0, j) => j,
+                (i, 0) => i,
+                (i, j) => {
+                    let changed = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+                    let least = changed.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+                    let is_exchanged = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+                    if is_exchanged { least.min(rows[i - 2][j - 2] + 1) } else { least }
+                }
+            };
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_seen_through_and_other_words_are_not() {
+        for (word, verb) in [
+            ("LIEN", "LINE"),
+            ("lnie", "LINE"),
+            ("CLAER", "CLEAR"),
+            ("FILRECT", "FILLRECT"),
+            ("PERSPEKTIVE", "PERSPECTIVE"),
+            ("PRESNET", "PRESENT"),
+            ("SIZED", "SIZE"),
+        ] {
+            assert_eq!(nearest_verb(word), Some(verb), "{word}");
+        }
+        for word in ["", "X", "FOO", "NONSENSE", "HTTP", "ÄLINE", "AAAAAAAAAAAAAAAAAAAAAAAAA", "-"] {
+            assert_eq!(nearest_verb(word), None, "{word}");
+        }
+        assert_eq!(edits(b"", b"AB"), 2);
+        assert_eq!(edits(b"AB", b"BA"), 1);
+        assert!(
+            Verb::all().iter().all(|verb| nearest_verb(verb.name) == Some(verb.name) || verb.name.len() < 2)
+        );
+    }
+}
