@@ -5,15 +5,16 @@ use super::drawing::Drawing;
 use super::progress::Progress;
 use super::scene_file::{self, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
-use super::{FrameSize, Status, output};
+use super::{FrameSize, Status, output, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::budget::{Budget, BudgetKind, choose};
 use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, Movie, MovieFormat, SaveError};
-use crate::scene::{Scene, ShadeMode};
+use crate::scene::{FRAME_FOV_RAD, Scene, ShadeMode, frame_along};
 use crate::server::Limits;
 use clap::Args;
+use glam::{DMat4, DVec3, DVec4};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -56,7 +57,7 @@ pub struct Render {
     /// Seconds since the scene's start
     #[arg(long, value_name = "T", value_parser = finite, default_value = "0", allow_negative_numbers = true)]
     time: f64,
-    /// How many pictures; but in a movie, their names have a number before the ending
+    /// How many pictures, one turn of a scene without an animation; but in a movie, their names have a number before the ending
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Pictures a second
@@ -133,12 +134,22 @@ impl Render {
         let mut plans = String::new();
         let mut renderer = self.drawing.renderer();
         let mut output = self.output([size.width, size.height])?;
-        for i in 0..self.frames.unwrap_or(1) {
+        let frames = self.frames.unwrap_or(1);
+        let is_turntable = frames > 1 && !is_animated(&file);
+        if is_turntable {
+            let scene = self.scene.display();
+            say_as_program(format_args!("{scene} has no animation: the {frames} frames are one turn"));
+        }
+        for i in 0..frames {
             if output.has_hung_up {
                 break;
             }
             let time = self.time + f64::from(i) / self.fps;
             let mut scene = self.scene_at(&file, time, size);
+            if is_turntable {
+                let has_camera = matches!(&file, SceneFile::X3d(document) if document.has_viewpoint());
+                turn(&mut scene, f64::from(i) / f64::from(frames), (!has_camera).then_some(size));
+            }
             self.set_planes(&mut scene)?;
             let plan = self.draw(&mut renderer, &scene, size, &mut output)?;
             if !plans.ends_with(&plan) {
@@ -303,6 +314,34 @@ impl Render {
     }
 }
 
+fn is_animated(file: &SceneFile) -> bool {
+    matches!(file, SceneFile::X3d(document) if document.is_animated())
+}
+
+/// Turns everything in the scene about its middle, by a part of a whole turn about y. The camera and the lights stay; one
+/// that only frames the scene in a picture of `framed` pixels steps back to where nothing that turns leaves the picture.
+fn turn(scene: &mut Scene, part: f64, framed: Option<FrameSize>) {
+    let Some((low, high)) = scene.bounds() else { return };
+    let center = low / 2.0 + high / 2.0;
+    if let (Some(FrameSize { width, height }), Some(camera)) = (framed, &mut scene.camera) {
+        let half = high - center;
+        // The box around the cylinder that the box sweeps.
+        let radius = libm::hypot(half.x, half.z);
+        let half = DVec3::new(radius, half.y, radius);
+        let eye = camera.look_at.eye - camera.look_at.reference;
+        if let Some(z) = eye.try_normalize() {
+            let x = camera.look_at.up.cross(z).normalize_or(DVec3::X);
+            let aspect = f64::from(width) / f64::from(height);
+            *camera = frame_along((center - half, center + half), [x, z.cross(x), z], FRAME_FOV_RAD, aspect);
+        }
+    }
+    let (sin, cos) = libm::sincos(part * std::f64::consts::TAU);
+    let turned =
+        DMat4::from_cols(DVec4::new(cos, 0.0, -sin, 0.0), DVec4::Y, DVec4::new(sin, 0.0, cos, 0.0), DVec4::W);
+    let about = DMat4::from_translation(center) * turned * DMat4::from_translation(-center);
+    scene.objects.iter_mut().for_each(|object| object.model = about * object.model);
+}
+
 /// Where the pictures go, and how many went there.
 struct Output {
     movie: Option<Movie>,
@@ -328,6 +367,41 @@ fn numbered(path: &Path, number: Option<u64>) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Geometry, Mesh};
+
+    #[test]
+    fn a_turn_ends_where_it_began_and_nothing_leaves_the_picture() {
+        let mesh = Mesh::from_triangles(
+            vec![DVec3::new(5.0, 0.0, 0.0), DVec3::new(9.0, 1.0, 0.0), DVec3::new(5.0, 3.0, 0.5)],
+            &[[0, 1, 2]],
+        );
+        let size = FrameSize { width: 64, height: 48 };
+        let of = |part: f64| {
+            let mut scene = Scene::of_mesh(
+                Arc::new(Geometry { mesh: mesh.clone(), ..Geometry::default() }),
+                "m",
+                4.0 / 3.0,
+            );
+            turn(&mut scene, part, Some(size));
+            scene
+        };
+        let corner = |scene: &Scene| scene.objects[0].model.transform_point3(mesh.positions[1]);
+        assert!((corner(&of(1.0)) - mesh.positions[1]).length() < 1e-12);
+        // Half a turn about the middle of the box, (7, 1.5, 0.25).
+        assert!((corner(&of(0.5)) - DVec3::new(5.0, 1.0, 0.5)).length() < 1e-12);
+        let camera = of(0.0).camera.unwrap();
+        let m = camera.matrices(4.0 / 3.0).unwrap();
+        for step in 0..16 {
+            let scene = of(f64::from(step) / 16.0);
+            assert_eq!(scene.camera, Some(camera), "the camera stands still");
+            for &p in &mesh.positions {
+                let clip = m.projection * (m.view * scene.objects[0].model.transform_point3(p).extend(1.0));
+                assert!(
+                    (clip.x / clip.w).abs() < 1.0 && (clip.y / clip.w).abs() < 1.0 && clip.z / clip.w < 1.0
+                );
+            }
+        }
+    }
 
     #[test]
     fn pictures_of_an_animation_have_numbers_before_their_ending() {
