@@ -1,7 +1,7 @@
 //! Addresses as arguments: `HOST:PORT`, `:PORT` for loopback, a path for a Unix socket.
 
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
 /// The port that Pixelflut servers have.
@@ -12,11 +12,13 @@ pub(super) fn default_address() -> SocketAddr {
     (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into()
 }
 
-/// Reads `HOST:PORT`, `:PORT` or `HOST`; loopback where no host is said.
+/// Reads `HOST:PORT`, `:PORT`, `PORT` or `HOST`; loopback where no host is said.
 pub(super) fn tcp(text: &str) -> Result<SocketAddr, String> {
     let expected =
-        || format!("an address is HOST:PORT or :PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
-    if let Some(port) = text.strip_prefix(':') {
+        || format!("an address is HOST:PORT, :PORT or PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
+    // A number alone is a port: the system would read it as one of the address's forms, 4567 as 0.0.17.215.
+    let port = text.strip_prefix(':').or_else(|| text.bytes().all(|b| b.is_ascii_digit()).then_some(text));
+    if let Some(port) = port {
         let port: u16 = port.parse().map_err(|_| expected())?;
         return Ok((Ipv4Addr::LOCALHOST, port).into());
     }
@@ -30,6 +32,14 @@ pub(super) fn tcp(text: &str) -> Result<SocketAddr, String> {
     };
     let mut found = with_port.to_socket_addrs().map_err(|e| format!("{text}: {e}"))?;
     found.next().ok_or_else(|| format!("{text}: no such host"))
+}
+
+/// The host of an address where that is a name, not an IP address.
+pub(super) fn host_name(text: &str) -> Option<&str> {
+    let host = text.rsplit_once(':').map_or(text, |(host, _)| host);
+    let is_name =
+        !host.is_empty() && !host.starts_with('[') && !host.contains(':') && host.parse::<IpAddr>().is_err();
+    (is_name && host.parse::<u16>().is_err()).then_some(host)
 }
 
 /// Where a client goes: a Unix socket for a text with `/` or `unix:` before it, else TCP.
@@ -69,7 +79,19 @@ mod tests {
         assert_eq!(tcp("0.0.0.0:99").unwrap(), "0.0.0.0:99".parse().unwrap());
         assert_eq!(tcp("[::1]:99").unwrap(), "[::1]:99".parse().unwrap());
         assert_eq!(tcp("127.0.0.1").unwrap(), "127.0.0.1:1234".parse().unwrap());
-        for bad in ["", ":", ":x", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
+        assert_eq!(tcp("4567").unwrap(), "127.0.0.1:4567".parse().unwrap());
+        for (text, name) in [
+            ("wall.local:9100", Some("wall.local")),
+            ("wall", Some("wall")),
+            ("4567", None),
+            (":99", None),
+            ("127.0.0.1:99", None),
+            ("[::1]:99", None),
+            ("::1", None),
+        ] {
+            assert_eq!(host_name(text), name, "{text}");
+        }
+        for bad in ["", ":", ":x", "99999", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
             assert!(tcp(bad).is_err(), "{bad}");
         }
         assert_eq!(target("/a/b").unwrap(), Target::Unix("/a/b".into()));

@@ -221,6 +221,60 @@ mod tests {
         assert!(count > 15, "{count} examples");
     }
 
+    /// The files that start a server somewhere else than in a shell, and the page about it.
+    const UNIT: &str = include_str!("../../docs/deploy/fbptr.service");
+    const DOCKERFILE: &str = include_str!("../../Dockerfile");
+    const WALL: &str = include_str!("../../docs/run-a-wall.md");
+
+    fn assert_taken(words: &[String]) {
+        let parsed = command().try_get_matches_from(words);
+        assert!(parsed.is_ok(), "{words:?}: {}", parsed.unwrap_err());
+    }
+
+    fn words(line: &str) -> Vec<String> {
+        line.split_whitespace().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_service_and_the_container_start_with_flags_that_there_are() {
+        let whole = UNIT.replace("\\\n", " ");
+        let lines: Vec<&str> = whole.lines().filter_map(|line| line.strip_prefix("ExecStart=")).collect();
+        assert_eq!(lines.len(), 1);
+        assert!(lines[0].starts_with("/usr/local/bin/fbptr serve --headless "), "{}", lines[0]);
+        assert_taken(&words(lines[0]));
+        let list = |key: &str| -> Vec<String> {
+            let json: Vec<&str> = DOCKERFILE.lines().filter_map(|line| line.strip_prefix(key)).collect();
+            assert_eq!(json.len(), 1, "{key}");
+            serde_json::from_str(json[0]).expect("a list of words")
+        };
+        let program = list("ENTRYPOINT ");
+        assert_eq!(program, ["/usr/local/bin/fbptr"]);
+        assert_taken(&[program, list("CMD ")].concat());
+    }
+
+    #[test]
+    fn the_page_about_walls_shows_commands_that_there_are() {
+        let mut count = 0;
+        for part in WALL.replace("\\\n", " ").lines().flat_map(|line| line.split('|')) {
+            let line = part.split('#').next().unwrap_or("").trim().trim_matches('`').replace(" ...", "");
+            if line.starts_with("fbptr ") {
+                assert_taken(&words(&line));
+                count += 1;
+            }
+        }
+        assert!(count >= 5, "{count} commands");
+        let flags = words(WALL).into_iter().filter(|word| word.starts_with("`--"));
+        let command = command();
+        let serve = command.find_subcommand("serve").expect("there is serve");
+        for flag in flags {
+            let name: String =
+                flag[3..].chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
+            let is_known = serve.get_arguments().any(|argument| argument.get_long() == Some(&name));
+            assert!(is_known || ["network", "no-default-features"].contains(&&*name), "--{name}");
+        }
+        assert!(WALL.lines().count() <= 120);
+    }
+
     #[test]
     fn manual_and_completions_name_every_subcommand() {
         let page = String::from_utf8(page(&command()).expect("to memory")).expect("UTF-8");

@@ -14,6 +14,7 @@ mod help;
 mod output;
 mod play;
 mod progress;
+mod quantity;
 mod record_gate;
 mod render;
 mod report;
@@ -23,6 +24,7 @@ mod serve;
 mod size;
 mod snap;
 mod trace;
+mod usage;
 mod view;
 
 use clap::{FromArgMatches, Parser, Subcommand};
@@ -89,8 +91,11 @@ impl From<Status> for ExitCode {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    let matches = help::command().get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    let parsed = help::command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match parsed {
+        Ok(cli) => cli,
+        Err(error) => return usage::ended(&error).into(),
+    };
     let status = match cli.command {
         Task::Play(play) => play.run(),
         Task::Bench(bench) => bench.run(),

@@ -1,6 +1,6 @@
 //! Scene files by name: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that they refer to.
 
-use super::{Status, say, say_as_program};
+use super::{Status, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
 use crate::load::{self, Folder, LoadError};
@@ -33,7 +33,7 @@ impl SceneError {
                 Status::BadArguments
             }
             SceneError::Refused(message) => {
-                say(&message);
+                say_as_program(message);
                 Status::Failed
             }
         }
@@ -128,12 +128,12 @@ pub(super) fn read_watched(path: &Path, watch: &mut Watch) -> Result<SceneFile, 
     match ending.as_str() {
         "x3d" => {
             let document = load::x3d::parse(&bytes, &name, &mut beside).map_err(refused)?;
-            document.warnings().iter().for_each(|w| say(&w.to_string()));
+            document.warnings().iter().for_each(say_as_program);
             Ok(SceneFile::X3d(Box::new(document)))
         }
         "obj" => {
             let loaded = load::obj::parse(&bytes, &mut beside, &name).map_err(refused)?;
-            loaded.warnings.iter().for_each(|w| say(&w.to_string()));
+            loaded.warnings.iter().for_each(say_as_program);
             Ok(SceneFile::Obj(Arc::new(loaded.geometry)))
         }
         _ => {

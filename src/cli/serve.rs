@@ -3,12 +3,17 @@
 use super::drawing::Drawing;
 use super::film::{Clock, FilmArgs};
 use super::output::Stdout;
+use super::quantity::{Bytes, Interval};
 use super::record_gate::RecordGate;
 use super::{FrameSize, Status, address, say_as_program};
+use crate::draw2d::Blend;
 use crate::load::Folder;
 use crate::memory::SharedFile;
 use crate::save;
-use crate::server::{Display, Engine, Limits, ListenPlace, Server};
+use crate::server::{
+    Dialect, Display, Engine, Limits, ListenPlace, MetricsBoard, MetricsServer, PeriodicSnapshots, Server,
+    SnapshotPlan,
+};
 use crate::simd::allocator;
 use clap::Args;
 use crossbeam_channel::{Sender, bounded};
@@ -30,10 +35,10 @@ pub struct Serve {
     /// The frame's size
     #[arg(long, value_name = "WxH")]
     size: Option<FrameSize>,
-    /// Listen on a TCP address, any number of times; :PORT is loopback [default: 127.0.0.1:1234]
+    /// Listen on a TCP address, any number of times; :PORT or PORT is loopback [default: 127.0.0.1:1234]
     #[arg(long, value_name = "ADDR")]
     listen: Vec<String>,
-    /// Let --listen take addresses that other machines reach
+    /// Let --listen and --metrics take addresses that other machines reach
     #[arg(long)]
     allow_remote: bool,
     /// Listen on a Unix socket, any number of times
@@ -45,12 +50,36 @@ pub struct Serve {
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Open the window over the whole screen (X11); F11 goes back
+    #[arg(long, conflicts_with = "headless")]
+    fullscreen: bool,
+    /// Show addresses, clients and rates in the window from the start; F3 hides them
+    #[arg(long, conflicts_with = "headless")]
+    overlay: bool,
+    /// How the window enlarges the frame; F10 changes it
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Enlarge::Whole, conflicts_with = "headless")]
+    scaling: Enlarge,
     /// Put the video memory into a file that other programs map
     #[arg(long, value_name = "PATH")]
     shm: Option<PathBuf>,
+    /// Blend of connections that do not say BLEND: over composes the alpha of PX x y rrggbbaa
+    #[arg(long, value_name = "MODE", value_enum, default_value_t = Alpha::Replace)]
+    alpha: Alpha,
+    /// Take one hex digit as a colour of PX: g is the grey gg
+    #[arg(long)]
+    grey_digit: bool,
     /// Let SNAP write files in this folder
     #[arg(long, value_name = "DIR")]
     snap_dir: Option<PathBuf>,
+    /// Write the frame into the --snap-dir every so often (10s, 5m, 1h), as wall-YYYYMMDD-HHMMSS.png in UTC
+    #[arg(long, value_name = "TIME", requires = "snap_dir")]
+    snap_every: Option<Interval>,
+    /// Bytes of all those pictures together (K, M, G); the oldest go
+    #[arg(long, value_name = "BYTES", default_value = "1G", requires = "snap_every")]
+    snap_keep: Bytes,
+    /// Serve /metrics (Prometheus) and /metrics.json over HTTP on this address; :PORT is loopback
+    #[arg(long, value_name = "ADDR")]
+    metrics: Option<String>,
     /// Let LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
@@ -69,12 +98,36 @@ pub struct Serve {
     quotas: Quotas,
 }
 
+/// A blend as an argument.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Alpha {
+    /// Compose colours source-over
+    Over,
+    /// Store colours as they are
+    Replace,
+}
+
+/// A way to enlarge the frame as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Enlarge {
+    /// By whole factors, with bars at the sides
+    Whole,
+    /// To the window's width or height
+    Fit,
+}
+
 /// The quotas.
 #[derive(Debug, Args)]
 pub(super) struct Quotas {
     /// Connections at one time
     #[arg(long, value_name = "N", default_value_t = Limits::default().connections)]
     max_conns: usize,
+    /// Connections at one time from one IPv4 address, or one /64 network of IPv6 [default: as many as there may be]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_conns_per_address: Option<u32>,
+    /// Close connections that send nothing and are owed nothing for so long; 0 is never [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32))]
+    idle_timeout: Option<u32>,
     /// Bytes of a payload
     #[arg(long, value_name = "BYTES", default_value_t = Limits::default().payload_bytes)]
     max_payload: u64,
@@ -110,6 +163,8 @@ impl Quotas {
         let limits = Limits {
             memory_bytes,
             connections: self.max_conns,
+            connections_per_address: self.max_conns_per_address.map_or(usize::MAX, |n| n as usize),
+            idle_timeout: self.idle_timeout.filter(|s| *s > 0).map(|s| Duration::from_secs(s.into())),
             payload_bytes: self.max_payload,
             names: self.max_names,
             resource_bytes: self.max_resources,
@@ -123,6 +178,13 @@ impl Quotas {
             None => limits.for_frame(width, height),
         }
     }
+}
+
+/// What the window's overlay tells of the server.
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "there is no window to tell it"))]
+struct Told {
+    addresses: Vec<String>,
+    board: Option<std::sync::Arc<MetricsBoard>>,
 }
 
 /// Why the server ends.
@@ -155,8 +217,14 @@ impl Serve {
             return Err("--movie - and --stdin: both want standard output".to_owned());
         }
         let places = self.places()?;
+        let metrics = self.metrics.as_deref().map(|text| self.checked(text)).transpose()?;
         let mut engine = self.engine()?;
         let display = self.display(&engine);
+        // The endpoint and the window's overlay tell of it.
+        let board = (metrics.is_some() || display.is_some()).then(MetricsBoard::new);
+        if let Some(board) = &board {
+            engine.set_metrics(board.clone());
+        }
         let (width, height) = (engine.memory().width(), engine.memory().height());
         let film = self.film.open(width, height)?;
         // What is filmed is what a window shows; without one, what it would show.
@@ -173,19 +241,30 @@ impl Serve {
         // Before anybody is let in: from here on a signal ends the server in order.
         watch_signals(endings.clone())?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
-        if let Some(shortage) = server.fit_descriptors(places.len()) {
+        let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
+        if let Some(shortage) = server.fit_descriptors(places.len(), others) {
             say_as_program(format_args!("warning: {shortage}"));
         }
         let gate = RecordGate::close(&server, (width, height));
         let mut listening = Vec::new();
+        let mut heard_at = Vec::new();
         for place in places {
             listening.push(server.listen(place).map_err(|e| e.to_string())?);
         }
+        let endpoint = match (metrics, &board) {
+            (Some(address), Some(board)) => Some(self.serve_metrics(address, board.clone())?),
+            _ => None,
+        };
         // The sockets first: a server that finds its port taken leaves the other one's recording alone.
         gate.open(self.record.as_deref())?;
         for place in listening {
             say_as_program(format_args!("listening on {place}"));
+            heard_at.push(place.to_string());
         }
+        if let Some(endpoint) = &endpoint {
+            say_as_program(format_args!("metrics on http://{}/metrics", endpoint.address()));
+        }
+        let _snapshots = self.periodic_snapshots(&server)?;
         if self.stdin {
             let is_all = self.listen.is_empty() && self.unix.is_empty();
             let endings = endings.clone();
@@ -200,7 +279,15 @@ impl Serve {
         }
         let why = match display {
             Some(display) => {
-                self.with_window(&server, display, endings, &ending, film.is_some().then_some(&*is_alone))
+                let told = Told { addresses: heard_at, board };
+                self.with_window(
+                    &server,
+                    display,
+                    told,
+                    endings,
+                    &ending,
+                    film.is_some().then_some(&*is_alone),
+                )
             }
             None => ending.recv().unwrap_or(Ending::Signal),
         };
@@ -236,22 +323,45 @@ impl Serve {
     /// Everything to listen on, checked.
     fn places(&self) -> Result<Vec<ListenPlace>, String> {
         let mut addresses: Vec<SocketAddr> =
-            self.listen.iter().map(|text| address::tcp(text)).collect::<Result<_, _>>()?;
+            self.listen.iter().map(|text| self.checked(text)).collect::<Result<_, _>>()?;
         if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
             addresses.push(address::default_address());
         }
         for address in addresses.iter().filter(|a| !a.ip().is_loopback()) {
-            if !self.allow_remote {
-                return Err(format!(
-                    "{address} can be reached from other machines: that needs --allow-remote"
-                ));
-            }
             say_as_program(format_args!(
                 "warning: {address} can be reached from other machines, and everybody may draw"
             ));
         }
         let tcp = addresses.into_iter().map(ListenPlace::Tcp);
         Ok(tcp.chain(self.unix.iter().cloned().map(ListenPlace::Unix)).collect())
+    }
+
+    /// An address that may be listened on.
+    fn checked(&self, text: &str) -> Result<SocketAddr, String> {
+        let address = address::tcp(text)?;
+        match address.ip().is_loopback() || self.allow_remote {
+            true => Ok(address),
+            false => Err(format!("{address} can be reached from other machines: that needs --allow-remote")),
+        }
+    }
+
+    fn serve_metrics(
+        &self,
+        address: SocketAddr,
+        board: std::sync::Arc<MetricsBoard>,
+    ) -> Result<MetricsServer, String> {
+        let name = self.metrics.as_deref().and_then(address::host_name);
+        MetricsServer::start(address, name, board)
+            .map_err(|e| format!("cannot serve metrics on {address}: {e}"))
+    }
+
+    fn periodic_snapshots(&self, server: &Server) -> Result<Option<PeriodicSnapshots>, String> {
+        let (Some(Interval(every)), Some(path)) = (self.snap_every, &self.snap_dir) else { return Ok(None) };
+        let plan = SnapshotPlan { folder: folder(path)?, every, keep_bytes: self.snap_keep.0 };
+        let say = |failure: String| say_as_program(format_args!("no snapshot: {failure}"));
+        PeriodicSnapshots::start(server.thread(), plan, say)
+            .map(Some)
+            .map_err(|e| format!("no thread to write snapshots on: {e}"))
     }
 
     /// The engine with everything that the arguments give it.
@@ -272,9 +382,17 @@ impl Serve {
         let mut engine =
             Engine::with_limits(width, height, self.quotas.limits(size, memory)).map_err(|e| e.message)?;
         engine.set_renderer(self.drawing.renderer());
+        let blend = match self.alpha {
+            Alpha::Over => Blend::Over,
+            Alpha::Replace => Blend::Replace,
+        };
+        engine.set_dialect(Dialect { blend, grey_digits: self.grey_digit });
         if let Some(path) = &self.snap_dir {
             engine.set_snap_dir(folder(path)?);
             save::remove_leftovers_in(path);
+            if self.snap_every.is_some() {
+                engine.reserve_snapshot_names();
+            }
         }
         if let Some(path) = &self.load_dir {
             engine.set_load_dir(folder(path)?);
@@ -305,6 +423,7 @@ impl Serve {
         &self,
         server: &Server,
         display: std::sync::Arc<Display>,
+        told: Told,
         endings: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
         filmed: Option<&AtomicBool>,
@@ -315,7 +434,7 @@ impl Serve {
             watched.leave();
             why
         });
-        let options = crate::window::Options { title: "fbptr serve".into(), ..Default::default() };
+        let options = self.window_options(told);
         if let Err(e) = crate::window::run(display, options) {
             say_as_program(format_args!("{e}: going on headless"));
             match filmed {
@@ -329,11 +448,25 @@ impl Serve {
         watcher.join().unwrap_or(Ending::Signal)
     }
 
+    #[cfg(feature = "window")]
+    fn window_options(&self, Told { addresses, board }: Told) -> crate::window::Options {
+        use crate::window::{Options, Scaling, ServerStatus};
+        Options {
+            title: "fbptr serve".into(),
+            fullscreen: self.fullscreen,
+            scaling: if self.scaling == Enlarge::Fit { Scaling::Fit } else { Scaling::Whole },
+            shows_rates: self.overlay,
+            server: board.map(|board| ServerStatus::new(addresses, board)),
+            ..Options::default()
+        }
+    }
+
     #[cfg(not(feature = "window"))]
     fn with_window(
         &self,
         _: &Server,
         _: std::sync::Arc<Display>,
+        _: Told,
         _: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
         _: Option<&AtomicBool>,

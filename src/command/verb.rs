@@ -142,6 +142,19 @@ impl Verb {
         }
     }
 
+    /// The place in [`Verb::all`] of the verb of this name, binary ones included.
+    #[inline]
+    pub fn index_of(name: &str) -> Option<usize> {
+        let mut slot = hash(name.as_bytes());
+        loop {
+            let row = INDEX[slot].checked_sub(1)? as usize;
+            if TABLE[row].name == name {
+                return Some(row);
+            }
+            slot = (slot + 1) % INDEX.len();
+        }
+    }
+
     /// The verb of this exact name, binary ones included.
     pub fn named(name: &str) -> Option<&'static Verb> {
         TABLE.iter().find(|v| v.name == name)
@@ -190,6 +203,7 @@ mod tests {
             assert_eq!(Verb::find(verb.name.as_bytes()), wanted, "{}", verb.name);
             assert_eq!(Verb::find(verb.name.to_lowercase().as_bytes()), wanted, "{}", verb.name);
             assert_eq!(Verb::named(verb.name), Some(verb));
+            assert_eq!(Verb::index_of(verb.name).map(|i| &Verb::all()[i]), Some(verb));
         }
         for word in [
             "",

@@ -8,6 +8,10 @@ use std::time::Duration;
 pub struct Limits {
     /// Connections at one time; one more is told `EQUOTA` and closed.
     pub connections: usize,
+    /// Connections at one time from one IPv4 address or one /64 network of IPv6 addresses.
+    pub connections_per_address: usize,
+    /// The time after which a socket's connection that sends nothing and is owed nothing is closed; `None` is never.
+    pub idle_timeout: Option<Duration>,
     /// A payload (`:N`, and the run of `PXMULTI`).
     pub payload_bytes: u64,
     /// Named resources of one connection, and of all shared names together.
@@ -35,6 +39,8 @@ impl Default for Limits {
     fn default() -> Self {
         Limits {
             connections: 1024,
+            connections_per_address: usize::MAX,
+            idle_timeout: None,
             payload_bytes: 64 << 20,
             names: 4096,
             resource_bytes: 1 << 30,

@@ -2,7 +2,7 @@
 
 use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
-use super::transport::{Conversation, Input as Source, Uncontrolled, converse};
+use super::transport::{Conversation, Input as Source, Medium, Uncontrolled, converse};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
@@ -52,6 +52,7 @@ impl Player {
             control: Arc::new(Uncontrolled),
             end,
             audience: Audience::Owner,
+            medium: Medium::Pipe,
             may_replay: true,
             on_notice: Some(Box::new(notify)),
             on_end: Some(Box::new(move || told.tell())),

@@ -2,14 +2,13 @@
 
 use super::thread::{Finish, RenderThread};
 use super::transport::{
-    Control, Conversation, Input, LINGERING, ListenError, ListenPlace, Listener, Uncontrolled, converse,
-    make_room,
+    Admission, Control, Conversation, Input, LINGERING, ListenError, ListenPlace, Listener, Medium,
+    Uncontrolled, converse, make_room,
 };
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, Instant};
 
 /// The limit of open files allows fewer connections than were asked for.
@@ -47,8 +46,7 @@ pub struct TooFewDescriptors {
 pub struct Server {
     thread: RenderThread,
     listeners: Vec<Listener>,
-    connections: Arc<AtomicUsize>,
-    max_connections: usize,
+    admission: Arc<Admission>,
 }
 
 impl Server {
@@ -57,20 +55,25 @@ impl Server {
     /// # Errors
     /// When the system has no thread to give.
     pub fn start(engine: Engine) -> io::Result<Server> {
-        let max_connections = engine.limits().connections;
+        let limits = engine.limits();
+        let admission = Admission::new(limits.connections, limits.connections_per_address);
+        if let Some(board) = engine.metrics() {
+            board.set_admission(admission.clone());
+        }
         let thread = RenderThread::start(engine)?;
-        Ok(Server { thread, listeners: Vec::new(), connections: Arc::default(), max_connections })
+        Ok(Server { thread, listeners: Vec::new(), admission })
     }
 
-    /// Raises the process's limit of open files as far as the connections that are allowed at `places` places need it and
-    /// the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
+    /// Raises the process's limit of open files as far as the connections that are allowed at `places` places, and `others`
+    /// more files, need it and the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
     /// To be called before clients are let in.
-    pub fn fit_descriptors(&mut self, places: usize) -> Option<TooFewDescriptors> {
+    pub fn fit_descriptors(&mut self, places: usize, others: usize) -> Option<TooFewDescriptors> {
         // A listener has its socket and a spare one.
-        let others = 2 * places + LINGERING;
-        let room = make_room(self.max_connections.saturating_add(others))?;
-        let (wanted, most) = (self.max_connections, room.more.saturating_sub(others).max(1));
-        self.max_connections = wanted.min(most);
+        let others = others + 2 * places + LINGERING;
+        let wanted = self.admission.limit();
+        let room = make_room(wanted.saturating_add(others))?;
+        let most = room.more.saturating_sub(others).max(1);
+        self.admission.set_limit(wanted.min(most));
         (most < wanted).then_some(TooFewDescriptors { wanted, most, limit: room.limit })
     }
 
@@ -79,8 +82,7 @@ impl Server {
     /// # Errors
     /// See [`ListenError`].
     pub fn listen(&mut self, place: ListenPlace) -> Result<ListenPlace, ListenError> {
-        let (link, count) = (self.thread.link(), self.connections.clone());
-        let listener = Listener::start(place, link, count, self.max_connections)?;
+        let listener = Listener::start(place, self.thread.link(), self.admission.clone())?;
         let place = listener.place().clone();
         self.listeners.push(listener);
         Ok(place)
@@ -103,6 +105,7 @@ impl Server {
             control,
             end: EndOfInput::Stream,
             audience: Audience::Connection,
+            medium: Medium::Pipe,
             may_replay: false,
             on_notice: None,
             on_end: Some(Box::new(on_end)),

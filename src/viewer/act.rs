@@ -30,6 +30,8 @@ impl Viewer {
             Action::Quit => return Some(Request::Quit),
             Action::Snapshot => return Some(Request::Snapshot),
             Action::Record => return Some(Request::Record),
+            Action::Fullscreen => return Some(Request::Fullscreen),
+            Action::Scaling => return Some(Request::Scaling),
             Action::SaveView => return self.save_view(),
             // They share a corner: each takes the other's place.
             Action::Help => (self.shows_help, self.shows_plan) = (!self.shows_help, false),

@@ -9,6 +9,8 @@ pub enum Key {
     F2,
     F3,
     F9,
+    F10,
+    F11,
     F12,
     Zero,
     One,
@@ -76,6 +78,8 @@ pub enum Action {
     FrameRate,
     Record,
     Snapshot,
+    Fullscreen,
+    Scaling,
     SaveView,
     Pause,
     StepForward,
@@ -179,6 +183,8 @@ pub const BINDINGS: &[Binding] = &[
     same(Key::F2, "F2", Action::Status, "line at the bottom"),
     same(Key::F3, "F3", Action::FrameRate, "frame rate"),
     same(Key::F9, "F9", Action::Record, "begin, end a GIF"),
+    same(Key::F10, "F10", Action::Scaling, "fit or whole factors"),
+    same(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
     same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
 ];
 

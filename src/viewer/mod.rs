@@ -75,6 +75,10 @@ pub enum Request {
     Snapshot,
     /// Begin or end a GIF of what is shown.
     Record,
+    /// Fill the screen with the window, or go back.
+    Fullscreen,
+    /// Enlarge the picture to the window, or by whole factors.
+    Scaling,
     /// Save these bytes in a file with this ending.
     Save {
         /// The ending, without its point.

@@ -45,7 +45,7 @@ impl Playing {
             engine.set_renderer(Renderer::new(RenderOptions { path, ..RenderOptions::default() }));
         }
         engine.set_lens(lens);
-        engine.open();
+        engine.open(1);
         let stream = Stream::new(&engine, 1, Audience::Owner);
         Ok(Playing { engine, stream, lens, used: 0, has_ended: false, complaints: Vec::new() })
     }

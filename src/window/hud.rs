@@ -1,6 +1,6 @@
 //! The viewer's overlay, laid over the window's words: text in two corners, and the inspector's enlarged pixels.
 
-use super::overlay::{Canvas, box_size, draw_box};
+use super::overlay::{Canvas, Corner, box_size, draw_box};
 use super::scanout::word;
 use crate::viewer::{Overlay, Zoom};
 
@@ -13,8 +13,9 @@ const ENLARGED_FROM: usize = 960;
 /// Where the inspector shows nothing: beside the frame.
 const OFF_FRAME: u32 = 0x0030_0030;
 
-/// Draws everything of `overlay` that fits.
-pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay) {
+/// Draws everything of `overlay` that fits. The lower text goes to a corner where it covers little of the picture: `corner`
+/// is the one that it was in last, and is changed.
+pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
     if !overlay.top.is_empty() {
@@ -23,8 +24,13 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay) {
         draw_box(canvas, [EDGE, EDGE], &lines, scale);
     }
     if !bottom.0.is_empty() {
-        let y = canvas.height.saturating_sub(bottom_height + EDGE);
-        draw_box(canvas, [EDGE, y], &bottom.0, bottom.1);
+        // The upper corners are the other text's and the inspector's, where they are shown.
+        let is_top_free = overlay.top.is_empty() && overlay.zoom.is_none();
+        let mut corners = vec![Corner::BottomLeft, Corner::BottomRight];
+        corners.extend(is_top_free.then_some([Corner::TopLeft, Corner::TopRight]).into_iter().flatten());
+        let size = box_size(&bottom.0, bottom.1);
+        *corner = Corner::choose(Some(*corner), &corners, canvas, size);
+        draw_box(canvas, corner.place([canvas.width, canvas.height], size), &bottom.0, bottom.1);
     }
     if let Some(zoom) = &overlay.zoom {
         // Text in its corner keeps it; the pixels go below.
@@ -134,6 +140,27 @@ mod tests {
     }
 
     #[test]
+    fn the_lower_text_makes_room_for_a_caption() {
+        let (width, height) = (200, 100);
+        let overlay = Overlay { bottom: vec!["a status line".into()], ..Overlay::default() };
+        let lit = |words: &[u32], rows: std::ops::Range<usize>| {
+            words[rows.start * width..rows.end * width].contains(&0x00ff_ffff)
+        };
+        let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
+        draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &mut corner);
+        assert!(lit(&blank, 70..100) && !lit(&blank, 0..70));
+        // Grey stripes over the whole foot of the picture.
+        let word = |i: usize| if i / width > 80 { (i as u32 % 2) * 0x0080_8080 } else { 0 };
+        let mut captioned: Vec<u32> = (0..width * height).map(word).collect();
+        draw(&mut Canvas { words: &mut captioned, width, height }, &overlay, &mut corner);
+        assert!(lit(&captioned, 0..30) && !lit(&captioned, 70..100));
+        assert!(
+            captioned[81 * width..].iter().enumerate().all(|(i, w)| *w == word(81 * width + i)),
+            "all is there"
+        );
+    }
+
+    #[test]
     fn any_overlay_fits_any_canvas_without_harm() {
         let zoom = |belongs_left| Zoom {
             side: 11,
@@ -149,7 +176,7 @@ mod tests {
                     zoom: Some(zoom(belongs_left)),
                 };
                 let mut words = vec![0x0012_3456; width * height];
-                draw(&mut Canvas { words: &mut words, width, height }, &overlay);
+                draw(&mut Canvas { words: &mut words, width, height }, &overlay, &mut Corner::BottomLeft);
                 assert!(width < 30 || words.iter().any(|&w| w != 0x0012_3456));
             }
         }

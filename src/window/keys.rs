@@ -15,8 +15,12 @@ pub enum Action {
     Step,
     /// Show or hide the list of keys.
     Help,
-    /// Show or hide the frame rate.
+    /// Show or hide the frame rate, and a server's addresses, clients and rates.
     FrameRate,
+    /// Fill the screen, or go back.
+    Fullscreen,
+    /// Enlarge the frame to the window, or by whole factors.
+    Scaling,
     /// Show or hide what lies under the pointer.
     Inspect,
 }
@@ -47,7 +51,9 @@ pub const BINDINGS: &[Binding] = &[
     bind(Key::Space, "Space", Action::Pause, "pause, go on"),
     bind(Key::Period, ".", Action::Step, "one step while paused"),
     bind(Key::F1, "F1", Action::Help, "this list"),
-    bind(Key::F3, "F3", Action::FrameRate, "frame rate"),
+    bind(Key::F3, "F3", Action::FrameRate, "rates, clients, addresses"),
+    bind(Key::F10, "F10", Action::Scaling, "fit the window, or whole factors"),
+    bind(Key::F11, "F11", Action::Fullscreen, "fullscreen (X11)"),
     bind(Key::I, "I", Action::Inspect, "pixel under the pointer"),
 ];
 
@@ -56,9 +62,22 @@ pub fn binding(key: Key) -> Option<&'static Binding> {
     BINDINGS.iter().find(|b| b.key == key)
 }
 
-/// The lines of the help overlay.
-pub fn help_lines() -> Vec<String> {
-    BINDINGS.iter().map(|b| format!("{:<6} {}", b.name, b.help)).collect()
+impl Binding {
+    /// Whether the key stays the window's while clients listen to keys: Esc and the F keys do.
+    pub fn is_kept(&self) -> bool {
+        self.name == "Esc" || (self.name.len() > 1 && self.name.starts_with('F'))
+    }
+}
+
+/// The lines of the help overlay: the keys that do something now.
+pub fn help_lines(has_listeners: bool, is_paused: bool) -> Vec<String> {
+    let works = |b: &&Binding| (b.is_kept() || !has_listeners) && (is_paused || b.action != Action::Step);
+    let mut lines: Vec<String> =
+        BINDINGS.iter().filter(works).map(|b| format!("{:<6} {}", b.name, b.help)).collect();
+    if has_listeners {
+        lines.push("all other keys go to the clients that listen".into());
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -69,8 +88,19 @@ mod tests {
     fn no_key_is_bound_twice_and_all_are_in_the_help() {
         for (i, b) in BINDINGS.iter().enumerate() {
             assert!(BINDINGS[i + 1..].iter().all(|o| o.key != b.key), "{} is bound twice", b.name);
-            assert!(help_lines()[i].contains(b.help));
+            assert!(help_lines(false, true)[i].contains(b.help));
         }
         assert!(binding(Key::Z).is_none());
+    }
+
+    #[test]
+    fn the_help_names_the_keys_that_work_now() {
+        let has = |lines: &[String], key: &str| lines.iter().any(|l| l.starts_with(key));
+        let running = help_lines(false, false);
+        assert!(has(&running, "Space") && !has(&running, ". "), "there is no step in a running stream");
+        assert!(has(&help_lines(false, true), ". "));
+        let listened = help_lines(true, true);
+        assert!(has(&listened, "Esc") && has(&listened, "F11") && has(&listened, "F3"));
+        assert!(!has(&listened, "Space") && !has(&listened, "Q ") && !has(&listened, "I "));
     }
 }

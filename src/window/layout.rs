@@ -4,6 +4,26 @@
 //! fits, or, where the window is smaller than the frame, reduced (each window pixel shows one frame pixel). Exact answer:
 //! window pixel (X, Y) shows frame pixel floor((X - left) * frame_width / shown_width), and the same down.
 
+/// How a frame that is smaller than its window is enlarged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scaling {
+    /// By a whole factor, with bars at the sides: all pixels are squares of one size.
+    #[default]
+    Whole,
+    /// To the window's width or height: pixels differ in size by one.
+    Fit,
+}
+
+impl Scaling {
+    /// The other one.
+    pub fn other(self) -> Scaling {
+        match self {
+            Scaling::Whole => Scaling::Fit,
+            Scaling::Fit => Scaling::Whole,
+        }
+    }
+}
+
 /// Where the frame is shown, in window pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
@@ -18,11 +38,16 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The layout of a frame in a window; a window without area shows nothing.
+    /// The layout of a frame in a window, enlarged by a whole factor; a window without area shows nothing.
     pub fn new(frame: [usize; 2], window: [usize; 2]) -> Self {
+        Layout::scaled(frame, window, Scaling::Whole)
+    }
+
+    /// The layout of a frame in a window; a window without area shows nothing.
+    pub fn scaled(frame: [usize; 2], window: [usize; 2], scaling: Scaling) -> Self {
         let [fw, fh] = frame.map(|n| n.max(1));
         let scale = (window[0] / fw).min(window[1] / fh);
-        let shown = if scale >= 1 {
+        let shown = if scale >= 1 && scaling == Scaling::Whole {
             [fw * scale, fh * scale]
         } else if window[0] * fh <= window[1] * fw {
             // The width binds: the height follows it, rounded, and never vanishes.
@@ -105,6 +130,20 @@ mod tests {
                 }
             }
             assert_eq!(l.window_rows(0..frame[1]), l.origin[1]..l.origin[1] + l.shown[1]);
+        }
+    }
+
+    #[test]
+    fn a_fitted_frame_fills_one_side() {
+        for (frame, window, shown) in [
+            ([1280, 720], [1920, 1080], [1920, 1080]),
+            ([100, 50], [350, 170], [340, 170]),
+            ([100, 50], [350, 900], [350, 175]),
+            ([400, 200], [100, 100], [100, 50]),
+        ] {
+            let l = Layout::scaled(frame, window, Scaling::Fit);
+            assert_eq!(l.shown, shown, "{frame:?} in {window:?}");
+            assert_eq!(l.origin, [(window[0] - shown[0]) / 2, (window[1] - shown[1]) / 2]);
         }
     }
 

@@ -7,20 +7,25 @@
 //! What cannot be caught: the window system going away ends the process (Xlib exits it). Snapshots are written when
 //! asked for, not at the end, and a server that must survive runs headless.
 
+#[cfg_attr(not(target_os = "linux"), path = "no_fullscreen.rs")]
+mod fullscreen;
 mod hud;
 mod keys;
 mod layout;
 mod overlay;
 mod scanout;
+mod status;
 mod view;
 mod viewer;
 
 pub use keys::{Action, BINDINGS, Binding, help_lines};
-pub use layout::Layout;
+pub use layout::{Layout, Scaling};
 pub use scanout::{convert, word};
+pub use status::ServerStatus;
 pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::server::{Display, EventSender, InputEvent};
+use fullscreen::Fullscreen;
 use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOptions};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -48,11 +53,28 @@ pub struct Options {
     pub scale: Option<usize>,
     /// Whether the window closes by itself when the stream has ended.
     pub close_at_end: bool,
+    /// Whether it opens over the whole screen.
+    pub fullscreen: bool,
+    /// How the frame is enlarged.
+    pub scaling: Scaling,
+    /// Whether the overlay of F3 is shown from the start.
+    pub shows_rates: bool,
+    /// A server's addresses and counters for that overlay.
+    pub server: Option<ServerStatus>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { title: "fbptr".into(), snapshot_dir: PathBuf::from("."), scale: None, close_at_end: false }
+        Options {
+            title: "fbptr".into(),
+            snapshot_dir: PathBuf::from("."),
+            scale: None,
+            close_at_end: false,
+            fullscreen: false,
+            scaling: Scaling::default(),
+            shows_rates: false,
+            server: None,
+        }
     }
 }
 
@@ -110,6 +132,10 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let reports = Rc::new(RefCell::new(VecDeque::new()));
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut view = View::new(display.clone(), options.snapshot_dir);
+    view.set_scaling(options.scaling);
+    view.set_server(options.server, options.shows_rates);
+    let mut fullscreen = Fullscreen::default();
+    let mut toggles_fullscreen = options.fullscreen;
     let mut pointer = Pointer::new(display.event_sender());
     while window.is_open() && !display.is_leaving() && !view.wants_to_quit() {
         let window_size = <[usize; 2]>::from(window.get_size());
@@ -130,6 +156,9 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
                 Report::Key(key, is_down) => view.key(key, is_down),
                 Report::Char(c) => display.send(InputEvent::Text(c)),
             }
+        }
+        if std::mem::take(&mut toggles_fullscreen) || view.take_fullscreen_request() {
+            fullscreen.toggle(&window).unwrap_or_else(|why| view.say(why));
         }
         if options.close_at_end && display.is_finished() && view.is_up_to_date() {
             break;

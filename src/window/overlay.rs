@@ -12,6 +12,65 @@ pub struct Canvas<'a> {
     pub height: usize,
 }
 
+/// A corner of a canvas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Corner {
+    TopLeft,
+    TopRight,
+    BottomLeft,
+    BottomRight,
+}
+
+/// Blank pixels between a box and the canvas's edges.
+const EDGE: usize = 4;
+
+impl Corner {
+    /// All corners.
+    pub const ALL: [Corner; 4] = [Corner::TopLeft, Corner::TopRight, Corner::BottomLeft, Corner::BottomRight];
+
+    /// The corner of `among` in which a box of `size` covers the least: where the fewest words differ from their left
+    /// neighbours. So text in the picture, a caption for instance, stays readable where there is a blank corner. The one
+    /// that is taken already is kept as long as it is about as quiet, so that boxes do not wander.
+    pub fn choose(
+        current: Option<Corner>,
+        among: &[Corner],
+        canvas: &Canvas<'_>,
+        size: [usize; 2],
+    ) -> Corner {
+        let quietest = among.iter().copied().min_by_key(|corner| corner.changes(canvas, size));
+        let quietest = quietest.unwrap_or(Corner::TopLeft);
+        let is_quiet_enough = |corner: &Corner| {
+            corner.changes(canvas, size) <= 2 * quietest.changes(canvas, size) + Self::FEW_CHANGES
+        };
+        current.filter(|corner| among.contains(corner)).filter(is_quiet_enough).unwrap_or(quietest)
+    }
+
+    /// Less than a letter's worth.
+    const FEW_CHANGES: usize = 8;
+
+    /// How many words under a box of `size` here differ from their left neighbours.
+    fn changes(self, canvas: &Canvas<'_>, size: [usize; 2]) -> usize {
+        let [x, y] = self.place([canvas.width, canvas.height], size);
+        let end = (x + size[0]).min(canvas.width);
+        let in_row = |row: usize| {
+            let words = canvas.words.get(row * canvas.width + x.min(end)..row * canvas.width + end);
+            words.unwrap_or(&[]).windows(2).filter(|pair| pair[0] != pair[1]).count()
+        };
+        (y..(y + size[1]).min(canvas.height)).map(in_row).sum()
+    }
+
+    /// The upper left corner of a box of `size` here on a canvas.
+    pub fn place(self, canvas: [usize; 2], size: [usize; 2]) -> [usize; 2] {
+        let far = |axis: usize| canvas[axis].saturating_sub(size[axis] + EDGE);
+        match self {
+            Corner::TopLeft => [EDGE, EDGE],
+            Corner::TopRight => [far(0), EDGE],
+            Corner::BottomLeft => [EDGE, far(1)],
+            Corner::BottomRight => [far(0), far(1)],
+        }
+    }
+}
+
 /// Blank pixels around the text, before enlarging.
 const MARGIN: usize = 4;
 
@@ -57,6 +116,29 @@ fn draw_glyph(canvas: &mut Canvas<'_>, at: [usize; 2], c: char, scale: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_corner_with_the_least_in_it_is_taken_and_kept() {
+        let (width, height) = (100, 80);
+        let busy = |current: Option<Corner>, is_busy: &dyn Fn(usize, usize) -> bool| {
+            let word = |i: usize| u32::from(is_busy(i % width, i / width)) * (i as u32 % 2);
+            let mut words: Vec<u32> = (0..width * height).map(word).collect();
+            Corner::choose(current, &Corner::ALL, &Canvas { words: &mut words, width, height }, [40, 30])
+        };
+        assert_eq!(busy(None, &|_, _| false), Corner::TopLeft);
+        assert_eq!(busy(None, &|_, y| y < 40), Corner::BottomLeft);
+        assert_eq!(busy(None, &|x, _| x < 50), Corner::TopRight);
+        assert_eq!(busy(None, &|x, y| x < 50 || y < 40), Corner::BottomRight);
+        let last = Some(Corner::BottomRight);
+        assert_eq!(busy(last, &|_, _| false), Corner::BottomRight, "no reason to move");
+        assert_eq!(busy(last, &|_, _| true), Corner::BottomRight, "nowhere better");
+        assert_eq!(busy(last, &|x, y| x > 60 && y > 60), Corner::TopLeft, "a caption");
+        for (width, height) in [(1, 1), (3, 50), (50, 3)] {
+            let mut words = vec![0; width * height];
+            let canvas = Canvas { words: &mut words, width, height };
+            assert_eq!(Corner::choose(None, &Corner::ALL, &canvas, [40, 30]), Corner::TopLeft);
+        }
+    }
 
     #[test]
     fn text_is_drawn_and_cut_at_the_edges() {

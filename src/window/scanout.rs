@@ -19,7 +19,8 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
         return;
     }
     let stride_bytes = frame_width * 4;
-    let scale = shown_width / frame_width;
+    // 0 where pixels differ in size.
+    let scale = if shown_width.is_multiple_of(frame_width) { shown_width / frame_width } else { 0 };
     let level = Level::best();
     let mut last_source = None;
     for y in layout.window_rows(rows) {
@@ -61,6 +62,7 @@ fn enlarge<const N: usize>(source: &[[u8; 4]], target: &mut [u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::window::Scaling;
 
     fn frame(w: usize, h: usize) -> Vec<u8> {
         (0..w * h).flat_map(|i| [i as u8, (i * 7) as u8, (i * 13) as u8, 77]).collect()
@@ -79,19 +81,21 @@ mod tests {
             ([1, 1], [3, 2]),
         ] {
             let rgba = frame(size[0], size[1]);
-            let layout = Layout::new(size, window);
-            let mut words = vec![0xdead; window[0] * window[1]];
-            // Row by row must give what the whole gives: changed rows are converted alone.
-            for row in 0..size[1] {
-                convert(&rgba, &layout, row..row + 1, &mut words);
-            }
-            for (i, &w) in words.iter().enumerate() {
-                let expected =
-                    layout.pixel_at((i % window[0]) as f32, (i / window[0]) as f32).map(|[x, y]| {
-                        let p = &rgba[(y * size[0] + x) * 4..][..4];
-                        (p[0] as u32) << 16 | (p[1] as u32) << 8 | p[2] as u32
-                    });
-                assert_eq!(w, expected.unwrap_or(0xdead), "{size:?} in {window:?}, word {i}");
+            for scaling in [Scaling::Whole, Scaling::Fit] {
+                let layout = Layout::scaled(size, window, scaling);
+                let mut words = vec![0xdead; window[0] * window[1]];
+                // Row by row must give what the whole gives: changed rows are converted alone.
+                for row in 0..size[1] {
+                    convert(&rgba, &layout, row..row + 1, &mut words);
+                }
+                for (i, &w) in words.iter().enumerate() {
+                    let expected =
+                        layout.pixel_at((i % window[0]) as f32, (i / window[0]) as f32).map(|[x, y]| {
+                            let p = &rgba[(y * size[0] + x) * 4..][..4];
+                            (p[0] as u32) << 16 | (p[1] as u32) << 8 | p[2] as u32
+                        });
+                    assert_eq!(w, expected.unwrap_or(0xdead), "{size:?} in {window:?} {scaling:?}, word {i}");
+                }
             }
         }
     }

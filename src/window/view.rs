@@ -3,9 +3,10 @@
 //! No window system in here: keys and pointer positions come in, words go out, so all of it is tested without a screen.
 
 use super::keys::{self, Action};
-use super::layout::Layout;
-use super::overlay::{self, Canvas};
+use super::layout::{Layout, Scaling};
+use super::overlay::{self, Canvas, Corner};
 use super::scanout;
+use super::status::ServerStatus;
 use crate::memory::VideoMemory;
 use crate::server::{Display, InputEvent, ShownFrame};
 use minifb::Key;
@@ -30,10 +31,15 @@ pub struct View {
     shows_rate: bool,
     inspects: bool,
     quit: bool,
+    wants_fullscreen: bool,
+    scaling: Scaling,
+    server: Option<ServerStatus>,
     message: Option<(String, Instant)>,
     rate: FrameRate,
     /// The overlay lines that the words hold now.
     drawn_lines: Vec<String>,
+    /// The corner that the overlay is in.
+    corner: Option<Corner>,
     is_uploaded: bool,
 }
 
@@ -58,9 +64,13 @@ impl View {
             shows_rate: false,
             inspects: false,
             quit: false,
+            wants_fullscreen: false,
+            scaling: Scaling::default(),
+            server: None,
             message: None,
             rate: FrameRate { since: Instant::now(), frames: 0, per_second: 0.0 },
             drawn_lines: Vec::new(),
+            corner: None,
             is_uploaded: false,
         }
     }
@@ -69,8 +79,23 @@ impl View {
         self.quit
     }
 
+    pub fn set_scaling(&mut self, scaling: Scaling) {
+        self.scaling = scaling;
+    }
+
+    /// Tells of this server, if of any, in the overlay of F3.
+    pub fn set_server(&mut self, server: Option<ServerStatus>, shows_rates: bool) {
+        (self.server, self.shows_rate) = (server, shows_rates);
+    }
+
+    /// Whether F11 was pressed since the last call.
+    pub fn take_fullscreen_request(&mut self) -> bool {
+        std::mem::take(&mut self.wants_fullscreen)
+    }
+
     pub fn layout(&self, window_size: [usize; 2]) -> Layout {
-        Layout::new([self.display.width() as usize, self.display.height() as usize], window_size)
+        let frame = [self.display.width() as usize, self.display.height() as usize];
+        Layout::scaled(frame, window_size, self.scaling)
     }
 
     pub fn set_pointer(&mut self, at: Option<(f32, f32)>) {
@@ -104,8 +129,7 @@ impl View {
             return;
         };
         // Keys that clients listen to are theirs; Esc and the F keys stay the window's.
-        let is_ours = matches!(key, Key::Escape | Key::F1 | Key::F3 | Key::F12);
-        if is_ours || !self.display.has_listeners() {
+        if binding.is_kept() || !self.display.has_listeners() {
             self.act(binding.action);
         }
     }
@@ -122,11 +146,14 @@ impl View {
             }
             Action::Help => self.shows_help = !self.shows_help,
             Action::FrameRate => self.shows_rate = !self.shows_rate,
+            Action::Fullscreen => self.wants_fullscreen = true,
+            Action::Scaling => self.scaling = self.scaling.other(),
             Action::Inspect => self.inspects = !self.inspects,
         }
     }
 
-    fn say(&mut self, text: String) {
+    /// Shows a message for a moment.
+    pub fn say(&mut self, text: String) {
         self.message = Some((text, Instant::now()));
     }
 
@@ -146,7 +173,7 @@ impl View {
             Ok(_) => format!("saved {}", path.display()),
             Err(e) => format!("not saved: {e}"),
         };
-        eprintln!("{text}");
+        eprintln!("fbptr: {text}");
         self.say(text);
     }
 
@@ -190,7 +217,10 @@ impl View {
             let mut canvas = Canvas { words: &mut self.words, width: window_size[0], height: window_size[1] };
             let fits = |scale| overlay::box_size(&lines, scale)[0] + 8 <= window_size[0];
             let scale = if window_size[1] >= 480 && fits(2) { 2 } else { 1 };
-            overlay::draw_box(&mut canvas, [4, 4], &lines, scale);
+            let size = overlay::box_size(&lines, scale);
+            let corner = Corner::choose(self.corner, &Corner::ALL, &canvas, size);
+            self.corner = Some(corner);
+            overlay::draw_box(&mut canvas, corner.place(window_size, size), &lines, scale);
         }
         self.drawn_lines = lines;
         self.is_uploaded = false;
@@ -200,7 +230,7 @@ impl View {
     fn overlay_lines(&mut self, layout: &Layout) -> Vec<String> {
         let mut lines = Vec::new();
         if self.shows_help {
-            lines.extend(keys::help_lines());
+            lines.extend(keys::help_lines(self.display.has_listeners(), self.display.is_paused()));
         }
         let elapsed = self.rate.since.elapsed();
         if elapsed >= Duration::from_millis(500) {
@@ -208,6 +238,7 @@ impl View {
             (self.rate.frames, self.rate.since) = (0, Instant::now());
         }
         if self.shows_rate {
+            lines.extend(self.server.iter_mut().flat_map(ServerStatus::lines));
             lines.push(format!("{:5.1} frames/s", self.rate.per_second));
         }
         if self.inspects {

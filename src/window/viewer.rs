@@ -4,8 +4,10 @@
 //! window system reports between two looks is all handled, in order, before the next picture is drawn: no tap is lost
 //! however long a picture takes.
 
+use super::fullscreen::Fullscreen;
 use super::hud;
-use super::overlay::Canvas;
+use super::layout::Scaling;
+use super::overlay::{Canvas, Corner};
 use super::scanout;
 use super::{Collector, Layout, MAX_WINDOW_SIDE, Report, TICK, USUAL_SCREEN, WindowError, open};
 use crate::save::{self, Movie};
@@ -76,6 +78,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     let mut movie = options.movie.take().map(|(movie, rate)| Recording::new(movie, rate));
     let mut gif: Option<Recording> = None;
     let mut screen = Screen::new(frame);
+    let mut fullscreen = Fullscreen::default();
     let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
     while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
         let size = <[usize; 2]>::from(window.get_size());
@@ -85,7 +88,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
             match (options.reload)() {
                 Some(Ok(model)) => viewer.reload(model),
                 Some(Err(message)) => {
-                    eprintln!("{message}");
+                    eprintln!("fbptr: {message}");
                     viewer.say(message);
                 }
                 None => {}
@@ -103,6 +106,8 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
             let Report::Key(key, is_down) = report else { continue };
             match translate(key).and_then(|key| viewer.key(key, is_down)) {
                 Some(Request::Quit) => quits = true,
+                Some(Request::Fullscreen) => fullscreen.toggle(&window).unwrap_or_else(|why| viewer.say(why)),
+                Some(Request::Scaling) => screen.toggle_scaling(),
                 Some(Request::Record) => toggle_gif(viewer, &mut gif, &options.save_dir),
                 Some(request) => serve(viewer, request, &options.save_dir),
                 None => {}
@@ -128,16 +133,31 @@ struct Screen {
     frame: [usize; 2],
     words: Vec<u32>,
     size: [usize; 2],
+    scaling: Scaling,
     overlay: Overlay,
+    corner: Corner,
 }
 
 impl Screen {
     fn new(frame: [usize; 2]) -> Self {
-        Screen { frame, words: Vec::new(), size: [0, 0], overlay: Overlay::default() }
+        Screen {
+            frame,
+            words: Vec::new(),
+            size: [0, 0],
+            scaling: Scaling::default(),
+            overlay: Overlay::default(),
+            corner: Corner::BottomLeft,
+        }
     }
 
     fn layout(&self, size: [usize; 2]) -> Layout {
-        Layout::new(self.frame, size)
+        Layout::scaled(self.frame, size, self.scaling)
+    }
+
+    fn toggle_scaling(&mut self) {
+        self.scaling = self.scaling.other();
+        // All of the window is drawn anew.
+        self.size = [0, 0];
     }
 
     /// The window's words where anything of them changed.
@@ -154,7 +174,8 @@ impl Screen {
         self.words.resize(size[0] * size[1], 0);
         let layout = self.layout(size);
         scanout::convert(viewer.shown().bytes(), &layout, 0..self.frame[1], &mut self.words);
-        hud::draw(&mut Canvas { words: &mut self.words, width: size[0], height: size[1] }, &overlay);
+        let mut canvas = Canvas { words: &mut self.words, width: size[0], height: size[1] };
+        hud::draw(&mut canvas, &overlay, &mut self.corner);
         (self.size, self.overlay) = (size, overlay);
         Some(&self.words)
     }
@@ -178,7 +199,7 @@ fn look_at_pointer(viewer: &mut Viewer, window: &minifb::Window, layout: &Layout
 }
 
 fn tell(viewer: &mut Viewer, text: String) {
-    eprintln!("{text}");
+    eprintln!("fbptr: {text}");
     viewer.say(text);
 }
 
@@ -215,7 +236,7 @@ fn serve(viewer: &mut Viewer, request: Request, folder: &Path) {
             let _ = std::io::stdout().lock().write_all(text.as_bytes());
             return viewer.say("the camera is on standard output".to_owned());
         }
-        Request::Quit | Request::Record => return,
+        Request::Quit | Request::Record | Request::Fullscreen | Request::Scaling => return,
     };
     let Some(path) = free_name(folder, ending) else {
         return tell(viewer, format!("no free name for a .{ending}"));
@@ -239,6 +260,8 @@ fn translate(key: minifb::Key) -> Option<Key> {
         K::F2 => Key::F2,
         K::F3 => Key::F3,
         K::F9 => Key::F9,
+        K::F10 => Key::F10,
+        K::F11 => Key::F11,
         K::F12 => Key::F12,
         K::Key0 | K::NumPad0 => Key::Zero,
         K::Key1 | K::NumPad1 => Key::One,

@@ -232,7 +232,7 @@ fn a_scene_is_rendered_and_explained_and_a_broken_one_is_placed() {
     let broken = folder.file("broken.x3d", "<X3D>\n<Scene>\n<Shape>\n</Scene></X3D>");
     let refused = run(&["render", &broken, "-o", &picture], b"");
     assert_eq!(refused.status.code(), Some(1));
-    assert!(err(&refused).starts_with(&format!("{broken}:4:")), "{}", err(&refused));
+    assert!(err(&refused).starts_with(&format!("fbptr: {broken}:4:")), "{}", err(&refused));
     for arguments in [
         &["render", &folder.path("none.x3d"), "-o", &picture][..],
         &["render", &obj, "-o", "p.xyz"],
@@ -421,4 +421,48 @@ fn a_stream_is_traced_to_what_is_seen_in_the_end() {
     let nothing = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "4"], stream);
     assert!(err(&nothing).contains("--trace"), "{}", err(&nothing));
     assert_eq!(nothing.status.code(), Some(1));
+}
+
+/// A wedge that is not the same from any two sides.
+const WEDGE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 .5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+#[test]
+fn frames_of_a_scene_without_an_animation_are_one_turn() {
+    let folder = Folder::new("turntable");
+    let wedge = folder.file("wedge.obj", WEDGE);
+    let turned = folder.path("turn.raw");
+    let rendered = run(&["render", &wedge, "-o", &turned, "--size", "32x24", "--frames", "4"], b"");
+    assert_eq!(rendered.status.code(), Some(0), "{}", err(&rendered));
+    let said = format!("fbptr: {wedge} has no animation: the 4 frames are one turn\n");
+    assert_eq!(err(&rendered), said);
+    let frames: Vec<Vec<u8>> =
+        (0..4).map(|i| std::fs::read(folder.path(&format!("turn-{i:04}.raw"))).unwrap()).collect();
+    for i in 0..4 {
+        assert!(frames[i].iter().any(|b| ![0, 255].contains(b)), "frame {i} shows something");
+        assert!(frames[..i].iter().all(|other| *other != frames[i]), "frame {i} is another side");
+    }
+    let one = folder.path("one.raw");
+    let rendered = run(&["render", &wedge, "-o", &one, "--size", "32x24", "--frames", "1"], b"");
+    assert_eq!((rendered.status.code(), err(&rendered)), (Some(0), ""));
+}
+
+#[test]
+fn what_was_probably_meant_is_said() {
+    let folder = Folder::new("meant");
+    let (model, stream) = (folder.file("model.obj", WEDGE), folder.file("tour.fbs", "SIZE\n"));
+    for (arguments, wanted) in [
+        (&[model.as_str()][..], format!("`fbptr view {model}` shows it")),
+        (&[stream.as_str()], format!("`fbptr play {stream}` plays it")),
+        (&["serv"], "'serve'".to_owned()),
+        (&["serve", "--siez", "4x3"], "'--size'".to_owned()),
+        (&["serve", "--listen", "nonsense:port"], "an address is HOST:PORT".to_owned()),
+    ] {
+        let output = run(arguments, b"");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let said = err(&output);
+        assert!(said.starts_with("fbptr: ") && said.contains(&wanted), "{arguments:?}: {said}");
+    }
+    assert_eq!(run(&["--help"], b"").status.code(), Some(0));
+    let played = run(&["play", "-", "--headless"], b"LIEN 0 0 1 1 ff0000\n");
+    assert_eq!(err(&played), "-:1: EVERB LIEN: unknown verb (did you mean LINE?), got \"LIEN\"\n");
 }

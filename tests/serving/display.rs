@@ -107,6 +107,34 @@ fn a_paused_display_runs_nothing_but_steps() {
 }
 
 #[test]
+fn a_step_is_one_frame_however_long_it_takes_and_however_it_comes() {
+    let (serving, display) = shown(400, 400);
+    display.set_paused(true);
+    let mut wire = serving.connect();
+    // More work than a turn's time and more bytes than a read has.
+    let frame = |red: u8| {
+        let fills = "FILLRECT 0 0 400 400 000102\n".repeat(300);
+        let pixels = "PX 1 1 00ff00\n".repeat(30_000);
+        format!("{fills}{pixels}PX 0 0 {red:02x}0000\nPRESENT\n")
+    };
+    display.step();
+    wire.send(b"AUTO off\n");
+    let sender = std::thread::spawn(move || {
+        for red in 1..=9 {
+            wire.send(frame(red).as_bytes());
+        }
+        assert_eq!(wire.ask("SYNC end\n"), "SYNC end\n");
+    });
+    for red in 1..=9 {
+        display.step();
+        assert!(becomes_red(&display, red, SOON * 3), "step {red}");
+    }
+    assert!(!display.take_step(), "each step was taken once");
+    display.step();
+    sender.join().unwrap();
+}
+
+#[test]
 fn depth_under_the_pointer_is_answered() {
     let (serving, display) = shown(16, 16);
     assert_eq!(serving.say("MESH b BOX\nDRAW b\nSYNC a\n"), "SYNC a\n");

@@ -4,6 +4,7 @@
 #![cfg(feature = "window")]
 
 mod events;
+mod fullscreen;
 mod screen;
 #[path = "../support/tools.rs"]
 mod tools;

@@ -104,6 +104,12 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
             // The keys before it took back what they did: there must be a way to come back from.
             screen.xdotool(&["key", "w"]);
         }
+        let place = screen.place(&id);
+        if binding.action == Action::Scaling {
+            // Where the picture fits a whole number of times there is nothing to change.
+            screen.xdotool(&["windowsize", "--sync", &id, "900", "700"]);
+            wait_for("the larger window", || (screen.place(&id)[2..] == [900, 700]).then_some(()));
+        }
         let (before, files_before) = (settled(screen, &id), files(folder));
         screen.xdotool(&["key", &keysym(binding.key)]);
         wait_for(&format!("{file}: {} ({help}) to do something", binding.name), || {
@@ -113,7 +119,14 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
         assert!(viewer.0.try_wait().expect("a child").is_none(), "{file}: {} ended the viewer", binding.name);
         if matches!(
             binding.action,
-            Action::Help | Action::Depth | Action::Difference | Action::Plan | Action::Status | Action::Pause
+            Action::Help
+                | Action::Depth
+                | Action::Difference
+                | Action::Plan
+                | Action::Status
+                | Action::Pause
+                | Action::Fullscreen
+                | Action::Scaling
         ) {
             // What covers the picture goes before the next key.
             if binding.action != Action::Pause {
@@ -121,6 +134,12 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
                 settled(screen, &id);
             }
             screen.xdotool(&["key", &keysym(binding.key)]);
+        }
+        if binding.action == Action::Scaling {
+            screen.xdotool(&["windowsize", "--sync", &id, &place[2].to_string(), &place[3].to_string()]);
+        }
+        if matches!(binding.action, Action::Scaling | Action::Fullscreen) {
+            wait_for("the window as it was", || (screen.place(&id)[2..] == place[2..]).then_some(()));
         }
     }
     screen.xdotool(&["key", "Escape"]);

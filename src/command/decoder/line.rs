@@ -7,6 +7,7 @@ use crate::command::sink::Sink;
 use crate::command::stream_error::{StreamError, Subject};
 use crate::command::verb::{Counts, Payload, Reading, Verb};
 use crate::error::{Code, Fault};
+use crate::memory::{Rgba, parse_color};
 
 impl Decoder {
     /// Reads one whole line without its end; `rest` is what follows it in the same piece.
@@ -64,8 +65,26 @@ impl Decoder {
                 0
             }
             Ok(command) => self.payload(command, length, rest, sink),
-            Err(refusal) => self.refuse(Subject::Known(verb), refusal, length, rest, sink),
+            Err(refusal) => match self.grey_pixel(verb, arguments, &refusal) {
+                Some((x, y, color)) => {
+                    sink.pixel(x, y, color);
+                    0
+                }
+                None => self.refuse(Subject::Known(verb), refusal, length, rest, sink),
+            },
         }
+    }
+
+    /// A `PX` whose colour is one hex digit, where those are taken: refused as any other word first, so that nothing else
+    /// pays for it.
+    fn grey_pixel(&self, verb: &Verb, arguments: &[u8], refusal: &Refusal) -> Option<(i32, i32, Rgba)> {
+        let [digit] = refusal.token[..] else { return None };
+        if !self.takes_grey_digits || verb.name != "PX" || refusal.code != Code::Colour {
+            return None;
+        }
+        let color = parse_color(&[digit, digit])?;
+        let [x, y] = Args::new(arguments).ints().ok()?;
+        Some((x, y, color))
     }
 }
 

@@ -102,6 +102,8 @@ pub struct Decoder {
     spare: Option<SparePayload>,
     /// What the payload holds of the budget.
     payload_held: Option<Reservation>,
+    /// One hex digit is a colour of `PX`.
+    takes_grey_digits: bool,
     /// The sink asked for a rest.
     paused: bool,
 }
@@ -120,6 +122,7 @@ impl Decoder {
             payload: Vec::new(),
             spare: None,
             payload_held: None,
+            takes_grey_digits: false,
             paused: false,
         }
     }
@@ -127,6 +130,11 @@ impl Decoder {
     /// The same, which takes the buffers of large payloads from `spare` and gives them back there.
     pub fn with_spare(limits: Limits, spare: &SparePayload) -> Self {
         Decoder { spare: Some(spare.clone()), ..Decoder::new(limits) }
+    }
+
+    /// Takes `PX x y g` with one hex digit from now on, the grey `gg`; otherwise such a word is no colour.
+    pub fn set_grey_digits(&mut self, on: bool) {
+        self.takes_grey_digits = on;
     }
 
     /// Where the next byte to be fed stands.

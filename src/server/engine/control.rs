@@ -7,7 +7,9 @@ use crate::load::QuotaFolder;
 use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::jobs::{Job, JobResult};
+use crate::server::metrics::{Metrics, MetricsBoard, RecordingState};
 use crate::server::record::Recorder;
+use crate::server::snapshots::is_own_name;
 use crate::server::{Display, Session};
 use std::ops::Range;
 use std::sync::Arc;
@@ -54,6 +56,39 @@ impl Engine {
             self.plan,
         );
         out.extend_from_slice(line.as_bytes());
+    }
+
+    /// Counts for `board` from now on; the render thread updates it.
+    pub fn set_metrics(&mut self, board: Arc<MetricsBoard>) {
+        self.verb_counts.enable();
+        self.metrics = Some(board);
+    }
+
+    /// The board that metrics go to, if there is one.
+    pub fn metrics(&self) -> Option<&Arc<MetricsBoard>> {
+        self.metrics.as_ref()
+    }
+
+    /// Fills in what the engine knows.
+    pub(in crate::server) fn fill_metrics(&self, m: &mut Metrics) {
+        m.totals = self.totals;
+        m.connections = self.connections;
+        m.idle_closes = self.idle_closes;
+        m.foreign_refused = self.foreign_refused;
+        m.frame_bytes = self.memory.bytes().len() as u64;
+        m.depth_bytes = self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64);
+        m.id_bytes = self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64);
+        m.shared_resource_bytes = self.shared.size_bytes();
+        m.recording = match (&self.recorder, &self.record_failure) {
+            (Some(recorder), _) if recorder.has_failed() => RecordingState::Failed,
+            (Some(_), _) => RecordingState::On,
+            (None, Some(_)) => RecordingState::Failed,
+            (None, None) => RecordingState::Off,
+        };
+        let recorded = self.recorder.as_ref().map(Recorder::stats).unwrap_or_default();
+        (m.recorded_bytes, m.record_queue_bytes) = (recorded.written_bytes, recorded.queued_bytes);
+        m.snap_bytes = self.snap_dir.as_ref().map_or(0, |folder| folder.used_bytes());
+        self.verb_counts.copy_to(&mut m.verbs);
     }
 
     /// Tells the engine how many bytes wait to be run, for `STATS`.
@@ -260,6 +295,13 @@ impl Engine {
                 );
             }
         };
+        if let SnapTarget::File(name) = &target
+            && self.reserves_snapshot_names
+            && is_own_name(name)
+        {
+            let message = "names like wall-20260131-235959.png are the server's own here";
+            return Err(Fault::new(Code::Perm, message).got(name.as_str()));
+        }
         let is_small = folder.is_none() && u64::from(w) * u64::from(h) <= SMALL_SNAP_PIXELS;
         // Its copy, its rows as they are packed, and what they become.
         let bytes = 3 * self.memory.bytes().len() as u64 + SNAP_BYTES;

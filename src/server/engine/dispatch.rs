@@ -43,6 +43,7 @@ impl Engine {
         replies: &mut Vec<u8>,
     ) -> Result<Progress, Fault> {
         session.stats.commands += 1;
+        self.verb_counts.command(&command);
         if !is_pixelflut(&command) {
             session.has_used_other_verbs = true;
         }

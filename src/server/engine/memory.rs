@@ -43,6 +43,7 @@ impl Engine {
     #[inline(never)]
     pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         s.stats.commands += 1;
+        self.verb_counts.many("PX", 1);
         if let Some(recorder) = &mut self.recorder {
             recorder.pixel(s.id, x, y, color);
         }
@@ -67,6 +68,7 @@ impl Engine {
         if let Some(recorder) = &mut self.recorder {
             recorder.binary_pixels(s.id, records);
         }
+        self.verb_counts.many("PB", records.len() / BINARY_PIXEL_BYTES);
         let stored = draw2d::binary_pixels(&mut self.memory, records, s.blend);
         s.count_pixels(records.len() / BINARY_PIXEL_BYTES, stored);
     }
@@ -76,6 +78,7 @@ impl Engine {
         if let Some(recorder) = &mut self.recorder {
             recorder.pixels(s.id, records, s.offset);
         }
+        self.verb_counts.many("PX", records.len());
         let stored = draw2d::moved_points(&mut self.memory, records, s.offset, s.blend);
         s.count_pixels(records.len(), stored);
     }
@@ -86,6 +89,7 @@ impl Engine {
     /// `EFORMAT` for bytes that are no whole pixels.
     pub fn put_pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
+        self.verb_counts.many("PXMULTI", 1);
         self.pixel_run(s, x, y, rgba).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
             recorder.pixel_run(s.id, x, y, rgba);
@@ -100,6 +104,7 @@ impl Engine {
     pub fn put_blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
+        self.verb_counts.many("BLIT", 1);
         self.blit(s, rect, rgba).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
             recorder.blit(s.id, rect, rgba);
@@ -111,6 +116,7 @@ impl Engine {
     pub(in crate::server) fn note_line(&mut self, s: &mut Session, command: &Command) {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
+        self.verb_counts.command(command);
         if let Some(recorder) = &mut self.recorder {
             recorder.command(s.id, command);
         }
@@ -131,6 +137,7 @@ impl Engine {
     pub fn put_points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
+        self.verb_counts.many("POINTS", 1);
         self.points(s, packed).inspect_err(|_| s.stats.errors += 1)?;
         if let Some(recorder) = &mut self.recorder {
             recorder.points(s.id, packed);

@@ -32,11 +32,13 @@ mod space;
 mod trace;
 
 use super::jobs::Job;
+use super::metrics::{MetricsBoard, VerbCounts};
 use super::names::Names;
 use super::record::{ReadFile, Recorder};
 use super::{Display, Limits, Session, Stats};
 use crate::cancel::CancelToken;
-use crate::command::SparePayload;
+use crate::command::{Command, SparePayload};
+use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
 use crate::load::{Folder, QuotaFolder};
 use crate::memory::{
@@ -78,6 +80,21 @@ pub(in crate::server) enum Progress {
     Pieces(Box<Pieces>),
 }
 
+/// How connections begin: readings of the language that its clients do not agree on, and a server chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dialect {
+    /// What a connection that has not said `BLEND` does.
+    pub blend: Blend,
+    /// Whether `PX x y g` with one hex digit is the grey `gg`; otherwise it is `ECOLOUR`.
+    pub grey_digits: bool,
+}
+
+impl Default for Dialect {
+    fn default() -> Self {
+        Dialect { blend: Blend::Replace, grey_digits: false }
+    }
+}
+
 /// See the module's text.
 #[derive(Debug)]
 pub struct Engine {
@@ -96,7 +113,15 @@ pub struct Engine {
     /// Bounds all of it, and what of it the frame, depths and ids hold, and a reply that is being made.
     budget: MemoryBudget,
     held: Held,
+    dialect: Dialect,
+    /// Connections closed because they were idle, and those that spoke another protocol.
+    idle_closes: u64,
+    foreign_refused: u64,
+    metrics: Option<Arc<MetricsBoard>>,
+    verb_counts: VerbCounts,
     snap_dir: Option<Arc<QuotaFolder>>,
+    /// Names of periodic snapshots are the server's own.
+    reserves_snapshot_names: bool,
     load_dir: Option<Folder>,
     display: Option<Arc<Display>>,
     /// Rows that the display has not been given yet.
@@ -239,7 +264,13 @@ impl Engine {
             shared: Names::default(),
             limits,
             held,
+            dialect: Dialect::default(),
+            idle_closes: 0,
+            foreign_refused: 0,
+            metrics: None,
+            verb_counts: VerbCounts::default(),
             snap_dir: None,
+            reserves_snapshot_names: false,
             load_dir: None,
             display: None,
             unshown: 0..height,
@@ -355,6 +386,11 @@ impl Engine {
         self.snap_dir = Some(Arc::new(QuotaFolder::new(folder, self.limits.snap_bytes)));
     }
 
+    /// Keeps SNAP from the names of periodic snapshots in the same folder.
+    pub fn reserve_snapshot_names(&mut self) {
+        self.reserves_snapshot_names = true;
+    }
+
     /// Lets LOAD read files, from this folder only.
     pub fn set_load_dir(&mut self, folder: Folder) {
         self.load_dir = Some(folder);
@@ -389,6 +425,26 @@ impl Engine {
         &self.limits
     }
 
+    /// Begins connections so from now on.
+    pub fn set_dialect(&mut self, dialect: Dialect) {
+        self.dialect = dialect;
+    }
+
+    /// How connections begin.
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// Counts a connection closed for being idle.
+    pub(super) fn note_idle_close(&mut self) {
+        self.idle_closes += 1;
+    }
+
+    /// Counts a connection refused for speaking another protocol.
+    pub(super) fn note_foreign(&mut self) {
+        self.foreign_refused += 1;
+    }
+
     /// Presents so far.
     pub fn frames(&self) -> u64 {
         self.frames
@@ -399,9 +455,15 @@ impl Engine {
         self.totals
     }
 
-    /// A connection begins.
-    pub fn open(&mut self) {
+    /// The connection `id` begins. A blend that it has not asked for is recorded as if it had: a player's connections
+    /// begin as the specification says.
+    pub fn open(&mut self, id: u64) {
         self.connections += 1;
+        if let Some(recorder) = &mut self.recorder
+            && self.dialect.blend == Blend::Over
+        {
+            recorder.command(id, &Command::Blend { over: true });
+        }
     }
 
     /// A connection ends: what it asked of the display is over.

@@ -231,7 +231,7 @@ impl Replay {
     fn stream(&mut self, engine: &mut Engine, connection: u64) -> &mut Stream {
         let is_self_contained = self.is_self_contained;
         self.streams.entry(connection).or_insert_with(|| {
-            engine.open();
+            engine.open(connection);
             let mut stream = Stream::new(engine, connection, Audience::Owner);
             if is_self_contained {
                 stream.session_mut().file_access = FileAccess::Recording(Arc::default());

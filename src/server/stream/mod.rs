@@ -148,8 +148,14 @@ impl Stream {
     /// The stream of connection `id`, with the engine's payload limit.
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
-        let decoder = Decoder::with_spare(limits, engine.spare());
-        Stream { decoder, session: Session::new(id, audience), suspended: None }
+        let dialect = engine.dialect();
+        let mut decoder = Decoder::with_spare(limits, engine.spare());
+        decoder.set_grey_digits(dialect.grey_digits);
+        Stream {
+            decoder,
+            session: Session { blend: dialect.blend, ..Session::new(id, audience) },
+            suspended: None,
+        }
     }
 
     /// The session.
@@ -160,6 +166,11 @@ impl Stream {
     /// The session, for the end of it.
     pub fn session_mut(&mut self) -> &mut Session {
         &mut self.session
+    }
+
+    /// Where the next byte to be fed stands.
+    pub fn place(&self) -> Place {
+        self.decoder.place()
     }
 
     /// Bytes held for a command that is not whole.

@@ -6,7 +6,9 @@ use crate::error::{Code, Fault};
 use crate::server::jobs::{JobResult, Ticket};
 use crate::server::outbox::Outbox;
 use crate::server::record::{RECORD_MAGIC, Replay};
+use crate::server::sniff::{Foreign, Sniffer, Verdict};
 use crate::server::stream::Resume;
+use crate::server::transport::Medium;
 use crate::server::{Budget, Engine, InputEvent, Notice, Output, Standing, Stream};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
@@ -41,6 +43,10 @@ pub(super) struct Connection {
     /// Whether the stream may be a recording, until its first bytes tell; and the recording, if it is one.
     may_replay: bool,
     replay: Option<Replay>,
+    /// Looks for other protocols, until the first bytes tell. TCP alone: nothing else can be reached by a web page.
+    sniffer: Option<Sniffer>,
+    medium: Medium,
+    activity: Activity,
     work: VecDeque<Work>,
     /// Bytes in `work`.
     pub queued_bytes: u64,
@@ -72,6 +78,15 @@ pub(super) struct Connection {
     is_ending: bool,
 }
 
+/// What tells an idle connection from a busy one, looked at once a second.
+struct Activity {
+    /// Bytes have come since the last look.
+    has_received: bool,
+    /// Reply bytes that its client had not read at the last look.
+    unread: usize,
+    quiet_since: Instant,
+}
+
 /// A connection that is over, and whose transport is still busy with the last replies.
 pub(super) struct Leaving {
     pub outbox: Arc<Outbox>,
@@ -82,7 +97,7 @@ pub(super) struct Leaving {
 
 impl Connection {
     pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
-        let Opening { audience, may_replay, source, on_notice, on_end } = opening;
+        let Opening { audience, medium, may_replay, source, on_notice, on_end } = opening;
         if let Source::Stream { outbox, .. } = &source {
             outbox.set_budget(engine.memory_budget());
         }
@@ -91,6 +106,9 @@ impl Connection {
             stream: Stream::new(engine, id, audience),
             may_replay,
             replay: None,
+            sniffer: (medium == Medium::TcpSocket).then(Sniffer::default),
+            medium,
+            activity: Activity { has_received: false, unread: 0, quiet_since: Instant::now() },
             work: VecDeque::new(),
             queued_bytes: 0,
             has_mail: false,
@@ -114,6 +132,7 @@ impl Connection {
 
     pub fn add_bytes(&mut self, batch: Batch) {
         self.queued_bytes += batch.filled as u64;
+        self.activity.has_received = true;
         self.work.push_back(Work::Bytes { batch, at: 0 });
     }
 
@@ -170,6 +189,32 @@ impl Connection {
         !self.has_mail && self.work.is_empty() && self.job.is_none()
     }
 
+    /// Whether nothing has come from a socket and nothing was due to it for `timeout`, as far as looks once a second can
+    /// tell. Listeners to events, who wait by trade, are never idle; a client that takes none of its replies is.
+    pub fn is_timed_out(&mut self, now: Instant, timeout: Duration) -> bool {
+        let unread = self.unread();
+        let has_changed = std::mem::take(&mut self.activity.has_received)
+            | (std::mem::replace(&mut self.activity.unread, unread) != unread);
+        let is_working = self.job.is_some() || self.is_in_pieces || !(self.is_idle() || self.is_stalled);
+        let is_waiting = self.waits_for.is_some() || self.stream.session().events;
+        if has_changed || is_working || is_waiting || !self.medium.is_socket() {
+            self.activity.quiet_since = now;
+        }
+        now.saturating_duration_since(self.activity.quiet_since) >= timeout
+    }
+
+    /// The line that tells a client that it was idle for too long; empty for one that is sent nothing unasked.
+    pub fn timeout_line(&self, timeout: Duration) -> String {
+        let (session, place) = (self.stream.session(), self.stream.place());
+        match session.reports_errors() {
+            true => {
+                let (line, byte, seconds) = (place.line, place.byte, timeout.as_secs_f64());
+                format!("ERR {line} {byte} EQUOTA CONNECT: idle for {seconds} seconds\n")
+            }
+            false => String::new(),
+        }
+    }
+
     /// Whether it will say when nothing more comes, because its reading was stopped.
     pub fn is_ending(&self) -> bool {
         self.is_ending
@@ -213,6 +258,15 @@ impl Connection {
                         self.replay = Some(Replay::new());
                     }
                     let piece = &batch.bytes()[at..end];
+                    let place = self.stream.place().byte;
+                    match self.sniffer.as_mut().map(|sniffer| sniffer.look(place, piece)) {
+                        None | Some(Verdict::Undecided) => {}
+                        Some(Verdict::Ours) => self.sniffer = None,
+                        Some(Verdict::Foreign(foreign)) => {
+                            self.give_back(batch);
+                            return self.refuse_foreign(foreign, engine, out);
+                        }
+                    }
                     let (used, standing) = match &mut self.replay {
                         Some(replay) => replay.feed(engine, piece, out, budget),
                         None => self.stream.feed(engine, piece, out, budget),
@@ -271,6 +325,16 @@ impl Connection {
             }
         }
         Standing::Rests
+    }
+
+    /// Ends the connection of a client that speaks another protocol: one error, and nothing of it has run.
+    fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> Standing {
+        let stats = &mut self.stream.session_mut().stats;
+        stats.commands += 1;
+        stats.errors += 1;
+        engine.note_foreign();
+        out.replies.extend_from_slice(foreign.reply().as_bytes());
+        Standing::Ended
     }
 
     fn run_item(&mut self, engine: &mut Engine, item: Item, out: &mut Output, budget: Budget) -> Standing {

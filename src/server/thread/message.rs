@@ -2,7 +2,7 @@
 
 use super::super::jobs::JobResult;
 use super::super::outbox::Outbox;
-use super::super::transport::{Lease, Recycle};
+use super::super::transport::{Lease, Medium, Recycle};
 use super::super::{Audience, Complaint, InputEvent, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
@@ -78,6 +78,7 @@ impl fmt::Debug for Message {
 /// What a new connection brings.
 pub(crate) struct Opening {
     pub audience: Audience,
+    pub medium: Medium,
     /// Whether its bytes may be a recording.
     pub may_replay: bool,
     pub source: Source,

@@ -15,7 +15,7 @@ use super::client::Client;
 use super::transport::Hand;
 #[cfg(target_os = "linux")]
 use super::transport::Poller;
-use super::transport::{Buffers, LEASE_BYTES};
+use super::transport::{Buffers, LEASE_BYTES, Medium};
 use super::{Audience, Engine};
 use crate::cancel::CancelToken;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -36,6 +36,8 @@ const ROUND_TIME: Duration = Duration::from_millis(24);
 const CHANNEL_ROOM: usize = 8192;
 /// The display is not given a new picture more often than this, but for PRESENT.
 const SHOW_EVERY: Duration = Duration::from_millis(15);
+/// Between two looks for idle connections.
+const IDLE_SCAN_EVERY: Duration = Duration::from_secs(1);
 /// How long a connection that is over may go without its client taking a byte.
 const LEAVE_WITHIN: Duration = Duration::from_secs(20);
 /// How long a client may keep its side open after it was sent everything.
@@ -122,6 +124,7 @@ impl RenderThread {
         let id = link.new_id();
         let opening = Opening {
             audience: Audience::Owner,
+            medium: Medium::InProcess,
             may_replay: false,
             source: Source::Inbox(inbox.clone()),
             on_notice: None,

@@ -2,9 +2,12 @@
 
 use super::connection::{Connection, Leaving};
 use super::message::{Id, Message};
-use super::{Finish, HANG_UP_WITHIN, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME};
+use super::{
+    Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME,
+};
 use crate::cancel::CancelToken;
 use crate::server::jobs::JobPool;
+use crate::server::metrics;
 use crate::server::transport::{Buffers, Hand, Next};
 use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
 use crossbeam_channel::{Receiver, Sender, never, select};
@@ -33,6 +36,8 @@ pub(super) struct Loop {
     was_brief: bool,
     /// Those that wait for a frame to be shown.
     waiting: Vec<Id>,
+    /// The step of a paused display that has begun and is not over.
+    step: Option<Step>,
     leaving: Vec<Leaving>,
     /// Where sockets' buffers come from, and how many connections have work that holds none.
     buffers: Arc<Buffers>,
@@ -52,6 +57,10 @@ pub(super) struct Loop {
     /// The connection whose command is in pieces: the others may only ask.
     in_pieces: Option<Id>,
     shown_at: Instant,
+    idle_scanned_at: Instant,
+    metrics_at: Instant,
+    /// Something has happened that the metrics do not show.
+    metrics_are_stale: bool,
     finish: Option<Finish>,
 }
 
@@ -75,6 +84,7 @@ impl Loop {
             brief: VecDeque::new(),
             was_brief: false,
             waiting: Vec::new(),
+            step: None,
             leaving: Vec::new(),
             buffers,
             slow: 0,
@@ -87,6 +97,9 @@ impl Loop {
             jobs_until: None,
             in_pieces: None,
             shown_at: Instant::now(),
+            idle_scanned_at: Instant::now(),
+            metrics_at: Instant::now(),
+            metrics_are_stale: true,
             finish: None,
         }
     }
@@ -133,9 +146,10 @@ impl Loop {
     }
 
     fn receive(&mut self, message: Message) {
+        self.metrics_are_stale = true;
         match message {
             Message::Open(id, opening) => {
-                self.engine.open();
+                self.engine.open(id);
                 let mut connection = Connection::new(&self.engine, id, *opening);
                 if matches!(self.finish, Some(Finish::By(_))) {
                     connection.stop_reading();
@@ -225,21 +239,67 @@ impl Loop {
         if self.round.is_empty() && self.brief.is_empty() {
             return None;
         }
-        let pace = match self.engine.display() {
-            Some(display) if display.is_paused() && !display.is_closed() => match display.take_step() {
-                true if self.engine.is_frozen() => Pace::OneFrame,
-                true => Pace::OneCommand,
-                false => return None,
-            },
-            _ => Pace::Free,
+        match self.engine.display() {
+            Some(display) if display.is_paused() && !display.is_closed() => {
+                return self.continue_step().or_else(|| self.begin_step());
+            }
+            _ => self.step = None,
+        }
+        Some((self.next_in_turn()?, Pace::Free))
+    }
+
+    /// Goes on with the step that has begun, if its connection has something to run.
+    fn continue_step(&mut self) -> Option<(Id, Pace)> {
+        let Step { id, pace, .. } = self.step?;
+        self.take_from_round(id).then_some((id, pace))
+    }
+
+    /// Takes this connection from the round. Whether it was there.
+    fn take_from_round(&mut self, id: Id) -> bool {
+        for queue in [&mut self.brief, &mut self.round] {
+            if let Some(at) = queue.iter().position(|queued| *queued == id) {
+                queue.remove(at);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Begins the step that the user asked for: a frame where `AUTO` is off, else a command. One that waits for a client
+    /// to go on is given up.
+    fn begin_step(&mut self) -> Option<(Id, Pace)> {
+        if !self.engine.display().is_some_and(|display| display.take_step()) {
+            return None;
+        }
+        // While a command is in pieces only its connection can do a step.
+        let id = match self.in_pieces {
+            Some(id) => self.take_from_round(id).then_some(id)?,
+            None => self.next_in_turn()?,
         };
+        let pace = if self.engine.is_frozen() { Pace::OneFrame } else { Pace::OneCommand };
+        let before = self.progress_of(id, pace);
+        self.step = Some(Step { id, pace, before });
+        Some((id, pace))
+    }
+
+    /// Counts a step's connection up to its end.
+    fn progress_of(&self, id: Id, pace: Pace) -> u64 {
+        match pace {
+            Pace::OneFrame => self.engine.frames(),
+            _ => self.connections.get(&id).map_or(0, Connection::commands),
+        }
+    }
+
+    /// Takes the next connection from the round.
+    fn next_in_turn(&mut self) -> Option<Id> {
         self.was_brief = !self.brief.is_empty() && (!self.was_brief || self.round.is_empty());
         let queue = if self.was_brief { &mut self.brief } else { &mut self.round };
-        queue.pop_front().map(|id| (id, pace))
+        queue.pop_front()
     }
 
     fn turn(&mut self, id: Id, pace: Pace) {
         self.engine.set_queue_bytes(self.queued_bytes);
+        self.metrics_are_stale = true;
         let Some(connection) = self.connections.get_mut(&id) else { return };
         connection.is_queued = false;
         let queued_before = connection.queued_bytes;
@@ -259,18 +319,10 @@ impl Loop {
             self.engine.before_slice(now);
         }
         let mut standing = Standing::Rests;
-        // A step is a command, however many pieces of input it takes to find one.
-        loop {
-            let before = connection.commands();
-            if connection.is_runnable() {
-                // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
-                let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
-                standing = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Standing::Ended);
-            }
-            let has_run = connection.commands() > before;
-            if pace == Pace::Free || has_run || !connection.is_runnable() || standing == Standing::Ended {
-                break;
-            }
+        if connection.is_runnable() {
+            // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
+            let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
+            standing = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Standing::Ended);
         }
         if !only_asks {
             self.in_pieces = Some(id).filter(|_| connection.is_in_pieces && standing != Standing::Ended);
@@ -304,12 +356,7 @@ impl Loop {
         connection.is_slow = standing != Standing::Ended && connection.shorten_leases();
         self.slow += usize::from(connection.is_slow);
         if standing == Standing::Ended {
-            if let Some(connection) = self.connections.remove(&id) {
-                self.queued_bytes -= connection.queued_bytes;
-                self.leaving.extend(connection.close(&mut self.engine));
-                // Room that one client's replies took is not kept for the others.
-                self.output.replies.shrink_to(KEPT_REPLY_BYTES);
-            }
+            self.end_connection(id);
         } else {
             if matches!(standing, Standing::WaitsFor(_)) {
                 self.waiting.push(id);
@@ -318,6 +365,71 @@ impl Loop {
         }
         if pace != Pace::Free {
             self.engine.show();
+        }
+        // A step takes as many turns, and pieces of input, as it needs; its connection's end is its end.
+        let is_over = |step: &Step| {
+            !self.connections.contains_key(&step.id) || self.progress_of(step.id, step.pace) > step.before
+        };
+        if self.step.as_ref().is_some_and(is_over) {
+            self.step = None;
+        }
+    }
+
+    fn end_connection(&mut self, id: Id) {
+        if let Some(connection) = self.connections.remove(&id) {
+            self.queued_bytes -= connection.queued_bytes;
+            self.leaving.extend(connection.close(&mut self.engine));
+            // Room that one client's replies took is not kept for the others.
+            self.output.replies.shrink_to(KEPT_REPLY_BYTES);
+        }
+    }
+
+    /// Closes the connections that were idle for the limit's time. Once a second, over all of them: bytes cost nothing more
+    /// than a flag.
+    fn close_idle(&mut self, now: Instant) {
+        let Some(timeout) = self.engine.limits().idle_timeout else { return };
+        if now < self.idle_scanned_at + IDLE_SCAN_EVERY {
+            return;
+        }
+        self.idle_scanned_at = now;
+        let is_timed_out = |(&id, c): (&Id, &mut Connection)| c.is_timed_out(now, timeout).then_some(id);
+        let idle: Vec<Id> = self.connections.iter_mut().filter_map(is_timed_out).collect();
+        for id in idle {
+            if let Some(connection) = self.connections.get_mut(&id) {
+                self.slow -= usize::from(std::mem::take(&mut connection.is_slow));
+                let limit = self.engine.limits().reply_bytes;
+                let mut farewell = connection.timeout_line(timeout).into_bytes();
+                connection.reply(&mut farewell, limit, &self.sender);
+            }
+            self.engine.note_idle_close();
+            self.end_connection(id);
+        }
+    }
+
+    /// When the metrics are to be brought up to date: soon where something has happened, and now and then in any case, so
+    /// that old ones mean a thread that is busy.
+    fn metrics_due_at(&self) -> Instant {
+        let period = if self.metrics_are_stale { metrics::UPDATE_EVERY } else { metrics::REFRESH_EVERY };
+        self.metrics_at + period
+    }
+
+    /// Brings the metrics up to date, a few times a second and where there is a board for them.
+    fn update_metrics(&mut self, now: Instant) {
+        if now < self.metrics_due_at() {
+            return;
+        }
+        let Some(board) = self.engine.metrics() else { return };
+        let connections = || self.connections.values();
+        let is_updated = board.update(now, |m| {
+            self.engine.fill_metrics(m);
+            m.queue_bytes = self.queued_bytes;
+            m.reply_bytes = connections().map(|c| c.unread() as u64).sum();
+            m.private_resource_bytes =
+                connections().map(|c| metrics::resource_bytes(c.stream.session())).sum();
+        });
+        // Where it was being read it is tried again in a moment.
+        if is_updated {
+            (self.metrics_at, self.metrics_are_stale) = (now, false);
         }
     }
 
@@ -382,6 +494,13 @@ impl Loop {
         if !self.leaving.is_empty() {
             at(Instant::now() + Duration::from_millis(100));
         }
+        if self.engine.limits().idle_timeout.is_some() && !self.connections.is_empty() {
+            at(self.idle_scanned_at + IDLE_SCAN_EVERY);
+        }
+        if self.engine.metrics().is_some() {
+            // Not at once where it was due and being read.
+            at(self.metrics_due_at().max(Instant::now() + Duration::from_millis(1)));
+        }
         if let Some(Finish::By(time)) = self.finish {
             at(time);
         }
@@ -415,6 +534,8 @@ impl Loop {
         if !self.working.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
             self.check_jobs(now);
         }
+        self.close_idle(now);
+        self.update_metrics(now);
         self.leaving.retain_mut(|l| !is_gone(l, now));
     }
 
@@ -454,6 +575,15 @@ impl Loop {
         self.engine.end();
         self.engine
     }
+}
+
+/// A step of a paused display: a frame or a command of one connection.
+#[derive(Clone, Copy)]
+struct Step {
+    id: Id,
+    pace: Pace,
+    /// The connection's progress when it began.
+    before: u64,
 }
 
 /// Whether a connection that is over needs no more care; aborts one whose client takes too long.

@@ -9,18 +9,18 @@ use super::refuse::{refuse, refuse_now};
 use super::report::{Trouble, report};
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
-use super::{Conversation, Input, SharedSocket, Slot, Socket, Stream, converse};
+use super::{Admission, Conversation, Input, Medium, Refusal, SharedSocket, Socket, Stream, converse};
 use crate::command::EndOfInput;
 use crate::server::Audience;
 use crate::server::thread::Link;
 use std::fmt;
 use std::io;
-use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
 #[cfg(unix)]
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -98,16 +98,17 @@ impl Door {
         }
     }
 
-    fn accept(&self) -> io::Result<Stream> {
+    /// The next client, and its address where it has one.
+    fn accept(&self) -> io::Result<(Stream, Option<IpAddr>)> {
         match self {
             Door::Tcp(listener) => {
-                let (stream, _) = listener.accept()?;
+                let (stream, peer) = listener.accept()?;
                 // Replies are short, and waited for.
                 let _ = stream.set_nodelay(true);
-                Ok(Stream::Tcp(stream))
+                Ok((Stream::Tcp(stream), Some(peer.ip())))
             }
             #[cfg(unix)]
-            Door::Unix { listener, .. } => listener.accept().map(|(stream, _)| Stream::Unix(stream)),
+            Door::Unix { listener, .. } => listener.accept().map(|(stream, _)| (Stream::Unix(stream), None)),
         }
     }
 
@@ -130,21 +131,20 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens on `place` and hands connections to the render thread, `limit` at a time among all listeners that share
-    /// `count`; one more is told `ERR 0 0 EQUOTA CONNECT` and closed.
+    /// Listens on `place` and hands connections to the render thread, as many as `admission` lets in; others are told
+    /// `ERR 0 0 EQUOTA CONNECT` and closed.
     ///
     /// # Errors
     /// See [`ListenError`].
     pub(crate) fn start(
         place: Place,
         link: Link,
-        count: Arc<AtomicUsize>,
-        limit: usize,
+        admission: Arc<Admission>,
     ) -> Result<Listener, ListenError> {
         let (door, place) = Door::open(&place)?;
         let is_ending = Arc::new(AtomicBool::new(false));
         let (is_over, name) = (is_ending.clone(), place.clone());
-        let reception = Reception { link, count, limit };
+        let reception = Reception { link, admission };
         let thread = Builder::new()
             .name(format!("listen {place}"))
             .spawn(move || accept_all(&door, &name, &reception, &is_over))
@@ -190,8 +190,7 @@ impl Drop for Listener {
 /// Where connections that were accepted go.
 struct Reception {
     link: Link,
-    count: Arc<AtomicUsize>,
-    limit: usize,
+    admission: Arc<Admission>,
 }
 
 /// The pause after an accept that failed: what is missing may come back.
@@ -205,10 +204,12 @@ fn accept_all(door: &Door, place: &Place, reception: &Reception, is_ending: &Ato
             return;
         }
         match accepted {
-            Ok(stream) => reception.welcome(stream),
+            Ok((stream, peer)) => reception.welcome(stream, peer),
             // Its client has gone in the meantime.
             Err(e) if matches!(e.kind(), io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted) => {}
-            Err(e) if descriptors::are_exhausted(&e) => turn_away_with(&mut spare, door, place, &e),
+            Err(e) if descriptors::are_exhausted(&e) => {
+                turn_away_with(&mut spare, door, place, reception, &e);
+            }
             Err(e) => {
                 report(Trouble::Accept, format_args!("cannot accept a connection on {place}: {e}"));
                 std::thread::sleep(PAUSE);
@@ -218,13 +219,14 @@ fn accept_all(door: &Door, place: &Place, reception: &Reception, is_ending: &Ato
 }
 
 /// Gives the spare descriptor up to accept one connection, which would wait without a word otherwise, and refuse it.
-fn turn_away_with(spare: &mut Spare, door: &Door, place: &Place, why: &io::Error) {
+fn turn_away_with(spare: &mut Spare, door: &Door, place: &Place, reception: &Reception, why: &io::Error) {
     spare.give_up();
     // The system asks for a descriptor before it looks whether anybody is there: `accept` must not wait here.
     let accepted = door.set_waiting(false).and_then(|()| door.accept());
     let is_waiting = door.set_waiting(true);
     match accepted {
-        Ok(stream) => {
+        Ok((stream, _)) => {
+            reception.admission.note_no_resources();
             report(Trouble::Descriptors, format_args!("refused a connection on {place}: {why}"));
             refuse_now(Socket::new(stream, None), "the server has no descriptor left for it");
         }
@@ -243,21 +245,26 @@ fn turn_away_with(spare: &mut Spare, door: &Door, place: &Place, why: &io::Error
 
 impl Reception {
     /// Begins a conversation with a client, or tells it why there is none.
-    fn welcome(&self, stream: Stream) {
-        let slot = Slot(self.count.clone());
-        let limit = self.limit;
-        if self.count.fetch_add(1, Ordering::AcqRel) >= limit {
-            // It takes no place among the connections.
-            drop(slot);
-            report(
-                Trouble::Full,
-                format_args!("refused a connection: {limit} are there, which is the limit"),
-            );
-            return refuse(
-                Socket::new(stream, None),
-                &format!("no more than {limit} connections at one time"),
-            );
-        }
+    fn welcome(&self, stream: Stream, peer: Option<IpAddr>) {
+        let slot = match self.admission.admit(peer) {
+            Ok(slot) => slot,
+            Err(refusal) => {
+                match refusal {
+                    Refusal::Full { limit } => {
+                        let what =
+                            format_args!("refused a connection: {limit} are there, which is the limit");
+                        report(Trouble::Full, what);
+                    }
+                    Refusal::AddressFull { network, limit } => report(
+                        Trouble::AddressFull,
+                        format_args!(
+                            "refused a connection from {network}: it has {limit}, which is the limit"
+                        ),
+                    ),
+                }
+                return refuse(Socket::new(stream, None), &refusal.to_string());
+            }
+        };
         let socket = Arc::new(Socket::new(stream, Some(slot)));
         let conversation = Conversation {
             input: Input::Socket(socket.clone()),
@@ -265,11 +272,13 @@ impl Reception {
             control: socket.clone(),
             end: EndOfInput::Stream,
             audience: Audience::Connection,
+            medium: if peer.is_some() { Medium::TcpSocket } else { Medium::UnixSocket },
             may_replay: false,
             on_notice: None,
             on_end: None,
         };
         if let Err(e) = converse(&self.link, conversation) {
+            self.admission.note_no_resources();
             report(Trouble::Threads, format_args!("refused a connection: it cannot be read: {e}"));
             // Nobody else has it: it did not begin.
             if let Some(socket) = Arc::into_inner(socket) {

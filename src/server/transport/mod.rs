@@ -5,6 +5,7 @@
 //! reply. A reader of one owns [`BUFFERS`] buffers that travel to the render thread and back: when it has none left it waits,
 //! the system's socket buffer fills, and the sender is held back. Nothing here looks at the bytes.
 
+mod admission;
 mod descriptors;
 #[cfg(target_os = "linux")]
 mod flow;
@@ -22,6 +23,8 @@ mod socket;
 #[cfg(unix)]
 mod unix;
 
+pub use admission::RefusedConnections;
+pub(crate) use admission::{Admission, Refusal, Slot};
 pub(crate) use descriptors::make_room;
 pub(crate) use hand::{Hand, Next};
 pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
@@ -38,7 +41,6 @@ use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use report::{Trouble, report};
 use std::io::{self, ErrorKind, Read, Write};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 
@@ -71,6 +73,26 @@ pub(crate) struct Uncontrolled;
 
 impl Control for Uncontrolled {}
 
+/// How a connection's client reaches the server.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Medium {
+    /// It is part of this process.
+    InProcess,
+    /// A file, or a pair of pipes.
+    Pipe,
+    /// A Unix socket.
+    UnixSocket,
+    /// A TCP socket.
+    TcpSocket,
+}
+
+impl Medium {
+    /// Whether the other side is another program at a socket.
+    pub fn is_socket(self) -> bool {
+        matches!(self, Medium::UnixSocket | Medium::TcpSocket)
+    }
+}
+
 /// What is read.
 pub(crate) enum Input {
     /// A file or a pipe, by a thread of its own.
@@ -87,6 +109,7 @@ pub(crate) struct Conversation {
     /// What the end of the input means for a last line without LF.
     pub end: EndOfInput,
     pub audience: Audience,
+    pub medium: Medium,
     /// Whether the bytes may be a recording. The first read must give enough of them to tell.
     pub may_replay: bool,
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
@@ -96,29 +119,20 @@ pub(crate) struct Conversation {
 /// Held by those who read and write: when only the render thread has it left, both have ended.
 pub(crate) type Life = Arc<()>;
 
-/// A place among the connections that are allowed; counts itself out when it goes.
-#[derive(Debug)]
-pub(crate) struct Slot(pub Arc<AtomicUsize>);
-
-impl Drop for Slot {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
-    }
-}
-
 /// Begins a conversation with the render thread.
 ///
 /// # Errors
 /// When the system has no thread to give; nothing has begun then.
 pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
-    let Conversation { input, output, control, end, audience, may_replay, on_notice, on_end } = conversation;
+    let Conversation { input, output, control, end, audience, medium, may_replay, on_notice, on_end } =
+        conversation;
     let id = link.new_id();
     let life = Life::default();
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let messages = link.messages.clone();
     let open = |recycle| {
         let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
-        Message::Open(id, Box::new(Opening { audience, may_replay, source, on_notice, on_end }))
+        Message::Open(id, Box::new(Opening { audience, medium, may_replay, source, on_notice, on_end }))
     };
     let input = match input {
         Input::Alone(input) => input,

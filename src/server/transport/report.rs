@@ -17,6 +17,8 @@ const EVERY: Duration = Duration::from_secs(5);
 pub(crate) enum Trouble {
     /// All connections that are allowed are there.
     Full,
+    /// All connections that are allowed to one address are there.
+    AddressFull,
     /// No descriptor is left for a connection.
     Descriptors,
     /// Accepting failed.

@@ -1,0 +1,203 @@
+//! The values as text: one list of metric families, written in Prometheus' text format or as JSON.
+//!
+//! Source: Prometheus, "Exposition formats", text format version 0.0.4.
+
+use super::{Reading, RecordingState};
+use crate::command::Verb;
+use std::fmt::{self, Write};
+
+/// The media type of [`prometheus`].
+pub(super) const PROMETHEUS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Counter,
+    Gauge,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Value {
+    Whole(u64),
+    Seconds(f64),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Whole(n) => write!(f, "{n}"),
+            Value::Seconds(s) => write!(f, "{s:.3}"),
+        }
+    }
+}
+
+/// A family of samples under one name.
+struct Family {
+    name: &'static str,
+    kind: Kind,
+    help: &'static str,
+    samples: Samples,
+}
+
+enum Samples {
+    One(Value),
+    /// By a label's values. Neither name nor values hold anything that would have to be escaped.
+    Labeled(&'static str, Vec<(&'static str, Value)>),
+}
+
+fn families(reading: &Reading) -> Vec<Family> {
+    let (m, refused) = (&reading.metrics, &reading.refused);
+    let counter = |name, help, n| family(name, Kind::Counter, help, Samples::One(Value::Whole(n)));
+    let gauge = |name, help, n| family(name, Kind::Gauge, help, Samples::One(Value::Whole(n)));
+    let seconds = |name, help, s: std::time::Duration| {
+        family(name, Kind::Gauge, help, Samples::One(Value::Seconds(s.as_secs_f64())))
+    };
+    let labeled = |name, kind, help, label, samples: Vec<(&'static str, u64)>| {
+        let samples = samples.into_iter().map(|(value, n)| (value, Value::Whole(n))).collect();
+        family(name, kind, help, Samples::Labeled(label, samples))
+    };
+    let memory = vec![
+        ("frame", m.frame_bytes),
+        ("depth", m.depth_bytes),
+        ("ids", m.id_bytes),
+        ("shared_resources", m.shared_resource_bytes),
+        ("private_resources", m.private_resource_bytes),
+        ("replies", m.reply_bytes),
+        ("recording_queue", m.record_queue_bytes),
+    ];
+    let recording = RecordingState::ALL.map(|(state, name)| (name, u64::from(m.recording == state)));
+    let verbs = Verb::all().iter().zip(&m.verbs).map(|(verb, n)| (verb.name, *n)).collect();
+    let refused = vec![
+        ("server_full", refused.server_full),
+        ("address_full", refused.address_full),
+        ("no_resources", refused.no_resources),
+    ];
+    vec![
+        labeled(
+            "fbptr_build_info",
+            Kind::Gauge,
+            "The program.",
+            "version",
+            vec![(env!("CARGO_PKG_VERSION"), 1)],
+        ),
+        seconds("fbptr_uptime_seconds", "Time since the server started.", reading.uptime),
+        seconds(
+            "fbptr_snapshot_age_seconds",
+            "Age of these values: above 6 while one command keeps the render thread busy.",
+            reading.age,
+        ),
+        counter("fbptr_received_bytes_total", "Stream bytes decoded.", m.totals.bytes),
+        counter("fbptr_commands_total", "Commands run or refused.", m.totals.commands),
+        counter("fbptr_pixels_total", "Pixels stored by pixel, block and CLEAR commands.", m.totals.pixels),
+        counter("fbptr_clipped_pixels_total", "Pixels that fell outside the frame.", m.totals.clipped),
+        counter("fbptr_errors_total", "Commands refused.", m.totals.errors),
+        counter("fbptr_frames_total", "Frames ended by PRESENT.", m.totals.frames),
+        labeled("fbptr_verb_commands_total", Kind::Counter, "Commands by verb.", "verb", verbs),
+        gauge("fbptr_connections", "Open connections.", m.connections as u64),
+        labeled(
+            "fbptr_connections_refused_total",
+            Kind::Counter,
+            "Connections refused for a limit, or for want of a descriptor or a thread.",
+            "reason",
+            refused,
+        ),
+        counter("fbptr_connections_idle_closed_total", "Connections closed for being idle.", m.idle_closes),
+        counter("fbptr_foreign_requests_total", "Connections that spoke HTTP or TLS.", m.foreign_refused),
+        gauge("fbptr_queue_bytes", "Bytes received and not run yet.", m.queue_bytes),
+        labeled("fbptr_memory_bytes", Kind::Gauge, "Memory by use.", "use", memory),
+        gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", m.recorded_bytes),
+        gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", m.snap_bytes),
+        labeled("fbptr_recording", Kind::Gauge, "1 at the recording's state.", "state", recording.to_vec()),
+    ]
+}
+
+fn family(name: &'static str, kind: Kind, help: &'static str, samples: Samples) -> Family {
+    Family { name, kind, help, samples }
+}
+
+/// The values in Prometheus' text format.
+pub(super) fn prometheus(reading: &Reading) -> String {
+    let mut text = String::with_capacity(8 << 10);
+    for Family { name, kind, help, samples } in families(reading) {
+        let kind = match kind {
+            Kind::Counter => "counter",
+            Kind::Gauge => "gauge",
+        };
+        // A String takes all text.
+        let _ = write!(text, "# HELP {name} {help}\n# TYPE {name} {kind}\n");
+        let _ = match samples {
+            Samples::One(value) => writeln!(text, "{name} {value}"),
+            Samples::Labeled(label, samples) => samples
+                .iter()
+                .try_for_each(|(at, value)| writeln!(text, "{name}{{{label}=\"{at}\"}} {value}")),
+        };
+    }
+    text
+}
+
+/// The same values as one JSON object: a number for each name, or an object of numbers by label.
+pub(super) fn json(reading: &Reading) -> String {
+    let number = |value: Value| match value {
+        Value::Whole(n) => serde_json::Value::from(n),
+        Value::Seconds(s) => serde_json::Value::from(format!("{s:.3}").parse::<f64>().unwrap_or(s)),
+    };
+    let object: serde_json::Map<String, serde_json::Value> = families(reading)
+        .into_iter()
+        .map(|family| {
+            let value = match family.samples {
+                Samples::One(value) => number(value),
+                Samples::Labeled(_, samples) => serde_json::Value::Object(
+                    samples.into_iter().map(|(at, value)| (at.to_owned(), number(value))).collect(),
+                ),
+            };
+            (family.name.to_owned(), value)
+        })
+        .collect();
+    format!("{}\n", serde_json::Value::Object(object))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::server::metrics::{Metrics, MetricsBoard};
+    use std::time::Instant;
+
+    #[test]
+    fn both_forms_hold_the_same_values() {
+        let board = MetricsBoard::new();
+        let fill = |m: &mut Metrics| {
+            m.totals.pixels = u64::MAX;
+            m.frame_bytes = 12;
+            m.verbs[2] = 7;
+            m.recording = RecordingState::Failed;
+        };
+        assert!(board.update(Instant::now(), fill));
+        let reading = board.read();
+        let (text, json) = (prometheus(&reading), json(&reading));
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let mut samples = 0;
+        for line in text.lines().filter(|line| !line.starts_with('#')) {
+            let (name, value) = line.rsplit_once(' ').unwrap();
+            let found = match name.split_once('{') {
+                None => &json[name],
+                Some((name, label)) => &json[name][label.split('"').nth(1).unwrap()],
+            };
+            assert_eq!(found.as_f64(), Some(value.parse().unwrap()), "{line}");
+            samples += 1;
+        }
+        assert_eq!(samples, 28 + Verb::all().len(), "every value of the JSON is a sample");
+        assert!(text.contains(&format!("\nfbptr_pixels_total {}\n", u64::MAX)));
+        assert!(text.contains("\nfbptr_verb_commands_total{verb=\"PX\"} 7\n"), "{text}");
+        assert!(text.contains("\nfbptr_recording{state=\"failed\"} 1\n"));
+    }
+
+    #[test]
+    fn no_label_needs_an_escape() {
+        for family in families(&MetricsBoard::new().read()) {
+            assert!(!family.help.contains(['\\', '\n']), "{}", family.name);
+            if let Samples::Labeled(label, samples) = family.samples {
+                assert!(!label.contains(['"', '\\', '\n']));
+                assert!(samples.iter().all(|(at, _)| !at.contains(['"', '\\', '\n'])));
+            }
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! The metrics endpoint: a small HTTP/1.1 server for `GET /metrics` and `GET /metrics.json`, and nothing else.
+//!
+//! In: requests on a TCP address of its own. Out: responses made from [`MetricsBoard::read`], and `Connection: close`.
+//! Threads: one that accepts, and at most [`MAX_CLIENTS`] that each serve one connection for at most [`PATIENCE`].
+//! Promises: a request has at most [`MAX_HEAD_BYTES`], bodies are not read, and no client keeps the place of others for
+//! longer than its time. A page in a browser that points its own name at this address (DNS rebinding) gets nothing: only
+//! addresses, `localhost` and the name that the endpoint was given are served.
+//!
+//! By hand and not by a crate: `tiny_http` bounds neither a request's head nor its time, and `hyper` with what it needs
+//! would take longer to build than the rest of the server. Source: RFC 9112, sections 2, 3 and 5.
+
+use super::{MetricsBoard, format};
+use std::io::{self, Read, Write};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Connections that are served at one time.
+const MAX_CLIENTS: usize = 8;
+/// Bytes of a request up to its empty line.
+const MAX_HEAD_BYTES: usize = 4096;
+/// The time of one connection, from its first byte to its last.
+const PATIENCE: Duration = Duration::from_secs(3);
+const STACK_BYTES: usize = 128 << 10;
+
+/// The endpoint. Dropping it ends it.
+#[derive(Debug)]
+pub struct MetricsServer {
+    address: SocketAddr,
+    is_ending: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl MetricsServer {
+    /// Descriptors that it has open at most: the listener, its clients, one that is turned away.
+    pub const MAX_FILES: usize = MAX_CLIENTS + 2;
+
+    /// Serves `board` at `address`. `name` is a host name under which requests may come beside `localhost` and addresses.
+    ///
+    /// # Errors
+    /// When the address cannot be had, or no thread.
+    pub fn start(address: SocketAddr, name: Option<&str>, board: Arc<MetricsBoard>) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        let address = listener.local_addr()?;
+        let is_ending = Arc::new(AtomicBool::new(false));
+        let site = Arc::new(Site { board, name: name.map(str::to_owned) });
+        let is_over = is_ending.clone();
+        let accept = move || accept_all(&listener, &site, &is_over);
+        let thread = Builder::new().name("metrics".into()).stack_size(STACK_BYTES).spawn(accept)?;
+        Ok(MetricsServer { address, is_ending, thread: Some(thread) })
+    }
+
+    /// Where it listens, with the port that the system gave for port 0.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for MetricsServer {
+    fn drop(&mut self) {
+        self.is_ending.store(true, Ordering::Release);
+        let mut address = self.address;
+        match address.ip() {
+            IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
+            IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
+            _ => {}
+        }
+        // Wakes the thread up. Where that fails it sleeps on, and ends with the process.
+        let is_woken = TcpStream::connect_timeout(&address, Duration::from_millis(300)).is_ok();
+        if is_woken && let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn accept_all(listener: &TcpListener, site: &Arc<Site>, is_ending: &AtomicBool) {
+    let clients = Arc::new(AtomicUsize::new(0));
+    loop {
+        let accepted = listener.accept();
+        if is_ending.load(Ordering::Acquire) {
+            return;
+        }
+        // Out of descriptors or memory: others may end in a moment.
+        let Ok((stream, _)) = accepted else {
+            std::thread::sleep(Duration::from_millis(20));
+            continue;
+        };
+        if clients.fetch_add(1, Ordering::AcqRel) >= MAX_CLIENTS {
+            clients.fetch_sub(1, Ordering::AcqRel);
+            continue;
+        }
+        let (site, place) = (site.clone(), Place(clients.clone()));
+        let serve = move || {
+            let _place = place;
+            // A client that goes away needs no answer.
+            let _ = site.serve(stream);
+        };
+        // Without a thread the connection closes, and the place with it.
+        let _ = Builder::new().name("metrics client".into()).stack_size(STACK_BYTES).spawn(serve);
+    }
+}
+
+/// One of the connections that are served; counts itself out.
+struct Place(Arc<AtomicUsize>);
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+struct Site {
+    board: Arc<MetricsBoard>,
+    name: Option<String>,
+}
+
+/// A request that may be answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Request<'a> {
+    path: &'a str,
+    wants_body: bool,
+}
+
+/// A response's status line, media type and body.
+struct Response {
+    status: &'static str,
+    media_type: &'static str,
+    body: String,
+}
+
+impl Response {
+    fn refusal(status: &'static str, reason: &str) -> Response {
+        Response { status, media_type: "text/plain; charset=utf-8", body: format!("{reason}\n") }
+    }
+}
+
+impl Site {
+    fn serve(&self, mut stream: TcpStream) -> io::Result<()> {
+        let until = Instant::now() + PATIENCE;
+        let mut head = [0; MAX_HEAD_BYTES];
+        let (response, wants_body) = match read_head(&mut stream, &mut head, until)? {
+            None => {
+                (Response::refusal("431 Request Header Fields Too Large", "the request is too long"), true)
+            }
+            Some(length) => match self.parse(&head[..length]) {
+                Ok(request) => (self.respond(request.path), request.wants_body),
+                Err(refusal) => (refusal, true),
+            },
+        };
+        let Response { status, media_type, body } = response;
+        let allow = if status.starts_with("405") { "Allow: GET, HEAD\r\n" } else { "" };
+        let mut text = format!(
+            "HTTP/1.1 {status}\r\nContent-Type: {media_type}\r\nContent-Length: {}\r\n{allow}\
+             Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+            body.len()
+        );
+        if wants_body {
+            text.push_str(&body);
+        }
+        write_all(&mut stream, text.as_bytes(), until)?;
+        stream.shutdown(Shutdown::Write)?;
+        // A socket closed with bytes unread would take the response along.
+        let mut rest = [0; 512];
+        for _ in 0..16 {
+            stream.set_read_timeout(Some(time_left(until)?))?;
+            if stream.read(&mut rest)? == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn respond(&self, path: &str) -> Response {
+        match path {
+            "/metrics" => {
+                let body = format::prometheus(&self.board.read());
+                Response { status: "200 OK", media_type: format::PROMETHEUS_TYPE, body }
+            }
+            "/metrics.json" => {
+                let body = format::json(&self.board.read());
+                Response { status: "200 OK", media_type: "application/json", body }
+            }
+            _ => Response::refusal("404 Not Found", "there are /metrics and /metrics.json"),
+        }
+    }
+
+    /// Reads a request's head, which ends with an empty line.
+    fn parse<'a>(&self, head: &'a [u8]) -> Result<Request<'a>, Response> {
+        let bad = |reason| Response::refusal("400 Bad Request", reason);
+        let text = std::str::from_utf8(head).ok().filter(|text| text.is_ascii());
+        let mut lines = text.ok_or_else(|| bad("the request is not ASCII"))?.split("\r\n");
+        let words: Vec<&str> = lines.next().unwrap_or_default().split(' ').collect();
+        let &[method, target, version] = &words[..] else { return Err(bad("no request line")) };
+        if !matches!(version, "HTTP/1.1" | "HTTP/1.0") {
+            return Err(Response::refusal("505 HTTP Version Not Supported", "HTTP/1.1 is spoken here"));
+        }
+        let mut hosts = Vec::new();
+        for line in lines.take_while(|line| !line.is_empty()) {
+            let (name, value) = line.split_once(':').ok_or_else(|| bad("a header has no colon"))?;
+            if name.is_empty() || name.contains(|c: char| c.is_ascii_whitespace() || c.is_ascii_control()) {
+                return Err(bad("a header's name is none"));
+            }
+            if name.eq_ignore_ascii_case("host") {
+                hosts.push(value.trim_matches([' ', '\t']));
+            }
+        }
+        match hosts[..] {
+            [host] if self.serves(host) => {}
+            // What has no name cannot have been led here by one; browsers always send it.
+            [] if version == "HTTP/1.0" => {}
+            [_] => {
+                let reason =
+                    "this name is not served: use the address, localhost, or the name given to --metrics";
+                return Err(Response::refusal("403 Forbidden", reason));
+            }
+            _ => return Err(bad("there must be one Host header")),
+        }
+        if !target.starts_with('/') {
+            return Err(bad("the target must be a path"));
+        }
+        if !matches!(method, "GET" | "HEAD") {
+            return Err(Response::refusal("405 Method Not Allowed", "GET and HEAD are served"));
+        }
+        let path = target.split('?').next().unwrap_or(target);
+        Ok(Request { path, wants_body: method == "GET" })
+    }
+
+    /// Whether requests may come under this `Host`: an address, `localhost`, or the endpoint's own name, with any port.
+    fn serves(&self, host: &str) -> bool {
+        let (name, port) = match host.rsplit_once(':') {
+            // The colons of an IPv6 address stand in brackets.
+            Some((name, port)) if !port.contains(']') => (name, port),
+            _ => (host, "0"),
+        };
+        let bare = name.strip_prefix('[').and_then(|name| name.strip_suffix(']'));
+        let is_address = match bare {
+            Some(v6) => v6.parse::<Ipv6Addr>().is_ok(),
+            None => name.parse::<Ipv4Addr>().is_ok(),
+        };
+        let is_own = |own: &str| own.eq_ignore_ascii_case(name);
+        port.parse::<u16>().is_ok()
+            && (is_address || is_own("localhost") || self.name.as_deref().is_some_and(is_own))
+    }
+}
+
+/// Reads up to the empty line that ends a request's head; its length, or `None` when it is too long.
+fn read_head(stream: &mut TcpStream, head: &mut [u8], until: Instant) -> io::Result<Option<usize>> {
+    let mut length = 0;
+    loop {
+        if length == head.len() {
+            return Ok(None);
+        }
+        stream.set_read_timeout(Some(time_left(until)?))?;
+        let filled = stream.read(&mut head[length..])?;
+        if filled == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        // The mark may have begun in the last piece.
+        let from = length.saturating_sub(3);
+        length += filled;
+        if let Some(at) = head[from..length].windows(4).position(|w| w == b"\r\n\r\n") {
+            return Ok(Some(from + at + 4));
+        }
+    }
+}
+
+fn write_all(stream: &mut TcpStream, mut bytes: &[u8], until: Instant) -> io::Result<()> {
+    while !bytes.is_empty() {
+        stream.set_write_timeout(Some(time_left(until)?))?;
+        match stream.write(bytes)? {
+            0 => return Err(io::ErrorKind::WriteZero.into()),
+            written => bytes = &bytes[written..],
+        }
+    }
+    Ok(())
+}
+
+/// The time that is left; none is an error.
+fn time_left(until: Instant) -> io::Result<Duration> {
+    match until.saturating_duration_since(Instant::now()) {
+        Duration::ZERO => Err(io::ErrorKind::TimedOut.into()),
+        left => Ok(left),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(head: &str) -> &'static str {
+        let site = Site { board: MetricsBoard::new(), name: Some("wall.example".into()) };
+        match site.parse(head.as_bytes()) {
+            Ok(request) => site.respond(request.path).status,
+            Err(refusal) => refusal.status,
+        }
+    }
+
+    #[test]
+    fn hosts_that_are_names_of_others_are_refused() {
+        for host in [
+            "127.0.0.1",
+            "127.0.0.1:9100",
+            "[::1]:9100",
+            "[::1]",
+            "localhost",
+            "LOCALHOST:1",
+            "Wall.example:9",
+        ] {
+            assert_eq!(status(&format!("GET /metrics HTTP/1.1\r\nHost: {host}\r\n\r\n")), "200 OK", "{host}");
+        }
+        for host in [
+            "evil.example",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example",
+            "",
+            ":9100",
+            "[::1",
+            "::1",
+            "[::1]x",
+            "127.0.0.1:x",
+            "127.0.0.1:99999",
+            "localhost:",
+            "[localhost]",
+            "127.0.0.1, evil.example",
+            "a@127.0.0.1",
+        ] {
+            let head = format!("GET /metrics HTTP/1.1\r\nHost: {host}\r\n\r\n");
+            assert_eq!(status(&head), "403 Forbidden", "{host}");
+        }
+        assert_eq!(status("GET /metrics HTTP/1.1\r\n\r\n"), "400 Bad Request");
+        assert_eq!(status("GET /metrics HTTP/1.0\r\n\r\n"), "200 OK");
+        assert_eq!(
+            status("GET /metrics HTTP/1.1\r\nHost: localhost\r\nhost: evil.example\r\n\r\n"),
+            "400 Bad Request"
+        );
+    }
+
+    #[test]
+    fn other_requests_have_their_status() {
+        let status = |line: &str| status(&format!("{line}\r\nHost: localhost\r\n\r\n"));
+        assert_eq!(status("GET /metrics?x=1 HTTP/1.1"), "200 OK");
+        assert_eq!(status("HEAD /metrics.json HTTP/1.0"), "200 OK");
+        assert_eq!(status("GET / HTTP/1.1"), "404 Not Found");
+        assert_eq!(status("GET /metrics/../metrics HTTP/1.1"), "404 Not Found");
+        assert_eq!(status("POST /metrics HTTP/1.1"), "405 Method Not Allowed");
+        assert_eq!(status("GET http://localhost/metrics HTTP/1.1"), "400 Bad Request");
+        assert_eq!(status("GET /metrics HTTP/2.0"), "505 HTTP Version Not Supported");
+        for line in
+            ["GET /metrics", "GET  /metrics HTTP/1.1", "", "\u{e9} / HTTP/1.1", "GET /metrics HTTP/1.1 "]
+        {
+            assert_eq!(status(line), "400 Bad Request", "{line}");
+        }
+        assert_eq!(status("GET /metrics HTTP/1.1\r\n folded: x"), "400 Bad Request");
+        assert_eq!(status("GET /metrics HTTP/1.1\r\nno colon"), "400 Bad Request");
+        assert_eq!(status("GET /metrics HTTP/1.1\r\nHost : evil.example"), "400 Bad Request");
+    }
+}

@@ -1,0 +1,347 @@
+//! Periodic snapshots: the frame as a PNG every so often, in a folder whose size is bounded.
+//!
+//! In: a copy of the frame, taken on the render thread between two slices of work, into a buffer that is used again. Out:
+//! files `wall-YYYYMMDD-HHMMSS.png` (UTC), each there whole or not at all; the oldest of them go when all of them together
+//! pass the bound. Encoding, writing and removing happen on a thread of their own, so a slow disk delays pictures and
+//! nothing else. Promise: no file of another name is touched. A moment that passes while a picture is being written has
+//! none.
+
+use super::thread::RenderThread;
+use super::thread::message::Message;
+use crate::load::Folder;
+use crate::memory::VideoMemory;
+use crate::save;
+use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+const PREFIX: &str = "wall-";
+const ENDING: &str = ".png";
+/// Pictures of one second that are told apart by a number.
+const MOST_A_SECOND: u32 = 1000;
+/// How long the end waits for a picture that is being written.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Where and how often.
+#[derive(Clone, Debug)]
+pub struct SnapshotPlan {
+    /// The folder.
+    pub folder: Folder,
+    /// Between two pictures.
+    pub every: Duration,
+    /// Bytes of all pictures together.
+    pub keep_bytes: u64,
+}
+
+/// The thread that writes pictures. Dropping it ends it.
+#[derive(Debug)]
+pub struct PeriodicSnapshots {
+    stop: Option<Sender<()>>,
+    thread: JoinHandle<()>,
+}
+
+impl PeriodicSnapshots {
+    /// Begins; the first picture is due after one interval. `say` is told of failures, and of each kind once in a row.
+    ///
+    /// # Errors
+    /// When the system has no thread to give.
+    pub fn start(
+        thread: &RenderThread,
+        plan: SnapshotPlan,
+        mut say: impl FnMut(String) + Send + 'static,
+    ) -> io::Result<PeriodicSnapshots> {
+        let (stop, stopped) = bounded::<()>(0);
+        let messages = thread.link().messages;
+        let run = move || {
+            let mut camera = Camera { messages, buffer: None };
+            let mut last_failure = String::new();
+            let mut due = Instant::now() + plan.every;
+            while let Err(RecvTimeoutError::Timeout) = stopped.recv_deadline(due) {
+                // A render thread that is gone takes no more pictures.
+                let Some(frame) = camera.take() else { return };
+                let failure = plan.write(frame, SystemTime::now()).err().unwrap_or_default();
+                if !failure.is_empty() && failure != last_failure {
+                    say(failure.clone());
+                }
+                last_failure = failure;
+                due = (due + plan.every).max(Instant::now());
+            }
+        };
+        let thread = Builder::new().name("snapshots".into()).spawn(run)?;
+        Ok(PeriodicSnapshots { stop: Some(stop), thread })
+    }
+}
+
+impl Drop for PeriodicSnapshots {
+    fn drop(&mut self) {
+        self.stop = None;
+        let until = Instant::now() + PATIENCE;
+        // One that takes longer is given up with the process; its temporary file goes at the next start.
+        while !self.thread.is_finished() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+/// Copies frames from the render thread.
+struct Camera {
+    messages: Sender<Message>,
+    buffer: Option<VideoMemory>,
+}
+
+impl Camera {
+    /// The frame as it stands between two slices of work; `None` when the render thread has ended.
+    fn take(&mut self) -> Option<&VideoMemory> {
+        let (answer, result) = bounded(1);
+        let buffer = self.buffer.take();
+        let copy = Message::Do(Box::new(move |engine| {
+            let frame = match buffer {
+                Some(mut buffer) => {
+                    buffer.bytes_mut().copy_from_slice(engine.memory().bytes());
+                    buffer
+                }
+                None => engine.memory().clone(),
+            };
+            // Whoever asked may be gone.
+            let _ = answer.send(frame);
+        }));
+        self.messages.send(copy).ok()?;
+        self.buffer = Some(result.recv().ok()?);
+        self.buffer.as_ref()
+    }
+}
+
+impl SnapshotPlan {
+    /// Writes one picture and removes the oldest ones past the bound.
+    fn write(&self, frame: &VideoMemory, now: SystemTime) -> Result<(), String> {
+        let root = self.folder.root();
+        let pictures = own_pictures(root).map_err(|e| format!("{}: {e}", root.display()))?;
+        // Room for one like the last first: on a disk that holds no more than the bound the next one has to fit.
+        let next = pictures.last().map_or(0, |picture| picture.bytes);
+        prune(pictures, self.keep_bytes.saturating_sub(next), 0)?;
+        let name =
+            free_name(root, &stamp(now)).ok_or("a thousand snapshots in one second: one is left out")?;
+        self.folder
+            .write(&name, |out| save::png(frame, out))
+            .map_err(|e| format!("{}: {e}", root.display()))?;
+        let pictures = own_pictures(root).map_err(|e| format!("{}: {e}", root.display()))?;
+        prune(pictures, self.keep_bytes, 1)
+    }
+}
+
+/// One of our files.
+#[derive(Debug, PartialEq, Eq)]
+struct Picture {
+    path: PathBuf,
+    bytes: u64,
+    key: (String, u32),
+}
+
+/// Our files in a folder, the oldest first.
+fn own_pictures(folder: &Path) -> io::Result<Vec<Picture>> {
+    let mut pictures = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let Some(key) = entry.file_name().to_str().and_then(parse_name) else { continue };
+        // The entry itself, not what a link leads to; one that has just gone is no picture.
+        let Ok(meta) = entry.metadata() else { continue };
+        if meta.is_file() {
+            pictures.push(Picture { path: entry.path(), bytes: meta.len(), key });
+        }
+    }
+    pictures.sort_by(|a, b| a.key.cmp(&b.key));
+    Ok(pictures)
+}
+
+/// Removes the oldest pictures until they are `limit` bytes together, or `least` are left.
+fn prune(pictures: Vec<Picture>, limit: u64, least: usize) -> Result<(), String> {
+    let mut total: u64 = pictures.iter().map(|picture| picture.bytes).sum();
+    let removable = pictures.len().saturating_sub(least);
+    for picture in pictures.into_iter().take(removable) {
+        if total <= limit {
+            break;
+        }
+        fs::remove_file(&picture.path).map_err(|e| format!("{}: {e}", picture.path.display()))?;
+        total -= picture.bytes;
+    }
+    Ok(())
+}
+
+/// Whether a file of this name would be taken for one of ours; `SNAP` may not write those.
+pub(super) fn is_own_name(name: &str) -> bool {
+    let last = Path::new(name).file_name().and_then(|last| last.to_str());
+    last.is_some_and(|last| parse_name(&last.to_ascii_lowercase()).is_some())
+}
+
+/// The time and number of `wall-YYYYMMDD-HHMMSS[-N].png`.
+fn parse_name(name: &str) -> Option<(String, u32)> {
+    let middle = name.strip_prefix(PREFIX)?.strip_suffix(ENDING)?;
+    let (stamp, number) = match middle.get(15..)? {
+        "" => (middle, 0),
+        rest => (&middle[..15], rest.strip_prefix('-')?.parse().ok()?),
+    };
+    let is_stamp =
+        stamp.bytes().enumerate().all(|(i, b)| if i == 8 { b == b'-' } else { b.is_ascii_digit() });
+    let is_written_so = name == format_name(stamp, number);
+    (is_stamp && is_written_so && number < MOST_A_SECOND).then(|| (stamp.to_owned(), number))
+}
+
+fn format_name(stamp: &str, number: u32) -> String {
+    match number {
+        0 => format!("{PREFIX}{stamp}{ENDING}"),
+        n => format!("{PREFIX}{stamp}-{n}{ENDING}"),
+    }
+}
+
+/// The first name of this second that no file has.
+fn free_name(folder: &Path, stamp: &str) -> Option<String> {
+    let mut names = (0..MOST_A_SECOND).map(|number| format_name(stamp, number));
+    names.find(|name| fs::symlink_metadata(folder.join(name)).is_err())
+}
+
+/// `YYYYMMDD-HHMMSS` in UTC. Source: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
+fn stamp(time: SystemTime) -> String {
+    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Eras of 400 years that begin on 1 March: leap days come last.
+    let z = days + 719_468;
+    let (era, day_of_era) = (z / 146_097, z % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}", year.min(9999))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(seconds: u64) -> SystemTime {
+        UNIX_EPOCH + Duration::from_secs(seconds)
+    }
+
+    /// A folder that goes with the test.
+    struct Temporary(PathBuf);
+
+    impl Temporary {
+        fn new(name: &str) -> Temporary {
+            let path = std::env::temp_dir().join(format!("fbptr-snapshots-{name}-{}", std::process::id()));
+            let _ = fs::remove_dir_all(&path);
+            fs::create_dir_all(&path).unwrap();
+            Temporary(path)
+        }
+
+        fn names(&self) -> Vec<String> {
+            let mut names: Vec<String> = fs::read_dir(&self.0)
+                .unwrap()
+                .map(|e| e.unwrap().file_name().into_string().unwrap())
+                .collect();
+            names.sort();
+            names
+        }
+    }
+
+    impl Drop for Temporary {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn stamps_are_utc_dates() {
+        // From `date -u -d @N +%Y%m%d-%H%M%S`.
+        for (seconds, text) in [
+            (0, "19700101-000000"),
+            (951_782_399, "20000228-235959"),
+            (951_782_400, "20000229-000000"),
+            (951_868_800, "20000301-000000"),
+            (1_709_164_800, "20240229-000000"),
+            (1_735_689_599, "20241231-235959"),
+            (1_795_355_045, "20261122-134405"),
+            (4_107_542_400, "21000301-000000"),
+        ] {
+            assert_eq!(stamp(at(seconds)), text, "{seconds}");
+        }
+    }
+
+    #[test]
+    fn names_are_ours_only_when_written_as_we_write_them() {
+        for own in [
+            "wall-20261122-134405.png",
+            "wall-20261122-134405-7.png",
+            "a/wall-20261122-134405.png",
+            "WALL-20261122-134405.PNG",
+        ] {
+            assert!(is_own_name(own), "{own}");
+        }
+        for other in [
+            "wall-20261122-134405.png.txt",
+            "wall-2026112-134405.png",
+            "wall-20261122_134405.png",
+            "wall-.png",
+            "wall-20261122-134405-.png",
+            "wall-20261122-134405-07.png",
+            "wall-20261122-134405-1000.png",
+            "wall-20261122-134405+1.png",
+            "xwall-20261122-134405.png",
+            "wall-20261122-13440é.png",
+            "wall.png",
+            "",
+        ] {
+            assert!(!is_own_name(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn the_oldest_own_files_go_and_others_stay() {
+        let folder = Temporary::new("bound");
+        let frame = VideoMemory::new(8, 8).unwrap();
+        let mut one = Vec::new();
+        save::png(&frame, &mut one).unwrap();
+        for other in ["a.png", "wall-20000101-000000.txt", "wall-x.png"] {
+            fs::write(folder.0.join(other), vec![0; 5000]).unwrap();
+        }
+        fs::create_dir(folder.0.join("wall-20000101-000001.png")).unwrap();
+        let keep_bytes = one.len() as u64 * 2 + 1;
+        let plan = SnapshotPlan {
+            folder: Folder::open(&folder.0).unwrap(),
+            every: Duration::from_secs(1),
+            keep_bytes,
+        };
+        for second in [10, 10, 11, 11, 12] {
+            plan.write(&frame, at(second)).unwrap();
+        }
+        let own = ["wall-19700101-000011-1.png", "wall-19700101-000012.png"];
+        let others = ["a.png", "wall-20000101-000000.txt", "wall-20000101-000001.png", "wall-x.png"];
+        assert_eq!(folder.names(), [&others[..1], &own[..], &others[1..]].concat());
+        assert_eq!(fs::read(folder.0.join(own[1])).unwrap(), one);
+        // A bound that holds not even one keeps the newest alone.
+        let plan = SnapshotPlan { keep_bytes: 1, ..plan };
+        plan.write(&frame, at(13)).unwrap();
+        assert_eq!(folder.names(), [&others[..1], &["wall-19700101-000013.png"], &others[1..]].concat());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_neither_followed_nor_removed() {
+        let folder = Temporary::new("links");
+        let target = folder.0.join("precious");
+        fs::write(&target, vec![7; 9000]).unwrap();
+        std::os::unix::fs::symlink(&target, folder.0.join("wall-19700101-000001.png")).unwrap();
+        let plan = SnapshotPlan {
+            folder: Folder::open(&folder.0).unwrap(),
+            every: Duration::from_secs(1),
+            keep_bytes: 1,
+        };
+        plan.write(&VideoMemory::new(2, 2).unwrap(), at(1)).unwrap();
+        assert_eq!(folder.names(), ["precious", "wall-19700101-000001-1.png", "wall-19700101-000001.png"]);
+        assert_eq!(fs::read(&target).unwrap(), vec![7; 9000]);
+    }
+}

@@ -1,0 +1,110 @@
+//! Fullscreen: the window over the whole screen, and back.
+//!
+//! minifb has no such call and does not tell the screen's size. Its windows on X11 (XWayland included) have a number, under
+//! which a second connection to the X server can ask for it: by the window manager (`_NET_WM_STATE_FULLSCREEN` of the
+//! Extended Window Manager Hints 1.5), or, where there is none, by moving and sizing the window. Native Wayland, Windows
+//! and macOS have no way past minifb: there it is refused, in words.
+
+use minifb::{HasWindowHandle, Window};
+use raw_window_handle::RawWindowHandle;
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{
+    AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, Window as WindowId,
+};
+use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
+
+/// The means to change one window.
+#[derive(Default)]
+pub(super) struct Fullscreen {
+    screen: Option<Screen>,
+    is_on: bool,
+}
+
+impl Fullscreen {
+    /// Fills the screen, or goes back.
+    ///
+    /// # Errors
+    /// Why it cannot be done, in one line.
+    pub fn toggle(&mut self, window: &Window) -> Result<(), String> {
+        let screen = match self.screen.take() {
+            Some(screen) => screen,
+            None => Screen::of(window)?,
+        };
+        let screen = self.screen.insert(screen);
+        screen.set_fullscreen(!self.is_on).map_err(|e| format!("no fullscreen: {e}"))?;
+        self.is_on = !self.is_on;
+        Ok(())
+    }
+}
+
+type Error = Box<dyn std::error::Error>;
+
+/// An X screen with our window on it.
+struct Screen {
+    connection: RustConnection,
+    root: WindowId,
+    size: [u32; 2],
+    window: WindowId,
+    /// Place and size to go back to, where we moved the window ourselves.
+    before: Option<[i32; 4]>,
+}
+
+impl Screen {
+    fn of(window: &Window) -> Result<Screen, String> {
+        let window = match window.window_handle().map(|handle| handle.as_raw()) {
+            Ok(RawWindowHandle::Xlib(handle)) => u32::try_from(handle.window).ok(),
+            _ => None,
+        };
+        let window = window.ok_or("no fullscreen: only windows on X11 can have it")?;
+        let (connection, number) = x11rb::connect(None).map_err(|e| format!("no fullscreen: {e}"))?;
+        let screen = &connection.setup().roots[number];
+        let (root, size) = (screen.root, [screen.width_in_pixels.into(), screen.height_in_pixels.into()]);
+        Ok(Screen { connection, root, size, window, before: None })
+    }
+
+    fn set_fullscreen(&mut self, on: bool) -> Result<(), Error> {
+        match self.has_window_manager()? {
+            true => self.ask_window_manager(on)?,
+            false => self.place(on)?,
+        }
+        self.connection.sync()?;
+        Ok(())
+    }
+
+    fn atom(&self, name: &str) -> Result<u32, Error> {
+        Ok(self.connection.intern_atom(false, name.as_bytes())?.reply()?.atom)
+    }
+
+    fn has_window_manager(&self) -> Result<bool, Error> {
+        let check = self.atom("_NET_SUPPORTING_WM_CHECK")?;
+        let reply = self.connection.get_property(false, self.root, check, AtomEnum::WINDOW, 0, 1)?.reply()?;
+        Ok(reply.value_len > 0)
+    }
+
+    fn ask_window_manager(&self, on: bool) -> Result<(), Error> {
+        let (state, fullscreen) = (self.atom("_NET_WM_STATE")?, self.atom("_NET_WM_STATE_FULLSCREEN")?);
+        // 1 adds, 0 removes; the last 1 says that an application asks.
+        let event = ClientMessageEvent::new(32, self.window, state, [u32::from(on), fullscreen, 0, 1, 0]);
+        let mask = EventMask::SUBSTRUCTURE_REDIRECT | EventMask::SUBSTRUCTURE_NOTIFY;
+        self.connection.send_event(false, self.root, mask, event)?;
+        Ok(())
+    }
+
+    fn place(&mut self, on: bool) -> Result<(), Error> {
+        let [width, height] = self.size.map(|side| side as i32);
+        let [x, y, width, height] = match (on, self.before.take()) {
+            (true, _) => {
+                let now = self.connection.get_geometry(self.window)?.reply()?;
+                self.before = Some([now.x.into(), now.y.into(), now.width.into(), now.height.into()]);
+                [0, 0, width, height]
+            }
+            (false, Some(before)) => before,
+            (false, None) => return Ok(()),
+        };
+        let (width, height) = (width.max(1) as u32, height.max(1) as u32);
+        let aux = ConfigureWindowAux::new().x(x).y(y).width(width).height(height);
+        self.connection.configure_window(self.window, &aux)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! A server's lines in the overlay: where it listens, how many clients it has, and how much they send.
+//!
+//! In: readings of the server's [`MetricsBoard`], once a second. Out: lines of text.
+
+use crate::server::{MetricsBoard, Stats};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The time over which rates are taken.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// A server as its window tells of it.
+#[derive(Clone, Debug)]
+pub struct ServerStatus {
+    addresses: Vec<String>,
+    board: Arc<MetricsBoard>,
+    last: Option<(Instant, Stats)>,
+    rates: String,
+}
+
+impl ServerStatus {
+    /// A server at these addresses that counts on `board`.
+    pub fn new(addresses: Vec<String>, board: Arc<MetricsBoard>) -> Self {
+        ServerStatus { addresses, board, last: None, rates: String::new() }
+    }
+
+    /// The lines as of now.
+    pub fn lines(&mut self) -> Vec<String> {
+        let now = Instant::now();
+        if self.last.is_none_or(|(at, _)| now >= at + PERIOD) {
+            let metrics = self.board.read().metrics;
+            let (elapsed, done) = match self.last {
+                Some((at, before)) => ((now - at).as_secs_f64(), metrics.totals - before),
+                None => (f64::INFINITY, Stats::default()),
+            };
+            let rate = |count: u64| count as f64 / elapsed;
+            let clients = match metrics.connections {
+                1 => "1 client".to_owned(),
+                n => format!("{n} clients"),
+            };
+            self.rates = format!(
+                "{clients}  {} commands/s  {} pixels/s  {}B/s",
+                short(rate(done.commands)),
+                short(rate(done.pixels)),
+                short(rate(done.bytes))
+            );
+            self.last = Some((now, metrics.totals));
+        }
+        self.addresses.iter().cloned().chain([self.rates.clone()]).collect()
+    }
+}
+
+/// A number in at most five characters, with k, M or G.
+fn short(number: f64) -> String {
+    let (scaled, unit) = match number {
+        n if n < 1e3 => return format!("{n:.0}"),
+        n if n < 1e6 => (n / 1e3, "k"),
+        n if n < 1e9 => (n / 1e6, "M"),
+        n => (n / 1e9, "G"),
+    };
+    match scaled < 100.0 {
+        true => format!("{scaled:.1}{unit}"),
+        false => format!("{scaled:.0}{unit}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::server::Metrics;
+
+    #[test]
+    fn numbers_are_short() {
+        for (number, text) in [
+            (0.0, "0"),
+            (999.4, "999"),
+            (1000.0, "1.0k"),
+            (12_345.0, "12.3k"),
+            (129e6, "129M"),
+            (2.5e9, "2.5G"),
+        ] {
+            assert_eq!(short(number), text);
+        }
+    }
+
+    #[test]
+    fn addresses_clients_and_rates_are_told() {
+        let board = MetricsBoard::new();
+        let mut status = ServerStatus::new(vec!["tcp 127.0.0.1:1234".into()], board.clone());
+        assert_eq!(status.lines(), ["tcp 127.0.0.1:1234", "0 clients  0 commands/s  0 pixels/s  0B/s"]);
+        let fill = |m: &mut Metrics| {
+            m.connections = 1;
+            m.totals.pixels = 10_000;
+        };
+        assert!(board.update(Instant::now(), fill));
+        let before = Instant::now().checked_sub(PERIOD).expect("the clock has run for a second");
+        status.last = Some((before, Stats::default()));
+        let lines = status.lines();
+        assert!(
+            lines[1].starts_with("1 client  0 commands/s  ") && !lines[1].contains(" 0 pixels/s"),
+            "{lines:?}"
+        );
+    }
+}
