@@ -159,7 +159,7 @@ mod tests {
             ..seen.lights[0]
         };
         let mut lens = Lens { shade: Some(ShadeMode::Wire), cull: Some(Cull::Front), ..Lens::default() };
-        lens.navigator.orbit(&camera, 1.0, 0.0);
+        lens.navigator.orbit(&camera, DVec3::Y, 1.0, 0.0);
         lens.navigator.projection = ProjectionChoice::Orthographic;
         lens.apply(&mut seen, Camera::default(), 1.0);
         assert_eq!((seen.objects[0].shade, seen.objects[0].cull), (Some(ShadeMode::Wire), Cull::Front));

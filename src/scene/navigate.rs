@@ -69,10 +69,11 @@ impl Navigator {
         }
     }
 
-    /// Turns about the reference point: by `yaw` about the author's up, then by `pitch` about the viewer's right.
-    pub fn orbit(&mut self, given: &Camera, yaw_rad: f64, pitch_rad: f64) {
-        let up = stand(given).up;
-        self.turn(given, up, yaw_rad);
+    /// Turns about the reference point: by `yaw` about the world's up axis `up`, so that a level horizon stays level, then by
+    /// `pitch` about the viewer's right. Where the viewer is upside down yaw is reversed: what is near still follows a drag.
+    pub fn orbit(&mut self, given: &Camera, up: DVec3, yaw_rad: f64, pitch_rad: f64) {
+        let is_upside_down = self.stand(given).up.dot(up) < 0.0;
+        self.turn(given, if is_upside_down { -up } else { up }, yaw_rad);
         if let Ok([right, _, _]) = self.stand(given).axes() {
             self.turn(given, right, pitch_rad);
         }
@@ -283,7 +284,7 @@ mod tests {
         let distance = |c: &Camera| (c.look_at.eye - c.look_at.reference).length();
         let mut navigator = Navigator::default();
         for _ in 0..36 {
-            navigator.orbit(&camera, std::f64::consts::PI / 18.0, 0.3);
+            navigator.orbit(&camera, DVec3::Y, std::f64::consts::PI / 18.0, 0.3);
             let moved = navigator.apply(&camera, Some(bounds), 1.5);
             assert!((moved.look_at.reference - camera.look_at.reference).length() < 1e-9);
             assert!((distance(&moved) - distance(&camera)).abs() < 1e-9);
@@ -295,10 +296,24 @@ mod tests {
             }
         }
         let mut once = Navigator::default();
-        once.orbit(&camera, 0.7, 0.0);
-        once.orbit(&camera, -0.7, 0.0);
+        once.orbit(&camera, DVec3::Y, 0.7, 0.0);
+        once.orbit(&camera, DVec3::Y, -0.7, 0.0);
         let back = once.apply(&camera, None, 1.5);
         assert!((back.look_at.eye - camera.look_at.eye).length() < 1e-12);
+    }
+
+    #[test]
+    fn an_orbit_keeps_the_horizon_level_and_the_height() {
+        let (camera, _) = given();
+        assert!(camera.look_at.up.z.abs() > 0.1, "the author's camera looks down: its own up is tilted");
+        let mut navigator = Navigator::default();
+        for _ in 0..36 {
+            navigator.orbit(&camera, DVec3::Y, std::f64::consts::PI / 18.0, 0.0);
+            let look_at = navigator.stand(&camera);
+            let [right, up, _] = look_at.axes().expect("axes");
+            assert!(right.y.abs() < 1e-12 && up.y > 0.5, "{right} {up}");
+            assert!((look_at.eye.y - camera.look_at.eye.y).abs() < 1e-9);
+        }
     }
 
     #[test]
@@ -334,7 +349,7 @@ mod tests {
                 match step % 4 {
                     0 => navigator.zoom_by(if step < 200 { 0.5 } else { 3.0 }),
                     1 => navigator.walk(&camera, [0.5, -3.0, f64::from(step)]),
-                    2 => navigator.orbit(&camera, 1e3, -7.0),
+                    2 => navigator.orbit(&camera, DVec3::Y, 1e3, -7.0),
                     _ => navigator.zoom_by([f64::NAN, 0.0, f64::INFINITY, -1.0][step as usize / 4 % 4]),
                 }
                 let moved = navigator.apply(&camera, Some(bounds), 1.5);

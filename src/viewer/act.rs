@@ -4,6 +4,7 @@ use super::keys::{self, Action, Key, Look};
 use super::{Request, Show, Subject, Viewer};
 use crate::command::{self, Command};
 use crate::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
+use glam::DVec3;
 
 /// A step by key: a turn, a part of the distance to what is looked at, a factor of that distance.
 const TURN_RAD: f64 = std::f64::consts::PI / 36.0;
@@ -213,7 +214,13 @@ impl Viewer {
 
     fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64) {
         if let Some(camera) = self.given_camera() {
-            self.wishes.navigator.orbit(&camera, yaw_rad, pitch_rad);
+            let up = match &self.subject {
+                // A stream's author says which way is up: z for some.
+                Subject::Replay(_) => nearest_axis(camera.look_at.up),
+                // OBJ and X3D are upright along y, however their cameras are tilted.
+                Subject::Space(_) | Subject::Nd(_) => DVec3::Y,
+            };
+            self.wishes.navigator.orbit(&camera, up, yaw_rad, pitch_rad);
             self.is_stale = true;
         }
     }
@@ -294,5 +301,35 @@ impl Viewer {
             let _ = command::encode(&command, &mut text);
         }
         Some(Request::Print(String::from_utf8_lossy(&text).into_owned()))
+    }
+}
+
+/// The coordinate axis, with its sign, that is nearest to `v`; y where several are as near.
+fn nearest_axis(v: DVec3) -> DVec3 {
+    let axes = [DVec3::Y, DVec3::Z, DVec3::X].map(|axis| axis * axis.dot(v).signum());
+    let mut nearest = axes[0];
+    for axis in axes {
+        if axis.dot(v) > nearest.dot(v) {
+            nearest = axis;
+        }
+    }
+    nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_axis_keeps_its_sign() {
+        for (v, axis) in [
+            (DVec3::new(0.1, 0.9, -0.3), DVec3::Y),
+            (DVec3::new(0.0, -2.0, 1.0), -DVec3::Y),
+            (DVec3::new(0.3, 0.3, 0.9), DVec3::Z),
+            (DVec3::new(-3.0, 1.0, 1.0), -DVec3::X),
+            (DVec3::new(1.0, 1.0, 1.0), DVec3::Y),
+        ] {
+            assert_eq!(nearest_axis(v), axis, "{v}");
+        }
     }
 }

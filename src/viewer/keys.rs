@@ -201,13 +201,18 @@ pub fn binding(key: Key) -> &'static Binding {
     BINDINGS.iter().find(|b| b.key == key).unwrap_or(&BINDINGS[0])
 }
 
-/// The lines of the overlay, for a scene of N dimensions or another one.
+/// The lines of the help, for a scene of N dimensions or another one.
 pub fn help_lines(is_nd: bool) -> Vec<String> {
+    help_lines_of(is_nd, |_| true)
+}
+
+/// Those of the lines whose keys do something: `works` tells it of an action.
+pub(super) fn help_lines_of(is_nd: bool, works: impl Fn(Action) -> bool) -> Vec<String> {
     let line = |(name, help, help_nd): (&str, &str, &str)| {
         let help = if is_nd { help_nd } else { help };
         (!help.is_empty()).then(|| format!("{name:<6}{help}"))
     };
-    let keys = BINDINGS.iter().map(|b| (b.name, b.help, b.help_nd));
+    let keys = BINDINGS.iter().filter(|b| works(b.action)).map(|b| (b.name, b.help, b.help_nd));
     keys.chain(MOUSE).filter_map(line).collect()
 }
 

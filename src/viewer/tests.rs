@@ -6,6 +6,7 @@ use crate::memory::Rgba;
 use crate::pipeline;
 use crate::scene::{Scene, shapes};
 use crate::server::Engine;
+use glam::DVec3;
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -350,6 +351,49 @@ fn no_rain_of_keys_ends_it() {
             viewer.advance(Duration::from_millis(37));
             viewer.refresh();
             viewer.overlay();
+        }
+    }
+}
+
+#[test]
+fn the_help_names_the_keys_that_do_something_here() {
+    let lines = |viewer: &mut Viewer| {
+        tap(viewer, Key::F1);
+        viewer.overlay().top
+    };
+    let has = |lines: &[String], key: &str| lines.iter().any(|l| l.split(' ').next() == Some(key));
+    let still = lines(&mut mesh_viewer());
+    assert!(
+        has(&still, "P") && has(&still, "F11") && !has(&still, "Space") && !has(&still, "."),
+        "{still:?}"
+    );
+    let moving = lines(&mut x3d_viewer());
+    assert!(has(&moving, "Space") && has(&moving, "."), "{moving:?}");
+    let flat = lines(&mut stream_viewer("LINE 0 0 9 9 ff0000\nPRESENT\n"));
+    assert!(has(&flat, "I") && !has(&flat, "P") && !has(&flat, "1") && !has(&flat, "W"), "{flat:?}");
+    let nd = lines(&mut nd_viewer());
+    assert!(has(&nd, "Tab") && has(&nd, "H") && !has(&nd, "P"), "{nd:?}");
+}
+
+#[test]
+fn the_horizon_stays_level_on_the_way_round() {
+    let level = |viewer: &mut Viewer| {
+        let Some(Request::Print(text)) = viewer.key(Key::J, true) else {
+            panic!("{} has a camera", viewer.name)
+        };
+        viewer.key(Key::J, false);
+        let numbers: Vec<f64> =
+            text.lines().next().unwrap().split(' ').skip(1).map(|n| n.parse().unwrap()).collect();
+        let v = |i: usize| DVec3::new(numbers[i], numbers[i + 1], numbers[i + 2]);
+        (v(3) - v(0)).cross(v(6)).normalize()
+    };
+    // A camera whose own up leans with it, as that of a framed mesh does; and a stream's, upright along z.
+    let upright_z = "MESH m BOX\nLOOKAT 3 3 2 0 0 0 0 0 1\nLIGHT 0 DIR -1 -1 -1 1 1 1\nDRAW m\nPRESENT\n";
+    for (mut viewer, up) in [(mesh_viewer(), DVec3::Y), (stream_viewer(upright_z), DVec3::Z)] {
+        for _ in 0..9 {
+            tap(&mut viewer, Key::Left);
+            let right = level(&mut viewer);
+            assert!(right.dot(up).abs() < 1e-9, "{}: {right}", viewer.name);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the viewer says over the picture.
 
-use super::keys::{Look, help_lines};
+use super::keys::{Action, Look, help_lines_of};
 use super::{Overlay, Show, Subject, Viewer, Zoom};
 use crate::memory::FbPtr;
 use crate::scene::ProjectionChoice;
@@ -13,7 +13,7 @@ impl Viewer {
     pub fn overlay(&mut self) -> Overlay {
         let mut overlay = Overlay { zoom: self.zoom_box(), ..Overlay::default() };
         if self.shows_help {
-            overlay.top = help_lines(matches!(self.subject, Subject::Nd(_)));
+            overlay.top = self.help();
         } else if self.shows_plan {
             overlay.top = self.plan();
         }
@@ -30,6 +30,23 @@ impl Viewer {
             overlay.bottom.extend(self.status());
         }
         overlay
+    }
+
+    /// The keys that do something to what is seen now.
+    fn help(&mut self) -> Vec<String> {
+        let is_animated = self.is_animated();
+        let (is_nd, is_spatial, has_hidden_axis) = match &mut self.subject {
+            Subject::Space(_) => (false, true, false),
+            Subject::Nd(nd) => (true, true, nd.has_hidden_axis()),
+            Subject::Replay(replay) => (false, replay.is_spatial(), false),
+        };
+        help_lines_of(is_nd, |action| match action {
+            Action::Pause | Action::StepForward | Action::StepBack => is_animated,
+            Action::Cull | Action::Hide if is_nd => has_hidden_axis,
+            Action::Look(_) | Action::Projection | Action::Cull | Action::Hide | Action::Depth => is_spatial,
+            Action::Walk(..) | Action::Turn(..) | Action::Zoom(_) | Action::Reset => is_spatial,
+            _ => true,
+        })
     }
 
     fn show_line(&self) -> Option<String> {

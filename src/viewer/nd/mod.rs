@@ -177,19 +177,24 @@ impl Nd {
 
     /// Between the aperture as given and the exact slice; whether there is a hidden axis at all.
     pub fn toggle_slice(&mut self) -> bool {
-        self.is_slice = !self.is_slice && self.given.hidden_dim() > 0;
+        self.is_slice = !self.is_slice && self.has_hidden_axis();
+        self.has_hidden_axis()
+    }
+
+    /// Whether any axis of space is not one of the screen's: what slices and fibres are about.
+    pub fn has_hidden_axis(&self) -> bool {
         self.given.hidden_dim() > 0
     }
 
     /// Exact fibres, fans of 3 and of 9 rays a hidden axis; whether fibres are more than rays at all.
     pub fn next_fibre(&mut self) -> bool {
         self.fibre = match self.fibre {
-            _ if self.given.hidden_dim() == 0 => Fibre::Exact,
+            _ if !self.has_hidden_axis() => Fibre::Exact,
             Fibre::Exact => Fibre::Fan(3),
             Fibre::Fan(3) => Fibre::Fan(9),
             Fibre::Fan(_) => Fibre::Exact,
         };
-        self.given.hidden_dim() > 0
+        self.has_hidden_axis()
     }
 
     /// What is seen now, in a line or two.
