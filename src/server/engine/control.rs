@@ -8,7 +8,7 @@ use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::jobs::{Job, JobResult};
 use crate::server::metrics::{Metrics, MetricsBoard, RecordingState};
-use crate::server::record::Recorder;
+use crate::server::record::{RecordStats, Recorder};
 use crate::server::snapshots::is_own_name;
 use crate::server::{Display, Session};
 use std::ops::Range;
@@ -79,13 +79,8 @@ impl Engine {
         m.depth_bytes = self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64);
         m.id_bytes = self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64);
         m.shared_resource_bytes = self.shared.size_bytes();
-        m.recording = match (&self.recorder, &self.record_failure) {
-            (Some(recorder), _) if recorder.has_failed() => RecordingState::Failed,
-            (Some(_), _) => RecordingState::On,
-            (None, Some(_)) => RecordingState::Failed,
-            (None, None) => RecordingState::Off,
-        };
-        let recorded = self.recorder.as_ref().map(Recorder::stats).unwrap_or_default();
+        let recorded;
+        (m.recording, recorded) = self.recording();
         (m.recorded_bytes, m.record_queue_bytes) = (recorded.written_bytes, recorded.queued_bytes);
         m.snap_bytes = self.snap_dir.as_ref().map_or(0, |folder| folder.used_bytes());
         self.verb_counts.copy_to(&mut m.verbs);
@@ -232,24 +227,33 @@ impl Engine {
         }
     }
 
+    /// The recording's state and figures; a failed one keeps its figures.
+    fn recording(&self) -> (RecordingState, RecordStats) {
+        match (&self.recorder, &self.record_failure) {
+            (Some(recorder), _) if recorder.has_failed() => (RecordingState::Failed, recorder.stats()),
+            (Some(recorder), _) => (RecordingState::On, recorder.stats()),
+            (None, Some(failed)) => (RecordingState::Failed, failed.stats()),
+            (None, None) => (RecordingState::Off, RecordStats::default()),
+        }
+    }
+
     /// The recording's state as words of `STATS`.
     fn record_words(&self) -> String {
-        let state = match (&self.recorder, &self.record_failure) {
-            (Some(recorder), _) if recorder.has_failed() => "failed",
-            (Some(_), _) => "ok",
-            (None, Some(_)) => "failed",
-            (None, None) => "off",
+        let (state, bytes) = self.recording();
+        let state = match state {
+            RecordingState::Off => "off",
+            RecordingState::On => "ok",
+            RecordingState::Failed => "failed",
         };
-        let bytes = self.recorder.as_ref().map(Recorder::stats).unwrap_or_default();
         format!("record={state} record_bytes={} record_queue={}", bytes.written_bytes, bytes.queued_bytes)
     }
 
     /// Why the recording ended early, if it did.
     pub fn record_failure(&self) -> Option<&str> {
-        self.record_failure.as_deref()
+        self.record_failure.as_ref().map(|failed| failed.reason.as_str())
     }
 
-    /// Goes on without the recorder; keeps the reason why it failed.
+    /// Goes on without the recorder; keeps the reason why it failed and its figures.
     fn drop_recorder(&mut self) {
         if let Some(recorder) = self.recorder.take() {
             self.record_failure = recorder.failure();

@@ -8,7 +8,7 @@ use crate::error::{Code, Fault};
 use crate::load::{Folder, FolderError};
 use crate::memory::{MemoryUse, Reservation};
 use crate::server::Session;
-use crate::server::record::{FileSet, ReadFile};
+use crate::server::record::{FileHasher, FileSet, ReadFile, Recorder};
 use crate::server::session::FileAccess;
 use std::sync::Arc;
 
@@ -25,8 +25,9 @@ pub(in crate::server) struct FileReader {
     max_file_bytes: u64,
     max_side_bytes: u64,
     side_bytes: u64,
-    /// The files read so far, if they are recorded.
-    read: Option<Vec<ReadFile>>,
+    /// The files read so far, and the hasher of the recording, if there is one.
+    read: Vec<ReadFile>,
+    hasher: Option<FileHasher>,
     /// What all of them hold of the memory budget, until the reader goes.
     held: Reservation,
 }
@@ -44,7 +45,8 @@ impl Engine {
             max_file_bytes: self.limits.payload_bytes,
             max_side_bytes: self.limits.resource_bytes,
             side_bytes: 0,
-            read: self.recorder.is_some().then(Vec::new),
+            read: Vec::new(),
+            hasher: self.recorder.as_ref().map(Recorder::file_hasher),
             held: self.budget.empty(MemoryUse::Payloads),
         }
     }
@@ -91,7 +93,7 @@ impl FileReader {
 
     /// The content of a file of at most `limit` bytes, for which there must be memory: twice where it is recorded.
     fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, Fault> {
-        let copies = if self.read.is_some() { 2 } else { 1 };
+        let copies = if self.hasher.is_some() { 2 } else { 1 };
         let mut room = self.held.budget().reserve_up_to(MemoryUse::Payloads, limit.saturating_mul(copies));
         let most = limit.min(room.bytes() / copies);
         let bytes = match self.read_within(path, most) {
@@ -111,7 +113,7 @@ impl FileReader {
 
     fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
         // A file that changes meanwhile is the same for the whole command, and for its replay.
-        if let Some(file) = self.read.iter().flatten().find(|file| file.path == path) {
+        if let Some(file) = self.read.iter().find(|file| file.path == path) {
             return within(path, &file.bytes, limit);
         }
         let missing = || FolderError::Missing { name: path.into() };
@@ -119,15 +121,16 @@ impl FileReader {
             Source::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
             Source::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
         };
-        if let Some(read) = &mut self.read {
-            read.push(ReadFile { path: path.to_owned(), bytes: bytes.as_slice().into() });
+        if let Some(hasher) = &self.hasher {
+            let fingerprint = hasher.fingerprint(&bytes);
+            self.read.push(ReadFile { path: path.to_owned(), bytes: bytes.as_slice().into(), fingerprint });
         }
         Ok(bytes)
     }
 
     /// The files that were read, for the recording.
     pub fn into_read(self) -> Vec<ReadFile> {
-        self.read.unwrap_or_default()
+        self.read
     }
 }
 

@@ -34,7 +34,7 @@ mod trace;
 use super::jobs::Job;
 use super::metrics::{MetricsBoard, VerbCounts};
 use super::names::Names;
-use super::record::{ReadFile, Recorder};
+use super::record::{FailedRecording, ReadFile, Recorder};
 use super::{Display, Limits, Session, Stats};
 use crate::cancel::CancelToken;
 use crate::command::{Command, SparePayload};
@@ -145,8 +145,8 @@ pub struct Engine {
     on_shared_failure: shared::OnSharedFailure,
     recorder: Option<Recorder>,
     on_present: OnPresent,
-    /// Why the recording ended early.
-    record_failure: Option<String>,
+    /// The recording that ended early.
+    record_failure: Option<FailedRecording>,
     /// The files that the command being run has read, for the recording.
     files_read: Vec<ReadFile>,
     /// The verb of the draw that was abandoned, if one was.

@@ -32,8 +32,10 @@ mod writer;
 pub use file::RecordFile;
 pub use recorder::Recorder;
 pub(super) use replay::Replay;
+pub(super) use writer::{FailedRecording, RecordStats};
 
 use std::collections::HashMap;
+use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 
 /// The first bytes of a recording; the version, a blank and the frame's size follow.
@@ -52,6 +54,23 @@ pub(super) struct ReadFile {
     pub path: String,
     /// The content.
     pub bytes: Arc<[u8]>,
+    /// The content's identity in the recording.
+    pub fingerprint: Fingerprint,
+}
+
+/// A content's length and two keyed hashes. Without the keys nobody can make two contents of one
+/// fingerprint.
+pub(super) type Fingerprint = (usize, [u64; 2]);
+
+/// The keys of a recording's fingerprints. A long file takes long to hash, so it is hashed on the
+/// thread that reads it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FileHasher([RandomState; 2]);
+
+impl FileHasher {
+    pub fn fingerprint(&self, bytes: &[u8]) -> Fingerprint {
+        (bytes.len(), self.0.each_ref().map(|keys| keys.hash_one(bytes)))
+    }
 }
 
 /// The frame's size that the first line of a recording gives, as `WIDTHxHEIGHT`; `None` for other text.

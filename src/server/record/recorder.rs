@@ -3,13 +3,12 @@
 //! A block holds finished chunks and the open one, in place: a chunk's length is put into its header when it ends. Blocks
 //! leave when they are large, and every [`FLUSH_EVERY`].
 
-use super::writer::{OnFailure, Patience, RecordStats, Writer};
-use super::{END_MARK, RECORD_MAGIC, ReadFile, RecordFile};
+use super::writer::{FailedRecording, OnFailure, Patience, RecordStats, Writer};
+use super::{END_MARK, FileHasher, Fingerprint, RECORD_MAGIC, ReadFile, RecordFile};
 use crate::command::{BINARY_PIXEL_BYTES, Command, Rect, SnapTarget, encode};
 use crate::memory::{Rgba, VideoMemory};
 use std::collections::HashMap;
 use std::fmt;
-use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
@@ -44,9 +43,9 @@ pub struct Recorder {
     /// The last command has no text, and is not in the recording.
     has_gap: bool,
     flushed_at: Instant,
-    /// The ids of file contents in the recording, by length and two keyed hashes.
-    known_files: HashMap<(usize, [u64; 2]), u64>,
-    file_hashers: [RandomState; 2],
+    /// The ids of file contents in the recording.
+    known_files: HashMap<Fingerprint, u64>,
+    file_hasher: FileHasher,
 }
 
 impl fmt::Debug for Recorder {
@@ -103,7 +102,7 @@ impl Recorder {
             has_gap: false,
             flushed_at: begun,
             known_files: HashMap::new(),
-            file_hashers: Default::default(),
+            file_hasher: FileHasher::default(),
         })
     }
 
@@ -192,9 +191,8 @@ impl Recorder {
         self.end_chunk();
         self.begin_chunk(connection, "files ");
         for file in files {
-            let hashes = self.file_hashers.each_ref().map(|h| h.hash_one(&*file.bytes));
             let next = self.known_files.len() as u64 + 1;
-            let id = *self.known_files.entry((file.bytes.len(), hashes)).or_insert(next);
+            let id = *self.known_files.entry(file.fingerprint).or_insert(next);
             let name = file.path.as_bytes();
             append(&mut self.block, format_args!("{id} {} ", name.len()));
             match id == next {
@@ -316,9 +314,14 @@ impl Recorder {
         self.writer.has_failed()
     }
 
-    /// Why the recording ended early.
-    pub(in crate::server) fn failure(&self) -> Option<String> {
+    /// The reason and the figures of a recording that has ended early.
+    pub(in crate::server) fn failure(&self) -> Option<FailedRecording> {
         self.writer.failure()
+    }
+
+    /// The hasher for the files that commands read.
+    pub(in crate::server) fn file_hasher(&self) -> FileHasher {
+        self.file_hasher.clone()
     }
 
     /// Counts bytes.

@@ -302,6 +302,32 @@ fn files_that_are_none_end_the_replay() {
     }
 }
 
+#[test]
+fn recordings_with_wrong_bytes_end_in_order() {
+    let folder = folder_of_files("wrong-bytes");
+    let script = "PX 1 1 ff0000\nLOAD MESH m sub/m.obj\nMESH b BOX\nPX 2 2 00ff00\nQUIT\n";
+    let (.., recording) = record(with_folder(&folder.0), script.as_bytes(), usize::MAX);
+    let mut state = 3_u32;
+    let mut next = |n: usize| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize % n
+    };
+    let mut refused = 0;
+    for _ in 0..3000 {
+        let mut wrong = recording.clone();
+        for _ in 0..=next(3) {
+            let at = next(wrong.len());
+            match next(3) {
+                0 => wrong[at] = next(256) as u8,
+                1 => drop(wrong.remove(at)),
+                _ => wrong[at] = b"0123456789 -\n#"[next(14)],
+            }
+        }
+        refused += usize::from(!replay(Engine::new(8, 6).unwrap(), &wrong).2.is_empty());
+    }
+    assert!((1000..3000).contains(&refused), "{refused} of 3000 were refused");
+}
+
 fn ask(engine: &mut Engine, request: &[u8]) -> String {
     let mut stream = Stream::new(engine, 9, Audience::Owner);
     let mut out = Output::default();
@@ -333,9 +359,12 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
     ask(&mut engine, b"PX 1 1 ff0000\n");
     engine.tick(std::time::Instant::now() + Duration::from_secs(1));
     assert_eq!(hears.recv_timeout(Duration::from_secs(30)), Ok(io::ErrorKind::StorageFull));
-    assert!(ask(&mut engine, b"STATS\n").contains(" record=failed "));
+    let figures = " record=failed record_bytes=21 record_queue=0";
+    assert!(ask(&mut engine, b"STATS\n").contains(figures));
     engine.tick(std::time::Instant::now());
     assert!(engine.record_failure().is_some());
+    // The recorder is gone now, its figures are not.
+    assert!(ask(&mut engine, b"STATS\n").contains(figures));
     assert_eq!(ask(&mut engine, b"PX 2 2 00ff00\nPX 2 2\n"), "PX 2 2 00ff00\n");
     engine.end();
     assert_eq!(sheet.0.lock().unwrap().as_slice(), b"#!fbptr-record 2 8x6\n");

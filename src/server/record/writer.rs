@@ -51,6 +51,26 @@ pub(in crate::server) struct RecordStats {
     pub queued_bytes: u64,
 }
 
+/// A recording that ended early. Its figures change as long as the thread still writes queued blocks.
+pub(in crate::server) struct FailedRecording {
+    /// Why it ended.
+    pub reason: String,
+    shared: Arc<Shared>,
+}
+
+impl std::fmt::Debug for FailedRecording {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "FailedRecording({})", self.reason)
+    }
+}
+
+impl FailedRecording {
+    /// Counts bytes.
+    pub fn stats(&self) -> RecordStats {
+        self.shared.lock().stats
+    }
+}
+
 #[derive(Default)]
 struct State {
     blocks: VecDeque<Vec<u8>>,
@@ -173,9 +193,10 @@ impl Writer {
         self.shared.has_failed.load(Ordering::Acquire)
     }
 
-    /// Why the recording ended early.
-    pub fn failure(&self) -> Option<String> {
-        self.shared.lock().failure.clone()
+    /// The reason and the figures of a recording that has ended early.
+    pub fn failure(&self) -> Option<FailedRecording> {
+        let reason = self.shared.lock().failure.clone()?;
+        Some(FailedRecording { reason, shared: self.shared.clone() })
     }
 
     /// Counts bytes.
@@ -220,7 +241,9 @@ fn run(shared: &Shared, mut out: Box<dyn Write + Send>, piece_bytes: usize) {
     let result = result.and_then(|()| out.flush());
     let mut state = shared.lock();
     state.is_done = true;
-    state.blocks = VecDeque::new();
+    (state.blocks, state.spare) = (VecDeque::new(), Vec::new());
+    // Nothing waits any more, written or not.
+    state.stats.queued_bytes = 0;
     match result {
         Ok(()) => drop(state),
         Err(e) => shared.fail(state, &e),
