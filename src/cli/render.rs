@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// Render a scene file.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The scene: .x3d, .obj, or .json for N dimensions
+    /// The scene: .x3d, .x3dz, .obj, or .json for N dimensions
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The picture: .png, .ppm or .raw; with --frames a movie too: .gif, .apng, .y4m, or - for y4m on standard output
@@ -33,6 +33,9 @@ pub struct Render {
     /// The colour behind scenes that have no background of their own, in hex or by its CSS name
     #[arg(long, value_name = "COLOUR", value_parser = color, default_value = "black")]
     background: Rgba,
+    /// Let the scene read files from this folder, not only from its own
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
     /// How faces get their colours: wire, flat, gouraud or phong
     #[arg(long, value_name = "S", value_parser = shade)]
     shade: Option<ShadeMode>,
@@ -113,7 +116,7 @@ impl Render {
         }
         let size = self.size.unwrap_or(FrameSize::DEFAULT);
         Limits::default().check_frame(size.width, size.height).map_err(|e| bad(e.message))?;
-        let file = scene_file::read(&self.scene)?;
+        let file = scene_file::read(&self.scene, self.root.as_deref())?;
         if let SceneFile::Eye(scene) = file {
             if self.trace.is_some() {
                 return Err(bad("--trace follows triangles of .obj and .x3d scenes".to_owned()));

@@ -3,7 +3,7 @@
 use super::{Status, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, Folder, LoadError};
+use crate::load::{self, Folder, LoadContext, LoadError, LoadMemory, path_inside};
 use crate::scene::Geometry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -80,7 +80,7 @@ impl Watch {
     }
 }
 
-const ENDINGS: [&str; 3] = ["x3d", "obj", "json"];
+const ENDINGS: [&str; 4] = ["x3d", "x3dz", "obj", "json"];
 
 fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
@@ -91,18 +91,56 @@ pub(super) fn has_scene_ending(path: &Path) -> bool {
     ENDINGS.contains(&ending(path).as_str())
 }
 
-/// Reads the scene at `path`; what it refers to is looked for in its folder. Warnings go to stderr.
-pub(super) fn read(path: &Path) -> Result<SceneFile, SceneError> {
-    read_watched(path, &mut Watch::default())
+/// The folder that a scene's file may read others from, and where in it the scene stands.
+struct Root {
+    /// `None` where it cannot be opened: nothing is found in it.
+    folder: Option<Folder>,
+    /// Its path, as it was given.
+    path: PathBuf,
+    /// The scene's folder inside, with `/` at its end unless empty.
+    own: String,
+}
+
+impl Root {
+    /// The scene's own folder, or the one that was asked for.
+    fn of(scene: &Path, asked: Option<&Path>) -> Result<Root, SceneError> {
+        let beside = |p: &Path| if p.as_os_str().is_empty() { PathBuf::from(".") } else { p.to_owned() };
+        let own = beside(scene.parent().unwrap_or(Path::new("")));
+        let Some(asked) = asked else {
+            let path = scene.parent().unwrap_or(Path::new("")).to_owned();
+            return Ok(Root { folder: Folder::open(&own).ok(), path, own: String::new() });
+        };
+        let bad = |what: String| SceneError::NoFile(format!("--root {}: {what}", asked.display()));
+        let folder = Folder::open(asked).map_err(|e| bad(e.to_string()))?;
+        let real = std::fs::canonicalize(&own).map_err(|e| bad(format!("{}: {e}", own.display())))?;
+        let inside = real.strip_prefix(folder.root());
+        let inside = inside.map_err(|_| bad(format!("{} does not lie in it", scene.display())))?;
+        let steps = inside.iter().map(|step| step.to_str().map(|step| format!("{step}/")));
+        let own = steps.collect::<Option<String>>();
+        let own = own.ok_or_else(|| bad(format!("the path to {} is no UTF-8", scene.display())))?;
+        Ok(Root { folder: Some(folder), path: asked.to_owned(), own })
+    }
+}
+
+/// Reads the scene at `path`; what it refers to is looked for in its folder, or in `root`. Warnings
+/// go to stderr.
+pub(super) fn read(path: &Path, root: Option<&Path>) -> Result<SceneFile, SceneError> {
+    read_watched(path, root, &mut Watch::default())
 }
 
 /// The same, and notes every file that was read or looked for.
-pub(super) fn read_watched(path: &Path, watch: &mut Watch) -> Result<SceneFile, SceneError> {
+pub(super) fn read_watched(
+    path: &Path,
+    root: Option<&Path>,
+    watch: &mut Watch,
+) -> Result<SceneFile, SceneError> {
     watch.begin(path);
     let name = path.display().to_string();
     let ending = ending(path);
     if !ENDINGS.contains(&ending.as_str()) {
-        return Err(SceneError::NoFile(format!("{name}: expected a name that ends in .x3d, .obj or .json")));
+        return Err(SceneError::NoFile(format!(
+            "{name}: expected a name that ends in .x3d, .x3dz, .obj or .json"
+        )));
     }
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
     let meta = std::fs::metadata(path).map_err(no_file)?;
@@ -116,22 +154,27 @@ pub(super) fn read_watched(path: &Path, watch: &mut Watch) -> Result<SceneFile, 
         )));
     }
     let bytes = std::fs::read(path).map_err(no_file)?;
-    let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
-    let folder = folder.and_then(|p| Folder::open(p).ok());
-    let own_folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let mut beside = |name: &str| {
+    let has_root = root.is_some();
+    let root = Root::of(path, root)?;
+    let mut inside = |name: &str| {
         // Looked for and not found: it may come.
-        watch.add(own_folder.join(name));
-        folder.as_ref()?.read(name, MAX_BYTES).ok()
+        watch.add(root.path.join(name));
+        root.folder.as_ref()?.read(name, MAX_BYTES).ok()
     };
     let refused = |e: LoadError| SceneError::Refused(e.to_string());
     match ending.as_str() {
-        "x3d" => {
-            let document = load::x3d::parse(&bytes, &name, &mut beside).map_err(refused)?;
+        "x3d" | "x3dz" => {
+            let memory = &mut LoadMemory::unlimited();
+            let context = LoadContext { folder: &root.own, opener: &mut inside, memory };
+            let document = load::x3d::parse_in(&bytes, &name, context).map_err(refused)?;
             document.warnings().iter().for_each(say_as_program);
+            if document.names_outside() && !has_root {
+                say_as_program(format_args!("--root DIR lets {name} read files above its own folder"));
+            }
             Ok(SceneFile::X3d(Box::new(document)))
         }
         "obj" => {
+            let mut beside = |name: &str| inside(&path_inside(&root.own, name)?);
             let loaded = load::obj::parse(&bytes, &mut beside, &name).map_err(refused)?;
             loaded.warnings.iter().for_each(say_as_program);
             Ok(SceneFile::Obj(Arc::new(loaded.geometry)))

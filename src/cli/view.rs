@@ -15,7 +15,8 @@ use std::sync::Arc;
 /// Look at a mesh, a scene or a stream from everywhere.
 #[derive(Debug, Args)]
 pub struct View {
-    /// What to look at: .obj, .x3d, .json for N dimensions, anything else is a stream of commands
+    /// What to look at: .obj, .x3d, .x3dz, .json for N dimensions, anything else is a stream of
+    /// commands
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The frame's size [default: 640x480, or what fits an N-dimensional screen]
@@ -42,6 +43,9 @@ pub struct View {
     /// Where F9, F12 and J save
     #[arg(long, value_name = "DIR", default_value = ".")]
     save_dir: PathBuf,
+    /// Let a scene read files from this folder, not only from its own
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
     /// Let a stream's LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
@@ -115,7 +119,7 @@ impl View {
     /// The file as something to look at.
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
         if scene_file::has_scene_ending(&self.file) {
-            return Ok(match scene_file::read_watched(&self.file, watch)? {
+            return Ok(match scene_file::read_watched(&self.file, self.root.as_deref(), watch)? {
                 SceneFile::Obj(geometry) => Model::Mesh(geometry),
                 SceneFile::X3d(document) => Model::X3d(document),
                 SceneFile::Eye(scene) => Model::Eye(scene),

@@ -4,13 +4,16 @@
 //! in object space, or a [`LoadError`]; what could be skipped is a [`LoadWarning`]. No parser opens a file: the
 //! caller reads, and decides which names may be read; [`Folder`] is how it keeps strangers inside a folder.
 
+mod context;
 mod error;
 mod folder;
+mod gzip;
 mod memory;
 pub mod obj;
 pub mod texture;
 pub mod x3d;
 
+pub use context::{LoadContext, path_inside};
 pub use error::{LoadError, LoadErrorKind, LoadWarning, Place};
 pub use folder::{Folder, FolderError, QuotaFolder};
 pub use memory::LoadMemory;

@@ -3,8 +3,8 @@
 use crate::error::Code;
 use crate::memory::{DepthFormat, DepthMemory, IdMemory, OverBudget, VideoMemory};
 use crate::scene::{
-    Camera, CameraError, Cull, Fog, Geometry, HiddenSurface, Interpolation, Light, Material, Object,
-    Sampling, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
+    Camera, CameraError, Cull, FillStyle, Fog, Geometry, HiddenSurface, Interpolation, Light, LineStyle,
+    Material, Object, Sampling, Scene, ShadeMode, Texture, TextureStages, TransparencyOrder, Viewport,
 };
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
@@ -61,6 +61,12 @@ pub struct DrawCall<'a> {
     pub two_sided_lighting: bool,
     /// X3D's fog.
     pub fog: Option<Fog>,
+    /// How lines are drawn.
+    pub line: LineStyle,
+    /// How faces are filled.
+    pub fill: FillStyle,
+    /// Several textures in place of one.
+    pub stages: Option<&'a TextureStages>,
     /// What the id memory keeps for this draw.
     pub name: u32,
 }
@@ -87,6 +93,9 @@ impl<'a> DrawCall<'a> {
             interp: Interpolation::default(),
             two_sided_lighting: false,
             fog: None,
+            line: LineStyle::default(),
+            fill: FillStyle::default(),
+            stages: None,
             name: 0,
         }
     }
@@ -114,6 +123,9 @@ impl<'a> DrawCall<'a> {
             interp: options.interp,
             two_sided_lighting: object.two_sided_lighting,
             fog: scene.fog,
+            line: object.style.line,
+            fill: object.style.fill,
+            stages: object.style.stages.as_deref(),
             name: 0,
         }
     }

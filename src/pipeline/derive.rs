@@ -198,6 +198,12 @@ fn asks_of(call: &DrawCall, lighting: &Lighting, known: &Known) -> Asks {
             }
         }
     }
+    if let Some(stages) = call.stages {
+        asks.transparent |= stages.may_be_transparent();
+        asks.texture |= !stages.stages.is_empty();
+        let textures = stages.stages.iter().filter_map(|s| s.texture.as_ref());
+        asks.texture_bytes += textures.map(|t| t.size_bytes() as u64).sum::<u64>();
+    }
     asks
 }
 

@@ -18,7 +18,7 @@ use super::sample::Footprint;
 use super::shade::LightMode;
 use super::tile::{self, FRAME_LIMITS, Frame, PreparedMesh, Scratch, WideFace, Workers};
 use super::vertex::Vertex;
-use crate::scene::{Cull, HiddenSurface, Interpolation, ShadeMode};
+use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 use glam::DVec3;
 use light::{SpareLists, Tables};
@@ -79,6 +79,12 @@ pub(crate) fn obstacle(call: &DrawCall, target: &Target, plan: &Plan) -> Option<
     }
     if call.shade == ShadeMode::Wire {
         return Some("SHADE wire is drawn line by line");
+    }
+    if call.stages.is_some() {
+        return Some("several textures are joined pixel by pixel");
+    }
+    if call.fill != FillStyle::default() {
+        return Some("hatched faces, or faces without filling, have no fast form");
     }
     if call.hide == HiddenSurface::Painter {
         return Some("HIDE painter sorts its faces");

@@ -3,6 +3,8 @@
 //! A line is clipped by the six planes (source 000), its ends go to the pixels that hold them, and Bresenham's midpoint
 //! line joins them (source 001), both ends lit; the cost is that of the part on the frame. Lines are not lit: they have the
 //! colour Ke + Kd (an unlit material's emission), times vertex colours. Depth runs straight on the screen between the ends.
+//! A wide line is that line with each pixel repeated along the axis that it runs less along, at the same depth; the steps of a
+//! pattern are counted from the first pixel that the six planes leave, and go on along lines that hang together.
 //!
 //! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of its polygons. Under HIDE
 //! zbuffer hidden lines are removed by depth: the faces go into the depth memory first, without colour, and a line's pixel
@@ -16,7 +18,7 @@ use super::plane::FacePlane;
 use super::prepare::Prepared;
 use super::raster::{blend, opaque};
 use super::shade::visibility;
-use crate::scene::{Corner, HiddenSurface, LightingModel, Material, Mesh};
+use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Material, Mesh};
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -79,7 +81,7 @@ impl Prepared<'_> {
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
             let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?).each_ref()));
             let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };
-            self.draw_line(ends, material, rule, target, stats);
+            self.draw_line(ends, material, rule, &mut Pen::THIN.clone(), target, stats);
         }
     }
 
@@ -133,12 +135,19 @@ impl Prepared<'_> {
     /// Draws the mesh's line segments.
     pub fn draw_lines(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
-        for (i, &ends) in mesh.lines.iter().enumerate() {
+        let mut pen = Pen { style: self.call.line, ..Pen::THIN };
+        let mut last = None;
+        for (i, &[from, to]) in mesh.lines.iter().enumerate() {
             if self.is_cancelled_at(i) {
                 return;
             }
-            let ends = ends.map(|c| self.line_vertex(&mesh.corners[c as usize], self.call.material));
-            self.draw_line(ends, self.call.material, DepthRule::Strict, target, stats);
+            // A pattern goes on along lines that hang together.
+            if last != Some(from) {
+                pen.step = 0;
+            }
+            last = Some(to);
+            let ends = [from, to].map(|c| self.line_vertex(&mesh.corners[c as usize], self.call.material));
+            self.draw_line(ends, self.call.material, DepthRule::Strict, &mut pen, target, stats);
         }
     }
 
@@ -183,6 +192,7 @@ impl Prepared<'_> {
         ends: [LineVertex; 2],
         material: &Material,
         rule: DepthRule,
+        pen: &mut Pen,
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
@@ -192,14 +202,29 @@ impl Prepared<'_> {
         let (za, zb) = (a.pos_clip.z / wa, b.pos_clip.z / wb);
         let (ca, cb) = (a.varyings[0] / wa, b.varyings[0] / wb);
         let steps = Steps::new(self.pixel(a.pos_clip), self.pixel(b.pos_clip));
+        let LineStyle { width, kind } = pen.style;
+        let first = pen.step;
+        pen.step += steps.length as u64;
         for k in steps.visible(self.assembler.transform.screen.clip) {
+            if !kind.is_on(first + k as u64, width) {
+                continue;
+            }
             let [x, y] = steps.at(k);
             let s = if steps.length == 0 { 0.0 } else { k as f64 / steps.length as f64 };
             // Perspective-correct: straight in space, not on the screen.
             let t = if self.is_affine() { s } else { (s / wb) / ((1.0 - s) / wa + s / wb) };
             let varyings = std::array::from_fn(|i| a.varyings[i] + (b.varyings[i] - a.varyings[i]) * t);
-            let pixel = LinePixel { x, y, z: za + (zb - za) * s, complement: ca + (cb - ca) * s };
-            self.put(pixel, &varyings, material, rule, target, stats);
+            let (z, complement) = (za + (zb - za) * s, ca + (cb - ca) * s);
+            let clip = self.assembler.transform.screen.clip;
+            let (at, low, high) = match steps.major {
+                0 => (y, i64::from(clip.y0), i64::from(clip.y1)),
+                _ => (x, i64::from(clip.x0), i64::from(clip.x1)),
+            };
+            let start = at - i64::from(width - 1) / 2;
+            for across in start.max(low)..(start + i64::from(width)).min(high) {
+                let [x, y] = if steps.major == 0 { [x, across] } else { [across, y] };
+                self.put(LinePixel { x, y, z, complement }, &varyings, material, rule, target, stats);
+            }
         }
     }
 
@@ -270,6 +295,19 @@ impl Prepared<'_> {
         target.memory.mark_row(y as u32);
         stats.pixels_written += 1;
     }
+}
+
+/// How the lines of a draw are drawn, and how far the pattern has come.
+#[derive(Clone)]
+struct Pen {
+    style: LineStyle,
+    /// Steps from where the pattern began.
+    step: u64,
+}
+
+impl Pen {
+    /// One pixel wide, without gaps.
+    const THIN: Pen = Pen { style: LineStyle { width: 1, kind: LineKind::Solid }, step: 0 };
 }
 
 /// Where a line is, in pixels and depth.

@@ -15,6 +15,7 @@
 //! (projections).
 
 mod assemble;
+mod backdrop;
 mod bands;
 pub mod budget;
 mod call;

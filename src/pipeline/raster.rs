@@ -12,7 +12,7 @@ use super::tile::{Form, Veil, VeilKernel, View};
 use super::viewport::Screen;
 use crate::math::coverage::PixelRect;
 use crate::memory::{DepthFormat, DepthWords, IdMemory, Rgba};
-use crate::scene::Interpolation;
+use crate::scene::{Filling, Interpolation};
 use crate::simd::Level;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
@@ -205,9 +205,11 @@ impl Raster<'_, '_> {
                         continue;
                     }
                     // 8 and 9: attributes and colour
-                    let (rgb, opacity) = match solid {
-                        Some(solid) => solid,
-                        None => {
+                    let (rgb, opacity) = match (shade.fill.at(x, y), solid) {
+                        (Filling::Nothing, _) => continue,
+                        (Filling::Hatch(color), _) => (color, 1.0),
+                        (Filling::Face, Some(solid)) => solid,
+                        (Filling::Face, None) => {
                             let at = [x, y];
                             match face.color_at(
                                 &weights,

@@ -7,7 +7,7 @@ use super::call::DrawStats;
 use super::light::{Lighting, Lit, SurfacePoint};
 use super::sample::{Footprint, sample};
 use crate::math::matrix::unit;
-use crate::scene::{Fog, FogKind, Material, Sampling, Texture};
+use crate::scene::{FillStyle, Fog, FogKind, Material, Sampling, Texture, TextureStages};
 use glam::{DVec2, DVec3, DVec4};
 
 /// How the light part of a face's colour is found.
@@ -33,6 +33,10 @@ pub(crate) struct FaceShade<'a> {
     /// Vertex colours that run across the face.
     pub colors: Option<[DVec4; 3]>,
     pub texture: Option<(&'a Texture, Sampling, [DVec2; 3])>,
+    /// Several textures in place of one, and the numbers of the face's corners.
+    pub stages: Option<(&'a TextureStages, [u32; 3])>,
+    /// Which pixels show the face.
+    pub fill: FillStyle,
     /// World positions, where something asks for them.
     pub positions: [DVec3; 3],
     /// 1 - transparency, times the alpha of a colour that holds for the whole face.
@@ -53,9 +57,14 @@ impl FaceShade<'_> {
     /// The colour and opacity where nothing runs across the face.
     pub fn solid(&self) -> Option<(DVec3, f64)> {
         match self {
-            FaceShade { light: LightMode::Constant(lit), colors: None, texture: None, fog: None, .. } => {
-                Some((lit.base + lit.extra, self.opacity))
-            }
+            FaceShade {
+                light: LightMode::Constant(lit),
+                colors: None,
+                texture: None,
+                stages: None,
+                fog: None,
+                ..
+            } => Some((lit.base + lit.extra, self.opacity)),
             _ => None,
         }
     }
@@ -95,6 +104,16 @@ impl FaceShade<'_> {
             let [r, g, b, a] = sample(texture, *sampling, at, level);
             lit.base *= DVec3::new(r, g, b);
             opacity *= a;
+        }
+        if let Some((stages, corners)) = self.stages {
+            let texel = |number: usize| {
+                let stage = &stages.stages[number];
+                let uv = corners.map(|c| stage.texcoords.get(c as usize).copied().unwrap_or(DVec2::ZERO));
+                // X3D's textures are filtered by four texels of their first level.
+                let texture = stage.texture.as_deref();
+                texture.map_or([1.0; 4], |t| sample(t, stage.sampling, between!(uv, shares), || 0.0))
+            };
+            (lit.base, opacity) = stages.combine((lit.base, opacity), lit.extra, texel);
         }
         let mut color = lit.base + lit.extra;
         if let Some((fog, eye)) = &self.fog {

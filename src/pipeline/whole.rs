@@ -1,5 +1,6 @@
 //! A whole scene: background, opaque objects, then the transparent faces.
 
+use super::backdrop::{paint, paint_sky};
 use super::bands::listed_bytes;
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
@@ -8,10 +9,8 @@ use super::light::Lamp;
 use super::order::{Order, SORTED_BYTES, emptied};
 use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared, Spare};
-use super::raster::opaque;
 use super::tile::Workers;
 use super::vertex::Vertex;
-use super::viewport::Screen;
 use super::working::{Working, WorkingBytes, ordered};
 use crate::cancel::CancelToken;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
@@ -196,8 +195,13 @@ pub(crate) fn draw_scene_with(
     }
     painter.reserve_scene(&all, (target, &in_order(&all, options, object_bytes)))?;
     stats.vertices += all.iter().map(Prepared::vertices_in).sum::<u64>();
-    if let Some(color) = scene.background.color {
-        paint(target, options, opaque(color));
+    match (&scene.sky, scene.background.color) {
+        (Some(sky), _) => {
+            let camera = scene.camera.unwrap_or(options.camera);
+            paint_sky(target, options.viewport, &camera, sky, painter.crew());
+        }
+        (None, Some(color)) => paint(target, options.viewport, color),
+        (None, None) => {}
     }
     for prepared in &all {
         prepared.open_memories(target);
@@ -341,19 +345,4 @@ pub(super) fn drawing_order(all: &[Prepared], options: &SceneOptions) -> Vec<(us
     let mut list = listed(false, options.hide == HiddenSurface::Painter);
     list.extend(listed(true, options.transparency == TransparencyOrder::Sorted));
     list
-}
-
-/// The background over the viewport.
-fn paint(target: &mut Target, options: &SceneOptions, color: crate::memory::Rgba) {
-    let width = target.memory.width();
-    let clip = Screen::new(options.viewport, width, target.memory.height()).clip;
-    if clip.is_empty() {
-        return;
-    }
-    let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
-    for y in clip.y0..clip.y1 {
-        let row = width as usize * y as usize;
-        pixels[row + clip.x0 as usize..row + clip.x1 as usize].fill(color);
-    }
-    target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
 }

@@ -59,6 +59,7 @@ impl Lens {
             object.cull = self.cull.unwrap_or(object.cull);
             if self.textures == TextureUse::Off {
                 object.texture = None;
+                object.style.stages = None;
                 if object.geometry.textures.iter().any(Option::is_some) {
                     object.geometry = Arc::new(object.geometry.without_textures());
                 }
@@ -108,6 +109,7 @@ impl Scene {
             shade: None,
             texture: None,
             lights: None,
+            style: Default::default(),
         };
         Scene {
             camera: Some(camera),

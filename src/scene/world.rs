@@ -1,6 +1,6 @@
 //! A whole scene: what a file or a stream says is to be drawn.
 
-use super::{Camera, Cull, Light, Material, Mesh, Sampling, ShadeMode, Texture};
+use super::{Camera, Cull, Light, Material, Mesh, Sampling, ShadeMode, Sky, Style, Texture};
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
@@ -27,6 +27,8 @@ pub struct Object {
     pub texture: Option<(Arc<Texture>, Sampling)>,
     /// Which of the scene's lights reach it: indices, or `None` for all.
     pub lights: Option<Vec<u32>>,
+    /// How its lines and faces are drawn beside that.
+    pub style: Style,
 }
 
 /// A mesh with the textures that its own materials name.
@@ -88,6 +90,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// What lies behind.
     pub background: Background,
+    /// What lies behind where it is more than one colour; it is painted in place of `background`.
+    pub sky: Option<Arc<Sky>>,
     /// Fog, if any.
     pub fog: Option<Fog>,
 }

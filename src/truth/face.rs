@@ -5,12 +5,12 @@ use super::coverage::{Coverage, Outline, distance_to_tie};
 use super::light::{Lighting, Lit, light_point};
 use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
 use super::render::Settings;
-use super::texture::Pyramid;
+use super::texture::{Footprint, Pyramid};
 use super::wanted::Wanted;
 use super::wide::{Wide, Wide3, Wide4, cross, narrow3};
 use crate::math::matrix::unit;
-use crate::scene::{Cull, Material, NONE, Object, Sampling, ShadeMode};
-use glam::{DVec3, DVec4};
+use crate::scene::{Cull, FillStyle, Material, NONE, Object, Sampling, ShadeMode, TextureStages};
+use glam::{DVec2, DVec3, DVec4};
 use std::cmp::Ordering;
 use std::rc::Rc;
 
@@ -34,6 +34,30 @@ pub struct FaceCorner {
     pub lit: Vec<Lit>,
 }
 
+/// Several textures on one triangle.
+#[derive(Clone, Debug)]
+pub struct FaceStages<'a> {
+    /// What is done with their texels.
+    pub stages: &'a TextureStages,
+    /// The textures, stage by stage.
+    pub pyramids: Vec<Option<Rc<Pyramid>>>,
+    /// The numbers of the triangle's corners.
+    pub corners: [usize; 3],
+}
+
+impl FaceStages<'_> {
+    /// The colour and opacity that they make of the light's, at weights `a` of the corners.
+    pub fn colored(&self, a: [f64; 3], (base, opacity): (DVec3, f64), extra: DVec3) -> (DVec3, f64) {
+        self.stages.combine((base, opacity), extra, |number| {
+            let (stage, pyramid) = (&self.stages.stages[number], &self.pyramids[number]);
+            let uv = (0..3).fold(DVec2::ZERO, |sum, i| sum + stage.texcoords[self.corners[i]] * a[i]);
+            let none = Footprint::Steps([[0.0; 2]; 2]);
+            let texels = pyramid.as_ref().map(|p| p.sample(stage.sampling, uv.to_array(), none));
+            texels.map_or([1.0; 4], |texels| texels[0])
+        })
+    }
+}
+
 /// One triangle, ready to be asked pixel by pixel.
 #[derive(Clone, Debug)]
 pub struct Face<'a> {
@@ -47,6 +71,10 @@ pub struct Face<'a> {
     pub material: &'a Material,
     /// Its texture and the rules for it.
     pub texture: Option<(Rc<Pyramid>, Sampling)>,
+    /// Several textures in place of one.
+    pub stages: Option<FaceStages<'a>>,
+    /// Which pixels show it.
+    pub fill: FillStyle,
     /// How it is shaded.
     pub shade: ShadeMode,
     /// Unit geometric normal in the world.
@@ -295,8 +323,14 @@ impl<'a> ObjectView<'a> {
             .filter(|_| corners.iter().all(|c| c.uv.is_some()));
         let is_transparent = material.transparency > 0.0
             || texture.is_some_and(|t| t.has_alpha())
+            || object.style.stages.as_ref().is_some_and(|s| s.may_be_transparent())
             || corners.iter().any(|c| c.color.w < 1.0);
-        let texture = texture.map(|t| (pyramid(t), rules));
+        let texture = texture.filter(|_| object.style.stages.is_none()).map(|t| (pyramid(t), rules));
+        let stages = object.style.stages.as_deref().map(|stages| FaceStages {
+            stages,
+            pyramids: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *pyramid)).collect(),
+            corners: ids,
+        });
         let center_z = (at[0].view[2] + at[1].view[2] + at[2].view[2]) / Wide::new(3.0);
         let mut face = Face {
             corners,
@@ -304,6 +338,8 @@ impl<'a> ObjectView<'a> {
             triangle: t as u32,
             material,
             texture,
+            stages,
+            fill: object.style.fill,
             shade: object.shade.unwrap_or(self.settings.shade),
             normal: world_face,
             flat: Vec::new(),

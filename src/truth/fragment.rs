@@ -10,7 +10,7 @@ use super::face::{Face, Weights};
 use super::light::{Lit, light_point};
 use super::texture::Footprint;
 use super::wide::{Wide, Wide3};
-use crate::scene::{Filter, Fog, FogKind, Interpolation, ShadeMode};
+use crate::scene::{Filling, Filter, Fog, FogKind, Interpolation, ShadeMode};
 use glam::{DVec3, DVec4};
 
 /// A colour with its opacity; `lo` and `hi` differ only where a range is right.
@@ -76,8 +76,10 @@ impl Lens<'_> {
         }
         let footprint = self.footprint(face, x, y, &weights);
         let mut tones = Vec::new();
-        for p in &sets {
-            tones.extend(self.tones(face, *p, footprint));
+        match face.fill.at(x as i32, y as i32) {
+            Filling::Nothing => return None,
+            Filling::Hatch(color) => tones.push(Tone { lo: color, hi: color, alpha: [1.0; 2] }),
+            Filling::Face => tones.extend(sets.iter().flat_map(|p| self.tones(face, *p, footprint))),
         }
         if sets.len() > 1 {
             let hull = tones.iter().skip(1).fold(tones[0], |a, &b| a.hull(b));
@@ -130,6 +132,18 @@ impl Lens<'_> {
         };
         let opacity = (1.0 - face.material.transparency) * color.w;
         let mut tones = Vec::with_capacity(lit.len() * texels.len());
+        if let Some(stages) = &face.stages {
+            let a = a.map(Wide::to_f64);
+            for ends in &lit {
+                let [p, q] = ends.map(|l| {
+                    let (base, alpha) = stages.colored(a, (l.base, opacity), l.extra);
+                    (self.fogged(base + l.extra, point), alpha)
+                });
+                let alpha = [p.1.min(q.1), p.1.max(q.1)];
+                tones.push(Tone { lo: p.0.min(q.0), hi: p.0.max(q.0), alpha });
+            }
+            return tones;
+        }
         for [low, high] in &lit {
             for t in &texels {
                 let rgb = DVec3::new(t[0], t[1], t[2]);

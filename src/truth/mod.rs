@@ -26,6 +26,7 @@ mod normals;
 mod picture;
 mod render;
 pub mod scenes;
+mod sky;
 mod strokes;
 mod texture;
 mod wanted;

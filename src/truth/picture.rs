@@ -210,6 +210,21 @@ impl TruthPicture {
         }
     }
 
+    /// A colour over one pixel, as opaque as it says; depth stays.
+    pub(super) fn paint_pixel(&mut self, x: i64, y: i64, color: DVec3, opacity: f64) {
+        let at = (self.width as i64 * y + x) as usize;
+        self.free[at] = false;
+        let states = &mut self.states[at];
+        if states.is_empty() {
+            states.push(self.blank);
+        }
+        let old = |b: [u8; 3]| DVec3::from_array(b.map(|c| c as f64 / 255.0));
+        for state in states.iter_mut() {
+            *state = painted(state, old(state.lo) * (1.0 - opacity) + color * opacity);
+        }
+        merge(states);
+    }
+
     /// Remembers a face; layers name it by the key.
     pub fn register(&mut self, name: &str, object: u32, triangle: u32, clip: [Wide4; 3]) -> FaceKey {
         let mut positions = clip;

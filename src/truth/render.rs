@@ -111,8 +111,10 @@ impl TruthPicture {
             (viewport.y as i64).max(0),
             (viewport.y as i64 + viewport.height as i64).min(height as i64),
         ];
-        if let Some(color) = scene.background.color {
-            self.paint(clip, color);
+        match (&scene.sky, scene.background.color) {
+            (Some(sky), _) => self.paint_sky(clip, &sight, sky),
+            (None, Some(color)) => self.paint(clip, color),
+            (None, None) => {}
         }
         if clip[0] >= clip[1] || clip[2] >= clip[3] {
             return Ok(());
@@ -144,7 +146,7 @@ impl TruthPicture {
                             face: keys[i],
                             depth_use: depth_use(settings.hide, &faces[i]),
                             is_transparent: faces[i].is_transparent,
-                            is_textured: faces[i].texture.is_some(),
+                            is_textured: faces[i].texture.is_some() || faces[i].stages.is_some(),
                         };
                         let rank = face_rank(settings, &faces[i]);
                         ranked.push((rank, (sort_key(settings, &faces[i]), layer)));

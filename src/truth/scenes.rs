@@ -106,6 +106,7 @@ pub fn object(name: &str, mesh: Mesh) -> Object {
         shade: None,
         texture: None,
         lights: None,
+        style: Default::default(),
     }
 }
 
@@ -161,6 +162,7 @@ pub fn random(seed: u64) -> Case {
         lights,
         objects,
         background: crate::scene::Background { color: r.one_in(4).then(|| r.point(0.0, 1.0)) },
+        sky: None,
         fog: r.one_in(6).then(|| Fog {
             color: r.point(0.0, 1.0),
             kind: r.pick(&[FogKind::Linear, FogKind::Exponential]),

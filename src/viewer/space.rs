@@ -54,7 +54,11 @@ impl Space {
                 Source::X3d(document) => {
                     let mut scene = document.at(time);
                     if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
-                        scene.look_through(scene::frame(bounds, self.aspect));
+                        let frame = scene::frame(bounds, self.aspect);
+                        if document.depends_on_viewer() {
+                            scene = document.seen_at(time, Some(&frame));
+                        }
+                        scene.look_through(frame);
                     }
                     scene
                 }
@@ -94,6 +98,17 @@ impl Space {
             }
         }
         lens.apply(&mut scene, Camera::default(), self.aspect);
+        if let (Source::X3d(document), Some(camera), false) =
+            (&self.source, scene.camera, lens.navigator.is_home())
+            && document.depends_on_viewer()
+        {
+            let time = if document.is_animated() { wishes.time } else { 0.0 };
+            let mut turned = document.seen_at(time, Some(&camera));
+            turned.look_through(camera);
+            let lens = Lens { navigator: Default::default(), ..lens };
+            lens.apply(&mut turned, camera, self.aspect);
+            return turned;
+        }
         if let (Source::Mesh(_), Some(camera), false) =
             (&self.source, &scene.camera, lens.navigator.is_home())
         {

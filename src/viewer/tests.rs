@@ -397,3 +397,18 @@ fn the_horizon_stays_level_on_the_way_round() {
         }
     }
 }
+
+#[test]
+fn levels_and_billboards_follow_whoever_looks() {
+    let text = "<X3D><Scene><Viewpoint position='0 0 6'/><LOD range='20'><Shape><Box/></Shape><Group/></LOD></Scene></X3D>";
+    let document = load::x3d::parse(text.as_bytes(), "lod.x3d", &mut |_| None).expect("a document");
+    let mut viewer = Viewer::new(Model::X3d(Box::new(document)), options("lod")).expect("a viewer");
+    let lit = |bytes: &[u8]| bytes.chunks(4).filter(|p| p[..3] != [0; 3]).count();
+    assert!(lit(&picture(&mut viewer)) > 300);
+    // Farther than 20 from the box there is nothing.
+    let Subject::Space(space) = &mut viewer.subject else { panic!("a space") };
+    let home = space.given_camera(0.0);
+    viewer.wishes.navigator.walk(&home, [0.0, 0.0, -20.0]);
+    viewer.is_stale = true;
+    assert_eq!(lit(&picture(&mut viewer)), 0);
+}

@@ -7,7 +7,10 @@ use crate::counting::most_held;
 use fbptr::error::Code;
 use fbptr::load::{LoadError, LoadMemory, obj, texture, x3d};
 use fbptr::memory::{MemoryBudget, MemoryUse};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use std::io::Write;
 use std::sync::PoisonError;
 
 /// Reads something within ever larger budgets, and holds each attempt to its budget: those that are refused, and the first that is
@@ -133,11 +136,10 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
     let scene = |inside: &str| format!("<X3D><Scene>{inside}</Scene></X3D>");
     let shape = |geometry: &str| format!("<Shape>{geometry}</Shape>");
     let numbers = "0 0 1 ".repeat(20_000);
-    let texture = {
-        let file = png(600, 600, ExtendedColorType::Rgba8);
-        let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
-        format!("<Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Box/></Shape>")
-    };
+    let file = png(600, 600, ExtendedColorType::Rgba8);
+    let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
+    let texture =
+        format!("<Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Box/></Shape>");
     let cases = [
         ("groups", "<Group/>".repeat(20_000)),
         ("blanks", "<a/> ".repeat(33_000)),
@@ -189,6 +191,26 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
         ),
         ("text", shape(&format!("<Text string='\"{}\"'/>", "W".repeat(4_000)))),
         ("a texture", texture),
+        ("a background's picture", format!("<Background frontUrl='\"data:,{hex}\"'/>")),
+        ("instances of a prototype", PROTO.to_owned() + &"<ProtoInstance name='P'/>".repeat(4_000)),
+        ("instances with names", {
+            let named = |i| {
+                format!(
+                    "<ProtoInstance name='P' DEF='i{i}'><fieldValue name='f' value='{i} 0 0'/></ProtoInstance>"
+                )
+            };
+            PROTO.to_owned() + &(0..3_000).map(named).collect::<String>()
+        }),
+        (
+            "prototypes that double",
+            (1..12).fold(PROTO.to_owned(), |text, i| {
+                let inner = if i == 1 { "P".to_owned() } else { format!("P{}", i - 1) };
+                let two = format!("<ProtoInstance name='{inner}'/>").repeat(2);
+                text + &format!(
+                    "<ProtoDeclare name='P{i}'><ProtoBody><Group>{two}</Group></ProtoBody></ProtoDeclare>"
+                )
+            }) + "<ProtoInstance name='P11'/>",
+        ),
         (
             "a pixel texture",
             format!(
@@ -201,7 +223,18 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
         let text = scene(&inside);
         least_budget(name, |memory| x3d::parse_within(text.as_bytes(), "s", &mut |_| None, memory));
     }
+    // A few bytes that stand for many.
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(scene(&format!("<Group/><!--{}-->", " ".repeat(3 << 20))).as_bytes()).unwrap();
+    let packed = packed.finish().unwrap();
+    assert!(packed.len() < 10_000, "{} bytes", packed.len());
+    least_budget("gzip", |memory| x3d::parse_within(&packed, "s", &mut |_| None, memory));
 }
+
+/// A prototype with a field and a few nodes.
+const PROTO: &str = "<ProtoDeclare name='P'><ProtoInterface><field name='f' type='SFVec3f' accessType='inputOutput' value='1 2 3'/>\
+    </ProtoInterface><ProtoBody><Transform DEF='T'><IS><connect nodeField='translation' protoField='f'/></IS><Switch><a/><Group/></Switch>\
+    <Shape><Box/></Shape></Transform></ProtoBody></ProtoDeclare>";
 
 #[test]
 fn what_a_scene_keeps_is_counted_with_its_textures_and_meshes() {

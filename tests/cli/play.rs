@@ -53,6 +53,44 @@ impl Folder {
     }
 }
 
+#[test]
+fn a_scene_reads_above_its_folder_where_a_root_allows_it() {
+    let folder = Folder::new("root");
+    std::fs::create_dir_all(folder.path("a/scenes")).unwrap();
+    folder.file("a/box.x3d", "<Scene><Shape><Box/></Shape></Scene>");
+    folder.file("a/look.mtl", "newmtl red\nKd 1 0 0\n");
+    let scene = folder
+        .file("a/scenes/s.x3d", "<Scene><Inline url='../box.x3d'/><Inline url='../../../up.x3d'/></Scene>");
+    let mesh =
+        folder.file("a/scenes/m.obj", "mtllib ../look.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
+    let (picture, root) = (folder.path("p.ppm"), folder.path("a"));
+    let lit = || std::fs::read(&picture).unwrap()[15..].iter().filter(|b| **b != 0).count();
+    let without = run(&["render", &scene, "-o", &picture, "--size", "64x48"], b"");
+    assert!(without.status.success());
+    assert!(
+        err(&without).contains("s.x3d:1:8: warning: Inline [\"../box.x3d\"] lies outside of the folder"),
+        "{}",
+        err(&without)
+    );
+    assert!(
+        err(&without).contains(&format!("fbptr: --root DIR lets {scene} read files above its own folder"))
+    );
+    assert_eq!(lit(), 0);
+    let with = run(&["render", &scene, "-o", &picture, "--size", "64x48", "--root", &root], b"");
+    assert!(with.status.success() && lit() > 300, "{}", err(&with));
+    assert!(!err(&with).contains("box.x3d") && err(&with).contains("up.x3d"), "{}", err(&with));
+    let with = run(&["render", &mesh, "-o", &picture, "--size", "64x48", "--root", &root], b"");
+    assert!(with.status.success() && err(&with).is_empty(), "{}", err(&with));
+    let view =
+        run(&["view", &scene, "--headless", "--snap", &picture, "--size", "64x48", "--root", &root], b"");
+    assert!(view.status.success() && lit() > 300, "{}", err(&view));
+    let elsewhere = folder.path("b");
+    std::fs::create_dir_all(&elsewhere).unwrap();
+    let wrong = run(&["render", &scene, "-o", &picture, "--root", &elsewhere], b"");
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(err(&wrong).contains("does not lie in it"), "{}", err(&wrong));
+}
+
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);

@@ -56,6 +56,22 @@ fn a_position_runs_through_its_keys() {
 }
 
 #[test]
+fn normals_move_on_the_unit_sphere() {
+    let document = document(
+        "<Shape><Appearance><Material/></Appearance><IndexedFaceSet coordIndex='0 1 2'><Coordinate point='0 0 0 1 0 0 0 1 0'/>\
+         <Normal DEF='N' vector='0 0 1 0 0 1 0 0 1'/></IndexedFaceSet></Shape><TimeSensor DEF='C' cycleInterval='3' loop='true'/>\
+         <NormalInterpolator DEF='I' key='0 1' keyValue='0 0 2 0 0 1 0 0 1 0 5 0 0 0 1 1 0 0'/>\
+         <ROUTE fromNode='C' fromField='fraction_changed' toNode='I' toField='set_fraction'/>\
+         <ROUTE fromNode='I' fromField='value_changed' toNode='N' toField='vector'/>",
+    );
+    let third = document.at(1.0).objects[0].geometry.mesh.normals.clone();
+    let (sin, cos) = (0.5, 0.75_f64.sqrt());
+    close(third[0], DVec3::new(0.0, sin, cos));
+    close(third[1], DVec3::Z);
+    close(third[2], DVec3::new(sin, 0.0, cos));
+}
+
+#[test]
 fn clocks_start_stop_and_stay() {
     let at = |clock: &str, time: f64| place(&moved(clock, PATH, "translation"), time).x;
     assert_eq!(at("", 1.0), 5.0);

@@ -39,7 +39,7 @@ const FILES: &[(&str, Outcome)] = &[
     ("x3d-cpp/demos/anim_dvd.x3d", Read(1, &[])),
     ("x3d-cpp/demos/anim_orientation.x3d", Read(1, &[7])),
     ("x3d-cpp/demos/anim_position.x3d", Read(1, &[7])),
-    ("x3d-cpp/hero_primitives.x3d", Read(4, &[2, 6, 7, 8, 9])),
+    ("x3d-cpp/hero_primitives.x3d", Read(4, &[6, 7, 8, 9])),
     ("x3d-cpp/inline/animated_child.x3d", Read(1, &[])),
     ("x3d-cpp/inline/animated_parent.x3d", Read(1, &[])),
     ("x3d-cpp/inline/child.x3d", Read(1, &[])),
@@ -57,7 +57,7 @@ const FILES: &[(&str, Outcome)] = &[
     ),
     ("x3d-cpp/inline/parent.x3d", Read(1, &[])),
     ("x3d-cpp/lit_scene.x3d", Read(3, &[])),
-    ("x3d-cpp/raster_smoke.x3d", Read(5, &[28])),
+    ("x3d-cpp/raster_smoke.x3d", Read(5, &[])),
     ("x3d-cpp/transparent_scene.x3d", Read(3, &[])),
     ("x3d-cpp/triangle.x3d", Read(1, &[])),
     ("x_ite/EnvironmentalEffects/FogScale.x3d", Read(2, &[])),
@@ -68,11 +68,11 @@ const FILES: &[(&str, Outcome)] = &[
     ("x_ite/Interpolation/CoordinateInterpolator.x3d", Read(1, &[82])),
     ("x_ite/Interpolation/Cube.x3d", Read(1, &[])),
     ("x_ite/Navigation/OrthoViewAll.x3d", Read(3, &[])),
-    ("x_ite/Rendering/IndexedLineSet.x3d", Read(2, &[17, 35])),
+    ("x_ite/Rendering/IndexedLineSet.x3d", Read(2, &[])),
     ("x_ite/Rendering/IndexedTriangleSetSphere.x3d", Read(2, &[])),
-    ("x_ite/Rendering/Normals.x3d", Read(4, &[20, 38])),
+    ("x_ite/Rendering/Normals.x3d", Read(4, &[20])),
     ("x_ite/Shape/TwoSidedMaterial.x3d", Read(2, &[])),
-    ("x_ite/Texturing/PixelTexture.x3d", Read(4, &[13])),
+    ("x_ite/Texturing/PixelTexture.x3d", Read(4, &[])),
 ];
 
 /// The files that are read.
@@ -83,6 +83,8 @@ pub fn readable() -> impl Iterator<Item = &'static str> {
 fn on_disk(dir: &Path, found: &mut BTreeSet<String>) {
     for path in std::fs::read_dir(dir).unwrap().map(|e| e.unwrap().path()) {
         match path.is_dir() {
+            // They have a list of their own.
+            true if path.ends_with("made") => {}
             true => on_disk(&path, found),
             false if path.extension().is_some_and(|e| e == "x3d") => {
                 let name = path.strip_prefix(data()).unwrap().components();

@@ -6,10 +6,15 @@
 mod animation;
 mod files;
 mod geometry;
+mod groups;
 mod hard;
+mod made;
 mod meshes;
 mod pictures;
+mod prototypes;
 mod save;
 mod structure;
+mod styles;
 mod support;
+mod surroundings;
 mod tables;

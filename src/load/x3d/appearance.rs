@@ -7,7 +7,8 @@
 
 use super::geometry::{ColorUse, Stuff};
 use super::graph::{NodeId, View};
-use crate::scene::{LightingModel, Material, Sampling, Texture, Wrap};
+use super::stages;
+use crate::scene::{LightingModel, Material, Sampling, Texture};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -33,7 +34,8 @@ pub(super) fn texture_node(view: &View, appearance: Option<NodeId>) -> Option<No
         view.child(material, field)
     });
     let node = of_material.or_else(|| view.child(appearance, "texture"))?;
-    view.graph.textures.contains_key(&node).then_some(node)
+    let is_many = view.name(node) == "MultiTexture";
+    (is_many || view.graph.textures.contains_key(&node)).then_some(node)
 }
 
 /// Reads an appearance for a geometry of this kind.
@@ -44,10 +46,9 @@ pub(super) fn read(view: &View, appearance: Option<NodeId>, stuff: Stuff, colors
         Some(node) => Some(Surface::front(view, Some(node))),
         None => node.and_then(|n| Surface::back(view, n)),
     };
-    let texture = texture_node(view, appearance).filter(|_| stuff == Stuff::Faces).map(|node| {
-        let wrap = |field| if view.bool(node, field) { Wrap::Repeat } else { Wrap::Clamp };
-        let sampling = Sampling { wrap_s: wrap("repeatS"), wrap_t: wrap("repeatT"), ..Sampling::default() };
-        (Arc::clone(&view.graph.textures[&node]), sampling)
+    let texture = texture_node(view, appearance).filter(|_| stuff == Stuff::Faces).and_then(|node| {
+        let texture = view.graph.textures.get(&node)?;
+        Some((Arc::clone(texture), stages::sampling(view, node)))
     });
     let dress = |surface: Surface| surface.dressed(stuff, colors);
     Appearance { material: dress(front), back: back.map(dress), texture }
@@ -85,20 +86,47 @@ impl Surface {
         let transparency = view.real(node, "transparency");
         match view.name(node) {
             "UnlitMaterial" => Surface::unlit(view.vec3(node, "emissiveColor"), transparency),
-            "PhysicalMaterial" => Surface {
-                is_lit: true,
-                diffuse: view.vec3(node, "baseColor"),
-                ..Surface::unlit(view.vec3(node, "emissiveColor"), transparency)
-            },
+            "PhysicalMaterial" => Surface::physical(
+                view.vec3(node, "baseColor"),
+                view.real(node, "metallic"),
+                view.real(node, "roughness"),
+                Surface::unlit(view.vec3(node, "emissiveColor"), transparency),
+            ),
             _ => Surface {
                 is_lit: true,
                 ambient_intensity: view.real(node, "ambientIntensity"),
                 diffuse: view.vec3(node, "diffuseColor"),
                 specular: view.vec3(node, "specularColor"),
-                shininess: view.real(node, "shininess"),
+                shininess: view.real(node, "shininess").clamp(0.0, 1.0),
                 emissive: view.vec3(node, "emissiveColor"),
                 transparency,
             },
+        }
+    }
+
+    /// A physical material in the terms of Phong's: base colour c, metallic m, roughness r.
+    ///
+    /// ```text
+    /// Kd = c (1 - m/2)                          a metal has no diffuse light of its own: half its colour stands for the surroundings
+    ///                                           that it would mirror, which are not there
+    /// F0 = 0.04 (1 - m) + c m                   what is mirrored straight on (4 % of a dielectric)
+    /// a  = max(r, 0.1)^2                        width of the lobe, as in GGX
+    /// n  = min(2 / a^2 - 2, 1000)               the exponent of Blinn's lobe of this width
+    /// Ks = F0 min(1, (1 - a^4) / (4 a^2))       GGX's height straight on, F0 / (4 a^2), less the part that is as flat as diffuse light
+    /// ```
+    ///
+    /// Sources: ISO/IEC 19775-1 (X3D 4) clause 12.4.6; B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
+    /// 2007, section 5.2; B. Karis, "Real Shading in Unreal Engine 4", 2013 (a = r^2, the exponent).
+    fn physical(c: DVec3, metallic: f64, roughness: f64, unlit: Surface) -> Surface {
+        let m = metallic.clamp(0.0, 1.0);
+        let a = roughness.clamp(0.1, 1.0) * roughness.clamp(0.1, 1.0);
+        let f0 = DVec3::splat(0.04) * (1.0 - m) + c * m;
+        Surface {
+            is_lit: true,
+            diffuse: c * (1.0 - m / 2.0),
+            specular: f0 * ((1.0 - a * a * a * a) / (4.0 * a * a)).min(1.0),
+            shininess: (2.0 / (a * a) - 2.0).min(1000.0) / 128.0,
+            ..unlit
         }
     }
 
@@ -110,7 +138,7 @@ impl Surface {
             ambient_intensity: view.real(node, "backAmbientIntensity"),
             diffuse: view.vec3(node, "backDiffuseColor"),
             specular: view.vec3(node, "backSpecularColor"),
-            shininess: view.real(node, "backShininess"),
+            shininess: view.real(node, "backShininess").clamp(0.0, 1.0),
             emissive: view.vec3(node, "backEmissiveColor"),
             transparency: view.real(node, "backTransparency"),
         })
@@ -133,7 +161,7 @@ impl Surface {
             ka: self.diffuse * self.ambient_intensity.clamp(0.0, 1.0),
             kd: self.diffuse,
             ks: self.specular,
-            n: 128.0 * self.shininess.clamp(0.0, 1.0),
+            n: 128.0 * self.shininess,
             emissive: self.emissive,
             transparency: self.transparency.clamp(0.0, 1.0),
             model: if self.is_lit { LightingModel::Blinn } else { LightingModel::Unlit },
@@ -190,6 +218,34 @@ mod tests {
         };
         // (1, 0.25) -> (1, 0.5) -> about (0.5, 0.5): (0.5, 0) -> turned (0, 0.5) -> scaled (0, 0.5) -> (0.5, 1).
         assert!((map.apply(DVec2::new(1.0, 0.25)) - DVec2::new(0.5, 1.0)).length() < 1e-15);
+    }
+
+    #[test]
+    fn a_physical_material_is_the_formulas() {
+        let of = |m, r| {
+            let unlit = Surface::unlit(DVec3::X, 0.25);
+            Surface::physical(DVec3::new(0.8, 0.4, 0.2), m, r, unlit).dressed(Stuff::Faces, ColorUse::None)
+        };
+        let close =
+            |a: DVec3, b: [f64; 3]| assert!((a - DVec3::from(b)).length() < 1e-12, "{a} is not {b:?}");
+        // Plastic as rough as can be: flat. a = 1: n = 0, Ks = 0.
+        let rough = of(0.0, 1.0);
+        close(rough.kd, [0.8, 0.4, 0.2]);
+        close(rough.ks, [0.0; 3]);
+        assert_eq!(
+            (rough.n, rough.transparency, rough.emissive, rough.ka),
+            (0.0, 0.25, DVec3::X, DVec3::ZERO)
+        );
+        // A metal of roughness 1/sqrt(2): a = 1/2, n = 6, Ks = c (1 - 1/16) / 1.
+        let metal = of(1.0, 0.5_f64.sqrt());
+        close(metal.kd, [0.4, 0.2, 0.1]);
+        close(metal.ks, [0.75, 0.375, 0.1875]);
+        assert!((metal.n - 6.0).abs() < 1e-12);
+        // Smooth plastic: F0 = 0.04 as high as it may be, the exponent at its end.
+        let smooth = of(0.0, 0.0);
+        close(smooth.ks, [0.04; 3]);
+        assert_eq!(smooth.n, 1000.0);
+        assert_eq!(of(0.0, -5.0).n, of(0.0, 0.1).n);
     }
 
     #[test]

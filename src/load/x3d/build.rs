@@ -5,74 +5,92 @@
 //! them (files keep definitions in their metadata).
 
 use super::cost;
-use super::graph::{Child, Graph, Node, NodeId, Origin, Overrides, View};
+use super::graph::{Child, Graph, Node, NodeId, Origin, Overrides, Totals, View};
+use super::instance::Given;
+use super::kept::{Kept, MAX_FILES};
+use super::names::{Def, hide, is_taken, place};
+use super::proto::Protos;
+use super::remarks::Remarks;
 use super::schema::{self, NodeType};
+use super::units::Units;
+use super::unknown::{self, What};
+use super::value::Value;
 use super::{texture, xml};
-use crate::load::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, Place};
-use crate::memory::Reservation;
+use crate::load::{LoadContext, LoadError, LoadErrorKind, Place, gzip};
+use crate::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The most warnings that are kept.
-const MAX_WARNINGS: usize = 1_000;
 /// The most nodes that a walk through the scene may meet, those behind USE and Inline counted each time.
 const MAX_VISITS: u64 = 4_000_000;
 
-/// Finds a file in the scene's folder: the name as written, to bytes.
+/// Finds a file inside the root: the name as written, to bytes.
 pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
 
-/// What a DEF name stands for.
-#[derive(Clone, Copy)]
-pub(super) enum Def {
-    /// The node is being built: a USE here would hold itself.
-    Open,
-    /// A node of the graph.
-    Built(NodeId),
-    /// In a part that is skipped; built when it is used.
-    Hidden(roxmltree::NodeId),
-    /// A node that is not known; everything about it is skipped.
-    Unknown,
-}
-
-/// What belongs to one file.
+/// What belongs to one scope of names: a file, or the body of a prototype in one of its instances.
 pub(super) struct File<'d> {
     pub(super) source: usize,
-    /// The file's folder inside the scene's folder, with `/` at its end unless empty.
-    pub(super) folder: String,
-    document: &'d roxmltree::Document<'d>,
+    /// The file's folder inside the root, with `/` at its end unless empty.
+    pub(super) folder: Rc<str>,
+    pub(super) units: Units,
+    pub(super) document: &'d roxmltree::Document<'d>,
     pub(super) defs: HashMap<&'d str, Def>,
-    routes: Vec<Element<'d, 'd>>,
+    pub(super) routes: Vec<Element<'d, 'd>>,
+    /// The number of the environment that tells which prototypes are known here.
+    pub(super) environment: usize,
+    /// In a prototype's body: what the instance gives to its fields.
+    pub(super) given: Option<Given<'d>>,
 }
 
 /// Builds one graph from a file and what it inlines.
-pub(super) struct Builder<'r> {
+pub(super) struct Builder<'d, 'r> {
     pub(super) graph: Graph,
-    pub(super) sources: Vec<Rc<xml::Source>>,
-    pub(super) warnings: Vec<LoadWarning>,
-    pub(super) opener: &'r mut Opener<'r>,
+    texts: &'d Kept<xml::Source>,
+    documents: &'d Kept<roxmltree::Document<'d>>,
+    pub(super) sources: Vec<&'d xml::Source>,
+    pub(super) remarks: Remarks<'d>,
+    pub(super) context: LoadContext<'r>,
     /// The main file's folder as the caller names it, for messages about other files.
-    pub(super) shown_folder: String,
+    shown_folder: String,
     /// Inline files by path: `None` while they are being read.
-    pub(super) inlined: HashMap<String, Option<NodeId>>,
+    pub(super) inlined: HashMap<String, Option<Inlined>>,
     pub(super) pictures: texture::Pictures,
-    pub(super) memory: &'r mut LoadMemory,
-    /// What the sources hold.
-    texts: Vec<Reservation>,
+    pub(super) protos: Protos<'d>,
+    /// Pairs of fields that ROUTEs have named.
+    pub(super) routes_tried: usize,
+    /// What is there until the graph is whole: texts, their XML tables, and what is known of prototypes and their instances.
+    held: Reservation,
 }
 
-impl<'r> Builder<'r> {
-    pub(super) fn new(opener: &'r mut Opener<'r>, memory: &'r mut LoadMemory) -> Self {
+/// A file that has been read.
+#[derive(Clone, Copy)]
+pub(super) struct Inlined {
+    /// Its Scene.
+    pub(super) scene: NodeId,
+    pub(super) units: Units,
+}
+
+impl<'d, 'r> Builder<'d, 'r> {
+    pub(super) fn new(
+        context: LoadContext<'r>,
+        texts: &'d Kept<xml::Source>,
+        documents: &'d Kept<roxmltree::Document<'d>>,
+    ) -> Self {
+        let held = context.memory.budget().empty(MemoryUse::Decoders);
         Builder {
             graph: Graph::default(),
+            texts,
+            documents,
             sources: Vec::new(),
-            warnings: Vec::new(),
-            opener,
+            remarks: Remarks::default(),
+            context,
             shown_folder: String::new(),
             inlined: HashMap::new(),
             pictures: texture::Pictures::default(),
-            memory,
-            texts: Vec::new(),
+            protos: Protos::default(),
+            routes_tried: 0,
+            held,
         }
     }
 
@@ -80,9 +98,10 @@ impl<'r> Builder<'r> {
     pub(super) fn main_file(&mut self, bytes: &[u8], name: &str) -> Result<(), LoadError> {
         let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
         self.shown_folder = name[..name.len() - own.len()].to_string();
-        self.inlined.insert(own.to_string(), None);
-        self.graph.root = self.file(bytes, name, String::new(), 0)?;
-        let root = &self.graph.nodes[self.graph.root as usize];
+        let folder = self.context.folder;
+        self.inlined.insert(format!("{folder}{own}"), None);
+        self.graph.root = self.file(bytes, name, folder.into(), 0)?.scene;
+        let root = &self.graph.nodes[self.graph.root as usize].totals;
         match root.visits > MAX_VISITS {
             true => {
                 let what = "nodes, with those of USE and Inline";
@@ -93,69 +112,108 @@ impl<'r> Builder<'r> {
         }
     }
 
+    /// The name in messages of the file at a path inside the root.
+    pub(super) fn shown(&self, path: &str) -> String {
+        let own = self.context.folder;
+        match path.strip_prefix(own) {
+            Some(rest) => format!("{}{rest}", self.shown_folder),
+            None => format!("{}{}{path}", self.shown_folder, "../".repeat(own.matches('/').count())),
+        }
+    }
+
+    /// A file as a scope of names without any yet; text and XML tree are kept until everything is read.
+    pub(super) fn open(&mut self, bytes: &[u8], name: &str, folder: Rc<str>) -> Result<File<'d>, LoadError> {
+        let refused = |kind| LoadError::new(Place::file(name), kind);
+        let limit = MAX_FILES as u64;
+        let too_many =
+            || refused(LoadErrorKind::TooBig { what: "files of a scene", found: limit + 1, limit });
+        let source = match gzip::is_gzip(bytes) {
+            true => {
+                let (inflated, _held) =
+                    gzip::inflate(bytes, gzip::MAX_INFLATED, self.context.memory).map_err(refused)?;
+                self.reserve_text(&inflated).map_err(refused)?;
+                xml::Source::decode(&inflated, name)?
+            }
+            false => {
+                self.reserve_text(bytes).map_err(refused)?;
+                xml::Source::decode(bytes, name)?
+            }
+        };
+        let text = self.texts.push(source).ok_or_else(too_many)?;
+        self.sources.push(text);
+        let document = self.documents.push(xml::parse(text)?).ok_or_else(too_many)?;
+        Ok(File {
+            source: self.sources.len() - 1,
+            folder,
+            units: Units::STANDARD,
+            document,
+            defs: HashMap::new(),
+            routes: Vec::new(),
+            environment: self.protos.add_environment(None),
+            given: None,
+        })
+    }
+
+    /// Reserves what reading a text takes, until the graph is whole: trees stay for prototypes, texts for places.
+    fn reserve_text(&mut self, text: &[u8]) -> Result<(), LoadErrorKind> {
+        self.held.try_grow(cost::text_bytes(text)).map_err(LoadErrorKind::OverBudget)
+    }
+
     /// Reads a file to its Scene node.
     pub(super) fn file(
         &mut self,
         bytes: &[u8],
         name: &str,
-        folder: String,
+        folder: Rc<str>,
         depth: usize,
-    ) -> Result<NodeId, LoadError> {
-        let refused = |kind| LoadError::new(Place::file(name), kind);
-        let mut tables = self.memory.work(cost::text_bytes(bytes)).map_err(refused)?;
-        let source = Rc::new(xml::Source::decode(bytes, name)?);
-        self.sources.push(Rc::clone(&source));
-        let document = xml::parse(&source)?;
-        let mut file = File {
-            source: self.sources.len() - 1,
-            folder,
-            document: &document,
-            defs: HashMap::new(),
-            routes: Vec::new(),
-        };
-        let root = document.root_element();
-        let scene = match root.tag_name().name() {
-            "Scene" => Some(root),
-            "X3D" => {
-                self.no_text(&file, root)?;
-                let mut scene = None;
-                for child in root.children().filter(Element::is_element) {
-                    match child.tag_name().name() {
-                        "Scene" if scene.is_none() => scene = Some(child),
-                        "head" => self.head(&file, child),
-                        name if schema::is_silent(name) => {}
-                        name => {
-                            self.warn(&file, child, format!("<{name}> is not known here and was skipped"))
-                        }
-                    }
-                }
-                scene
-            }
-            _ => return Err(source.refuse(root.range().start, "an X3D file, whose root is <X3D>")),
-        };
-        let Some(scene) = scene else {
-            return Err(source.refuse(root.range().start, "a <Scene> inside <X3D>"));
-        };
+    ) -> Result<Inlined, LoadError> {
+        let mut file = self.open(bytes, name, folder)?;
+        let scene = self.scene_element(&mut file)?;
         let ty = schema::lookup("Scene").expect("the table has Scene");
         let id = self.node(&mut file, scene, ty, depth + 1)?;
         for element in std::mem::take(&mut file.routes) {
             self.route(&file, element);
         }
-        // The text stays for the places of what is refused later.
-        tables.shrink_to(cost::source_bytes(bytes));
-        self.texts.push(tables);
-        Ok(id)
+        Ok(Inlined { scene: id, units: file.units })
     }
 
-    /// What a head says changes nothing here, but units would.
-    fn head(&mut self, file: &File, head: Element) {
-        for unit in head.descendants().filter(|e| e.tag_name().name() == "unit") {
-            self.warn(file, unit, "units are not applied: lengths are metres, angles radians".into());
+    /// The Scene element of a file; its head is read on the way.
+    pub(super) fn scene_element(&mut self, file: &mut File<'d>) -> Result<Element<'d, 'd>, LoadError> {
+        let root = file.document.root_element();
+        let expected = match root.tag_name().name() {
+            "Scene" => return Ok(root),
+            "X3D" => match self.inside_root(file, root) {
+                Some(scene) => return Ok(scene),
+                None => "a <Scene> inside <X3D>",
+            },
+            _ => "an X3D file, whose root is <X3D>",
+        };
+        Err(self.sources[file.source].refuse(root.range().start, expected))
+    }
+
+    /// The first Scene of an X3D element. What a head says changes nothing here, but for units.
+    fn inside_root(&mut self, file: &mut File<'d>, root: Element<'d, 'd>) -> Option<Element<'d, 'd>> {
+        self.stray_text(file, root);
+        let mut scene = None;
+        for child in root.children().filter(Element::is_element) {
+            match child.tag_name().name() {
+                "Scene" if scene.is_none() => scene = Some(child),
+                "head" => {
+                    for unit in child.descendants().filter(|e| e.tag_name().name() == "unit") {
+                        if let Err(wrong) = file.units.read(unit) {
+                            self.warn(file, unit, wrong);
+                        }
+                    }
+                }
+                name if schema::is_silent(name) => {}
+                name => self.warn(file, child, format!("<{name}> is not known here and was skipped")),
+            }
         }
+        scene
     }
 
     /// Builds an element that stands in `parent`; `None` when it holds nothing to draw or was skipped.
-    fn element<'d>(
+    pub(super) fn element(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
@@ -163,27 +221,39 @@ impl<'r> Builder<'r> {
         depth: usize,
     ) -> Result<Option<Child>, LoadError> {
         let name = element.tag_name().name();
-        if name == "ROUTE" {
-            file.routes.push(element);
-            return Ok(None);
-        }
-        if schema::is_silent(name) {
-            hide(file, element);
-            return Ok(None);
-        }
-        let Some(ty) = schema::lookup(name).filter(|ty| ty.name != "Scene") else {
-            self.warn(file, element, format!("node <{name}> is not known and was skipped"));
-            hide(file, element);
-            if let Some(def) = element.attribute("DEF") {
-                file.defs.insert(def, Def::Unknown);
+        match name {
+            "ROUTE" => file.routes.push(element),
+            "ProtoDeclare" | "ExternProtoDeclare" => self.declare(file, element),
+            // Read with the node that holds it.
+            "IS" => {}
+            "ProtoInstance" => {
+                let node = self.instance_or_use(file, element, depth)?;
+                return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
-            return Ok(None);
-        };
-        let asked = element.attribute("containerField").unwrap_or(ty.container);
-        let place = [asked, ty.container].into_iter().find_map(|c| parent.accepts.iter().find(|a| **a == c));
-        let Some(container) = place.copied() else {
-            let parent = parent.name;
-            self.warn(file, element, format!("<{name}> cannot stand in <{parent}> and was skipped"));
+            _ if schema::is_silent(name) => hide(file, element),
+            _ => match schema::lookup(name).filter(|ty| ty.name != "Scene") {
+                Some(ty) => return self.known(file, element, ty, parent, depth),
+                None => return self.not_known(file, element, parent, depth),
+            },
+        }
+        Ok(None)
+    }
+
+    /// Builds an element whose type is known.
+    fn known(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        parent: &'static NodeType,
+        depth: usize,
+    ) -> Result<Option<Child>, LoadError> {
+        let name = element.tag_name().name();
+        let Some(container) = place(element, ty, parent) else {
+            if !unknown::is_group(parent) {
+                let parent = parent.name;
+                self.warn(file, element, format!("<{name}> cannot stand in <{parent}> and was skipped"));
+            }
             hide(file, element);
             return Ok(None);
         };
@@ -202,223 +272,234 @@ impl<'r> Builder<'r> {
         Ok(Some(Child { container, node }))
     }
 
-    /// The node that a USE names.
-    fn used<'d>(
+    /// Builds what can be shown of an element that is not known: the children of what may be a grouping node.
+    fn not_known(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
-        name: &'d str,
+        parent: &'static NodeType,
         depth: usize,
-    ) -> Result<Option<NodeId>, LoadError> {
-        match file.defs.get(name).copied() {
-            Some(Def::Built(node)) => {
-                let deep = depth + self.graph.nodes[node as usize].depth;
-                if deep > xml::MAX_DEPTH {
-                    let source = &self.sources[file.source];
-                    let limit = xml::MAX_DEPTH as u64;
-                    return Err(source.too_big(
-                        element.range().start,
-                        "nesting of nodes",
-                        deep as u64,
-                        limit,
-                    ));
-                }
-                Ok(Some(node))
+    ) -> Result<Option<Child>, LoadError> {
+        let name = element.tag_name().name();
+        match (unknown::what(element), element.attribute("USE")) {
+            (What::LeftOut(why), _) => self.left_out(file, element, why),
+            (What::Group, Some(used)) => {
+                let node = match file.defs.get(used) {
+                    Some(Def::Built(_)) => self.used(file, element, used, depth)?,
+                    _ => None,
+                };
+                return Ok(node.and_then(|node| self.placed(file, element, node, parent)));
             }
-            Some(Def::Hidden(hidden)) => {
-                let hidden = file.document.get_node(hidden).expect("ids are of this document");
-                let Some(ty) = schema::lookup(hidden.tag_name().name()) else { return Ok(None) };
-                self.node(file, hidden, ty, depth).map(Some)
+            (What::Group, None) => {
+                let message = format!("node <{name}> is not known: its children are shown without it");
+                self.warn(file, element, message);
+                return self.known(file, element, unknown::group(), parent, depth);
             }
-            Some(Def::Unknown) => Ok(None),
-            Some(Def::Open) => {
-                let expected = format!("USE to name a node that is complete, but {name:?} holds this one");
-                Err(self.refuse(file, element, "USE", expected))
+            (What::Nothing, _) => {
+                self.warn(file, element, format!("node <{name}> is not known and was skipped"));
             }
-            None => Err(self.refuse(file, element, "USE", format!("a DEF {name:?} before this USE"))),
         }
+        hide(file, element);
+        if let Some(def) = element.attribute("DEF") {
+            file.defs.insert(def, Def::Unknown);
+        }
+        Ok(None)
     }
 
-    /// A refusal of an attribute of an element.
-    pub(super) fn refuse(
-        &self,
-        file: &File,
-        element: Element,
-        attribute: &str,
-        expected: String,
-    ) -> LoadError {
-        let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
-        self.sources[file.source].refuse(byte, expected)
-    }
-
-    /// Builds a node and what it holds.
-    fn node<'d>(
+    /// Builds a node and what it holds. Nodes hold nodes, so this frame is one of many on the stack: what does not lead
+    /// down is done in functions of its own.
+    pub(super) fn node(
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
         ty: &'static NodeType,
         depth: usize,
     ) -> Result<NodeId, LoadError> {
-        let source = Rc::clone(&self.sources[file.source]);
-        let start = element.range().start;
+        let fields = self.begin_node(file, element, ty, depth)?;
+        let (children, missing) = self.children(file, element, ty, depth)?;
+        self.end_node(file, element, (ty, depth), fields, (children, missing))
+    }
+
+    /// Checks and reserves a node before it is made, and reads its fields.
+    #[inline(never)]
+    fn begin_node(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        depth: usize,
+    ) -> Result<(Vec<Value>, Vec<usize>), LoadError> {
         if depth > xml::MAX_DEPTH {
-            return Err(source.too_big(start, "nesting of nodes", depth as u64, xml::MAX_DEPTH as u64));
+            let source = self.sources[file.source];
+            let (start, limit) = (element.range().start, xml::MAX_DEPTH as u64);
+            return Err(source.too_big(start, "nesting of nodes", depth as u64, limit));
         }
-        self.no_text(file, element)?;
-        let def = element.attribute("DEF").filter(|d| !d.is_empty());
-        if let Some(name) = def {
-            let before = file.defs.insert(name, Def::Open);
-            if matches!(before, Some(Def::Built(_) | Def::Open)) {
-                self.warn(
-                    file,
-                    element,
-                    format!("DEF {name:?} is given twice; USE takes the last one before it"),
-                );
-            }
-        }
-        let (values, written) = self.fields(file, element, ty, &source)?;
-        let mut children = Vec::new();
-        let (mut below, mut visits) = (0, 1_u64);
-        let (mut shapes, mut geometry_bytes, mut name_bytes) = (u64::from(ty.name == "Shape"), 0_u64, 0);
-        for child in element.children().filter(Element::is_element) {
-            match self.element(file, child, ty, depth + 1)? {
-                Some(Child { container, .. }) if is_taken(&children, container) => {
-                    let name = child.tag_name().name();
-                    let message = format!("<{}> takes one {container}: this <{name}> was skipped", ty.name);
-                    self.warn(file, child, message);
-                }
-                Some(child) => {
-                    let node = &self.graph.nodes[child.node as usize];
-                    below = below.max(node.depth);
-                    visits = visits.saturating_add(node.visits);
-                    shapes = shapes.saturating_add(node.shapes);
-                    geometry_bytes = geometry_bytes.saturating_add(node.geometry_bytes);
-                    name_bytes = name_bytes.max(node.name_bytes);
-                    if ty.name == "Shape" && child.container == "geometry" {
-                        let still = Overrides::new();
-                        let view = View { graph: &self.graph, overrides: &still };
-                        geometry_bytes =
-                            geometry_bytes.saturating_add(cost::geometry_bytes(&view, child.node));
-                    }
-                    children.push(child);
-                }
-                // A Switch counts the nodes that were skipped too.
-                None if ty.name == "Switch" && schema::is_child(child.tag_name().name()) => {
-                    children.push(Child { container: "children", node: self.nothing(file, child) });
-                }
-                None => {}
-            }
-        }
-        let mut scene = None;
-        if ty.name == "Inline" {
-            scene = self.inline(file, element, ty, &values, depth)?;
-            if let Some(scene) = scene {
-                let node = &self.graph.nodes[scene as usize];
-                below = node.depth;
-                visits = visits.saturating_add(node.visits);
-                shapes = shapes.saturating_add(node.shapes);
-                geometry_bytes = geometry_bytes.saturating_add(node.geometry_bytes);
-                name_bytes = name_bytes.max(node.name_bytes);
-            }
-        }
+        self.charge_node(file, element, ty)?;
+        self.stray_text(file, element);
+        self.open_def(file, element, def_of(element));
+        self.fields(file, element, ty)
+    }
+
+    /// Makes a node whose fields and children are read, with what it gets by IS and from other files.
+    #[inline(never)]
+    fn end_node(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        (ty, depth): (&'static NodeType, usize),
+        (mut values, written): (Vec<Value>, Vec<usize>),
+        (mut children, missing): (Vec<Child>, Vec<&'static str>),
+    ) -> Result<NodeId, LoadError> {
+        let def = def_of(element);
+        let links = self.connect(file, element, (ty, depth), &mut values, &mut children)?;
+        let inlined = self.inline(file, element, ty, &values, depth)?;
         let picture = self.picture(file, element, ty, &values)?;
-        let id = self.graph.nodes.len() as NodeId;
+        let sky = self.sky_pictures(file, element, ty, &values)?;
+        let totals = self.totals(ty, def, &children, inlined.map(|i| i.scene));
+        let start = element.range().start;
         let node = Node {
             ty,
             values,
             written,
             children,
             origin: Origin { source: file.source, byte: start },
-            line: source.line(start),
+            line: self.sources[file.source].line(start),
             def: def.map(str::to_string),
-            depth: below + 1,
-            visits,
-            shapes,
-            geometry_bytes,
-            name_bytes: name_bytes + def.map_or(0, |d| d.len() as u64 + 1) + ty.name.len() as u64,
+            totals,
+            is_expanded: file.given.is_some(),
         };
-        self.memory
-            .keep(cost::node_bytes(&node))
-            .map_err(|kind| LoadError::new(source.place(start), kind))?;
-        self.graph.nodes.push(node);
-        self.graph.inlined.extend(scene.map(|scene| (id, scene)));
+        let id = self.add(file, element, node)?;
+        if let Some(inlined) = inlined {
+            let enlarged = inlined.units.length / file.units.length;
+            self.graph.inlined.insert(id, (inlined.scene, enlarged));
+        }
+        if !missing.is_empty() {
+            self.graph.missing.insert(id, missing);
+        }
         self.graph.textures.extend(picture.map(|picture| (id, picture)));
+        self.graph.skies.extend(sky.map(|pictures| (id, pictures)));
+        if let Some(given) = &mut file.given {
+            given.link(&links, id);
+        }
         if let Some(name) = def {
             file.defs.insert(name, Def::Built(id));
         }
         Ok(id)
     }
 
+    /// The nodes that an element holds, and the fields of nodes that it would hold if they were known.
+    fn children(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        depth: usize,
+    ) -> Result<(Vec<Child>, Vec<&'static str>), LoadError> {
+        let mut children: Vec<Child> = Vec::new();
+        let mut missing = Vec::new();
+        for child in element.children().filter(Element::is_element) {
+            let name = child.tag_name().name();
+            let built = match self.protos.shared(file, child) {
+                Some(shared) => {
+                    self.check_depth(file, child, shared.node, depth + 1)?;
+                    Some(shared)
+                }
+                None => {
+                    let built = self.element(file, child, ty, depth + 1)?;
+                    self.protos.share(file, child, built);
+                    built
+                }
+            };
+            match built {
+                Some(Child { container, .. }) if is_taken(ty, &children, container) => {
+                    let message = format!("<{}> takes one {container}: this <{name}> was skipped", ty.name);
+                    self.warn(file, child, message);
+                }
+                Some(child) => children.push(child),
+                // These count the nodes that were skipped too.
+                None if matches!(ty.name, "Switch" | "LOD") && schema::is_child(name) => {
+                    children.push(Child { container: "children", node: self.nothing(file, child)? });
+                }
+                None if ty.name == "LayerSet" && schema::is_child(name) => {
+                    children.push(Child { container: "layers", node: self.nothing(file, child)? });
+                }
+                None => missing.extend(unknown::meant_for(ty, child)),
+            }
+        }
+        Ok((children, missing))
+    }
+
     /// A node that holds nothing, in the place of one that was skipped.
-    fn nothing(&mut self, file: &File, element: Element) -> NodeId {
+    fn nothing(&mut self, file: &File<'d>, element: Element<'d, 'd>) -> Result<NodeId, LoadError> {
         let ty = schema::lookup("Group").expect("the table has Group");
+        self.plain_node(file, element, ty, Vec::new())
+    }
+
+    /// A node with its type's defaults, which stands for an element.
+    pub(super) fn plain_node(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        children: Vec<Child>,
+    ) -> Result<NodeId, LoadError> {
+        self.charge_node(file, element, ty)?;
         let byte = element.range().start;
-        self.graph.nodes.push(Node {
+        let totals = self.totals(ty, None, &children, None);
+        let node = Node {
             ty,
             values: ty.defaults.clone(),
             written: vec![byte; ty.defaults.len()],
-            children: Vec::new(),
+            children,
             origin: Origin { source: file.source, byte },
             line: self.sources[file.source].line(byte),
             def: None,
-            depth: 1,
-            visits: 1,
-            shapes: 0,
-            geometry_bytes: 0,
-            name_bytes: 0,
-        });
-        self.graph.nodes.len() as NodeId - 1
-    }
-
-    pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
-        let origin = Origin { source: file.source, byte: element.range().start };
-        self.warn_at(origin, message);
-    }
-
-    /// Adds a warning, up to the limit.
-    pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
-        match self.warnings.len() {
-            0..MAX_WARNINGS => {
-                let place = self.place(origin);
-                self.warnings.push(LoadWarning { place, message });
-            }
-            MAX_WARNINGS => {
-                let place = Place::file(&self.sources[0].name);
-                self.warnings.push(LoadWarning { place, message: "further warnings are left out".into() });
-            }
-            _ => {}
-        }
-    }
-
-    /// The warnings in the order of the files and of their lines.
-    pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
-        let mut warnings = std::mem::take(&mut self.warnings);
-        let rank = |w: &LoadWarning| {
-            let file = self.sources.iter().position(|s| s.name == w.place.file);
-            (file, w.place.line, w.place.column)
+            totals,
+            is_expanded: file.given.is_some(),
         };
-        // The one beyond the limit says that there were more, and stays last.
-        let count = warnings.len().min(MAX_WARNINGS);
-        warnings[..count].sort_by_cached_key(rank);
-        warnings
+        self.add(file, element, node)
     }
 
-    /// The place of an origin in its file.
-    pub(super) fn place(&self, origin: Origin) -> Place {
-        self.sources[origin.source].place(origin.byte)
-    }
-}
-
-/// Whether a field that holds one node has it already.
-fn is_taken(children: &[Child], container: &str) -> bool {
-    container != "children" && children.iter().any(|c| c.container == container)
-}
-
-/// Notes the names in a part that is skipped, so that USE can still find them.
-fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
-    for node in element.descendants() {
-        if let Some(name) = node.attribute("DEF").filter(|_| node.attribute("USE").is_none()) {
-            file.defs.entry(name).or_insert(Def::Hidden(node.id()));
+    /// What a node holds with everything below it.
+    fn totals(&self, ty: &NodeType, def: Option<&str>, children: &[Child], scene: Option<NodeId>) -> Totals {
+        let below = children.iter().map(|c| c.node).chain(scene);
+        let mut totals = Totals::of(ty, def).with(below.map(|n| self.graph.nodes[n as usize].totals));
+        let geometry = children.iter().find(|c| ty.name == "Shape" && c.container == "geometry");
+        if let Some(geometry) = geometry {
+            let still = Overrides::new();
+            let view = View { graph: &self.graph, overrides: &still };
+            let own = cost::geometry_bytes(&view, geometry.node);
+            totals.geometry_bytes = totals.geometry_bytes.saturating_add(own);
         }
+        totals
     }
+
+    /// Adds a node, whose bytes by itself are reserved already; what it holds is reserved now.
+    fn add(&mut self, file: &File<'d>, element: Element<'d, 'd>, node: Node) -> Result<NodeId, LoadError> {
+        let more = cost::node_bytes(&node).saturating_sub(cost::bare_node_bytes(node.ty));
+        self.context.memory.keep(more).map_err(|kind| self.over_memory(file, element, kind))?;
+        self.graph.nodes.push(node);
+        Ok(self.graph.nodes.len() as NodeId - 1)
+    }
+
+    /// Reserves bytes that are in use until the graph is whole.
+    pub(super) fn hold(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        bytes: usize,
+    ) -> Result<(), LoadError> {
+        let held = self.held.try_grow(bytes as u64).map_err(LoadErrorKind::OverBudget);
+        held.map_err(|kind| self.over_memory(file, element, kind))
+    }
+
+    /// A refusal at an element for which there is no memory.
+    pub(super) fn over_memory(&self, file: &File, element: Element, kind: LoadErrorKind) -> LoadError {
+        LoadError::new(self.sources[file.source].place(element.range().start), kind)
+    }
+}
+
+/// The name that an element gives its node.
+fn def_of<'d>(element: Element<'d, 'd>) -> Option<&'d str> {
+    element.attribute("DEF").filter(|d| !d.is_empty())
 }

@@ -2,20 +2,23 @@
 
 use super::build::Builder;
 use super::cost;
+use super::generate::Mode;
 use super::geometry::Fault;
 use super::graph::{NodeId, Origin, Overrides, View};
 use super::shapes::{self, Shelf};
+use super::stages;
 use super::walk::MAX_LIGHTS;
 use crate::load::{LoadError, LoadErrorKind};
+use crate::scene::{MAX_STAGES, StageMode};
 
-/// The most faces that Text and Extrusion nodes make in one scene.
+/// The most faces that Text and Extrusion nodes, and geometries in instances of prototypes, have in one scene.
 const MAX_MADE_FACES: u64 = 4 << 20;
 
 /// Bytes of a mesh that is made, its lists aside.
 const SHAPE_BYTES: u64 = 1024;
 
 /// Makes the meshes of a graph; refuses geometries that cannot be.
-pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
+pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError> {
     let still = Overrides::new();
     let mut shelf = Shelf::new();
     let mut remarks: Vec<(NodeId, String)> = Vec::new();
@@ -39,10 +42,11 @@ pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
         }
         let node = parts.geometry;
         let of_memory = |kind| refused(builder, &Fault { node, field: "", kind });
-        let work = builder.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
+        let work = builder.context.memory.work(cost::geometry_bytes(&view, node)).map_err(of_memory)?;
         let (prepared, of_mesh) = shapes::prepare(&view, &parts).map_err(|f| refused(builder, &f))?;
         remarks.extend(of_mesh.into_iter().map(|r| (parts.geometry, r)));
-        if matches!(view.name(parts.geometry), "Text" | "Extrusion") {
+        let is_made = matches!(view.name(parts.geometry), "Text" | "Extrusion");
+        if is_made || view.node(parts.geometry).is_expanded {
             made_faces += prepared.geometry.mesh.polygons.len() as u64;
             if made_faces > MAX_MADE_FACES {
                 let kind = LoadErrorKind::TooBig {
@@ -54,7 +58,7 @@ pub(super) fn document(builder: &mut Builder) -> Result<Shelf, LoadError> {
             }
         }
         drop(work);
-        let kept = builder.memory.keep(prepared.geometry.mesh.capacity_bytes() as u64 + SHAPE_BYTES);
+        let kept = builder.context.memory.keep(prepared.geometry.mesh.capacity_bytes() as u64 + SHAPE_BYTES);
         kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
         shapes::keep(&mut shelf, &parts, prepared);
     }
@@ -94,12 +98,28 @@ fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
             (l >= r || b >= t)
                 .then(|| "<OrthoViewpoint> fieldOfView bounds no area: -1 -1 1 1 is taken".into())
         }
-        "PhysicalMaterial" => Some("<PhysicalMaterial> is drawn with its base colour alone".into()),
+        "PhysicalMaterial" => unused_textures(view, id, "baseTexture"),
+        "MultiTexture" => multi_texture(view, id),
+        "LineProperties" => {
+            let linetype = view.ints(id, "linetype").first().copied().unwrap_or(1);
+            let remark =
+                || format!("<LineProperties> linetype {linetype} is drawn like one of the types 1 to 5");
+            (!stages::line_kind(linetype).1).then(remark)
+        }
+        "FillProperties" => {
+            let style = view.ints(id, "hatchStyle").first().copied().unwrap_or(1);
+            let remark = || format!("<FillProperties> hatchStyle {style} is drawn like style 3");
+            (!stages::hatch(style).1).then(remark)
+        }
+        "TextureCoordinateGenerator" => {
+            let mode = view.text(id, "mode");
+            let remark =
+                || format!("<TextureCoordinateGenerator> mode {mode:?} is not known: SPHERE is taken");
+            Mode::from_word(mode).is_none().then(remark)
+        }
         "Material" => unused_textures(view, id, "diffuseTexture"),
         "UnlitMaterial" => unused_textures(view, id, "emissiveTexture"),
-        "Background" if !is_plain(view, id) => {
-            Some("<Background> is drawn in its first sky colour alone".into())
-        }
+        "LayerSet" => Some("<LayerSet>: its layers are drawn in one space, seen through one camera".into()),
         "Fog" if !matches!(view.text(id, "fogType").trim(), "LINEAR" | "EXPONENTIAL") => {
             Some(format!("<Fog> fogType {:?} is not known: LINEAR is taken", view.text(id, "fogType")))
         }
@@ -115,12 +135,17 @@ fn unused_textures(view: &View, id: NodeId, used: &str) -> Option<String> {
     (!unused.is_empty()).then(|| format!("<{}> is drawn without its {}", view.name(id), unused.join(", ")))
 }
 
-/// Whether a Background is one colour.
-fn is_plain(view: &View, id: NodeId) -> bool {
-    let pictures = ["backUrl", "bottomUrl", "frontUrl", "leftUrl", "rightUrl", "topUrl"];
-    view.reals(id, "skyColor").len() <= 3
-        && view.reals(id, "groundColor").is_empty()
-        && pictures.iter().all(|field| view.texts(id, field).is_empty())
+/// A remark on a MultiTexture's words that are not known, and on textures beyond those that are drawn.
+fn multi_texture(view: &View, id: NodeId) -> Option<String> {
+    let count = view.node(id).children.len();
+    if count > MAX_STAGES {
+        return Some(format!("<MultiTexture> is drawn with {MAX_STAGES} of its {count} textures"));
+    }
+    let is_mode = |word: &str| word.trim().is_empty() || StageMode::from_word(word.trim()).is_some();
+    let words = view.texts(id, "mode").iter().flat_map(|m| m.split(','));
+    let wrong: Vec<&str> = words.map(str::trim).filter(|w| !is_mode(w)).collect();
+    (!wrong.is_empty())
+        .then(|| format!("<MultiTexture> mode {} is not known: MODULATE is taken", wrong.join(", ")))
 }
 
 /// An interpolator's keys and values must go together.
@@ -147,7 +172,9 @@ fn interpolator(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
     };
     let is_right = match name {
         // Any number of points, the same for each key.
-        "CoordinateInterpolator" => key.is_empty() || (values / tuple).is_multiple_of(key.len()),
+        "CoordinateInterpolator" | "NormalInterpolator" => {
+            key.is_empty() || (values / tuple).is_multiple_of(key.len())
+        }
         _ => values == tuple * key.len(),
     };
     if !is_right {

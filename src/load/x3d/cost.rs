@@ -5,8 +5,9 @@
 
 use super::geometry::text;
 use super::graph::{Child, Node, NodeId, View};
+use super::schema::NodeType;
 use super::value::Value;
-use crate::scene::Object;
+use crate::scene::{MAX_STAGES, Object, TextureStage};
 
 /// Bytes of the XML reader's tables for one `<`: an element and the text before it, and its name and place in our own tables, in
 /// lists with room for twice as many that move.
@@ -20,11 +21,6 @@ const WORD_BYTES: u64 = 24;
 /// Copies of the text: decoded, with its references and line ends put right, as a field's value, and of a data URI its name,
 /// its bytes and what they encode.
 const COPIES: u64 = 7;
-
-/// Bytes of a decoded text, and of the list of its lines.
-pub(super) fn source_bytes(text: &[u8]) -> u64 {
-    2 * text.len() as u64 + text.iter().filter(|b| **b == b'\n').count() as u64 * 16 + 64
-}
 
 /// Bytes that reading a text takes until its graph is built.
 pub(super) fn text_bytes(text: &[u8]) -> u64 {
@@ -44,7 +40,19 @@ pub(super) fn text_bytes(text: &[u8]) -> u64 {
         + words * WORD_BYTES
 }
 
-/// Bytes that a node holds in its graph, which has room for twice as many.
+/// Bytes of a node by itself in its graph, which has room for twice as many.
+pub(super) fn bare_node_bytes(ty: &NodeType) -> u64 {
+    let field = size_of::<Value>() + size_of::<usize>();
+    (2 * size_of::<Node>() + ty.defaults.len() * field) as u64
+}
+
+/// Bytes of what the text of an element in a prototype's body is read to, once for all instances: the numbers are counted with
+/// the nodes that share them.
+pub(super) fn read_bytes(ty: &NodeType) -> usize {
+    ty.defaults.len() * (size_of::<Value>() + size_of::<usize>()) + 256
+}
+
+/// Bytes that a node holds in its graph, with its values.
 pub(super) fn node_bytes(node: &Node) -> u64 {
     let given = node.values.iter().zip(&node.ty.defaults).filter(|(own, default)| !is_shared(own, default));
     let values: usize = given.map(|(value, _)| value_bytes(value)).sum();
@@ -118,3 +126,6 @@ pub(super) fn geometry_bytes(view: &View, id: NodeId) -> u64 {
 /// Bytes of one object of a scene, its name and lights aside: in a list with room for twice as many that moves, and the names of
 /// its material.
 pub(super) const OBJECT_BYTES: u64 = 3 * size_of::<Object>() as u64 + 160;
+
+/// Bytes of the stages of one object's textures, their coordinates aside.
+pub(super) const STAGES_BYTES: u64 = 2 * (MAX_STAGES * size_of::<TextureStage>()) as u64 + 256;

@@ -12,6 +12,14 @@ Group children visible=true bboxCenter=0_0_0 bboxSize=-1_-1_-1
 StaticGroup children visible=true
 Transform children center=0_0_0 rotation=0_0_1_0 scale=1_1_1 scaleOrientation=0_0_1_0 translation=0_0_0 visible=true
 Switch children whichChoice=-1 visible=true
+Collision children enabled=true visible=true
+LOD children center=0_0_0 forceTransitions=false range= visible=true
+Billboard children axisOfRotation=0_1_0 visible=true
+Anchor children description= parameter= url= visible=true
+LayerSet children activeLayer=0 order=0
+Layer layers visible=true
+LayoutLayer layers visible=true
+Viewport viewport clipBoundary=0_1_0_1 visible=true
 Inline children load=true url=
 Viewpoint children fieldOfView=0.7853981633974483 orientation=0_0_1_0 position=0_0_10 viewAll=false nearDistance=-1 farDistance=-1 centerOfRotation=0_0_0 jump=true
 OrthoViewpoint children fieldOfView=-1_-1_1_1 orientation=0_0_1_0 position=0_0_10 viewAll=false
@@ -28,6 +36,10 @@ Text geometry string= length= maxExtent=0 solid=false
 FontStyle fontStyle horizontal=true leftToRight=true size=1 spacing=1 topToBottom=true style=PLAIN
 ImageTexture texture url= repeatS=true repeatT=true
 PixelTexture texture image=0_0_0 repeatS=true repeatT=true
+MultiTexture texture alpha=1 color=1_1_1 function= mode= source=
+MultiTextureTransform textureTransform
+LineProperties lineProperties applied=true linetype=1 linewidthScaleFactor=0
+FillProperties fillProperties filled=true hatchColor=1_1_1 hatchStyle=1 hatched=true
 TextureTransform textureTransform center=0_0 rotation=0 scale=1_1 translation=0_0
 TriangleSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true
 TriangleStripSet geometry ccw=true colorPerVertex=true normalPerVertex=true solid=true stripCount=
@@ -46,10 +58,13 @@ PointSet geometry
 LineSet geometry vertexCount=
 IndexedLineSet geometry colorIndex= colorPerVertex=true coordIndex=
 Coordinate coord point=
+CoordinateDouble coord point=
 Color color color=
 ColorRGBA color color=
 Normal normal vector=
 TextureCoordinate texCoord point=
+TextureCoordinateGenerator texCoord mode=SPHERE parameter=
+MultiTextureCoordinate texCoord
 Polypoint2D geometry point=
 Polyline2D geometry lineSegments=
 Circle2D geometry radius=1
@@ -65,6 +80,7 @@ PositionInterpolator children key= keyValue=
 OrientationInterpolator children key= keyValue=
 ColorInterpolator children key= keyValue=
 CoordinateInterpolator children key= keyValue=
+NormalInterpolator children key= keyValue=
 SplinePositionInterpolator children key= keyValue= keyVelocity= closed=false normalizeVelocity=false
 ";
 
@@ -89,6 +105,82 @@ fn the_table_has_the_standards_fields_and_defaults() {
     }
     let table: BTreeSet<_> = schema::all().map(|ty| ty.name).collect();
     assert_eq!(table, seen, "nodes of the table and of this list");
+}
+
+/// The nodes of the Interchange profile: ISO/IEC 19775-1 annex B, the components of its table B.2 at their levels.
+const INTERCHANGE: [&str; 49] = [
+    // Core 1, Time 1, Grouping 1, Shape 1, Lighting 1
+    "MetadataBoolean",
+    "MetadataDouble",
+    "MetadataFloat",
+    "MetadataInteger",
+    "MetadataSet",
+    "MetadataString",
+    "WorldInfo",
+    "TimeSensor",
+    "Group",
+    "Transform",
+    "Appearance",
+    "Material",
+    "Shape",
+    "DirectionalLight",
+    // Rendering 3
+    "Color",
+    "ColorRGBA",
+    "Coordinate",
+    "IndexedLineSet",
+    "IndexedTriangleFanSet",
+    "IndexedTriangleSet",
+    "IndexedTriangleStripSet",
+    "LineSet",
+    "Normal",
+    "PointSet",
+    "TriangleFanSet",
+    "TriangleSet",
+    "TriangleStripSet",
+    // Geometry3D 2
+    "Box",
+    "Cone",
+    "Cylinder",
+    "IndexedFaceSet",
+    "Sphere",
+    // Texturing 2
+    "ImageTexture",
+    "MultiTexture",
+    "MultiTextureCoordinate",
+    "MultiTextureTransform",
+    "PixelTexture",
+    "TextureCoordinate",
+    "TextureCoordinateGenerator",
+    "TextureTransform",
+    // Interpolation 2
+    "ColorInterpolator",
+    "CoordinateInterpolator",
+    "NormalInterpolator",
+    "OrientationInterpolator",
+    "PositionInterpolator",
+    "ScalarInterpolator",
+    // Navigation 1, Environmental effects 1
+    "NavigationInfo",
+    "Viewpoint",
+    "Background",
+];
+
+#[test]
+fn the_interchange_profile_is_whole() {
+    let distinct: BTreeSet<_> = INTERCHANGE.iter().collect();
+    assert_eq!(distinct.len(), 49);
+    for name in INTERCHANGE {
+        assert!(schema::lookup(name).is_some() || schema::is_silent(name), "{name}");
+    }
+}
+
+#[test]
+fn the_page_names_every_node() {
+    let page = include_str!("../../../docs/x3d.md");
+    let words: BTreeSet<&str> = page.split(|c: char| !c.is_alphanumeric()).collect();
+    let missing: Vec<_> = schema::all().map(|ty| ty.name).filter(|name| !words.contains(name)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
 }
 
 /// Types of the fields whose width could be taken for another.

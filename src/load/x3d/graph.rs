@@ -3,7 +3,7 @@
 use super::route::Route;
 use super::schema::NodeType;
 use super::value::Value;
-use crate::scene::Texture;
+use crate::scene::{SkyPictures, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -40,16 +40,51 @@ pub(super) struct Node {
     pub(super) line: u32,
     /// Its DEF name.
     pub(super) def: Option<String>,
-    /// The longest chain of nodes below, itself counted.
+    pub(super) totals: Totals,
+    /// Whether an instance of a prototype made it.
+    pub(super) is_expanded: bool,
+}
+
+/// What a node holds with everything below it, those behind USE and Inline counted each time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Totals {
+    /// The longest chain of nodes, itself counted.
     pub(super) depth: usize,
-    /// How many nodes a walk from here meets, those behind USE counted each time.
+    /// How many nodes a traversal from here meets.
     pub(super) visits: u64,
-    /// How many shapes are among them,
+    /// How many shapes are among them.
     pub(super) shapes: u64,
-    /// and the bytes that making all their meshes takes.
+    /// The bytes that making all their meshes takes.
     pub(super) geometry_bytes: u64,
     /// The longest name of a shape: the DEF names down to it.
     pub(super) name_bytes: u64,
+}
+
+impl Totals {
+    /// Of a node by itself.
+    pub(super) fn of(ty: &NodeType, def: Option<&str>) -> Totals {
+        let name_bytes = def.map_or(0, |d| d.len() as u64 + 1) + ty.name.len() as u64;
+        Totals { depth: 1, visits: 1, shapes: u64::from(ty.name == "Shape"), geometry_bytes: 0, name_bytes }
+    }
+
+    /// The same with nodes below it.
+    pub(super) fn with(self, below: impl Iterator<Item = Totals>) -> Totals {
+        let none = Totals { depth: 0, visits: 0, shapes: 0, geometry_bytes: 0, name_bytes: 0 };
+        let sum = below.fold(none, |a, b| Totals {
+            depth: a.depth.max(b.depth),
+            visits: a.visits.saturating_add(b.visits),
+            shapes: a.shapes.saturating_add(b.shapes),
+            geometry_bytes: a.geometry_bytes.saturating_add(b.geometry_bytes),
+            name_bytes: a.name_bytes.max(b.name_bytes),
+        });
+        Totals {
+            depth: self.depth + sum.depth,
+            visits: self.visits.saturating_add(sum.visits),
+            shapes: self.shapes.saturating_add(sum.shapes),
+            geometry_bytes: self.geometry_bytes.saturating_add(sum.geometry_bytes),
+            name_bytes: self.name_bytes.saturating_add(sum.name_bytes),
+        }
+    }
 }
 
 /// All nodes of a file and its Inlines.
@@ -59,8 +94,14 @@ pub(super) struct Graph {
     pub(super) routes: Vec<Route>,
     /// The pictures of texture nodes, where there are any.
     pub(super) textures: HashMap<NodeId, Arc<Texture>>,
-    /// The scene inside an Inline node.
-    pub(super) inlined: HashMap<NodeId, NodeId>,
+    /// The pictures of Background nodes that have any.
+    pub(super) skies: HashMap<NodeId, SkyPictures>,
+    /// The scene inside an Inline node, and how many of our units of length one of its own is.
+    pub(super) inlined: HashMap<NodeId, (NodeId, f64)>,
+    /// Fields of a geometry for which there is a node, but none that is known.
+    pub(super) missing: HashMap<NodeId, Vec<&'static str>>,
+    /// Whether anything depends on where it is seen from; known when everything is built.
+    pub(super) depends_on_viewer: bool,
     /// The main file's Scene.
     pub(super) root: NodeId,
 }

@@ -1,4 +1,4 @@
-//! The interpolators: a value between keys. Source: ISO/IEC 19775-1 clause 19.
+//! The interpolators: a value between keys. Source: ISO/IEC 19775-1 clause 19 (normals on the unit sphere: 19.4.4).
 //!
 //! Keys do not decrease (checked when the file is read). Before the first key the first value holds, after the last one
 //! the last; where keys are equal, the later value holds from there on.
@@ -13,7 +13,7 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
         "ScalarInterpolator" => Some(Kind::Sf(1)),
         "PositionInterpolator" | "ColorInterpolator" | "SplinePositionInterpolator" => Some(Kind::Sf(3)),
         "OrientationInterpolator" => Some(Kind::Sf(4)),
-        "CoordinateInterpolator" => Some(Kind::Mf(3)),
+        "CoordinateInterpolator" | "NormalInterpolator" => Some(Kind::Mf(3)),
         _ => None,
     }
 }
@@ -33,6 +33,10 @@ pub(super) fn evaluate(view: &View, id: NodeId, fraction: f64) -> Option<Value> 
             color(triple(at(i)), triple(at(i + 1)), s).to_array().into()
         }
         ("OrientationInterpolator", Span::Between(i, s)) => orientation(at(i), at(i + 1), s).into(),
+        ("NormalInterpolator", Span::Between(i, s)) => {
+            let pairs = at(i).chunks_exact(3).zip(at(i + 1).chunks_exact(3));
+            pairs.flat_map(|(a, b)| normal(triple(a), triple(b), s).to_array()).collect()
+        }
         ("SplinePositionInterpolator", Span::Between(i, s)) => {
             let points: Vec<DVec3> = values.chunks_exact(3).map(triple).collect();
             let velocities: Vec<DVec3> = view.reals(id, "keyVelocity").chunks_exact(3).map(triple).collect();
@@ -152,6 +156,23 @@ fn orientation(a: &[f64], b: &[f64], s: f64) -> [f64; 4] {
         return [0.0, 0.0, 1.0, 0.0];
     }
     [x / length, y / length, z / length, 2.0 * libm::atan2(length, w)]
+}
+
+/// Between two directions, along the great circle through both, as a unit vector. Opposite ones have no such circle: the
+/// nearer one holds. One without a direction takes the other's.
+fn normal(a: DVec3, b: DVec3, s: f64) -> DVec3 {
+    let unit = crate::math::matrix::unit;
+    let (a, b) = match (unit(a), unit(b)) {
+        (Some(a), Some(b)) => (a, b),
+        (a, b) => return a.or(b).unwrap_or(DVec3::Z),
+    };
+    // The angle from both sine and cosine, so that nearly equal directions keep their digits.
+    let (sin, cos) = (a.cross(b).length(), a.dot(b));
+    if sin < 1e-12 {
+        return if s < 0.5 { a } else { b };
+    }
+    let angle = libm::atan2(sin, cos);
+    (a * libm::sin((1.0 - s) * angle) + b * libm::sin(s * angle)) / sin
 }
 
 fn dot(p: DQuat, q: DQuat) -> f64 {
@@ -275,6 +296,18 @@ mod tests {
         // A quarter about x and one about y: half way lies between the axes.
         let half = orientation(&[1.0, 0.0, 0.0, FRAC_PI_2], &[0.0, 1.0, 0.0, FRAC_PI_2], 0.5);
         assert!((half[0] - half[1]).abs() < 1e-15 && half[2].abs() < 1e-15, "{half:?}");
+    }
+
+    #[test]
+    fn normals_run_along_the_great_circle() {
+        let third = normal(DVec3::X * 2.0, DVec3::Y, 1.0 / 3.0);
+        close(&third.to_array(), &[0.75_f64.sqrt(), 0.5, 0.0]);
+        let half = normal(DVec3::X, DVec3::new(-1.0, 0.0, 1e-3), 0.5);
+        assert!((half.length() - 1.0).abs() < 1e-9 && half.z > 0.99, "{half}");
+        assert_eq!(normal(DVec3::X, DVec3::NEG_X, 0.25), DVec3::X);
+        assert_eq!(normal(DVec3::X, DVec3::NEG_X, 0.75), DVec3::NEG_X);
+        assert_eq!(normal(DVec3::ZERO, DVec3::Y, 0.1), DVec3::Y);
+        assert_eq!(normal(DVec3::Y, DVec3::Y * 5.0, 0.3), DVec3::Y);
     }
 
     #[test]

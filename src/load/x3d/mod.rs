@@ -4,10 +4,15 @@
 //! time; or a [`LoadError`] with file, line and column. Nodes, fields and defaults are those of ISO/IEC 19775-1; the list of
 //! nodes is closed (`schema`), others are skipped with a warning that names node and line.
 //!
-//! What refuses a file: XML that is not well-formed, stray text, a root that is neither X3D nor Scene; a field whose text is
-//! not of its type (NaN and infinities too, or the wrong count of numbers); indices that name nothing; USE without DEF or of a node
-//! around it; Inlines in a circle; sizes over the limits. What is skipped with a warning: unknown nodes and fields, nodes where
-//! they cannot stand, files that cannot be found, ROUTEs that join nothing, shapes without a size.
+//! What refuses a file: XML that is not well-formed, a root that is neither X3D nor Scene; a field whose text is not of its
+//! type (NaN and infinities too, or the wrong count of numbers); indices that name nothing; USE without DEF or of a node around it;
+//! Inlines in a circle, prototypes in themselves; sizes over the limits. What is skipped with a warning: unknown nodes and fields
+//! (the children of an unknown grouping node are shown), text among elements, nodes where they cannot stand, files that cannot be
+//! found or lie outside of the root, ROUTEs that join nothing, shapes without a size.
+//!
+//! The right answer for each family of nodes stands in the head of its module, with the clause of ISO/IEC 19775-1:
+//! `proto` and `instance` (prototypes), `units`, `walk` (groups, lights, layers, what is bound), `facing` (LOD, Billboard), `camera`,
+//! `sky` (Background), `appearance`, `geometry`, `interpolate`, `time`, `route`.
 //!
 //! ```text
 //! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes) -> shapes (meshes, made once)
@@ -18,17 +23,29 @@ mod appearance;
 mod build;
 mod camera;
 mod check;
+mod connect;
 mod cost;
+mod facing;
 mod fields;
+mod generate;
 mod geometry;
 mod graph;
+mod instance;
 mod interpolate;
+mod kept;
+mod names;
 mod outside;
+mod proto;
+mod remarks;
 mod route;
 mod schema;
 mod shapes;
+mod sky;
+mod stages;
 mod texture;
 mod time;
+mod units;
+mod unknown;
 mod url;
 mod value;
 mod walk;
@@ -37,9 +54,10 @@ mod xml;
 #[cfg(test)]
 mod defaults;
 
-use super::{LoadError, LoadMemory, LoadWarning};
-use crate::scene::Scene;
+use super::{LoadContext, LoadError, LoadMemory, LoadWarning};
+use crate::scene::{Camera, Scene};
 use graph::{Graph, Overrides, View};
+use kept::Kept;
 use shapes::Shelf;
 
 /// An X3D file that has been read, with everything it refers to.
@@ -48,9 +66,10 @@ pub struct X3dDocument {
     graph: Graph,
     shelf: Shelf,
     warnings: Vec<LoadWarning>,
+    names_outside: bool,
 }
 
-/// Reads an X3D file.
+/// Reads an X3D file, which may be compressed (gzip).
 ///
 /// `file_name` stands in messages, and its last part counts against Inlines in a circle. `opener` is asked for Inline files and
 /// textures by their names inside the scene's folder (`/` between folders; never absolute, never with `..`); `None` means that
@@ -66,8 +85,8 @@ pub fn parse(
     parse_within(bytes, file_name, opener, &mut LoadMemory::unlimited())
 }
 
-/// [`parse`] within `memory`, which is asked for the tables of each file before it is read, for each node and mesh, and for
-/// each picture once its header tells its size.
+/// [`parse`] within `memory`, which is asked for the tables of each file before it is read, for inflated bytes, for each node and
+/// mesh, and for each picture once its header tells its size.
 ///
 /// # Errors
 /// As [`parse`], and when `memory` refuses.
@@ -77,10 +96,25 @@ pub fn parse_within(
     opener: &mut dyn FnMut(&str) -> Option<Vec<u8>>,
     memory: &mut LoadMemory,
 ) -> Result<X3dDocument, LoadError> {
-    let mut builder = build::Builder::new(opener, memory);
+    parse_in(bytes, file_name, LoadContext { folder: "", opener, memory })
+}
+
+/// [`parse_within`] for a file that stands in a folder of the root.
+///
+/// # Errors
+/// As [`parse_within`].
+pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<X3dDocument, LoadError> {
+    let (texts, documents) = (Kept::new(), Kept::new());
+    let mut builder = build::Builder::new(context, &texts, &documents);
     builder.main_file(bytes, file_name)?;
+    builder.graph.depends_on_viewer = walk::depends_on_viewer(&builder.graph);
     let shelf = check::document(&mut builder)?;
-    Ok(X3dDocument { warnings: builder.sorted_warnings(), graph: builder.graph, shelf })
+    Ok(X3dDocument {
+        warnings: builder.sorted_warnings(),
+        names_outside: builder.remarks.names_outside,
+        graph: builder.graph,
+        shelf,
+    })
 }
 
 impl X3dDocument {
@@ -89,22 +123,48 @@ impl X3dDocument {
     ///
     /// There always is a camera: the first viewpoint, or, without one, the standard's default (from 0 0 10 along -z).
     pub fn at(&self, time: f64) -> Scene {
+        self.seen_at(time, None)
+    }
+
+    /// The same, with what depends on the viewer (LOD, Billboard, generated texture coordinates) as it is for `viewer`; `None`
+    /// stands for the scene's own camera. The scene's camera is its own either way.
+    pub fn seen_at(&self, time: f64, viewer: Option<&Camera>) -> Scene {
         let overrides = route::overrides(&self.graph, time);
-        walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf)
+        walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf, viewer)
+    }
+
+    /// Whether the scene depends on where it is seen from.
+    pub fn depends_on_viewer(&self) -> bool {
+        self.graph.depends_on_viewer
     }
 
     /// Bytes that [`X3dDocument::at`] takes at most: its objects, each with its lights, and the meshes that routes have changed.
     pub fn scene_bytes(&self) -> u64 {
-        let root = &self.graph.nodes[self.graph.root as usize];
+        let root = &self.graph.nodes[self.graph.root as usize].totals;
         let lights = self.graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count() + 1;
         let lists = 8 * lights.min(walk::MAX_LIGHTS + 1) as u64;
-        let meshes = if self.is_animated() { root.geometry_bytes } else { 0 };
-        root.shapes.saturating_mul(cost::OBJECT_BYTES + root.name_bytes + lists).saturating_add(meshes)
+        let has = |name: &str| self.graph.nodes.iter().any(|n| n.ty.name == name);
+        let mut meshes = if self.is_animated() { root.geometry_bytes } else { 0 };
+        let mut object = cost::OBJECT_BYTES + root.name_bytes + lists;
+        // A surface with generated coordinates has a mesh of its own, and a stage coordinates of its own for each corner.
+        if has("TextureCoordinateGenerator") {
+            meshes = meshes.saturating_add(root.geometry_bytes);
+        }
+        if has("MultiTexture") {
+            meshes = meshes.saturating_add(root.geometry_bytes);
+            object += cost::STAGES_BYTES;
+        }
+        root.shapes.saturating_mul(object).saturating_add(meshes)
     }
 
     /// What was skipped or put right, in the order of the file, Inline files after it.
     pub fn warnings(&self) -> &[LoadWarning] {
         &self.warnings
+    }
+
+    /// Whether a file was left out because its name lies outside of the root.
+    pub fn names_outside(&self) -> bool {
+        self.names_outside
     }
 
     /// Whether the scene may change with time.

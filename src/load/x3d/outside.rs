@@ -1,48 +1,76 @@
 //! What a node refers to beyond its own element: Inline files, pictures, and the two ends of a ROUTE.
 
-use super::build::{Builder, Def, File};
-use super::graph::NodeId;
+use super::build::{Builder, File, Inlined};
+use super::instance::Link;
+use super::names::Def;
 use super::route::{self, Route};
 use super::schema::NodeType;
 use super::value::Value;
 use super::{texture, url};
 use crate::load::LoadError;
-use crate::scene::Texture;
+use crate::scene::{SkyPictures, Texture};
 use roxmltree::Node as Element;
 use std::sync::Arc;
 
-impl Builder<'_> {
-    /// The scene of an Inline; `None` when it is not to be loaded or cannot be found.
+/// The most Inline files in each other.
+const MAX_NESTED_FILES: usize = 64;
+
+/// The most routes, those that join nothing among them.
+const MAX_ROUTES: usize = 100_000;
+
+/// Words of every message about names outside of the root.
+pub(super) const READ_FROM: &str = "the folder that files are read from";
+
+impl<'d> Builder<'d, '_> {
+    /// The scene of an Inline; `None` for other nodes, and when it is not to be loaded or cannot be found.
     pub(super) fn inline(
         &mut self,
-        file: &File,
-        element: Element,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
         ty: &'static NodeType,
         values: &[Value],
         depth: usize,
-    ) -> Result<Option<NodeId>, LoadError> {
+    ) -> Result<Option<Inlined>, LoadError> {
+        if ty.name != "Inline" {
+            return Ok(None);
+        }
         let field = |name| &values[ty.field(name).expect("the table has it")];
         let (Value::Texts(urls), Value::Bool(true)) = (field("url"), field("load")) else { return Ok(None) };
+        let mut is_outside = false;
         for name in urls.iter() {
+            is_outside |= url::is_outside(&file.folder, name);
             for path in url::local_paths(&file.folder, name) {
                 match self.inlined.get(&path) {
-                    Some(Some(scene)) => return Ok(Some(*scene)),
+                    Some(Some(inlined)) => {
+                        let inlined = *inlined;
+                        self.check_depth(file, element, inlined.scene, depth)?;
+                        return Ok(Some(inlined));
+                    }
                     Some(None) => {
                         let expected = format!("no Inline of {path:?}, which inlines this file (a cycle)");
                         return Err(self.refuse(file, element, "url", expected));
                     }
                     None => {}
                 }
-                let Some(bytes) = (self.opener)(&path) else { continue };
+                let Some(bytes) = (self.context.opener)(&path) else { continue };
+                let open = self.inlined.values().filter(|f| f.is_none()).count();
+                if open > MAX_NESTED_FILES {
+                    let source = self.sources[file.source];
+                    let (what, limit) = ("nesting of Inline files", MAX_NESTED_FILES as u64);
+                    return Err(source.too_big(element.range().start, what, open as u64, limit));
+                }
                 self.inlined.insert(path.clone(), None);
-                let folder = path.rfind('/').map_or(String::new(), |i| path[..=i].to_string());
-                let shown = format!("{}{path}", self.shown_folder);
-                let scene = self.file(&bytes, &shown, folder, depth)?;
-                self.inlined.insert(path, Some(scene));
-                return Ok(Some(scene));
+                let folder = path.rfind('/').map_or("", |i| &path[..=i]);
+                let inlined = self.file(&bytes, &self.shown(&path), folder.into(), depth)?;
+                self.inlined.insert(path, Some(inlined));
+                return Ok(Some(inlined));
             }
         }
-        if !urls.is_empty() {
+        if is_outside {
+            self.remarks.names_outside = true;
+            let message = format!("Inline {:?} lies outside of {READ_FROM} and was skipped", &urls[..]);
+            self.warn(file, element, message);
+        } else if !urls.is_empty() {
             let message =
                 format!("Inline {:?} cannot be found in the scene's folder and was skipped", &urls[..]);
             self.warn(file, element, message);
@@ -53,8 +81,8 @@ impl Builder<'_> {
     /// The picture of a texture node.
     pub(super) fn picture(
         &mut self,
-        file: &File,
-        element: Element,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
         ty: &'static NodeType,
         values: &[Value],
     ) -> Result<Option<Arc<Texture>>, LoadError> {
@@ -62,63 +90,128 @@ impl Builder<'_> {
         let result = match ty.name {
             "ImageTexture" => match (field("url"), field("load")) {
                 (Value::Texts(urls), Value::Bool(true)) if !urls.is_empty() => {
-                    self.pictures.load(urls, &file.folder, self.opener, self.memory).map(Some)
+                    self.load_picture(file, urls).map(Some)
                 }
                 _ => Ok(None),
             },
             "PixelTexture" => match field("image") {
-                Value::Ints(image) => texture::pixels(image, self.memory),
+                Value::Ints(image) => texture::pixels(image, self.context.memory),
                 _ => Ok(None),
             },
             _ => Ok(None),
         };
         match result {
             Ok(picture) => Ok(picture),
-            Err(texture::PictureError::Unusable(reasons)) => {
-                self.warn(file, element, format!("texture left out: {reasons}"));
-                Ok(None)
-            }
-            Err(texture::PictureError::OverMemory(kind)) => {
-                let place = self.sources[file.source].place(element.range().start);
-                Err(LoadError::new(place, kind))
-            }
+            Err(texture::PictureError::OverMemory(kind)) => Err(self.over_memory(file, element, kind)),
             Err(texture::PictureError::Pixels(expected)) => {
                 Err(self.refuse(file, element, "image", expected))
+            }
+            Err(error) => {
+                self.warn(file, element, format!("texture left out: {error}"));
+                Ok(None)
             }
         }
     }
 
-    /// Joins a ROUTE; one that joins nothing is a warning.
-    pub(super) fn route(&mut self, file: &File, element: Element) {
+    /// The pictures of a Background; `None` for other nodes, and where there are none.
+    pub(super) fn sky_pictures(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        ty: &'static NodeType,
+        values: &[Value],
+    ) -> Result<Option<SkyPictures>, LoadError> {
+        if ty.name != "Background" {
+            return Ok(None);
+        }
+        let mut pictures = SkyPictures::default();
+        let SkyPictures { back, bottom, front, left, right, top } = &mut pictures;
+        let sides = [
+            ("backUrl", back),
+            ("bottomUrl", bottom),
+            ("frontUrl", front),
+            ("leftUrl", left),
+            ("rightUrl", right),
+            ("topUrl", top),
+        ];
+        let mut has_any = false;
+        for (field, side) in sides {
+            let Value::Texts(urls) = &values[ty.field(field).expect("the table has it")] else { continue };
+            if urls.is_empty() {
+                continue;
+            }
+            match self.load_picture(file, urls) {
+                Ok(picture) => {
+                    *side = Some(picture);
+                    has_any = true;
+                }
+                Err(texture::PictureError::OverMemory(kind)) => {
+                    return Err(self.over_memory(file, element, kind));
+                }
+                Err(error) => self.warn(file, element, format!("<Background> {field} left out: {error}")),
+            }
+        }
+        Ok(has_any.then_some(pictures))
+    }
+
+    fn load_picture(&mut self, file: &File, urls: &[String]) -> Result<Arc<Texture>, texture::PictureError> {
+        if urls.iter().any(|name| url::is_outside(&file.folder, name)) {
+            self.remarks.names_outside = true;
+        }
+        self.pictures.load(urls, &file.folder, self.context.opener, self.context.memory)
+    }
+
+    /// Joins a ROUTE; one that joins nothing is a warning. One to or from an instance of a prototype goes on to what its field is
+    /// joined to.
+    pub(super) fn route(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
         let attribute = |name: &str| element.attribute(name).unwrap_or("");
         let [from, from_field, to, to_field] = ["fromNode", "fromField", "toNode", "toField"].map(attribute);
-        let mut ends = [0; 2];
-        for (end, name) in ends.iter_mut().zip([from, to]) {
+        let mut ends: [Vec<Link>; 2] = Default::default();
+        for (end, (name, field)) in ends.iter_mut().zip([(from, from_field), (to, to_field)]) {
             match file.defs.get(name) {
-                Some(Def::Built(id)) => *end = *id,
+                Some(Def::Built(node)) => end.push(Link { node: *node, field: field.to_string() }),
+                Some(Def::Instance(number)) => match self.protos.instances[*number].ends(field) {
+                    Some(links) => end.extend(links.iter().cloned()),
+                    None => {
+                        let message =
+                            format!("ROUTE names {field:?}, which the prototype of {name:?} does not have");
+                        return self.warn(file, element, message);
+                    }
+                },
                 Some(Def::Unknown | Def::Hidden(_)) => return,
                 _ => return self.warn(file, element, format!("ROUTE names {name:?}, which no DEF gives")),
             }
         }
-        let [from_id, to_id] = ends;
-        let missing = |id: NodeId, field: &str| {
-            let node = self.graph.nodes[id as usize].ty.name;
-            format!("ROUTE names {field:?}, which <{node}> does not have")
-        };
-        let output = route::output(&self.graph, from_id, from_field);
-        let input = route::input(&self.graph, to_id, to_field);
-        let message = match (output, input) {
-            (None, _) => missing(from_id, from_field),
-            (_, None) => missing(to_id, to_field),
-            (Some((_, sent)), Some((_, taken))) if sent != taken => {
-                let (sent, taken) = (sent.describe(), taken.describe());
-                format!("ROUTE from {from_field:?} ({sent}) to {to_field:?} ({taken}) joins different types")
+        let [from, to] = &ends;
+        self.routes_tried = self.routes_tried.saturating_add(from.len().saturating_mul(to.len()));
+        if self.routes_tried > MAX_ROUTES {
+            let message = format!("ROUTE is beyond the {MAX_ROUTES} that there may be");
+            return self.warn(file, element, message);
+        }
+        for (from, to) in from.iter().flat_map(|from| to.iter().map(move |to| (from, to))) {
+            match self.joined(from, to) {
+                Ok(route) => self.graph.routes.push(route),
+                Err(message) => self.warn(file, element, message),
             }
-            (Some((output, _)), Some((input, _))) => {
-                self.graph.routes.push(Route { from: from_id, output, to: to_id, input });
-                return;
-            }
+        }
+    }
+
+    /// The route between two fields, or why there is none.
+    fn joined(&self, from: &Link, to: &Link) -> Result<Route, String> {
+        let missing = |link: &Link| {
+            let node = self.graph.nodes[link.node as usize].ty.name;
+            format!("ROUTE names {:?}, which <{node}> does not have", link.field)
         };
-        self.warn(file, element, message);
+        let (output, sent) =
+            route::output(&self.graph, from.node, &from.field).ok_or_else(|| missing(from))?;
+        let (input, taken) = route::input(&self.graph, to.node, &to.field).ok_or_else(|| missing(to))?;
+        if sent != taken {
+            let (sent, taken) = (sent.describe(), taken.describe());
+            return Err(format!(
+                "ROUTE from {:?} ({sent}) to {:?} ({taken}) joins different types",
+                from.field, to.field
+            ));
+        }
+        Ok(Route { from: from.node, output, to: to.node, input })
     }
 }

@@ -7,7 +7,7 @@ use super::graph::{Graph, NodeId, Overrides, View};
 use super::interpolate;
 use super::time;
 use super::value::{Kind, Value};
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 /// What a node sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,10 +108,14 @@ pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
             ]);
         }
     }
+    let mut leaving: HashMap<(NodeId, Output), Vec<usize>> = HashMap::new();
+    for (i, route) in graph.routes.iter().enumerate() {
+        leaving.entry((route.from, route.output)).or_default().push(i);
+    }
     let mut has_fired = vec![false; graph.routes.len()];
     while let Some((from, output, value)) = events.pop_front() {
-        let leaving = graph.routes.iter().enumerate().filter(|(_, r)| r.from == from && r.output == output);
-        for (i, route) in leaving {
+        for &i in leaving.get(&(from, output)).into_iter().flatten() {
+            let route = &graph.routes[i];
             if std::mem::replace(&mut has_fired[i], true) {
                 continue;
             }

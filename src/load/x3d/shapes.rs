@@ -1,9 +1,11 @@
 //! Shapes ready to be drawn: each geometry node's mesh, made once and shared by all that use it.
 
 use super::appearance::{self, TextureMap};
+use super::generate::{self, Generator, Place};
 use super::geometry::{self, Built, ColorUse, Fault, Stuff};
 use super::graph::{NodeId, View};
-use crate::scene::{Geometry, Mesh, Object};
+use super::stages;
+use crate::scene::{Camera, Geometry, Mesh, Object, Style};
 use glam::{DMat4, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -40,6 +42,10 @@ pub(super) type Shelf = HashMap<Key, Prepared>;
 pub(super) struct Parts {
     pub(super) geometry: NodeId,
     appearance: Option<NodeId>,
+    /// Its MultiTexture.
+    multi: Option<NodeId>,
+    /// Its TextureTransform or MultiTextureTransform.
+    transform: Option<NodeId>,
     key: Key,
 }
 
@@ -60,15 +66,19 @@ pub(super) fn parts(view: &View, shape: NodeId) -> Option<Parts> {
     let geometry = view.child(shape, "geometry")?;
     let appearance = view.child(shape, "appearance");
     let is_textured = appearance::texture_node(view, appearance).is_some();
-    let map = appearance
-        .and_then(|a| view.child(a, "textureTransform"))
-        .filter(|m| is_textured && TextureMap::read(view, *m).is_some());
+    let texture = appearance::texture_node(view, appearance);
+    let transform = appearance.and_then(|a| view.child(a, "textureTransform"));
+    let multi = texture.filter(|t| view.name(*t) == "MultiTexture");
+    // Of several textures each has its own map, and so has one whose coordinates are generated.
+    let is_plain = is_textured && multi.is_none() && generator(view, geometry).is_none();
+    let is_map = |m: &NodeId| view.name(*m) == "TextureTransform" && TextureMap::read(view, *m).is_some();
+    let map = transform.filter(|m| is_plain && is_map(m));
     let part = |field| view.node(geometry).ty.field(field).is_some() && view.bool(geometry, field);
     let mesh = match solid_size(view, geometry) {
         Some(_) => MeshKey::Solid(view.name(geometry), ["side", "bottom", "top"].map(part)),
         None => MeshKey::Node(geometry),
     };
-    Some(Parts { geometry, appearance, key: Key { mesh, is_textured, map } })
+    Some(Parts { geometry, appearance, multi, transform, key: Key { mesh, is_textured, map } })
 }
 
 /// Whether routes have changed what the mesh is made from.
@@ -107,18 +117,38 @@ pub(super) fn size_remark(view: &View, parts: &Parts) -> Option<String> {
     is_bad.then(|| format!("<{}> has no face: its size must be positive", view.name(parts.geometry)))
 }
 
-/// The object of a shape at a place; `None` where there is nothing to draw.
+/// The generator that makes the coordinates of a geometry's one texture.
+fn generator<'a>(view: &View<'a>, geometry: NodeId) -> Option<Generator<'a>> {
+    stages::entry(view, geometry, 0).and_then(|node| stages::generator(view, node))
+}
+
+/// A geometry whose texture coordinates are generated, seen from a place.
+fn generated(view: &View, parts: &Parts, prepared: &Prepared, place: &Place) -> Option<Arc<Geometry>> {
+    let generator = generator(view, parts.geometry).filter(|_| parts.key.is_textured)?;
+    let mut mesh = prepared.geometry.mesh.clone();
+    mesh.texcoords = generate::texcoords(&generator, &mesh, place);
+    let map = parts.transform.filter(|t| view.name(*t) == "TextureTransform");
+    if let Some(map) = map.and_then(|m| TextureMap::read(view, m)) {
+        mesh.texcoords.iter_mut().for_each(|tc| *tc = map.apply(*tc));
+    }
+    mesh.corners.iter_mut().zip(0..).for_each(|(corner, i)| corner.texcoord = i);
+    Some(Arc::new(Geometry { mesh, textures: Vec::new() }))
+}
+
+/// The object of a shape at a place, seen by a viewer; `None` where there is nothing to draw.
 pub(super) fn object(
     view: &View,
     parts: &Parts,
     prepared: &Prepared,
-    model: DMat4,
+    (model, viewer): (DMat4, Option<&Camera>),
     name: String,
 ) -> Option<Object> {
     let mesh: &Mesh = &prepared.geometry.mesh;
     if mesh.triangles.is_empty() && mesh.lines.is_empty() && mesh.points.is_empty() {
         return None;
     }
+    let size = solid_size(view, parts.geometry).unwrap_or(DVec3::ONE);
+    let place = Place::new(size, model, viewer);
     let model = match solid_size(view, parts.geometry) {
         Some(size) if size.min_element() > 0.0 => model * crate::math::matrix::scale(size),
         Some(_) => return None,
@@ -129,9 +159,18 @@ pub(super) fn object(
     }
     let is_solid = geometry::is_solid(view, parts.geometry);
     let appearance = appearance::read(view, parts.appearance, prepared.stuff, prepared.colors);
+    let multi = parts.multi.filter(|_| prepared.stuff == Stuff::Faces);
+    let stages = multi.map(|multi| {
+        let of = (parts.geometry, parts.transform);
+        Arc::new(stages::read(view, multi, of, mesh, &place))
+    });
+    let generated = match multi {
+        None => generated(view, parts, prepared, &place),
+        Some(_) => None,
+    };
     Some(Object {
         name,
-        geometry: Arc::clone(&prepared.geometry),
+        geometry: generated.unwrap_or_else(|| Arc::clone(&prepared.geometry)),
         model,
         material: appearance.material,
         back_material: appearance.back,
@@ -140,5 +179,10 @@ pub(super) fn object(
         shade: None,
         texture: appearance.texture,
         lights: None,
+        style: Style {
+            line: stages::line_style(view, parts.appearance),
+            fill: stages::fill_style(view, parts.appearance),
+            stages,
+        },
     })
 }

@@ -1,6 +1,7 @@
 //! ImageTexture and PixelTexture to textures.
 
 use super::build::Opener;
+use super::outside::READ_FROM;
 use super::url;
 use crate::error::Code;
 use crate::load::texture::decode_within;
@@ -10,13 +11,16 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Why there is no picture.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub(super) enum PictureError {
     /// Nothing that the URLs name can be used: why, for each. The shape is drawn without it.
+    #[error("{0}")]
     Unusable(String),
     /// A PixelTexture's numbers do not fit: what they should be.
+    #[error("{0}")]
     Pixels(String),
     /// There is no memory for it, which ends the file.
+    #[error("{0}")]
     OverMemory(LoadErrorKind),
 }
 
@@ -36,6 +40,10 @@ impl Pictures {
         let mut reasons = Vec::new();
         for name in urls {
             let shown: String = name.chars().take(40).collect();
+            // A data URI is its own key.
+            if let Some(texture) = self.0.get(name).filter(|_| url::is_data(name)) {
+                return Ok(Arc::clone(texture));
+            }
             // What the URL means: a key for the next time, a name for messages, and the bytes unless already read.
             let found = match url::data(name) {
                 Some(Err(reason)) => {
@@ -51,7 +59,10 @@ impl Pictures {
                 }),
             };
             let Some((key, bytes)) = found else {
-                reasons.push(format!("{shown:?} cannot be found in the scene's folder"));
+                reasons.push(match url::is_outside(folder, name) {
+                    true => format!("{shown:?} lies outside of {READ_FROM}"),
+                    false => format!("{shown:?} cannot be found in the scene's folder"),
+                });
                 continue;
             };
             if let Some(texture) = self.0.get(&key) {

@@ -1,46 +1,46 @@
 //! URLs of Inline and ImageTexture: names inside the scene's folder, and data URIs.
 
+use crate::load::path_inside;
+
 /// The names inside the scene's folder that a URL may mean, best first: as written, and with %XX undone. None for what
 /// lies elsewhere: other schemes, absolute paths, and what climbs out of the folder.
 ///
 /// `folder` is that of the file that holds the URL: empty, or ending in `/`.
 pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     let url = url.trim();
-    let has_scheme = url.split_once(':').is_some_and(|(scheme, _)| {
-        !scheme.is_empty()
-            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
-    });
-    if has_scheme {
+    if has_scheme(url) {
         return Vec::new();
     }
     let bare = url.split(['#', '?']).next().unwrap_or("");
     let decoded = unescape(bare);
     let mut paths: Vec<String> = Vec::new();
     for name in [url, bare, decoded.as_deref().unwrap_or(bare)] {
-        if let Some(path) = inside(folder, name).filter(|p| !paths.contains(p)) {
+        if let Some(path) = path_inside(folder, name).filter(|p| !paths.contains(p)) {
             paths.push(path);
         }
     }
     paths
 }
 
-/// `folder` and `name` joined, with `.` and `..` worked out; `None` when that is no name inside.
-fn inside(folder: &str, name: &str) -> Option<String> {
-    if name.is_empty() || name.starts_with(['/', '\\']) || name.contains('\0') {
-        return None;
-    }
-    let mut parts: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
-    for part in name.split(['/', '\\']) {
-        match part {
-            "" | "." => {}
-            ".." => {
-                parts.pop()?;
-            }
-            part => parts.push(part),
-        }
-    }
-    let is_folder = name.ends_with(['/', '\\']) || parts.is_empty();
-    (!is_folder).then(|| parts.join("/"))
+/// Whether a URL names a file outside the root: by `..`, or by an absolute path.
+pub(super) fn is_outside(folder: &str, url: &str) -> bool {
+    let url = url.trim();
+    let bare = url.split(['#', '?']).next().unwrap_or("");
+    let names_file = !bare.is_empty() && !has_scheme(url) && !bare.ends_with(['/', '\\']);
+    names_file && path_inside(folder, bare).is_none()
+}
+
+/// Whether a URL begins with a scheme, such as `http:`.
+fn has_scheme(url: &str) -> bool {
+    url.split_once(':').is_some_and(|(scheme, _)| {
+        !scheme.is_empty()
+            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
+    })
+}
+
+/// The part of a URL after `#`.
+pub(super) fn fragment(url: &str) -> Option<&str> {
+    url.trim().split_once('#').map(|(_, fragment)| fragment).filter(|f| !f.is_empty())
 }
 
 /// %XX to bytes; `None` where that is not UTF-8.
@@ -68,13 +68,17 @@ fn unescape_bytes(text: &str) -> Vec<u8> {
     out
 }
 
+/// Whether a URL is a data URI.
+pub(super) fn is_data(url: &str) -> bool {
+    url.trim().get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+}
+
 /// The bytes of a data URI (`data:image/png;base64,...` or `data:,...`); `None` for other URLs, `Err` for a broken one.
 pub(super) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
-    let url = url.trim();
-    let scheme = url.get(..5)?;
-    if !scheme.eq_ignore_ascii_case("data:") {
+    if !is_data(url) {
         return None;
     }
+    let url = url.trim();
     let Some((head, body)) = url[5..].split_once(',') else { return Some(Err("a data URI without a comma")) };
     let is_base64 = head.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
     Some(match is_base64 {
@@ -140,6 +144,18 @@ mod tests {
             assert!(local_paths("", out).is_empty(), "{out:?}");
         }
         assert!(local_paths("sub/", "%2e%2e/%2e%2e/a").iter().all(|p| p.starts_with("sub/")));
+    }
+
+    #[test]
+    fn what_climbs_out_of_the_root_is_told_from_what_is_elsewhere() {
+        for (folder, url) in [("", "../a.png"), ("b/", "../../a.x3d#P"), ("", "/a.png"), ("", "c/../../a")] {
+            assert!(is_outside(folder, url), "{url}");
+        }
+        for (folder, url) in [("", "a.png"), ("b/", "../a.png"), ("", "http://h/../a"), ("", ""), ("", "#P")]
+        {
+            assert!(!is_outside(folder, url), "{url}");
+        }
+        assert_eq!(["a#P", "a", "a#"].map(fragment), [Some("P"), None, None]);
     }
 
     #[test]

@@ -1,12 +1,24 @@
 //! The walk through the graph at one moment: groups and transforms to world matrices, shapes to objects, lights with their
 //! scope, and the bound viewpoint, background, fog and navigation info.
+//!
+//! Sources, clauses of ISO/IEC 19775-1: 10 (Group, StaticGroup, Switch, Transform), 9.4.2 (Inline), 9.4.1 (Anchor: its children;
+//! nothing is followed), 23.4.2 (Collision: its children are seen, its proxy never is), 23.4.1 and .3 (`facing`), 17 (lights), 7.2.2
+//! (bindable nodes: the first one met is bound; levels of a LOD that are not shown count, those of a Switch do not), 35 (layering).
+//!
+//! Layers (35.4): those that `order` names are shown, 0 being what stands outside of all; what is bound in the active layer
+//! counts before what is bound elsewhere. Limits: all layers are one space, seen through one camera, with one depth; a layer's
+//! viewport does not bound it (its children, as those of any Viewport, are shown).
+//!
+//! Where something depends on the viewer there are two walks: the first one finds the camera, with all levels of every LOD shown
+//! and no Billboard turned; the second one is seen from there.
 
 use super::camera::{self, rotation};
-use super::graph::{NodeId, View};
+use super::graph::{Graph, NodeId, Overrides, View};
 use super::route::{Input, Output};
 use super::shapes::{self, Shelf};
+use super::{facing, sky, stages};
 use crate::math::matrix::{scale, translate, unit};
-use crate::scene::{Attenuation, Background, Fog, FogKind, Light, LightKind, Object, Scene};
+use crate::scene::{Attenuation, Camera, Fog, FogKind, Light, LightKind, Object, Scene};
 use glam::{DMat4, DVec3};
 
 /// The most lights of a scene; further ones are left out.
@@ -21,39 +33,69 @@ struct Walk<'a> {
     scene: Scene,
     /// The lights that reach everything.
     global: Vec<u32>,
-    /// Bindable nodes in the order met, with their places.
-    bindable: Vec<(NodeId, DMat4)>,
+    /// Bindable nodes in the order met, with their places and layers.
+    bindable: Vec<(NodeId, DMat4, i64)>,
+    /// From where LOD and Billboard are seen; `None` shows every level, and turns nothing.
+    viewer: Option<Camera>,
+    /// The layer around, and the one that is active.
+    layer: i64,
+    active_layer: i64,
+    /// How many parts around are not shown: levels of a LOD, layers.
+    hidden: usize,
     /// Names of the groups around, innermost last.
     names: Vec<&'a str>,
     /// How many Inlines are around.
     inlines: usize,
 }
 
-/// The scene as `view` has it.
-pub(super) fn scene(view: View, shelf: &Shelf) -> Scene {
-    let mut walk = Walk::new(view, shelf);
-    walk.group(view.graph.root, DMat4::IDENTITY, &[]);
-    walk.finish()
+/// The scene as `view` has it, seen by `viewer`, or by its own camera.
+pub(super) fn scene(view: View, shelf: &Shelf, viewer: Option<&Camera>) -> Scene {
+    if !view.graph.depends_on_viewer {
+        return Walk::of(view, shelf, None).finish(None);
+    }
+    let own = Walk::of(view, shelf, None).camera();
+    Walk::of(view, shelf, Some(viewer.copied().unwrap_or(own))).finish(Some(own))
+}
+
+/// Whether a scene depends on where it is seen from.
+pub(super) fn depends_on_viewer(graph: &Graph) -> bool {
+    let view = View { graph, overrides: &Overrides::new() };
+    let depends = |id: &NodeId| match view.name(*id) {
+        "LOD" | "Billboard" => true,
+        _ => stages::generator(&view, *id).is_some_and(|g| g.mode.depends_on_viewer()),
+    };
+    (0..graph.nodes.len() as NodeId).any(|id| depends(&id))
 }
 
 /// Whether a viewpoint of the file is bound.
 pub(super) fn has_viewpoint(view: View, shelf: &Shelf) -> bool {
-    let mut walk = Walk::new(view, shelf);
-    walk.group(view.graph.root, DMat4::IDENTITY, &[]);
-    walk.bound(VIEWPOINTS, None).is_some()
+    Walk::of(view, shelf, None).bound(VIEWPOINTS, None).is_some()
 }
 
 impl<'a> Walk<'a> {
-    fn new(view: View<'a>, shelf: &'a Shelf) -> Self {
-        Walk {
+    /// Everything that a scene has.
+    fn of(view: View<'a>, shelf: &'a Shelf, viewer: Option<Camera>) -> Self {
+        let mut walk = Walk {
             view,
             shelf,
             scene: Scene::default(),
             global: Vec::new(),
             bindable: Vec::new(),
+            viewer,
+            layer: 0,
+            active_layer: 0,
+            hidden: 0,
             names: Vec::new(),
             inlines: 0,
+        };
+        let root = view.graph.root;
+        let layers = view.children(root).find(|id| view.name(*id) == "LayerSet");
+        if let Some(layers) = layers {
+            walk.active_layer = view.ints(layers, "activeLayer").first().copied().unwrap_or(0);
+            walk.hidden += usize::from(!view.ints(layers, "order").contains(&0));
         }
+        walk.group(root, DMat4::IDENTITY, &[]);
+        walk
     }
 
     /// Everything in a group that stands at `model`, under the scoped lights `lights`.
@@ -69,44 +111,88 @@ impl<'a> Walk<'a> {
             let all = (0..).zip(view.children(id));
             all.filter(move |(i, _)| chosen.is_none_or(|c| c == *i)).map(|(_, child)| child)
         };
+        let shown = self.level_of(id, model);
+        let is_shown = |i: usize| shown.is_none_or(|shown| shown == i);
         // Lights reach what stands before them too.
         let mut lights = lights.to_vec();
-        for light in children() {
+        for (_, light) in children().enumerate().filter(|(i, _)| is_shown(*i)) {
             self.light(light, model, &mut lights);
         }
-        for child in children() {
+        for (i, child) in children().enumerate() {
+            self.hidden += usize::from(!is_shown(i));
             self.child(child, model, &lights);
+            self.hidden -= usize::from(!is_shown(i));
         }
         if def.is_some() {
             self.names.pop();
         }
     }
 
+    /// The one child that a LOD shows the viewer; `None` for other nodes, and where there is no viewer yet.
+    fn level_of(&self, id: NodeId, model: DMat4) -> Option<usize> {
+        let (view, camera) = (self.view, self.viewer.as_ref()?);
+        if view.name(id) != "LOD" {
+            return None;
+        }
+        let children = view.children(id).count();
+        facing::level(camera, model, view.vec3(id, "center"), view.reals(id, "range"), children)
+    }
+
     fn child(&mut self, id: NodeId, model: DMat4, lights: &[u32]) {
         let view = self.view;
         let is_visible = || view.bool(id, "visible");
         match view.name(id) {
-            "Group" | "StaticGroup" | "Switch" if is_visible() => self.group(id, model, lights),
+            "Group" | "StaticGroup" | "Switch" | "Collision" | "Anchor" | "LOD" | "Viewport" | "Layer"
+            | "LayoutLayer"
+                if is_visible() =>
+            {
+                self.group(id, model, lights);
+                for viewport in view.child(id, "viewport").into_iter() {
+                    self.child(viewport, model, lights);
+                }
+            }
             "Transform" if is_visible() => self.group(id, model * transform(&view, id), lights),
+            "Billboard" if is_visible() => {
+                let axis = view.vec3(id, "axisOfRotation");
+                let turn = self.viewer.as_ref().map(|camera| facing::billboard(camera, model, axis));
+                self.group(id, turn.map_or(model, |turn| model * turn), lights);
+            }
+            "LayerSet" => self.layers(id, model, lights),
             "Inline" if is_visible() => {
-                if let Some(scene) = view.graph.inlined.get(&id) {
+                if let Some((scene, enlarged)) = view.graph.inlined.get(&id) {
                     let def = view.node(id).def.as_deref();
                     self.names.extend(def);
                     self.inlines += 1;
-                    self.group(*scene, model, lights);
+                    let own = if *enlarged == 1.0 { model } else { model * scale(DVec3::splat(*enlarged)) };
+                    self.group(*scene, own, lights);
                     self.inlines -= 1;
                     if def.is_some() {
                         self.names.pop();
                     }
                 }
             }
-            "Shape" if is_visible() => self.shape(id, model, lights),
+            "Shape" if is_visible() && self.hidden == 0 => self.shape(id, model, lights),
             // Bindable nodes of an Inline are never bound first.
             "Viewpoint" | "OrthoViewpoint" | "Background" | "Fog" | "NavigationInfo" if self.inlines == 0 => {
-                self.bindable.push((id, model));
+                self.bindable.push((id, model, self.layer));
             }
             _ => {}
         }
+    }
+
+    /// The layers that `order` names, each among what it is in.
+    fn layers(&mut self, id: NodeId, model: DMat4, lights: &[u32]) {
+        let view = self.view;
+        let order = view.ints(id, "order");
+        // What hides the scene outside of all layers does not hide them.
+        let (around, hidden) = (self.layer, std::mem::take(&mut self.hidden));
+        let layers = view.node(id).children.iter().filter(|c| c.container == "layers");
+        for (number, layer) in (1..).zip(layers) {
+            self.layer = number;
+            self.hidden = usize::from(!order.contains(&number));
+            self.child(layer.node, model, lights);
+        }
+        (self.layer, self.hidden) = (around, hidden);
     }
 
     fn shape(&mut self, id: NodeId, model: DMat4, lights: &[u32]) {
@@ -124,7 +210,7 @@ impl<'a> Walk<'a> {
             Some(name) => name.replace(|c: char| c.is_whitespace() || c.is_control(), "_"),
             None => format!("Shape:{}", node.line),
         };
-        if let Some(object) = shapes::object(&view, &parts, prepared, model, name) {
+        if let Some(object) = shapes::object(&view, &parts, prepared, (model, self.viewer.as_ref()), name) {
             self.scene.objects.push(Object { lights: Some(lights.to_vec()), ..object });
         }
     }
@@ -132,7 +218,8 @@ impl<'a> Walk<'a> {
     /// Adds a light, if the node is one and is on; a scoped one joins `scope`.
     fn light(&mut self, id: NodeId, model: DMat4, scope: &mut Vec<u32>) {
         let view = self.view;
-        if !matches!(view.name(id), "DirectionalLight" | "PointLight" | "SpotLight") || !view.bool(id, "on") {
+        let is_light = matches!(view.name(id), "DirectionalLight" | "PointLight" | "SpotLight");
+        if !is_light || self.hidden > 0 || !view.bool(id, "on") {
             return;
         }
         let Some(kind) = light_kind(&view, id, model) else { return };
@@ -153,35 +240,36 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The first node of a kind that was met, unless routes from the bound viewpoint bind another.
+    /// The first node of a kind that was met, in the active layer if there is one, unless routes from the bound viewpoint bind another.
     fn bound(&self, names: &[&str], viewpoint: Option<NodeId>) -> Option<(NodeId, DMat4)> {
-        let met = || self.bindable.iter().filter(|(id, _)| names.contains(&self.view.name(*id)));
+        let met = || self.bindable.iter().filter(|(id, ..)| names.contains(&self.view.name(*id)));
         let routed = viewpoint.and_then(|viewpoint| {
             let routes = self.view.graph.routes.iter();
             let binds = |r: &&super::route::Route| {
                 (r.from, r.output, r.input) == (viewpoint, Output::Bound, Input::Bind)
             };
-            routes.filter(binds).find_map(|r| met().find(|(id, _)| *id == r.to))
+            routes.filter(binds).find_map(|r| met().find(|(id, ..)| *id == r.to))
         });
-        routed.or_else(|| met().next()).copied()
+        let active = || met().find(|(.., layer)| *layer == self.active_layer);
+        routed.or_else(active).or_else(|| met().next()).map(|(id, model, _)| (*id, *model))
     }
 
-    fn finish(mut self) -> Scene {
+    /// The bound viewpoint's camera, or the standard's own.
+    fn camera(&self) -> Camera {
+        let Some((id, model)) = self.bound(VIEWPOINTS, None) else { return camera::default_camera() };
+        let bounds = self.view.bool(id, "viewAll").then(|| self.scene.bounds()).flatten();
+        camera::camera(&self.view, id, model, bounds)
+    }
+
+    /// The scene, seen by `camera`, or by the bound viewpoint's.
+    fn finish(mut self, camera: Option<Camera>) -> Scene {
         let view = self.view;
-        let viewpoint = self.bound(VIEWPOINTS, None);
-        let by = viewpoint.map(|(id, _)| id);
-        let bounds = viewpoint.filter(|(id, _)| view.bool(*id, "viewAll")).and_then(|_| self.scene.bounds());
-        let camera = match viewpoint {
-            Some((id, model)) => camera::camera(&view, id, model, bounds),
-            None => camera::default_camera(),
-        };
+        let by = self.bound(VIEWPOINTS, None).map(|(id, _)| id);
+        let camera = camera.unwrap_or_else(|| self.camera());
         self.scene.camera = Some(camera);
-        let background = self.bound(&["Background"], by).map(|(id, _)| id);
-        let sky = background.filter(|id| view.real(*id, "transparency") < 1.0).map(|id| {
-            let sky = view.reals(id, "skyColor");
-            std::array::from_fn(|i| sky.get(i).copied().unwrap_or(0.0)).into()
-        });
-        self.scene.background = Background { color: sky };
+        if let Some((id, model)) = self.bound(&["Background"], by) {
+            (self.scene.background, self.scene.sky) = sky::read(&view, id, model);
+        }
         self.scene.fog = self.bound(&["Fog"], by).and_then(|(id, model)| fog(&view, id, model));
         let own = by.and_then(|id| view.child(id, "navigationInfo"));
         let navigation = own.or_else(|| self.bound(&["NavigationInfo"], by).map(|(id, _)| id));

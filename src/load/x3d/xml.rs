@@ -98,6 +98,14 @@ impl Source {
     }
 }
 
+/// The place of a byte of an attribute's text.
+pub(super) fn place_in(source: &Source, attribute: &roxmltree::Attribute, at: usize) -> Place {
+    let range = attribute.range_value();
+    // Only a text without references and tabs has the same bytes in the file.
+    let is_verbatim = source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
+    source.place(range.start + if is_verbatim { at } else { 0 })
+}
+
 /// Whether the XML declaration names Latin-1 or its Windows variant.
 fn is_latin1(bytes: &[u8]) -> bool {
     let head = bytes[..bytes.len().min(200)].to_ascii_lowercase();

@@ -207,6 +207,7 @@ impl Subject {
             shade: None,
             texture: self.texture.clone().map(|t| (t, self.sampling())),
             lights: None,
+            style: Default::default(),
         };
         Scene {
             camera: Some(self.camera),

@@ -77,6 +77,7 @@ impl Key {
             lights: from.lights.clone(),
             objects: from.objects.iter().map(bare).collect(),
             background: from.background,
+            sky: from.sky.clone(),
             fog: from.fog,
         };
         Key {
@@ -91,12 +92,13 @@ impl Key {
     }
 
     fn is_of(&self, budget: &Budget) -> bool {
-        let Scene { camera, ambient, lights, objects, background, fog } = budget.scene;
+        let Scene { camera, ambient, lights, objects, background, sky, fog } = budget.scene;
         (self.kind, self.depth_format, self.size, self.max_error)
             == (budget.kind, budget.depth_format, [budget.width, budget.height], budget.max_error)
             && self.options == SceneOptions { first_name: 0, ..budget.options.clone() }
             && (self.scene.camera, self.scene.ambient) == (*camera, *ambient)
             && (self.scene.background, self.scene.fog) == (*background, *fog)
+            && self.scene.sky == *sky
             && self.scene.lights == *lights
             && self.shared.len() == objects.len()
             && self.shared.iter().zip(objects).all(|(s, o)| s.is_of(o))
@@ -109,6 +111,7 @@ fn is_same_state(a: &Object, b: &Object) -> bool {
     (&a.material, &a.back_material, a.model) == (&b.material, &b.back_material, b.model)
         && (a.cull, a.two_sided_lighting, a.shade, &a.lights)
             == (b.cull, b.two_sided_lighting, b.shade, &b.lights)
+        && a.style == b.style
 }
 
 impl Memo {

@@ -42,6 +42,7 @@ impl Gallery {
         // Whatever is drawn has alpha 255; what is not keeps 0.
         let mut bare = budget.scene.clone();
         bare.background.color = None;
+        bare.sky = None;
         let mut memory = VideoMemory::new(width, height).map_err(|_| no_frame())?;
         memory.bytes_mut().fill(0);
         let mut ids = IdMemory::new(width, height);

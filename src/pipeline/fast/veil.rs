@@ -8,7 +8,7 @@ use crate::pipeline::plan::Part;
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::shade::{FaceShade, LightMode};
 use crate::pipeline::tile::{Exponent, FRAME_LIMITS, FastLight, Glow, Haze, Lighting, Sheet, Veil};
-use crate::scene::{Material, ShadeMode};
+use crate::scene::{FillStyle, Material, ShadeMode};
 use glam::DVec3;
 
 /// What the faces of one draw share; its lists are kept for another draw.
@@ -65,6 +65,9 @@ pub(crate) fn veil_obstacle(call: &DrawCall, target: &Target) -> Option<&'static
     }
     if call.shade == ShadeMode::Wire {
         return Some("SHADE wire: the plain path hides its lines");
+    }
+    if call.stages.is_some() || call.fill != FillStyle::default() {
+        return Some("several textures, or hatches: the plain path");
     }
     (!is_sized).then_some("the frame is too narrow, too wide or too high for vectors: the plain path")
 }

@@ -29,6 +29,7 @@ fn object(mesh: Mesh) -> Object {
         shade: None,
         texture: None,
         lights: None,
+        style: Default::default(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::pipeline::normals::polygon_normal;
 use crate::pipeline::plan::Part;
 use crate::pipeline::shade::{FaceShade, LightMode};
 use crate::pipeline::vertex::Vertex;
-use crate::scene::{Corner, ShadeMode};
+use crate::scene::{Corner, ShadeMode, TextureStages};
 use glam::{DVec3, DVec4};
 
 impl<'a> Prepared<'a> {
@@ -69,6 +69,7 @@ impl<'a> Prepared<'a> {
         let (material, texture) = self.call.material_of(polygon, side);
         let texture = texture.filter(|_| self.texcoords(corners).is_some());
         DrawCall::is_transparent(material, texture)
+            || self.call.stages.is_some_and(TextureStages::may_be_transparent)
             || corners.iter().any(|c| self.color(c).is_some_and(|c| c.w < 1.0))
     }
 
@@ -124,7 +125,9 @@ impl<'a> Prepared<'a> {
             false => None,
         };
         let has_alpha = colors.is_some_and(|c| c.iter().any(|c| c.w < 1.0));
-        let is_transparent = DrawCall::is_transparent(material, texcoords.map(|t| t.0)) || has_alpha;
+        let is_transparent = DrawCall::is_transparent(material, texcoords.map(|t| t.0))
+            || has_alpha
+            || call.stages.is_some_and(TextureStages::may_be_transparent);
         let mut opacity = 1.0 - material.transparency.clamp(0.0, 1.0);
         let mut light = match call.shade {
             _ if !is_lit => LightMode::Constant(self.lighting.constant(material)),
@@ -173,7 +176,9 @@ impl<'a> Prepared<'a> {
             _ => {}
         }
         let fog = fog.map(|f| (f, self.transform().camera.eye));
-        FaceShade { light, colors, texture: texcoords, positions, opacity, fog, is_transparent }
+        let stages = call.stages.map(|stages| (stages, mesh.triangles[triangle as usize]));
+        let (texture, fill) = (texcoords.filter(|_| stages.is_none()), call.fill);
+        FaceShade { light, colors, texture, stages, fill, positions, opacity, fog, is_transparent }
     }
 
     /// The mean of a polygon's corners, in the world.

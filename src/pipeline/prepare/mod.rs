@@ -15,7 +15,7 @@ use crate::pipeline::raster::{Canvas, Raster, Writes};
 use crate::pipeline::shade::{FaceShade, LightMode};
 use crate::pipeline::vertex::{Transform, Vertex};
 use crate::pipeline::viewport::Screen;
-use crate::scene::{CameraMatrices, Interpolation, ShadeMode};
+use crate::scene::{CameraMatrices, FillStyle, Interpolation, ShadeMode};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -237,6 +237,8 @@ impl<'a> Prepared<'a> {
             light: LightMode::Constant(crate::pipeline::light::Lit { base: DVec3::ZERO, extra: DVec3::ZERO }),
             colors: None,
             texture: None,
+            stages: None,
+            fill: FillStyle::default(),
             positions: [DVec3::ZERO; 3],
             opacity: 1.0,
             fog: None,

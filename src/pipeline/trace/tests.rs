@@ -33,6 +33,7 @@ fn two_triangles() -> Scene {
             shade: None,
             texture: None,
             lights: None,
+            style: Default::default(),
         }
     };
     Scene {

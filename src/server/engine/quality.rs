@@ -68,6 +68,7 @@ impl Wanted {
             shade: None,
             texture: texture.map(|t| (Arc::clone(t), call.sampling)),
             lights: None,
+            style: Default::default(),
         };
         let scene = Scene {
             camera: Some(call.camera),

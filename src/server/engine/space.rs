@@ -4,6 +4,7 @@ use super::quality::{Found, Wanted};
 use super::{Effect, Engine, IdNames, Progress};
 use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
+use crate::load::x3d::X3dDocument;
 use crate::math::matrix;
 use crate::memory::{DepthFormat, IdMemory, MemoryUse};
 use crate::pipeline::budget::BudgetKind;
@@ -256,13 +257,7 @@ impl Engine {
         let _objects = self.with_room(|engine| engine.budget.try_reserve(MemoryUse::Draws, bytes))?;
         let mut scene = match found {
             Some(found) => self.note_found(found).scene,
-            None => {
-                let mut scene = document.at(time);
-                apply_own_state(&mut scene, s);
-                let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-                self.lens.apply(&mut scene, s.camera, aspect);
-                scene
-            }
+            None => self.scene_at(s, &document, time, viewport),
         };
         let mut options = SceneOptions {
             viewport,
@@ -296,6 +291,22 @@ impl Engine {
         self.follow_scene(&scene, &options);
         self.note_draw(s, &stats);
         Ok(Progress::Done(Effect::Done))
+    }
+
+    /// A document's scene at a time, with what the connection and the display set over it.
+    fn scene_at(&self, s: &Session, document: &X3dDocument, time: f64, viewport: Viewport) -> Scene {
+        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+        let dress = |mut scene: Scene| {
+            apply_own_state(&mut scene, s);
+            self.lens.apply(&mut scene, s.camera, aspect);
+            scene
+        };
+        let scene = dress(document.at(time));
+        match scene.camera.filter(|_| document.depends_on_viewer()) {
+            // LOD, Billboard and their kin depend on the camera that looks now.
+            Some(camera) => dress(document.seen_at(time, Some(&camera))),
+            None => scene,
+        }
     }
 
     /// The number of the scene's first object in the id memory; the others follow.

@@ -18,6 +18,10 @@ pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built>
         built.remarks.push(format!("<ElevationGrid> of {nx} x {nz} heights has no face"));
         return Ok(built);
     }
+    if height.is_empty() {
+        built.remarks.push(format!("<ElevationGrid> was left out: it has none of its {nx} x {nz} heights"));
+        return Ok(built);
+    }
     let count = nx.saturating_mul(nz);
     if (height.len() as i64) < count {
         return Err(too_few(id, "height", format!("expected {nx} x {nz} = {count} heights"), height.len()));

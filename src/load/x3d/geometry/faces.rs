@@ -100,15 +100,14 @@ fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 
 /// An IndexedFaceSet. Faces of fewer than three corners are left out; concave ones are cut right, whatever `convex` says.
 pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
     let vertices = Vertices::read(view, id);
-    let list = |field: &'static str| runs(view.ints(id, field), (id, field));
-    let faces = list("coordIndex")?;
-    let texcoords = Lookup::per_corner(view, id, "texCoordIndex")?;
-    let lookup = |field, per_vertex: &str| match view.bool(id, per_vertex) {
-        true => Lookup::per_corner(view, id, field),
-        false => Ok(Lookup::per_face(view, id, field)),
+    let faces = runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?;
+    let texcoords = Lookup::per_corner(view, id, "texCoordIndex", Some(vertices.texcoords.len()))?;
+    let lookup = |field, per_vertex: &str, spare| match view.bool(id, per_vertex) {
+        true => Lookup::per_corner(view, id, field, spare),
+        false => Ok(Lookup::per_face(view, id, field, spare)),
     };
-    let colors = lookup("colorIndex", "colorPerVertex")?;
-    let normals = lookup("normalIndex", "normalPerVertex")?;
+    let colors = lookup("colorIndex", "colorPerVertex", Some(vertices.colors.len()))?;
+    let normals = lookup("normalIndex", "normalPerVertex", None)?;
     let mut mesh = Mesh { positions: vertices.positions.clone(), ..Mesh::default() };
     let mut built = Built { colors: vertices.color_use, ..Built::default() };
     let mut thin = 0;
@@ -142,61 +141,85 @@ pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Re
             .remarks
             .push(format!("<IndexedFaceSet> has {thin} faces of fewer than three corners, left out"));
     }
+    built.remarks.extend([&texcoords, &colors].iter().filter_map(|l| l.remark(&faces)));
     let is_flat = !view.bool(id, "normalPerVertex");
     finish(&mut mesh, vertices, if is_flat { 0.0 } else { view.real(id, "creaseAngle") }, is_textured);
     Ok(Built { mesh, ..built })
 }
 
-/// How a face set finds the colour, normal or texture coordinate of a corner.
+/// How a face set finds the colour, normal or texture coordinate of a corner. `spare`: how many of these there are, where an index
+/// that is missing may be put in.
 enum Lookup<'a> {
     /// By a list of its own, in the same runs as the coordinates.
-    Corner(NodeId, &'static str, Vec<&'a [i64]>),
+    Corner { node: NodeId, field: &'static str, runs: Vec<&'a [i64]>, spare: Option<usize> },
     /// By the coordinate's own index.
     Shared(NodeId),
     /// By a list with one index a face.
-    Face(NodeId, &'static str, &'a [i64]),
+    Face { node: NodeId, field: &'static str, list: &'a [i64], spare: Option<usize> },
     /// By the face's number.
     Counted(NodeId),
 }
 
 impl<'a> Lookup<'a> {
-    fn per_corner(view: &View<'a>, id: NodeId, field: &'static str) -> Result<Self> {
-        match view.ints(id, field) {
-            [] => Ok(Lookup::Shared(id)),
-            list => Ok(Lookup::Corner(id, field, runs(list, (id, field))?)),
+    fn per_corner(view: &View<'a>, node: NodeId, field: &'static str, spare: Option<usize>) -> Result<Self> {
+        match view.ints(node, field) {
+            [] => Ok(Lookup::Shared(node)),
+            list => Ok(Lookup::Corner { node, field, runs: runs(list, (node, field))?, spare }),
         }
     }
 
-    fn per_face(view: &View<'a>, id: NodeId, field: &'static str) -> Self {
-        match view.ints(id, field) {
-            [] => Lookup::Counted(id),
-            list => Lookup::Face(id, field, list),
+    fn per_face(view: &View<'a>, node: NodeId, field: &'static str, spare: Option<usize>) -> Self {
+        match view.ints(node, field) {
+            [] => Lookup::Counted(node),
+            list => Lookup::Face { node, field, list, spare },
         }
     }
 
-    /// The index for corner `k` of face `face`, whose coordinate is `coordinate`, and who gave it.
+    /// The index for corner `k` of face `face`, whose coordinate is `coordinate`, and who gave it. One that is missing is
+    /// the coordinate's own, or, where that is too large, 0.
     fn of(&self, face: usize, k: usize, coordinate: i64) -> Result<(i64, (NodeId, &'static str))> {
+        let put_in = |count: usize| if (coordinate as u64) < count as u64 { coordinate } else { 0 };
         match self {
-            Lookup::Corner(id, field, runs) => {
+            Lookup::Corner { node, field, runs, spare } => {
                 let run = runs.get(face).copied().unwrap_or_default();
-                let missing = || {
-                    too_few(*id, field, format!("expected {field} to have runs like coordIndex"), run.len())
-                };
-                Ok((*run.get(k).ok_or_else(missing)?, (*id, field)))
+                match (run.get(k), spare) {
+                    (Some(index), _) => Ok((*index, (*node, field))),
+                    (None, Some(count)) => Ok((put_in(*count), (*node, ""))),
+                    (None, None) => {
+                        let expected = format!("expected {field} to have runs like coordIndex");
+                        Err(too_few(*node, field, expected, run.len()))
+                    }
+                }
             }
-            Lookup::Shared(id) => Ok((coordinate, (*id, ""))),
-            Lookup::Face(id, field, list) => {
-                let missing = || {
-                    too_few(
-                        *id,
-                        field,
-                        format!("expected {field} to have an index for each face"),
-                        list.len(),
-                    )
-                };
-                Ok((*list.get(face).ok_or_else(missing)?, (*id, field)))
+            Lookup::Shared(node) => Ok((coordinate, (*node, ""))),
+            Lookup::Face { node, field, list, spare } => match (list.get(face), spare) {
+                (Some(index), _) => Ok((*index, (*node, field))),
+                (None, Some(_)) => Ok((0, (*node, ""))),
+                (None, None) => {
+                    let expected = format!("expected {field} to have an index for each face");
+                    Err(too_few(*node, field, expected, list.len()))
+                }
+            },
+            Lookup::Counted(node) => Ok((face as i64, (*node, ""))),
+        }
+    }
+
+    /// Says where a list of its own does not go with the faces.
+    fn remark(&self, faces: &[&[i64]]) -> Option<String> {
+        match self {
+            Lookup::Corner { field, runs, .. } => {
+                let differ = faces.iter().zip(runs).filter(|(face, run)| face.len() != run.len()).count();
+                let differ = differ + faces.len().abs_diff(runs.len());
+                (differ > 0).then(|| {
+                    format!("{field} does not have the runs of coordIndex ({differ} differ): what it lacks is put in")
+                })
             }
-            Lookup::Counted(id) => Ok((face as i64, (*id, ""))),
+            // What is listed beyond the last face means nothing, in many files.
+            Lookup::Face { field, list, .. } => (list.len() < faces.len()).then(|| {
+                let (found, count) = (list.len(), faces.len());
+                format!("{field} has {found} indices for {count} faces: the first colour is put in")
+            }),
+            Lookup::Shared(_) | Lookup::Counted(_) => None,
         }
     }
 }

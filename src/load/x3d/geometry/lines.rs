@@ -73,7 +73,7 @@ pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
     };
     let normal_index = view.ints(id, "normalIndex");
     let normal_runs = runs(normal_index, (id, "normalIndex"))?;
-    let (mut corners, mut lines) = (Vec::new(), Vec::new());
+    let (mut corners, mut lines, mut put_in) = (Vec::new(), Vec::new(), 0);
     for (line, run) in runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?.into_iter().enumerate() {
         let start = corners.len() as u32;
         for (k, &i) in run.iter().enumerate() {
@@ -88,16 +88,22 @@ pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
             let color = match (vertices.color_use, per_vertex, color_index.is_empty()) {
                 (ColorUse::None, ..) => NONE,
                 (_, true, true) => vertices.color(i, (id, ""))?,
-                (_, true, false) => {
-                    let at =
-                        color_runs.get(line).and_then(|r| r.get(k)).ok_or_else(|| missing("colorIndex"))?;
-                    vertices.color(*at, (id, "colorIndex"))?
-                }
+                (_, true, false) => match color_runs.get(line).and_then(|r| r.get(k)) {
+                    Some(at) => vertices.color(*at, (id, "colorIndex"))?,
+                    None => {
+                        put_in += 1;
+                        let own = if (i as u64) < vertices.colors.len() as u64 { i } else { 0 };
+                        vertices.color(own, (id, ""))?
+                    }
+                },
                 (_, false, true) => vertices.color(line as i64, (id, ""))?,
-                (_, false, false) => {
-                    let at = color_index.get(line).ok_or_else(|| missing("colorIndex"))?;
-                    vertices.color(*at, (id, "colorIndex"))?
-                }
+                (_, false, false) => match color_index.get(line) {
+                    Some(at) => vertices.color(*at, (id, "colorIndex"))?,
+                    None => {
+                        put_in += 1;
+                        vertices.color(0, (id, ""))?
+                    }
+                },
             };
             let normal = match (vertices.normals.is_empty(), normal_index.is_empty()) {
                 (true, _) => NONE,
@@ -117,6 +123,11 @@ pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
         lines.extend((start..(corners.len() as u32).max(start + 1) - 1).map(|a| [a, a + 1]));
     }
     let mut built = start(vertices);
+    if put_in > 0 {
+        built
+            .remarks
+            .push(format!("colorIndex does not have the runs of coordIndex: {put_in} indices are put in"));
+    }
     built.mesh.corners = corners;
     built.mesh.lines = lines;
     Ok(built)

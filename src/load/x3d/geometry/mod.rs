@@ -3,6 +3,10 @@
 //! Out: a mesh whose faces are counter-clockwise seen from their front (`ccw='false'` is turned round here), with a normal,
 //! a texture coordinate (where the shape has a texture) and a colour (where the file gives one) at every corner. Sources:
 //! ISO/IEC 19775-1 clauses 11 (Rendering), 13 (Geometry3D), 14 (Geometry2D), 15 (Text).
+//!
+//! Beside the standard: what a file leaves out of a list is put right with a remark where a picture without it would show the
+//! rest (`texCoordIndex` and `colorIndex` whose runs are not those of `coordIndex`, a grid without heights, coordinates of an unknown kind:
+//! that geometry is left out); an index that names nothing is refused.
 
 mod elevation;
 mod extrusion;
@@ -13,6 +17,8 @@ mod normals;
 mod solids;
 pub(super) mod text;
 mod vertices;
+
+pub(super) use vertices::vec2s;
 
 use super::graph::{NodeId, View};
 use crate::load::LoadErrorKind;
@@ -94,6 +100,12 @@ fn too_big(node: NodeId, field: &'static str, found: u64) -> Fault {
 
 /// The mesh of a geometry node. `is_textured`: whether texture coordinates are wanted.
 pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+    let lacks_coord = view.graph.missing.get(&id).is_some_and(|m| m.contains(&"coord"));
+    if lacks_coord && view.child(id, "coord").is_none() {
+        let name = view.name(id);
+        let remarks = vec![format!("<{name}> was left out: the node of its coordinates is not known")];
+        return Ok(Built { remarks, ..Built::default() });
+    }
     Ok(match view.name(id) {
         "TriangleSet"
         | "TriangleFanSet"

@@ -11,7 +11,7 @@ pub(super) fn vec3s(values: &[f64]) -> Vec<DVec3> {
 }
 
 /// Pairs of a list.
-pub(super) fn vec2s(values: &[f64]) -> Vec<DVec2> {
+pub(in crate::load::x3d) fn vec2s(values: &[f64]) -> Vec<DVec2> {
     values.as_chunks::<2>().0.iter().map(|v| (*v).into()).collect()
 }
 
@@ -50,7 +50,10 @@ impl Vertices {
             colors,
             color_use,
             normals: normal.map_or(Vec::new(), |n| vec3s(view.reals(n, "vector"))),
-            texcoords: texcoord.map_or(Vec::new(), |n| vec2s(view.reals(n, "point"))),
+            texcoords: match texcoord.filter(|n| view.name(*n) == "TextureCoordinate") {
+                Some(node) => vec2s(view.reals(node, "point")),
+                None => Vec::new(),
+            },
             coord: coord.unwrap_or(id),
             color: color.unwrap_or(id),
             normal: normal.unwrap_or(id),

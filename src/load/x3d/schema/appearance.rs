@@ -1,6 +1,6 @@
 //! Shapes, materials, textures and the text's style.
 
-use super::super::value::Kind::{Bool, Image, Mf, Sf, Text, Texts};
+use super::super::value::Kind::{Bool, Image, Int, Mf, Sf, Text, Texts};
 use super::structure::BOUNDED;
 use super::{FieldDef, NodeDef, f, n};
 
@@ -22,7 +22,7 @@ pub(super) const NODES: &[NodeDef] = &[
     n(
         "Appearance",
         "appearance",
-        &["material", "backMaterial", "texture", "textureTransform"],
+        &["material", "backMaterial", "texture", "textureTransform", "fillProperties", "lineProperties"],
         &[&[f("alphaCutoff", Sf(1), "0.5"), f("alphaMode", Text, "AUTO")]],
     ),
     n(
@@ -117,6 +117,37 @@ pub(super) const NODES: &[NodeDef] = &[
         ],
     ),
     n("PixelTexture", "texture", &[], &[TEXTURE, &[f("image", Image, "0 0 0")]]),
+    n(
+        "MultiTexture",
+        "texture",
+        &["texture"],
+        &[&[
+            f("alpha", Sf(1), "1"),
+            f("color", Sf(3), "1 1 1"),
+            f("description", Text, ""),
+            f("function", Texts, ""),
+            f("mode", Texts, ""),
+            f("source", Texts, ""),
+        ]],
+    ),
+    n("MultiTextureTransform", "textureTransform", &["textureTransform"], &[&[f("mapping", Text, "")]]),
+    n(
+        "LineProperties",
+        "lineProperties",
+        &[],
+        &[&[f("applied", Bool, "true"), f("linetype", Int, "1"), f("linewidthScaleFactor", Sf(1), "0")]],
+    ),
+    n(
+        "FillProperties",
+        "fillProperties",
+        &[],
+        &[&[
+            f("filled", Bool, "true"),
+            f("hatchColor", Sf(3), "1 1 1"),
+            f("hatchStyle", Int, "1"),
+            f("hatched", Bool, "true"),
+        ]],
+    ),
     n(
         "TextureTransform",
         "textureTransform",

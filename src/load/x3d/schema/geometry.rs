@@ -12,6 +12,8 @@ const COMPOSED: &[FieldDef] = &[
 ];
 const VERTEX_NODES: &[&str] = &["coord", "color", "normal", "texCoord"];
 const LINE_NODES: &[&str] = &["coord", "color", "normal"];
+/// What X3D 4 lets solids hold: a generator of texture coordinates.
+const TEXCOORD: &[&str] = &["texCoord"];
 const SOLID: &[FieldDef] = &[f("solid", Bool, "true")];
 const NOT_SOLID: &[FieldDef] = &[f("solid", Bool, "false")];
 const INDEX: &[FieldDef] = &[f("index", Ints, "")];
@@ -39,12 +41,12 @@ pub(super) const NODES: &[NodeDef] = &[
             ],
         ],
     ),
-    n("Box", "geometry", &[], &[&[f("size", Sf(3), "2 2 2")], SOLID]),
-    n("Sphere", "geometry", &[], &[&[f("radius", Sf(1), "1")], SOLID]),
+    n("Box", "geometry", TEXCOORD, &[&[f("size", Sf(3), "2 2 2")], SOLID]),
+    n("Sphere", "geometry", TEXCOORD, &[&[f("radius", Sf(1), "1")], SOLID]),
     n(
         "Cone",
         "geometry",
-        &[],
+        TEXCOORD,
         &[
             &[
                 f("bottom", Bool, "true"),
@@ -58,7 +60,7 @@ pub(super) const NODES: &[NodeDef] = &[
     n(
         "Cylinder",
         "geometry",
-        &[],
+        TEXCOORD,
         &[
             &[
                 f("bottom", Bool, "true"),
@@ -89,7 +91,7 @@ pub(super) const NODES: &[NodeDef] = &[
     n(
         "Extrusion",
         "geometry",
-        &[],
+        TEXCOORD,
         &[
             &[
                 f("beginCap", Bool, "true"),
@@ -126,8 +128,16 @@ pub(super) const NODES: &[NodeDef] = &[
     n("Rectangle2D", "geometry", &[], &[&[f("size", Sf(2), "2 2")], NOT_SOLID]),
     n("TriangleSet2D", "geometry", &[], &[&[f("vertices", Mf(2), "")], NOT_SOLID]),
     n("Coordinate", "coord", &[], &[&[f("point", Mf(3), "")]]),
+    n("CoordinateDouble", "coord", &[], &[&[f("point", Mf(3), "")]]),
     n("Color", "color", &[], &[&[f("color", Mf(3), "")]]),
     n("ColorRGBA", "color", &[], &[&[f("color", Mf(4), "")]]),
     n("Normal", "normal", &[], &[&[f("vector", Mf(3), "")]]),
+    n(
+        "TextureCoordinateGenerator",
+        "texCoord",
+        &[],
+        &[&[f("mapping", Text, ""), f("mode", Text, "SPHERE"), f("parameter", Mf(1), "")]],
+    ),
+    n("MultiTextureCoordinate", "texCoord", &["texCoord"], &[&[f("mapping", Text, "")]]),
     n("TextureCoordinate", "texCoord", &[], &[&[f("mapping", Text, ""), f("point", Mf(2), "")]]),
 ];

@@ -97,7 +97,8 @@ pub(super) fn is_silent(name: &str) -> bool {
 
 /// Whether an element, known or not, is a node that a group holds: neither a statement nor metadata.
 pub(super) fn is_child(name: &str) -> bool {
-    let is_statement = matches!(name, "ROUTE" | "IMPORT" | "EXPORT" | "ProtoDeclare" | "ExternProtoDeclare");
+    let is_statement =
+        matches!(name, "ROUTE" | "IMPORT" | "EXPORT" | "IS" | "ProtoDeclare" | "ExternProtoDeclare");
     !is_statement && !name.starts_with("Metadata")
 }
 

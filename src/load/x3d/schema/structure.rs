@@ -1,6 +1,6 @@
 //! Groups, viewpoints, environment, lights, time and interpolators.
 
-use super::super::value::Kind::{Bool, Int, Mf, Sf, Text, Texts};
+use super::super::value::Kind::{Bool, Int, Ints, Mf, Sf, Text, Texts};
 use super::{FieldDef, NodeDef, f, n};
 
 /// What every grouping node has.
@@ -44,6 +44,14 @@ const PLACED_LIGHT: &[FieldDef] = &[
     f("radius", Sf(1), "100"),
 ];
 
+/// What every layer has.
+const LAYER: &[FieldDef] = &[
+    f("isPickable", Bool, "true"),
+    f("objectType", Texts, "\"ALL\""),
+    f("pickable", Bool, "true"),
+    f("visible", Bool, "true"),
+];
+
 const KEY: &[FieldDef] = &[f("key", Mf(1), "")];
 
 pub(super) const NODES: &[NodeDef] = &[
@@ -66,6 +74,37 @@ pub(super) const NODES: &[NodeDef] = &[
             BOUNDED,
         ],
     ),
+    n("Collision", "children", &["children", "proxy"], &[&[f("enabled", Bool, "true")], BOUNDED]),
+    n(
+        "LOD",
+        "children",
+        CHILDREN,
+        &[
+            &[f("center", Sf(3), "0 0 0"), f("forceTransitions", Bool, "false"), f("range", Mf(1), "")],
+            BOUNDED,
+        ],
+    ),
+    n("Billboard", "children", CHILDREN, &[&[f("axisOfRotation", Sf(3), "0 1 0")], BOUNDED]),
+    n(
+        "Anchor",
+        "children",
+        CHILDREN,
+        &[
+            &[
+                f("autoRefresh", Sf(1), "0"),
+                f("autoRefreshTimeLimit", Sf(1), "3600"),
+                f("description", Text, ""),
+                f("load", Bool, "true"),
+                f("parameter", Texts, ""),
+                f("url", Texts, ""),
+            ],
+            BOUNDED,
+        ],
+    ),
+    n("LayerSet", "children", &["layers"], &[&[f("activeLayer", Int, "0"), f("order", Ints, "0")]]),
+    n("Layer", "layers", &["children", "viewport"], &[LAYER]),
+    n("LayoutLayer", "layers", &["children", "viewport"], &[LAYER]),
+    n("Viewport", "viewport", CHILDREN, &[&[f("clipBoundary", Mf(1), "0 1 0 1")], BOUNDED]),
     n(
         "Inline",
         "children",
@@ -172,6 +211,7 @@ pub(super) const NODES: &[NodeDef] = &[
     n("PositionInterpolator", "children", &[], &[KEY, &[f("keyValue", Mf(3), "")]]),
     n("ColorInterpolator", "children", &[], &[KEY, &[f("keyValue", Mf(3), "")]]),
     n("CoordinateInterpolator", "children", &[], &[KEY, &[f("keyValue", Mf(3), "")]]),
+    n("NormalInterpolator", "children", &[], &[KEY, &[f("keyValue", Mf(3), "")]]),
     n("OrientationInterpolator", "children", &[], &[KEY, &[f("keyValue", Mf(4), "")]]),
     n(
         "SplinePositionInterpolator",

@@ -1,0 +1,115 @@
+//! Gzip files (RFC 1952) to the bytes that they hold.
+//!
+//! In: a whole file's bytes and the memory that reading may take. Out: the inflated bytes of all members with their reservation,
+//! or why not. A few bytes can stand for a thousand times as many, so the output grows in steps, and each step is reserved
+//! before it exists; none is made beyond the limit. One would know a missing reservation by tests/allocations/decoder_memory.rs.
+
+use super::{LoadErrorKind, LoadMemory};
+use crate::memory::Reservation;
+use flate2::bufread::MultiGzDecoder;
+use std::io::Read;
+
+/// The most bytes that a gzip file may hold.
+pub(crate) const MAX_INFLATED: u64 = 512 << 20;
+
+/// The first step of the output, in bytes; each further one is as long as all before it.
+const FIRST_STEP: usize = 1 << 16;
+
+/// Bytes of the decoder: its window and tables.
+const DECODER_BYTES: u64 = 64 << 10;
+
+/// Whether bytes begin as those of a gzip file do.
+pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x1f, 0x8b])
+}
+
+/// The bytes that a gzip file holds.
+///
+/// # Errors
+/// Bytes that are no gzip, more than `limit` of them, or memory that there is not.
+pub(crate) fn inflate(
+    bytes: &[u8],
+    limit: u64,
+    memory: &LoadMemory,
+) -> Result<(Vec<u8>, Reservation), LoadErrorKind> {
+    let mut held = memory.work(DECODER_BYTES)?;
+    let mut decoder = MultiGzDecoder::new(bytes);
+    let mut out: Vec<u8> = Vec::new();
+    loop {
+        // One byte beyond the limit tells that there is more.
+        let room = (limit + 1).saturating_sub(out.len() as u64);
+        let step = out.len().max(FIRST_STEP).min(room as usize);
+        // The list moves when it grows: both places are there for a moment.
+        let moved = memory.work(out.len() as u64)?;
+        held.try_grow(step as u64).map_err(LoadErrorKind::OverBudget)?;
+        out.reserve_exact(step);
+        drop(moved);
+        let read = (&mut decoder).take(step as u64).read_to_end(&mut out);
+        let read =
+            read.map_err(|e| LoadErrorKind::Undecodable { format: "gzip file", reason: e.to_string() })?;
+        if out.len() as u64 > limit {
+            return Err(LoadErrorKind::TooBig {
+                what: "bytes of an inflated file",
+                found: out.len() as u64,
+                limit,
+            });
+        }
+        if read < step {
+            return Ok((out, held));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::MemoryBudget;
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use std::io::Write;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    #[test]
+    fn every_member_of_a_file_comes_out() {
+        let text: Vec<u8> = (0..300_000_u32).map(|i| (i / 7) as u8).collect();
+        for cut in [0, 1, 65_536, 299_999] {
+            let both = [packed(&text[..cut]), packed(&text[cut..])].concat();
+            assert!(is_gzip(&both));
+            let (inflated, held) = inflate(&both, MAX_INFLATED, &LoadMemory::unlimited()).unwrap();
+            assert_eq!(inflated, text, "{cut}");
+            assert!(held.bytes() >= inflated.capacity() as u64, "{cut}: {} bytes held", held.bytes());
+        }
+    }
+
+    #[test]
+    fn a_bomb_ends_at_the_limit_and_each_step_is_asked_for_first() {
+        let bomb = packed(&vec![0; 8 << 20]);
+        assert!(bomb.len() < 10_000, "{} bytes", bomb.len());
+        let error = inflate(&bomb, 1 << 20, &LoadMemory::unlimited()).unwrap_err();
+        assert!(matches!(error, LoadErrorKind::TooBig { limit: 0x10_0000, .. }), "{error}");
+        let budget = MemoryBudget::new(400_000);
+        let error = inflate(&bomb, MAX_INFLATED, &LoadMemory::new(&budget, u64::MAX)).unwrap_err();
+        // 64 KiB of the decoder; of the output 64, 64 and 128 KiB are granted, and of the next step none.
+        let LoadErrorKind::OverBudget(over) = error else { panic!("{error}") };
+        assert_eq!((over.needed, over.used, over.limit), (262_144, 327_680, 400_000));
+        assert_eq!(budget.used(), 0, "everything is given back");
+    }
+
+    #[test]
+    fn what_is_broken_is_refused() {
+        let whole = packed(b"a scene");
+        for cut in 0..whole.len() {
+            let cut_off = inflate(&whole[..cut], MAX_INFLATED, &LoadMemory::unlimited());
+            assert!(cut_off.is_err(), "cut at {cut}");
+        }
+        let mut wrong = whole.clone();
+        let sum = wrong.len() - 8;
+        wrong[sum] ^= 1;
+        assert!(inflate(&wrong, MAX_INFLATED, &LoadMemory::unlimited()).is_err());
+    }
+}

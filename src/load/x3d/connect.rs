@@ -1,0 +1,187 @@
+//! `IS`: fields of nodes in a prototype's body, joined to the prototype's own.
+//!
+//! A node's field gets what the instance gives to the field of the prototype, or that field's default; types must be the same
+//! (ISO/IEC 19775-1 clause 4.4.4.4, table 4.4). Fields of nodes get the nodes themselves, where they are of the kind that the field takes.
+//! What is joined is noted for routes too.
+
+use super::build::{Builder, File};
+use super::graph::{Child, NodeId};
+use super::instance::{FieldType, Gift, Given, LINK_BYTES};
+use super::names::{container_of, is_taken};
+use super::schema::NodeType;
+use super::units::in_radians;
+use super::unknown;
+use super::value::Value;
+use crate::load::LoadError;
+use roxmltree::Node as Element;
+use std::rc::Rc;
+
+impl<'d> Builder<'d, '_> {
+    /// What an instance in another prototype's body gets by IS from the instance around it.
+    pub(super) fn given_by_outer(
+        &mut self,
+        file: &mut File<'d>,
+        is: Element<'d, 'd>,
+        given: &mut Given<'d>,
+        depth: usize,
+    ) -> Result<(), LoadError> {
+        for (connect, outer, field) in self.connections(file, is) {
+            let Some(i) = given.find(field) else {
+                self.warn(file, connect, format!("IS names {field:?}, which the prototype does not have"));
+                continue;
+            };
+            let gift = self.gift(file, outer, depth)?;
+            given.gifts[i] = match (gift, given.interface[i].ty) {
+                (gift @ Gift::Nodes(_), FieldType::Nodes) => gift,
+                (Gift::Value(value, kind, angle), FieldType::Value(own)) if kind == own => {
+                    Gift::Value(value, kind, angle)
+                }
+                (Gift::Nothing | Gift::DefaultNodes, _) => continue,
+                _ => {
+                    self.warn(file, connect, format!("IS joins {field:?} to a field of another type"));
+                    continue;
+                }
+            };
+        }
+        Ok(())
+    }
+
+    /// What the instance around gives to its field `number`; default nodes are made now.
+    fn gift(&mut self, file: &mut File<'d>, number: usize, depth: usize) -> Result<Gift, LoadError> {
+        let Some(given) = &mut file.given else { return Ok(Gift::Nothing) };
+        if !matches!(given.gifts[number], Gift::DefaultNodes) {
+            return Ok(given.gifts[number].clone());
+        }
+        let element = given.interface[number].element;
+        let nodes = Gift::Nodes(self.loose_nodes(file, element, depth)?);
+        if let Some(given) = &mut file.given {
+            given.gifts[number] = nodes.clone();
+        }
+        Ok(nodes)
+    }
+
+    /// The nodes in a field or fieldValue, whatever their kind.
+    pub(super) fn loose_nodes(
+        &mut self,
+        file: &mut File<'d>,
+        holder: Element<'d, 'd>,
+        depth: usize,
+    ) -> Result<Rc<[NodeId]>, LoadError> {
+        let mut nodes = Vec::new();
+        for child in holder.children().filter(Element::is_element) {
+            nodes.extend(self.element(file, child, unknown::anything(), depth + 1)?.map(|c| c.node));
+        }
+        Ok(nodes.into())
+    }
+
+    /// Joins the fields of the prototype around to what an instance in its body joins its own to.
+    pub(super) fn join_outer(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        inner: &Given<'d>,
+    ) -> Result<(), LoadError> {
+        for is in element.children().filter(|c| c.tag_name().name() == "IS") {
+            for (connect, number, field) in self.connections(file, is) {
+                let Some(i) = inner.find(field) else { continue };
+                let links = &inner.links[i];
+                let names: usize = links.iter().map(|l| l.field.len()).sum();
+                self.count_expanded(file, connect, links.len())?;
+                self.hold(file, connect, links.len() * LINK_BYTES + names)?;
+                if let Some(outer) = &mut file.given {
+                    outer.links[number].extend(links.iter().cloned());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The connections of an IS: the element, the number of the prototype's field, the name of the node's.
+    fn connections(
+        &mut self,
+        file: &File<'d>,
+        is: Element<'d, 'd>,
+    ) -> Vec<(Element<'d, 'd>, usize, &'d str)> {
+        let mut found = Vec::new();
+        for connect in is.children().filter(|c| c.tag_name().name() == "connect") {
+            let [field, of_proto] = ["nodeField", "protoField"].map(|a| connect.attribute(a).unwrap_or(""));
+            match &file.given {
+                None => self.warn(file, connect, "IS stands outside of a ProtoBody and was skipped".into()),
+                Some(given) => match given.find(of_proto) {
+                    Some(number) => found.push((connect, number, field)),
+                    None => {
+                        let message = format!("IS names {of_proto:?}, which the prototype does not have");
+                        self.warn(file, connect, message);
+                    }
+                },
+            }
+        }
+        found
+    }
+
+    /// Gives a node in a body what IS joins its fields to; the numbers of the prototype's fields with the names of the node's.
+    pub(super) fn connect(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        (ty, depth): (&'static NodeType, usize),
+        values: &mut [Value],
+        children: &mut Vec<Child>,
+    ) -> Result<Vec<(usize, &'d str)>, LoadError> {
+        let mut links = Vec::new();
+        for is in element.children().filter(|c| c.tag_name().name() == "IS") {
+            for (connect, number, field) in self.connections(file, is) {
+                self.count_expanded(file, connect, 1)?;
+                self.hold(file, connect, LINK_BYTES + field.len())?;
+                links.push((number, field));
+                match self.gift(file, number, depth)? {
+                    Gift::Nothing | Gift::DefaultNodes => {}
+                    Gift::Value(value, kind, angle) => match ty.field(field) {
+                        Some(i) if ty.fields[i].kind == kind => {
+                            values[i] = in_radians(value, ty.name, field, angle);
+                        }
+                        Some(i) => {
+                            let (own, given) = (ty.fields[i].kind.describe(), kind.describe());
+                            let message =
+                                format!("<{}> {field} takes {own}, and IS gives it {given}", ty.name);
+                            self.warn(file, connect, message);
+                        }
+                        None if unknown::is_group(ty) => {}
+                        None => self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name)),
+                    },
+                    Gift::Nodes(nodes) => self.connect_nodes(file, connect, (ty, field), &nodes, children),
+                }
+            }
+        }
+        Ok(links)
+    }
+
+    /// Puts nodes that an instance gives into a field of a node in the body.
+    fn connect_nodes(
+        &mut self,
+        file: &File<'d>,
+        connect: Element<'d, 'd>,
+        (ty, field): (&'static NodeType, &str),
+        nodes: &[NodeId],
+        children: &mut Vec<Child>,
+    ) {
+        let Some(container) = ty.accepts.iter().copied().find(|a| *a == field) else {
+            if field != "metadata" {
+                self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name));
+            }
+            return;
+        };
+        for &node in nodes {
+            let given = self.graph.nodes[node as usize].ty;
+            if given.container != container_of(container) {
+                let message = format!("<{}> takes no <{}> as its {field}", ty.name, given.name);
+                self.warn(file, connect, message);
+            } else if is_taken(ty, children, container) {
+                let message = format!("<{}> takes one {field}: a <{}> was skipped", ty.name, given.name);
+                self.warn(file, connect, message);
+            } else {
+                children.push(Child { container, node });
+            }
+        }
+    }
+}

@@ -1,0 +1,432 @@
+//! ProtoInstance: a prototype's body made into nodes, with the values that the instance gives.
+//!
+//! The first node of the body stands in the instance's place; the others (sensors, interpolators) are there for routes alone
+//! (ISO/IEC 19775-1 clause 4.4.4.2). Each instance has nodes, names and routes of its own (4.4.4.3), but for parts of the body
+//! that nothing can tell apart, which all of them share. `IS` gives a field of a node in the body what the instance gives to a field of
+//! the prototype, or that field's default (4.4.4.4); a route to or from the instance goes on to the fields that IS joins. Nodes are
+//! charged before they are made, and bounded in number.
+
+use super::build::{Builder, File};
+use super::cost;
+use super::graph::{Child, NodeId};
+use super::names::{Def, hide};
+use super::schema::{self, NodeType};
+use super::units::Units;
+use super::value::{self, Kind, Value, ValueFault};
+use super::{unknown, xml};
+use crate::load::{LoadError, LoadErrorKind};
+use roxmltree::Node as Element;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// The most nodes, with the fields and connections of the prototypes, that the instances of a scene make.
+const MAX_EXPANDED: u64 = 1 << 20;
+
+/// Bytes of an instance and of the environment of its names.
+const INSTANCE_BYTES: usize = size_of::<Instance>() + 512;
+/// Bytes of what an instance gives to one field, and of the field's name and list of links.
+const FIELD_BYTES: usize = size_of::<Gift>() + 192;
+/// Bytes of one link, in a list with room for twice as many that moves.
+pub(super) const LINK_BYTES: usize = 3 * size_of::<Link>();
+
+/// A field of a prototype.
+pub(super) struct Field<'d> {
+    name: &'d str,
+    /// Its declaration, whose children are its default where it takes nodes.
+    pub(super) element: Element<'d, 'd>,
+    pub(super) ty: FieldType,
+    default: Option<Value>,
+}
+
+/// What a field takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum FieldType {
+    Value(Kind),
+    Nodes,
+}
+
+/// What an instance gives to a field.
+#[derive(Clone)]
+pub(super) enum Gift {
+    Nothing,
+    /// A value, and how many radians its unit of angle is.
+    Value(Value, Kind, f64),
+    Nodes(Rc<[NodeId]>),
+    /// The nodes of the field's declaration, which are made when something asks for them.
+    DefaultNodes,
+}
+
+/// A field of a node in the body that is joined to one of the prototype's.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) node: NodeId,
+    pub(super) field: String,
+}
+
+/// What an instance gives to the prototype's fields, while its body is being made.
+pub(super) struct Given<'d> {
+    pub(super) interface: Rc<[Field<'d>]>,
+    pub(super) gifts: Vec<Gift>,
+    /// For each field, what it is joined to so far.
+    pub(super) links: Vec<Vec<Link>>,
+}
+
+impl Given<'_> {
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        self.interface.iter().position(|f| f.name == name)
+    }
+
+    /// Joins a node that has been made: numbers of the prototype's fields with names of the node's.
+    pub(super) fn link(&mut self, links: &[(usize, &str)], node: NodeId) {
+        for (number, field) in links {
+            self.links[*number].push(Link { node, field: (*field).to_string() });
+        }
+    }
+}
+
+/// An instance that has been made.
+#[derive(Default)]
+pub(super) struct Instance {
+    /// The first node of its body, if that is one that is known.
+    pub(super) node: Option<NodeId>,
+    /// What each field of the prototype is joined to.
+    links: HashMap<String, Vec<Link>>,
+}
+
+impl Instance {
+    /// What a route to or from a field goes on to; `None` where the prototype has no such field.
+    pub(super) fn ends(&self, field: &str) -> Option<&[Link]> {
+        let bare = field.strip_prefix("set_").or_else(|| field.strip_suffix("_changed"));
+        let found = self.links.get(field).or_else(|| self.links.get(bare?));
+        found.map(Vec::as_slice)
+    }
+}
+
+/// The type of an X3D field type's values; `None` for those that no node here has.
+fn field_type(name: &str) -> Option<FieldType> {
+    let (is_many, base) = match (name.strip_prefix("SF"), name.strip_prefix("MF")) {
+        (Some(base), _) => (false, base),
+        (_, Some(base)) => (true, base),
+        _ => return None,
+    };
+    let width = match base {
+        "Node" => return Some(FieldType::Nodes),
+        "Float" | "Double" | "Time" => 1,
+        "Vec2f" | "Vec2d" => 2,
+        "Vec3f" | "Vec3d" | "Color" => 3,
+        "Vec4f" | "Vec4d" | "ColorRGBA" | "Rotation" => 4,
+        _ => {
+            let kind = match name {
+                "SFBool" => Kind::Bool,
+                "SFInt32" => Kind::Int,
+                "MFInt32" => Kind::Ints,
+                "SFImage" => Kind::Image,
+                "SFString" => Kind::Text,
+                "MFString" => Kind::Texts,
+                _ => return None,
+            };
+            return Some(FieldType::Value(kind));
+        }
+    };
+    Some(FieldType::Value(if is_many { Kind::Mf(width) } else { Kind::Sf(width) }))
+}
+
+impl<'d> Builder<'d, '_> {
+    /// The node of a ProtoInstance, made or named by USE; `None` where there is nothing to show.
+    pub(super) fn instance_or_use(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        depth: usize,
+    ) -> Result<Option<NodeId>, LoadError> {
+        if let Some(used) = element.attribute("USE") {
+            return self.used(file, element, used, depth);
+        }
+        let def = element.attribute("DEF").filter(|d| !d.is_empty());
+        self.open_def(file, element, def);
+        let instance = self.instance(file, element, depth)?;
+        let node = instance.as_ref().and_then(|i| i.node);
+        if let Some(name) = def {
+            let def = match instance {
+                Some(instance) => {
+                    self.protos.instances.push(instance);
+                    Def::Instance(self.protos.instances.len() - 1)
+                }
+                None => Def::Unknown,
+            };
+            file.defs.insert(name, def);
+            if let Some(node) = node {
+                self.graph.nodes[node as usize].def = Some(name.to_string());
+            }
+        }
+        Ok(node)
+    }
+
+    /// Makes an instance; `None`, with a warning, where its prototype cannot be had.
+    fn instance(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        depth: usize,
+    ) -> Result<Option<Instance>, LoadError> {
+        let name = element.attribute("name").unwrap_or("");
+        let Some(named) = self.protos.named(file.environment, name) else {
+            let message =
+                format!("no prototype {name:?} is declared before this instance, which was skipped");
+            self.warn(file, element, message);
+            hide(file, element);
+            return Ok(None);
+        };
+        let Some(number) = self.with_body(named, 0)? else {
+            hide(file, element);
+            return Ok(None);
+        };
+        if self.protos.expanding.contains(&number) {
+            let expected = format!("no instance of {name:?} inside of itself (prototypes are not recursive)");
+            return Err(self.refuse(file, element, "name", expected));
+        }
+        if depth >= xml::MAX_DEPTH {
+            let source = self.sources[file.source];
+            let limit = xml::MAX_DEPTH as u64;
+            return Err(source.too_big(element.range().start, "nesting of nodes", depth as u64 + 1, limit));
+        }
+        let interface = self.interface(number)?;
+        self.count_expanded(file, element, 1 + interface.len())?;
+        self.hold(file, element, INSTANCE_BYTES + interface.len() * FIELD_BYTES)?;
+        let given = self.given(file, element, interface, number, depth)?;
+        self.protos.expanding.push(number);
+        let made = self.body(number, given, depth);
+        self.protos.expanding.pop();
+        let (node, given) = made?;
+        self.join_outer(file, element, &given)?;
+        let own = self.protos.all[number].units;
+        let node = node.map(|node| self.aligned(file, element, node, own)).transpose()?;
+        let names = given.interface.iter().map(|f| f.name.to_string());
+        Ok(Some(Instance { node, links: names.zip(given.links).collect() }))
+    }
+
+    /// A prototype's fields, with their defaults.
+    fn interface(&mut self, number: usize) -> Result<Rc<[Field<'d>]>, LoadError> {
+        let proto = &self.protos.all[number];
+        if let Some(interface) = &proto.interface {
+            return Ok(Rc::clone(interface));
+        }
+        let source = self.sources[proto.source];
+        let origin = |e: &Element| super::graph::Origin { source: proto.source, byte: e.range().start };
+        let declared = proto.element.children().filter(|c| c.tag_name().name() == "ProtoInterface");
+        let mut fields: Vec<Field> = Vec::new();
+        let mut remarks = Vec::new();
+        for element in declared.flat_map(|i| i.children()).filter(|c| c.tag_name().name() == "field") {
+            let name = element.attribute("name").unwrap_or("");
+            let Some(ty) = element.attribute("type").and_then(|t| field_type(t.trim())) else {
+                let ty = element.attribute("type").unwrap_or("");
+                remarks.push((
+                    origin(&element),
+                    format!("field {name:?} has a type, {ty:?}, that is not known"),
+                ));
+                continue;
+            };
+            let default = match (ty, element.attribute_node("value")) {
+                (FieldType::Value(kind), Some(text)) => Some(read_field(source, name, kind, &text)?),
+                // Without a value, the nodes in the body keep what they have.
+                (FieldType::Value(_), None) | (FieldType::Nodes, _) => None,
+            };
+            fields.push(Field { name, element, ty, default });
+        }
+        let interface: Rc<[Field]> = fields.into();
+        self.protos.all[number].interface = Some(Rc::clone(&interface));
+        for (origin, remark) in remarks {
+            self.warn_at(origin, remark);
+        }
+        Ok(interface)
+    }
+
+    /// What an instance gives to each field: its fieldValue, what IS joins it to around it, or the default.
+    fn given(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        interface: Rc<[Field<'d>]>,
+        number: usize,
+        depth: usize,
+    ) -> Result<Given<'d>, LoadError> {
+        let angle = self.protos.all[number].units.angle;
+        let default = |field: &Field| match (&field.default, field.ty) {
+            (Some(value), FieldType::Value(kind)) => Gift::Value(value.clone(), kind, angle),
+            (None, FieldType::Value(_)) => Gift::Nothing,
+            (_, FieldType::Nodes) => Gift::DefaultNodes,
+        };
+        let gifts = interface.iter().map(default).collect();
+        let links = vec![Vec::new(); interface.len()];
+        let mut given = Given { interface, gifts, links };
+        for child in element.children().filter(Element::is_element) {
+            match child.tag_name().name() {
+                "fieldValue" => {
+                    let name = child.attribute("name").unwrap_or("");
+                    let Some(i) = given.find(name) else {
+                        let proto = self.protos.all[number].name;
+                        self.warn(file, child, format!("prototype {proto:?} has no field {name:?}"));
+                        continue;
+                    };
+                    match (given.interface[i].ty, child.attribute_node("value")) {
+                        (FieldType::Value(kind), Some(text)) => {
+                            let value = read_field(self.sources[file.source], name, kind, &text)?;
+                            given.gifts[i] = Gift::Value(value, kind, file.units.angle);
+                        }
+                        (FieldType::Value(_), None) => {}
+                        (FieldType::Nodes, _) => {
+                            given.gifts[i] = Gift::Nodes(self.loose_nodes(file, child, depth)?);
+                        }
+                    }
+                }
+                "IS" => self.given_by_outer(file, child, &mut given, depth)?,
+                name if schema::is_silent(name) => hide(file, child),
+                name => {
+                    let message = format!("<{name}> cannot stand in <ProtoInstance> and was skipped");
+                    self.warn(file, child, message);
+                }
+            }
+        }
+        Ok(given)
+    }
+
+    /// Makes a prototype's body; its first node, and what was given and joined.
+    fn body(
+        &mut self,
+        number: usize,
+        given: Given<'d>,
+        depth: usize,
+    ) -> Result<(Option<NodeId>, Given<'d>), LoadError> {
+        let proto = &self.protos.all[number];
+        let (element, environment) = (proto.element, proto.environment);
+        let (source, folder, document) = (proto.source, Rc::clone(&proto.folder), proto.document);
+        let units = proto.units;
+        let mut scope = File {
+            source,
+            folder,
+            units,
+            document,
+            defs: HashMap::new(),
+            routes: Vec::new(),
+            environment: self.protos.add_environment(Some(environment)),
+            given: Some(given),
+        };
+        let body = element.children().find(|c| c.tag_name().name() == "ProtoBody");
+        let mut first = None;
+        for child in body.iter().flat_map(|b| b.children()).filter(Element::is_element) {
+            let built = self.element(&mut scope, child, unknown::anything(), depth + 1)?;
+            if first.is_none() && schema::is_child(child.tag_name().name()) {
+                first = Some(built.map(|c| c.node));
+            }
+        }
+        for element in std::mem::take(&mut scope.routes) {
+            self.route(&scope, element);
+        }
+        let given = scope.given.expect("given above, and nothing takes it");
+        Ok((first.flatten(), given))
+    }
+
+    /// An instance's node in the units of the file that holds the instance.
+    fn aligned(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        node: NodeId,
+        own: Units,
+    ) -> Result<NodeId, LoadError> {
+        let enlarged = own.length / file.units.length;
+        let built = self.graph.nodes[node as usize].ty;
+        if enlarged == 1.0 || built.container != "children" {
+            return Ok(node);
+        }
+        let ty = schema::lookup("Transform").expect("the table has Transform");
+        let child = Child { container: "children", node };
+        let outer = self.plain_node(file, element, ty, vec![child])?;
+        let scale = ty.field("scale").expect("the table has it");
+        self.graph.nodes[outer as usize].values[scale] = Value::Reals([enlarged; 3].into());
+        Ok(outer)
+    }
+
+    /// Reserves the memory of a node before it is made, and counts those that instances make.
+    pub(super) fn charge_node(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        ty: &NodeType,
+    ) -> Result<(), LoadError> {
+        if file.given.is_some() {
+            self.count_expanded(file, element, 1)?;
+        }
+        let kept = self.context.memory.keep(cost::bare_node_bytes(ty));
+        kept.map_err(|kind| self.over_memory(file, element, kind))
+    }
+
+    /// Counts what an instance is about to make: nodes, fields and connections.
+    pub(super) fn count_expanded(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        count: usize,
+    ) -> Result<(), LoadError> {
+        self.protos.made += count as u64;
+        if self.protos.made <= MAX_EXPANDED {
+            return Ok(());
+        }
+        let what = "nodes, fields and connections that prototypes make";
+        let byte = element.range().start;
+        Err(self.sources[file.source].too_big(byte, what, self.protos.made, MAX_EXPANDED))
+    }
+}
+
+/// A prototype field's text as a value.
+fn read_field(
+    source: &xml::Source,
+    name: &str,
+    kind: Kind,
+    text: &roxmltree::Attribute,
+) -> Result<Value, LoadError> {
+    value::read(kind, text.value()).map_err(|e| {
+        let found = match e.fault {
+            ValueFault::NotANumber(token) | ValueFault::NotAnInt(token) | ValueFault::NotABool(token) => {
+                token
+            }
+            ValueFault::Count(count) => format!("{count} numbers"),
+            ValueFault::OpenQuote => "a quote without its end".into(),
+        };
+        let expected = format!("field {name:?} takes {}", kind.describe());
+        LoadError::new(xml::place_in(source, text, e.at), LoadErrorKind::Syntax { expected, found })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_type_of_the_standard_is_known_by_its_width() {
+        for (name, kind) in [
+            ("SFBool", Kind::Bool),
+            ("SFInt32", Kind::Int),
+            ("MFInt32", Kind::Ints),
+            ("SFImage", Kind::Image),
+            ("SFFloat", Kind::Sf(1)),
+            ("SFTime", Kind::Sf(1)),
+            ("MFDouble", Kind::Mf(1)),
+            ("SFVec2f", Kind::Sf(2)),
+            ("MFVec2d", Kind::Mf(2)),
+            ("SFColor", Kind::Sf(3)),
+            ("MFVec3f", Kind::Mf(3)),
+            ("SFRotation", Kind::Sf(4)),
+            ("MFColorRGBA", Kind::Mf(4)),
+            ("SFString", Kind::Text),
+            ("MFString", Kind::Texts),
+        ] {
+            assert_eq!(field_type(name), Some(FieldType::Value(kind)), "{name}");
+        }
+        assert_eq!(field_type("SFNode"), Some(FieldType::Nodes));
+        assert_eq!(field_type("MFNode"), Some(FieldType::Nodes));
+        for other in ["", "SF", "Float", "SFMatrix3f", "MFBool", "sffloat"] {
+            assert_eq!(field_type(other), None, "{other}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! DEF and USE, and the field of a parent in which a node stands.
+//!
+//! A name stands for the node that was given it last before its use, in the same scope: a file, or the body of a prototype
+//! (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). The field is the one that containerField says, where the parent has it and it takes
+//! nodes of the kind; else the kind's own (ISO/IEC 19776-1 clause 4.3.4).
+
+use super::build::{Builder, File};
+use super::graph::{Child, NodeId};
+use super::schema::{self, NodeType};
+use super::{unknown, xml};
+use crate::load::LoadError;
+use roxmltree::Node as Element;
+
+/// What a DEF name stands for.
+#[derive(Clone, Copy)]
+pub(super) enum Def {
+    /// The node is being built: a USE here would hold itself.
+    Open,
+    /// A node of the graph.
+    Built(NodeId),
+    /// An instance of a prototype, by its number.
+    Instance(usize),
+    /// In a part that is skipped; built when it is used.
+    Hidden(roxmltree::NodeId),
+    /// A node that is not known; everything about it is skipped.
+    Unknown,
+}
+
+/// The kind of nodes that a field takes, named by the field that such nodes stand in by themselves.
+pub(super) fn container_of(field: &str) -> &str {
+    match field {
+        "proxy" | "navigationInfo" => "children",
+        "backMaterial" => "material",
+        _ if field.ends_with("Texture") => "texture",
+        _ => field,
+    }
+}
+
+/// The field of `parent` in which a node of type `ty` stands; `None` where it cannot stand there.
+pub(super) fn place(
+    element: Element,
+    ty: &'static NodeType,
+    parent: &'static NodeType,
+) -> Option<&'static str> {
+    if unknown::is_anything(parent) {
+        return Some(ty.container);
+    }
+    let asked = element.attribute("containerField").unwrap_or(ty.container);
+    let accepts = |field: &str| {
+        let field = parent.accepts.iter().copied().find(|a| *a == field)?;
+        (container_of(field) == ty.container).then_some(field)
+    };
+    let own = || accepts(ty.container).filter(|_| !unknown::is_group(parent) || asked == ty.container);
+    // A grouping node that stands in a field of its own (a Viewport) can stand among children too.
+    let as_child = || {
+        let is_group = ty.accepts.contains(&"children") && ty.container != "children";
+        parent.accepts.iter().copied().find(|a| is_group && *a == "children")
+    };
+    accepts(asked).or_else(own).or_else(as_child)
+}
+
+/// Whether a field that holds one node has it already.
+pub(super) fn is_taken(ty: &NodeType, children: &[Child], container: &str) -> bool {
+    let holds_many = matches!(container, "children" | "layers") || ty.name.starts_with("Multi");
+    !holds_many && children.iter().any(|c| c.container == container)
+}
+
+/// Notes the names in a part that is skipped, so that USE can still find them. Those of prototypes are their own.
+pub(super) fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
+    for node in element.descendants() {
+        if let Some(name) = node.attribute("DEF").filter(|_| node.attribute("USE").is_none()) {
+            file.defs.entry(name).or_insert(Def::Hidden(node.id()));
+        }
+    }
+}
+
+impl<'d> Builder<'d, '_> {
+    /// The place of a node that is built in its parent, or a warning.
+    pub(super) fn placed(
+        &mut self,
+        file: &File<'d>,
+        element: Element<'d, 'd>,
+        node: NodeId,
+        parent: &'static NodeType,
+    ) -> Option<Child> {
+        let ty = self.graph.nodes[node as usize].ty;
+        let container = place(element, ty, parent);
+        if container.is_none() && !unknown::is_group(parent) {
+            let (name, own, parent) = (element.tag_name().name(), ty.name, parent.name);
+            let message = format!("<{name}> is a <{own}>, which cannot stand in <{parent}>, and was skipped");
+            self.warn(file, element, message);
+        }
+        container.map(|container| Child { container, node })
+    }
+
+    /// Notes that a DEF's node is being built.
+    pub(super) fn open_def(&mut self, file: &mut File<'d>, element: Element<'d, 'd>, def: Option<&'d str>) {
+        let Some(name) = def else { return };
+        let before = file.defs.insert(name, Def::Open);
+        if matches!(before, Some(Def::Built(_) | Def::Instance(_) | Def::Open)) {
+            let message = format!("DEF {name:?} is given twice; USE takes the last one before it");
+            self.warn(file, element, message);
+        }
+    }
+
+    /// The node that a USE names.
+    pub(super) fn used(
+        &mut self,
+        file: &mut File<'d>,
+        element: Element<'d, 'd>,
+        name: &'d str,
+        depth: usize,
+    ) -> Result<Option<NodeId>, LoadError> {
+        let built = match file.defs.get(name).copied() {
+            Some(Def::Built(node)) => Some(node),
+            Some(Def::Instance(number)) => self.protos.instances[number].node,
+            Some(Def::Hidden(hidden)) => {
+                let hidden = file.document.get_node(hidden).expect("ids are of this document");
+                let Some(ty) = schema::lookup(hidden.tag_name().name()) else { return Ok(None) };
+                return self.node(file, hidden, ty, depth).map(Some);
+            }
+            Some(Def::Unknown) => None,
+            Some(Def::Open) => {
+                let expected = format!("USE to name a node that is complete, but {name:?} holds this one");
+                return Err(self.refuse(file, element, "USE", expected));
+            }
+            None => {
+                return Err(self.refuse(file, element, "USE", format!("a DEF {name:?} before this USE")));
+            }
+        };
+        match built {
+            Some(node) => self.check_depth(file, element, node, depth).map(|()| Some(node)),
+            None => Ok(None),
+        }
+    }
+
+    /// Refuses a node that is used again where it would stand too deep.
+    pub(super) fn check_depth(
+        &self,
+        file: &File,
+        element: Element,
+        node: NodeId,
+        depth: usize,
+    ) -> Result<(), LoadError> {
+        let deep = depth + self.graph.nodes[node as usize].totals.depth;
+        if deep <= xml::MAX_DEPTH {
+            return Ok(());
+        }
+        let limit = xml::MAX_DEPTH as u64;
+        let source = self.sources[file.source];
+        Err(source.too_big(element.range().start, "nesting of nodes", deep as u64, limit))
+    }
+
+    /// A refusal of an attribute of an element.
+    pub(super) fn refuse(
+        &self,
+        file: &File,
+        element: Element,
+        attribute: &str,
+        expected: String,
+    ) -> LoadError {
+        let byte = element.attribute_node(attribute).map_or(element.range().start, |a| a.range().start);
+        self.sources[file.source].refuse(byte, expected)
+    }
+}

@@ -1,0 +1,256 @@
+//! ProtoDeclare and ExternProtoDeclare: which prototypes a name stands for, and where their bodies are.
+//!
+//! A declaration counts from where it stands, in its file or, inside a ProtoBody, in that body and what it declares (ISO/IEC
+//! 19775-1 clause 4.4.4.1 and .2). An ExternProtoDeclare stands for the prototype of another file that its URL's fragment
+//! names, or for that file's first one without a fragment (4.4.5.2); the file is looked for when the first instance asks, in
+//! the scene's folder or root only. A prototype that comes to hold an instance of itself refuses the file (4.4.4.3: they are
+//! not recursive).
+
+use super::build::{Builder, File};
+use super::graph::Child;
+use super::instance::{Field, Instance};
+use super::outside::READ_FROM;
+use super::units::Units;
+use super::url;
+use super::value::{self, Kind, Value};
+use crate::load::LoadError;
+use roxmltree::Node as Element;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// The longest chain of ExternProtoDeclare that lead to each other.
+const MAX_CHAIN: usize = 32;
+
+/// One declaration.
+pub(super) struct Proto<'d> {
+    pub(super) name: &'d str,
+    pub(super) element: Element<'d, 'd>,
+    pub(super) source: usize,
+    pub(super) folder: Rc<str>,
+    pub(super) units: Units,
+    pub(super) document: &'d roxmltree::Document<'d>,
+    /// What names mean where it stands.
+    pub(super) environment: usize,
+    /// Its fields, once an instance has asked for them.
+    pub(super) interface: Option<Rc<[Field<'d>]>>,
+    elsewhere: Elsewhere,
+}
+
+/// What an ExternProtoDeclare stands for.
+#[derive(Clone, Copy, PartialEq)]
+enum Elsewhere {
+    /// It is a ProtoDeclare.
+    No,
+    NotAsked,
+    BeingAsked,
+    Found(usize),
+    Missing,
+}
+
+/// The names of prototypes in one scope.
+#[derive(Default)]
+struct Environment<'d> {
+    own: HashMap<&'d str, usize>,
+    first: Option<usize>,
+    /// The scope around it.
+    outer: Option<usize>,
+}
+
+/// Everything about prototypes.
+#[derive(Default)]
+pub(super) struct Protos<'d> {
+    pub(super) all: Vec<Proto<'d>>,
+    environments: Vec<Environment<'d>>,
+    /// Files of ExternProtoDeclare by path, as environments; `None` for what is no X3D in XML.
+    files: HashMap<String, Option<usize>>,
+    /// The prototypes whose instances are being made, outermost first.
+    pub(super) expanding: Vec<usize>,
+    /// The instances that have names.
+    pub(super) instances: Vec<Instance>,
+    /// Nodes, fields and connections made so far by instances.
+    pub(super) made: u64,
+    /// What elements of bodies say, by source and element.
+    pub(super) read: HashMap<(usize, roxmltree::NodeId), (Vec<Value>, Vec<usize>)>,
+    /// Parts of bodies that are the same in every instance, built.
+    shared: HashMap<(usize, roxmltree::NodeId), Child>,
+    /// Whether a part of a body is the same in every instance.
+    is_same: HashMap<(usize, roxmltree::NodeId), bool>,
+}
+
+impl<'d> Protos<'d> {
+    /// A new environment inside `outer`; its number.
+    pub(super) fn add_environment(&mut self, outer: Option<usize>) -> usize {
+        self.environments.push(Environment { outer, ..Environment::default() });
+        self.environments.len() - 1
+    }
+
+    /// The prototype that a name stands for, in this environment or those around it.
+    pub(super) fn named(&self, environment: usize, name: &str) -> Option<usize> {
+        let mut at = Some(environment);
+        while let Some(environment) = at.map(|at| &self.environments[at]) {
+            if let Some(proto) = environment.own.get(name) {
+                return Some(*proto);
+            }
+            at = environment.outer;
+        }
+        None
+    }
+
+    /// A part of a prototype's body that is the same in every instance, if one has built it.
+    pub(super) fn shared(&self, file: &File<'d>, element: Element<'d, 'd>) -> Option<Child> {
+        file.given.as_ref().and_then(|_| self.shared.get(&(file.source, element.id())).copied())
+    }
+
+    /// Keeps such a part for the next instance: without names, fields that the instance gives, and prototypes.
+    pub(super) fn share(&mut self, file: &File<'d>, element: Element<'d, 'd>, built: Option<Child>) {
+        let Some(child) = built.filter(|_| file.given.is_some()) else { return };
+        if self.is_same(file.source, element) {
+            self.shared.insert((file.source, element.id()), child);
+        }
+    }
+
+    fn is_same(&mut self, source: usize, element: Element<'d, 'd>) -> bool {
+        let key = (source, element.id());
+        if let Some(known) = self.is_same.get(&key) {
+            return *known;
+        }
+        let has_name = element.has_attribute("DEF") || element.has_attribute("USE");
+        let is_plain =
+            !matches!(element.tag_name().name(), "IS" | "ROUTE" | "ProtoInstance" | "ProtoDeclare");
+        let mut inside = element.children().filter(Element::is_element);
+        let is_same = is_plain && !has_name && inside.all(|child| self.is_same(source, child));
+        self.is_same.insert(key, is_same);
+        is_same
+    }
+}
+
+impl<'d> Builder<'d, '_> {
+    /// Takes a declaration in.
+    pub(super) fn declare(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
+        let Some(name) = element.attribute("name").filter(|n| !n.is_empty()) else {
+            let tag = element.tag_name().name();
+            return self.warn(file, element, format!("<{tag}> without a name was skipped"));
+        };
+        let is_extern = element.tag_name().name() == "ExternProtoDeclare";
+        let number = self.protos.all.len();
+        self.protos.all.push(Proto {
+            name,
+            element,
+            source: file.source,
+            folder: Rc::clone(&file.folder),
+            units: file.units,
+            document: file.document,
+            environment: file.environment,
+            interface: None,
+            elsewhere: if is_extern { Elsewhere::NotAsked } else { Elsewhere::No },
+        });
+        let environment = &mut self.protos.environments[file.environment];
+        environment.first.get_or_insert(number);
+        if environment.own.insert(name, number).is_some() && file.given.is_none() {
+            let message =
+                format!("prototype {name:?} is declared twice; an instance takes the last one before it");
+            self.warn(file, element, message);
+        }
+    }
+
+    /// The declaration with a body that a prototype stands for; `None`, with one warning, where there is none.
+    pub(super) fn with_body(&mut self, number: usize, chain: usize) -> Result<Option<usize>, LoadError> {
+        match self.protos.all[number].elsewhere {
+            Elsewhere::No => return Ok(Some(number)),
+            Elsewhere::Found(found) => return Ok(Some(found)),
+            Elsewhere::Missing => return Ok(None),
+            Elsewhere::BeingAsked => {
+                self.warn_of(number, "leads back to itself".into());
+                return Ok(None);
+            }
+            Elsewhere::NotAsked => {}
+        }
+        self.protos.all[number].elsewhere = Elsewhere::BeingAsked;
+        let found = match self.look_elsewhere(number)? {
+            Some(found) if chain < MAX_CHAIN => self.with_body(found, chain + 1)?,
+            Some(_) => {
+                self.warn_of(number, format!("leads through more than {MAX_CHAIN} others"));
+                None
+            }
+            None => None,
+        };
+        self.protos.all[number].elsewhere = found.map_or(Elsewhere::Missing, Elsewhere::Found);
+        Ok(found)
+    }
+
+    fn warn_of(&mut self, number: usize, what: String) {
+        let proto = &self.protos.all[number];
+        let message = format!("ExternProtoDeclare {:?} {what}: its instances were skipped", proto.name);
+        let origin = super::graph::Origin { source: proto.source, byte: proto.element.range().start };
+        self.warn_at(origin, message);
+    }
+
+    /// The declaration in another file.
+    fn look_elsewhere(&mut self, number: usize) -> Result<Option<usize>, LoadError> {
+        let proto = &self.protos.all[number];
+        let (folder, element, source) = (Rc::clone(&proto.folder), proto.element, proto.source);
+        let text = element.attribute("url").unwrap_or("");
+        let Ok(Value::Texts(urls)) = value::read(Kind::Texts, text) else {
+            let byte = element.attribute_node("url").map_or(element.range().start, |a| a.range_value().start);
+            return Err(
+                self.sources[source].refuse(byte, "quoted strings in the url of <ExternProtoDeclare>")
+            );
+        };
+        let mut reasons = Vec::new();
+        for name in urls.iter() {
+            let shown: String = name.chars().take(60).collect();
+            if url::is_outside(&folder, name) {
+                self.remarks.names_outside = true;
+                reasons.push(format!("{shown:?} lies outside of {READ_FROM}"));
+                continue;
+            }
+            let mut why = "cannot be found in the scene's folder";
+            for path in url::local_paths(&folder, name) {
+                let Some(environment) = self.prototypes_of(&path)? else { continue };
+                let Some(environment) = environment else {
+                    why = "is no X3D file in XML";
+                    continue;
+                };
+                let environment = &self.protos.environments[environment];
+                let found = match url::fragment(name) {
+                    Some(fragment) => environment.own.get(fragment).copied(),
+                    None => environment.first,
+                };
+                match found {
+                    Some(found) => return Ok(Some(found)),
+                    None => why = "has no such prototype",
+                }
+            }
+            reasons.push(format!("{shown:?} {why}"));
+        }
+        let reasons = if reasons.is_empty() { "has no url".into() } else { reasons.join("; ") };
+        self.warn_of(number, format!("cannot be had ({reasons})"));
+        Ok(None)
+    }
+
+    /// The prototypes of a file: `None` if there is no such file, `Some(None)` if it is no X3D in XML.
+    fn prototypes_of(&mut self, path: &str) -> Result<Option<Option<usize>>, LoadError> {
+        if let Some(known) = self.protos.files.get(path) {
+            return Ok(Some(*known));
+        }
+        let Some(bytes) = (self.context.opener)(path) else { return Ok(None) };
+        // VRML and X3D's classic encoding begin so.
+        if bytes.starts_with(b"#") {
+            self.protos.files.insert(path.to_string(), None);
+            return Ok(Some(None));
+        }
+        let folder = path.rfind('/').map_or("", |i| &path[..=i]);
+        let shown = self.shown(path);
+        let mut file = self.open(&bytes, &shown, folder.into())?;
+        self.protos.files.insert(path.to_string(), Some(file.environment));
+        let scene = self.scene_element(&mut file)?;
+        let is_declaration = |e: &Element| {
+            matches!(e.tag_name().name(), "ProtoDeclare" | "ExternProtoDeclare")
+                && !e.ancestors().skip(1).any(|a| a.tag_name().name() == "ProtoDeclare")
+        };
+        for element in scene.descendants().filter(is_declaration) {
+            self.declare(&file, element);
+        }
+        Ok(Some(Some(file.environment)))
+    }
+}

@@ -1,0 +1,75 @@
+//! Warnings while a scene is read: bounded in number, none twice, in the order of the files in the end.
+
+use super::build::{Builder, File};
+use super::graph::Origin;
+use crate::load::{LoadWarning, Place};
+use roxmltree::Node as Element;
+use std::collections::HashSet;
+
+/// The most warnings that are kept.
+const MAX_WARNINGS: usize = 1_000;
+
+/// The warnings of a scene so far.
+#[derive(Default)]
+pub(super) struct Remarks<'d> {
+    warnings: Vec<LoadWarning>,
+    /// What has been said, and where: an instance of a prototype says nothing again.
+    said: HashSet<(usize, usize, String)>,
+    /// Kinds of nodes that are left out, by file, once said.
+    left_out: HashSet<(usize, &'d str)>,
+    /// Whether a name was refused because it lies outside of the root.
+    pub(super) names_outside: bool,
+}
+
+impl<'d> Builder<'d, '_> {
+    pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
+        let origin = Origin { source: file.source, byte: element.range().start };
+        self.warn_at(origin, message);
+    }
+
+    /// Adds a warning, up to the limit; none twice.
+    pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
+        let count = self.remarks.warnings.len();
+        if count > MAX_WARNINGS {
+            return;
+        }
+        if count == MAX_WARNINGS {
+            let place = Place::file(&self.sources[0].name);
+            let message = "further warnings are left out".into();
+            self.remarks.warnings.push(LoadWarning { place, message });
+        } else if self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
+            let place = self.place(origin);
+            self.remarks.warnings.push(LoadWarning { place, message });
+        }
+    }
+
+    /// Says that a kind of nodes is left out, the first time that a file has one.
+    pub(super) fn left_out(&mut self, file: &File<'d>, element: Element<'d, 'd>, why: &str) {
+        let name = element.tag_name().name();
+        if self.remarks.left_out.insert((file.source, name)) {
+            self.warn(
+                file,
+                element,
+                format!("<{name}> is left out, here and wherever it comes again: {why}"),
+            );
+        }
+    }
+
+    /// The warnings in the order of the files and of their lines.
+    pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
+        let mut warnings = std::mem::take(&mut self.remarks.warnings);
+        let rank = |w: &LoadWarning| {
+            let file = self.sources.iter().position(|s| s.name == w.place.file);
+            (file, w.place.line, w.place.column)
+        };
+        // The one beyond the limit says that there were more, and stays last.
+        let count = warnings.len().min(MAX_WARNINGS);
+        warnings[..count].sort_by_cached_key(rank);
+        warnings
+    }
+
+    /// The place of an origin in its file.
+    pub(super) fn place(&self, origin: Origin) -> Place {
+        self.sources[origin.source].place(origin.byte)
+    }
+}

@@ -1,0 +1,94 @@
+//! Elements whose node is not known: what of them can still be shown.
+//!
+//! A grouping node has its children in the field `children` (ISO/IEC 19775-1 clause 10.3.2, X3DGroupingNode), so an unknown
+//! element that holds nodes of that field is taken for one, and they are shown as in a Group. What is known and stays out
+//! (scripts, sensors, particles) is said once a file and kind, however often it comes.
+
+use super::names::container_of;
+use super::schema::{self, NodeType};
+use roxmltree::Node as Element;
+use std::sync::LazyLock;
+
+/// What can be done with an element that is not known.
+pub(super) enum What {
+    /// It is known and stays out, for this reason.
+    LeftOut(&'static str),
+    /// Its children can be shown.
+    Group,
+    /// Nothing.
+    Nothing,
+}
+
+/// What can be done with an element that the schema does not have.
+pub(super) fn what(element: Element) -> What {
+    let name = element.tag_name().name();
+    match name {
+        "Script" => What::LeftOut("scripts are not run"),
+        _ if name.ends_with("Sensor") => What::LeftOut("nothing is sensed in a picture"),
+        "ParticleSystem" => What::LeftOut("particles are not simulated"),
+        _ if name.ends_with("Emitter") || name.ends_with("PhysicsModel") => {
+            What::LeftOut("particles are not simulated")
+        }
+        _ if holds_children(element) || element.attribute("USE").is_some() => What::Group,
+        _ => What::Nothing,
+    }
+}
+
+/// Whether an element holds, itself or in unknown elements, a node that stands in `children`.
+fn holds_children(element: Element) -> bool {
+    element.children().filter(Element::is_element).any(|child| {
+        let asked = child.attribute("containerField");
+        let name = child.tag_name().name();
+        match schema::lookup(name) {
+            Some(ty) => ty.container == "children" && container_of(asked.unwrap_or("children")) == "children",
+            None if name == "ProtoInstance" => asked.unwrap_or("children") == "children",
+            None => asked.is_none() && schema::is_child(name) && holds_children(child),
+        }
+    })
+}
+
+static GROUP: LazyLock<NodeType> = LazyLock::new(|| {
+    let group = schema::lookup("Group").expect("the table has Group");
+    NodeType { fields: group.fields.clone(), defaults: group.defaults.clone(), ..*group }
+});
+
+/// The type of an unknown element whose children are shown: a Group.
+pub(super) fn group() -> &'static NodeType {
+    &GROUP
+}
+
+/// Whether a type is [`group`]: nothing that its element says beside its children means anything here.
+pub(super) fn is_group(ty: &'static NodeType) -> bool {
+    std::ptr::eq(ty, group())
+}
+
+static ANYTHING: LazyLock<NodeType> = LazyLock::new(|| NodeType {
+    name: "ProtoBody",
+    container: "",
+    accepts: &[],
+    fields: Vec::new(),
+    defaults: Vec::new(),
+});
+
+/// The type of what holds nodes of every kind: a prototype's body, and its fields of nodes.
+pub(super) fn anything() -> &'static NodeType {
+    &ANYTHING
+}
+
+/// Whether a type is [`anything`].
+pub(super) fn is_anything(ty: &'static NodeType) -> bool {
+    std::ptr::eq(ty, anything())
+}
+
+/// The field of `parent` that a node which is not known would have filled, by its containerField or its name.
+pub(super) fn meant_for(parent: &NodeType, child: Element) -> Option<&'static str> {
+    let accepted = |field: &str| parent.accepts.iter().copied().find(|a| *a == field);
+    let name = child.tag_name().name();
+    let by_name = match name {
+        _ if name.contains("TextureCoordinate") => "texCoord",
+        _ if name.contains("Coordinate") => "coord",
+        _ if name.starts_with("Color") => "color",
+        _ => return child.attribute("containerField").and_then(accepted),
+    };
+    child.attribute("containerField").and_then(accepted).or_else(|| accepted(by_name))
+}

@@ -1,0 +1,109 @@
+//! The backdrop over the viewport, before anything else of a scene is drawn.
+//!
+//! In: one colour, or a sky and the camera that sees it. Out: the bytes of every pixel of the viewport on the frame; depth stays as
+//! it is. A pixel's colour is that of the ray through its centre: with M = projection * view without its translation (the sky is
+//! infinitely far away) and p(z) = M^-1 (x_ndc, y_ndc, z, 1), the ray runs along p(0.5) - p(0), each divided by its w. Rays
+//! of a parallel projection all run along the view axis. Rows are shared by the crew; each pixel is found by itself, so the bytes do
+//! not depend on how. A cancelled crew leaves rows out.
+
+use super::call::Target;
+use super::raster::{blend, opaque};
+use super::tile::Workers;
+use super::viewport::Screen;
+use crate::scene::{Camera, CameraMatrices, Sky, Viewport};
+use glam::{DMat4, DVec3, DVec4};
+
+/// Paints one colour over the viewport.
+pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
+    let width = target.memory.width();
+    let clip = Screen::new(viewport, width, target.memory.height()).clip;
+    if clip.is_empty() {
+        return;
+    }
+    let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
+    for y in clip.y0..clip.y1 {
+        let row = width as usize * y as usize;
+        pixels[row + clip.x0 as usize..row + clip.x1 as usize].fill(opaque(color));
+    }
+    target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
+}
+
+/// Paints a sky over the viewport, as the camera sees it; nothing where the camera makes no picture.
+pub(super) fn paint_sky(target: &mut Target, viewport: Viewport, camera: &Camera, sky: &Sky, crew: &Workers) {
+    let width = target.memory.width();
+    let screen = Screen::new(viewport, width, target.memory.height());
+    let clip = screen.clip;
+    let aspect = f64::from(viewport.width.max(1)) / f64::from(viewport.height.max(1));
+    let Ok(matrices) = camera.matrices(aspect) else { return };
+    let rays = Rays::new(&matrices);
+    if clip.is_empty() {
+        return;
+    }
+    let pixels = target.memory.bytes_mut().as_chunks_mut::<4>().0;
+    let (width, first) = (width as usize, clip.y0);
+    let rows = &mut pixels[width * clip.y0 as usize..width * clip.y1 as usize];
+    let paint_row = |j: usize, row: &mut [[u8; 4]]| {
+        for x in clip.x0..clip.x1 {
+            let color = sky.color(rays.at(screen.ndc_of_pixel(x, first + j as i32)));
+            let pixel = &mut row[x as usize];
+            match sky.opacity >= 1.0 {
+                true => *pixel = opaque(color),
+                false => blend(pixel, color, sky.opacity),
+            }
+        }
+    };
+    crew.run(|| crew.chunks(rows, width, paint_row));
+    target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
+}
+
+/// The directions of the rays through points of NDC, world space.
+struct Rays {
+    to_world: DMat4,
+}
+
+impl Rays {
+    fn new(matrices: &CameraMatrices) -> Rays {
+        let turn = DMat4 { w_axis: DVec4::W, ..matrices.view };
+        Rays { to_world: (matrices.projection * turn).inverse() }
+    }
+
+    fn at(&self, [x, y]: [f64; 2]) -> DVec3 {
+        let [near, far] = [0.0, 0.5].map(|z| self.to_world * DVec4::new(x, y, z, 1.0));
+        let along = far.truncate() * near.w - near.truncate() * far.w;
+        if near.w * far.w < 0.0 { -along } else { along }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{LookAt, Projection};
+
+    fn camera(projection: Projection) -> Camera {
+        let look_at =
+            LookAt { eye: DVec3::new(1e6, 2.0, 3.0), reference: DVec3::new(0.0, 2.0, 3.0), up: DVec3::Y };
+        Camera { look_at, projection }
+    }
+
+    #[test]
+    fn rays_run_through_the_pixels_whatever_the_place_of_the_eye() {
+        let fov_rad = std::f64::consts::FRAC_PI_2;
+        let perspective = Projection::Perspective { fov_rad, near: 0.1, far: 100.0, on_smaller_side: false };
+        let rays = Rays::new(&camera(perspective).matrices(2.0).unwrap());
+        // Looking along -x: right is -z. At 90 degrees on the height the upper edge is 45 degrees up.
+        for (ndc, expected) in [
+            ([0.0, 0.0], DVec3::NEG_X),
+            ([0.0, 1.0], DVec3::new(-1.0, 1.0, 0.0)),
+            ([0.5, -1.0], DVec3::new(-1.0, -1.0, -1.0)),
+        ] {
+            let found = rays.at(ndc).normalize();
+            assert!((found - expected.normalize()).length() < 1e-12, "{ndc:?}: {found}");
+        }
+        let window = [-1.0, 1.0, -1.0, 1.0];
+        let ortho = Projection::Ortho { window, near: 0.1, far: 100.0 };
+        let rays = Rays::new(&camera(ortho).matrices(1.0).unwrap());
+        for ndc in [[0.0, 0.0], [0.9, -0.7]] {
+            assert!((rays.at(ndc).normalize() - DVec3::NEG_X).length() < 1e-12);
+        }
+    }
+}

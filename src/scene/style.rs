@@ -1,0 +1,190 @@
+//! How the lines and the faces of an object are drawn beside their colours: X3D's LineProperties and FillProperties.
+//!
+//! Both are patterns on the frame, in pixels, whatever the distance. Source: ISO/IEC 19775-1 clauses 12.4.3 (FillProperties) and
+//! 12.4.4 (LineProperties); which pixels a pattern has is left to the browser, and is said here.
+
+use super::TextureStages;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// How an object is drawn beside what its material says.
+#[derive(Clone, Debug, Default)]
+pub struct Style {
+    /// Its lines.
+    pub line: LineStyle,
+    /// Its faces.
+    pub fill: FillStyle,
+    /// Several textures, one over the other, in place of the object's own.
+    pub stages: Option<Arc<TextureStages>>,
+}
+
+impl PartialEq for Style {
+    /// The same stages, not equal ones.
+    fn eq(&self, other: &Self) -> bool {
+        let stages = match (&self.stages, &other.stages) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        (self.line, self.fill) == (other.line, other.fill) && stages
+    }
+}
+
+/// How lines are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineStyle {
+    /// Pixels across, at least 1. A line is thickened along the axis that it runs less along: each pixel of the thin line becomes
+    /// `width` of them, the larger half on the lower or right side.
+    pub width: u32,
+    /// Which of its pixels are drawn.
+    pub kind: LineKind,
+}
+
+impl Default for LineStyle {
+    fn default() -> Self {
+        LineStyle { width: 1, kind: LineKind::Solid }
+    }
+}
+
+/// Which pixels of a line are drawn, by the steps from its first one, in units of its width: 16 steps, again and again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum LineKind {
+    /// All.
+    #[default]
+    Solid,
+    /// Eight on, eight off.
+    Dashed,
+    /// One on, three off.
+    Dotted,
+    /// A dash of eight and a dot of two, three off after each.
+    DashDot,
+    /// A dash of eight and two dots of one, two off after each.
+    DashDotDot,
+}
+
+impl LineKind {
+    /// Whether the pixel after so many steps is drawn.
+    pub fn is_on(self, step: u64, width: u32) -> bool {
+        let bits: u16 = match self {
+            LineKind::Solid => return true,
+            LineKind::Dashed => 0b0000_0000_1111_1111,
+            LineKind::Dotted => 0b0001_0001_0001_0001,
+            LineKind::DashDot => 0b0001_1000_1111_1111,
+            LineKind::DashDotDot => 0b0010_0100_1111_1111,
+        };
+        bits >> (step / u64::from(width.max(1)) % 16) & 1 == 1
+    }
+}
+
+/// How faces are filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FillStyle {
+    /// Whether there is anything between the lines of a hatch; without a hatch and this the faces are not seen.
+    pub is_filled: bool,
+    /// Lines over the faces, unlit.
+    pub hatch: Option<(Hatch, DVec3)>,
+}
+
+impl Default for FillStyle {
+    fn default() -> Self {
+        FillStyle { is_filled: true, hatch: None }
+    }
+}
+
+/// What a pixel of a face shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filling {
+    /// The face.
+    Face,
+    /// A line of the hatch, in this colour.
+    Hatch(DVec3),
+    /// What is behind.
+    Nothing,
+}
+
+impl FillStyle {
+    /// What the pixel in column x and row y of the frame shows.
+    pub fn at(&self, x: i32, y: i32) -> Filling {
+        match self.hatch {
+            Some((hatch, color)) if hatch.covers(x, y) => Filling::Hatch(color),
+            _ if self.is_filled => Filling::Face,
+            _ => Filling::Nothing,
+        }
+    }
+}
+
+/// The lines of a hatch: one pixel wide, one every eight pixels along rows and columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Hatch {
+    /// Along rows.
+    Horizontal,
+    /// Along columns.
+    Vertical,
+    /// Up to the right.
+    Rising,
+    /// Down to the right.
+    Falling,
+    /// Rows and columns.
+    Square,
+    /// Both diagonals.
+    Diamond,
+}
+
+impl Hatch {
+    /// Pixels from one line to the next.
+    const SPACING: i32 = 8;
+
+    /// Whether a pixel of the frame, y down, is on a line.
+    pub fn covers(self, x: i32, y: i32) -> bool {
+        let on = |at: i32| at.rem_euclid(Hatch::SPACING) == 0;
+        match self {
+            Hatch::Horizontal => on(y),
+            Hatch::Vertical => on(x),
+            Hatch::Rising => on(x.wrapping_add(y)),
+            Hatch::Falling => on(x.wrapping_sub(y)),
+            Hatch::Square => on(x) || on(y),
+            Hatch::Diamond => on(x.wrapping_add(y)) || on(x.wrapping_sub(y)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_of_lines_are_as_they_are_said() {
+        let drawn = |kind: LineKind, width: u32| -> String {
+            (0..16 * u64::from(width)).map(|k| if kind.is_on(k, width) { '#' } else { '.' }).collect()
+        };
+        for (kind, expected) in [
+            (LineKind::Solid, "################"),
+            (LineKind::Dashed, "########........"),
+            (LineKind::Dotted, "#...#...#...#..."),
+            (LineKind::DashDot, "########...##..."),
+            (LineKind::DashDotDot, "########..#..#.."),
+        ] {
+            assert_eq!(drawn(kind, 1), expected);
+            assert!(kind.is_on(16, 1) && kind.is_on(16_000_000_000_000, 1));
+        }
+        assert_eq!(drawn(LineKind::Dotted, 2), "##......##......##......##......");
+    }
+
+    #[test]
+    fn hatches_run_as_they_are_called() {
+        let fill = |hatch, is_filled| FillStyle { is_filled, hatch: Some((hatch, DVec3::X)) };
+        let row = |hatch, y| -> String {
+            let sign = |x| if fill(hatch, true).at(x, y) == Filling::Face { '.' } else { '#' };
+            (-1..9).map(sign).collect()
+        };
+        assert_eq!([row(Hatch::Horizontal, 0), row(Hatch::Horizontal, 1)], ["##########", ".........."]);
+        assert_eq!(row(Hatch::Vertical, 3), ".#.......#");
+        // y runs down: a line that rises to the right has less x on a lower row.
+        assert_eq!([row(Hatch::Rising, 8), row(Hatch::Rising, 9)], [".#.......#", "#.......#."]);
+        assert_eq!([row(Hatch::Falling, 8), row(Hatch::Falling, 9)], [".#.......#", "..#......."]);
+        assert_eq!([row(Hatch::Square, 0), row(Hatch::Square, 1)], ["##########", ".#.......#"]);
+        assert_eq!(row(Hatch::Diamond, 1), "#.#.....#.");
+        assert_eq!(fill(Hatch::Vertical, false).at(1, 0), Filling::Nothing);
+        assert_eq!(fill(Hatch::Vertical, false).at(8, 0), Filling::Hatch(DVec3::X));
+        assert_eq!(FillStyle::default().at(3, 4), Filling::Face);
+    }
+}

@@ -1,0 +1,41 @@
+//! The reference's own rays for a sky: the direction in which each pixel looks.
+//!
+//! A point (x, y, z) of view space is seen at NDC (a, b) where r0 . p = a (r3 . p) and r1 . p = b (r3 . p), r the rows of the
+//! projection. At two depths z the two equations are solved for x and y by Cramer's rule; the ray runs from the nearer to the farther
+//! one, and the transpose of the view's rotation turns it into the world.
+
+use super::camera::Sight;
+use super::picture::TruthPicture;
+use super::wide::Wide;
+use crate::scene::Sky;
+use glam::DVec3;
+
+/// The world direction seen at the centre of pixel (x, y).
+fn ray(sight: &Sight, x: i64, y: i64) -> DVec3 {
+    let [a, b] = sight.ndc_of_pixel(x, y);
+    let r = &sight.projection;
+    let row = |k: usize, ndc: Wide| -> [Wide; 4] { std::array::from_fn(|c| r[k][c] - ndc * r[3][c]) };
+    let (first, second) = (row(0, a), row(1, b));
+    let at = |z: Wide| {
+        let (p, q) = (first[2] * z + first[3], second[2] * z + second[3]);
+        let determinant = first[0] * second[1] - first[1] * second[0];
+        let x = (first[1] * q - second[1] * p) / determinant;
+        let y = (second[0] * p - first[0] * q) / determinant;
+        [x, y, z]
+    };
+    let (near, far) = (at(-Wide::ONE), at(-Wide::new(2.0)));
+    let along: [Wide; 3] = std::array::from_fn(|c| far[c] - near[c]);
+    let world = |c: usize| (0..3).fold(Wide::ZERO, |sum, k| sum + sight.view[k][c] * along[k]);
+    DVec3::new(world(0).to_f64(), world(1).to_f64(), world(2).to_f64())
+}
+
+impl TruthPicture {
+    /// A sky over the pixels of x0..x1, y0..y1.
+    pub(super) fn paint_sky(&mut self, [x0, x1, y0, y1]: [i64; 4], sight: &Sight, sky: &Sky) {
+        for y in y0..y1 {
+            for x in x0..x1 {
+                self.paint_pixel(x, y, sky.color(ray(sight, x, y)), sky.opacity);
+            }
+        }
+    }
+}
