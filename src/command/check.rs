@@ -8,7 +8,7 @@
 //! - EARGS: a name that could not stand in a line; no byte to write, no point to join.
 
 use super::args::is_name;
-use super::model::{Command, LightCommand, MeshSource, Quality, Rect, SnapTarget};
+use super::model::{Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
 use crate::error::{Code, Fault};
 use crate::scene::{Attenuation, Projection};
 use glam::DVec3;
@@ -70,9 +70,12 @@ impl Command {
             | Command::Copy { source: rect, .. }
             | Command::Crc { rect: Some(rect) }
             | Command::Rect { rect, .. }
-            | Command::FillRect { rect, .. }
             | Command::Viewport { rect, .. }
             | Command::DrawEye { rect, .. } => {
+                from_zero("width", rect.w)?;
+                from_zero("height", rect.h)
+            }
+            Command::FillRect { rect, .. } => {
                 from_zero("width", rect.w)?;
                 from_zero("height", rect.h)
             }
@@ -130,6 +133,7 @@ impl Command {
         let vectors = |vectors: &[DVec3]| vectors.iter().try_for_each(|v| reals(&v.to_array()));
         match self {
             Command::Fill { points, .. } => reals(points.as_flattened()),
+            Command::FillRect { rect: RealRect { x, y, w, h }, .. } => reals(&[*x, *y, *w, *h]),
             Command::FillCircle { cx, cy, r, .. } => reals(&[*cx, *cy, *r]),
             Command::FillPoly { points, .. } => reals(points.as_flattened()),
             Command::LineAa { p0, p1, .. } => reals([*p0, *p1].as_flattened()),

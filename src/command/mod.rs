@@ -24,8 +24,8 @@ pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};
 pub use help::help_text;
 pub use model::{
-    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, Rect, Shears,
-    SnapTarget,
+    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect, Rect,
+    Shears, SnapTarget,
 };
 pub use sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink, binary_pixel};
 pub use spare::SparePayload;

@@ -1,6 +1,6 @@
 //! The closed `Command` enum: one variant a verb, numbers already parsed and finite.
 
-pub use crate::draw2d::{AreaColors, RampColor, Rect};
+pub use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
 use crate::memory::{DepthFormat, Rgba};
 use crate::scene::{
     Attenuation, Cull, HiddenSurface, Interpolation, Material, Projection, Sampling, ShadeMode, ViewportRule,
@@ -146,7 +146,7 @@ pub enum Command {
     /// `RECT x y w h c`
     Rect { rect: Rect, color: Rgba },
     /// `FILLRECT x y w h c`
-    FillRect { rect: Rect, color: Rgba },
+    FillRect { rect: RealRect, color: Rgba },
     /// `CIRCLE cx cy r c`
     Circle { cx: i32, cy: i32, r: i32, color: Rgba },
     /// `FILLCIRCLE cx cy r c`

@@ -109,7 +109,7 @@ pub(super) static TABLE: [Verb; 75] = [
         form("RECT x y w h c", "draws the border of a rectangle"),
     ]),
     text("FILLRECT", Plane, Of(&[5]), Never, plane::fillrect, &[
-        form("FILLRECT x y w h c", "fills a rectangle"),
+        form("FILLRECT x y w h c", "fills the pixels with centres in [x,x+w) x [y,y+h); reals"),
     ]),
     text("CIRCLE", Plane, Of(&[4]), Never, plane::circle, &[
         form("CIRCLE cx cy r c", "draws a circle about a pixel"),

@@ -10,15 +10,15 @@ pub enum DrawError {
     #[error("sizes are 0 or more, not {w}x{h}")]
     NegativeSize {
         /// Width asked for, in pixels.
-        w: i32,
+        w: Size,
         /// Height asked for, in pixels.
-        h: i32,
+        h: Size,
     },
     /// A radius below zero.
     #[error("a radius is 0 or more, not {r}")]
     NegativeRadius {
         /// Radius asked for, in pixels.
-        r: Radius,
+        r: Size,
     },
     /// A source that is not wholly inside the frame.
     #[error("{}x{} pixels from ({},{}) are not all inside the frame's {width}x{height}", .rect.w, .rect.h, .rect.x, .rect.y)]
@@ -58,21 +58,21 @@ pub enum DrawError {
     },
 }
 
-/// A radius in an error: the bits of an f64, so that errors can be compared.
+/// A real size in an error: the bits of an f64, so that errors can be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Radius(u64);
+pub struct Size(u64);
 
-impl From<f64> for Radius {
-    fn from(r: f64) -> Self {
-        Radius(r.to_bits())
+impl<T: Into<f64>> From<T> for Size {
+    fn from(v: T) -> Self {
+        Size(v.into().to_bits())
     }
 }
 
-impl std::fmt::Display for Radius {
+impl std::fmt::Display for Size {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         // Exponent form for the very large, so that a message stays one short line.
-        let r = f64::from_bits(self.0);
-        if r.abs() < 1e15 { write!(f, "{r}") } else { write!(f, "{r:e}") }
+        let v = f64::from_bits(self.0);
+        if v.abs() < 1e15 { write!(f, "{v}") } else { write!(f, "{v:e}") }
     }
 }
 
@@ -94,6 +94,6 @@ impl Rect {
     /// This rectangle, refused when a side is below zero.
     pub(super) fn checked(self) -> Result<Self, DrawError> {
         let Rect { w, h, .. } = self;
-        if w < 0 || h < 0 { Err(DrawError::NegativeSize { w, h }) } else { Ok(self) }
+        if w < 0 || h < 0 { Err(DrawError::NegativeSize { w: w.into(), h: h.into() }) } else { Ok(self) }
     }
 }

@@ -55,6 +55,26 @@ pub struct Rect {
     pub h: i32,
 }
 
+/// A rectangle in real coordinates, in pixels: left, top, width, height. The centre of pixel (i,j) is (i + 1/2, j + 1/2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RealRect {
+    /// Left side.
+    pub x: f64,
+    /// Top side.
+    pub y: f64,
+    /// Width; negative ones are ERANGE when run.
+    pub w: f64,
+    /// Height; negative ones are ERANGE when run.
+    pub h: f64,
+}
+
+impl From<Rect> for RealRect {
+    fn from(r: Rect) -> Self {
+        let [x, y, w, h] = [r.x, r.y, r.w, r.h].map(f64::from);
+        RealRect { x, y, w, h }
+    }
+}
+
 /// A line's colours: one, or a ramp from the first to the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RampColor {

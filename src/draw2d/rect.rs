@@ -1,20 +1,51 @@
-//! Rectangles in whole pixels: filled, and their borders.
+//! Rectangles: filled, with real sides, and their borders, in whole pixels.
+//!
+//! The exact answer of a fill: pixel (i,j) is lit when x <= i + 1/2 < x + w and y <= j + 1/2 < y + h, where the sums are
+//! those of the real numbers that were given, not rounded. For whole numbers these are the w x h pixels from (x,y).
 
 use super::blend::Paint;
-use super::{Blend, DrawError, Rect, clip_range, pixels_mut, run_mut};
+use super::{Blend, DrawError, RealRect, Rect, clip_range, pixels_mut, run_mut};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
-/// Fills w x h pixels from (x, y). A size of 0 draws nothing; a negative one is an error.
-pub fn fill_rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
-    let Rect { x, y, w, h } = rect.checked()?;
-    let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
+/// Fills the pixels whose centres lie in [x, x + w) x [y, y + h). A size of 0 draws nothing; a negative one is an error.
+///
+/// Numbers that are not finite draw nothing.
+pub fn fill_rect(
+    memory: &mut VideoMemory,
+    rect: impl Into<RealRect>,
+    color: Rgba,
+    blend: Blend,
+) -> Result<(), DrawError> {
+    let RealRect { x, y, w, h } = rect.into();
+    if w < 0.0 || h < 0.0 {
+        return Err(DrawError::NegativeSize { w: w.into(), h: h.into() });
+    }
+    if ![x, y, w, h].iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let (xs, ys) = (centres(x, w, memory.width()), centres(y, h, memory.height()));
     let window = memory.window();
     let ys = ys.start.max(window.start as i32)..ys.end.min(window.end as i32);
     if let Some(paint) = Paint::new(color, blend) {
         block(memory, xs, ys, paint);
     }
     Ok(())
+}
+
+/// The pixels of a row of `size` whose centres lie in [start, start + length), decided exactly; `length` >= 0.
+fn centres(start: f64, length: f64, size: u32) -> Range<i32> {
+    let size = f64::from(size);
+    // `end + rest` is the sum without rounding (Knuth's two-sum).
+    let end = start + length;
+    let from_length = end - start;
+    let rest = (start - (end - from_length)) + (length - from_length);
+    // The first pixel whose centre is not below v. The difference is exact wherever the answer is above 0.
+    let first = |v: f64| (v - 0.5).ceil().clamp(0.0, size);
+    let last = first(end);
+    // A centre that equals the rounded end lies inside when the true end is beyond it.
+    let is_inside = rest > 0.0 && last + 0.5 == end && last < size;
+    first(start) as i32..last as i32 + i32::from(is_inside)
 }
 
 /// The border of [`fill_rect`]'s pixels, one pixel wide, each lit once.
@@ -100,6 +131,50 @@ mod tests {
         }
     }
 
+    /// Reals at which rounding decides: centres and their neighbours, numbers without a fraction, the smallest and largest.
+    fn border_cases() -> Vec<f64> {
+        let near = |v: f64| [v.next_down(), v, v.next_up()];
+        let centres = [-1.5, -0.5, 0.5, 1.0, 2.5, 3.25, 6.5, 7.5].into_iter().flat_map(near);
+        let far = [1e9 + 0.5, 4503599627370497.5, 9007199254740993.0, 1e17, 1e300, f64::MAX];
+        let far = far.into_iter().flat_map(|v| [v, -v]);
+        centres.chain(far).chain([0.0, -0.0, 5e-324, -5e-324, 1e-17, -1e-17]).collect()
+    }
+
+    /// A real in units of 2^-1074, which all finite f64 are whole multiples of.
+    fn exact(v: f64) -> num_bigint::BigInt {
+        let (mantissa, exponent) = crate::math::coverage::wide::parts(v);
+        num_bigint::BigInt::from(mantissa) << (exponent + 1074) as u32
+    }
+
+    #[test]
+    fn real_sides_cover_the_centres_between_them_exactly() {
+        let cases = border_cases();
+        // With sides whose rounded sum is a centre and whose true sum is not.
+        let sides = cases.iter().flat_map(|&a| cases.iter().map(move |&b| (a, b)));
+        let sums = cases.iter().flat_map(|&a| [0.5, 2.5, 6.5].map(|c| (a, c - a)));
+        for (x, w) in sides.chain(sums).filter(|(_, w)| *w >= 0.0) {
+            let (low, high) = (exact(x), exact(x) + exact(w));
+            let want: Vec<i32> =
+                (0..8).filter(|&i| (&low..&high).contains(&&exact(f64::from(i) + 0.5))).collect();
+            assert_eq!(centres(x, w, 8).collect::<Vec<_>>(), want, "from {x:e}, length {w:e}");
+            let mut m = memory(8, 3);
+            let rect = RealRect { x, y: 0.5, w, h: 1.5 };
+            fill_rect(&mut m, rect, [255, 255, 255, 100], Blend::Over).unwrap();
+            let want: Vec<_> = (0..2).flat_map(|y| want.iter().map(move |&x| (x, y))).collect();
+            assert_eq!(lit(&m, 100), want, "from {x:e}, length {w:e}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_draw_nothing() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut m = memory(4, 4);
+            let rect = RealRect { x: bad, y: 0.0, w: 4.0, h: 4.0 };
+            fill_rect(&mut m, rect, [255; 4], Blend::Replace).unwrap();
+            assert_eq!(lit(&m, 255), []);
+        }
+    }
+
     fn lit_by(inside: impl Fn(i64, i64) -> bool) -> Vec<(i32, i32)> {
         let all = (0..FRAME_H).flat_map(|y| (0..FRAME_W).map(move |x| (x, y)));
         all.filter(|&(x, y)| inside(x.into(), y.into())).collect()
@@ -112,7 +187,7 @@ mod tests {
         let r = |w, h| Rect { x: 2, y: 2, w, h };
         assert_eq!(
             fill_rect(&mut m, r(-1, 3), [1; 4], Blend::Replace),
-            Err(DrawError::NegativeSize { w: -1, h: 3 })
+            Err(DrawError::NegativeSize { w: (-1).into(), h: 3.into() })
         );
         assert_eq!(
             rect(&mut m, r(3, i32::MIN), [1; 4], Blend::Replace).unwrap_err().code().as_str(),

@@ -17,7 +17,7 @@
 
 use super::thread::message::{Id, Inbox, Item, Message};
 use super::{Complaint, InputEvent};
-use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, Rect};
+use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, RealRect, Rect};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, VideoMemory};
 use crossbeam_channel::{Sender, bounded};
@@ -151,9 +151,10 @@ impl Client {
         self.send(Command::Fill { points, colors: AreaColors::Three(colors) });
     }
 
-    /// `FILLRECT`
-    pub fn fill_rect(&self, x: i32, y: i32, w: i32, h: i32, color: Rgba) {
-        self.send(Command::FillRect { rect: Rect { x, y, w, h }, color });
+    /// `FILLRECT`: the pixels whose centres lie in [x, x + w) x [y, y + h).
+    pub fn fill_rect<T: Into<f64>>(&self, x: T, y: T, w: T, h: T, color: Rgba) {
+        let [x, y, w, h] = [x, y, w, h].map(Into::into);
+        self.send(Command::FillRect { rect: RealRect { x, y, w, h }, color });
     }
 
     /// `BLIT`: RGBA rows.

@@ -3,7 +3,7 @@
 use crate::recorder::{Event, hear};
 use fbptr::command::{
     AreaColors, Command, EncodeError, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor,
-    Rect, SnapTarget, Verb, encode,
+    RealRect, Rect, SnapTarget, Verb, encode,
 };
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{
@@ -207,7 +207,9 @@ fn command() -> BoxedStrategy<Command> {
             .prop_map(|(points, colors)| Command::Fill { points, colors })
             .boxed(),
         (rect(), color()).prop_map(|(rect, color)| Command::Rect { rect, color }).boxed(),
-        (rect(), color()).prop_map(|(rect, color)| Command::FillRect { rect, color }).boxed(),
+        (real2(), size(), size(), color())
+            .prop_map(|([x, y], w, h, color)| Command::FillRect { rect: RealRect { x, y, w, h }, color })
+            .boxed(),
         (xy(), 0..=i32::MAX, color())
             .prop_map(|((cx, cy), r, color)| Command::Circle { cx, cy, r, color })
             .boxed(),

@@ -2,8 +2,8 @@
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{
-    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, Rect, SnapTarget,
-    Verb,
+    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect, Rect,
+    SnapTarget, Verb,
 };
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{
@@ -87,7 +87,11 @@ fn good() -> Vec<(&'static str, Command)> {
             area([[1.0, 2.0], [3.0, 4.0], [5.0, 1e9]], AreaColors::Three([RED, GREEN, BLUE])),
         ),
         ("RECT 1 2 3 4 ff0000ff", Command::Rect { rect: rect(1, 2, 3, 4), color: RED }),
-        ("FILLRECT 1 2 0 4 red", Command::FillRect { rect: rect(1, 2, 0, 4), color: RED }),
+        ("FILLRECT 1 2 0 4 red", Command::FillRect { rect: rect(1, 2, 0, 4).into(), color: RED }),
+        (
+            "FILLRECT -1.5 .25 1e3 4 red",
+            Command::FillRect { rect: RealRect { x: -1.5, y: 0.25, w: 1e3, h: 4.0 }, color: RED },
+        ),
         ("CIRCLE 1 2 3 80", Command::Circle { cx: 1, cy: 2, r: 3, color: [128, 128, 128, 255] }),
         ("FILLCIRCLE 1.5 2 3 red", Command::FillCircle { cx: 1.5, cy: 2.0, r: 3.0, color: RED }),
         ("POLY red 1 2", Command::Poly { color: RED, points: vec![[1, 2]] }),

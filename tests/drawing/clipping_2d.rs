@@ -3,7 +3,7 @@
 //! Every verb is drawn into a small frame and, moved by whole pixels, into a large one that holds the small one as a
 //! window. The window must hold the same bytes, and nothing else may change when the frame is one pixel wide.
 
-use fbptr::draw2d::{self, AreaColors, Blend, RampColor, Rect};
+use fbptr::draw2d::{self, AreaColors, Blend, RampColor, RealRect, Rect};
 use fbptr::memory::{Rgba, VideoMemory};
 use proptest::prelude::*;
 
@@ -16,7 +16,7 @@ enum Figure {
     Triangle([[i32; 2]; 3], AreaColors),
     Fill([[f64; 2]; 3], AreaColors),
     Rect(Rect, Rgba),
-    FillRect(Rect, Rgba),
+    FillRect(RealRect, Rgba),
     Circle([i32; 2], i32, Rgba),
     FillCircle([f64; 2], f64, Rgba),
     Poly(Vec<[i32; 2]>, Rgba),
@@ -35,7 +35,10 @@ fn draw(memory: &mut VideoMemory, figure: &Figure, by: [i32; 2], blend: Blend) {
         Figure::Triangle(p, colors) => draw2d::triangle_outline(memory, p.map(|p| at(&p)), *colors, blend),
         Figure::Fill(p, colors) => draw2d::fill(memory, p.map(|p| real(&p)), *colors, blend),
         Figure::Rect(r, color) => draw2d::rect(memory, rect(r), *color, blend).unwrap(),
-        Figure::FillRect(r, color) => draw2d::fill_rect(memory, rect(r), *color, blend).unwrap(),
+        Figure::FillRect(r, color) => {
+            let [x, y] = real(&[r.x, r.y]);
+            draw2d::fill_rect(memory, RealRect { x, y, ..*r }, *color, blend).unwrap();
+        }
         Figure::Circle(c, r, color) => draw2d::circle(memory, at(c), *r, *color, blend).unwrap(),
         Figure::FillCircle(c, r, color) => draw2d::fill_circle(memory, real(c), *r, *color, blend).unwrap(),
         Figure::Poly(p, color) => {
@@ -80,7 +83,10 @@ fn figure() -> impl Strategy<Value = Figure> {
         ([whole(), whole(), whole()], areas()).prop_map(|(p, c)| Figure::Triangle(p, c)),
         ([real(), real(), real()], areas()).prop_map(|(p, c)| Figure::Fill(p, c)),
         (rect(), any::<Rgba>()).prop_map(|(r, c)| Figure::Rect(r, c)),
-        (rect(), any::<Rgba>()).prop_map(|(r, c)| Figure::FillRect(r, c)),
+        (real(), [0..60 * 256i32, 0..60 * 256i32], any::<Rgba>()).prop_map(|([x, y], size, c)| {
+            let [w, h] = size.map(|v| f64::from(v) / 256.0);
+            Figure::FillRect(RealRect { x, y, w, h }, c)
+        }),
         (whole(), 0..60i32, any::<Rgba>()).prop_map(|(p, r, c)| Figure::Circle(p, r, c)),
         (real(), 0..60 * 256i32, any::<Rgba>()).prop_map(|(p, r, c)| Figure::FillCircle(
             p,
@@ -159,6 +165,8 @@ proptest! {
             draw2d::fill_rect(&mut m, rect, c[0], blend).is_err(),
         ];
         prop_assert_eq!(refused, [v[2] < 0 || v[3] < 0; 2]);
+        let area = RealRect { x: r[0], y: r[1], w: r[2], h: r[3] };
+        prop_assert_eq!(draw2d::fill_rect(&mut m, area, c[0], blend).is_err(), r[2] < 0.0 || r[3] < 0.0);
         prop_assert_eq!(draw2d::circle(&mut m, p[0], v[2], c[0], blend).is_err(), v[2] < 0);
         prop_assert_eq!(draw2d::fill_circle(&mut m, q[0], r[2], c[0], blend).is_err(), r[2] < 0.0);
         let inside = |a: i32, n: i32, limit: u32| a >= 0 && i64::from(a) + i64::from(n) <= limit.into();

@@ -1,7 +1,7 @@
 //! A text line: words of every kind, and those of each command.
 
 use super::EncodeError;
-use crate::command::model::{AreaColors, Command, ErrorMode, FileKind, Quality, Rect, SnapTarget};
+use crate::command::model::{AreaColors, Command, ErrorMode, FileKind, Quality, RealRect, Rect, SnapTarget};
 use crate::memory::Rgba;
 use crate::scene::ViewportRule;
 use glam::DVec3;
@@ -113,8 +113,12 @@ impl<'a> Line<'a> {
                 self.reals(points.as_flattened());
                 self.area(*colors);
             }
-            Command::Rect { rect, color } | Command::FillRect { rect, color } => {
+            Command::Rect { rect, color } => {
                 self.rect(*rect);
+                self.color(*color);
+            }
+            Command::FillRect { rect: RealRect { x, y, w, h }, color } => {
+                self.reals(&[*x, *y, *w, *h]);
                 self.color(*color);
             }
             Command::Circle { cx, cy, r, color } => {

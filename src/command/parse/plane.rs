@@ -3,7 +3,7 @@
 use super::Parsed;
 use super::memory::rectangle;
 use crate::command::args::{Args, Refusal};
-use crate::command::model::{AreaColors, Command, RampColor};
+use crate::command::model::{AreaColors, Command, RampColor, RealRect};
 use crate::error::Code;
 
 pub fn line(args: &mut Args<'_>) -> Parsed {
@@ -36,7 +36,8 @@ pub fn rect(args: &mut Args<'_>) -> Parsed {
 }
 
 pub fn fillrect(args: &mut Args<'_>) -> Parsed {
-    Ok(Command::FillRect { rect: rectangle(args)?, color: args.color()? })
+    let [x, y, w, h] = args.reals()?;
+    Ok(Command::FillRect { rect: RealRect { x, y, w, h }, color: args.color()? })
 }
 
 pub fn circle(args: &mut Args<'_>) -> Parsed {

@@ -16,7 +16,7 @@
 //! One would know an error by the bytes of a figure that differ from those of one piece (tests below), or by a replay.
 
 use super::{Effect, Engine, Progress};
-use crate::command::{AreaColors, Command, Rect};
+use crate::command::{AreaColors, Command, RealRect, Rect};
 use crate::draw2d::{self, Blend, DrawError, TextCursor};
 use crate::error::{Code, Fault};
 use crate::server::{Budget, Session};
@@ -62,7 +62,9 @@ impl Engine {
             C::Crc { rect: Some(rect) } => self.visible(*rect) / 4,
             C::Read { rect } => self.visible(*rect),
             C::Copy { source, .. } => self.visible(*source),
-            C::FillRect { rect, .. } => self.visible(*rect) * composed / 2,
+            C::FillRect { rect: RealRect { x, y, w, h }, .. } => {
+                self.visible_box([*x, *y], [x + w, y + h]).0 * composed / 2
+            }
             C::FillCircle { cx, cy, r, .. } => {
                 self.visible_box([cx - r, cy - r], [cx + r, cy + r]).0 * composed / 2
             }
@@ -335,8 +337,8 @@ mod tests {
                 color: b,
                 points: vec![[0.0, 0.0], [699.0, 300.0], [3.0, 320.0], [600.0, 9.5]],
             },
-            Command::FillRect { rect: rect(-5, 7, 400, 300), color: b },
-            Command::FillRect { rect: rect(0, 0, 700, 330), color: b },
+            Command::FillRect { rect: rect(-5, 7, 400, 300).into(), color: b },
+            Command::FillRect { rect: RealRect { x: 0.25, y: -1e9, w: 699.5, h: 2e9 }, color: b },
             Command::FillCircle { cx: 300.25, cy: 100.5, r: 250.0, color: a },
             Command::Clear { color: c },
             Command::Copy { source: rect(3, 0, 600, 300), dx: 9, dy: 11 },
@@ -395,7 +397,7 @@ mod tests {
             Command::Copy { source: rect(0, 100, 600, 300), dx: 1, dy: 2 },
             Command::Read { rect: rect(0, -1, 5, 5) },
             Command::Crc { rect: Some(rect(0, 0, -1, 5)) },
-            Command::FillRect { rect: rect(0, 0, 5, -5), color: [1; 4] },
+            Command::FillRect { rect: rect(0, 0, 5, -5).into(), color: [1; 4] },
             Command::Points { packed: vec![0; 8 * 200_000 + 1] },
             Command::Text { x: 0, y: 0, color: [1; 4], utf8 },
         ] {
