@@ -9,6 +9,7 @@ mod hall;
 mod loads;
 mod memory;
 mod metrics;
+mod pipes;
 mod process;
 mod protocol;
 mod python_client;

@@ -39,6 +39,7 @@ use super::thread::Link;
 use super::thread::message::{Batch, Message, Opening, Port, Source};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
+use crossbeam_channel::bounded;
 use report::{Trouble, report};
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -150,13 +151,19 @@ pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()
     };
     let buffers = Arc::new(Pool::new());
     let opening = open(Recycle::Own(buffers.clone()));
+    let (begin, begins) = bounded(1);
+    let reader_messages = messages.clone();
     let read = move || {
         let _life = life;
-        if messages.send(opening).is_ok() {
-            read_all(input, &buffers, end, |message| messages.send(message(id)).is_ok());
+        if begins.recv().is_ok() {
+            read_all(input, &buffers, end, |message| reader_messages.send(message(id)).is_ok());
         }
     };
     Builder::new().name(format!("read {id}")).stack_size(STACK_BYTES).spawn(read)?;
+    // By the caller: a render thread that is told to end after this knows of the connection.
+    if messages.send(opening).is_ok() {
+        let _ = begin.send(());
+    }
     Ok(())
 }
 
