@@ -1,0 +1,118 @@
+//! Runs whole streams on a whole server: every verb, extreme numbers, changed payloads, odd files,
+//! several connections in turns and at one time, resets and cuts.
+//!
+//! An input is a list of choices (`streams/data.rs`) that stand for a case (`streams/case.rs`). For
+//! each:
+//! - nothing panics, inside a command or outside of one, and no turn takes long;
+//! - each query is answered once and in its order, each error names a command;
+//! - other cuts, threads and vectors give the same replies, pixels and depths;
+//! - nothing is written outside the snapshot folder;
+//! - a recording, played, gives the same pixels and depths: of a run turn by turn, and of one on a
+//!   server's threads with all connections at one time.
+//!
+//! On a failure the streams are written to `artifacts/streams-PID.txt` beside the input that made
+//! them; `STREAM_OUT=file` writes those of any input.
+#![no_main]
+
+#[path = "streams/case.rs"]
+mod case;
+#[path = "streams/data.rs"]
+mod data;
+#[path = "streams/files.rs"]
+mod files;
+#[path = "streams/payloads.rs"]
+mod payloads;
+#[path = "streams/replies.rs"]
+mod replies;
+#[path = "streams/run.rs"]
+mod run;
+#[path = "streams/space.rs"]
+mod space;
+#[path = "streams/verbs.rs"]
+mod verbs;
+#[path = "streams/words.rs"]
+mod words;
+
+use case::Case;
+use files::Folders;
+use libfuzzer_sys::fuzz_target;
+use run::{Cuts, Outcome, SharedBuffer};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// The streams that run now, for the report of a failure.
+static CURRENT: Mutex<String> = Mutex::new(String::new());
+static FOLDERS: OnceLock<Folders> = OnceLock::new();
+
+/// Makes the folders, and has a panic write the streams before libFuzzer ends the process.
+fn prepare() -> Folders {
+    let known: Vec<&str> = verbs::VERBS.iter().copied().chain(["SYNC"]).collect();
+    for verb in fbptr::command::Verb::all() {
+        assert!(known.contains(&verb.name), "no stream has {}", verb.name);
+    }
+    let next = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let current = CURRENT.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = format!("artifacts/streams-{}.txt", std::process::id());
+        match std::fs::write(&path, format!("# {panic}\n{current}")) {
+            Ok(()) => eprintln!("the streams are in {path}"),
+            Err(_) => eprintln!("{current}"),
+        }
+        drop(current);
+        next(panic);
+    }));
+    Folders::new().expect("a temporary folder")
+}
+
+fuzz_target!(|input: &[u8]| {
+    let folders = FOLDERS.get_or_init(prepare);
+    let case = Case::new(input);
+    *CURRENT.lock().unwrap_or_else(PoisonError::into_inner) = case.to_text();
+    if let Ok(path) = std::env::var("STREAM_OUT") {
+        std::fs::write(&path, case.to_text()).expect("the file for the streams");
+    }
+    let first = check_turns(&case, folders);
+    if case.is_served {
+        check_served(&case, &first, folders);
+    }
+    folders.check();
+});
+
+/// Runs a case twice, turn by turn, and replays the first run.
+fn check_turns(case: &Case, folders: &Folders) -> Outcome {
+    let recording = SharedBuffer::default();
+    let first = run::run(case, Cuts::NONE, &case.options[0], folders, &recording);
+    let cuts = Cuts::of(case.piece_bytes);
+    let second = run::run(case, cuts, &case.options[1], folders, &SharedBuffer::default());
+    for (id, connection) in case.connections.iter().enumerate() {
+        let [a, b] = [&first, &second].map(|outcome| replies::without_stats(&outcome.replies[id]));
+        let text = |bytes: &[u8]| bytes.escape_ascii().to_string();
+        assert!(a == b, "connection {id} hears {}, and with other cuts {}", text(&a), text(&b));
+        if connection.is_matched {
+            replies::check(connection, &first.replies[id], first.is_ended[id]);
+        }
+    }
+    assert!(first.frame.memory == second.frame.memory, "other pixels with other cuts");
+    assert!(first.frame.depth == second.frame.depth, "other depths with other cuts");
+    check_replay(case, &recording, &first.frame);
+    first
+}
+
+/// Runs a case with all connections at one time, and replays that.
+fn check_served(case: &Case, first: &Outcome, folders: &Folders) {
+    let recording = SharedBuffer::default();
+    let (replies, frame) = run::serve(case, folders, &recording);
+    for (id, connection) in case.connections.iter().enumerate() {
+        // A reset may lose replies.
+        if connection.is_matched && connection.is_finished {
+            replies::check(connection, &replies[id], first.is_ended[id]);
+        }
+    }
+    check_replay(case, &recording, &frame);
+}
+
+fn check_replay(case: &Case, recording: &SharedBuffer, frame: &run::Frame) {
+    let (replayed, notices) = run::replay(case, recording);
+    assert!(notices.is_empty(), "the replay refuses {notices:?}");
+    assert!(replayed.memory == frame.memory, "the recording gives other pixels");
+    assert!(replayed.depth == frame.depth, "the recording gives other depths");
+}

@@ -1,0 +1,69 @@
+//! Compares replies with the commands: every query is answered once, in order, or refused; every
+//! error names a command.
+
+use super::case::Connection;
+
+/// The replies without those to `STATS`, and without what refuses them: sizes that depend on time. They
+/// may stand behind a payload, so they are looked for in any place.
+pub fn without_stats(replies: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut rest = replies;
+    while let Some((&byte, after)) = rest.split_first() {
+        if [&b"STATS bytes="[..], b"EQUOTA STATS:"].iter().any(|mark| rest.starts_with(mark)) {
+            rest = &rest[rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len())..];
+        } else {
+            out.push(byte);
+            rest = after;
+        }
+    }
+    out
+}
+
+/// Panics where the replies of a connection are not those that its commands get.
+pub fn check(connection: &Connection, replies: &[u8], is_ended: bool) {
+    let text = || replies.escape_ascii().to_string();
+    let mut rest = replies;
+    // Commands before this one are answered or refused for good.
+    let mut next = 0usize;
+    while !rest.is_empty() {
+        let end =
+            rest.iter().position(|&b| b == b'\n').unwrap_or_else(|| panic!("no LF at the end: {}", text()));
+        let line = String::from_utf8_lossy(&rest[..end]).into_owned();
+        let words: Vec<&str> = line.split(' ').collect();
+        if words[0] == "ERR" {
+            assert!(line.len() < 1000 && line.bytes().all(|b| (b' '..=b'~').contains(&b)), "{line:?}");
+            assert!(!line.contains("defect"), "{line}");
+            let byte: u64 = words[2].parse().expect("a place");
+            let last = next.checked_sub(1).map(|last| connection.commands[last].0);
+            if last == Some(byte) && words[3] == "EPROTO" {
+                // The stream ended within the payload of a refused command.
+                rest = &rest[end + 1..];
+                continue;
+            }
+            let found = connection.commands[next..].iter().position(|c| c.0 == byte);
+            let at =
+                next + found.unwrap_or_else(|| panic!("no command at {byte} from {next} on: {}", text()));
+            let skipped = connection.commands[next..at].iter().find(|c| c.1.is_some());
+            assert!(skipped.is_none(), "{line:?} before a reply to {skipped:?}: {}", text());
+            next = at + 1;
+            rest = &rest[end + 1..];
+            continue;
+        }
+        let found = connection.commands[next..].iter().position(|c| c.1.is_some());
+        let at = next + found.unwrap_or_else(|| panic!("{line:?} was not asked for: {}", text()));
+        let verb = connection.commands[at].1.expect("it was looked for");
+        next = at + 1;
+        if verb == "HELP" {
+            rest = rest.strip_prefix(fbptr::command::help_text().as_bytes()).expect("the help");
+            continue;
+        }
+        assert_eq!(words[0], verb, "{line:?}: {}", text());
+        let payload = words.last().and_then(|w| w.strip_prefix(':')).filter(|n| !n.is_empty());
+        let payload: usize = payload.map_or(0, |n| n.parse().expect("a length"));
+        rest = &rest[end + 1 + payload..];
+    }
+    if !is_ended && connection.is_finished {
+        let left = connection.commands[next..].iter().find(|c| c.1.is_some());
+        assert!(left.is_none(), "{left:?} was not answered: {}", text());
+    }
+}

@@ -1,0 +1,253 @@
+//! Runs a case: stream by stream on an engine, or all connections at one time on a server's
+//! threads.
+//!
+//! Out: the replies, the memory and the depth, and the recording. A run on an engine is on the
+//! calling thread, in the case's order, and gives the same each time; one on a server takes turns
+//! as it likes.
+
+use super::case::{Case, Connection};
+use super::files::Folders;
+use fbptr::command::EndOfInput;
+use fbptr::load::Folder;
+use fbptr::pipeline::{RenderOptions, Renderer};
+use fbptr::server::{
+    Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, Standing,
+    Stream,
+};
+use std::io::{self, Cursor, Read, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// CPU time of one turn, beyond which it counts as a hang. The build checks each sum and counts
+/// each branch, so it is slower than a release build by far.
+const TOO_LONG_NS: u64 = 20_000_000_000;
+
+/// Video memory and depth at the end of a run.
+#[derive(PartialEq)]
+pub struct Frame {
+    pub memory: Vec<u8>,
+    pub depth: Option<Vec<u32>>,
+}
+
+impl Frame {
+    fn of(engine: &Engine) -> Frame {
+        let memory = engine.memory();
+        let pixels = memory.width() as usize * memory.height() as usize;
+        let depth = engine.depth().map(|d| (0..pixels).map(|i| d.word(i)).collect());
+        Frame { memory: memory.bytes().to_vec(), depth }
+    }
+}
+
+/// The result of a run on an engine.
+pub struct Outcome {
+    /// The replies of each connection.
+    pub replies: Vec<Vec<u8>>,
+    /// Whether the server ended each.
+    pub is_ended: Vec<bool>,
+    pub frame: Frame,
+}
+
+/// Bytes that several threads write and read.
+#[derive(Clone, Default)]
+pub struct SharedBuffer(Arc<Mutex<Vec<u8>>>);
+
+impl SharedBuffer {
+    pub fn bytes(&self) -> Vec<u8> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Write for SharedBuffer {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The way in which a run is cut into pieces.
+#[derive(Clone, Copy)]
+pub struct Cuts {
+    piece_bytes: usize,
+    budget: Budget,
+}
+
+impl Cuts {
+    /// Whole commands.
+    pub const NONE: Cuts = Cuts { piece_bytes: usize::MAX, budget: Budget::NONE };
+
+    /// Pieces of at most so many bytes; some lengths also rest after each command or each reply.
+    pub fn of(piece_bytes: usize) -> Cuts {
+        let pace = if piece_bytes == 2 { Pace::OneCommand } else { Pace::Free };
+        let reply_bytes = if piece_bytes == 7 { 1 } else { usize::MAX };
+        Cuts { piece_bytes, budget: Budget { pace, reply_bytes, ..Budget::NONE } }
+    }
+}
+
+fn engine(case: &Case, options: &RenderOptions, folders: &Folders, recording: &SharedBuffer) -> Engine {
+    let [width, height] = case.size;
+    let mut engine = Engine::with_limits(width, height, case.limits).expect("a small frame");
+    engine.set_renderer(Renderer::new(options.clone()));
+    engine.set_load_dir(Folder::open(&folders.load()).expect("the folder was made"));
+    engine.set_snap_dir(Folder::open(&folders.snap()).expect("the folder was made"));
+    let recorder = Recorder::new(Box::new(recording.clone()), width, height).expect("a thread");
+    engine.set_recorder(recorder);
+    engine
+}
+
+/// Runs a case turn by turn, and writes its recording.
+pub fn run(
+    case: &Case,
+    cuts: Cuts,
+    options: &RenderOptions,
+    folders: &Folders,
+    recording: &SharedBuffer,
+) -> Outcome {
+    let mut engine = engine(case, options, folders, recording);
+    let mut streams: Vec<Option<Stream>> = Vec::new();
+    for id in 0..case.connections.len() {
+        engine.open();
+        streams.push(Some(Stream::new(&engine, id as u64 + 1, Audience::Connection)));
+    }
+    let mut replies = vec![Vec::new(); case.connections.len()];
+    let mut is_ended = vec![false; case.connections.len()];
+    let mut out = Output::default();
+    let begun = Instant::now();
+    for turn in &case.turns {
+        let id = turn.connection;
+        let Some(stream) = &mut streams[id] else { continue };
+        engine.set_time(begun);
+        let clock = Clock::now();
+        let mut standing = Standing::Ready;
+        if !turn.bytes.is_empty() {
+            let bytes = &case.connections[id].stream[turn.bytes.clone()];
+            standing = feed(stream, &mut engine, bytes, cuts, &mut out, &mut replies[id]);
+        } else if case.connections[id].is_finished {
+            let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
+        }
+        clock.check(|| format!("connection {id}, bytes {:?}", turn.bytes));
+        replies[id].append(&mut out.replies);
+        engine.count(stream.session_mut());
+        is_ended[id] = standing == Standing::Ended;
+        if turn.bytes.is_empty() || is_ended[id] {
+            engine.close(stream.session_mut());
+            streams[id] = None;
+        }
+    }
+    for (id, stream) in streams.iter_mut().enumerate() {
+        if let Some(stream) = stream {
+            let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
+            replies[id].append(&mut out.replies);
+            engine.close(stream.session_mut());
+        }
+    }
+    engine.end();
+    Outcome { replies, is_ended, frame: Frame::of(&engine) }
+}
+
+/// One turn's bytes, piece by piece.
+fn feed(
+    stream: &mut Stream,
+    engine: &mut Engine,
+    bytes: &[u8],
+    cuts: Cuts,
+    out: &mut Output,
+    replies: &mut Vec<u8>,
+) -> Standing {
+    for piece in bytes.chunks(cuts.piece_bytes) {
+        let (mut used, mut calls) = (0, 0);
+        while used < piece.len() {
+            let (taken, standing) = stream.feed(engine, &piece[used..], out, cuts.budget);
+            used += taken;
+            replies.append(&mut out.replies);
+            calls += 1;
+            assert!(calls < 1_000_000, "a stream that does not go on");
+            match standing {
+                Standing::Ready | Standing::Rests => {}
+                Standing::Ended => return standing,
+                Standing::WaitsFor(_) | Standing::Works | Standing::InPieces => {
+                    panic!("{standing:?} without a display and without leave to suspend")
+                }
+            }
+        }
+    }
+    Standing::Ready
+}
+
+/// Runs a case on a server's threads, all connections at one time; the replies of each, and the
+/// frame.
+pub fn serve(case: &Case, folders: &Folders, recording: &SharedBuffer) -> (Vec<Vec<u8>>, Frame) {
+    let engine = engine(case, &case.options[1], folders, recording);
+    let server = Server::start(engine).expect("a thread");
+    let replies: Vec<SharedBuffer> = case.connections.iter().map(|_| SharedBuffer::default()).collect();
+    for (connection, replies) in case.connections.iter().zip(&replies) {
+        let input = Box::new(Pipe::new(connection, case.piece_bytes));
+        server.serve_pipe(input, Box::new(replies.clone()), || {}).expect("a thread");
+    }
+    let engine = server.finish();
+    (replies.iter().map(SharedBuffer::bytes).collect(), Frame::of(&engine))
+}
+
+/// A connection's input: its stream in pieces, then its end or a reset.
+struct Pipe {
+    stream: Cursor<Vec<u8>>,
+    piece_bytes: usize,
+    is_finished: bool,
+}
+
+impl Pipe {
+    fn new(connection: &Connection, piece_bytes: usize) -> Pipe {
+        let stream = Cursor::new(connection.stream.clone());
+        Pipe { stream, piece_bytes: piece_bytes.max(16), is_finished: connection.is_finished }
+    }
+}
+
+impl Read for Pipe {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = buffer.len().min(self.piece_bytes);
+        match self.stream.read(&mut buffer[..most]) {
+            Ok(0) if !self.is_finished => Err(io::ErrorKind::ConnectionReset.into()),
+            other => other,
+        }
+    }
+}
+
+/// Plays a recording on a render thread; the frame afterwards, and what was refused.
+pub fn replay(case: &Case, recording: &SharedBuffer) -> (Frame, Vec<Notice>) {
+    let engine = Engine::new(case.size[0], case.size[1]).expect("a small frame");
+    let thread = RenderThread::start(engine).expect("a thread");
+    let notices = Arc::new(Mutex::new(Vec::new()));
+    let heard = notices.clone();
+    let notify = move |notice| {
+        if matches!(notice, Notice::Refused(_)) {
+            heard.lock().unwrap_or_else(PoisonError::into_inner).push(notice);
+        }
+    };
+    let (input, sink) = (Cursor::new(recording.bytes()), Box::new(io::sink()));
+    let player = Player::start(&thread, Box::new(input), sink, EndOfInput::File, notify).expect("a thread");
+    player.wait();
+    let engine = thread.finish(Finish::WhenAllEnded);
+    let notices = std::mem::take(&mut *notices.lock().unwrap_or_else(PoisonError::into_inner));
+    (Frame::of(&engine), notices)
+}
+
+/// The CPU time of this thread at one moment, in nanoseconds; 0 where the system does not tell.
+struct Clock(u64);
+
+impl Clock {
+    fn read() -> u64 {
+        let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+        text.split(' ').next().and_then(|ns| ns.parse().ok()).unwrap_or(0)
+    }
+
+    fn now() -> Clock {
+        Clock(Clock::read())
+    }
+
+    fn check(&self, what: impl Fn() -> String) {
+        let taken = Clock::read() - self.0;
+        assert!(taken < TOO_LONG_NS, "{} ms for {}", taken / 1_000_000, what());
+    }
+}
