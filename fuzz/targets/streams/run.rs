@@ -108,7 +108,7 @@ pub fn run(
     let mut engine = engine(case, options, folders, recording);
     let mut streams: Vec<Option<Stream>> = Vec::new();
     for id in 0..case.connections.len() {
-        engine.open();
+        engine.open(id as u64 + 1);
         streams.push(Some(Stream::new(&engine, id as u64 + 1, Audience::Connection)));
     }
     let mut replies = vec![Vec::new(); case.connections.len()];
