@@ -13,6 +13,7 @@ mod temporary;
 pub use atomic::atomically;
 pub use formats::{SnapshotFormat, check_depth_path, crc32, depth_to_path, pfm, png, ppm, raw, to_path};
 pub use movie::{MOVIE_ENDINGS, Movie, MovieFormat, numbered_path};
+#[cfg(unix)]
 pub(crate) use temporary::{hold, temporary_name};
 pub use temporary::{remove_leftovers_beside, remove_leftovers_in};
 

@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io;
 
 /// Descriptors that connections leave to everything else that opens files.
+#[cfg(unix)]
 const KEPT_FOR_FILES: usize = 16;
 /// Descriptors taken to be open where the system does not tell.
 #[cfg(unix)]
