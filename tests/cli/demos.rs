@@ -183,6 +183,29 @@ fn play(stream: &Path, name: &str) -> (VideoMemory, Output) {
 }
 
 #[test]
+fn the_readmes_command_makes_the_picture_at_its_top() {
+    let page = std::fs::read_to_string(root().join("README.md")).expect("there is a page");
+    let command =
+        page.lines().find_map(|l| l.strip_prefix("cargo run --release -- play ")).expect("a command");
+    let words: Vec<&str> = command.split('#').next().expect("words").split_whitespace().collect();
+    assert_eq!(words.last(), Some(&"tour.png"), "{command}");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("readme-tour");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let stream = root().join(words[0]);
+    let arguments = [&["play", stream.to_str().expect("UTF-8")], &words[1..]].concat();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_fbptr"))
+        .args(arguments)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .current_dir(&folder)
+        .spawn()
+        .expect("it starts");
+    assert!(child.wait().expect("it ends").success());
+    let made = golden::read_png(&folder.join("tour.png")).expect("a picture");
+    assert_golden(&made, gallery_file("tour"), Tolerance::EXACT);
+}
+
+#[test]
 fn the_tour_goes_from_one_pixel_to_the_phong_teapot() {
     let tour = root().join("demos/tour.fbs");
     let (last, output) = play(&tour, "tour");
