@@ -1,6 +1,6 @@
 //! `fbptr report`: speed against error, or the hard cases, as tables and as a page.
 
-use super::{Status, output, say, say_as_program};
+use super::{Status, output, say_as_program};
 use crate::measure::{Effort, hard, run, write};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ impl Report {
         {
             return Status::Failed;
         }
-        let mut progress = |title: &str| say(&format!("measuring: {title}"));
+        let mut progress = |title: &str| say_as_program(format_args!("measuring: {title}"));
         let (files, broken) = if self.hard {
             let rows = hard(&mut progress);
             let failed = rows.iter().filter(|r| !r.passed);
@@ -74,7 +74,7 @@ fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
             say_as_program(format_args!("cannot write {}: {error}", path.display()));
             return false;
         }
-        say(&format!("wrote {}", path.display()));
+        say_as_program(format_args!("wrote {}", path.display()));
     }
     true
 }

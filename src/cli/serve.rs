@@ -1,9 +1,10 @@
 //! `fbptr serve`: a server for any program in any language, with a window or without one.
 
+use super::bytes::ByteSize;
 use super::drawing::Drawing;
 use super::film::{Clock, FilmArgs};
+use super::interval::Interval;
 use super::output::Stdout;
-use super::quantity::{Bytes, Interval};
 use super::record_gate::RecordGate;
 use super::{FrameSize, Status, address, say_as_program};
 use crate::draw2d::Blend;
@@ -74,9 +75,9 @@ pub struct Serve {
     /// Write the frame into the --snap-dir every so often (10s, 5m, 1h), as wall-YYYYMMDD-HHMMSS.png in UTC
     #[arg(long, value_name = "TIME", requires = "snap_dir")]
     snap_every: Option<Interval>,
-    /// Bytes of all those pictures together (K, M, G); the oldest go
+    /// Bytes that all those pictures may take, in blocks of 4096 (K, M, G); the oldest go
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "snap_every")]
-    snap_keep: Bytes,
+    snap_keep: ByteSize,
     /// Serve /metrics (Prometheus) and /metrics.json over HTTP on this address; :PORT is loopback
     #[arg(long, value_name = "ADDR")]
     metrics: Option<String>,
@@ -178,6 +179,11 @@ impl Quotas {
             None => limits.for_frame(width, height),
         }
     }
+}
+
+/// Whether this machine alone reaches an address, an IPv4 one inside IPv6 included.
+fn is_loopback(address: &SocketAddr) -> bool {
+    address.ip().to_canonical().is_loopback()
 }
 
 /// What the window's overlay tells of the server.
@@ -327,7 +333,7 @@ impl Serve {
         if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
             addresses.push(address::default_address());
         }
-        for address in addresses.iter().filter(|a| !a.ip().is_loopback()) {
+        for address in addresses.iter().filter(|a| !is_loopback(a)) {
             say_as_program(format_args!(
                 "warning: {address} can be reached from other machines, and everybody may draw"
             ));
@@ -339,7 +345,7 @@ impl Serve {
     /// An address that may be listened on.
     fn checked(&self, text: &str) -> Result<SocketAddr, String> {
         let address = address::tcp(text)?;
-        match address.ip().is_loopback() || self.allow_remote {
+        match is_loopback(&address) || self.allow_remote {
             true => Ok(address),
             false => Err(format!("{address} can be reached from other machines: that needs --allow-remote")),
         }

@@ -20,6 +20,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 const PREFIX: &str = "wall-";
 const ENDING: &str = ".png";
+/// What a file takes on the disk comes in blocks of so many bytes.
+const BLOCK_BYTES: u64 = 4096;
 /// Pictures of one second that are told apart by a number.
 const MOST_A_SECOND: u32 = 1000;
 /// How long the end waits for a picture that is being written.
@@ -32,7 +34,7 @@ pub struct SnapshotPlan {
     pub folder: Folder,
     /// Between two pictures.
     pub every: Duration,
-    /// Bytes of all pictures together.
+    /// Bytes of all pictures together, in blocks of 4096.
     pub keep_bytes: u64,
 }
 
@@ -149,7 +151,11 @@ fn own_pictures(folder: &Path) -> io::Result<Vec<Picture>> {
         // The entry itself, not what a link leads to; one that has just gone is no picture.
         let Ok(meta) = entry.metadata() else { continue };
         if meta.is_file() {
-            pictures.push(Picture { path: entry.path(), bytes: meta.len(), key });
+            pictures.push(Picture {
+                path: entry.path(),
+                bytes: meta.len().next_multiple_of(BLOCK_BYTES),
+                key,
+            });
         }
     }
     pictures.sort_by(|a, b| a.key.cmp(&b.key));
@@ -309,7 +315,8 @@ mod tests {
             fs::write(folder.0.join(other), vec![0; 5000]).unwrap();
         }
         fs::create_dir(folder.0.join("wall-20000101-000001.png")).unwrap();
-        let keep_bytes = one.len() as u64 * 2 + 1;
+        assert!((one.len() as u64) < BLOCK_BYTES);
+        let keep_bytes = 2 * BLOCK_BYTES + 1;
         let plan = SnapshotPlan {
             folder: Folder::open(&folder.0).unwrap(),
             every: Duration::from_secs(1),

@@ -1,7 +1,7 @@
 //! `fbptr eye --bench`: speed against error of fans of rays, per space and screen.
 
 use crate::cli::report::machine;
-use crate::cli::{Status, output, say, say_as_program};
+use crate::cli::{Status, output, say_as_program};
 use crate::measure::{Effort, Report, Section, experiments, eye_targets, growth_studies, write};
 use crate::save;
 use clap::Args;
@@ -35,7 +35,7 @@ impl Bench {
         let text = write::markdown(&report, &machine) + &write::targets_markdown(&targets);
         output::print(text);
         let broken = report.broken_bounds();
-        broken.iter().for_each(|line| say(line));
+        broken.iter().for_each(say_as_program);
         let is_picture = self.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "svg"));
         let page = match is_picture {
             true => write::sheet(&report, &machine),
