@@ -63,6 +63,8 @@ class Client:
         self._syncs = 0
         self._sent = 0
         self.events = []
+        #: Explanations of draws that showed nothing: (line, byte, message) each.
+        self.warnings = []
         self.command("ERRORS report")
 
     def __enter__(self):
@@ -135,6 +137,8 @@ class Client:
                     self._raise_errors()
             elif words[0] == "EVENT":
                 self.events.append(words[1:])
+            elif words[0] == "WARN":
+                self._keep_warning(words)
             elif words[0] == verb:
                 return words[1:]
             else:
@@ -142,6 +146,9 @@ class Client:
 
     def _keep_error(self, words):
         self._errors.append((int(words[1]), int(words[2]), words[3], " ".join(words[4:])))
+
+    def _keep_warning(self, words):
+        self.warnings.append((int(words[1]), int(words[2]), " ".join(words[3:])))
 
     def _raise_errors(self):
         errors, self._errors = self._errors, []
@@ -196,6 +203,9 @@ class Client:
         if words[0] == "ERR":
             self._keep_error(words)
             self._raise_errors()
+        if words[0] == "WARN":
+            self._keep_warning(words)
+            return self.next_event()
         if words[0] != "EVENT":
             raise ConnectionError("expected an event, got %r" % line)
         return words[1:]

@@ -185,7 +185,8 @@ impl Play {
                 failed.store(true, Ordering::Release);
                 say(&complaint.play_line(&name));
             }
-            Notice::Warning(warning) => say(&warning),
+            Notice::Warning(warning) => say_as_program(warning),
+            Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
         };
         // A movie on standard output leaves no room for replies there.
         let replies: Box<dyn io::Write + Send> = match self.film.takes_stdout() {

@@ -85,6 +85,10 @@ pub struct Session {
     pub events: bool,
     /// What files said that their author should know, until the owner hears it.
     pub warnings: Vec<String>,
+    /// What explains the command that has just run, until it is said.
+    pub remark: Option<&'static str>,
+    /// Why draws showed nothing: the reasons that were explained already, a bit each.
+    pub(super) explained_draws: u8,
     /// Where its commands find files.
     pub(super) file_access: FileAccess,
     /// What its matrices hold of the memory budget.
@@ -124,6 +128,8 @@ impl Session {
             auto: true,
             events: false,
             warnings: Vec::new(),
+            remark: None,
+            explained_draws: 0,
             file_access: FileAccess::LoadFolder,
             held: None,
             stats: Stats::default(),

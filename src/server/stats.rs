@@ -17,6 +17,8 @@ pub struct Stats {
     pub clipped: u64,
     /// Presents.
     pub frames: u64,
+    /// Draws that showed nothing: no pixel, or black ones for want of a light.
+    pub empty_draws: u64,
 }
 
 impl AddAssign for Stats {
@@ -27,6 +29,7 @@ impl AddAssign for Stats {
         self.errors += o.errors;
         self.clipped += o.clipped;
         self.frames += o.frames;
+        self.empty_draws += o.empty_draws;
     }
 }
 
@@ -41,6 +44,7 @@ impl Sub for Stats {
             errors: self.errors - o.errors,
             clipped: self.clipped - o.clipped,
             frames: self.frames - o.frames,
+            empty_draws: self.empty_draws - o.empty_draws,
         }
     }
 }
@@ -49,8 +53,8 @@ impl Stats {
     /// The counters as `key=value` words, each key after `prefix`.
     pub fn words(&self, prefix: &str) -> String {
         format!(
-            "{prefix}bytes={} {prefix}commands={} {prefix}pixels={} {prefix}errors={} {prefix}clipped={} {prefix}frames={}",
-            self.bytes, self.commands, self.pixels, self.errors, self.clipped, self.frames
+            "{prefix}bytes={} {prefix}commands={} {prefix}pixels={} {prefix}errors={} {prefix}clipped={} {prefix}frames={} {prefix}empty_draws={}",
+            self.bytes, self.commands, self.pixels, self.errors, self.clipped, self.frames, self.empty_draws
         )
     }
 }

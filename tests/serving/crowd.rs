@@ -48,11 +48,11 @@ fn names_are_private_but_for_those_with_an_at_sign() {
     let mut one = serving.connect();
     let mut two = serving.connect();
     assert_eq!(one.ask("MESH m BOX\nMESH @s SPHERE\nSYNC a\n"), "SYNC a\n");
-    assert!(two.ask("DRAW m\n").contains("ENOENT DRAW"));
+    assert!(two.ask("LIGHT 0 DIR 0 0 -1 1 1 1\nDRAW m\n").contains("ENOENT DRAW"));
     assert_eq!(two.ask("DRAW @s\nSYNC b\n"), "SYNC b\n");
     drop(one);
-    assert_eq!(two.ask("DRAW @s\nSYNC c\n"), "SYNC c\n", "shared names stay");
-    assert_eq!(serving.say("DRAW @s\nFREE @s\nSYNC d\n"), "SYNC d\n");
+    assert_eq!(two.ask("CLEAR\nDRAW @s\nSYNC c\n"), "SYNC c\n", "shared names stay");
+    assert_eq!(serving.say("CLEAR\nLIGHT 0 DIR 0 0 -1 1 1 1\nDRAW @s\nFREE @s\nSYNC d\n"), "SYNC d\n");
     assert!(two.ask("DRAW @s\n").contains("ENOENT DRAW"));
 }
 

@@ -137,7 +137,7 @@ fn a_step_is_one_frame_however_long_it_takes_and_however_it_comes() {
 #[test]
 fn depth_under_the_pointer_is_answered() {
     let (serving, display) = shown(16, 16);
-    assert_eq!(serving.say("MESH b BOX\nDRAW b\nSYNC a\n"), "SYNC a\n");
+    assert_eq!(serving.say("LIGHT 0 DIR 0 0 -1 1 1 1\nMESH b BOX\nDRAW b\nSYNC a\n"), "SYNC a\n");
     assert!(becomes_red(&display, 0, SOON));
     let until = Instant::now() + SOON;
     loop {

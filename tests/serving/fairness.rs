@@ -168,7 +168,9 @@ fn read_to(wire: &mut Wire, mark: &[u8]) {
 fn a_job_past_the_limit_of_time_is_given_up_without_effect() {
     let limits = Limits { command_time: Duration::from_millis(1), ..Limits::default() };
     let (serving, sheet) = recorded(64, 48, limits);
-    let replies = serving.say("MESH m KNOT 1200 400\nSYNC after\nDRAW m\nMESH m BOX\nDRAW m\nSYNC end\n");
+    let stream =
+        "MESH m KNOT 1200 400\nSYNC after\nDRAW m\nMESH m BOX\nLIGHT 0 DIR 0 0 -1 1 1 1\nDRAW m\nSYNC end\n";
+    let replies = serving.say(stream);
     let lines: Vec<&str> = replies.lines().collect();
     assert!(lines[0].starts_with("ERR 1 0 EQUOTA MESH: given up after 0.001 s, without effect"), "{replies}");
     assert_eq!(lines[1], "SYNC after");
@@ -210,5 +212,8 @@ fn a_client_that_goes_while_its_job_runs_leaves_nothing() {
         assert!(std::time::Instant::now() < until, "{}", serving.say("STATS\n"));
         std::thread::sleep(Duration::from_millis(5));
     }
-    assert_eq!(serving.say("MESH m KNOT 500 100\nDRAW m\nSYNC end\n"), "SYNC end\n");
+    assert_eq!(
+        serving.say("LIGHT 0 DIR 0 0 -1 1 1 1\nMESH m KNOT 500 100\nDRAW m\nSYNC end\n"),
+        "SYNC end\n"
+    );
 }

@@ -3,6 +3,7 @@
 mod crowd;
 mod descriptors;
 mod display;
+mod empty_draws;
 mod fairness;
 mod files;
 mod hall;

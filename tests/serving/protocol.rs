@@ -58,7 +58,7 @@ const TABLE: &[(&str, &str)] = &[
     ("LIGHT 100000 OFF\n", "ERR 1 0 ERANGE LIGHT: ~"),
     ("LIGHT -1 OFF\n", "ERR 1 0 ERANGE LIGHT: ~"),
     ("LIGHT 0 OFF\nSYNC a\n", "SYNC a\n"),
-    ("VIEWPORT 0 0 0 0\nMESH b BOX\nDRAW b\nSYNC a\n", "SYNC a\n"),
+    ("VIEWPORT 0 0 0 0\nMESH b BOX\nDRAW b\nSYNC a\n", "WARN 3 28 DRAW: ~SYNC a\n"),
     ("QUALITY exact\nQUALITY max-error 2\nSYNC a\n", "SYNC a\n"),
     ("SNAP a.png\n", "ERR 1 0 EPERM SNAP: ~"),
     ("LOAD MESH m a.obj\n", "ERR 1 0 EPERM LOAD: ~"),
@@ -76,7 +76,7 @@ const TABLE: &[(&str, &str)] = &[
     ("SIZE\nQUIT\nSIZE\n", "SIZE 20 10\n"),
     ("FOO\nPX zz 1\nPX 1 1 zz\nOFFSET 1\n", ""),
     ("SYNC a\nSYNC b", "SYNC a\nERR 2 7 EPROTO SYNC: ~"),
-    ("MESH b BOX\nDRAW b\nPICK 10 5\n", "PICK 10 5 b ~"),
+    ("CLEAR\nLIGHT 0 DIR 0 0 -1 1 1 1\nMESH b BOX\nDRAW b\nPICK 10 5\n", "PICK 10 5 b ~"),
 ];
 
 /// Whether `text` is `pattern`, in which each `~` stands for the rest of a line.

@@ -117,7 +117,10 @@ fn files_are_touched_inside_their_folders_only() {
     assert_eq!(serving.say("SNAP a.txt\n").split(' ').nth(3), Some("EARGS"));
     let nul = serving.talk(b"SNAP a\0.png\n");
     assert!(nul.starts_with(b"ERR 1 0 E"), "{:?}", String::from_utf8_lossy(&nul));
-    let got = serving.say("LOAD MESH m sub/mine.obj\nDRAW m\nPX 1 1 ff0000\nSNAP a.png\nSNAP a.raw\nCRC\n");
+    let got = serving.say(concat!(
+        "LIGHT 0 DIR 0 0 -1 1 1 1\nLOAD MESH m sub/mine.obj\nDRAW m\nPX 1 1 ff0000\n",
+        "SNAP a.png\nSNAP a.raw\nCRC\n"
+    ));
     let lines: Vec<&str> = got.lines().collect();
     let crc = lines[2].strip_prefix("CRC ").unwrap();
     assert_eq!(lines[..2], [format!("SNAP a.png 8 8 {crc}"), format!("SNAP a.raw 8 8 {crc}")]);

@@ -78,6 +78,7 @@ impl Engine {
         m.frame_bytes = self.memory.bytes().len() as u64;
         m.depth_bytes = self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64);
         m.id_bytes = self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64);
+        (m.memory_limit_bytes, m.memory_used_bytes) = (self.budget.limit(), self.budget.used());
         m.shared_resource_bytes = self.shared.size_bytes();
         let recorded;
         (m.recording, recorded) = self.recording();

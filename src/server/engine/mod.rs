@@ -22,6 +22,7 @@
 
 mod control;
 mod dispatch;
+mod empty_draw;
 mod files;
 mod memory;
 mod pieces;

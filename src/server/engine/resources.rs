@@ -1,5 +1,6 @@
 //! The verbs that make, load and free named resources.
 
+use super::empty_draw::{self, EmptyDraw};
 use super::files::FileReader;
 use super::space::missing;
 use super::{Effect, Engine, Progress};
@@ -253,6 +254,8 @@ impl Engine {
         if !xs.is_empty() && !ys.is_empty() {
             self.memory.mark_rows(ys.start as u32..ys.end as u32);
             s.stats.pixels += ((xs.end - xs.start) * (ys.end - ys.start)) as u64;
+        } else {
+            empty_draw::note(s, Some(EmptyDraw::NoViewport));
         }
     }
 

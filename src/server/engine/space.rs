@@ -1,5 +1,6 @@
 //! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
 
+use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, Wanted};
 use super::{Effect, Engine, IdNames, Progress};
 use crate::command::{Command, LightCommand, Quality};
@@ -191,6 +192,7 @@ impl Engine {
         };
         let viewport = s.viewport_on(self.memory.width(), self.memory.height());
         if viewport.width == 0 || viewport.height == 0 {
+            empty_draw::note(s, Some(EmptyDraw::NoViewport));
             return Ok(Progress::Done(Effect::Done));
         }
         let lights: Vec<Light> = s.lights.iter().flatten().copied().collect();
@@ -212,6 +214,7 @@ impl Engine {
             name: id,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
+        let is_dark = empty_draw::is_dark(&call);
         let kept_lights;
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
             let mut wanted = Wanted::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
@@ -234,7 +237,9 @@ impl Engine {
         let stats = result?;
         self.check_abandoned("DRAW")?;
         self.follow_draw(&call, &name);
+        let empty = self.empty_call(&stats, &call, is_dark);
         self.note_draw(s, &stats);
+        empty_draw::note(s, empty);
         Ok(Progress::Done(Effect::Done))
     }
 
@@ -251,6 +256,7 @@ impl Engine {
         let (width, height) = (self.memory.width(), self.memory.height());
         let viewport = s.viewport_on(width, height);
         if viewport.width == 0 || viewport.height == 0 {
+            empty_draw::note(s, Some(EmptyDraw::NoViewport));
             return Ok(Progress::Done(Effect::Done));
         }
         let bytes = document.scene_bytes();
@@ -290,6 +296,7 @@ impl Engine {
         self.check_abandoned("DRAWSCENE")?;
         self.follow_scene(&scene, &options);
         self.note_draw(s, &stats);
+        empty_draw::note(s, self.empty_scene(&stats, &scene, &options));
         Ok(Progress::Done(Effect::Done))
     }
 

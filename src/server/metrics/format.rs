@@ -87,9 +87,14 @@ fn families(reading: &Reading) -> Vec<Family> {
         ),
         counter("fbptr_received_bytes_total", "Stream bytes decoded.", m.totals.bytes),
         counter("fbptr_commands_total", "Commands run or refused.", m.totals.commands),
-        counter("fbptr_pixels_total", "Pixels stored by pixel, block and CLEAR commands.", m.totals.pixels),
+        counter(
+            "fbptr_pixels_total",
+            "Pixels stored by pixel, block and CLEAR commands, and by draws.",
+            m.totals.pixels,
+        ),
         counter("fbptr_clipped_pixels_total", "Pixels that fell outside the frame.", m.totals.clipped),
         counter("fbptr_errors_total", "Commands refused.", m.totals.errors),
+        counter("fbptr_empty_draws_total", "Draws that showed nothing.", m.totals.empty_draws),
         counter("fbptr_frames_total", "Frames ended by PRESENT.", m.totals.frames),
         labeled("fbptr_verb_commands_total", Kind::Counter, "Commands by verb.", "verb", verbs),
         gauge("fbptr_connections", "Open connections.", m.connections as u64),
@@ -104,6 +109,8 @@ fn families(reading: &Reading) -> Vec<Family> {
         counter("fbptr_foreign_requests_total", "Connections that spoke HTTP or TLS.", m.foreign_refused),
         gauge("fbptr_queue_bytes", "Bytes received and not run yet.", m.queue_bytes),
         labeled("fbptr_memory_bytes", Kind::Gauge, "Memory by use.", "use", memory),
+        gauge("fbptr_memory_limit_bytes", "The memory budget.", m.memory_limit_bytes),
+        gauge("fbptr_memory_used_bytes", "Bytes charged to the memory budget.", m.memory_used_bytes),
         gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", m.recorded_bytes),
         gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", m.snap_bytes),
         labeled("fbptr_recording", Kind::Gauge, "1 at the recording's state.", "state", recording.to_vec()),
@@ -184,7 +191,7 @@ mod tests {
             assert_eq!(found.as_f64(), Some(value.parse().unwrap()), "{line}");
             samples += 1;
         }
-        assert_eq!(samples, 28 + Verb::all().len(), "every value of the JSON is a sample");
+        assert_eq!(samples, 31 + Verb::all().len(), "every value of the JSON is a sample");
         assert!(text.contains(&format!("\nfbptr_pixels_total {}\n", u64::MAX)));
         assert!(text.contains("\nfbptr_verb_commands_total{verb=\"PX\"} 7\n"), "{text}");
         assert!(text.contains("\nfbptr_recording{state=\"failed\"} 1\n"));

@@ -59,6 +59,10 @@ pub struct Metrics {
     pub depth_bytes: u64,
     /// Bytes of the face numbers for `PICK`.
     pub id_bytes: u64,
+    /// The memory budget.
+    pub memory_limit_bytes: u64,
+    /// Bytes charged to it.
+    pub memory_used_bytes: u64,
     /// Bytes of the shared resources.
     pub shared_resource_bytes: u64,
     /// Bytes of all connections' own resources.

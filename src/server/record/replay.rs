@@ -201,8 +201,11 @@ impl Replay {
     /// Gives refusals the line of the recording where their chunk stands.
     fn place_notices(&self, notices: &mut [Notice]) {
         for notice in notices {
-            if let Notice::Refused(complaint) = notice {
-                complaint.place.line = self.line + 1;
+            match notice {
+                Notice::Refused(Complaint { place, .. }) | Notice::Remark { place, .. } => {
+                    place.line = self.line + 1;
+                }
+                Notice::Warning(_) => {}
             }
         }
     }

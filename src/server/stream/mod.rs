@@ -48,6 +48,15 @@ pub enum Notice {
     Refused(Complaint),
     /// A file was read, and something in it skipped or put right.
     Warning(String),
+    /// A command ran, and probably not as it was meant.
+    Remark {
+        /// Where the command begins.
+        place: Place,
+        /// Its verb.
+        verb: &'static str,
+        /// The explanation, one line.
+        text: &'static str,
+    },
 }
 
 /// What a stream answers.

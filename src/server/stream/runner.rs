@@ -166,6 +166,15 @@ impl<'a> Runner<'a> {
                 Audience::Connection => drop(warnings),
             }
         }
+        if let Some(text) = self.session.remark.take() {
+            match self.session.audience {
+                Audience::Owner => self.out.notices.push(Notice::Remark { place, verb, text }),
+                Audience::Connection => {
+                    let line = format!("WARN {} {} {verb}: {text}\n", place.line, place.byte);
+                    self.out.replies.extend_from_slice(line.as_bytes());
+                }
+            }
+        }
         match progress {
             Ok(Progress::Done(effect)) => self.after(Ok(effect), place, verb),
             Err(fault) => self.after(Err(fault), place, verb),
