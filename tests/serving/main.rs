@@ -15,6 +15,7 @@ mod process;
 mod protocol;
 mod python_client;
 mod quotas;
+mod scenes;
 mod shell;
 mod support;
 #[path = "../support/tools.rs"]

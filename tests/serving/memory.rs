@@ -4,6 +4,7 @@
 
 #[cfg(target_os = "linux")]
 use crate::process::Process;
+use crate::scenes::{doubling, gzip, scene};
 use crate::support::{Serving, Wire};
 use fbptr::server::Limits;
 use image::ImageEncoder;
@@ -103,6 +104,13 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     let said = attack(address, &[scene_of_uses(6), b"DRAWSCENE\nSYNC a\n".to_vec()].concat());
     assert!(said.contains("EQUOTA SCENE") && said.ends_with("SYNC a\n"), "{said}");
     note("objects used again and again");
+    let bomb = gzip(format!("<Scene><!--{}--></Scene>", " ".repeat(100 << 20)).as_bytes());
+    let said = attack(address, &scene(&bomb));
+    assert!(said.contains("EQUOTA SCENE"), "{said}");
+    note("inflated bytes");
+    let said = attack(address, &scene(doubling(40).as_bytes()));
+    assert!(said.contains("EQUOTA SCENE"), "{said}");
+    note("instances of prototypes");
     let said = attack(address, b"MESH k KNOT 3000 3000\nMESH t TEAPOT 300\n");
     assert_eq!(said.matches("EQUOTA MESH").count(), 2, "{said}");
     note("shapes");

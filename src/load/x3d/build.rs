@@ -5,7 +5,7 @@
 //! them (files keep definitions in their metadata).
 
 use super::cost;
-use super::graph::{Child, Graph, Node, NodeId, Origin, Overrides, Totals, View};
+use super::graph::{Child, Graph, Node, NodeId, Origin};
 use super::instance::Given;
 use super::kept::{Kept, MAX_FILES};
 use super::names::{Def, hide, is_taken, place};
@@ -60,7 +60,7 @@ pub(super) struct Builder<'d, 'r> {
     /// Pairs of fields that ROUTEs have named.
     pub(super) routes_tried: usize,
     /// What is there until the graph is whole: texts, their XML tables, and what is known of prototypes and their instances.
-    held: Reservation,
+    pub(super) held: Reservation,
 }
 
 /// A file that has been read.
@@ -427,75 +427,6 @@ impl<'d, 'r> Builder<'d, 'r> {
             }
         }
         Ok((children, missing))
-    }
-
-    /// A node that holds nothing, in the place of one that was skipped.
-    fn nothing(&mut self, file: &File<'d>, element: Element<'d, 'd>) -> Result<NodeId, LoadError> {
-        let ty = schema::lookup("Group").expect("the table has Group");
-        self.plain_node(file, element, ty, Vec::new())
-    }
-
-    /// A node with its type's defaults, which stands for an element.
-    pub(super) fn plain_node(
-        &mut self,
-        file: &File<'d>,
-        element: Element<'d, 'd>,
-        ty: &'static NodeType,
-        children: Vec<Child>,
-    ) -> Result<NodeId, LoadError> {
-        self.charge_node(file, element, ty)?;
-        let byte = element.range().start;
-        let totals = self.totals(ty, None, &children, None);
-        let node = Node {
-            ty,
-            values: ty.defaults.clone(),
-            written: vec![byte; ty.defaults.len()],
-            children,
-            origin: Origin { source: file.source, byte },
-            line: self.sources[file.source].line(byte),
-            def: None,
-            totals,
-            is_expanded: file.given.is_some(),
-        };
-        self.add(file, element, node)
-    }
-
-    /// What a node holds with everything below it.
-    fn totals(&self, ty: &NodeType, def: Option<&str>, children: &[Child], scene: Option<NodeId>) -> Totals {
-        let below = children.iter().map(|c| c.node).chain(scene);
-        let mut totals = Totals::of(ty, def).with(below.map(|n| self.graph.nodes[n as usize].totals));
-        let geometry = children.iter().find(|c| ty.name == "Shape" && c.container == "geometry");
-        if let Some(geometry) = geometry {
-            let still = Overrides::new();
-            let view = View { graph: &self.graph, overrides: &still };
-            let own = cost::geometry_bytes(&view, geometry.node);
-            totals.geometry_bytes = totals.geometry_bytes.saturating_add(own);
-        }
-        totals
-    }
-
-    /// Adds a node, whose bytes by itself are reserved already; what it holds is reserved now.
-    fn add(&mut self, file: &File<'d>, element: Element<'d, 'd>, node: Node) -> Result<NodeId, LoadError> {
-        let more = cost::node_bytes(&node).saturating_sub(cost::bare_node_bytes(node.ty));
-        self.context.memory.keep(more).map_err(|kind| self.over_memory(file, element, kind))?;
-        self.graph.nodes.push(node);
-        Ok(self.graph.nodes.len() as NodeId - 1)
-    }
-
-    /// Reserves bytes that are in use until the graph is whole.
-    pub(super) fn hold(
-        &mut self,
-        file: &File<'d>,
-        element: Element<'d, 'd>,
-        bytes: usize,
-    ) -> Result<(), LoadError> {
-        let held = self.held.try_grow(bytes as u64).map_err(LoadErrorKind::OverBudget);
-        held.map_err(|kind| self.over_memory(file, element, kind))
-    }
-
-    /// A refusal at an element for which there is no memory.
-    pub(super) fn over_memory(&self, file: &File, element: Element, kind: LoadErrorKind) -> LoadError {
-        LoadError::new(self.sources[file.source].place(element.range().start), kind)
     }
 }
 

@@ -34,6 +34,7 @@ mod instance;
 mod interpolate;
 mod kept;
 mod names;
+mod nodes;
 mod outside;
 mod proto;
 mod remarks;

@@ -311,7 +311,11 @@ impl Engine {
         let scene = dress(document.at(time));
         match scene.camera.filter(|_| document.depends_on_viewer()) {
             // LOD, Billboard and their kin depend on the camera that looks now.
-            Some(camera) => dress(document.seen_at(time, Some(&camera))),
+            Some(camera) => {
+                // One scene at a time: the memory of one is reserved.
+                drop(scene);
+                dress(document.seen_at(time, Some(&camera)))
+            }
             None => scene,
         }
     }
