@@ -12,6 +12,8 @@ mod eye;
 mod film;
 mod help;
 mod interval;
+mod magic;
+mod mesh_args;
 mod output;
 mod play;
 mod progress;

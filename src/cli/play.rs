@@ -3,6 +3,7 @@
 use super::color::color;
 use super::drawing::Drawing;
 use super::film::{Clock, Film, FilmArgs};
+use super::magic;
 use super::output::{self, Stdout};
 use super::progress::Watched;
 use super::scene_file;
@@ -104,6 +105,10 @@ impl Play {
                 }
                 let end = if meta.is_file() { EndOfInput::File } else { EndOfInput::Stream };
                 if meta.is_file() {
+                    if let Some(content) = magic::of_file(&file).map_err(refused)? {
+                        return Err(format!("{name}: {content}; expected a stream of commands"));
+                    }
+                    (&file).rewind().map_err(refused)?;
                     size_of_recording = read_recorded_size(&file).map_err(refused)?;
                 }
                 let input: Box<dyn Read + Send> = match self.headless && meta.is_file() {

@@ -2,8 +2,9 @@
 
 use super::color::color;
 use super::drawing::Drawing;
+use super::mesh_args::MeshArgs;
 use super::progress::Progress;
-use super::scene_file::{self, SceneError, SceneFile};
+use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, output, say_as_program};
 use crate::eye::{self, EyeScene};
@@ -67,6 +68,8 @@ pub struct Render {
     #[arg(long, value_name = "F", value_parser = positive, default_value = "25", allow_negative_numbers = true)]
     fps: f64,
     #[command(flatten)]
+    meshes: MeshArgs,
+    #[command(flatten)]
     drawing: Drawing,
 }
 
@@ -116,7 +119,8 @@ impl Render {
         }
         let size = self.size.unwrap_or(FrameSize::DEFAULT);
         Limits::default().check_frame(size.width, size.height).map_err(|e| bad(e.message))?;
-        let file = scene_file::read(&self.scene, self.root.as_deref())?;
+        let file =
+            scene_file::read(&self.scene, ReadOptions { root: self.root.as_deref(), meshes: &self.meshes })?;
         if let SceneFile::Eye(scene) = file {
             if self.trace.is_some() {
                 return Err(bad("--trace follows triangles of .obj and .x3d scenes".to_owned()));
@@ -125,6 +129,7 @@ impl Render {
                 ("--near", self.near.is_some()),
                 ("--far", self.far.is_some()),
                 ("--shade", self.shade.is_some()),
+                ("--cull", self.meshes.cull.is_some()),
             ];
             if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
                 let scene = self.scene.display();
@@ -149,6 +154,7 @@ impl Render {
             }
             let time = self.time + f64::from(i) / self.fps;
             let mut scene = self.scene_at(&file, time, size);
+            self.meshes.apply_cull(&mut scene);
             if is_turntable {
                 let has_camera = matches!(&file, SceneFile::X3d(document) if document.has_viewpoint());
                 turn(&mut scene, f64::from(i) / f64::from(frames), (!has_camera).then_some(size));
@@ -168,10 +174,10 @@ impl Render {
     fn scene_at(&self, file: &SceneFile, time: f64, size: FrameSize) -> Scene {
         match file {
             SceneFile::X3d(document) => document.at(time),
-            SceneFile::Obj(geometry) => {
+            SceneFile::Obj { geometry, is_open } => {
                 let name = self.scene.file_stem().map(|n| n.to_string_lossy()).unwrap_or_default();
                 let aspect = f64::from(size.width) / f64::from(size.height);
-                Scene::of_mesh(Arc::clone(geometry), &name, aspect)
+                Scene::of_mesh(Arc::clone(geometry), &name, aspect, *is_open)
             }
             SceneFile::Eye(_) => Scene::default(),
         }
@@ -384,6 +390,7 @@ mod tests {
                 Arc::new(Geometry { mesh: mesh.clone(), ..Geometry::default() }),
                 "m",
                 4.0 / 3.0,
+                false,
             );
             turn(&mut scene, part, Some(size));
             scene

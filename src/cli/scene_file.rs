@@ -1,5 +1,7 @@
 //! Scene files by name: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that they refer to.
 
+use super::magic::{self, Content};
+use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
@@ -12,7 +14,11 @@ use std::time::SystemTime;
 /// A scene file, read.
 pub(super) enum SceneFile {
     X3d(Box<X3dDocument>),
-    Obj(Arc<Geometry>),
+    Obj {
+        geometry: Arc<Geometry>,
+        /// Whether its back can be seen.
+        is_open: bool,
+    },
     Eye(Box<EyeScene>),
 }
 
@@ -82,8 +88,32 @@ impl Watch {
 
 const ENDINGS: [&str; 4] = ["x3d", "x3dz", "obj", "json"];
 
+/// How a scene file is read.
+#[derive(Clone, Copy)]
+pub(super) struct ReadOptions<'a> {
+    /// The folder that the scene may read others from, where it is not its own.
+    pub root: Option<&'a Path>,
+    pub meshes: &'a MeshArgs,
+}
+
 fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Whether a file is a scene, by its first bytes or by its name.
+///
+/// # Errors
+/// When it is a file of another kind, or cannot be read.
+pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
+    let no_file = |e: std::io::Error| SceneError::NoFile(format!("{}: {e}", path.display()));
+    match magic::of_path(path).map_err(no_file)? {
+        Some(Content::X3d) => Ok(true),
+        Some(Content::Other(what)) => Err(SceneError::NoFile(format!(
+            "{}: {what}; expected a scene (.x3d, .obj or .json) or a stream of commands",
+            path.display()
+        ))),
+        None => Ok(has_scene_ending(path)),
+    }
 }
 
 /// Whether a name is that of a scene.
@@ -122,27 +152,26 @@ impl Root {
     }
 }
 
-/// Reads the scene at `path`; what it refers to is looked for in its folder, or in `root`. Warnings
+/// Reads the scene at `path`; what it refers to is looked for in its folder, or in the root. Warnings
 /// go to stderr.
-pub(super) fn read(path: &Path, root: Option<&Path>) -> Result<SceneFile, SceneError> {
-    read_watched(path, root, &mut Watch::default())
+pub(super) fn read(path: &Path, options: ReadOptions) -> Result<SceneFile, SceneError> {
+    read_watched(path, options, &mut Watch::default())
 }
 
-/// The same, and notes every file that was read or looked for.
-pub(super) fn read_watched(
-    path: &Path,
-    root: Option<&Path>,
-    watch: &mut Watch,
-) -> Result<SceneFile, SceneError> {
-    watch.begin(path);
+/// The bytes of a scene file, and the ending that its format has.
+fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
-    let ending = ending(path);
-    if !ENDINGS.contains(&ending.as_str()) {
-        return Err(SceneError::NoFile(format!(
-            "{name}: expected a name that ends in .x3d, .x3dz, .obj or .json"
-        )));
-    }
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
+    let ending = match magic::of_path(path).map_err(no_file)? {
+        Some(Content::X3d) => "x3d".to_owned(),
+        Some(Content::Other(what)) => {
+            return Err(SceneError::NoFile(format!("{name}: {what}; expected a scene: .x3d, .obj or .json")));
+        }
+        None => ending(path),
+    };
+    if meshes.smooth.is_some() && ending != "obj" {
+        return Err(SceneError::NoFile(format!("--smooth is for .obj meshes: {name} is none")));
+    }
     let meta = std::fs::metadata(path).map_err(no_file)?;
     if meta.is_dir() {
         return Err(SceneError::NoFile(format!("{name}: is a folder")));
@@ -153,7 +182,23 @@ pub(super) fn read_watched(
             meta.len()
         )));
     }
-    let bytes = std::fs::read(path).map_err(no_file)?;
+    if !ENDINGS.contains(&ending.as_str()) {
+        return Err(SceneError::NoFile(format!(
+            "{name}: expected a name that ends in .x3d, .x3dz, .obj or .json"
+        )));
+    }
+    Ok((ending, std::fs::read(path).map_err(no_file)?))
+}
+
+/// [`read`], and notes every file that was read or looked for.
+pub(super) fn read_watched(
+    path: &Path,
+    ReadOptions { root, meshes }: ReadOptions,
+    watch: &mut Watch,
+) -> Result<SceneFile, SceneError> {
+    watch.begin(path);
+    let name = path.display().to_string();
+    let (ending, bytes) = read_bytes(path, meshes)?;
     let has_root = root.is_some();
     let root = Root::of(path, root)?;
     let mut inside = |name: &str| {
@@ -175,9 +220,11 @@ pub(super) fn read_watched(
         }
         "obj" => {
             let mut beside = |name: &str| inside(&path_inside(&root.own, name)?);
-            let loaded = load::obj::parse(&bytes, &mut beside, &name).map_err(refused)?;
+            let memory = &mut LoadMemory::unlimited();
+            let loaded = load::obj::parse_smooth(&bytes, &mut beside, &name, memory, meshes.smoothing());
+            let loaded = loaded.map_err(refused)?;
             loaded.warnings.iter().for_each(say_as_program);
-            Ok(SceneFile::Obj(Arc::new(loaded.geometry)))
+            Ok(SceneFile::Obj { geometry: Arc::new(loaded.geometry), is_open: loaded.is_open })
         }
         _ => {
             let scene =

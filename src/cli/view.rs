@@ -1,7 +1,8 @@
 //! `fbptr view`: a file seen from everywhere, in a window; or some frames of it, without one.
 
 use super::drawing::Drawing;
-use super::scene_file::{self, SceneError, SceneFile, Watch};
+use super::mesh_args::MeshArgs;
+use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{Here, Pool};
 use crate::load::Folder;
@@ -49,6 +50,8 @@ pub struct View {
     /// Let a stream's LOAD read files from this folder
     #[arg(long, value_name = "DIR")]
     load_dir: Option<PathBuf>,
+    #[command(flatten)]
+    meshes: MeshArgs,
     #[command(flatten)]
     drawing: Drawing,
 }
@@ -102,6 +105,7 @@ impl View {
             size: [width, height],
             time: self.time,
             fps: self.fps,
+            cull: self.meshes.cull,
             renderer: self.drawing.renderer(),
             pool,
         };
@@ -118,9 +122,10 @@ impl View {
 
     /// The file as something to look at.
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
-        if scene_file::has_scene_ending(&self.file) {
-            return Ok(match scene_file::read_watched(&self.file, self.root.as_deref(), watch)? {
-                SceneFile::Obj(geometry) => Model::Mesh(geometry),
+        if scene_file::is_scene(&self.file)? {
+            let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
+            return Ok(match scene_file::read_watched(&self.file, options, watch)? {
+                SceneFile::Obj { geometry, is_open } => Model::Mesh { geometry, is_open },
                 SceneFile::X3d(document) => Model::X3d(document),
                 SceneFile::Eye(scene) => Model::Eye(scene),
             });

@@ -43,6 +43,7 @@ mod working;
 
 pub use call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
+pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use renderer::{RenderOptions, RenderPath, Renderer};
 pub use whole::{draw_scene, plan_scene};

@@ -94,8 +94,9 @@ impl Scene {
         self.camera = Some(camera);
     }
 
-    /// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left.
-    pub fn of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64) -> Scene {
+    /// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left. Of one that is open, both
+    /// sides of the faces are drawn and lit.
+    pub fn of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64, is_open: bool) -> Scene {
         let bounds = geometry.mesh.bounds();
         let camera = bounds.map_or_else(Camera::default, |b| frame_mesh(&geometry.mesh, b, aspect));
         let object = Object {
@@ -104,8 +105,8 @@ impl Scene {
             model: DMat4::IDENTITY,
             material: Material { ka: DVec3::splat(0.8), ..Material::default() },
             back_material: None,
-            cull: Default::default(),
-            two_sided_lighting: false,
+            cull: if is_open { Cull::None } else { Cull::default() },
+            two_sided_lighting: is_open,
             shade: None,
             texture: None,
             lights: None,
@@ -140,6 +141,7 @@ mod tests {
             Arc::new(Geometry { mesh: shapes::box_(DVec3::ONE).expect("a size"), textures: Vec::new() }),
             "box",
             1.0,
+            false,
         )
     }
 

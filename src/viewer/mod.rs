@@ -41,7 +41,12 @@ use time::Rate;
 /// What is looked at.
 pub enum Model {
     /// A mesh, framed and lit.
-    Mesh(Arc<Geometry>),
+    Mesh {
+        /// The mesh.
+        geometry: Arc<Geometry>,
+        /// Whether its back can be seen: it is drawn then, and lit from both sides.
+        is_open: bool,
+    },
     /// An X3D document; one without a viewpoint is framed.
     X3d(Box<X3dDocument>),
     /// A scene of N dimensions.
@@ -60,6 +65,8 @@ pub struct Options {
     pub time: f64,
     /// Frames a second.
     pub fps: f64,
+    /// Faces that are left out in place of those that the scene leaves out.
+    pub cull: Option<Cull>,
     /// What draws.
     pub renderer: Renderer,
     /// Whose threads share the work of N dimensions.
@@ -192,7 +199,7 @@ impl Viewer {
     /// # Errors
     /// A frame that cannot be had, or a model that cannot be drawn at all.
     pub fn new(model: Model, options: Options) -> Result<Self, String> {
-        let Options { name, size, time, fps, renderer, pool } = options;
+        let Options { name, size, time, fps, cull, renderer, pool } = options;
         let frame = Frame::new(size).map_err(|e| e.to_string())?;
         let other = VideoMemory::new(size[0], size[1]).map_err(|e| e.to_string())?;
         let subject = Self::subject(model, &name, size, &pool);
@@ -204,7 +211,7 @@ impl Viewer {
             fps,
             renderer,
             pool,
-            wishes: Wishes { time, frame: frame_number, ..Wishes::default() },
+            wishes: Wishes { time, frame: frame_number, cull, ..Wishes::default() },
             frame,
             other,
             show: Show::Picture,
@@ -240,8 +247,8 @@ impl Viewer {
     fn subject(model: Model, name: &str, size: [u32; 2], pool: &Arc<dyn Pool + Send + Sync>) -> Subject {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         match model {
-            Model::Mesh(geometry) => {
-                Subject::Space(Box::new(Space::new(Source::Mesh(geometry), name, aspect)))
+            Model::Mesh { geometry, is_open } => {
+                Subject::Space(Box::new(Space::new(Source::Mesh { geometry, is_open }, name, aspect)))
             }
             Model::X3d(document) => Subject::Space(Box::new(Space::new(Source::X3d(document), name, aspect))),
             Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, Arc::clone(pool)))),

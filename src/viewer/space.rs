@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// What a scene is made of.
 pub(super) enum Source {
-    Mesh(Arc<Geometry>),
+    Mesh { geometry: Arc<Geometry>, is_open: bool },
     X3d(Box<X3dDocument>),
 }
 
@@ -50,7 +50,9 @@ impl Space {
         let time = if self.is_animated() { time } else { 0.0 };
         if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
             let scene = match &self.source {
-                Source::Mesh(geometry) => Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect),
+                Source::Mesh { geometry, is_open } => {
+                    Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect, *is_open)
+                }
                 Source::X3d(document) => {
                     let mut scene = document.at(time);
                     if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
@@ -86,7 +88,7 @@ impl Space {
         let mut scene = self.given(wishes.time).clone();
         let lens = wishes.lens();
         if lens.textures == TextureUse::Off
-            && let Source::Mesh(geometry) = &self.source
+            && let Source::Mesh { geometry, .. } = &self.source
         {
             let bare = self.bare.get_or_insert_with(|| Arc::new(geometry.without_textures()));
             scene.objects.iter_mut().for_each(|o| o.geometry = Arc::clone(bare));
@@ -109,7 +111,7 @@ impl Space {
             lens.apply(&mut turned, camera, self.aspect);
             return turned;
         }
-        if let (Source::Mesh(_), Some(camera), false) =
+        if let (Source::Mesh { .. }, Some(camera), false) =
             (&self.source, &scene.camera, lens.navigator.is_home())
         {
             // A mesh brings no light: its viewer does.

@@ -16,6 +16,7 @@ fn options(name: &str) -> Options {
         size: SIZE,
         time: 0.0,
         fps: 25.0,
+        cull: None,
         renderer: Renderer::default(),
         pool: Arc::new(Here),
     }
@@ -25,8 +26,12 @@ fn teapot() -> Arc<Geometry> {
     Arc::new(Geometry { mesh: shapes::teapot(4).expect("a level"), textures: Vec::new() })
 }
 
+fn closed(geometry: Arc<Geometry>) -> Model {
+    Model::Mesh { geometry, is_open: false }
+}
+
 fn mesh_viewer() -> Viewer {
-    Viewer::new(Model::Mesh(teapot()), options("teapot")).expect("a viewer")
+    Viewer::new(closed(teapot()), options("teapot")).expect("a viewer")
 }
 
 const SPINNING: &str = r#"<?xml version="1.0"?><X3D version="3.3" profile="Interchange"><Scene>
@@ -80,7 +85,7 @@ fn lit(bytes: &[u8]) -> usize {
 
 #[test]
 fn what_is_shown_at_the_start_is_what_rendering_the_file_gives() {
-    let scene = Scene::of_mesh(teapot(), "teapot", 96.0 / 72.0);
+    let scene = Scene::of_mesh(teapot(), "teapot", 96.0 / 72.0, false);
     let (mut memory, mut depth) = (VideoMemory::new(SIZE[0], SIZE[1]).expect("small"), None);
     let mut target = pipeline::Target {
         memory: &mut memory,
@@ -316,9 +321,9 @@ fn a_changed_file_is_seen_from_where_the_user_stands() {
     tap(&mut viewer, Key::Left);
     let before = picture(&mut viewer);
     let knot = Geometry { mesh: shapes::knot(20, 6).expect("a knot"), textures: Vec::new() };
-    viewer.reload(Model::Mesh(Arc::new(knot)));
+    viewer.reload(closed(Arc::new(knot)));
     assert!(picture(&mut viewer) != before);
-    viewer.reload(Model::Mesh(teapot()));
+    viewer.reload(closed(teapot()));
     assert!(picture(&mut viewer) == before);
 }
 

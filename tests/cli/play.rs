@@ -504,3 +504,93 @@ fn what_was_probably_meant_is_said() {
     let played = run(&["play", "-", "--headless"], b"LIEN 0 0 1 1 ff0000\n");
     assert_eq!(err(&played), "-:1: EVERB LIEN: unknown verb (did you mean LINE?), got \"LIEN\"\n");
 }
+
+#[test]
+fn files_of_other_formats_are_named_in_one_line() {
+    let folder = Folder::new("magic");
+    let stl = [&[0; 80][..], &1_u32.to_le_bytes(), &[0; 50]].concat();
+    let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\n1 2\n3 4\n";
+    for (name, bytes, what) in [
+        ("p.png", &png[..], "a PNG picture"),
+        ("p.obj", png, "a PNG picture"),
+        ("m.gltf", b"{\"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
+        ("m.glb", b"glTF\x02\0\0\0\x0c\0\0\0", "a binary glTF model"),
+        ("m.stl", &stl, "an STL model"),
+        ("t.stl", b"solid a\nfacet normal 0 0 1\nendsolid\n", "an STL model"),
+    ] {
+        let file = folder.file(name, bytes);
+        let out = folder.path("o.raw");
+        for arguments in [
+            &["play", &file, "--headless"][..],
+            &["view", &file, "--headless"],
+            &["render", &file, "-o", &out],
+        ] {
+            let refused = run(arguments, b"");
+            let said = err(&refused);
+            assert_eq!(refused.status.code(), Some(2), "{arguments:?}: {said}");
+            assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+            assert!(said.starts_with(&format!("fbptr: {file}: {what}; expected ")), "{said}");
+        }
+    }
+    // X3D is known by what it says, whatever its name.
+    let scene = folder.file("scene.xml", "<X3D><Scene><Shape><Box/></Shape></Scene></X3D>");
+    let out = folder.path("o.raw");
+    for arguments in [
+        &["render", &scene, "-o", &out, "--size", "9x9"][..],
+        &["view", &scene, "--headless", "--snap", &out, "--size", "9x9"],
+    ] {
+        let output = run(arguments, b"");
+        assert_eq!((output.status.code(), err(&output)), (Some(0), ""));
+        assert!(std::fs::read(&out).unwrap()[(9 * 4 + 4) * 4] > 50);
+    }
+    let played = run(&["play", &scene, "--headless"], b"");
+    assert_eq!(played.status.code(), Some(2));
+    assert!(err(&played).contains("`fbptr view`"), "{}", err(&played));
+}
+
+#[test]
+fn meshes_without_normals_are_smooth_and_seen_from_both_sides() {
+    let folder = Folder::new("smooth");
+    let drawn = |command: &str, file: &str, arguments: &[&str]| {
+        let out = folder.path("o.raw");
+        let to_file: &[&str] =
+            if command == "view" { &["--headless", "--snap", &out] } else { &["-o", &out] };
+        let all = [&[command, file, "--size", "40x40"], to_file, arguments].concat();
+        let output = run(&all, b"");
+        assert_eq!((output.status.code(), err(&output)), (Some(0), ""), "{all:?}");
+        std::fs::read(&out).unwrap()
+    };
+    // Two squares that lean against each other, with positions of their own: a seam only where indices decide.
+    let roof = folder.file(
+        "roof.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 0\nv 1 1 0\nv 1 1.87 -0.5\nv 0 1.87 -0.5\nf 1 2 3 4\nf 5 6 7 8\n",
+    );
+    for command in ["render", "view"] {
+        let smooth = drawn(command, &roof, &[]);
+        let seams = drawn(command, &roof, &["--smooth", "indices"]);
+        assert!(smooth == drawn(command, &roof, &["--smooth", "60deg"]), "{command}");
+        assert!(smooth != seams, "{command}");
+        assert!(seams == drawn(command, &roof, &["--smooth", "0deg", "--cull", "back"]), "{command}");
+    }
+    // Two squares beside each other that look to different sides.
+    let both = folder.file(
+        "both.obj",
+        "v -3 -1 0\nv -1 -1 0\nv -1 1 0\nv -3 1 0\nv 1 -1 0\nv 3 -1 0\nv 3 1 0\nv 1 1 0\nf 1 2 3 4\nf 8 7 6 5\n",
+    );
+    let lit = |picture: &[u8]| picture.chunks(4).filter(|p| p[0] > 100).count();
+    for command in ["render", "view"] {
+        let [all, fronts, backs] = [&[][..], &["--cull", "back"], &["--cull", "front"]]
+            .map(|cull| lit(&drawn(command, &both, cull)));
+        assert!(fronts > 40 && backs > 40, "{command}: {fronts} and {backs}");
+        assert_eq!(all, fronts + backs, "{command}");
+    }
+    // Points and lines alone are drawn.
+    let lines = folder.file("lines.obj", "v -1 -1 0\nv 1 1 0\nv 1 -1 0\nl 1 2\nl -3 3\np 1 2 3\n");
+    assert!(drawn("render", &lines, &[]).chunks(4).filter(|p| p[0] > 0).count() > 40);
+    let x3d = folder.file("s.x3d", "<Scene><Shape><Box/></Shape></Scene>");
+    let out = folder.path("o.raw");
+    for arguments in [["--smooth", "60"], ["--smooth", "60deg"], ["--cull", "both"]] {
+        let refused = run(&[&["render", &x3d, "-o", &out][..], &arguments].concat(), b"");
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+    }
+}

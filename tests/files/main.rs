@@ -13,6 +13,7 @@ mod meshes;
 mod pictures;
 mod prototypes;
 mod save;
+mod smoothing;
 mod structure;
 mod styles;
 mod support;

@@ -7,6 +7,7 @@ mod elements;
 mod vertices;
 
 use super::lines::{Lines, keyword, shown};
+use super::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
@@ -30,6 +31,8 @@ pub(super) struct Element {
     pub(super) has_normals: bool,
     /// Which `usemtl`, or `u32::MAX` before the first one.
     pub(super) material_use: u32,
+    /// What the last `s` said: 0 for `off`, [`UNGROUPED`] before the first one.
+    pub(super) smoothing_group: u32,
 }
 
 /// Which of a list of vertices were used, and in which order first.
@@ -118,6 +121,7 @@ pub(super) struct Feed<'a> {
     dropped_warnings: u64,
     use_numbers: HashMap<String, u32>,
     material_use: u32,
+    smoothing_group: u32,
     corners: Vec<[Option<u32>; 3]>,
     elements: Elements,
     error: Option<LoadError>,
@@ -151,6 +155,7 @@ impl<'a> Feed<'a> {
             dropped_warnings: 0,
             use_numbers: HashMap::new(),
             material_use: u32::MAX,
+            smoothing_group: UNGROUPED,
             corners: Vec::new(),
             elements,
             error: None,

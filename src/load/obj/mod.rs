@@ -1,6 +1,6 @@
 //! OBJ and MTL: Wavefront's meshes and materials, read by `tobj` behind our own line checks.
 //!
-//! In: a file's bytes (UTF-8 or Latin-1, any line ends, a BOM, `\` continuations, lines of any length). Out: polygons as the
+//! In: a file's bytes (UTF-8, UTF-16 or Latin-1, any line ends, a BOM, `\` continuations, lines of any length). Out: polygons as the
 //! file has them, each corner with its own indices, in object space; a vertex is an OBJ position, so groups and objects do not
 //! part a surface. Numbers are read as f64 and are finite. Positions that nothing uses are left out.
 //!
@@ -16,14 +16,18 @@ mod cost;
 mod feed;
 mod lines;
 mod mtl;
+mod placement;
+mod smooth;
 #[cfg(test)]
 mod tests;
 mod through_tobj;
 
 use super::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, Place, texture};
 use crate::memory::Reservation;
-use crate::scene::{Geometry, NONE, Texture};
-use feed::{Elements, Feed};
+use crate::scene::{Geometry, Mesh, NONE, Texture};
+use feed::{ElementKind, Elements, Feed};
+use placement::Placement;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -38,6 +42,19 @@ pub struct LoadedObj {
     pub geometry: Geometry,
     /// What was skipped, in the file's order.
     pub warnings: Vec<LoadWarning>,
+    /// Whether normals were made, and the surface has an edge with one face alone, so that its back can be seen.
+    pub is_open: bool,
+}
+
+/// Where the normals of faces come from that the file gives none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Smoothing {
+    /// One normal for each position index, the mean of the faces' unit normals, made when the mesh is drawn.
+    #[default]
+    Indices,
+    /// Smooth across edges whose faces' normals differ by at most this angle in radians, and that smoothing groups
+    /// do not part; equal positions are one vertex.
+    Angle(f64),
 }
 
 /// Reads the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
@@ -58,7 +75,23 @@ pub fn parse_within(
     file_name: &str,
     memory: &mut LoadMemory,
 ) -> Result<LoadedObj, LoadError> {
+    parse_smooth(bytes, side_files, file_name, memory, Smoothing::Indices)
+}
+
+/// [`parse_within`], with normals for the faces that have none.
+///
+/// # Errors
+/// As [`parse_within`].
+pub fn parse_smooth(
+    bytes: &[u8],
+    side_files: &mut SideFiles<'_>,
+    file_name: &str,
+    memory: &mut LoadMemory,
+    smoothing: Smoothing,
+) -> Result<LoadedObj, LoadError> {
     let refused = |kind| LoadError::new(Place::file(file_name), kind);
+    let (bytes, _decoded) = decoded(bytes, memory).map_err(refused)?;
+    let bytes = &*bytes;
     let _tables = memory.work(cost::obj_bytes(bytes)).map_err(refused)?;
     let mut feed = Feed::new(bytes, file_name);
     let raw = through_tobj::obj(&mut feed)?;
@@ -67,6 +100,7 @@ pub fn parse_within(
     // Only what is used is kept, in the order of first use.
     let mut geometry = Geometry::default();
     let mut material_of_use = Vec::with_capacity(uses.len());
+    let mut placements = Vec::new();
     for (name, line) in &uses {
         let Some(found) = library.get(name.as_str()) else {
             // Without an MTL file at hand, that it is missing has been said already.
@@ -80,17 +114,67 @@ pub fn parse_within(
         material_of_use.push(geometry.mesh.materials.len() as u32);
         geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings, memory)?);
         geometry.mesh.materials.push(found.material.material.clone());
+        placements.push((found.material.placement, found.material.place.clone()));
     }
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
         LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
     })?;
+    place_pictures(&mut geometry.mesh, &placements, &mut warnings, memory).map_err(refused)?;
+    let lacks_normals = faces.iter().any(|f| f.kind == ElementKind::Face && !f.has_normals);
+    let is_open = match smoothing {
+        Smoothing::Angle(max_angle_rad) if lacks_normals => {
+            let _work = memory.work(smooth::working_bytes(&geometry.mesh)).map_err(refused)?;
+            let polygons = faces.iter().filter(|f| f.kind == ElementKind::Face);
+            let groups: Vec<u32> = polygons.map(|f| f.smoothing_group).collect();
+            smooth::smooth(&mut geometry.mesh, &groups, max_angle_rad)
+        }
+        _ => false,
+    };
     geometry.mesh.shrink_to_fit();
     memory.keep(geometry.mesh.capacity_bytes() as u64).map_err(refused)?;
     if faces.is_empty() {
         let message = "no faces, lines or points: nothing is drawn".into();
         warnings.push(LoadWarning { place: Place::file(file_name), message });
     }
-    Ok(LoadedObj { geometry, warnings })
+    Ok(LoadedObj { geometry, warnings, is_open })
+}
+
+/// Puts each material's picture where its options say.
+fn place_pictures(
+    mesh: &mut Mesh,
+    materials: &[(Placement, Place)],
+    warnings: &mut Vec<LoadWarning>,
+    memory: &LoadMemory,
+) -> Result<(), LoadErrorKind> {
+    let placements: Vec<Placement> = materials.iter().map(|m| m.0).collect();
+    if placements.iter().all(|p| *p == Placement::default()) {
+        return Ok(());
+    }
+    let _work = memory.work(placement::working_bytes(mesh))?;
+    for material in placement::place(mesh, &placements) {
+        let message = "-clamp on is not applied: the picture repeats outside of 0 to 1".into();
+        warnings.push(LoadWarning { place: materials[material].1.clone(), message });
+    }
+    Ok(())
+}
+
+/// A file's text as bytes of UTF-8 or Latin-1: UTF-16 is known by its byte order mark, or by the zeros of its first letter.
+fn decoded<'a>(
+    bytes: &'a [u8],
+    memory: &LoadMemory,
+) -> Result<(Cow<'a, [u8]>, Option<Reservation>), LoadErrorKind> {
+    let (unit, rest): (fn([u8; 2]) -> u16, _) = match bytes {
+        [0xff, 0xfe, rest @ ..] => (u16::from_le_bytes, rest),
+        [0xfe, 0xff, rest @ ..] => (u16::from_be_bytes, rest),
+        [1..=255, 0, ..] => (u16::from_le_bytes, bytes),
+        [0, 1..=255, ..] => (u16::from_be_bytes, bytes),
+        _ => return Ok((Cow::Borrowed(bytes), None)),
+    };
+    // Each unit of two bytes is three of UTF-8 at most, in a list that moves as it grows.
+    let held = memory.work(4 * bytes.len() as u64)?;
+    let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
+    let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    Ok((Cow::Owned(text.into_bytes()), Some(held)))
 }
 
 /// A material, and the folder of its MTL file, as `mtllib` names it.
@@ -134,7 +218,10 @@ fn read_libraries(
         let shown = format!("{}{name}", folder_of(file_name));
         let room = memory.work(cost::mtl_bytes(&bytes));
         held.push(room.map_err(|kind| LoadError::new(Place::file(&*shown), kind))?);
-        let (materials, mut its_warnings) = mtl::parse(&bytes, &shown)?;
+        let (text, text_held) =
+            decoded(&bytes, memory).map_err(|kind| LoadError::new(Place::file(&*shown), kind))?;
+        held.extend(text_held);
+        let (materials, mut its_warnings) = mtl::parse(&text, &shown)?;
         warnings.append(&mut its_warnings);
         for material in materials {
             let found = Found { material, folder: folder_of(&name).to_owned() };

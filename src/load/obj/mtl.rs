@@ -5,10 +5,11 @@
 //! Where both `d` and `Tr` stand, `d` counts.
 
 use super::lines::{Lines, keyword, number, shown, text, words};
+use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
 use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
 use crate::scene::{LightingModel, Material};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::io::Write;
 use std::ops::RangeInclusive;
@@ -17,6 +18,8 @@ use std::ops::RangeInclusive;
 #[derive(Clone, Debug)]
 pub(super) struct FileMaterial {
     pub(super) material: Material,
+    /// How its picture lies on faces.
+    pub(super) placement: Placement,
     pub(super) place: Place,
 }
 
@@ -25,8 +28,8 @@ struct Check<'a> {
     line: u32,
     /// Checked lines for `tobj`.
     out: Vec<u8>,
-    /// The line of each `newmtl`.
-    materials: Vec<u32>,
+    /// The line of each `newmtl`, and how the picture of its material lies.
+    materials: Vec<(u32, Placement)>,
     warned: HashSet<String>,
     warnings: Vec<LoadWarning>,
 }
@@ -60,13 +63,13 @@ pub(super) fn parse(
     }
     let mut names = HashSet::new();
     let mut materials = Vec::new();
-    for (raw, line) in raw.into_iter().zip(lines) {
+    for (raw, (line, placement)) in raw.into_iter().zip(lines) {
         let place = Place::line(file_name, line);
         if !names.insert(raw.name.clone()) {
             let message = format!("material {:?} is defined again: the first one counts", raw.name);
             warnings.push(LoadWarning { place: place.clone(), message });
         }
-        materials.push(FileMaterial { material: material(raw), place });
+        materials.push(FileMaterial { material: material(raw), placement, place });
     }
     Ok((materials, warnings))
 }
@@ -97,7 +100,7 @@ impl Check<'_> {
                 if name.is_empty() {
                     return Err(self.syntax("newmtl is followed by a material's name", arguments));
                 }
-                self.materials.push(self.line);
+                self.materials.push((self.line, Placement::default()));
                 writeln!(self.out, "newmtl {name}").expect("memory can be written");
                 return Ok(());
             }
@@ -190,29 +193,47 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// `map_Kd [options] name`: the name may hold blanks; options that change the picture are named in a warning.
+    /// `map_Kd [options] name`: the name may hold blanks; options that change the picture and are not applied are named in
+    /// a warning.
     fn texture(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
         let mut rest = arguments;
+        let mut placement = Placement::default();
         while rest.starts_with(b"-") {
             let (option, after) = keyword(rest);
             // How many words an option takes at least and at most; beyond the least only numbers belong to it.
             let (least, most) = match option {
                 b"-blendu" | b"-blendv" | b"-cc" | b"-clamp" | b"-imfchan" | b"-texres" | b"-bm"
-                | b"-boost" | b"-type" => (1, 1),
+                | b"-boost" | b"-type" | b"-colorspace" => (1, 1),
                 b"-mm" => (2, 2),
                 b"-o" | b"-s" | b"-t" => (1, 3),
                 _ => break,
             };
-            self.warn_of(option, "of map_Kd is not used");
             rest = after;
+            let mut numbers = [None; 3];
+            let mut is_on = false;
             for taken in 0..most {
                 let (value, after) = keyword(rest);
-                let is_number = std::str::from_utf8(value).is_ok_and(|t| t.parse::<f64>().is_ok());
-                if taken >= least && (!is_number || after.is_empty()) {
+                let number = std::str::from_utf8(value).ok().and_then(|t| t.parse::<f64>().ok());
+                if taken >= least && (number.is_none() || after.is_empty()) {
                     break;
                 }
+                numbers[taken] = number.filter(|n| n.is_finite());
+                is_on |= value == b"on";
                 rest = after;
             }
+            let pair =
+                |default: f64| DVec2::new(numbers[0].unwrap_or(default), numbers[1].unwrap_or(default));
+            match option {
+                b"-s" => placement.scale = pair(1.0),
+                b"-o" => placement.offset = pair(0.0),
+                b"-clamp" => placement.is_clamped = is_on,
+                // Colours are taken as they stand.
+                b"-colorspace" => {}
+                _ => self.warn_of(option, "of map_Kd is not used"),
+            }
+        }
+        if let Some((_, of_material)) = self.materials.last_mut() {
+            *of_material = placement;
         }
         let name = text(rest).trim().to_owned();
         if name.is_empty() {

@@ -191,7 +191,6 @@ fn what_is_malformed_is_refused_with_its_line() {
         ),
         ("vt", "m.obj:4: a texture coordinate has 1 to 3 numbers, found \"\""),
         ("vn 0 0", "m.obj:4: a normal has 3 numbers, found \"0 0\""),
-        ("usemtl", "m.obj:4: usemtl is followed by a material's name, found \"\""),
         ("mtllib  ", "m.obj:4: mtllib is followed by a file's name, found \"\""),
         ("f 1 \\\n2 \\\n9\n", "m.obj:4: position index 9 names none of the 3 there are"),
         ("1 2 3", "m.obj:4: expected an OBJ statement, found \"1\""),
@@ -467,4 +466,92 @@ proptest! {
             Err(error) => prop_assert!(error.place.line > 0, "{}", error),
         }
     }
+}
+
+#[test]
+fn utf_16_is_read_with_and_without_its_mark() {
+    let text = format!("{TRIANGLE}mtllib l.mtl\nusemtl \u{e9}\nf 1 2 3\n");
+    let mtl = "newmtl \u{e9}\nKd 1 0 0\n";
+    let plain = load_with(&text, &[("l.mtl", mtl.as_bytes())]).unwrap();
+    assert_eq!((plain.geometry.mesh.materials.len(), plain.warnings.len()), (1, 0));
+    let little = |t: &str| t.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let big = |t: &str| t.encode_utf16().flat_map(u16::to_be_bytes).collect::<Vec<u8>>();
+    for mark in ["", "\u{feff}"] {
+        for encode in [little as fn(&str) -> Vec<u8>, big] {
+            let [obj, mtl] = [&text, mtl].map(|t| encode(&format!("{mark}{t}")));
+            let loaded = load_with(&obj, &[("l.mtl", &mtl)]).unwrap();
+            assert_eq!(loaded.geometry.mesh, plain.geometry.mesh);
+        }
+    }
+}
+
+#[test]
+fn an_empty_usemtl_is_no_material() {
+    let files: [(&str, &[u8]); 1] = [("l.mtl", b"newmtl a\nKd 1 0 0\n")];
+    let loaded = load_with(
+        format!(
+            "mtllib l.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\nusemtl\nf 1 2 3\nusemtl  \nf 1 2 3\nusemtl a\nf 1 2 3"
+        ),
+        &files,
+    );
+    let loaded = loaded.unwrap();
+    let materials: Vec<u32> = loaded.geometry.mesh.polygons.iter().map(|p| p.material).collect();
+    assert_eq!((materials, loaded.warnings), (vec![0, NONE, NONE, 0], vec![]));
+}
+
+#[test]
+fn pictures_are_placed_by_their_options() {
+    let mtl = "newmtl a\nmap_Kd -s 2 3 -o 0.5 -colorspace sRGB -clamp on p.png\nnewmtl b\nmap_Kd -clamp off -s 1 1 1 p.png";
+    let obj = format!(
+        "mtllib l.mtl\n{TRIANGLE}vt 0 0\nvt 1 0\nvt 0.25 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\n"
+    );
+    let loaded = load_with(obj, &[("l.mtl", mtl.as_bytes())]).unwrap();
+    let mesh = &loaded.geometry.mesh;
+    let at = |p: usize| {
+        mesh.polygon_corners(p)
+            .iter()
+            .map(|c| mesh.texcoords[c.texcoord as usize].to_array())
+            .collect::<Vec<_>>()
+    };
+    // The offset's second number is 0 unless given.
+    assert_eq!(at(0), [[0.5, 0.0], [2.5, 0.0], [1.0, 3.0]]);
+    assert_eq!(at(1), [[0.0, 0.0], [1.0, 0.0], [0.25, 1.0]]);
+    let said = warnings(&loaded);
+    assert!(
+        said.contains(
+            &"l.mtl:1: warning: -clamp on is not applied: the picture repeats outside of 0 to 1".into()
+        ),
+        "{said:?}"
+    );
+    assert!(said.iter().all(|w| !w.contains("colorspace") && !w.contains("is not used")), "{said:?}");
+}
+
+#[test]
+fn smoothing_gives_normals_where_the_file_has_none() {
+    let smooth = |obj: &str| {
+        let angle = Smoothing::Angle(60_f64.to_radians());
+        let memory = &mut LoadMemory::unlimited();
+        parse_smooth(obj.as_bytes(), &mut |_| None, "m.obj", memory, angle).unwrap()
+    };
+    // Two squares that meet at 30 degrees; the second has positions of its own.
+    let roof =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 0\nv 1 1 0\nv 1 1.8660254 -0.5\nv 0 1.8660254 -0.5\n";
+    let faces = "f 1 2 3 4\n{}f 5 6 7 8\n";
+    let normals_meet = |between: &str, before: &str| {
+        let loaded = smooth(&format!("{roof}{before}{}", faces.replace("{}", between)));
+        assert!(loaded.is_open);
+        assert_sound(&loaded.geometry.mesh);
+        let corners = &loaded.geometry.mesh.corners;
+        corners[3].normal == corners[4].normal
+    };
+    assert!(normals_meet("", ""), "equal positions are one vertex");
+    assert!(normals_meet("", "s 1\n"));
+    assert!(normals_meet("s 4294967296\n", "s 4294967296\n"), "a number beyond 32 bits");
+    assert!(!normals_meet("s 2\n", "s 1\n"), "another group");
+    assert!(!normals_meet("", "s off\n") && !normals_meet("", "s 0\n"), "no group");
+    // Normals of the file stay, and such a mesh is not said to be open.
+    let given = smooth("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 2\nf 1//1 2//1 3//1\n");
+    assert_eq!((given.geometry.mesh.normals.len(), given.is_open), (1, false));
+    // The specification's rule makes none.
+    assert_eq!(load(format!("{roof}{}", faces.replace("{}", ""))).geometry.mesh.normals, []);
 }

@@ -2,6 +2,7 @@
 
 use super::{Element, ElementKind, Feed, LARGE_POLYGON, MAX_EAR_WORK, WHAT, WORD};
 use crate::load::obj::lines::{text, words};
+use crate::load::obj::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind};
 
 impl Feed<'_> {
@@ -19,7 +20,9 @@ impl Feed<'_> {
             b"usemtl" => {
                 let name = text(arguments).trim().to_owned();
                 if name.is_empty() {
-                    return Err(self.syntax("usemtl is followed by a material's name", arguments));
+                    // Exporters write this where a face has no material.
+                    self.material_use = u32::MAX;
+                    return Ok(());
                 }
                 let next = self.elements.uses.len() as u32;
                 self.material_use = *self.use_numbers.entry(name.clone()).or_insert(next);
@@ -27,6 +30,7 @@ impl Feed<'_> {
                     self.elements.uses.push((name, self.line));
                 }
             }
+            b"s" => self.smoothing_group = smoothing_group(arguments),
             b"mtllib" => {
                 let names = text(arguments).trim().to_owned();
                 if names.is_empty() {
@@ -99,6 +103,7 @@ impl Feed<'_> {
             has_texcoords: has[1],
             has_normals: has[2],
             material_use: self.material_use,
+            smoothing_group: self.smoothing_group,
         });
         Ok(())
     }
@@ -136,6 +141,21 @@ impl Feed<'_> {
             corner[list] = Some(position as u32);
         }
         Ok(corner)
+    }
+}
+
+/// The group that `s` names: a whole number, or 0 for `off`. Another word is a group too, by a hash of its bytes.
+fn smoothing_group(arguments: &[u8]) -> u32 {
+    match words(arguments).next() {
+        None | Some(b"off" | b"0" | b"null") => 0,
+        Some(word) => match std::str::from_utf8(word).ok().and_then(|w| w.parse::<u32>().ok()) {
+            Some(number) if number < UNGROUPED => number,
+            _ => {
+                // FNV-1a, brought between the two numbers that mean something else.
+                let mix = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+                word.iter().fold(0x811c_9dc5, mix) % (UNGROUPED - 1) + 1
+            }
+        },
     }
 }
 

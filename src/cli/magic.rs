@@ -1,0 +1,189 @@
+//! What a file is by its first bytes, whatever its name says.
+//!
+//! In: the first bytes of a file and its length. Out: that it is an X3D scene, or the name of a format that is not read here;
+//! `None` for everything else, whose name decides. A file that is no text would otherwise be refused line by line.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// How many bytes are looked at.
+const FIRST_BYTES: u64 = 64 << 10;
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    /// X3D in XML, plain or compressed.
+    X3d,
+    /// A format that is not read here.
+    Other(&'static str),
+}
+
+impl fmt::Display for Content {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Content::X3d => "an X3D scene, which `fbptr view` and `fbptr render` show",
+            Content::Other(what) => what,
+        })
+    }
+}
+
+/// Formats by how their files begin.
+const BEGINNINGS: &[(&[u8], &str)] = &[
+    (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"GIF87a", "a GIF picture"),
+    (b"GIF89a", "a GIF picture"),
+    (b"II*\0", "a TIFF picture"),
+    (b"MM\0*", "a TIFF picture"),
+    (b"8BPS", "a Photoshop picture"),
+    (b"v/1\x01", "an OpenEXR picture"),
+    (b"#?RADIANCE", "a Radiance picture"),
+    (b"qoif", "a QOI picture"),
+    (b"glTF", "a binary glTF model"),
+    (b"ply\n", "a PLY model"),
+    (b"ply\r", "a PLY model"),
+    (b"Kaydara FBX Binary", "an FBX model"),
+    (b"; FBX", "an FBX model"),
+    (b"BLENDER", "a Blender file"),
+    (b"#USDA", "a USD scene"),
+    (b"PXR-USDC", "a USD scene"),
+    (b"#VRML V", "a VRML scene"),
+    (b"#X3D V", "an X3D scene in the classic encoding"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"BZh", "a bzip2 file"),
+    (b"\xfd7zXZ\0", "an xz file"),
+    (b"\x28\xb5\x2f\xfd", "a Zstandard file"),
+    (b"%PDF", "a PDF document"),
+    (b"\x7fELF", "a program"),
+    (b"\0asm", "a WebAssembly module"),
+];
+
+/// Formats by a tag near the beginning of an XML file.
+const TAGS: &[(&str, Content)] = &[
+    ("<X3D", Content::X3d),
+    ("<Scene", Content::X3d),
+    ("<COLLADA", Content::Other("a COLLADA model")),
+    ("<svg", Content::Other("an SVG drawing")),
+    ("<html", Content::Other("an HTML page")),
+    ("<HTML", Content::Other("an HTML page")),
+];
+
+/// What the regular file at `path` is; nothing of a pipe is read.
+pub(super) fn of_path(path: &Path) -> io::Result<Option<Content>> {
+    match std::fs::metadata(path)?.is_file() {
+        true => of_file(&File::open(path)?),
+        false => Ok(None),
+    }
+}
+
+/// What an open regular file is by its next bytes, which are consumed.
+pub(super) fn of_file(file: &File) -> io::Result<Option<Content>> {
+    let mut first = Vec::new();
+    file.take(FIRST_BYTES).read_to_end(&mut first)?;
+    Ok(of_bytes(&first, file.metadata()?.len()))
+}
+
+/// What a file of `length` bytes is that begins with these.
+fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
+    if first.starts_with(&[0x1f, 0x8b]) {
+        return Some(Content::X3d);
+    }
+    if let Some((_, what)) = BEGINNINGS.iter().find(|(magic, _)| first.starts_with(magic)) {
+        return Some(Content::Other(what));
+    }
+    let what = match first {
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("a WebP picture"),
+        [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some("a BMP picture"),
+        [b'P', b'1'..=b'7', b' ' | b'\n' | b'\r' | b'\t', ..] => Some("a PNM picture"),
+        [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a film or a HEIF picture"),
+        _ if is_stl(first, length) => Some("an STL model"),
+        _ if is_gltf(first) => Some("a glTF model"),
+        _ => None,
+    };
+    what.map(Content::Other).or_else(|| of_xml(first))
+}
+
+/// Whether a file is STL: facets in text, or so many records of 50 bytes as it says.
+fn is_stl(first: &[u8], length: u64) -> bool {
+    let count = first.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
+    let is_binary = count.is_some_and(|n| length == 84 + 50 * u64::from(n));
+    is_binary || (first.starts_with(b"solid") && contains(first, b"facet"))
+}
+
+/// Whether a file is JSON with keys that glTF alone has.
+fn is_gltf(first: &[u8]) -> bool {
+    let has = |key: &[u8]| contains(first, key);
+    let is_json = first.trim_ascii_start().starts_with(b"{");
+    is_json
+        && (has(b"\"bufferViews\"") || has(b"\"accessors\"") || (has(b"\"asset\"") && has(b"\"version\"")))
+}
+
+/// What XML is by its tags; `None` for other text.
+fn of_xml(first: &[u8]) -> Option<Content> {
+    // Of UTF-16 the letters of tags are left; a byte order mark is no letter.
+    let text: String = first.iter().filter(|b| b.is_ascii_graphic()).map(|b| char::from(*b)).collect();
+    let found = || TAGS.iter().filter_map(|(tag, content)| Some((text.find(tag)?, *content)));
+    match text.starts_with('<') {
+        true => found().min_by_key(|(at, _)| *at).map(|(_, content)| content),
+        false => None,
+    }
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|w| w == part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(bytes: &[u8]) -> Option<Content> {
+        of_bytes(bytes, bytes.len() as u64)
+    }
+
+    #[test]
+    fn foreign_formats_are_known_by_their_bytes() {
+        let binary_stl = [&[b's'; 80][..], &2_u32.to_le_bytes(), &[7; 100]].concat();
+        for (bytes, what) in [
+            (&b"\x89PNG\r\n\x1a\n\0\0"[..], "a PNG picture"),
+            (b"\xff\xd8\xff\xe0", "a JPEG picture"),
+            (b"glTF\x02\0\0\0", "a binary glTF model"),
+            (b" {\n \"asset\": {\"version\": \"2.0\"}}", "a glTF model"),
+            (b"solid cube\n facet normal 0 0 1\n", "an STL model"),
+            (&binary_stl, "an STL model"),
+            (b"P6 1 1 255\nabc", "a PNM picture"),
+            (b"BM\x46\0\0\0\0\0\0\0", "a BMP picture"),
+            (b"<?xml version='1.0'?>\n<COLLADA>", "a COLLADA model"),
+            (b"#VRML V2.0 utf8", "a VRML scene"),
+        ] {
+            assert_eq!(of(bytes), Some(Content::Other(what)));
+        }
+    }
+
+    #[test]
+    fn x3d_is_known_by_its_tags_and_by_gzip() {
+        assert_eq!(of(b"\x1f\x8b\x08"), Some(Content::X3d));
+        assert_eq!(of(b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D profile='Full'>"), Some(Content::X3d));
+        let utf16: Vec<u8> = "\u{feff}<?xml?><X3D>".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(of(&utf16), Some(Content::X3d));
+    }
+
+    #[test]
+    fn streams_meshes_and_own_json_are_left_to_their_names() {
+        for text in [
+            "PX 1 1 ff0000\nLINE 0 0 9 5 00ff00\n",
+            "v 0 0 0\nf 1 1 1\n",
+            "{\"dim\": 4, \"objects\": []}",
+            "solid",
+            "BMP",
+            "PNG",
+            "",
+            "P3D",
+            "MM",
+        ] {
+            assert_eq!(of(text.as_bytes()), None, "{text}");
+        }
+    }
+}

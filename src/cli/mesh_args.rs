@@ -1,0 +1,63 @@
+//! The arguments that say how the meshes of scene files are read and seen.
+
+use crate::load::obj::Smoothing;
+use crate::scene::{Cull, Scene};
+use clap::Args;
+
+/// The angle in degrees up to which the edges of a mesh without normals are smooth, unless another is asked for.
+const DEFAULT_ANGLE_DEG: f64 = 60.0;
+
+/// How meshes are read and seen.
+#[derive(Clone, Debug, Args)]
+pub(super) struct MeshArgs {
+    /// Normals of .obj faces that have none: smooth across edges up to an angle (60deg), which smoothing groups of the
+    /// file part too, or one for each position index [default: 60deg]
+    #[arg(long, value_name = "ANGLEdeg|indices", value_parser = smoothing)]
+    pub smooth: Option<Smoothing>,
+    /// Faces that are left out: back, front or none [default: the scene's own; none for open .obj
+    /// surfaces without normals, lit from both sides, back for others]
+    #[arg(long, value_name = "F", value_parser = cull)]
+    pub cull: Option<Cull>,
+}
+
+impl MeshArgs {
+    /// How normals are made.
+    pub(super) fn smoothing(&self) -> Smoothing {
+        self.smooth.unwrap_or(Smoothing::Angle(DEFAULT_ANGLE_DEG.to_radians()))
+    }
+
+    /// Leaves out the faces of a scene that are not asked for.
+    pub(super) fn apply_cull(&self, scene: &mut Scene) {
+        if let Some(cull) = self.cull {
+            scene.objects.iter_mut().for_each(|object| object.cull = cull);
+        }
+    }
+}
+
+fn cull(text: &str) -> Result<Cull, String> {
+    Cull::from_keyword(text).ok_or_else(|| "expected back, front or none".to_owned())
+}
+
+fn smoothing(text: &str) -> Result<Smoothing, String> {
+    if text == "indices" {
+        return Ok(Smoothing::Indices);
+    }
+    let degrees = text.strip_suffix("deg").and_then(|number| number.parse::<f64>().ok());
+    let angle = degrees.filter(|d| (0.0..=180.0).contains(d)).map(|d| Smoothing::Angle(d.to_radians()));
+    angle.ok_or_else(|| "expected an angle from 0deg to 180deg, as in 60deg, or indices".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_has_its_unit() {
+        assert_eq!(smoothing("indices"), Ok(Smoothing::Indices));
+        assert_eq!(smoothing("180deg"), Ok(Smoothing::Angle(std::f64::consts::PI)));
+        assert_eq!(smoothing("0deg"), Ok(Smoothing::Angle(0.0)));
+        for bad in ["60", "deg", "-1deg", "181deg", "nandeg", "infdeg", "60rad", "Indices", ""] {
+            assert!(smoothing(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! How a material's picture lies on its faces: the options `-s`, `-o` and `-clamp` of `map_Kd`.
+//!
+//! In: a mesh and the placement of each material's picture. Out: the mesh with texture coordinates s * uv + o where a
+//! material says so; faces of other materials that share a coordinate keep theirs. A picture that is clamped is drawn as
+//! one that repeats: there is no difference where all coordinates are from 0 to 1, and a warning where they are not.
+//! Source: the MTL format 4.2, "Options for texture map statements".
+
+use crate::scene::{Mesh, NONE};
+use glam::DVec2;
+use std::collections::HashMap;
+
+/// How a picture lies on faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placement {
+    pub(super) scale: DVec2,
+    pub(super) offset: DVec2,
+    pub(super) is_clamped: bool,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Placement { scale: DVec2::ONE, offset: DVec2::ZERO, is_clamped: false }
+    }
+}
+
+/// Bytes that placing pictures on a mesh takes.
+pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
+    mesh.corners.len() as u64 * 96
+}
+
+/// Moves the texture coordinates of the mesh. Returns the materials whose clamped pictures would have to end.
+pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) -> Vec<usize> {
+    let mut moved: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut beyond = vec![false; placements.len()];
+    for polygon in &mesh.polygons {
+        let Some(placement) = placements.get(polygon.material as usize) else { continue };
+        if *placement == Placement::default() {
+            continue;
+        }
+        let first = polygon.first_corner as usize;
+        for corner in &mut mesh.corners[first..first + polygon.corner_count as usize] {
+            if corner.texcoord == NONE {
+                continue;
+            }
+            let at = mesh.texcoords[corner.texcoord as usize] * placement.scale + placement.offset;
+            let is_inside = at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all();
+            beyond[polygon.material as usize] |= placement.is_clamped && !is_inside;
+            if (placement.scale, placement.offset) == (DVec2::ONE, DVec2::ZERO) || !at.is_finite() {
+                continue;
+            }
+            let next = mesh.texcoords.len() as u32;
+            let number = *moved.entry((polygon.material, corner.texcoord)).or_insert(next);
+            if number == next {
+                mesh.texcoords.push(at);
+            }
+            corner.texcoord = number;
+        }
+    }
+    (0..placements.len()).filter(|m| beyond[*m]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Corner;
+    use glam::DVec3;
+
+    #[test]
+    fn coordinates_move_for_the_material_that_says_so_alone() {
+        let corner = |texcoord| Corner { position: 0, normal: NONE, texcoord, color: NONE };
+        let mut mesh = Mesh {
+            positions: vec![DVec3::ZERO],
+            texcoords: vec![DVec2::ZERO, DVec2::new(0.5, 1.0), DVec2::ONE],
+            ..Mesh::default()
+        };
+        for material in [0, 1, NONE, 1] {
+            mesh.push_polygon(&[0, 1, 2].map(corner), material);
+        }
+        let moved =
+            Placement { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.25, -1.0), is_clamped: true };
+        let placements = [Placement { is_clamped: true, ..Placement::default() }, moved];
+        assert_eq!(place(&mut mesh, &placements), [1]);
+        let of = |p: usize| {
+            mesh.polygon_corners(p).iter().map(|c| mesh.texcoords[c.texcoord as usize]).collect::<Vec<_>>()
+        };
+        let before = [DVec2::ZERO, DVec2::new(0.5, 1.0), DVec2::ONE];
+        let after = [DVec2::new(0.25, -1.0), DVec2::new(1.25, 2.0), DVec2::new(2.25, 2.0)];
+        assert_eq!([of(0), of(1), of(2), of(3)], [before, after, before, after].map(Vec::from));
+        assert_eq!(mesh.texcoords.len(), 6, "each moved coordinate once");
+    }
+}

@@ -1,0 +1,297 @@
+//! Normals for faces that the file gives none: smooth across edges that are not sharp.
+//!
+//! In: a mesh, the smoothing group of each polygon, and the largest angle between the normals of two faces that are
+//! smoothed into each other. Out: one normal for each group of corners that are smooth together; and whether the surface
+//! has an edge with one face alone. Runs on whichever thread reads the file; sums run in the file's order, so the same
+//! file gives the same bits.
+//!
+//! Positions that are equal are one vertex (files part them where texture coordinates differ). Corners of a vertex are
+//! smooth together where their faces meet at an edge whose angle is no larger than the limit and, where the file has
+//! smoothing groups (`s`), both are in the same one; `s off` joins nothing. What is joined by a chain of such edges is
+//! one group; its normal is the mean of the faces' unit normals by the faces' angles at the vertex (Thurmer and Wuthrich
+//! 1998: it does not depend on how faces are cut into triangles). One would know an error by a seam on the teapot or by
+//! a rounded box (`tests/files/smoothing.rs`).
+
+use crate::math::matrix::unit;
+use crate::pipeline::polygon_normal;
+use crate::scene::{Corner, Mesh, NONE, Polygon};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// The smoothing group of faces before the first `s`: the angle alone decides.
+pub(super) const UNGROUPED: u32 = u32::MAX;
+
+/// Beyond so many faces at one edge, each is compared with the one before it alone.
+const MAX_FACES_AT_EDGE: usize = 16;
+
+/// Bytes of the tables for one corner, and for one position.
+const CORNER_BYTES: u64 = 96;
+const POSITION_BYTES: u64 = 32;
+
+/// Bytes that smoothing a mesh takes.
+pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
+    let of_corners = (mesh.corners.len() + mesh.polygons.len()) as u64 * CORNER_BYTES;
+    of_corners + mesh.positions.len() as u64 * POSITION_BYTES
+}
+
+/// A side of a polygon: its two vertices, the lower one first, and the corners at them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Edge {
+    vertices: [u32; 2],
+    polygon: u32,
+    corners: [u32; 2],
+}
+
+/// Gives corners without a normal one. Returns whether the surface is open.
+pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> bool {
+    let vertices = welded(&mesh.positions);
+    let edges = edges(mesh, &vertices);
+    let is_open = edges.chunk_by(|a, b| a.vertices == b.vertices).any(|faces| faces.len() == 1);
+    let normals: Vec<Option<DVec3>> = mesh.polygons.iter().map(|p| normal_of(mesh, p)).collect();
+    let mut joined: Vec<u32> = (0..mesh.corners.len() as u32).collect();
+    // cos falls as the angle grows; a rounding's width more keeps edges of just the limit smooth.
+    let least_cos = libm::cos(max_angle_rad) - 1e-12;
+    let is_smooth = |a: &Edge, b: &Edge| {
+        let [a, b] = [a.polygon, b.polygon].map(|p| p as usize);
+        let group = groups.get(a).copied().unwrap_or(UNGROUPED);
+        let is_grouped = group != 0 && group == groups.get(b).copied().unwrap_or(UNGROUPED);
+        match (normals[a], normals[b]) {
+            (Some(a), Some(b)) => is_grouped && a.dot(b) >= least_cos,
+            _ => false,
+        }
+    };
+    for faces in edges.chunk_by(|a, b| a.vertices == b.vertices) {
+        for (i, a) in faces.iter().enumerate() {
+            let others = if faces.len() > MAX_FACES_AT_EDGE {
+                i + 1..(i + 2).min(faces.len())
+            } else {
+                i + 1..faces.len()
+            };
+            for b in faces[others].iter().filter(|b| is_smooth(a, b)) {
+                (0..2).for_each(|end| join(&mut joined, a.corners[end], b.corners[end]));
+            }
+        }
+    }
+    give_normals(mesh, &normals, &mut joined);
+    is_open
+}
+
+/// The number of each position's vertex: the least index of an equal position.
+fn welded(positions: &[DVec3]) -> Vec<u32> {
+    // -0 is 0.
+    let key = |i: &u32| (positions[*i as usize] + DVec3::ZERO).to_array();
+    let compare = |a: &u32, b: &u32| {
+        let (p, q) = (key(a), key(b));
+        let order = p.iter().zip(&q).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne());
+        order.unwrap_or(a.cmp(b))
+    };
+    let mut sorted: Vec<u32> = (0..positions.len() as u32).collect();
+    sorted.sort_unstable_by(compare);
+    let mut vertices = vec![0; positions.len()];
+    for equal in sorted.chunk_by(|a, b| key(a) == key(b)) {
+        equal.iter().for_each(|i| vertices[*i as usize] = equal[0]);
+    }
+    vertices
+}
+
+fn corners_of<'a>(mesh: &'a Mesh, polygon: &Polygon) -> &'a [Corner] {
+    &mesh.corners[polygon.first_corner as usize..][..polygon.corner_count as usize]
+}
+
+fn normal_of(mesh: &Mesh, polygon: &Polygon) -> Option<DVec3> {
+    polygon_normal(corners_of(mesh, polygon).iter().map(|c| mesh.positions[c.position as usize]))
+}
+
+/// The sides of all polygons, those of one edge beside each other. A side between equal positions is none.
+fn edges(mesh: &Mesh, vertices: &[u32]) -> Vec<Edge> {
+    let mut edges = Vec::with_capacity(mesh.corners.len());
+    for (polygon, p) in (0..).zip(&mesh.polygons) {
+        for k in 0..p.corner_count {
+            let corners = [k, (k + 1) % p.corner_count].map(|k| p.first_corner + k);
+            let [a, b] = corners.map(|c| vertices[mesh.corners[c as usize].position as usize]);
+            match a.cmp(&b) {
+                std::cmp::Ordering::Less => edges.push(Edge { vertices: [a, b], polygon, corners }),
+                std::cmp::Ordering::Greater => {
+                    edges.push(Edge { vertices: [b, a], polygon, corners: [corners[1], corners[0]] });
+                }
+                std::cmp::Ordering::Equal => {}
+            }
+        }
+    }
+    edges.sort_unstable();
+    edges
+}
+
+/// The representative of a corner's group.
+fn group_of(joined: &mut [u32], mut corner: u32) -> u32 {
+    while joined[corner as usize] != corner {
+        let next = joined[joined[corner as usize] as usize];
+        joined[corner as usize] = next;
+        corner = next;
+    }
+    corner
+}
+
+/// Joins the groups of two corners; the least corner represents them.
+fn join(joined: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (group_of(joined, a), group_of(joined, b));
+    joined[a.max(b) as usize] = a.min(b);
+}
+
+/// Sums the faces' normals over each group of corners, and writes the means into the mesh.
+fn give_normals(mesh: &mut Mesh, normals: &[Option<DVec3>], joined: &mut [u32]) {
+    let needs = |c: &Corner| c.normal == NONE;
+    let mut sums = vec![DVec3::ZERO; mesh.corners.len()];
+    for (p, normal) in mesh.polygons.iter().zip(normals) {
+        let (Some(normal), count) = (*normal, p.corner_count as usize) else { continue };
+        let corners = corners_of(mesh, p);
+        let at = |k: usize| mesh.positions[corners[k % count].position as usize];
+        for k in 0..count {
+            let group = group_of(joined, p.first_corner + k as u32);
+            sums[group as usize] += normal * angle(at(k), at(k + count - 1), at(k + 1), normal);
+        }
+    }
+    let mut number_of = vec![NONE; mesh.corners.len()];
+    for (p, normal) in mesh.polygons.iter().zip(normals) {
+        let Some(normal) = *normal else { continue };
+        for c in p.first_corner..p.first_corner + p.corner_count {
+            if !needs(&mesh.corners[c as usize]) {
+                continue;
+            }
+            let group = group_of(joined, c) as usize;
+            if number_of[group] == NONE {
+                number_of[group] = mesh.normals.len() as u32;
+                mesh.normals.push(unit(sums[group]).unwrap_or(normal));
+            }
+            mesh.corners[c as usize].normal = number_of[group];
+        }
+    }
+}
+
+/// The angle of a face at `p`, between the sides to `before` and `after`; more than half a turn where it is reflex.
+fn angle(p: DVec3, before: DVec3, after: DVec3, normal: DVec3) -> f64 {
+    let (Some(a), Some(b)) = (unit(after - p), unit(before - p)) else { return 0.0 };
+    let across = a.cross(b);
+    let angle = libm::atan2(across.length(), a.dot(b));
+    if across.dot(normal) < 0.0 { TAU - angle } else { angle }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_3;
+
+    /// A strip of squares along x, each turned from the one before by `turns` about z; corners have positions of their own.
+    fn strip(turns: &[f64]) -> Mesh {
+        let mut mesh = Mesh::default();
+        let (mut at, mut heading) = (DVec3::ZERO, 0.0);
+        for turn in std::iter::once(&0.0).chain(turns) {
+            heading += turn;
+            let next = at + DVec3::new(libm::cos(heading), libm::sin(heading), 0.0);
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend([at + DVec3::Z, next + DVec3::Z, next, at]);
+            let corner = |k| Corner { position: first + k, normal: NONE, texcoord: NONE, color: NONE };
+            mesh.push_polygon(&[0, 1, 2, 3].map(corner), NONE);
+            at = next;
+        }
+        mesh
+    }
+
+    /// How many distinct normals the corners of a mesh have.
+    fn count(mesh: &Mesh) -> usize {
+        let used: std::collections::BTreeSet<u32> = mesh.corners.iter().map(|c| c.normal).collect();
+        used.len()
+    }
+
+    #[test]
+    fn edges_up_to_the_angle_are_smooth_and_sharper_ones_are_not() {
+        for (turn, expected) in [(0.5, 6), (FRAC_PI_3, 6), (FRAC_PI_3 + 1e-6, 8), (-0.5, 6), (3.0, 8)] {
+            let mut mesh = strip(&[turn]);
+            // Two squares: an edge has two corners; it joins two pairs of eight corners.
+            assert!(smooth(&mut mesh, &[], FRAC_PI_3));
+            assert_eq!(count(&mesh), expected, "{turn}");
+        }
+        let mut mesh = strip(&[0.5]);
+        smooth(&mut mesh, &[], FRAC_PI_3);
+        let [a, b] = [1, 4].map(|c| mesh.normals[mesh.corners[c].normal as usize]);
+        assert_eq!(a, b);
+        assert!((a - DVec3::new(-libm::sin(0.25), libm::cos(0.25), 0.0)).length() < 1e-12, "{a}");
+        assert_eq!(mesh.normals[mesh.corners[0].normal as usize], DVec3::Y);
+    }
+
+    #[test]
+    fn smoothing_groups_part_what_the_angle_would_join() {
+        for (groups, expected) in
+            [([1, 1], 6), ([1, 2], 8), ([0, 0], 8), ([UNGROUPED, UNGROUPED], 6), ([UNGROUPED, 1], 8)]
+        {
+            let mut mesh = strip(&[0.5]);
+            smooth(&mut mesh, &groups, FRAC_PI_3);
+            assert_eq!(count(&mesh), expected, "{groups:?}");
+        }
+        // A group does not smooth what is sharper than the limit.
+        let mut mesh = strip(&[1.5]);
+        smooth(&mut mesh, &[1, 1], FRAC_PI_3);
+        assert_eq!(count(&mesh), 8);
+    }
+
+    #[test]
+    fn a_mean_does_not_depend_on_how_faces_are_cut() {
+        let corner = |position| Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+        let positions =
+            [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0., 0., -1.], [1., 0., -1.]];
+        let normal_at_0 = |faces: &[&[u32]]| {
+            let mut mesh = Mesh { positions: positions.map(DVec3::from).to_vec(), ..Mesh::default() };
+            faces
+                .iter()
+                .for_each(|f| mesh.push_polygon(&f.iter().map(|p| corner(*p)).collect::<Vec<_>>(), NONE));
+            assert!(smooth(&mut mesh, &[], 2.0));
+            let at = mesh.corners.iter().find(|c| c.position == 0).unwrap();
+            mesh.normals[at.normal as usize]
+        };
+        let whole = normal_at_0(&[&[0, 1, 2, 3], &[0, 4, 5, 1]]);
+        for cut in [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]] {
+            let found = normal_at_0(&[&cut[0], &cut[1], &[0, 4, 5, 1]]);
+            assert!((found - whole).length() < 1e-12, "{found} is not {whole}");
+        }
+    }
+
+    #[test]
+    fn a_box_is_closed_and_keeps_its_edges() {
+        let mut mesh = crate::scene::shapes::box_(DVec3::ONE).unwrap();
+        mesh.normals.clear();
+        mesh.corners.iter_mut().for_each(|c| c.normal = NONE);
+        assert!(!smooth(&mut mesh, &[], FRAC_PI_3), "closed");
+        for p in 0..mesh.polygons.len() {
+            let normal = normal_of(&mesh, &mesh.polygons[p]).unwrap();
+            assert!(mesh.polygon_corners(p).iter().all(|c| mesh.normals[c.normal as usize] == normal));
+        }
+    }
+
+    #[test]
+    fn many_faces_at_one_edge_take_time_by_their_number() {
+        let corner = |position| Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+        let mut mesh = Mesh { positions: vec![DVec3::ZERO, DVec3::X], ..Mesh::default() };
+        for i in 0..200_000 {
+            mesh.positions.push(DVec3::new(0.0, 1.0, f64::from(i) * 1e-6));
+            mesh.push_polygon(&[0, 1, i + 2].map(corner), NONE);
+        }
+        // Squared this is 4e10 pairs: it would hang.
+        assert!(smooth(&mut mesh, &[], FRAC_PI_3));
+        assert_eq!(mesh.corners[0].normal, mesh.corners[300_000].normal);
+    }
+
+    #[test]
+    fn faces_without_area_get_no_normal_and_normals_of_the_file_stay() {
+        let mut mesh = strip(&[0.1]);
+        let p = mesh.positions.len() as u32;
+        mesh.positions.extend([DVec3::ZERO, DVec3::X, DVec3::X * 2.0]);
+        let corner = |position| Corner { position, normal: NONE, texcoord: NONE, color: NONE };
+        mesh.push_polygon(&[p, p + 1, p + 2].map(corner), NONE);
+        mesh.normals.push(DVec3::NEG_X);
+        mesh.corners[0].normal = 0;
+        smooth(&mut mesh, &[], FRAC_PI_3);
+        assert_eq!(mesh.normals[mesh.corners[0].normal as usize], DVec3::NEG_X);
+        assert!(mesh.corners[8..].iter().all(|c| c.normal == NONE));
+        assert!(mesh.corners[1..8].iter().all(|c| c.normal != NONE));
+    }
+}
