@@ -53,6 +53,26 @@ fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]], run_faces: Range<u32>) ->
     mesh
 }
 
+/// Triangles apart from each other, one in a cell of `pitch` pixels, with a horizontal and a vertical side that run through
+/// pixels' centres: the right angle in each of the four corners, sides of all lengths that fit.
+fn sides_through_centres(pitch: u32, [width, height]: [u32; 2]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for cell in 0..(width / pitch) * (height / pitch) {
+        let [column, row] = [cell % (width / pitch), cell / (width / pitch)];
+        let side = f64::from(1 + cell / 4 * 11 % (pitch - 2));
+        let [x, y] = [column, row].map(|v| f64::from(v * pitch) + 0.5);
+        let square = [[x, y], [x + side, y], [x + side, y + side], [x, y + side]];
+        let corners = [0, 1, 2].map(|k| {
+            let [x, y] = square[((cell + k) % 4) as usize];
+            mesh.positions.push(DVec3::new(x, y, -0.5));
+            let position = mesh.positions.len() as u32 - 1;
+            Corner { position, normal: NONE, texcoord: NONE, color: NONE }
+        });
+        mesh.push_polygon(&corners, NONE);
+    }
+    mesh
+}
+
 /// What was counted, and of each pixel what it shows.
 fn draw(
     options: RenderOptions,
@@ -120,6 +140,24 @@ fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
                     assert!(fast.1 == plain.1, "{what}");
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn centres_on_an_edge_belong_to_the_face_below_or_to_the_right() {
+    for pitch in [4, 9, 17, 40] {
+        let mesh = Arc::new(Geometry { mesh: sides_through_centres(pitch, WIDE), textures: vec![] });
+        // Sides of n pixels have n columns and n rows of centres that are theirs: one more or less would be n more or less.
+        let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+        let plain = draw(plain, &mesh, DepthFormat::F32, WIDE);
+        assert!(plain.0.pixels_written > 500, "{pitch}: {}", plain.0.pixels_written);
+        for simd in Level::ALL.into_iter().filter(|l| l.is_available()) {
+            let options =
+                RenderOptions { path: RenderPath::Fast, simd: Some(simd), ..RenderOptions::default() };
+            let fast = draw(options, &mesh, DepthFormat::F32, WIDE);
+            let differ = fast.1.iter().zip(&plain.1).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "pixels, cells of {pitch}, {simd:?}");
         }
     }
 }

@@ -264,3 +264,33 @@ fn top_and_left_edges_through_centres_are_lit_bottom_and_right_ones_are_not() {
     halves.sort_by_key(|&(x, y)| (y, x));
     assert_eq!(halves, want);
 }
+
+#[test]
+fn corners_halfway_between_steps_are_snapped_to_the_even_one() {
+    // In 1/256 pixel: centres lie at even places, so a corner half a step beside one is snapped onto it, from either side,
+    // and one a step and a half away is not. Rounding up, or away from zero, gives other pixels.
+    let half = 1.0 / 512.0;
+    // The same in numbers of 64 and of 128 bits; wider ones have no halves.
+    for at in [0.0, -64.0, f64::from(1 << 20), -f64::from(1 << 20)] {
+        let origin = at as i32;
+        let clip = PixelRect { x0: origin - 2, y0: origin - 2, x1: origin + 8, y1: origin + 8 };
+        for (near, far, columns) in [
+            (1.5 + half, 4.5 + half, 1..4),
+            (1.5 - half, 4.5 - half, 1..4),
+            (1.5 + 3.0 * half, 4.5 + 3.0 * half, 2..5),
+            (1.5 - 3.0 * half, 4.5 - 3.0 * half, 1..4),
+        ] {
+            let [near, far] = [at + near, at + far];
+            let want: Vec<_> = columns
+                .clone()
+                .flat_map(|y| columns.clone().map(move |x| (origin + x, origin + y)))
+                .collect();
+            let square = [[near, near], [far, near], [far, far], [near, far]];
+            assert_eq!(polygon(&square, clip), want, "{near} to {far}");
+            let mut halves = covered([square[0], square[1], square[2]], clip);
+            halves.extend(covered([square[0], square[2], square[3]], clip));
+            halves.sort_by_key(|&(x, y)| (y, x));
+            assert_eq!(halves, want, "{near} to {far}");
+        }
+    }
+}
