@@ -6,8 +6,8 @@
 The server runs for several lives. In each, rounds of thirteen kinds of clients draw at once over TCP and a
 Unix socket, some of them reset in the middle. After every round, when all clients have left, the server's
 resident memory is read. A life ends by SIGTERM or by SIGKILL. Held are: every reply is the right one, exit
-status 0 after SIGTERM, the replayed recording has the live frame's CRC (after SIGKILL: it replays without
-an error), and the memory after a life's last round is within 5 % of that after its second. Exit status 1
+status 0 after SIGTERM, the replayed recording has the live frame's CRC (after SIGKILL: it replays to where it
+ends, and the end mark is said to be missing), and the memory after a life's last round is within 5 % of that after its second. Exit status 1
 otherwise. Loopback only; every process that is ended was started here.
 """
 
@@ -105,12 +105,12 @@ def play_round(life, rng, failures):
     time.sleep(2)
 
 
-def replayed_crc(program, record, folder):
-    """The CRC of the frame that a recording plays to; `None` when it is refused."""
+def replayed_crc(program, record, folder, is_cut):
+    """The CRC of the frame that a recording plays to, which may lack its end; `None` when it is refused."""
     out = os.path.join(folder, "replay.raw")
     done = subprocess.run([program, "play", record, "--headless", "--snap", out], stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE, text=True, errors="replace")
-    if done.returncode != 0:
+    if done.returncode != 0 and not (is_cut and "its end mark is missing" in done.stderr):
         return None, done.stderr[-500:]
     crc = "%08x" % zlib.crc32(open(out, "rb").read())
     os.remove(out)
@@ -137,10 +137,11 @@ def main():
                 life.process.send_signal(signal.SIGKILL if kills else signal.SIGTERM)
                 began = time.time()
                 status = life.process.wait(60)
+                ended = time.time() - began
             finally:
                 if life.process.poll() is None:
                     life.process.kill()
-            again, why = replayed_crc(args.program, life.record, folder)
+            again, why = replayed_crc(args.program, life.record, folder, kills)
             size = os.path.getsize(life.record)
             if not kills and (status != 0 or again != crc):
                 failures.append("life %d: status %s, live CRC %s, replayed %s %s" % (number, status, crc, again, why))
@@ -149,7 +150,7 @@ def main():
             if resident[-1] > resident[1] * 1.05:
                 failures.append("life %d: memory grew: %s" % (number, resident))
             print("life %d: %s, ended %s in %.2f s, CRC %s, replayed %s, record %.1f MB, resident MB %s, failures %d"
-                  % (number, "killed" if kills else "terminated", status, time.time() - began, crc, again, size / 1e6,
+                  % (number, "killed" if kills else "terminated", status, ended, crc, again, size / 1e6,
                      " ".join("%.1f" % (r / 1e6) for r in resident), len(failures)), flush=True)
             os.remove(life.record)
     for failure in failures:
