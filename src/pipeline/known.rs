@@ -9,6 +9,7 @@ use crate::math::matrix::unit;
 use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 use crate::scene::{Corner, Geometry, Mesh};
 use glam::{DVec3, DVec4};
+use std::cell::Cell;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The parts that a draw asks for.
@@ -21,6 +22,9 @@ pub(crate) struct Needs {
     /// The table of faces that are lit as wholes.
     pub faces: bool,
 }
+
+/// Faces between two looks whether a table is still wanted.
+const FACES_AT_ONCE: usize = 4096;
 
 /// See the module's text. Everything but the first part is made when it is first asked for.
 #[derive(Debug)]
@@ -40,7 +44,8 @@ pub(crate) struct Known {
     unlit: OnceLock<PreparedMesh>,
     lit: OnceLock<PreparedMesh>,
     faces: OnceLock<FaceTable>,
-    /// Ends the making of a prepared form early; it then has no faces.
+    /// Ends the making of normals, tables and prepared forms early; those then have no faces, or only the
+    /// first.
     cancel: CancelToken,
     /// What the parts above hold of the renderer's budget.
     held: Mutex<Option<Reservation>>,
@@ -142,13 +147,24 @@ impl Known {
         room: impl FnMut(u64) -> Result<(), OverBudget>,
     ) -> Result<PreparedMesh, OverBudget> {
         let means = (!self.all_normals_given).then(|| self.normals(mesh, true));
+        // Triangles of one polygon follow each other, and it may have many.
+        let last = Cell::new((u32::MAX, None));
+        let face_normal = |t: u32| {
+            let polygon = mesh.triangle_polygon[t as usize];
+            if last.get().0 != polygon {
+                let position = |c: &Corner| mesh.positions[c.position as usize];
+                let corners = mesh.polygon_corners(polygon as usize);
+                last.set((polygon, polygon_normal(corners.iter().map(position))));
+            }
+            last.get().1.unwrap_or_else(|| triangle_normal(mesh, t))
+        };
         let normal_of = |t, corner: &Corner| {
             let given = mesh.normals.get(corner.normal as usize).and_then(|&n| unit(n));
             let mean = || {
                 let mean = *means?.of_position.get(corner.position as usize)?;
                 Some(mean).filter(|n| *n != DVec3::ZERO)
             };
-            given.or_else(mean).unwrap_or_else(|| face_normal(mesh, t))
+            given.or_else(mean).unwrap_or_else(|| face_normal(t))
         };
         PreparedMesh::within(mesh, normal_of, room, &self.cancel)
     }
@@ -156,8 +172,8 @@ impl Known {
     /// The normals of the polygons, and with `smooth` the means at the positions.
     pub fn normals(&self, mesh: &Mesh, smooth: bool) -> &Normals {
         match smooth {
-            true => self.smooth_normals.get_or_init(|| Normals::of(mesh, true)),
-            false => self.face_normals.get_or_init(|| Normals::of(mesh, false)),
+            true => self.smooth_normals.get_or_init(|| Normals::of(mesh, true, &self.cancel)),
+            false => self.face_normals.get_or_init(|| Normals::of(mesh, false, &self.cancel)),
         }
     }
 
@@ -184,23 +200,27 @@ impl Known {
             table.centers.iter_mut().for_each(|list| list.reserve_exact(faces));
             table.normals.reserve_exact(faces);
             table.colors.reserve_exact(if mesh.colors.is_empty() { 0 } else { faces });
+            // Triangles of one polygon follow each other, and it may have many.
+            let (mut last, mut center, mut color) = (u32::MAX, DVec3::ZERO, DVec4::ONE);
             for (t, &polygon) in mesh.triangle_polygon.iter().enumerate().take(mesh.triangles.len()) {
-                let corners = mesh.polygon_corners(polygon as usize);
-                let sum =
-                    corners.iter().fold(DVec3::ZERO, |sum, c| sum + mesh.positions[c.position as usize]);
-                let center = sum / corners.len() as f64;
+                // Normals that were given up are not there, either.
+                if t % FACES_AT_ONCE == 0 && self.cancel.is_cancelled() {
+                    break;
+                }
+                if polygon != last {
+                    last = polygon;
+                    (center, color) = means_of(mesh, mesh.polygon_corners(polygon as usize));
+                }
                 for (axis, list) in table.centers.iter_mut().enumerate() {
                     list.push(center[axis]);
                 }
                 let normal = match normals.of_polygon[polygon as usize] {
                     n if n != DVec3::ZERO => n,
-                    _ => face_normal(mesh, t as u32),
+                    _ => triangle_normal(mesh, t as u32),
                 };
                 table.normals.push(normal.extend(0.0).as_vec4().to_array());
                 if !mesh.colors.is_empty() {
-                    let color = |c: &Corner| mesh.colors.get(c.color as usize).copied().unwrap_or(DVec4::ONE);
-                    let sum = corners.iter().fold(DVec4::ZERO, |sum, c| sum + color(c));
-                    table.colors.push((sum / corners.len() as f64).as_vec4().to_array());
+                    table.colors.push(color.as_vec4().to_array());
                 }
             }
             table
@@ -224,16 +244,19 @@ impl Known {
     }
 }
 
-/// The object-space unit normal of a triangle's polygon, or its own; zero without area.
-fn face_normal(mesh: &Mesh, triangle: u32) -> DVec3 {
+/// The object-space unit normal of a triangle by itself; zero without area.
+fn triangle_normal(mesh: &Mesh, triangle: u32) -> DVec3 {
+    let corners = mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize]);
     let position = |c: &Corner| mesh.positions[c.position as usize];
-    let polygon = mesh.polygon_corners(mesh.triangle_polygon[triangle as usize] as usize);
-    polygon_normal(polygon.iter().map(position))
-        .or_else(|| {
-            let corners = mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize]);
-            polygon_normal(corners.into_iter().map(position))
-        })
-        .unwrap_or(DVec3::ZERO)
+    polygon_normal(corners.into_iter().map(position)).unwrap_or(DVec3::ZERO)
+}
+
+/// The means of the positions and of the colours of a polygon's corners.
+fn means_of(mesh: &Mesh, corners: &[Corner]) -> (DVec3, DVec4) {
+    let count = corners.len() as f64;
+    let sum = corners.iter().fold(DVec3::ZERO, |sum, c| sum + mesh.positions[c.position as usize]);
+    let color = |c: &Corner| mesh.colors.get(c.color as usize).copied().unwrap_or(DVec4::ONE);
+    (sum / count, corners.iter().fold(DVec4::ZERO, |sum, c| sum + color(c)) / count)
 }
 
 /// Refuses a mesh that points outside its own arrays.
@@ -259,4 +282,54 @@ fn check(mesh: &Mesh) -> Result<(), PipelineError> {
         inside("corner", c.into(), mesh.corners.len())?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::tile::Clusters;
+    use crate::scene::shapes;
+
+    fn geometry(mesh: Mesh) -> Geometry {
+        Geometry { mesh, textures: Vec::new() }
+    }
+
+    #[test]
+    fn nothing_is_made_of_a_mesh_whose_draw_is_cancelled() {
+        let mut knot = shapes::knot(60, 40).unwrap();
+        knot.corners.iter_mut().for_each(|c| c.normal = crate::scene::NONE);
+        let knot = geometry(knot);
+        let (mesh, cancel) = (&knot.mesh, CancelToken::new());
+        let known = Known::of(&knot, cancel.clone());
+        cancel.cancel();
+        let needs = Needs { normals: Some(true), prepared: Some(true), faces: true };
+        known.prepare(mesh, needs, &MemoryBudget::unlimited()).unwrap();
+        assert_eq!(known.size_bytes(), 0);
+        let whole = Known::of(&knot, CancelToken::default());
+        whole.prepare(mesh, needs, &MemoryBudget::unlimited()).unwrap();
+        let made = whole.prepared(mesh, true);
+        assert!(!made.clusters.is_empty() && made.triangle_count == mesh.triangles.len());
+        assert!(Clusters::of(&made.positions, &made.corners, made.triangle_count, &cancel).is_empty());
+    }
+
+    #[test]
+    fn a_polygon_of_many_corners_costs_what_its_triangles_do() {
+        // Its corners would be added up for each of its triangles: for hours.
+        const COUNT: usize = 300_000;
+        let mut mesh = Mesh::from_triangles(vec![DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]);
+        let corner = |i: usize| Corner { position: (i % 2) as u32, ..mesh.corners[0] };
+        mesh.corners = (0..COUNT).map(corner).collect();
+        mesh.polygons[0].corner_count = COUNT as u32;
+        mesh.triangles = (2..COUNT as u32).map(|i| [0, i - 1, i]).collect();
+        mesh.triangle_polygon = vec![0; mesh.triangles.len()];
+        let geometry = geometry(mesh);
+        let known = Known::of(&geometry, CancelToken::default());
+        known.checked.as_ref().unwrap();
+        let needs = Needs { normals: Some(true), prepared: Some(true), faces: true };
+        known.prepare(&geometry.mesh, needs, &MemoryBudget::unlimited()).unwrap();
+        let table = known.faces(&geometry.mesh);
+        let last = table.normals.len() - 1;
+        assert_eq!((last, table.centers[0][last], table.normals[last]), (COUNT - 3, 0.5, [0.0; 4]));
+        assert_eq!(known.prepared(&geometry.mesh, true).vertex_count(), 2);
+    }
 }

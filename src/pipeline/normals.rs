@@ -5,12 +5,16 @@
 //! normalised again (source 000: a sum of unit normals is not one). Polygons without area don't count; a mean that
 //! vanishes is none.
 
+use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::scene::Mesh;
 use glam::{DMat3, DMat4, DVec3};
 
 /// A mean of unit normals shorter than this a face has cancelled: what is left is rounding.
 const CANCELLED: f64 = 1e-12;
+
+/// Polygons between two looks whether the normals are still wanted.
+const POLYGONS_AT_ONCE: usize = 4096;
 
 /// The unit normal of a polygon (Newell), counter-clockwise side; `None` without area or with numbers out of reach.
 pub(crate) fn polygon_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
@@ -40,17 +44,21 @@ pub(crate) struct Normals {
 }
 
 impl Normals {
-    /// The polygons' normals and, with `smooth`, the means at the positions.
-    pub fn of(mesh: &Mesh, smooth: bool) -> Self {
+    /// The polygons' normals and, with `smooth`, the means at the positions; none at all when it is
+    /// cancelled.
+    pub fn of(mesh: &Mesh, smooth: bool, cancel: &CancelToken) -> Self {
         let corners = |p: &crate::scene::Polygon| {
             &mesh.corners[p.first_corner as usize..p.first_corner as usize + p.corner_count as usize]
         };
         let point = |c: &crate::scene::Corner| mesh.positions[c.position as usize];
-        let of_polygon: Vec<DVec3> = mesh
-            .polygons
-            .iter()
-            .map(|p| polygon_normal(corners(p).iter().map(point)).unwrap_or(DVec3::ZERO))
-            .collect();
+        let mut of_polygon: Vec<DVec3> = Vec::with_capacity(mesh.polygons.len());
+        for some in mesh.polygons.chunks(POLYGONS_AT_ONCE) {
+            if cancel.is_cancelled() {
+                return Normals::default();
+            }
+            let normal = |p| polygon_normal(corners(p).iter().map(point)).unwrap_or(DVec3::ZERO);
+            of_polygon.extend(some.iter().map(normal));
+        }
         if !smooth {
             return Normals { of_polygon, of_position: Vec::new() };
         }
@@ -58,6 +66,9 @@ impl Normals {
         // A polygon counts once at each of its positions, however often it comes by.
         let mut last_seen = vec![u32::MAX; mesh.positions.len()];
         for (i, (p, &n)) in mesh.polygons.iter().zip(&of_polygon).enumerate() {
+            if i % POLYGONS_AT_ONCE == 0 && cancel.is_cancelled() {
+                return Normals::default();
+            }
             if n == DVec3::ZERO {
                 continue;
             }
@@ -103,6 +114,7 @@ impl NormalMatrix {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cancel::NEVER;
     use crate::math::matrix;
 
     #[test]
@@ -110,11 +122,11 @@ mod tests {
         // Two big and one tiny face at position 0: weights are equal all the same.
         let p = [[0., 0., 0.], [9., 0., 0.], [0., 9., 0.], [0., 0., 1e-3], [0., 1e-3, 0.]].map(DVec3::from);
         let mesh = Mesh::from_triangles(p.to_vec(), &[[0, 1, 2], [0, 4, 3], [0, 0, 1]]);
-        let n = Normals::of(&mesh, true);
+        let n = Normals::of(&mesh, true, &NEVER);
         assert_eq!(n.of_polygon, [DVec3::Z, DVec3::X, DVec3::ZERO]);
         assert!((n.of_position[0] - DVec3::new(0.5f64.sqrt(), 0.0, 0.5f64.sqrt())).length() < 1e-15);
         let mesh = Mesh::from_triangles(p.to_vec(), &[[0, 1, 2], [0, 2, 1]]);
-        assert_eq!(Normals::of(&mesh, true).of_position[1], DVec3::ZERO);
+        assert_eq!(Normals::of(&mesh, true, &NEVER).of_position[1], DVec3::ZERO);
     }
 
     #[test]

@@ -34,26 +34,34 @@ impl Order {
             + self.keyed.capacity() * size_of::<(f64, usize, u32)>()
     }
 
-    /// Takes the faces of all objects that are wanted, in file order; no wireframe's.
+    /// Takes the faces of all objects that are wanted, in file order; no wireframe's. Only the first when it is cancelled.
     pub fn gather(&mut self, all: &[Prepared], wanted: impl Fn(&Prepared, u32) -> bool) {
         self.list.clear();
         for (object, p) in all.iter().enumerate().filter(|(_, p)| p.call.shade != ShadeMode::Wire) {
-            let triangles = 0..p.call.geometry.mesh.triangles.len() as u32;
-            self.list.extend(triangles.filter(|&t| wanted(p, t)).map(|t| (object, t)));
+            let count = p.call.geometry.mesh.triangles.len() as u32;
+            for start in (0..count).step_by(FACES_AT_ONCE).take_while(|_| !p.cancel.is_cancelled()) {
+                let triangles = start..count.min(start + FACES_AT_ONCE as u32);
+                self.list.extend(triangles.filter(|&t| wanted(p, t)).map(|t| (object, t)));
+            }
         }
     }
 
     /// Puts the faces far to near by view z of their centres; equals stay in file order, which is that of their numbers.
-    /// When it is cancelled, in no order.
+    /// When it is cancelled, only the first, or in no order.
     pub fn sort(&mut self, all: &[Prepared], cancel: &CancelToken) {
         self.keyed.clear();
-        self.keyed.extend(self.list.iter().map(|&(o, t)| (all[o].center_z(t), o, t)));
+        for some in self.list.chunks(FACES_AT_ONCE).take_while(|_| !cancel.is_cancelled()) {
+            self.keyed.extend(some.iter().map(|&(o, t)| (all[o].center_z(t), o, t)));
+        }
         // Far first: view z is more negative there. A stable sort would ask for memory.
         sort_in_parts(&mut self.keyed, &|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))), cancel);
         self.list.clear();
         self.list.extend(self.keyed.iter().map(|&(_, object, triangle)| (object, triangle)));
     }
 }
+
+/// Faces between two looks whether the list is still wanted.
+const FACES_AT_ONCE: usize = 1 << 14;
 
 /// Lists of at most so many items are sorted without looking whether they are still wanted: some ten milliseconds.
 const SORTED_AT_ONCE: usize = 1 << 18;

@@ -15,6 +15,7 @@
 
 use super::bins::{Keep, View};
 use super::vertex::{ROUNDINGS, ToScreen, WIDTH};
+use crate::cancel::CancelToken;
 use crate::simd::{Kernel, Simd};
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
@@ -24,6 +25,9 @@ pub const CLUSTER_FACES: usize = 16;
 
 /// Meshes of fewer faces have none: they are drawn before clusters are looked at.
 pub const LEAST_FACES: usize = 1024;
+
+/// Clusters between two looks whether they are still wanted.
+const CLUSTERS_AT_ONCE: usize = 512;
 
 /// About how many bytes a cluster takes: what is known of it, and a list of six blocks.
 pub const CLUSTER_BYTES: u64 = 40 + 4 + 6 * 4 + 1;
@@ -64,8 +68,14 @@ impl Fate {
 }
 
 impl Clusters {
-    /// The clusters of the faces with these corners; none where the mesh has but few faces.
-    pub fn of(positions: &[Vec<f64>; 3], corners: &[Vec<i32>; 3], faces: usize) -> Self {
+    /// The clusters of the faces with these corners; none where the mesh has but few faces, or when it is
+    /// cancelled.
+    pub fn of(
+        positions: &[Vec<f64>; 3],
+        corners: &[Vec<i32>; 3],
+        faces: usize,
+        cancel: &CancelToken,
+    ) -> Self {
         let mut clusters = Clusters::default();
         if faces < LEAST_FACES {
             return clusters;
@@ -75,6 +85,9 @@ impl Clusters {
         let mut last = vec![u32::MAX; positions[0].len().div_ceil(WIDTH)];
         let mut points = [[DVec3::ZERO; 3]; CLUSTER_FACES];
         for (cluster, start) in (0..faces).step_by(CLUSTER_FACES).enumerate() {
+            if cluster % CLUSTERS_AT_ONCE == 0 && cancel.is_cancelled() {
+                return Clusters::default();
+            }
             let count = CLUSTER_FACES.min(faces - start);
             clusters.starts.push(clusters.blocks.len() as u32);
             for (i, points) in points[..count].iter_mut().enumerate() {

@@ -17,6 +17,7 @@ mod coarse;
 mod corners;
 mod crew;
 mod deep;
+mod distinct;
 mod edges;
 mod faces;
 mod fragments;
@@ -43,6 +44,8 @@ mod workers;
 pub(crate) use bands::{BandMemories, Counts, bands, draw_band};
 pub(crate) use binning::{Binned, Binning, LIST_BYTES, bin_bytes, grid_bytes, list_bound, worst_list_bytes};
 pub(crate) use bins::{Keep, ListBytes, View};
+#[cfg(test)]
+pub(crate) use clusters::Clusters;
 pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
 pub(crate) use coarse::COARSE_BYTES;
 pub use crew::{Alone, Crew, Pool};

@@ -5,6 +5,7 @@
 //! so neighbours lie together. Nothing here depends on camera, light or frame.
 
 use super::clusters::{CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
+use super::distinct::{DISTINCT_BYTES, Distinct};
 use crate::cancel::CancelToken;
 use crate::memory::OverBudget;
 use crate::scene::{Corner, Mesh, NONE};
@@ -83,11 +84,10 @@ impl PreparedMesh {
         let faces = mesh.triangles.len() as u64;
         let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
         let lists = 24 + 16 + per(!mesh.texcoords.is_empty(), 16) + per(!mesh.colors.is_empty(), 16);
-        let search = (size_of::<(Corner, u32, DVec3)>() + size_of::<i32>()) as u64;
         // A cluster asks for 48 blocks at most; lists have room for twice their items.
         let clusters = faces.div_ceil(CLUSTER_FACES as u64) * (2 * CLUSTER_BYTES + 3 * 48 * 4) + vertices;
         let padded = faces + PADDING as u64;
-        vertices * (lists + 2 * search + 24 + search)
+        vertices * (lists + 24 + DISTINCT_BYTES)
             + padded * (12 + 16 + 4)
             + mesh.positions.len() as u64 * 4
             + mesh.materials.len() as u64 * 4
@@ -114,10 +114,7 @@ impl PreparedMesh {
         let mut granted = most;
         room(Self::most_bytes(mesh, granted as u64))?;
         let mut slots = vec![u32::MAX; mesh.materials.len() + 1];
-        // For each position the vertices made of it, as a chain: most have one.
-        let mut first = vec![-1i32; mesh.positions.len()];
-        let mut next: Vec<i32> = Vec::new();
-        let mut keys: Vec<(Corner, u32, DVec3)> = Vec::new();
+        let mut distinct = Distinct::new(mesh.positions.len());
         let mut face_materials = Vec::with_capacity(mesh.triangles.len());
         for list in &mut prepared.corners {
             list.reserve(mesh.triangles.len() + PADDING);
@@ -155,21 +152,15 @@ impl PreparedMesh {
                 let corner = mesh.corners[at as usize];
                 let normal = normal_of(t as u32, &corner);
                 let key = (Corner { normal: NONE, ..corner }, slot, normal);
-                let head = &mut first[corner.position as usize];
-                let mut vertex = *head;
-                while vertex >= 0 && keys[vertex as usize] != key {
-                    vertex = next[vertex as usize];
-                }
+                let found = distinct.find(&key);
+                let vertex = found.unwrap_or(distinct.len() as i32);
                 let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
-                if vertex < 0 {
-                    if keys.len() == granted {
+                if found.is_none() {
+                    if distinct.len() == granted {
                         granted = 2 * granted.max(4);
                         room(Self::most_bytes(mesh, granted as u64))?;
                     }
-                    vertex = keys.len() as i32;
-                    keys.push(key);
-                    next.push(*head);
-                    *head = vertex;
+                    distinct.add(key);
                     let p = mesh.positions[corner.position as usize];
                     for (axis, list) in prepared.positions.iter_mut().enumerate() {
                         list.push(p[axis]);
@@ -237,8 +228,9 @@ impl PreparedMesh {
             }
             prepared.asked.push(asked);
         }
-        prepared.clusters = Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count);
-        Ok(prepared)
+        prepared.clusters =
+            Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count, cancel);
+        Ok(if cancel.is_cancelled() { Self::default() } else { prepared })
     }
 
     /// The corners of a triangle, in object space.
