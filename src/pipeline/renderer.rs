@@ -14,7 +14,7 @@ use super::plan::{Part, Plan};
 use super::prepare::{Layer, Prepared, Spare};
 use super::tile::{COARSE_BYTES, LIST_BYTES, Workers, list_bound};
 use super::vertex::Vertex;
-use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene};
+use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene_for};
 use super::working::{SMALL_FACES, Working, WorkingBytes, WorkingMemory, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
@@ -233,7 +233,7 @@ impl Renderer {
 
     /// What [`super::plan_scene`] says, and whether this renderer leaves hidden faces out tile by tile.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
-        let mut plan = plan_scene(target, scene, options);
+        let mut plan = plan_scene_for(target, scene, options, self.threads());
         if plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
             match (self.options.coarse, target.depth_format) {
                 (CoarseDepth::Off, _) => {}
@@ -376,7 +376,10 @@ impl Painter for Renderer {
         }
         let count = self.together.count(all, target);
         let mut wanted = WorkingBytes::default();
-        wanted[Working::Together] = Together::worst_bytes(&all[..count], self.threads(), target);
+        wanted[Working::Together] = {
+            let surfaces = all[..count].iter().map(|p| surface_bytes(p.call));
+            Together::worst_bytes(surfaces, self.threads(), target)
+        };
         // Without room for all of them each is drawn by itself.
         if count == 0 || self.working.reserve(&wanted).is_err() {
             return 0;

@@ -4,14 +4,15 @@ use super::backdrop::{paint, paint_sky};
 use super::bands::listed_bytes;
 use super::call::{DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::derive::{SORTED_BY_PAINTER, nothing_can_hide};
+use super::fast::{Together, surface_bytes};
 use super::known::Known;
 use super::light::Lamp;
 use super::order::{Order, SORTED_BYTES, emptied};
 use super::plan::{Part, Plan, Title};
 use super::prepare::{Layer, Prepared, Spare};
-use super::tile::Workers;
+use super::tile::{LIST_BYTES, Workers};
 use super::vertex::Vertex;
-use super::working::{Working, WorkingBytes, ordered};
+use super::working::{SMALL_FACES, Working, WorkingBytes, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
@@ -193,7 +194,8 @@ pub(crate) fn draw_scene_with(
             _ => all.extend(calls.iter().zip(knowns.drain(..)).zip(&mut spares).map(make)),
         }
     }
-    painter.reserve_scene(&all, (target, &in_order(&all, options, object_bytes)))?;
+    let listed = in_order(all.iter().map(|p| (p.call, &p.plan)), options, object_bytes);
+    painter.reserve_scene(&all, (target, &listed))?;
     stats.vertices += all.iter().map(Prepared::vertices_in).sum::<u64>();
     match (&scene.sky, scene.background.color) {
         (Some(sky), _) => {
@@ -259,18 +261,46 @@ fn object_bytes(scene: &Scene) -> u64 {
 }
 
 /// What the faces take that are drawn in order: vertices of all their objects at once, and one list.
-fn in_order(all: &[Prepared], options: &SceneOptions, object_bytes: u64) -> WorkingBytes {
+fn in_order<'a>(
+    all: impl Iterator<Item = (&'a DrawCall<'a>, &'a Plan)>,
+    options: &SceneOptions,
+    object_bytes: u64,
+) -> WorkingBytes {
     let mut bytes = WorkingBytes::default();
     let is_painted = options.hide == HiddenSurface::Painter;
     let (mut faces, mut vertices) = (0, 0);
-    for p in all.iter().filter(|p| is_painted || p.plan.uses(Part::ReadBack)) {
-        faces += p.call.geometry.mesh.triangles.len() as u64;
-        vertices += p.vertices_in();
+    for (call, plan) in all.filter(|(_, plan)| is_painted || plan.uses(Part::ReadBack)) {
+        let mesh = &call.geometry.mesh;
+        faces += mesh.triangles.len() as u64;
+        vertices += if plan.uses(Part::TransformVertices) { mesh.positions.len() as u64 } else { 0 };
     }
     ordered(&mut bytes, faces, is_painted || options.transparency == TransparencyOrder::Sorted);
     bytes[Working::Vertices] = vertices * size_of::<Vertex>() as u64;
     bytes[Working::Objects] = object_bytes;
     bytes
+}
+
+/// What drawing a scene takes at worst by so many threads: each memory grows to the most that an object asks of it.
+fn scene_at_worst(
+    each: &[(DrawCall, Plan)],
+    (target, threads): (&Target, u64),
+    options: &SceneOptions,
+    object_bytes: u64,
+) -> WorkingBytes {
+    let bound = (threads, LIST_BYTES as u64);
+    let mut worst = in_order(each.iter().map(|(call, plan)| (call, plan)), options, object_bytes);
+    let is_small = |plan: &Plan, call: &DrawCall| {
+        plan.uses(Part::TileRenderer) && call.geometry.mesh.triangles.len() <= SMALL_FACES
+    };
+    let small = || each.iter().filter(|(call, plan)| is_small(plan, call)).map(|(c, _)| surface_bytes(c));
+    each.iter().for_each(|(call, plan)| worst.cover(&at_worst(call, target, plan, None, bound)));
+    if let Some(surfaces) = small().max() {
+        worst.cover(&small_at_worst(surfaces, target, bound));
+    }
+    if threads > 1 && small().nth(1).is_some() {
+        worst[Working::Together] = Together::worst_bytes(small(), threads, target);
+    }
+    worst
 }
 
 /// Scenes of fewer objects than this are made ready by the calling thread.
@@ -283,13 +313,17 @@ const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be
 /// # Errors
 /// Never for the camera or the meshes: a plan can be printed of what [`draw_scene`] refuses.
 pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
+    plan_scene_for(target, scene, options, 1)
+}
+
+/// The same of a renderer with so many threads.
+pub(super) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOptions, threads: u64) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
     let title = Title::Scene { objects: calls.len() };
     let mut plan = Plan::of_frame(title, width, height, "nothing is drawn in 3-D");
-    for call in &calls {
-        plan.merge(&Plan::of_draw(call, target));
-    }
+    let plans: Vec<Plan> = calls.iter().map(|call| Plan::of_draw(call, target)).collect();
+    plans.iter().for_each(|own| plan.merge(own));
     if leaves_depth_out(&calls, options) {
         plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
         plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
@@ -298,8 +332,9 @@ pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Pla
     }
     // The objects' faces are in one list.
     plan.set_bytes(Part::FacesInOrder, listed_bytes(plan.item(Part::FacesInOrder).count));
-    let working = calls.iter().map(|call| Plan::of_draw(call, target).working_bytes()).max();
-    plan.set_working_bytes(working.unwrap_or(0) + object_bytes(scene));
+    let each: Vec<(DrawCall, Plan)> = calls.into_iter().zip(plans).collect();
+    let worst = scene_at_worst(&each, (target, threads), options, object_bytes(scene));
+    plan.set_working_bytes(worst.sum());
     if options.hide == HiddenSurface::Painter && plan.uses(Part::SortFaces) {
         plan.explain(Part::SortFaces, SORTED_BY_PAINTER);
     } else if options.transparency == TransparencyOrder::Sorted && plan.uses(Part::ReadBack) {

@@ -236,6 +236,34 @@ fn a_plan_states_the_working_memory_at_worst() {
 }
 
 #[test]
+fn a_plan_of_a_scene_states_what_all_its_objects_take_together() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let (width, height) = SIZE;
+    for (count, faces, hide) in [(6, 3000, HiddenSurface::Painter), (24, 200, HiddenSurface::ZBuffer)] {
+        let mut scene = lit_triangle();
+        scene.objects = (0..count).map(|i| object("it", all_sizes(faces, 40 + i))).collect();
+        let options = SceneOptions { camera: camera(), hide, ..SceneOptions::new(width, height) };
+        for threads in [1, 3] {
+            let mut renderer =
+                Renderer::new(RenderOptions { pool: pool(threads), ..RenderOptions::default() });
+            let (mut memory, mut depth) = (VideoMemory::new(width, height).unwrap(), None);
+            let mut target =
+                Target { memory: &mut memory, depth: &mut depth, depth_format: DepthFormat::F32, ids: None };
+            let stated = renderer.plan_scene(&target, &scene, &options).working_bytes();
+            let budget = MemoryBudget::unlimited();
+            renderer.set_budget(&budget);
+            let (stats, held) = most_held(|| renderer.draw_scene(&mut target, &scene, &options));
+            assert!(stats.unwrap().faces_drawn > 100);
+            let known: usize = scene.objects.iter().map(|o| 3 * o.geometry.mesh.size_bytes()).sum();
+            let beside = u64::from(width * height) * (4 + 8) + known as u64 + (64 << 10);
+            println!("{count} objects, {threads} threads: {held} held, {stated} stated, {beside} beside");
+            assert!(held <= stated + beside, "{hide:?} {threads}: {held} held, {stated} stated");
+            assert!(renderer.reserved_bytes() <= stated, "{hide:?} {threads}: {stated} stated");
+        }
+    }
+}
+
+#[test]
 fn what_fits_in_no_pieces_is_refused_with_the_figures_and_changes_nothing() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let geometry = Arc::new(Geometry { mesh: all_sizes(50_000, 9), textures: Vec::new() });

@@ -5,7 +5,7 @@
 //! draw does at it what it would do alone: the same bytes.
 
 use super::parts::Parts;
-use super::{FEW_FACES, Memories, frame_of, obstacle, surface_bytes};
+use super::{FEW_FACES, Memories, frame_of, obstacle};
 use crate::memory::DepthFormat;
 use crate::pipeline::call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::order::emptied;
@@ -67,17 +67,17 @@ impl Together {
         (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
     }
 
-    /// Bytes that drawing these draws together takes at worst.
-    pub fn worst_bytes(all: &[Prepared], threads: u64, target: &Target) -> u64 {
+    /// Bytes that drawing draws together takes at worst, whose materials and lights take so many bytes each.
+    pub fn worst_bytes(surfaces: impl Iterator<Item = u64>, threads: u64, target: &Target) -> u64 {
         let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
         // A vertex on the screen and its depth, and four tables.
         let draw = 3 * FEW_FACES as u64 * (tile::RECORD_BYTES + tile::DEEP_VERTEX_BYTES + 4 * 16)
             + (size_of::<Memories>() + size_of::<Option<Drawn>>()) as u64;
-        let surfaces: u64 = all.iter().map(|p| surface_bytes(p.call)).sum();
-        let faces = (all.len() * FEW_FACES) as u64;
-        all.len() as u64 * draw
-            + surfaces
-            + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
+        let (count, surfaces) = surfaces
+            .take(MOST_DRAWS)
+            .fold((0, 0), |(count, sum): (u64, u64), bytes| (count + 1, sum + bytes));
+        let faces = count * FEW_FACES as u64;
+        count * draw + surfaces + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
     }
 
     /// How many of the first of these draws can be drawn together; 0 where the first one is not for this.
