@@ -2,6 +2,7 @@
 
 use crate::recorder::{Event, Recorder, errors, hear, hear_pieces, short_error};
 use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, MAX_LINE_BYTES, Place, Sink, SparePayload};
+use fbptr::memory::MemoryBudget;
 
 fn pixel(x: i32, y: i32) -> Event {
     Event::Pixel(x, y, [255; 4])
@@ -292,6 +293,31 @@ fn what_waits_is_bounded_and_given_back() {
     let mut decoder = Decoder::new(Limits::default());
     let _ = decoder.feed(&vec![b'x'; 1 << 22], &mut Nothing);
     assert!(decoder.pending_bytes() < 1 << 14, "{}", decoder.pending_bytes());
+}
+
+#[test]
+fn a_room_that_was_filled_before_is_of_the_budget_whole() {
+    let budget = MemoryBudget::new(64 << 20);
+    let spare = SparePayload::within(&budget);
+    let mut recorder = Recorder::default();
+    let mut first = Decoder::with_spare(Limits::default(), &spare);
+    let _ = first.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
+    for _ in 0..8 {
+        let _ = first.feed(&vec![7; 1 << 20], &mut recorder);
+    }
+    assert_eq!((spare.held_bytes(), budget.used()), (8 << 20, 8 << 20), "it waits for the next payload");
+    // One that has only begun, and may never end, sits in all of it: no page of it goes back to the system.
+    let mut stalled = Decoder::with_spare(Limits::default(), &spare);
+    let _ = stalled.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
+    let _ = stalled.feed(&vec![7; 300 << 10], &mut recorder);
+    assert_eq!((spare.held_bytes(), budget.used()), (0, 8 << 20));
+    // A new room of that size is reserved as it is filled.
+    let mut other = Decoder::with_spare(Limits::default(), &spare);
+    let _ = other.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
+    let _ = other.feed(&vec![7; 300 << 10], &mut recorder);
+    assert_eq!(budget.used(), (8 << 20) + (1 << 20));
+    drop((first, stalled, other));
+    assert_eq!(budget.used(), 0);
 }
 
 #[test]

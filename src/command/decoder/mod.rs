@@ -100,6 +100,8 @@ pub struct Decoder {
     head: Vec<u8>,
     payload: Vec<u8>,
     spare: Option<SparePayload>,
+    /// Bytes of the payload's room that the system has found already: another payload was in it.
+    warm_bytes: usize,
     /// What the payload holds of the budget.
     payload_held: Option<Reservation>,
     /// One hex digit is a colour of `PX`.
@@ -121,6 +123,7 @@ impl Decoder {
             head: Vec::new(),
             payload: Vec::new(),
             spare: None,
+            warm_bytes: 0,
             payload_held: None,
             takes_grey_digits: false,
             paused: false,

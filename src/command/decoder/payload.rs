@@ -78,6 +78,7 @@ impl Decoder {
     /// system has to find no more of it than is written.
     fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
         let mut room = self.spare.as_ref().and_then(|spare| spare.take(length)).unwrap_or_default();
+        self.warm_bytes = room.capacity();
         if room.capacity() < length {
             room.try_reserve_exact(length)?;
             allocator::prefer_huge_pages(&mut room);
@@ -87,11 +88,11 @@ impl Decoder {
         Ok(())
     }
 
-    /// Reserves what a payload of `length` bytes holds when so many of them are there. Of a large room the system has to find no
-    /// more than is written, so it is reserved in steps.
+    /// Reserves what a payload of `length` bytes holds when so many of them are there. Of a new large room the system has to find
+    /// no more than is written, so it is reserved in steps; one that was used before is reserved whole.
     fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
         let held = match &mut self.payload_held {
-            Some(held) if held.bytes() >= filled as u64 => return Ok(()),
+            Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
             Some(held) => held,
             none => {
                 let Some(spare) = &self.spare else { return Ok(()) };
@@ -100,7 +101,7 @@ impl Decoder {
         };
         let room = match self.payload.capacity() {
             small @ 0..=KEPT_BYTES => small,
-            _ => filled.next_multiple_of(RESERVED_BYTES).min(length),
+            _ => filled.next_multiple_of(RESERVED_BYTES).min(length).max(self.warm_bytes),
         };
         held.try_cover(room as u64)
     }
@@ -111,13 +112,13 @@ impl Decoder {
             return 0;
         };
         let left = (length - self.payload.len()) as u64;
-        self.payload = Vec::new();
-        self.payload_held = None;
+        (self.payload, self.payload_held, self.warm_bytes) = (Vec::new(), None, 0);
         let refusal = Refusal::new(code, why, format!(":{length}").as_bytes());
         self.refuse(binary_or_text(command.verb().as_bytes()), refusal, left, bytes, sink)
     }
 
     fn put_away_payload(&mut self) {
+        self.warm_bytes = 0;
         self.payload.clear();
         if self.payload.capacity() > KEPT_BYTES {
             let large = std::mem::take(&mut self.payload);
