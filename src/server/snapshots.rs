@@ -105,7 +105,10 @@ impl Camera {
                     buffer.bytes_mut().copy_from_slice(engine.memory().bytes());
                     buffer
                 }
-                None => engine.memory().clone(),
+                None => {
+                    engine.count_frame_copy();
+                    engine.memory().clone()
+                }
             };
             // Whoever asked may be gone.
             let _ = answer.send(frame);

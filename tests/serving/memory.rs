@@ -92,6 +92,9 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     let said = attack(address, &scene_of_pictures(10, 2048));
     assert!(said.contains("EQUOTA SCENE"), "{said}");
     note("a scene's pictures");
+    let said = attack(address, &scene_of_pictures(10, 4096));
+    assert!(said.contains("EQUOTA SCENE"), "{said}");
+    note("a scene's large pictures");
     let said = attack(address, &with_payload("TEX t", &png(4096)));
     assert!(said.contains("EQUOTA TEX"), "{said}");
     note("a picture");

@@ -401,9 +401,13 @@ impl Engine {
     pub fn set_display(&mut self, display: Arc<Display>) {
         assert_eq!((display.width(), display.height()), (self.memory.width(), self.memory.height()));
         display.set_listeners(self.listeners);
-        // It shows a copy of the frame. The server starts without it if it does not fit.
-        self.held.frame.set(2 * self.memory.bytes().len() as u64);
+        self.count_frame_copy();
         self.display = Some(display);
+    }
+
+    /// Counts a copy of the frame that is there as long as the server: whoever runs it asked for it, so it is not refused.
+    pub(in crate::server) fn count_frame_copy(&mut self) {
+        self.held.frame.set(self.held.frame.bytes() + self.memory.bytes().len() as u64);
     }
 
     /// Fills the frame, as it stands before any command.

@@ -19,6 +19,7 @@ use super::{Effect, Engine, Progress};
 use crate::command::{AreaColors, Command, RealRect, Rect};
 use crate::draw2d::{self, Blend, DrawError, TextCursor};
 use crate::error::{Code, Fault};
+use crate::memory::{MemoryUse, Reservation};
 use crate::server::{Budget, Session};
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -39,6 +40,8 @@ pub(in crate::server) struct Pieces {
     next: Next,
     reply: Vec<u8>,
     begun: Instant,
+    /// What its payload holds of the memory budget.
+    _held: Reservation,
 }
 
 /// Where the next piece begins.
@@ -114,7 +117,14 @@ impl Engine {
             Command::Crc { .. } => Next::CrcRow(0, crc32fast::Hasher::new()),
             _ => Next::Row(0),
         };
-        Pieces { command, next, reply: Vec::new(), begun: Instant::now() }
+        let payload = match &command {
+            Command::Points { packed } => packed.capacity(),
+            Command::Text { utf8, .. } => utf8.capacity(),
+            _ => 0,
+        };
+        let mut held = self.budget.empty(MemoryUse::Payloads);
+        held.set(payload as u64);
+        Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }
 
     /// Runs pieces until the budget's time is used up, at least one; the command itself when it has not come to its end.

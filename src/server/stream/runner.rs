@@ -25,7 +25,7 @@ pub(super) struct Runner<'a> {
     pub(super) gathers_lines: bool,
 }
 
-/// Longer lists of `POINTS` are copied, so that they can be run in pieces.
+/// Longer lists of `POINTS` are copied, so that they can be run in pieces, where there is memory for the copy.
 const LONG_LIST_BYTES: usize = 1 << 21;
 
 /// So many lines wait at most: some hundred microseconds of work.
@@ -313,7 +313,8 @@ impl Sink for Runner<'_> {
 
     fn points(&mut self, packed: &[u8], place: Place) -> Flow {
         self.settle();
-        if packed.len() > LONG_LIST_BYTES && self.budget.suspends {
+        let has_room = || self.engine.memory_budget().available() >= packed.len() as u64;
+        if packed.len() > LONG_LIST_BYTES && self.budget.suspends && has_room() {
             return self.command(Command::Points { packed: packed.to_vec() }, place);
         }
         let result = self.engine.put_points(self.session, packed);
