@@ -27,13 +27,13 @@ class Line:
         self.sock.sendall(data)
 
     def ask(self, data):
-        """Sends a query and returns its reply line; errors of earlier commands are passed over."""
+        """Sends a query and returns its reply line; errors and warnings of earlier commands are passed over."""
         self.send(data)
         while True:
             line = self.file.readline()
             if not line:
                 raise ConnectionError("closed while a reply was due")
-            if not line.startswith(b"ERR "):
+            if not line.startswith((b"ERR ", b"WARN ")):
                 return line
 
     def sync(self, tag):
