@@ -7,6 +7,8 @@
 //! What cannot be caught: the window system going away ends the process (Xlib exits it). Snapshots are written when
 //! asked for, not at the end, and a server that must survive runs headless.
 
+#[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
+mod clicks;
 #[cfg_attr(not(target_os = "linux"), path = "no_fullscreen.rs")]
 mod fullscreen;
 mod hud;
@@ -25,6 +27,7 @@ pub use status::ServerStatus;
 pub use viewer::{ViewerOptions, run_viewer};
 
 use crate::server::{Display, EventSender, InputEvent};
+use clicks::Clicks;
 use fullscreen::Fullscreen;
 use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOptions};
 use std::cell::RefCell;
@@ -136,7 +139,7 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     view.set_server(options.server, options.shows_rates);
     let mut fullscreen = Fullscreen::default();
     let mut toggles_fullscreen = options.fullscreen;
-    let mut pointer = Pointer::new(display.event_sender());
+    let mut pointer = Pointer::new(display.event_sender(), Clicks::new(&window));
     while window.is_open() && !display.is_leaving() && !view.wants_to_quit() {
         let window_size = <[usize; 2]>::from(window.get_size());
         pointer.look(&window, &view.layout(window_size), window_size);
@@ -178,13 +181,14 @@ fn open(title: &str, size: [usize; 2]) -> Result<minifb::Window, WindowError> {
 /// Turns the state of mouse and window into events, when it changes.
 struct Pointer {
     events: EventSender,
+    clicks: Option<Clicks>,
     mouse: Option<(i32, i32, u8)>,
     window_size: Option<[usize; 2]>,
 }
 
 impl Pointer {
-    fn new(events: EventSender) -> Self {
-        Pointer { events, mouse: None, window_size: None }
+    fn new(events: EventSender, clicks: Option<Clicks>) -> Self {
+        Pointer { events, clicks, mouse: None, window_size: None }
     }
 
     fn look(&mut self, window: &minifb::Window, layout: &Layout, window_size: [usize; 2]) {
@@ -195,6 +199,7 @@ impl Pointer {
         if let Some((x, y)) = window.get_unscaled_mouse_pos(MouseMode::Pass) {
             let buttons = [MouseButton::Left, MouseButton::Middle, MouseButton::Right];
             let held = (0..).zip(buttons).map(|(i, b)| (window.get_mouse_down(b) as u8) << i).sum();
+            self.send_missed(layout, held);
             let [x, y] = layout.frame_coordinates(x, y);
             if self.mouse.replace((x, y, held)) != Some((x, y, held)) {
                 self.events.send(InputEvent::Mouse { x, y, buttons: held });
@@ -205,5 +210,19 @@ impl Pointer {
             let step = |v: f32| if v == 0.0 { 0 } else { v.signum() as i32 };
             self.events.send(InputEvent::Wheel { dx: step(dx), dy: step(dy) });
         }
+    }
+
+    /// Sends the presses that the state of the buttons has not shown, each with its release.
+    fn send_missed(&mut self, layout: &Layout, held: u8) {
+        let before = self.mouse.map_or(0, |(_, _, held)| held);
+        let Some(clicks) = &mut self.clicks else { return };
+        let Some(([x, y], missed)) = clicks.missed(before, held) else { return };
+        let [x, y] = layout.frame_coordinates(x, y);
+        for (button, count) in missed.into_iter().enumerate() {
+            for buttons in std::iter::repeat_n([held | 1 << button, held], count as usize).flatten() {
+                self.events.send(InputEvent::Mouse { x, y, buttons });
+            }
+        }
+        self.mouse = Some((x, y, held));
     }
 }

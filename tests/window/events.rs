@@ -98,6 +98,20 @@ fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
     wait_for("a line in the colour of key 2", || (pixel(&address, 120, 60) == "ff4040").then_some(()));
     has_heard("wheel 0 1");
 
+    // Each click is over within microseconds, much sooner than a frame.
+    move_to(60, 60);
+    has_heard("mouse 60 60 0");
+    let count = |what: &str| heard.lock().expect("no panic").iter().filter(|l| *l == what).count();
+    let releases = count("mouse 60 60 0");
+    for _ in 0..20 {
+        screen.xdotool(&["click", "1"]);
+    }
+    wait_for("twenty presses", || (count("mouse 60 60 1") >= 20).then_some(()));
+    wait_for("their releases", || (count("mouse 60 60 0") >= releases + 20).then_some(()));
+    screen.xdotool(&["click", "--repeat", "5", "--delay", "0", "3"]);
+    wait_for("five of the right button", || (count("mouse 60 60 4") >= 5).then_some(()));
+    assert_eq!([count("mouse 60 60 1"), count("mouse 60 60 4")], [20, 5], "each is sent once");
+
     screen.xdotool(&["windowsize", "--sync", &id, "700", "500"]);
     has_heard("resize 700 500");
     screen.xdotool(&["key", "Escape"]);
