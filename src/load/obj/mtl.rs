@@ -211,13 +211,13 @@ impl Check<'_> {
             rest = after;
             let mut numbers = [None; 3];
             let mut is_on = false;
-            for taken in 0..most {
+            for (taken, slot) in numbers.iter_mut().enumerate().take(most) {
                 let (value, after) = keyword(rest);
                 let number = std::str::from_utf8(value).ok().and_then(|t| t.parse::<f64>().ok());
                 if taken >= least && (number.is_none() || after.is_empty()) {
                     break;
                 }
-                numbers[taken] = number.filter(|n| n.is_finite());
+                *slot = number.filter(|n| n.is_finite());
                 is_on |= value == b"on";
                 rest = after;
             }
