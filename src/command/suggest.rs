@@ -58,7 +58,7 @@ mod tests {
         for (word, verb) in [
             ("LIEN", "LINE"),
             ("lnie", "LINE"),
-            ("CLAER", "CLEAR"),
+            ("CELAR", "CLEAR"),
             ("FILRECT", "FILLRECT"),
             ("PERSPEKTIVE", "PERSPECTIVE"),
             ("PRESNET", "PRESENT"),
