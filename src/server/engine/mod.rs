@@ -1,6 +1,6 @@
 //! THE ENGINE: runs commands on the video memory, one by one, on whatever thread calls it.
 //!
-//! In: a [`Command`](crate::command::Command) and the [`Session`] of the connection that it came from.
+//! In: a [`Command`] and the [`Session`] of the connection that it came from.
 //! Out: changed memory, reply bytes, or a [`Fault`] that says why nothing changed. It owns what all
 //! connections share: video memory, depth, the face ids of PICK, names that begin with `@`, the
 //! count of frames, the totals. It starts no thread, and without a display, a shared file or a
