@@ -14,9 +14,8 @@ use std::io::Write;
 use std::sync::PoisonError;
 
 /// Reads something within ever larger budgets, and holds each attempt to its budget: those that are refused, and the first that is
-/// not. Answers that budget.
+/// not. Returns that budget. Whoever calls it holds [`TURN`] since before it made the files: their bytes would count as well.
 fn least_budget<T>(what: &str, read: impl Fn(&mut LoadMemory) -> Result<T, LoadError>) -> u64 {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     // Tables that are made once a process are not the file's.
     drop(read(&mut LoadMemory::unlimited()));
     for limit in std::iter::successors(Some(64u64 << 10), |limit| Some(limit + limit / 3)).take(60) {
@@ -47,6 +46,7 @@ fn png(width: u32, height: u32, color: ExtendedColorType) -> Vec<u8> {
 
 #[test]
 fn pictures_are_unpacked_within_what_their_headers_ask_for() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let side = 700;
     for color in [ExtendedColorType::Rgba8, ExtendedColorType::L8, ExtendedColorType::Rgba16] {
         let file = png(side, side, color);
@@ -97,6 +97,7 @@ fn a_picture_is_refused_before_a_pixel_is_unpacked() {
 
 #[test]
 fn obj_files_are_read_within_what_their_text_asks_for() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let many = |line: &str, count: usize| line.repeat(count);
     let vertices = "v 1 2 3\n".repeat(1000);
     let cases = [
@@ -133,6 +134,7 @@ fn obj_files_are_read_within_what_their_text_asks_for() {
 
 #[test]
 fn x3d_files_are_read_within_what_their_text_asks_for() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let scene = |inside: &str| format!("<X3D><Scene>{inside}</Scene></X3D>");
     let shape = |geometry: &str| format!("<Shape>{geometry}</Shape>");
     let numbers = "0 0 1 ".repeat(20_000);
