@@ -1,4 +1,5 @@
-//! The stages of a 3-D draw, by pictures in which one of them does nearly all the work. Quick: `cargo bench --bench stages`.
+//! The stages of a 3-D draw, by pictures in which one of them does nearly all the work. Quick:
+//! `cargo bench -p fbptr-stages --bench stages`.
 //!
 //! Each is a whole draw by the renderer, on one thread and on all cores, colour and depth cleared first; what the stage
 //! itself costs is the difference to the picture above it. `fbptr bench` holds the pictures to the truth; here the answers'
