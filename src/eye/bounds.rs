@@ -10,12 +10,12 @@ use crate::math::nvec::{ROUNDING, dot, unit};
 pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -> Option<[[u32; 2]; N]> {
     let m = screen.centres.len();
     // Slopes x_a / x_0 of the part before the eye; then of the part inside each side of the aperture, which is also before it.
-    let mut slopes = slope_ranges(v, m, |p| p[0])?;
+    let mut slopes = slope_ranges(v, m, v.map(|p| p[0]))?;
     for hidden in m + 1..N {
         for side in [1.0, -1.0] {
             // A hair wider than the aperture: what lies on its border is inside.
             let tan = screen.tan[hidden] * (1.0 + 1e-9) + 1e-12;
-            let part = slope_ranges(v, m, |p| tan * p[0] - side * p[hidden])?;
+            let part = slope_ranges(v, m, v.map(|p| tan * p[0] - side * p[hidden]))?;
             for a in 0..m {
                 slopes[a] = [slopes[a][0].max(part[a][0]), slopes[a][1].min(part[a][1])];
             }
@@ -43,16 +43,12 @@ pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -
     Some(pixels)
 }
 
-/// The range of x_a / x_0, a = 1..=m, over the part of the simplex with `inside` >= 0 and x_0 > 0, or `None` when it is empty.
+/// The range of x_a / x_0, a = 1..=m, over the part of the simplex with x_0 > 0 and a linear function >= 0 whose values at
+/// the vertices are `sides`, or `None` when it is empty.
 ///
 /// The part's corners are vertices and points of edges. Where the part reaches x_0 = 0 the slope grows without bound
 /// towards the sign of x_a there.
-fn slope_ranges<const N: usize>(
-    v: &[[f64; N]; N],
-    m: usize,
-    inside: impl Fn(&[f64; N]) -> f64,
-) -> Option<[[f64; 2]; N]> {
-    let sides = v.map(|p| inside(&p));
+fn slope_ranges<const N: usize>(v: &[[f64; N]; N], m: usize, sides: [f64; N]) -> Option<[[f64; 2]; N]> {
     if v.iter().all(|p| p[0] <= 0.0) || sides.iter().all(|&g| g < 0.0) {
         return None;
     }
@@ -81,7 +77,7 @@ fn slope_ranges<const N: usize>(
     Some(ranges)
 }
 
-/// Calls `include` for the points of the edge p..q where the part's borders `inside` = 0 and x_0 = 0 cut it.
+/// Calls `include` for the points of the edge p..q where the part's borders, the linear function = 0 and x_0 = 0 cut it.
 fn edge_corners<const N: usize>(
     p: &[f64; N],
     q: &[f64; N],

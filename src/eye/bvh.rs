@@ -31,28 +31,29 @@ pub(super) struct Bvh<const N: usize> {
 struct Item<const N: usize> {
     low: [f64; N],
     high: [f64; N],
-    index: u32,
 }
 
 impl<const N: usize> Bvh<N> {
     /// Splits at the median along the axis in which the middles spread widest, until few are left.
     pub fn new(solids: &[Solid<N>]) -> Self {
-        let item = |(index, solid): (usize, &Solid<N>)| Item {
+        let item = |solid: &Solid<N>| Item {
             low: solid.low.map(|x| x - MARGIN * solid.size),
             high: solid.high.map(|x| x + MARGIN * solid.size),
-            index: index as u32,
         };
-        let mut items: Vec<Item<N>> = solids.iter().enumerate().map(item).collect();
+        let items: Vec<Item<N>> = solids.iter().map(item).collect();
+        let mut keys: Vec<(f64, u32)> = (0..items.len() as u32).map(|index| (0.0, index)).collect();
         let mut bvh = Bvh { nodes: Vec::with_capacity(items.len()), order: Vec::new() };
-        bvh.build(&mut items, 0);
-        bvh.order = items.into_iter().map(|item| item.index).collect();
+        bvh.build(&items, &mut keys, 0);
+        bvh.order = keys.into_iter().map(|(_, index)| index).collect();
         bvh
     }
 
-    fn build(&mut self, items: &mut [Item<N>], first: u32) {
+    /// Builds the tree of the items that `keys` names; what stands beside the names means nothing.
+    fn build(&mut self, items: &[Item<N>], keys: &mut [(f64, u32)], first: u32) {
         let (mut low, mut high) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
         let (mut least, mut most) = (low, high);
-        for item in &*items {
+        for (_, index) in &*keys {
+            let item = &items[*index as usize];
             for a in 0..N {
                 low[a] = low[a].min(item.low[a]);
                 high[a] = high[a].max(item.high[a]);
@@ -62,21 +63,23 @@ impl<const N: usize> Bvh<N> {
             }
         }
         let me = self.nodes.len();
-        self.nodes.push(Node { low, high, at: first, count: items.len() as u32 });
-        if items.len() <= LEAF {
+        self.nodes.push(Node { low, high, at: first, count: keys.len() as u32 });
+        if keys.len() <= LEAF {
             return;
         }
         let axis =
             (1..N).fold(0, |best, a| if most[a] - least[a] > most[best] - least[best] { a } else { best });
-        let middle = |item: &Item<N>| item.low[axis] + item.high[axis];
-        let half = items.len() / 2;
-        items
-            .select_nth_unstable_by(half, |a, b| middle(a).total_cmp(&middle(b)).then(a.index.cmp(&b.index)));
-        let (left, right) = items.split_at_mut(half);
-        self.build(left, first);
+        for (middle, index) in &mut *keys {
+            let item = &items[*index as usize];
+            *middle = item.low[axis] + item.high[axis];
+        }
+        let half = keys.len() / 2;
+        part_at(keys, half);
+        let (left, right) = keys.split_at_mut(half);
+        self.build(items, left, first);
         self.nodes[me].at = self.nodes.len() as u32;
         self.nodes[me].count = 0;
-        self.build(right, first + half as u32);
+        self.build(items, right, first + half as u32);
     }
 
     /// How many boxes there are.
@@ -128,4 +131,9 @@ impl<const N: usize> Bvh<N> {
         }
         None
     }
+}
+
+/// Moves the `half` least keys to the front. Not compiled once a dimension, as what calls it is.
+fn part_at(keys: &mut [(f64, u32)], half: usize) {
+    keys.select_nth_unstable_by(half, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }

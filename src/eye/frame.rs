@@ -124,10 +124,8 @@ impl<const N: usize> Frame<N> {
             parts.iter_mut().enumerate().for_each(job);
         }
         let all = parts.into_iter().reduce(Part::join).unwrap_or_default();
-        let mut keys: Vec<(f64, u32)> =
-            all.facets.iter().enumerate().map(|(i, f)| (f.nearest, i as u32)).collect();
-        keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let order: Vec<u32> = keys.into_iter().map(|(_, i)| i).collect();
+        let order =
+            nearest_first(all.facets.iter().enumerate().map(|(i, f)| (f.nearest, i as u32)).collect());
         let last = screen.dim() - 1;
         Frame {
             exponent,
@@ -195,13 +193,7 @@ impl<const N: usize> Part<N> {
             return self.skipped.push(id);
         }
         let mut v = world.map(|point| eye.point(&point));
-        v.sort_by(|a, b| {
-            a.iter()
-                .zip(b)
-                .map(|(x, y)| x.total_cmp(y))
-                .find(|o| o.is_ne())
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        sort_by_coordinates(&mut v);
         let (normal, offset) = hyperplane(&v);
         if !lights.is_empty() {
             let solid = Solid::new(&v, normal, offset);
@@ -244,6 +236,27 @@ impl<const N: usize> Part<N> {
         self.skipped.append(&mut next.skipped);
         self.edge_on += next.edge_on;
         self
+    }
+}
+
+/// The numbers beside the distances, the least distance first. Not compiled once a dimension, as what calls it is.
+fn nearest_first(mut keys: Vec<(f64, u32)>) -> Vec<u32> {
+    keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    keys.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Sorts by the first coordinate that differs. By insertion: there are at most eight, and the standard library's sorts are
+/// compiled whole for each dimension.
+fn sort_by_coordinates<const N: usize>(v: &mut [[f64; N]; N]) {
+    let is_after = |a: &[f64; N], b: &[f64; N]| {
+        a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).is_some_and(|o| o.is_gt())
+    };
+    for end in 1..N {
+        let mut at = end;
+        while at > 0 && is_after(&v[at - 1], &v[at]) {
+            v.swap(at - 1, at);
+            at -= 1;
+        }
     }
 }
 

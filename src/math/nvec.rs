@@ -118,8 +118,13 @@ pub fn signed_det<const N: usize>(rows: &[[f64; N]], n: usize) -> f64 {
         0 => 1.0,
         1 => rows[0][0],
         2..=4 => {
+            // One size for all N, so that what follows is compiled once.
+            let mut few = [[0.0; 4]; 4];
+            for (few, row) in few.iter_mut().zip(&rows[..n]) {
+                few[..n].copy_from_slice(&row[..n]);
+            }
             let mut sum = Expansion::<192>::default();
-            add_permutations(rows, n, 0, 0, &[1.0], &mut sum);
+            add_permutations(&few, n, 0, 0, &[1.0], &mut sum);
             sum.value()
         }
         _ => {
@@ -133,8 +138,8 @@ pub fn signed_det<const N: usize>(rows: &[[f64; N]], n: usize) -> f64 {
 }
 
 /// Adds every product of Leibniz's formula that begins with `product` over the columns in `used`.
-fn add_permutations<const N: usize>(
-    rows: &[[f64; N]],
+fn add_permutations(
+    rows: &[[f64; 4]; 4],
     n: usize,
     row: usize,
     used: usize,
