@@ -68,8 +68,8 @@ impl Server {
     /// more files, need it and the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
     /// To be called before clients are let in.
     pub fn fit_descriptors(&mut self, places: usize, others: usize) -> Option<TooFewDescriptors> {
-        // A listener has its socket and a spare one.
-        let others = others + 2 * places + LINGERING;
+        // A listener has its socket, a spare descriptor, and a selector's three.
+        let others = others + 5 * places + LINGERING;
         let wanted = self.admission.limit();
         let room = make_room(wanted.saturating_add(others))?;
         let most = room.more.saturating_sub(others).max(1);

@@ -231,3 +231,17 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
     let memory = serving.memory();
     assert!(memory.bytes()[..(SIDE * SIDE * 4) as usize].iter().all(|&b| b == FRAMES));
 }
+
+#[test]
+fn a_client_that_sends_no_more_and_reads_late_gets_all_of_a_long_reply() {
+    let serving = Serving::start(1920, 1080);
+    let bytes = 1920 * 1080 * 4;
+    let mut wire = serving.connect();
+    wire.send(b"READ 0 0 1920 1080\n".repeat(4).as_slice());
+    wire.0.shutdown(std::net::Shutdown::Write).unwrap();
+    // The writer waits for room by now, and nothing more will be read of this client.
+    std::thread::sleep(Duration::from_millis(300));
+    let mut all = Vec::new();
+    std::io::Read::read_to_end(&mut wire.0, &mut all).unwrap();
+    assert_eq!(all.len(), 4 * (format!("READ 0 0 1920 1080 :{bytes}\n").len() + bytes));
+}

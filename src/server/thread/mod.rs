@@ -11,11 +11,7 @@ pub(crate) mod message;
 mod turns;
 
 use super::client::Client;
-#[cfg(not(target_os = "linux"))]
-use super::transport::Hand;
-#[cfg(target_os = "linux")]
-use super::transport::Poller;
-use super::transport::{Buffers, LEASE_BYTES, Medium};
+use super::transport::{Buffers, LEASE_BYTES, Medium, Poller};
 use super::{Audience, Engine};
 use crate::cancel::CancelToken;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -65,7 +61,6 @@ pub struct RenderThread {
     cancel: CancelToken,
     /// Has nobody at its other end when the thread has ended.
     ended: Receiver<()>,
-    #[cfg(target_os = "linux")]
     poller: Arc<Poller>,
 }
 
@@ -73,7 +68,6 @@ pub struct RenderThread {
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
     pub messages: Sender<Message>,
-    #[cfg(target_os = "linux")]
     pub poller: Arc<Poller>,
     next_id: Arc<AtomicU64>,
 }
@@ -97,12 +91,8 @@ impl RenderThread {
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();
         let buffers = Arc::new(Buffers::new());
-        #[cfg(target_os = "linux")]
         let poller = Arc::new(Poller::new(buffers.clone())?);
-        #[cfg(target_os = "linux")]
         let hand = poller.hand();
-        #[cfg(not(target_os = "linux"))]
-        let hand = Hand::default();
         let thread = std::thread::Builder::new().name("render".into()).spawn(move || {
             let _ends: Sender<()> = ends;
             Loop::new(engine, messages, own_sender, buffers, hand).run()
@@ -113,7 +103,6 @@ impl RenderThread {
             next_id: Arc::new(AtomicU64::new(1)),
             cancel,
             ended,
-            #[cfg(target_os = "linux")]
             poller,
         })
     }
@@ -137,12 +126,7 @@ impl RenderThread {
     }
 
     pub(crate) fn link(&self) -> Link {
-        Link {
-            messages: self.messages.clone(),
-            #[cfg(target_os = "linux")]
-            poller: self.poller.clone(),
-            next_id: self.next_id.clone(),
-        }
+        Link { messages: self.messages.clone(), poller: self.poller.clone(), next_id: self.next_id.clone() }
     }
 
     /// Goes on without the display: the window could not be had. `PRESENT wait` counts as shown from now on.

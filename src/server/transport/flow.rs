@@ -17,21 +17,14 @@ pub(super) struct Flow {
     on_their_way: VecDeque<usize>,
     /// Bytes of a large payload that were not read yet, as far as is known.
     wanted: usize,
-    /// Where it is watched, now and then.
-    pub place: Option<Place>,
-    /// It is watched, or about to be read: whoever reads it watches it again.
-    pub is_armed: bool,
+    /// The system may have something of it: the selector said so, and it was not found empty since.
+    pub is_ready: bool,
+    /// It is in line, or somebody reads it.
+    pub is_taken: bool,
     /// The render thread wants no more: what comes is thrown away.
     pub is_over: bool,
     /// Nothing more comes.
     pub is_at_end: bool,
-}
-
-/// One of the two sets of sockets.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
-    Bulk,
-    Brief,
 }
 
 impl Flow {

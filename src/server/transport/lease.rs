@@ -26,8 +26,6 @@ pub(crate) struct Buffers {
     ready: AtomicUsize,
 }
 
-// Elsewhere each socket has a reader with buffers of its own.
-#[cfg_attr(not(target_os = "linux"), allow(dead_code))]
 impl Buffers {
     pub fn new() -> Self {
         Buffers {

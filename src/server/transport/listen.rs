@@ -1,23 +1,25 @@
 //! Listening: addresses and socket files that clients connect to.
 //!
-//! One thread a listener blocks in `accept`; ending it connects to itself once. A connection that there is no place, no
+//! One thread a listener accepts, and sleeps in a selector of its own when nobody comes. A connection that there is no place, no
 //! descriptor or no thread for is told so (`refuse.rs`), and so is standard error. Promises: whatever fails, the thread goes
 //! on accepting, and serves again when it passes.
 
 use super::descriptors::{self, Spare};
 use super::refuse::{refuse, refuse_now};
 use super::report::{Trouble, report};
+use super::selector::Selector;
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
-use super::{Admission, Conversation, Input, Medium, Refusal, SharedSocket, Socket, Stream, converse};
+use super::{Admission, Conversation, Input, Medium, Refusal, Replies, Stream, converse};
 use crate::command::EndOfInput;
 use crate::server::Audience;
 use crate::server::thread::Link;
+use mio::net::TcpListener;
+#[cfg(unix)]
+use mio::net::UnixListener;
 use std::fmt;
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
-#[cfg(unix)]
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -84,14 +86,15 @@ impl Door {
         match place {
             Place::Tcp(address) => {
                 let refused = |source| ListenError::Refused { place: place.clone(), source };
-                let listener = TcpListener::bind(address).map_err(refused)?;
+                let listener = std::net::TcpListener::bind(address).map_err(refused)?;
                 let address = listener.local_addr().map_err(refused)?;
-                Ok((Door::Tcp(listener), Place::Tcp(address)))
+                listener.set_nonblocking(true).map_err(refused)?;
+                Ok((Door::Tcp(TcpListener::from_std(listener)), Place::Tcp(address)))
             }
             #[cfg(unix)]
             Place::Unix(path) => {
                 let (listener, file) = unix::open(path)?;
-                Ok((Door::Unix { listener, _file: file }, place.clone()))
+                Ok((Door::Unix { listener: UnixListener::from_std(listener), _file: file }, place.clone()))
             }
             #[cfg(not(unix))]
             Place::Unix(_) => Err(ListenError::NoUnix { place: place.clone() }),
@@ -112,12 +115,11 @@ impl Door {
         }
     }
 
-    /// Makes `accept` wait for a connection, or not.
-    fn set_waiting(&self, waits: bool) -> io::Result<()> {
+    fn register(&mut self, selector: &Selector) -> io::Result<()> {
         match self {
-            Door::Tcp(listener) => listener.set_nonblocking(!waits),
+            Door::Tcp(listener) => selector.register(listener, 0),
             #[cfg(unix)]
-            Door::Unix { listener, .. } => listener.set_nonblocking(!waits),
+            Door::Unix { listener, .. } => selector.register(listener, 0),
         }
     }
 }
@@ -127,6 +129,7 @@ impl Door {
 pub struct Listener {
     place: Place,
     is_ending: Arc<AtomicBool>,
+    selector: Arc<Selector>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -141,15 +144,24 @@ impl Listener {
         link: Link,
         admission: Arc<Admission>,
     ) -> Result<Listener, ListenError> {
-        let (door, place) = Door::open(&place)?;
+        let (mut door, place) = Door::open(&place)?;
+        let refused = |source| ListenError::Refused { place: place.clone(), source };
+        let selector = Arc::new(Selector::new().map_err(refused)?);
+        door.register(&selector).map_err(refused)?;
         let is_ending = Arc::new(AtomicBool::new(false));
-        let (is_over, name) = (is_ending.clone(), place.clone());
-        let reception = Reception { link, admission };
+        let reception = Reception {
+            door,
+            place: place.clone(),
+            selector: selector.clone(),
+            is_ending: is_ending.clone(),
+            link,
+            admission,
+        };
         let thread = Builder::new()
             .name(format!("listen {place}"))
-            .spawn(move || accept_all(&door, &name, &reception, &is_over))
-            .map_err(|source| ListenError::Refused { place: place.clone(), source })?;
-        Ok(Listener { place, is_ending, thread: Some(thread) })
+            .spawn(move || reception.accept_all())
+            .map_err(refused)?;
+        Ok(Listener { place, is_ending, selector, thread: Some(thread) })
     }
 
     /// Where it listens; a port of 0 has become the one that the system gave.
@@ -161,89 +173,84 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.is_ending.store(true, Ordering::Release);
-        // Wakes the thread up. Where that fails it sleeps on, and ends with the process.
-        let is_woken = match &self.place {
-            Place::Tcp(address) => {
-                let mut address = *address;
-                match address {
-                    SocketAddr::V4(a) if a.ip().is_unspecified() => {
-                        address.set_ip(Ipv4Addr::LOCALHOST.into())
-                    }
-                    SocketAddr::V6(a) if a.ip().is_unspecified() => {
-                        address.set_ip(Ipv6Addr::LOCALHOST.into())
-                    }
-                    _ => {}
-                }
-                TcpStream::connect_timeout(&address, Duration::from_millis(300)).is_ok()
-            }
-            #[cfg(unix)]
-            Place::Unix(path) => UnixStream::connect(path).is_ok(),
-            #[cfg(not(unix))]
-            Place::Unix(_) => false,
-        };
-        if is_woken && let Some(thread) = self.thread.take() {
+        self.selector.wake();
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has ended, too.
             let _ = thread.join();
         }
     }
 }
 
-/// Where connections that were accepted go.
+/// The pause after an accept that failed: what is missing may come back.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// What the thread of a listener has.
 struct Reception {
+    door: Door,
+    place: Place,
+    selector: Arc<Selector>,
+    is_ending: Arc<AtomicBool>,
     link: Link,
     admission: Arc<Admission>,
 }
 
-/// The pause after an accept that failed: what is missing may come back.
-const PAUSE: Duration = Duration::from_millis(20);
-
-fn accept_all(door: &Door, place: &Place, reception: &Reception, is_ending: &AtomicBool) {
-    let mut spare = Spare::new();
-    loop {
-        let accepted = door.accept();
-        if is_ending.load(Ordering::Acquire) {
-            return;
+impl Reception {
+    fn accept_all(&self) {
+        let mut spare = Spare::new();
+        while !self.is_ending.load(Ordering::Acquire) {
+            match self.door.accept() {
+                Ok((stream, peer)) => self.welcome(stream, peer),
+                Err(e) => self.after(&e, &mut spare),
+            }
         }
-        match accepted {
-            Ok((stream, peer)) => reception.welcome(stream, peer),
+    }
+
+    /// Does what an accept without a connection calls for.
+    fn after(&self, error: &io::Error, spare: &mut Spare) {
+        match error.kind() {
+            io::ErrorKind::WouldBlock => self.wait(),
             // Its client has gone in the meantime.
-            Err(e) if matches!(e.kind(), io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted) => {}
-            Err(e) if descriptors::are_exhausted(&e) => {
-                turn_away_with(&mut spare, door, place, reception, &e);
+            io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted => {}
+            _ if descriptors::are_exhausted(error) => self.turn_away_with(spare, error),
+            _ => self.pause(Trouble::Accept, "cannot accept a connection", error),
+        }
+    }
+
+    /// Waits until somebody comes, or the listening is to end.
+    fn wait(&self) {
+        if let Err(e) = self.selector.wait(|_| ()) {
+            self.pause(Trouble::Accept, "cannot wait for connections", &e);
+        }
+    }
+
+    fn pause(&self, trouble: Trouble, what: &str, why: &io::Error) {
+        report(trouble, format_args!("{what} on {}: {why}", self.place));
+        std::thread::sleep(PAUSE);
+    }
+
+    /// Gives the spare descriptor up to accept one connection, which would wait without a word otherwise, and refuse it.
+    fn turn_away_with(&self, spare: &mut Spare, why: &io::Error) {
+        spare.give_up();
+        let accepted = self.door.accept();
+        match accepted {
+            Ok((stream, _)) => {
+                self.admission.note_no_resources();
+                report(Trouble::Descriptors, format_args!("refused a connection on {}: {why}", self.place));
+                refuse_now(stream, "the server has no descriptor left for it");
+                spare.take();
+            }
+            // The system asks for a descriptor before it looks whether anybody is there.
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => {
+                spare.take();
+                self.wait();
             }
             Err(e) => {
-                report(Trouble::Accept, format_args!("cannot accept a connection on {place}: {e}"));
-                std::thread::sleep(PAUSE);
+                self.pause(Trouble::Descriptors, "cannot accept a connection", &e);
+                spare.take();
             }
         }
     }
-}
 
-/// Gives the spare descriptor up to accept one connection, which would wait without a word otherwise, and refuse it.
-fn turn_away_with(spare: &mut Spare, door: &Door, place: &Place, reception: &Reception, why: &io::Error) {
-    spare.give_up();
-    // The system asks for a descriptor before it looks whether anybody is there: `accept` must not wait here.
-    let accepted = door.set_waiting(false).and_then(|()| door.accept());
-    let is_waiting = door.set_waiting(true);
-    match accepted {
-        Ok((stream, _)) => {
-            reception.admission.note_no_resources();
-            report(Trouble::Descriptors, format_args!("refused a connection on {place}: {why}"));
-            refuse_now(Socket::new(stream, None), "the server has no descriptor left for it");
-        }
-        Err(e) => {
-            if e.kind() != io::ErrorKind::WouldBlock {
-                report(Trouble::Descriptors, format_args!("cannot accept a connection on {place}: {e}"));
-            }
-            std::thread::sleep(PAUSE);
-        }
-    }
-    spare.take();
-    if let Err(e) = is_waiting {
-        report(Trouble::Accept, format_args!("cannot wait for connections on {place}: {e}"));
-    }
-}
-
-impl Reception {
     /// Begins a conversation with a client, or tells it why there is none.
     fn welcome(&self, stream: Stream, peer: Option<IpAddr>) {
         let slot = match self.admission.admit(peer) {
@@ -262,14 +269,21 @@ impl Reception {
                         ),
                     ),
                 }
-                return refuse(Socket::new(stream, None), &refusal.to_string());
+                return refuse(stream, &refusal.to_string());
             }
         };
-        let socket = Arc::new(Socket::new(stream, Some(slot)));
+        let socket = match self.link.poller.adopt(stream, self.link.new_id(), slot) {
+            Ok(socket) => socket,
+            Err((stream, e)) => {
+                self.admission.note_no_resources();
+                report(Trouble::Threads, format_args!("refused a connection: it cannot be read: {e}"));
+                return refuse(stream, "the server has no means left to read it");
+            }
+        };
         let conversation = Conversation {
             input: Input::Socket(socket.clone()),
-            output: Box::new(SharedSocket(socket.clone())),
-            control: socket.clone(),
+            output: Box::new(Replies(socket.clone())),
+            control: socket,
             end: EndOfInput::Stream,
             audience: Audience::Connection,
             medium: if peer.is_some() { Medium::TcpSocket } else { Medium::UnixSocket },
@@ -277,13 +291,9 @@ impl Reception {
             on_notice: None,
             on_end: None,
         };
+        // A socket needs no more than it was given by now.
         if let Err(e) = converse(&self.link, conversation) {
-            self.admission.note_no_resources();
-            report(Trouble::Threads, format_args!("refused a connection: it cannot be read: {e}"));
-            // Nobody else has it: it did not begin.
-            if let Some(socket) = Arc::into_inner(socket) {
-                refuse(socket, "the server has no means left to read it");
-            }
+            report(Trouble::Threads, format_args!("ended a connection: {e}"));
         }
     }
 }

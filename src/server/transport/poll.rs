@@ -1,58 +1,51 @@
-//! THE POLLER: one thread that reads all sockets, in turns, and the render thread where it has nothing else to do.
+//! THE POLLER: reads all sockets, in turns, by one thread of its own and by the render thread where that would sleep.
 //!
-//! The system says which sockets have something, each once until it is watched again; each of them is read once, into a
-//! [`Lease`], before any is read again (but for large payloads, below). A thread for each socket would read as well, but where many of them wake up they push
-//! the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For the same
-//! reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise.
+//! In: sockets and pipes, and buffers that come back from the render thread. Out: batches of bytes, each connection's in
+//! order. The selector says which sockets have something; each of those is read once, into a [`Lease`], before any is read
+//! again (but for large payloads, `ready.rs`). A thread for each socket would read as well, but where many of them wake up
+//! they push the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For
+//! the same reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise: from the same list,
+//! by the same functions. Pipes and files, of which the system does not say when they can be read, have a thread each
+//! (`pipe.rs`), with the same buffers and limits.
 //!
-//! Sockets that said little last are watched apart from those that say much, and asked for between any two reads and any two
-//! turns of the render thread: a short request waits for one turn of another client, however many of them send all they can.
+//! Sockets that said little last have their turns before those that say much, and are looked for between any two reads and
+//! any two turns of the render thread: a short request waits for one turn of another client, however many of them send all
+//! they can.
 //!
-//! Connections in the midst of large payloads give their turns to the one whose payload began first (`ready.rs`).
-//!
-//! Bytes of a connection come in order: a socket is watched again only when what was read from it is in the channel, and the
-//! render thread empties the channel before it reads. A connection has few batches on their way (`flow.rs`): then it is not watched until one came back, the system's socket buffer fills, and the sender is held back.
+//! Promises: bytes of a connection come in order, because one thread at a time has its socket, until what it read is in the
+//! channel, and the render thread empties the channel before it reads. A connection has few batches on their way
+//! (`flow.rs`): then it is not read until one came back, the system's socket buffer fills, and the sender is held back. An
+//! error of the selector is told on standard error, and asked again.
 
-use super::flow::{Flow, Place};
-use super::hand::Hand;
+use super::flow::Flow;
 use super::lease::{Buffers, Lease};
 use super::ready::{Member, Ready};
 use super::report::{Trouble, report};
-use super::{Life, Socket};
+use super::selector::Selector;
+use super::{Life, Slot, Socket, Stream};
 use crate::command::EndOfInput;
 use crate::server::thread::message::{Batch, Message};
 use crossbeam_channel::Sender;
-use rustix::event::{EventfdFlags, Timespec, epoll, eventfd};
-use rustix::io::Errno;
-use rustix::net::{RecvFlags, recv};
 use std::collections::HashMap;
 use std::fmt;
-use std::io;
-use std::mem::MaybeUninit;
-use std::os::fd::OwnedFd;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::io::{self, ErrorKind};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::Duration;
 
 /// Reads of so few bytes are copied, and the lease goes on.
 pub(super) const FEW_BYTES: usize = 8 << 10;
-/// Sockets that the reader is told of at once.
-const EVENTS: usize = 64;
+/// A read within a large payload that gave so much is followed by another one of the same thread.
+const MUCH_BYTES: usize = 64 << 10;
 /// The pause after the system could not say which sockets can be read.
 const PAUSE: Duration = Duration::from_millis(20);
-/// The name under which the poller itself is called.
-const WAKE: u64 = u64::MAX;
 
-/// All sockets that are read.
+/// Everything that is read.
 pub(super) struct Shared {
-    /// Where sockets are watched that send much, the wake-up, and `brief` as a whole.
-    bulk: OwnedFd,
-    /// Where those are watched that said little last: they are asked for between any two reads.
-    brief: OwnedFd,
-    wake: OwnedFd,
+    selector: Arc<Selector>,
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
-    /// Those of `bulk` that can be read and are not watched until they are.
+    /// Sockets that can be read and that nobody reads now.
     ready: Mutex<Ready<Arc<Watched>>>,
     /// The thread found none of them and sleeps, or is about to. Set under the lock of `ready`.
     is_asleep: AtomicBool,
@@ -62,13 +55,18 @@ pub(super) struct Shared {
     is_ending: AtomicBool,
 }
 
-/// A socket that is read.
+/// A connection that is read.
 pub(crate) struct Watched {
     pub(super) id: u64,
-    socket: Arc<Socket>,
-    messages: Sender<Message>,
+    /// `None` for one that a thread of its own reads.
+    socket: Option<Arc<Socket>>,
+    pub(super) messages: Sender<Message>,
     end: EndOfInput,
     flow: Mutex<Flow>,
+    /// A thread of its own may read again.
+    may_come: Condvar,
+    /// How often the selector named it. What was found empty before the last time may be no longer.
+    changes: AtomicU32,
     /// The last read gave little.
     is_brief: AtomicBool,
     /// The number of the large payload that it is in the midst of, or 0.
@@ -78,6 +76,27 @@ pub(crate) struct Watched {
 impl Member for Arc<Watched> {
     fn payload_since(&self) -> u64 {
         self.payload_since.load(Ordering::Relaxed)
+    }
+
+    fn is_brief(&self) -> bool {
+        self.is_brief.load(Ordering::Relaxed)
+    }
+}
+
+impl Watched {
+    /// Waits until a batch may be read.
+    pub(super) fn wait_for_room(&self) {
+        let mut flow = lock(&self.flow);
+        while !flow.may_come() {
+            flow = self.may_come.wait(flow).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Sends a message of what was read. A render thread that is gone wants no more.
+    pub(super) fn send(&self, message: Message) {
+        if self.messages.send(message).is_err() {
+            lock(&self.flow).is_over = true;
+        }
     }
 }
 
@@ -97,9 +116,7 @@ impl Poller {
     /// When the system has nothing to wait with.
     pub fn new(buffers: Arc<Buffers>) -> io::Result<Self> {
         let shared = Arc::new(Shared {
-            bulk: epoll::create(epoll::CreateFlags::CLOEXEC)?,
-            brief: epoll::create(epoll::CreateFlags::CLOEXEC)?,
-            wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            selector: Arc::new(Selector::new()?),
             watched: Mutex::default(),
             ready: Mutex::new(Ready::new()),
             is_asleep: AtomicBool::new(false),
@@ -107,28 +124,27 @@ impl Poller {
             buffers,
             is_ending: AtomicBool::new(false),
         });
-        for waked in [&shared.wake, &shared.brief] {
-            epoll::add(&shared.bulk, waked, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
-        }
         Ok(Poller { shared, is_started: Mutex::new(false) })
     }
 
     /// The render thread's means to read by itself.
     pub fn hand(&self) -> Hand {
-        Hand::new(self.shared.clone())
+        Hand(self.shared.clone())
     }
 
-    /// Gets ready to read a socket. Answers what the render thread gives its batches back to.
+    /// Takes a socket in under a number, with its place among the connections; nothing is read yet.
     ///
     /// # Errors
-    /// When the system has no room for it; nothing has begun then.
-    pub fn prepare(
-        &self,
-        id: u64,
-        socket: Arc<Socket>,
-        end: EndOfInput,
-        messages: Sender<Message>,
-    ) -> io::Result<Return> {
+    /// When the system has no thread or no room to watch it. The stream comes back.
+    pub fn adopt(&self, mut stream: Stream, id: u64, slot: Slot) -> Result<Arc<Socket>, (Stream, io::Error)> {
+        let is_watched = self.start().and_then(|()| stream.register(&self.shared.selector, id));
+        match is_watched {
+            Ok(()) => Ok(Arc::new(Socket::new(stream, id, self.shared.selector.clone(), slot))),
+            Err(e) => Err((stream, e)),
+        }
+    }
+
+    fn start(&self) -> io::Result<()> {
         let mut is_started = lock(&self.is_started);
         if !*is_started {
             let shared = self.shared.clone();
@@ -136,16 +152,37 @@ impl Poller {
             Builder::new().name("read".into()).stack_size(super::STACK_BYTES).spawn(read)?;
             *is_started = true;
         }
-        let (flow, is_brief, payload_since) = (Mutex::default(), AtomicBool::new(true), AtomicU64::new(0));
-        let watched = Arc::new(Watched { id, socket, messages, end, flow, is_brief, payload_since });
-        Ok(Return { watched, shared: self.shared.clone() })
+        Ok(())
+    }
+
+    /// Gets ready to read a connection: a socket that was adopted, or what a thread of its own will read. Answers what the
+    /// render thread gives its batches back to.
+    pub fn prepare(
+        &self,
+        id: u64,
+        socket: Option<Arc<Socket>>,
+        end: EndOfInput,
+        messages: Sender<Message>,
+    ) -> Return {
+        let watched = Watched {
+            id,
+            socket,
+            messages,
+            end,
+            flow: Mutex::default(),
+            may_come: Condvar::new(),
+            changes: AtomicU32::new(0),
+            is_brief: AtomicBool::new(true),
+            payload_since: AtomicU64::new(0),
+        };
+        Return { watched: Arc::new(watched), shared: self.shared.clone() }
     }
 }
 
 impl Drop for Poller {
     fn drop(&mut self) {
         self.shared.is_ending.store(true, Ordering::Release);
-        self.shared.wake();
+        self.shared.selector.wake();
     }
 }
 
@@ -155,17 +192,20 @@ impl fmt::Debug for Poller {
     }
 }
 
-/// Where the batches of a connection are given back. When it is dropped the connection is over.
+/// Where the batches of a connection are given back.
+#[derive(Clone)]
 pub(crate) struct Return {
-    watched: Arc<Watched>,
-    shared: Arc<Shared>,
+    pub(super) watched: Arc<Watched>,
+    pub(super) shared: Arc<Shared>,
 }
 
 impl Return {
-    /// Begins to read; `life` is dropped when nothing more comes.
+    /// Begins to read a socket; `life` is dropped when nothing more comes.
     pub fn begin(&self, life: Life) {
         lock(&self.shared.watched).insert(self.watched.id, (self.watched.clone(), life));
-        self.shared.go_on(&self.watched, &mut lock(&self.watched.flow));
+        // What came before was told to nobody.
+        self.shared.note_change(&self.watched);
+        self.shared.wake();
     }
 
     /// Takes a batch back, after which a payload waits for so many bytes.
@@ -173,76 +213,49 @@ impl Return {
         let mut flow = lock(&self.watched.flow);
         flow.went(wanted);
         self.shared.note_payload(&self.watched, &flow);
-        if flow.may_come() {
-            self.shared.go_on(&self.watched, &mut flow);
-        }
-    }
-
-    /// Another hold on the same, for whoever begins.
-    pub fn share(&self) -> Return {
-        Return { watched: self.watched.clone(), shared: self.shared.clone() }
+        self.go_on(flow);
     }
 
     /// The render thread wants no more.
     pub fn is_over(&self) {
         let mut flow = lock(&self.watched.flow);
         flow.is_over = true;
-        self.shared.go_on(&self.watched, &mut flow);
+        self.go_on(flow);
     }
-}
 
-/// How many bytes a message brings.
-pub(super) fn bytes_of(message: &Option<Message>) -> usize {
-    match message {
-        Some(Message::Bytes(_, batch)) => batch.filled,
-        _ => 0,
+    fn go_on(&self, mut flow: MutexGuard<'_, Flow>) {
+        if self.watched.socket.is_none() {
+            self.watched.may_come.notify_one();
+        } else if self.shared.offer(&self.watched, &mut flow) {
+            self.shared.wake();
+        }
     }
 }
 
 impl Shared {
-    /// Has the reader look around.
+    /// Wakes the thread up, if it sleeps.
     fn wake(&self) {
-        // It is full only where it was written to already.
-        let _ = rustix::io::write(&self.wake, &1u64.to_ne_bytes());
-    }
-
-    fn arm(&self, watched: &Watched, flow: &mut Flow) -> io::Result<()> {
-        let (name, flags) =
-            (epoll::EventData::new_u64(watched.id), epoll::EventFlags::IN | epoll::EventFlags::ONESHOT);
-        let place = if watched.is_brief.load(Ordering::Relaxed) { Place::Brief } else { Place::Bulk };
-        if flow.place == Some(place) {
-            epoll::modify(self.set(place), &*watched.socket, name, flags)?;
-        } else {
-            if let Some(other) = flow.place.take() {
-                epoll::delete(self.set(other), &*watched.socket)?;
-            }
-            epoll::add(self.set(place), &*watched.socket, name, flags)?;
-        }
-        (flow.place, flow.is_armed) = (Some(place), true);
-        Ok(())
-    }
-
-    fn set(&self, place: Place) -> &OwnedFd {
-        match place {
-            Place::Bulk => &self.bulk,
-            Place::Brief => &self.brief,
+        if self.is_asleep.swap(false, Ordering::Relaxed) {
+            self.selector.wake();
         }
     }
 
-    /// Watches a socket again that was not, where something may come.
-    fn go_on(&self, watched: &Watched, flow: &mut Flow) {
-        if !flow.is_armed
-            && !flow.is_at_end
-            && let Err(e) = self.arm(watched, flow)
-        {
-            // The connection ends, as one that died.
-            report(Trouble::Watching, format_args!("ended a connection: it cannot be watched: {e}"));
-            flow.is_at_end = true;
-            let ended = lock(&self.watched).remove(&watched.id);
-            drop(ended);
-            // The render thread may be the one who does this: it must not wait for room in its own channel.
-            let _ = watched.messages.try_send(Message::End(watched.id, watched.end));
+    /// Puts a socket in line, if it can and may be read and nobody does. Returns whether it was put there.
+    fn offer(&self, watched: &Arc<Watched>, flow: &mut Flow) -> bool {
+        let is_offered = flow.is_ready && !flow.is_taken && !flow.is_at_end && flow.may_come();
+        if is_offered {
+            flow.is_taken = true;
+            lock(&self.ready).push(watched.clone());
         }
+        is_offered
+    }
+
+    /// The selector named a socket: there is something to read, or there may be.
+    fn note_change(&self, watched: &Arc<Watched>) {
+        let mut flow = lock(&watched.flow);
+        flow.is_ready = true;
+        watched.changes.fetch_add(1, Ordering::Release);
+        self.offer(watched, &mut flow);
     }
 
     /// Gives the payload that a connection is in the midst of a number, or takes it away.
@@ -255,26 +268,18 @@ impl Shared {
     }
 
     /// What was read, so many bytes, is where it comes in its turn: the socket may be read again.
-    pub(super) fn done(&self, watched: &Arc<Watched>, bytes: usize) {
+    fn done(&self, watched: &Arc<Watched>, bytes: usize) {
         let mut flow = lock(&watched.flow);
-        let may_stay = !flow.is_over && !flow.is_at_end && flow.may_come();
-        if may_stay && lock(&self.ready).keep(watched, bytes) {
-            // It is about to be read again.
-            return;
-        }
-        flow.is_armed = false;
-        if flow.may_come() {
-            self.go_on(watched, &mut flow);
+        flow.is_taken = false;
+        let goes_on = bytes >= MUCH_BYTES && watched.payload_since() > 0;
+        if self.offer(watched, &mut flow) && !goes_on {
+            self.wake();
         }
     }
 
     /// Nothing more comes of this one. What the render thread is to hear.
-    fn at_end(&self, watched: &Watched) -> Option<Message> {
+    pub(super) fn at_end(&self, watched: &Watched) -> Option<Message> {
         let mut flow = lock(&watched.flow);
-        if let Some(place) = flow.place.take() {
-            // It is known there, so this can be done.
-            let _ = epoll::delete(self.set(place), &*watched.socket);
-        }
         let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
         drop(flow);
         // Its life ends outside of the lock.
@@ -282,93 +287,61 @@ impl Shared {
         drop(ended);
         self.buffers.trim();
         if self.is_ending.load(Ordering::Acquire) {
-            self.wake();
+            self.selector.wake();
         }
         is_wanted.then_some(Message::End(watched.id, watched.end))
     }
 
-    /// The next that can be read; `waits` for one, or not. Asks the system for so many at once.
-    pub(super) fn next<const EVENTS: usize>(&self, waits: bool) -> io::Result<Option<Arc<Watched>>> {
-        if let Some(watched) = self.next_brief()? {
-            return Ok(Some(watched));
+    /// Asks the selector which sockets can be read; waits for one, or not.
+    fn ask(&self, waits: bool) -> io::Result<()> {
+        // Not locked while it waits.
+        let mut known = None;
+        let tell = |id| {
+            if let Some((watched, _)) = known.get_or_insert_with(|| lock(&self.watched)).get(&id) {
+                self.note_change(watched);
+            }
+        };
+        match waits {
+            true => self.selector.wait(tell),
+            false => self.selector.look(tell),
         }
-        let is_empty = {
-            let mut ready = lock(&self.ready);
-            if !ready.is_stale() {
-                return Ok(ready.next());
+    }
+
+    /// The next that can be read; waits for one. `None` when the thread is to end.
+    fn wait_next(&self) -> io::Result<Option<Arc<Watched>>> {
+        if !lock(&self.ready).is_empty() {
+            self.ask(false)?;
+        }
+        loop {
+            {
+                let mut ready = lock(&self.ready);
+                self.buffers.set_ready(ready.len());
+                if let Some(next) = ready.next() {
+                    return Ok(Some(next));
+                }
+                self.is_asleep.store(true, Ordering::Relaxed);
             }
-            ready.refresh();
-            if waits {
-                self.is_asleep.store(ready.is_empty(), Ordering::Relaxed);
-            }
-            ready.is_empty()
-        };
-        let mut events = [MaybeUninit::<epoll::Event>::uninit(); EVENTS];
-        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
-        let timeout = if waits && is_empty { None } else { Some(&at_once) };
-        let events = match epoll::wait(&self.bulk, &mut events, timeout) {
-            Ok((events, _)) => events,
-            Err(Errno::INTR) => return Ok(None),
-            Err(e) => return Err(e.into()),
-        };
-        let known = lock(&self.watched);
-        let mut ready = lock(&self.ready);
-        if waits {
+            let asked = self.ask(true);
             self.is_asleep.store(false, Ordering::Relaxed);
-        }
-        for (watched, _) in events.iter().filter_map(|event| known.get(&event.data.u64())) {
-            ready.push(watched.clone());
-        }
-        if EVENTS > 1 {
-            self.buffers.set_ready(ready.len());
-        }
-        Ok(ready.next())
-    }
-
-    /// Has the thread read what was left in `ready` by another one, but for what this connection has.
-    pub(super) fn pass_on(&self, but_for: Option<u64>) {
-        let ready = lock(&self.ready);
-        if ready.holds(|watched| Some(watched.id) != but_for) && self.is_asleep.swap(false, Ordering::Relaxed)
-        {
-            self.wake();
-        }
-    }
-
-    /// The next of those that said little last, if one can be read now.
-    pub(super) fn next_brief(&self) -> io::Result<Option<Arc<Watched>>> {
-        let mut events = [MaybeUninit::<epoll::Event>::uninit(); 1];
-        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
-        match epoll::wait(&self.brief, &mut events, Some(&at_once)) {
-            Ok((events, _)) => {
-                let known = lock(&self.watched);
-                Ok(events.first().and_then(|event| known.get(&event.data.u64())).map(|(w, _)| w.clone()))
+            asked?;
+            if self.is_ending.load(Ordering::Acquire) && lock(&self.watched).is_empty() {
+                return Ok(None);
             }
-            Err(Errno::INTR) => Ok(None),
-            Err(e) => Err(e.into()),
         }
     }
 
     fn run(&self) {
         let mut left = None;
         loop {
-            match self.next::<EVENTS>(true) {
+            match self.wait_next() {
                 Ok(Some(watched)) => {
                     let own = left.take().unwrap_or_else(|| self.buffers.lease());
                     let message = self.read(&watched, own, &mut left);
                     let bytes = bytes_of(&message);
-                    // A render thread that is gone reads no more.
-                    if message.is_some_and(|m| watched.messages.send(m).is_err()) {
-                        lock(&watched.flow).is_over = true;
-                    }
+                    message.into_iter().for_each(|message| watched.send(message));
                     self.done(&watched, bytes);
                 }
-                Ok(None) => {
-                    // Said once is enough.
-                    let _ = rustix::io::read(&self.wake, &mut [0; 8]);
-                    if self.is_ending.load(Ordering::Acquire) && lock(&self.watched).is_empty() {
-                        return;
-                    }
-                }
+                Ok(None) => return,
                 Err(e) => {
                     report(Trouble::Watching, format_args!("cannot wait for connections' bytes: {e}"));
                     std::thread::sleep(PAUSE);
@@ -377,33 +350,40 @@ impl Shared {
         }
     }
 
-    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
-    /// is to hear.
-    pub(super) fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
-        let filled = match recv(&*watched.socket, buffer, RecvFlags::DONTWAIT) {
-            Err(Errno::INTR | Errno::AGAIN) => return Err(None),
-            // A connection that died says no more than one that was closed: what came before still counts.
-            Ok((0, _)) | Err(_) => return Err(self.at_end(watched)),
-            Ok((filled, _)) => filled,
-        };
-        watched.is_brief.store(filled < FEW_BYTES, Ordering::Relaxed);
+    /// Notes that a batch of so many bytes was read. Whether it must be handed on.
+    pub(super) fn note_batch(&self, watched: &Watched, filled: usize) -> bool {
         let mut flow = lock(&watched.flow);
         if flow.is_over {
             // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
-            return Err(None);
+            return false;
         }
         flow.came(filled);
         self.note_payload(watched, &flow);
-        Ok(filled)
+        true
+    }
+
+    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
+    /// is to hear.
+    fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
+        let Some(socket) = &watched.socket else { return Err(None) };
+        let changes = watched.changes.load(Ordering::Acquire);
+        let (filled, state) = receive(socket, buffer);
+        if (filled, state) == (0, State::AtEnd) {
+            return Err(self.at_end(watched));
+        }
+        if state == State::Empty {
+            let mut flow = lock(&watched.flow);
+            flow.is_ready = watched.changes.load(Ordering::Acquire) != changes;
+        }
+        if filled == 0 {
+            return Err(None);
+        }
+        watched.is_brief.store(filled < FEW_BYTES, Ordering::Relaxed);
+        self.note_batch(watched, filled).then_some(filled).ok_or(None)
     }
 
     /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
-    pub(super) fn read(
-        &self,
-        watched: &Watched,
-        mut own: Lease,
-        left: &mut Option<Lease>,
-    ) -> Option<Message> {
+    fn read(&self, watched: &Watched, mut own: Lease, left: &mut Option<Lease>) -> Option<Message> {
         let batch = match self.fill(watched, &mut own.buffer) {
             Err(message) => {
                 *left = Some(own);
@@ -417,5 +397,105 @@ impl Shared {
             Ok(filled) => Batch { buffer: Vec::new(), lease: Some(own), filled },
         };
         Some(Message::Bytes(watched.id, batch))
+    }
+}
+
+/// How many bytes a message brings.
+fn bytes_of(message: &Option<Message>) -> usize {
+    match message {
+        Some(Message::Bytes(_, batch)) => batch.filled,
+        _ => 0,
+    }
+}
+
+/// How a read left a socket.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// The selector will tell when there is more.
+    Empty,
+    /// There may be more.
+    Unknown,
+    /// Closed or broken. A connection that died says no more than one that was closed.
+    AtEnd,
+}
+
+/// Receives into `buffer`, and once more where little came: the selector tells again only of a socket that was found empty.
+/// Answers how much came, which counts whatever follows, and how the socket was left. One that brought much stays in line
+/// in place of being asked again: its sender would be woken up for a second, short piece of the same.
+fn receive(socket: &Socket, buffer: &mut [u8]) -> (usize, State) {
+    let mut filled = 0;
+    for _ in 0..2 {
+        match socket.receive(&mut buffer[filled..]) {
+            Ok(0) => return (filled, State::AtEnd),
+            Ok(n) => filled += n,
+            Err(e) if e.kind() == ErrorKind::WouldBlock => return (filled, State::Empty),
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return (filled, State::AtEnd),
+        }
+        if filled >= FEW_BYTES {
+            break;
+        }
+    }
+    (filled, State::Unknown)
+}
+
+/// The render thread's means to read sockets by itself: those in line, one at a time and without waiting.
+pub(crate) struct Hand(Arc<Shared>);
+
+/// A socket that the render thread is about to read, into a lease or, where it said little last, into a small buffer. What
+/// came of it before must be out of the channel first.
+pub(crate) struct Next(Arc<Watched>, Option<Lease>);
+
+impl Hand {
+    /// A socket that can be read now, if there is one and a buffer for it.
+    pub fn next(&mut self) -> Option<Next> {
+        let lease = self.0.buffers.try_lease()?;
+        self.ask();
+        let watched = lock(&self.0.ready).next()?;
+        Some(Next(watched, Some(lease)))
+    }
+
+    /// A socket that said little last and can be read now, if there is one.
+    pub fn next_brief(&mut self) -> Option<Next> {
+        let next = || lock(&self.0.ready).next_brief();
+        let watched = next().or_else(|| {
+            self.ask();
+            next()
+        });
+        Some(Next(watched?, None))
+    }
+
+    fn ask(&self) {
+        if let Err(e) = self.0.ask(false) {
+            report(Trouble::Watching, format_args!("cannot ask for connections' bytes: {e}"));
+        }
+    }
+
+    /// The render thread will not ask for the next one for a while: the poller reads those that were left to it, but for
+    /// the connection that it is going to run.
+    pub fn pass_on(&self, but_for: Option<u64>) {
+        let ready = lock(&self.0.ready);
+        if ready.holds(|watched| Some(watched.id) != but_for) {
+            self.0.wake();
+        }
+    }
+
+    /// Reads it.
+    pub fn read(&mut self, Next(watched, lease): Next) -> Option<Message> {
+        let message = match lease {
+            Some(lease) => self.0.read(&watched, lease, &mut None),
+            None => {
+                let mut buffer = vec![0; FEW_BYTES];
+                match self.0.fill(&watched, &mut buffer) {
+                    Err(message) => message,
+                    Ok(filled) => {
+                        buffer.truncate(filled);
+                        Some(Message::Bytes(watched.id, Batch { buffer, lease: None, filled }))
+                    }
+                }
+            }
+        };
+        self.0.done(&watched, bytes_of(&message));
+        message
     }
 }

@@ -1,4 +1,5 @@
-//! READY: the sockets that can be read, in turns; and of those that send large payloads the one that goes first.
+//! READY: the sockets that can be read, in turns: those that said little last before all others, and of those that send
+//! large payloads the one that goes first.
 //!
 //! A payload is held until it is whole. When many connections send large ones and each is read in its turn, all of them are
 //! held at the same time, in more memory than any cache has. So those that are within a large payload give their turns
@@ -7,77 +8,66 @@
 
 use std::collections::VecDeque;
 
-/// One that gave less is watched before it is read again.
-const MUCH_BYTES: usize = 64 << 10;
-/// So many turns of those within payloads are given before it is looked which others can be read.
-const MOST_GIVEN: usize = 8;
-
 /// A socket.
 pub(super) trait Member: Clone {
     /// When the large payload began that it is in the midst of, as a number that grows; 0 when it is in none.
     fn payload_since(&self) -> u64;
+
+    /// Whether it said little last.
+    fn is_brief(&self) -> bool;
 }
 
 pub(super) struct Ready<T> {
+    brief: VecDeque<T>,
     line: VecDeque<T>,
-    given: usize,
 }
 
 impl<T: Member> Ready<T> {
     pub fn new() -> Self {
-        Ready { line: VecDeque::new(), given: 0 }
+        Ready { brief: VecDeque::new(), line: VecDeque::new() }
     }
 
     /// One more that can be read.
     pub fn push(&mut self, member: T) {
-        self.line.push_back(member);
-    }
-
-    /// After a read that gave so many bytes: whether it stays here, because it is within a payload and there may be more.
-    pub fn keep(&mut self, member: &T, bytes: usize) -> bool {
-        let stays = bytes >= MUCH_BYTES && member.payload_since() > 0;
-        if stays {
-            self.push(member.clone());
+        match member.is_brief() {
+            true => self.brief.push_back(member),
+            false => self.line.push_back(member),
         }
-        stays
     }
 
     pub fn is_empty(&self) -> bool {
-        self.line.is_empty()
+        self.len() == 0
     }
 
     pub fn len(&self) -> usize {
-        self.line.len()
+        self.brief.len() + self.line.len()
     }
 
     /// Whether there is one of this kind.
     pub fn holds(&self, what: impl FnMut(&T) -> bool) -> bool {
-        self.line.iter().any(what)
+        self.brief.iter().chain(&self.line).any(what)
     }
 
-    /// Whether the system is to be asked for more of them first.
-    pub fn is_stale(&self) -> bool {
-        self.line.is_empty() || self.given >= MOST_GIVEN
-    }
-
-    /// It was asked.
-    pub fn refresh(&mut self) {
-        self.given = 0;
+    /// Whose turn it is among those that said little last.
+    pub fn next_brief(&mut self) -> Option<T> {
+        self.brief.pop_front()
     }
 
     /// Whose turn it is.
     pub fn next(&mut self) -> Option<T> {
+        if let Some(brief) = self.next_brief() {
+            return Some(brief);
+        }
         let first = self.line.pop_front()?;
         let since = first.payload_since();
         if since == 0 {
             return Some(first);
         }
-        self.given += 1;
         let began = |member: &T| Some(member.payload_since()).filter(|&n| n > 0 && n < since);
         let oldest = (0..self.line.len()).filter_map(|i| Some((began(&self.line[i])?, i))).min();
         match oldest.and_then(|(_, i)| self.line.remove(i)) {
             Some(oldest) => {
-                self.push(first);
+                self.line.push_back(first);
                 Some(oldest)
             }
             None => Some(first),
@@ -91,18 +81,22 @@ mod tests {
     use std::cell::Cell;
     use std::rc::Rc;
 
-    /// Its name, and when its payload began.
+    /// Its name, when its payload began, and whether it said little last.
     #[derive(Clone)]
-    struct Named(char, Rc<Cell<u64>>);
+    struct Named(char, Rc<Cell<u64>>, bool);
 
     impl Member for Named {
         fn payload_since(&self) -> u64 {
             self.1.get()
         }
+
+        fn is_brief(&self) -> bool {
+            self.2
+        }
     }
 
     fn named(name: char, since: u64) -> Named {
-        Named(name, Rc::new(Cell::new(since)))
+        Named(name, Rc::new(Cell::new(since)), false)
     }
 
     #[test]
@@ -113,9 +107,7 @@ mod tests {
         let mut turns = |count: usize| {
             let mut turn = || {
                 let member = ready.next().unwrap();
-                if !ready.keep(&member, MUCH_BYTES) {
-                    ready.push(member.clone());
-                }
+                ready.push(member.clone());
                 member.0
             };
             (0..count).map(|_| turn()).collect::<String>()
@@ -127,23 +119,17 @@ mod tests {
     }
 
     #[test]
-    fn one_that_gave_little_is_watched_and_the_system_is_asked_now_and_then() {
+    fn those_that_said_little_go_before_all_others() {
         let mut ready = Ready::new();
-        assert!(ready.is_stale() && ready.is_empty());
-        let (a, b) = (named('a', 1), named('b', 2));
-        assert!(!ready.keep(&a, MUCH_BYTES - 1) && ready.is_empty());
-        assert!(!ready.keep(&named('x', 0), 1 << 20));
-        ready.push(b);
-        for _ in 0..MOST_GIVEN {
-            assert!(!ready.is_stale());
-            let member = ready.next().unwrap();
-            assert_eq!(member.0, 'b', "the older one has nothing");
-            assert!(ready.keep(&member, MUCH_BYTES));
-        }
-        assert!(ready.is_stale() && !ready.is_empty());
-        ready.refresh();
-        ready.push(a);
-        assert!(!ready.is_stale());
-        assert_eq!(ready.next().unwrap().0, 'a');
+        assert!(ready.is_empty() && ready.next().is_none() && ready.next_brief().is_none());
+        ready.push(named('a', 1));
+        ready.push(named('x', 0));
+        ready.push(Named('s', Rc::default(), true));
+        ready.push(Named('t', Rc::default(), true));
+        assert!(ready.len() == 4 && ready.holds(|member| member.0 == 't'));
+        assert_eq!(ready.next_brief().unwrap().0, 's');
+        let mut turn = || ready.next().unwrap().0;
+        assert_eq!([turn(), turn(), turn()], ['t', 'a', 'x']);
+        assert!(ready.is_empty());
     }
 }

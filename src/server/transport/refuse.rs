@@ -4,7 +4,7 @@
 //! along on its way, so a few ([`LINGERING`]) are read from and discarded for up to [`PATIENCE`] by one thread, which exists
 //! while there are any. Promises: never waits; every socket is told, those beyond the few are closed at once.
 
-use super::Socket;
+use super::Stream;
 use super::report::{Trouble, report};
 use std::io::{Read, Write};
 use std::net::Shutdown;
@@ -21,7 +21,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 const ROUND_BYTES: usize = 64 << 10;
 
 struct Crowd {
-    sockets: Vec<(Socket, Instant)>,
+    sockets: Vec<(Stream, Instant)>,
     has_thread: bool,
 }
 
@@ -33,7 +33,7 @@ fn lock() -> MutexGuard<'static, Crowd> {
 }
 
 /// Tells a client why it cannot be served, and lets it go.
-pub(super) fn refuse(socket: Socket, why: &str) {
+pub(super) fn refuse(socket: Stream, why: &str) {
     let Some(socket) = tell(socket, why) else { return };
     let mut crowd = lock();
     if crowd.sockets.len() >= LINGERING {
@@ -53,13 +53,12 @@ pub(super) fn refuse(socket: Socket, why: &str) {
 }
 
 /// The same, at once: no descriptor is kept.
-pub(super) fn refuse_now(socket: Socket, why: &str) {
+pub(super) fn refuse_now(socket: Stream, why: &str) {
     drop(tell(socket, why));
 }
 
 /// Sends the line and reads what has arrived. Returns the socket if its client may send more.
-fn tell(socket: Socket, why: &str) -> Option<Socket> {
-    socket.set_nonblocking(true).ok()?;
+fn tell(socket: Stream, why: &str) -> Option<Stream> {
     // The first bytes on a socket fit into the system's buffer, and a client that is gone needs none.
     (&socket).write_all(format!("ERR 0 0 EQUOTA CONNECT: {why}\n").as_bytes()).ok()?;
     socket.shutdown(Shutdown::Write);
@@ -67,7 +66,7 @@ fn tell(socket: Socket, why: &str) -> Option<Socket> {
 }
 
 /// Reads what is there and discards it. Returns whether more may come.
-fn discard(mut socket: &Socket) -> bool {
+fn discard(mut socket: &Stream) -> bool {
     let mut rest = [0; 4096];
     for _ in 0..ROUND_BYTES / rest.len() {
         match socket.read(&mut rest) {

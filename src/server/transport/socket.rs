@@ -1,11 +1,15 @@
-//! A connected socket, TCP or Unix, behind one face.
+//! A connected socket, TCP or Unix, behind one face: one descriptor for its reader, its writer and the render thread.
+//!
+//! Reads and sends do not wait. A writer that has to waits until the selector says that the system takes more.
 
+use super::selector::{Selector, Writable};
 use super::{Control, Slot};
-use std::io::{self, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use mio::net::TcpStream;
 #[cfg(unix)]
-use std::os::unix::net::UnixStream;
-use std::sync::Arc;
+use mio::net::UnixStream;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::Shutdown;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// What the system gives.
 #[derive(Debug)]
@@ -15,41 +19,44 @@ pub(crate) enum Stream {
     Unix(UnixStream),
 }
 
-/// A connected socket, with one descriptor for reading, writing and closing, and its place among the connections.
-#[derive(Debug)]
-pub(crate) struct Socket {
-    stream: Stream,
-    /// Declared behind the stream: the place is free when the descriptor is.
-    _slot: Option<Slot>,
-}
-
-impl Socket {
-    pub fn new(stream: Stream, slot: Option<Slot>) -> Self {
-        Socket { stream, _slot: slot }
-    }
-
+impl Stream {
     /// Closes one side or both. One that is closed already stays so.
     pub fn shutdown(&self, how: Shutdown) {
-        let _ = match &self.stream {
+        let _ = match self {
             Stream::Tcp(s) => s.shutdown(how),
             #[cfg(unix)]
             Stream::Unix(s) => s.shutdown(how),
         };
     }
 
-    /// Has reads and writes wait, or not.
-    pub fn set_nonblocking(&self, is_nonblocking: bool) -> io::Result<()> {
-        match &self.stream {
-            Stream::Tcp(s) => s.set_nonblocking(is_nonblocking),
+    pub(super) fn register(&mut self, selector: &Selector, id: u64) -> io::Result<()> {
+        match self {
+            Stream::Tcp(s) => selector.register(s, id),
             #[cfg(unix)]
-            Stream::Unix(s) => s.set_nonblocking(is_nonblocking),
+            Stream::Unix(s) => selector.register(s, id),
+        }
+    }
+
+    fn begin_writer(&mut self, selector: &Selector, id: u64, writable: &Arc<Writable>) -> io::Result<()> {
+        match self {
+            Stream::Tcp(s) => selector.begin_writer(s, id, writable.clone()),
+            #[cfg(unix)]
+            Stream::Unix(s) => selector.begin_writer(s, id, writable.clone()),
+        }
+    }
+
+    fn end_writer(&mut self, selector: &Selector, id: u64) {
+        match self {
+            Stream::Tcp(s) => selector.end_writer(s, id),
+            #[cfg(unix)]
+            Stream::Unix(s) => selector.end_writer(s, id),
         }
     }
 }
 
-impl Read for &Socket {
+impl Read for &Stream {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match &self.stream {
+        match self {
             Stream::Tcp(s) => (&mut &*s).read(buffer),
             #[cfg(unix)]
             Stream::Unix(s) => (&mut &*s).read(buffer),
@@ -57,9 +64,9 @@ impl Read for &Socket {
     }
 }
 
-impl Write for &Socket {
+impl Write for &Stream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &self.stream {
+        match self {
             Stream::Tcp(s) => (&mut &*s).write(bytes),
             #[cfg(unix)]
             Stream::Unix(s) => (&mut &*s).write(bytes),
@@ -71,19 +78,69 @@ impl Write for &Socket {
     }
 }
 
-/// A socket that its reader, its writer and the render thread share.
-#[derive(Clone, Debug)]
-pub(crate) struct SharedSocket(pub Arc<Socket>);
+/// A registered socket and its place among the connections.
+#[derive(Debug)]
+pub(crate) struct Socket {
+    pub id: u64,
+    /// Locked for writing only to change what the selector tells.
+    stream: RwLock<Stream>,
+    selector: Arc<Selector>,
+    writable: Arc<Writable>,
+    /// Declared behind the stream: the place is free when the descriptor is.
+    _slot: Slot,
+}
 
-impl Read for SharedSocket {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        (&mut &*self.0).read(buffer)
+impl Socket {
+    /// Takes a stream that is registered with the selector under this number.
+    pub(super) fn new(stream: Stream, id: u64, selector: Arc<Selector>, slot: Slot) -> Self {
+        Socket { id, stream: RwLock::new(stream), selector, writable: Arc::default(), _slot: slot }
+    }
+
+    fn stream(&self) -> RwLockReadGuard<'_, Stream> {
+        // A stream is whole at any time.
+        self.stream.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads what has arrived.
+    pub fn receive(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        (&mut &*self.stream()).read(buffer)
+    }
+
+    /// Sends some bytes, and waits until the system takes any.
+    fn send_some(&self, bytes: &[u8]) -> io::Result<usize> {
+        match self.send(bytes) {
+            Err(e) if e.kind() == ErrorKind::WouldBlock => {}
+            result => return result,
+        }
+        self.stream_mut().begin_writer(&self.selector, self.id, &self.writable)?;
+        let result = loop {
+            // In this order: what becomes writable between is not missed.
+            self.writable.unset();
+            match self.send(bytes) {
+                Err(e) if e.kind() == ErrorKind::WouldBlock => self.writable.wait(),
+                result => break result,
+            }
+        };
+        self.stream_mut().end_writer(&self.selector, self.id);
+        result
+    }
+
+    fn send(&self, bytes: &[u8]) -> io::Result<usize> {
+        (&mut &*self.stream()).write(bytes)
+    }
+
+    fn stream_mut(&self) -> RwLockWriteGuard<'_, Stream> {
+        self.stream.write().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Write for SharedSocket {
+/// The writer's end of a socket.
+#[derive(Debug)]
+pub(crate) struct Replies(pub Arc<Socket>);
+
+impl Write for Replies {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        (&mut &*self.0).write(bytes)
+        self.0.send_some(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -92,33 +149,22 @@ impl Write for SharedSocket {
 }
 
 impl Control for Socket {
-    #[cfg(target_os = "linux")]
     fn send_now(&self, bytes: &[u8]) -> usize {
-        use rustix::net::{SendFlags, send};
         // What went wrong is found by the writer, when it is left all of it.
-        send(self, bytes, SendFlags::DONTWAIT | SendFlags::NOSIGNAL).unwrap_or(0)
+        self.send(bytes).unwrap_or(0)
     }
 
     fn stop_reading(&self) -> bool {
-        self.shutdown(Shutdown::Read);
+        self.stream().shutdown(Shutdown::Read);
         true
     }
 
     fn finish_writing(&self) {
-        self.shutdown(Shutdown::Write);
+        self.stream().shutdown(Shutdown::Write);
     }
 
     fn abort(&self) {
-        self.shutdown(Shutdown::Both);
-    }
-}
-
-#[cfg(unix)]
-impl std::os::fd::AsFd for Socket {
-    fn as_fd(&self) -> std::os::fd::BorrowedFd<'_> {
-        match &self.stream {
-            Stream::Tcp(s) => s.as_fd(),
-            Stream::Unix(s) => s.as_fd(),
-        }
+        self.stream().shutdown(Shutdown::Both);
+        self.writable.set();
     }
 }

@@ -34,7 +34,7 @@ fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
     std::fs::symlink_metadata(path).map(|m| (m.dev(), m.ino()))
 }
 
-/// Listens on a socket file.
+/// Listens on a socket file, on which `accept` does not wait.
 ///
 /// # Errors
 /// See [`ListenError`].
@@ -52,7 +52,7 @@ pub(super) fn open(path: &Path) -> Result<(UnixListener, SocketFile), ListenErro
         Ok(_) => std::fs::remove_file(path).map_err(refused)?,
     }
     let (bound, file) = bind_file(path).map_err(refused)?;
-    listen(&bound, BACKLOG).map_err(|e| refused(e.into()))?;
+    ioctl_fionbio(&bound, true).and_then(|()| listen(&bound, BACKLOG)).map_err(|e| refused(e.into()))?;
     Ok((UnixListener::from(bound), file))
 }
 

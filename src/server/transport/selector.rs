@@ -1,0 +1,158 @@
+//! The system's word on which sockets can be read and written: epoll on Linux, kqueue and IOCP elsewhere, through `mio`.
+//!
+//! In: sockets, each registered once under a number, and writers that wait. Out: the numbers of sockets where something came,
+//! and a signal to the writers of those that take more. A change is told once: whoever hears of it reads or writes until the
+//! system would have it wait. Any thread may ask, one at a time.
+
+use mio::{Events, Interest, Poll, Registry, Token, Waker, event};
+use std::collections::HashMap;
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::Duration;
+
+/// Changes that are told of at once.
+const EVENTS: usize = 64;
+/// The number under which the selector itself is called.
+const WAKE: Token = Token(usize::MAX);
+
+/// Tells the writer of a socket that the system takes more.
+#[derive(Debug, Default)]
+pub(super) struct Writable {
+    is_set: Mutex<bool>,
+    changed: Condvar,
+}
+
+impl Writable {
+    /// The system takes more, or nobody will read it.
+    pub fn set(&self) {
+        *lock(&self.is_set) = true;
+        self.changed.notify_all();
+    }
+
+    pub fn unset(&self) {
+        *lock(&self.is_set) = false;
+    }
+
+    /// Waits until it is set.
+    pub fn wait(&self) {
+        let is_set = lock(&self.is_set);
+        drop(self.changed.wait_while(is_set, |is_set| !*is_set).unwrap_or_else(PoisonError::into_inner));
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Flags, lists and events are whole at any time.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+pub(super) struct Selector {
+    system: Mutex<(Poll, Events)>,
+    registry: Registry,
+    waker: Waker,
+    /// Writers that wait.
+    writers: Mutex<HashMap<u64, Arc<Writable>>>,
+}
+
+impl Selector {
+    /// # Errors
+    /// When the system has nothing to wait with.
+    pub fn new() -> io::Result<Self> {
+        let poll = Poll::new()?;
+        let registry = poll.registry().try_clone()?;
+        let waker = Waker::new(&registry, WAKE)?;
+        let system = Mutex::new((poll, Events::with_capacity(EVENTS)));
+        Ok(Selector { system, registry, waker, writers: Mutex::default() })
+    }
+
+    /// Begins to tell when there is something to read on `source`.
+    ///
+    /// # Errors
+    /// When the system has no room to watch one more.
+    pub fn register(&self, source: &mut impl event::Source, id: u64) -> io::Result<()> {
+        self.registry.register(source, Token(id as usize), Interest::READABLE)
+    }
+
+    /// Sets `writable` whenever `source` takes bytes, from now on until [`Self::end_writer`]; at once if it does now.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn begin_writer(
+        &self,
+        source: &mut impl event::Source,
+        id: u64,
+        writable: Arc<Writable>,
+    ) -> io::Result<()> {
+        lock(&self.writers).insert(id, writable);
+        let told =
+            self.registry.reregister(source, Token(id as usize), Interest::READABLE | Interest::WRITABLE);
+        if told.is_err() {
+            lock(&self.writers).remove(&id);
+        }
+        told
+    }
+
+    pub fn end_writer(&self, source: &mut impl event::Source, id: u64) {
+        // To be told of too much is no harm.
+        let _ = self.registry.reregister(source, Token(id as usize), Interest::READABLE);
+        lock(&self.writers).remove(&id);
+    }
+
+    /// Has whoever waits look around.
+    pub fn wake(&self) {
+        // It fails only where it was called before and nobody has looked.
+        let _ = self.waker.wake();
+    }
+
+    /// Waits for something to read, or for `wake`, and tells whose it is.
+    ///
+    /// # Errors
+    /// When the system cannot say.
+    pub fn wait(&self, tell: impl FnMut(u64)) -> io::Result<()> {
+        self.ask(&mut lock(&self.system), None, tell)
+    }
+
+    /// Tells of what there is to read; of nothing while another thread waits for it.
+    ///
+    /// # Errors
+    /// When the system cannot say.
+    pub fn look(&self, tell: impl FnMut(u64)) -> io::Result<()> {
+        match self.system.try_lock() {
+            Ok(mut system) => self.ask(&mut system, Some(Duration::ZERO), tell),
+            Err(TryLockError::WouldBlock) => Ok(()),
+            Err(TryLockError::Poisoned(system)) => {
+                self.ask(&mut system.into_inner(), Some(Duration::ZERO), tell)
+            }
+        }
+    }
+
+    fn ask(
+        &self,
+        (poll, events): &mut (Poll, Events),
+        timeout: Option<Duration>,
+        mut tell: impl FnMut(u64),
+    ) -> io::Result<()> {
+        match poll.poll(events, timeout) {
+            Err(e) if e.kind() == ErrorKind::Interrupted => return Ok(()),
+            result => result?,
+        }
+        for event in events.iter().filter(|event| event.token() != WAKE) {
+            let id = event.token().0 as u64;
+            if (event.is_writable() || event.is_write_closed() || event.is_error())
+                && let Some(writable) = lock(&self.writers).get(&id)
+            {
+                writable.set();
+            }
+            if event.is_readable() || event.is_read_closed() || event.is_error() {
+                tell(id);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Selector {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Selector")
+    }
+}
