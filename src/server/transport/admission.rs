@@ -1,8 +1,9 @@
 //! Admission control: who may connect, and how many were refused.
 //!
-//! In: the address of a peer that a listener has just accepted. Out: a [`Slot`] that counts the connection until it is
-//! dropped, or a [`Refusal`] that says why. All listeners of a server share one [`Admission`]; any thread may ask.
-//! Promise: the counts return to zero when all slots are gone, and the table of networks holds connected ones alone.
+//! In: the address of a peer that a listener has just accepted. Out: a [`Slot`] that counts the
+//! connection until it is dropped, or a [`Refusal`] that says why. All listeners of a server share
+//! one [`Admission`]; any thread may ask. Promise: the counts return to zero when all slots are
+//! gone, and the table of networks holds connected ones alone.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -13,7 +14,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Bits of an IPv6 address that name its network: a host usually owns all addresses of one.
 const IPV6_NETWORK_BITS: u32 = 64;
 
-/// The unit that `connections_per_address` counts: an IPv4 address, or the /64 network of an IPv6 address.
+/// The unit that `connections_per_address` counts: an IPv4 address, or the /64 network of an IPv6
+/// address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Network(IpAddr);
 
@@ -120,8 +122,8 @@ impl Admission {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts a connection from `peer`, or refuses it. A Unix socket's peer has no address: whoever may open the file is
-    /// trusted with all places.
+    /// Counts a connection from `peer`, or refuses it. A Unix socket's peer has no address: whoever
+    /// may open the file is trusted with all places.
     pub fn admit(self: &Arc<Self>, peer: Option<IpAddr>) -> Result<Slot, Refusal> {
         let network = peer.map(Network::of);
         let limit = self.limit();

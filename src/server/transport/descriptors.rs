@@ -1,8 +1,9 @@
 //! Descriptors: how many the process may have open, and one kept back for when there are no more.
 //!
-//! A connection takes one descriptor. In: the number of connections that are wanted. Out: the number that fits after the
-//! soft limit (`RLIMIT_NOFILE`) was raised as far as needed and allowed. Promises: [`KEPT_FOR_FILES`] more stay free for
-//! snapshots, loaded files and the window. One knows by the process tests under `ulimit -n 64`.
+//! A connection takes one descriptor. In: the number of connections that are wanted. Out: the
+//! number that fits after the soft limit (`RLIMIT_NOFILE`) was raised as far as needed and allowed.
+//! Promises: [`KEPT_FOR_FILES`] more stay free for snapshots, loaded files and the window. One
+//! knows by the process tests under `ulimit -n 64`.
 
 use std::fs::File;
 use std::io;
@@ -23,8 +24,8 @@ pub(crate) struct Room {
     pub limit: u64,
 }
 
-/// Raises the process's limit of open files so that `wanted` more fit, as far as the hard limit goes. Returns the room
-/// that there is then, or `None` where there is no limit.
+/// Raises the process's limit of open files so that `wanted` more fit, as far as the hard limit
+/// goes. Returns the room that there is then, or `None` where there is no limit.
 #[cfg(unix)]
 pub(crate) fn make_room(wanted: usize) -> Option<Room> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -72,7 +73,8 @@ pub(super) fn are_exhausted(error: &io::Error) -> bool {
     }
 }
 
-/// A descriptor held for nothing: given up for a moment, it lets a client be accepted and told why it cannot stay.
+/// A descriptor held for nothing: given up for a moment, it lets a client be accepted and told why
+/// it cannot stay.
 pub(super) struct Spare(Option<File>);
 
 impl Spare {

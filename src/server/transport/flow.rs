@@ -1,12 +1,13 @@
-//! FLOW: what of one connection was read and did not come back yet, and what follows for its large payload.
+//! FLOW: what of one connection was read and did not come back yet, and what follows for its large
+//! payload.
 
 use std::collections::VecDeque;
 
 /// A payload of which so much is missing is large.
 const LARGE_BYTES: usize = 1 << 20;
 
-/// Batches of one connection on their way, and of one that is within a large payload: fewer than there are leases, so that
-/// others have one, too.
+/// Batches of one connection on their way, and of one that is within a large payload: fewer than
+/// there are leases, so that others have one, too.
 const AHEAD: usize = 3;
 const PAYLOAD_AHEAD: usize = 5;
 
@@ -45,7 +46,8 @@ impl Flow {
         self.wanted = self.wanted.saturating_sub(bytes);
     }
 
-    /// The oldest batch came back, after which the payload that the render thread is at waits for so many bytes.
+    /// The oldest batch came back, after which the payload that the render thread is at waits for
+    /// so many bytes.
     pub fn went(&mut self, wanted: usize) {
         self.on_their_way.pop_front();
         // The end of a large one counts, too.

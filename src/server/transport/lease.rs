@@ -1,15 +1,18 @@
-//! LEASES: few read buffers for all sockets, so that what is on its way stays in the processor's caches.
+//! LEASES: few read buffers for all sockets, so that what is on its way stays in the processor's
+//! caches.
 //!
-//! Bytes are read into the buffer that came back last and go to the render thread in it. With buffers of their own many
-//! connections would read into memory that was last seen a round ago. A lease is short: the render thread keeps one until
-//! the connection's next turn and copies out what is left then, what comes from a client that waits for something, and
-//! everything while there is slow work about. So nobody who stalls or computes keeps a buffer from the others.
+//! Bytes are read into the buffer that came back last and go to the render thread in it. With
+//! buffers of their own many connections would read into memory that was last seen a round ago. A
+//! lease is short: the render thread keeps one until the connection's next turn and copies out what
+//! is left then, what comes from a client that waits for something, and everything while there is
+//! slow work about. So nobody who stalls or computes keeps a buffer from the others.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Buffers on their way at a time: one that is run, one that each reader fills, and some for threads that wake up late.
+/// Buffers on their way at a time: one that is run, one that each reader fills, and some for
+/// threads that wake up late.
 const LEASES: usize = 6;
 /// The size of one. Smaller ones cost more changes of threads than the caches give back.
 pub(crate) const LEASE_BYTES: usize = 256 << 10;
@@ -65,7 +68,8 @@ impl Buffers {
         Lease { buffers: self.clone(), buffer }
     }
 
-    /// Gives the system what only many sockets at once had use for. To be called where one has ended: seldom.
+    /// Gives the system what only many sockets at once had use for. To be called where one has
+    /// ended: seldom.
     pub fn trim(&self) {
         let mut free = self.lock();
         let warm = free.len().saturating_sub(KEPT);

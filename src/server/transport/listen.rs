@@ -1,8 +1,9 @@
 //! Listening: addresses and socket files that clients connect to.
 //!
-//! One thread a listener accepts, and sleeps in a selector of its own when nobody comes. A connection that there is no place, no
-//! descriptor or no thread for is told so (`refuse.rs`), and so is standard error. Promises: whatever fails, the thread goes
-//! on accepting, and serves again when it passes.
+//! One thread a listener accepts, and sleeps in a selector of its own when nobody comes. A
+//! connection that there is no place, no descriptor or no thread for is told so (`refuse.rs`), and
+//! so is standard error. Promises: whatever fails, the thread goes on accepting, and serves again
+//! when it passes.
 
 use super::descriptors::{self, Spare};
 use super::refuse::{refuse, refuse_now};
@@ -134,8 +135,8 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens on `place` and hands connections to the render thread, as many as `admission` lets in; others are told
-    /// `ERR 0 0 EQUOTA CONNECT` and closed.
+    /// Listens on `place` and hands connections to the render thread, as many as `admission` lets
+    /// in; others are told `ERR 0 0 EQUOTA CONNECT` and closed.
     ///
     /// # Errors
     /// See [`ListenError`].
@@ -228,7 +229,8 @@ impl Reception {
         std::thread::sleep(PAUSE);
     }
 
-    /// Gives the spare descriptor up to accept one connection, which would wait without a word otherwise, and refuse it.
+    /// Gives the spare descriptor up to accept one connection, which would wait without a word
+    /// otherwise, and refuse it.
     fn turn_away_with(&self, spare: &mut Spare, why: &io::Error) {
         spare.give_up();
         let accepted = self.door.accept();

@@ -1,9 +1,10 @@
 //! TRANSPORTS: bytes from files, pipes and sockets to the render thread, and replies back.
 //!
-//! All sockets are read by one thread or by the render thread itself (`poll.rs`), files and pipes by a thread each that
-//! blocks in `read` (`pipe.rs`); both fill the same few leases (`lease.rs`) within the same limits (`flow.rs`): a connection
-//! that has enough on its way to the render thread is not read, the system's buffer fills, and the sender is held back.
-//! Each connection has one writer thread that is started with the first reply that cannot be sent at once. Nothing here
+//! All sockets are read by one thread or by the render thread itself (`poll.rs`), files and pipes
+//! by a thread each that blocks in `read` (`pipe.rs`); both fill the same few leases (`lease.rs`)
+//! within the same limits (`flow.rs`): a connection that has enough on its way to the render thread
+//! is not read, the system's buffer fills, and the sender is held back. Each connection has one
+//! writer thread that is started with the first reply that cannot be sent at once. Nothing here
 //! looks at the bytes.
 
 mod admission;
@@ -46,7 +47,8 @@ const STACK_BYTES: usize = 128 << 10;
 
 /// The ends of a transport that can be closed from outside. Files and pipes cannot.
 pub(crate) trait Control: Send + Sync {
-    /// Sends as much as can be sent without waiting; how much that was. Nothing else is being written.
+    /// Sends as much as can be sent without waiting; how much that was. Nothing else is being
+    /// written.
     fn send_now(&self, _bytes: &[u8]) -> usize {
         0
     }

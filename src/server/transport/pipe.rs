@@ -1,7 +1,8 @@
 //! Pipes and files: read by a thread each, because the system does not say when they can be read.
 //!
-//! In: anything that can be read, and the connection that it belongs to. Out: the same batches in the same leases as those
-//! of sockets, within the same limits. Promises: no lease is held while the thread waits for bytes.
+//! In: anything that can be read, and the connection that it belongs to. Out: the same batches in
+//! the same leases as those of sockets, within the same limits. Promises: no lease is held while
+//! the thread waits for bytes.
 
 use super::lease::LEASE_BYTES;
 use super::poll::{FEW_BYTES, Return};

@@ -1,21 +1,24 @@
-//! THE POLLER: reads all sockets, in turns, by one thread of its own and by the render thread where that would sleep.
+//! THE POLLER: reads all sockets, in turns, by one thread of its own and by the render thread where
+//! that would sleep.
 //!
-//! In: sockets and pipes, and buffers that come back from the render thread. Out: batches of bytes, each connection's in
-//! order. The selector says which sockets have something; each of those is read once, into a [`Lease`], before any is read
-//! again (but for large payloads, `ready.rs`). A thread for each socket would read as well, but where many of them wake up
-//! they push the render thread aside, which is the one that all wait for, and each wake-up costs a change of threads. For
-//! the same reason the render thread reads by itself ([`Hand`]) when it would have to sleep otherwise: from the same list,
-//! by the same functions. Pipes and files, of which the system does not say when they can be read, have a thread each
-//! (`pipe.rs`), with the same buffers and limits.
+//! In: sockets and pipes, and buffers that come back from the render thread. Out: batches of bytes,
+//! each connection's in order. The selector says which sockets have something; each of those is
+//! read once, into a [`Lease`], before any is read again (but for large payloads, `ready.rs`). A
+//! thread for each socket would read as well, but where many of them wake up they push the render
+//! thread aside, which is the one that all wait for, and each wake-up costs a change of threads.
+//! For the same reason the render thread reads by itself ([`Hand`]) when it would have to sleep
+//! otherwise: from the same list, by the same functions. Pipes and files, of which the system does
+//! not say when they can be read, have a thread each (`pipe.rs`), with the same buffers and limits.
 //!
-//! Sockets that said little last have their turns before those that say much, and are looked for between any two reads and
-//! any two turns of the render thread: a short request waits for one turn of another client, however many of them send all
-//! they can.
+//! Sockets that said little last have their turns before those that say much, and are looked for
+//! between any two reads and any two turns of the render thread: a short request waits for one turn
+//! of another client, however many of them send all they can.
 //!
-//! Promises: bytes of a connection come in order, because one thread at a time has its socket, until what it read is in the
-//! channel, and the render thread empties the channel before it reads. A connection has few batches on their way
-//! (`flow.rs`): then it is not read until one came back, the system's socket buffer fills, and the sender is held back. An
-//! error of the selector is told on standard error, and asked again.
+//! Promises: bytes of a connection come in order, because one thread at a time has its socket,
+//! until what it read is in the channel, and the render thread empties the channel before it reads.
+//! A connection has few batches on their way (`flow.rs`): then it is not read until one came back,
+//! the system's socket buffer fills, and the sender is held back. An error of the selector is told
+//! on standard error, and asked again.
 
 use super::flow::Flow;
 use super::lease::{Buffers, Lease};
@@ -105,7 +108,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The hold on the thread, which is started with the first socket, and ends when this is gone and the last socket closed.
+/// The hold on the thread, which is started with the first socket, and ends when this is gone and
+/// the last socket closed.
 pub(crate) struct Poller {
     shared: Arc<Shared>,
     is_started: Mutex<bool>,
@@ -155,8 +159,8 @@ impl Poller {
         Ok(())
     }
 
-    /// Gets ready to read a connection: a socket that was adopted, or what a thread of its own will read. Answers what the
-    /// render thread gives its batches back to.
+    /// Gets ready to read a connection: a socket that was adopted, or what a thread of its own will
+    /// read. Answers what the render thread gives its batches back to.
     pub fn prepare(
         &self,
         id: u64,
@@ -240,7 +244,8 @@ impl Shared {
         }
     }
 
-    /// Puts a socket in line, if it can and may be read and nobody does. Returns whether it was put there.
+    /// Puts a socket in line, if it can and may be read and nobody does. Returns whether it was put
+    /// there.
     fn offer(&self, watched: &Arc<Watched>, flow: &mut Flow) -> bool {
         let is_offered = flow.is_ready && !flow.is_taken && !flow.is_at_end && flow.may_come();
         if is_offered {
@@ -354,7 +359,8 @@ impl Shared {
     pub(super) fn note_batch(&self, watched: &Watched, filled: usize) -> bool {
         let mut flow = lock(&watched.flow);
         if flow.is_over {
-            // Its last replies are on their way: a socket that is closed with bytes unread would take them along.
+            // Its last replies are on their way: a socket that is closed with bytes unread would
+            // take them along.
             return false;
         }
         flow.came(filled);
@@ -362,8 +368,8 @@ impl Shared {
         true
     }
 
-    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or else what the render thread
-    /// is to hear.
+    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or
+    /// else what the render thread is to hear.
     fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
         let Some(socket) = &watched.socket else { return Err(None) };
         let changes = watched.changes.load(Ordering::Acquire);
@@ -419,9 +425,10 @@ enum State {
     AtEnd,
 }
 
-/// Receives into `buffer`, and once more where little came: the selector tells again only of a socket that was found empty.
-/// Answers how much came, which counts whatever follows, and how the socket was left. One that brought much stays in line
-/// in place of being asked again: its sender would be woken up for a second, short piece of the same.
+/// Receives into `buffer`, and once more where little came: the selector tells again only of a
+/// socket that was found empty. Answers how much came, which counts whatever follows, and how the
+/// socket was left. One that brought much stays in line in place of being asked again: its sender
+/// would be woken up for a second, short piece of the same.
 fn receive(socket: &Socket, buffer: &mut [u8]) -> (usize, State) {
     let mut filled = 0;
     for _ in 0..2 {
@@ -439,11 +446,12 @@ fn receive(socket: &Socket, buffer: &mut [u8]) -> (usize, State) {
     (filled, State::Unknown)
 }
 
-/// The render thread's means to read sockets by itself: those in line, one at a time and without waiting.
+/// The render thread's means to read sockets by itself: those in line, one at a time and without
+/// waiting.
 pub(crate) struct Hand(Arc<Shared>);
 
-/// A socket that the render thread is about to read, into a lease or, where it said little last, into a small buffer. What
-/// came of it before must be out of the channel first.
+/// A socket that the render thread is about to read, into a lease or, where it said little last,
+/// into a small buffer. What came of it before must be out of the channel first.
 pub(crate) struct Next(Arc<Watched>, Option<Lease>);
 
 impl Hand {
@@ -471,8 +479,8 @@ impl Hand {
         }
     }
 
-    /// The render thread will not ask for the next one for a while: the poller reads those that were left to it, but for
-    /// the connection that it is going to run.
+    /// The render thread will not ask for the next one for a while: the poller reads those that
+    /// were left to it, but for the connection that it is going to run.
     pub fn pass_on(&self, but_for: Option<u64>) {
         let ready = lock(&self.0.ready);
         if ready.holds(|watched| Some(watched.id) != but_for) {

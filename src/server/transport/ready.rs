@@ -1,16 +1,18 @@
-//! READY: the sockets that can be read, in turns: those that said little last before all others, and of those that send
-//! large payloads the one that goes first.
+//! READY: the sockets that can be read, in turns: those that said little last before all others,
+//! and of those that send large payloads the one that goes first.
 //!
-//! A payload is held until it is whole. When many connections send large ones and each is read in its turn, all of them are
-//! held at the same time, in more memory than any cache has. So those that are within a large payload give their turns
-//! to the one of them whose payload began first. The turns of all others are theirs: those within payloads have no more than
-//! before, and one whose payload is whole waits until those that began before its next one are whole, too.
+//! A payload is held until it is whole. When many connections send large ones and each is read in
+//! its turn, all of them are held at the same time, in more memory than any cache has. So those
+//! that are within a large payload give their turns to the one of them whose payload began first.
+//! The turns of all others are theirs: those within payloads have no more than before, and one
+//! whose payload is whole waits until those that began before its next one are whole, too.
 
 use std::collections::VecDeque;
 
 /// A socket.
 pub(super) trait Member: Clone {
-    /// When the large payload began that it is in the midst of, as a number that grows; 0 when it is in none.
+    /// When the large payload began that it is in the midst of, as a number that grows; 0 when it
+    /// is in none.
     fn payload_since(&self) -> u64;
 
     /// Whether it said little last.

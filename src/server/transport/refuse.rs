@@ -1,8 +1,9 @@
 //! Refusing connections: one `ERR` line, then the end.
 //!
-//! In: sockets that cannot be served, from the threads that accept. A socket that is closed with bytes unread takes the line
-//! along on its way, so a few ([`LINGERING`]) are read from and discarded for up to [`PATIENCE`] by one thread, which exists
-//! while there are any. Promises: never waits; every socket is told, those beyond the few are closed at once.
+//! In: sockets that cannot be served, from the threads that accept. A socket that is closed with
+//! bytes unread takes the line along on its way, so a few ([`LINGERING`]) are read from and
+//! discarded for up to [`PATIENCE`] by one thread, which exists while there are any. Promises:
+//! never waits; every socket is told, those beyond the few are closed at once.
 
 use super::Stream;
 use super::report::{Trouble, report};
@@ -59,7 +60,8 @@ pub(super) fn refuse_now(socket: Stream, why: &str) {
 
 /// Sends the line and reads what has arrived. Returns the socket if its client may send more.
 fn tell(socket: Stream, why: &str) -> Option<Stream> {
-    // The first bytes on a socket fit into the system's buffer, and a client that is gone needs none.
+    // The first bytes on a socket fit into the system's buffer, and a client that is gone needs
+    // none.
     (&socket).write_all(format!("ERR 0 0 EQUOTA CONNECT: {why}\n").as_bytes()).ok()?;
     socket.shutdown(Shutdown::Write);
     discard(&socket).then_some(socket)

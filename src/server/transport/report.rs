@@ -1,8 +1,9 @@
 //! Trouble that does not end the server, told on standard error.
 //!
-//! In: what went wrong, from any thread. Out: lines that begin with `fbptr: `, at most one of a kind in [`EVERY`]; the next
-//! one tells how many were left out. Promises: never waits, not even for a standard error that nobody reads. One knows by
-//! the unit test below, and by the process tests that read such lines.
+//! In: what went wrong, from any thread. Out: lines that begin with `fbptr: `, at most one of a
+//! kind in [`EVERY`]; the next one tells how many were left out. Promises: never waits, not even
+//! for a standard error that nobody reads. One knows by the unit test below, and by the process
+//! tests that read such lines.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -71,7 +72,8 @@ pub(crate) fn report(trouble: Trouble, what: impl Display) {
     let _ = io::stderr().write_all(line.as_bytes());
 }
 
-/// Returns whether standard error takes a line at once: a pipe that nobody empties must not stop the server.
+/// Returns whether standard error takes a line at once: a pipe that nobody empties must not stop
+/// the server.
 #[cfg(unix)]
 fn takes_a_line() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};

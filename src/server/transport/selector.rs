@@ -1,8 +1,10 @@
-//! The system's word on which sockets can be read and written: epoll on Linux, kqueue and IOCP elsewhere, through `mio`.
+//! The system's word on which sockets can be read and written: epoll on Linux, kqueue and IOCP
+//! elsewhere, through `mio`.
 //!
-//! In: sockets, each registered once under a number, and writers that wait. Out: the numbers of sockets where something came,
-//! and a signal to the writers of those that take more. A change is told once: whoever hears of it reads or writes until the
-//! system would have it wait. Any thread may ask, one at a time.
+//! In: sockets, each registered once under a number, and writers that wait. Out: the numbers of
+//! sockets where something came, and a signal to the writers of those that take more. A change is
+//! told once: whoever hears of it reads or writes until the system would have it wait. Any thread
+//! may ask, one at a time.
 
 use mio::{Events, Interest, Poll, Registry, Token, Waker, event};
 use std::collections::HashMap;
@@ -73,7 +75,8 @@ impl Selector {
         self.registry.register(source, Token(id as usize), Interest::READABLE)
     }
 
-    /// Sets `writable` whenever `source` takes bytes, from now on until [`Self::end_writer`]; at once if it does now.
+    /// Sets `writable` whenever `source` takes bytes, from now on until [`Self::end_writer`]; at
+    /// once if it does now.
     ///
     /// # Errors
     /// When the system refuses.

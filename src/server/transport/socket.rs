@@ -1,6 +1,8 @@
-//! A connected socket, TCP or Unix, behind one face: one descriptor for its reader, its writer and the render thread.
+//! A connected socket, TCP or Unix, behind one face: one descriptor for its reader, its writer and
+//! the render thread.
 //!
-//! Reads and sends do not wait. A writer that has to waits until the selector says that the system takes more.
+//! Reads and sends do not wait. A writer that has to waits until the selector says that the system
+//! takes more.
 
 use super::selector::{Selector, Writable};
 use super::{Control, Slot};

@@ -1,4 +1,5 @@
-//! Unix socket files: made with mode 0600 before anybody can connect, replaced only when dead, removed at the end.
+//! Unix socket files: made with mode 0600 before anybody can connect, replaced only when dead,
+//! removed at the end.
 
 use super::listen::{ListenError, Place};
 use rustix::fs::{Mode, fchmod};
@@ -56,10 +57,12 @@ pub(super) fn open(path: &Path) -> Result<(UnixListener, SocketFile), ListenErro
     Ok((UnixListener::from(bound), file))
 }
 
-/// Makes the socket file, on which nobody listens yet: a client that is early is refused by the system.
+/// Makes the socket file, on which nobody listens yet: a client that is early is refused by the
+/// system.
 fn bind_file(path: &Path) -> io::Result<(OwnedFd, SocketFile)> {
     let bound = unix_socket()?;
-    // Linux gives the file the mode that the socket has. Other systems refuse this, and the file's mode is set below.
+    // Linux gives the file the mode that the socket has. Other systems refuse this, and the file's
+    // mode is set below.
     let _ = fchmod(&bound, Mode::from_raw_mode(MODE as _));
     bind(&bound, &SocketAddrUnix::new(path)?)?;
     let file = SocketFile { path: path.into(), identity: identity_of(path)? };
@@ -75,7 +78,8 @@ fn unix_socket() -> io::Result<OwnedFd> {
     Ok(made)
 }
 
-/// Returns whether a server listens on a socket file. Does not wait: one whose backlog is full is there, too.
+/// Returns whether a server listens on a socket file. Does not wait: one whose backlog is full is
+/// there, too.
 fn answers(path: &Path) -> Result<bool, Errno> {
     let probe = unix_socket().map_err(|e| Errno::from_io_error(&e).unwrap_or(Errno::IO))?;
     ioctl_fionbio(&probe, true)?;
@@ -126,7 +130,8 @@ mod tests {
                 (client, is_full)
             })
             .collect();
-        // Where the system has no AGAIN for it, the backlog of this test cannot be told from a dead server.
+        // Where the system has no AGAIN for it, the backlog of this test cannot be told from a dead
+        // server.
         if cfg!(target_os = "linux") {
             assert!(clients.iter().any(|(_, is_full)| *is_full));
             assert_eq!(answers(&path), Ok(true));
