@@ -176,11 +176,21 @@ impl Engine {
     /// To be called from time to time, at [`Engine::next_deadline`] at the latest.
     pub fn tick(&mut self, now: Instant) {
         self.tick_shared(now);
-        let Some(recorder) = &mut self.recorder else { return };
-        recorder.tick(now);
-        self.held.records.set(recorder.stats().queued_bytes);
-        if recorder.has_failed() {
-            self.drop_recorder();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tick(now);
+            if recorder.has_failed() {
+                self.drop_recorder();
+            }
+        }
+        self.count_records();
+    }
+
+    /// States how many recorded bytes wait for their file: those of a failed recording too, as long
+    /// as its writer holds them.
+    fn count_records(&mut self) {
+        if self.recorder.is_some() || self.record_failure.is_some() {
+            let (_, stats) = self.recording();
+            self.held.records.set(stats.queued_bytes);
         }
     }
 
@@ -268,6 +278,7 @@ impl Engine {
             recorder.finish();
             self.drop_recorder();
         }
+        self.count_records();
     }
 
     /// Gives the display what it has not got yet, with the frame number.

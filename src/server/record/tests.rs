@@ -3,6 +3,7 @@
 use super::writer::Patience;
 use super::*;
 use crate::load::Folder;
+use crate::memory::MemoryUse;
 use crate::server::Stats;
 use crate::server::{Audience, Budget, Engine, Notice, Output, Standing, Stream};
 use std::io::{self, Write};
@@ -429,10 +430,14 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
         }
         engine.tick(std::time::Instant::now());
         let failure = engine.record_failure().map(str::to_owned);
-        over.send((ask(&mut engine, b"STATS\n"), failure)).unwrap();
+        let stats = ask(&mut engine, b"STATS\n");
+        over.send((engine, stats, failure)).unwrap();
     });
-    let (stats, failure) = is_over.recv_timeout(Duration::from_secs(120)).expect("the render thread waits");
+    let (mut engine, stats, failure) =
+        is_over.recv_timeout(Duration::from_secs(120)).expect("the render thread waits");
     assert!(stats.contains(" record=failed "), "{stats}");
+    let held = |engine: &Engine| engine.memory_budget().used_for(MemoryUse::Records);
+    assert!(held(&engine) > 30 << 20, "{} bytes are counted of those that wait", held(&engine));
     assert!(failure.is_some_and(|f| f.contains("no room was made")));
     assert_eq!(hears.try_recv(), Ok(io::ErrorKind::TimedOut));
     // The reader comes back: it gets the recording from the beginning on, and no end mark.
@@ -442,6 +447,13 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
         assert!(std::time::Instant::now() < until, "what was queued does not come");
         std::thread::sleep(Duration::from_millis(10));
     }
+    // Nothing waits any more once the writer has ended, and nothing is counted any more.
+    while held(&engine) > 0 {
+        assert!(std::time::Instant::now() < until, "{} bytes stay counted", held(&engine));
+        std::thread::sleep(Duration::from_millis(10));
+        engine.tick(std::time::Instant::now());
+    }
+    assert!(ask(&mut engine, b"STATS\n").contains(" memory_records=0 "));
     let recording = sheet.0.lock().unwrap().clone();
     let (memory, _, notices) = replay(Engine::new(100, 100).unwrap(), &recording);
     assert!(memory == pixels, "the beginning of what was drawn");
