@@ -161,7 +161,11 @@ fn read_to(wire: &mut Wire, mark: &[u8]) {
     wire.0.set_read_timeout(Some(Duration::from_secs(600))).unwrap();
     let mut buffer = vec![0; 1 << 16];
     while !tail.ends_with(mark) {
-        let count = io::Read::read(&mut wire.0, &mut buffer).unwrap();
+        let count = match io::Read::read(&mut wire.0, &mut buffer) {
+            // A signal, such as that of a stopped and continued process, is no end.
+            Err(e) if e.kind() == ErrorKind::Interrupted => continue,
+            count => count.unwrap(),
+        };
         assert!(count > 0, "the server has closed");
         tail.extend_from_slice(&buffer[..count]);
         tail.drain(..tail.len().saturating_sub(mark.len()));
