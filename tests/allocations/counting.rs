@@ -1,11 +1,20 @@
 //! An allocator that counts, for whole test programs: what is asked of the system, and what is held.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
 
 struct Counting;
 
+/// The calls of the threads that are counted.
 static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    /// Whether this thread's calls are counted: not those of the thread that runs the tests, which
+    /// says by itself which test takes long.
+    static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Bytes that are held.
 pub static HELD: AtomicIsize = AtomicIsize::new(0);
 /// The most that were held since [`most_held`] began.
@@ -15,7 +24,9 @@ static PEAK: AtomicIsize = AtomicIsize::new(0);
 // SAFETY: everything is handed on to the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.fetch_add(1, Relaxed);
+        if IS_COUNTED.try_with(Cell::get).unwrap_or(false) {
+            CALLS.fetch_add(1, Relaxed);
+        }
         let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
         PEAK.fetch_max(held, Relaxed);
         // SAFETY: the caller's promise is the system allocator's.
@@ -31,13 +42,22 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// The calls of the allocator in `frames` frames, after `before` that may ask, and must.
+/// A pool whose threads' calls are counted.
+pub fn counted_pool(threads: usize) -> rayon::ThreadPool {
+    let count = |_| IS_COUNTED.set(true);
+    rayon::ThreadPoolBuilder::new().num_threads(threads).start_handler(count).build().unwrap()
+}
+
+/// The calls of the allocator in `frames` frames, after `before` that may ask, and must: those of
+/// this thread and of [`counted_pool`]s.
 pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> usize {
+    IS_COUNTED.set(true);
     let first = CALLS.load(Relaxed);
     (0..before).for_each(|_| frame());
     let steady = CALLS.load(Relaxed);
     assert!(steady > first + 20, "the first frame makes what the others use: the counter counts");
     (0..frames).for_each(|_| frame());
+    IS_COUNTED.set(false);
     CALLS.load(Relaxed) - steady
 }
 

@@ -3,7 +3,7 @@
 //! Fear: that the plan states a number which nobody ever compared with the memory that is taken.
 
 use crate::TURN;
-use crate::counting::{HELD, steady_calls};
+use crate::counting::{HELD, counted_pool, steady_calls};
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, Part, Plan, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{
@@ -140,7 +140,7 @@ fn calls_of_boxes(options: RenderOptions, count: u32, frames: usize) -> usize {
 fn a_steady_scene_asks_for_no_memory() {
     let _turn = TURN.lock();
     assert_eq!(calls_of_boxes(RenderOptions::default(), 400, 50), 0, "on one thread");
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let pool = counted_pool(2);
     let options = RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() };
     // Rayon's queue takes a block for every 63 pieces of work that are handed to it from outside.
     let calls = calls_of_boxes(options, 400, 50);

@@ -3,7 +3,7 @@
 //! Fear: that drawing asks the system for memory in every frame, and stutters when it is slow to answer.
 
 use crate::TURN;
-use crate::counting::steady_calls;
+use crate::counting::{counted_pool, steady_calls};
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{
@@ -12,7 +12,8 @@ use fbptr::scene::{
 };
 use fbptr::truth::scenes::object;
 use glam::{DMat4, DVec2, DVec3};
-use std::sync::Arc;
+use std::hint::black_box;
+use std::sync::{Arc, Barrier};
 
 /// Frames that are counted.
 const FRAMES: usize = 600;
@@ -53,7 +54,7 @@ impl Stage {
 }
 
 fn two_threads() -> RenderOptions {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let pool = counted_pool(2);
     RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() }
 }
 
@@ -91,6 +92,31 @@ fn a_steady_frame_asks_for_no_memory() {
         let most = FRAMES / INJECTOR_BLOCK + 1;
         assert!(calls <= most, "{shade:?}: {calls} calls in {FRAMES} frames of two threads, {most} allowed");
     }
+}
+
+#[test]
+fn calls_of_other_threads_are_not_counted() {
+    let _turn = TURN.lock();
+    let (before, gate) = (2, Barrier::new(2));
+    std::thread::scope(|scope| {
+        // As the thread that runs the tests does when one of them takes long.
+        scope.spawn(|| {
+            for _ in 0..before + FRAMES {
+                gate.wait();
+                drop(black_box(String::from("a test has been running for long")));
+                gate.wait();
+            }
+        });
+        let mut frames = 0;
+        let calls = steady_calls(before, FRAMES, || {
+            let asked = if frames < before { 30 } else { 0 };
+            (0..asked).for_each(|i| drop(black_box(vec![i; 100])));
+            frames += 1;
+            gate.wait();
+            gate.wait();
+        });
+        assert_eq!(calls, 0, "in {FRAMES} frames, in each of which another thread asks once");
+    });
 }
 
 /// A scene that is not drawn as opaque faces in f32 depths under a few lights.
