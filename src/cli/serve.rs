@@ -78,7 +78,7 @@ pub struct Serve {
     /// Bytes that all those pictures may take, in blocks of 4096 (K, M, G); the oldest go
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "snap_every")]
     snap_keep: ByteSize,
-    /// Serve /metrics (Prometheus) and /metrics.json over HTTP on this address; :PORT is loopback
+    /// Serve /metrics (Prometheus; JSON by Accept) and /metrics.json over HTTP on this address; :PORT is loopback
     #[arg(long, value_name = "ADDR")]
     metrics: Option<String>,
     /// Let LOAD read files from this folder

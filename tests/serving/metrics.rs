@@ -207,3 +207,28 @@ fn other_machines_are_let_in_only_when_asked() {
     let message = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(message.contains("needs --allow-remote"), "{message}");
 }
+
+#[test]
+fn json_is_answered_to_whoever_accepts_it() {
+    let (_process, _, metrics) = start(&[]);
+    for (accept, is_json) in [
+        ("Accept: application/json", true),
+        ("accept: Application/JSON;q=0.9, text/plain;q=0.5", true),
+        ("Accept: text/html, application/*;q=0.8", true),
+        ("Accept: application/json;q=0, */*", false),
+        ("Accept: application/json;q=0.5, text/plain", false),
+        ("Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.2", false),
+        ("Accept: text/plain, application/json", false),
+        ("Accept: */*", false),
+        ("Accept: ;;q=,/", false),
+        ("X-Nothing: application/json", false),
+    ] {
+        let request = format!("GET /metrics HTTP/1.1\r\nHost: {metrics}\r\n{accept}\r\n\r\n");
+        let reply = String::from_utf8(exchange(metrics, request.as_bytes())).unwrap();
+        let (head, body) = reply.split_once("\r\n\r\n").unwrap();
+        assert!(head.starts_with("HTTP/1.1 200 OK\r\n"), "{accept}: {head}");
+        assert_eq!(head.contains("\r\nContent-Type: application/json\r\n"), is_json, "{accept}: {head}");
+        assert_eq!(body.starts_with('{'), is_json, "{accept}: {body}");
+        assert!(head.contains("\r\nVary: Accept\r\n"), "{accept}: {head}");
+    }
+}

@@ -1,4 +1,5 @@
-//! The metrics endpoint: a small HTTP/1.1 server for `GET /metrics` and `GET /metrics.json`, and nothing else.
+//! The metrics endpoint: a small HTTP/1.1 server for `GET /metrics` and `GET /metrics.json`, and nothing else. Whoever
+//! accepts `application/json` and no text gets JSON under `/metrics` too.
 //!
 //! In: requests on a TCP address of its own. Out: responses made from [`MetricsBoard::read`], and `Connection: close`.
 //! Threads: one that accepts, and at most [`MAX_CLIENTS`] that each serve one connection for at most [`PATIENCE`].
@@ -121,6 +122,8 @@ struct Site {
 struct Request<'a> {
     path: &'a str,
     wants_body: bool,
+    /// The media types that it accepts prefer JSON to text.
+    prefers_json: bool,
 }
 
 /// A response's status line, media type and body.
@@ -145,7 +148,7 @@ impl Site {
                 (Response::refusal("431 Request Header Fields Too Large", "the request is too long"), true)
             }
             Some(length) => match self.parse(&head[..length]) {
-                Ok(request) => (self.respond(request.path), request.wants_body),
+                Ok(request) => (self.respond(&request), request.wants_body),
                 Err(refusal) => (refusal, true),
             },
         };
@@ -153,7 +156,7 @@ impl Site {
         let allow = if status.starts_with("405") { "Allow: GET, HEAD\r\n" } else { "" };
         let mut text = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {media_type}\r\nContent-Length: {}\r\n{allow}\
-             Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+             Cache-Control: no-store\r\nVary: Accept\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
             body.len()
         );
         if wants_body {
@@ -172,13 +175,13 @@ impl Site {
         Ok(())
     }
 
-    fn respond(&self, path: &str) -> Response {
-        match path {
-            "/metrics" => {
+    fn respond(&self, request: &Request) -> Response {
+        match request.path {
+            "/metrics" if !request.prefers_json => {
                 let body = format::prometheus(&self.board.read());
                 Response { status: "200 OK", media_type: format::PROMETHEUS_TYPE, body }
             }
-            "/metrics.json" => {
+            "/metrics" | "/metrics.json" => {
                 let body = format::json(&self.board.read());
                 Response { status: "200 OK", media_type: "application/json", body }
             }
@@ -196,7 +199,7 @@ impl Site {
         if !matches!(version, "HTTP/1.1" | "HTTP/1.0") {
             return Err(Response::refusal("505 HTTP Version Not Supported", "HTTP/1.1 is spoken here"));
         }
-        let mut hosts = Vec::new();
+        let (mut hosts, mut accepted) = (Vec::new(), Vec::new());
         for line in lines.take_while(|line| !line.is_empty()) {
             let (name, value) = line.split_once(':').ok_or_else(|| bad("a header has no colon"))?;
             if name.is_empty() || name.contains(|c: char| c.is_ascii_whitespace() || c.is_ascii_control()) {
@@ -204,6 +207,8 @@ impl Site {
             }
             if name.eq_ignore_ascii_case("host") {
                 hosts.push(value.trim_matches([' ', '\t']));
+            } else if name.eq_ignore_ascii_case("accept") {
+                accepted.extend(value.split(','));
             }
         }
         match hosts[..] {
@@ -224,7 +229,7 @@ impl Site {
             return Err(Response::refusal("405 Method Not Allowed", "GET and HEAD are served"));
         }
         let path = target.split('?').next().unwrap_or(target);
-        Ok(Request { path, wants_body: method == "GET" })
+        Ok(Request { path, wants_body: method == "GET", prefers_json: prefers_json(&accepted) })
     }
 
     /// Whether requests may come under this `Host`: an address, `localhost`, or the endpoint's own name, with any port.
@@ -243,6 +248,23 @@ impl Site {
         port.parse::<u16>().is_ok()
             && (is_address || is_own("localhost") || self.name.as_deref().is_some_and(is_own))
     }
+}
+
+/// Whether a client that accepts these media ranges likes JSON better than text (RFC 9110, section
+/// 12.5.1). Where it likes both as much, or says nothing, it gets text: Prometheus' servers ask so.
+fn prefers_json(accepted: &[&str]) -> bool {
+    // The quality of a media type is that of the most precise range that holds it.
+    let quality = |media: &str, kind: &str| {
+        let of = |range: &&str| {
+            let mut parts = range.split(';').map(|part| part.trim_matches([' ', '\t']));
+            let name = parts.next().unwrap_or_default().to_ascii_lowercase();
+            let precision = [media, kind, "*/*"].into_iter().rev().position(|known| known == name)?;
+            let weight = parts.find_map(|part| part.strip_prefix("q=").or_else(|| part.strip_prefix("Q=")));
+            Some((precision, weight.map_or(Some(1.0), |w| w.parse::<f64>().ok()).unwrap_or(0.0)))
+        };
+        accepted.iter().filter_map(of).max_by_key(|(precision, _)| *precision).map_or(0.0, |(_, q)| q)
+    };
+    quality("application/json", "application/*") > quality("text/plain", "text/*")
 }
 
 /// Reads up to the empty line that ends a request's head; its length, or `None` when it is too long.
@@ -292,7 +314,7 @@ mod tests {
     fn status(head: &str) -> &'static str {
         let site = Site { board: MetricsBoard::new(), name: Some("wall.example".into()) };
         match site.parse(head.as_bytes()) {
-            Ok(request) => site.respond(request.path).status,
+            Ok(request) => site.respond(&request).status,
             Err(refusal) => refusal.status,
         }
     }
