@@ -130,7 +130,7 @@ impl Mesh {
     }
 
     /// Bytes that the arrays have room for, and the materials with their names.
-    pub fn capacity_bytes(&self) -> usize {
+    pub fn size_bytes(&self) -> usize {
         fn of<T>(v: &Vec<T>) -> usize {
             v.capacity() * size_of::<T>()
         }
@@ -147,22 +147,5 @@ impl Mesh {
             + of(&self.points)
             + of(&self.materials)
             + self.materials.iter().map(name).sum::<usize>()
-    }
-
-    /// Bytes that the arrays take.
-    pub fn size_bytes(&self) -> usize {
-        fn of<T>(v: &[T]) -> usize {
-            std::mem::size_of_val(v)
-        }
-        of(&self.positions)
-            + of(&self.normals)
-            + of(&self.texcoords)
-            + of(&self.colors)
-            + of(&self.corners)
-            + of(&self.polygons)
-            + of(&self.triangles)
-            + of(&self.triangle_polygon)
-            + of(&self.lines)
-            + of(&self.points)
     }
 }

@@ -7,6 +7,7 @@ use crate::counting::most_held;
 use fbptr::error::Code;
 use fbptr::load::{LoadError, LoadMemory, obj, texture, x3d};
 use fbptr::memory::{MemoryBudget, MemoryUse};
+use fbptr::scene::{Mesh, shapes};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -275,4 +276,22 @@ fn a_scene_says_what_its_objects_take_however_often_they_are_used() {
     assert!(scene.objects.len() > 4000);
     let stated = document.scene_bytes();
     assert!(held <= stated && stated < 4 * held, "{held} bytes held, {stated} stated");
+}
+
+#[test]
+fn shapes_take_what_they_are_said_to_take() {
+    let _turn = TURN.lock();
+    let check = |name: &str, charged: u64, make: &dyn Fn() -> Mesh| {
+        let (mesh, held) = most_held(make);
+        println!("{name}: {charged} bytes charged, {held} held, {} kept", mesh.size_bytes());
+        // The thread that runs the tests may ask for something meanwhile.
+        assert!(held <= charged + (16 << 10), "{name}: {held} bytes held, {charged} charged");
+        assert!(charged <= held + held * 15 / 100, "{name}: {charged} bytes charged for {held}");
+    };
+    for (nu, nv) in [(60, 20), (300, 100), (1000, 333)] {
+        check(&format!("KNOT {nu} {nv}"), shapes::knot_bytes(nu, nv), &|| shapes::knot(nu, nv).unwrap());
+    }
+    for level in [10, 37, 100] {
+        check(&format!("TEAPOT {level}"), shapes::teapot_bytes(level), &|| shapes::teapot(level).unwrap());
+    }
 }

@@ -131,7 +131,7 @@ pub fn parse_smooth(
         _ => false,
     };
     geometry.mesh.shrink_to_fit();
-    memory.keep(geometry.mesh.capacity_bytes() as u64).map_err(refused)?;
+    memory.keep(geometry.mesh.size_bytes() as u64).map_err(refused)?;
     if faces.is_empty() {
         let message = "no faces, lines or points: nothing is drawn".into();
         warnings.push(LoadWarning { place: Place::file(file_name), message });

@@ -58,7 +58,7 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError
             }
         }
         drop(work);
-        let kept = builder.context.memory.keep(prepared.geometry.mesh.capacity_bytes() as u64 + SHAPE_BYTES);
+        let kept = builder.context.memory.keep(prepared.geometry.mesh.size_bytes() as u64 + SHAPE_BYTES);
         kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
         shapes::keep(&mut shelf, &parts, prepared);
     }

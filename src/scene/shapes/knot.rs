@@ -11,7 +11,7 @@
 //! c(u) - r cos(v) N + r sin(v) B with r = 0.3, its normal the direction from c(u). Texture coordinates run 8 times along
 //! the knot and twice around the tube.
 
-use super::{MAX_FACES, ShapeError, corner};
+use super::{Counts, MAX_FACES, ShapeError, corner};
 use crate::math::matrix::unit;
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
@@ -24,6 +24,25 @@ fn curve(u: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(1.5 * u);
     let reach = (2.0 + cos) * 0.5;
     DVec3::new(reach * libm::cos(u), reach * libm::sin(u), sin * 0.5)
+}
+
+/// The elements of a knot's mesh.
+fn counts(nu: u32, nv: u32) -> Counts {
+    let [nu, nv] = [nu, nv].map(u64::from);
+    let quads = nu.saturating_mul(nv);
+    Counts {
+        positions: quads,
+        normals: quads,
+        texcoords: (nu + 1).saturating_mul(nv + 1),
+        corners: quads.saturating_mul(6),
+        polygons: quads.saturating_mul(2),
+        triangles: quads.saturating_mul(2),
+    }
+}
+
+/// Bytes that [`knot`] takes: those of the mesh, whose arrays are made with room for all of it.
+pub fn knot_bytes(nu: u32, nv: u32) -> u64 {
+    counts(nu, nv).bytes()
 }
 
 /// The torus knot (2,3) with R = 1 and tube radius 0.3, `nu` steps along the knot, `nv` around the tube: 2 nu nv triangles.
@@ -39,7 +58,7 @@ pub fn knot(nu: u32, nv: u32) -> Result<Mesh, ShapeError> {
     if faces > MAX_FACES {
         return Err(ShapeError::TooFine { faces });
     }
-    let mut mesh = Mesh::default();
+    let mut mesh = counts(nu, nv).empty_mesh();
     for i in 0..nu {
         let u = f64::from(i) / f64::from(nu) * 4.0 * PI;
         let (here, ahead) = (curve(u), curve(u + CHORD_RAD));

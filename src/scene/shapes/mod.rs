@@ -12,12 +12,13 @@ mod round;
 mod teapot;
 
 pub use box_::box_;
-pub use knot::knot;
+pub use knot::{knot, knot_bytes};
 pub use round::{Parts, cone, cone_parts, cylinder, cylinder_parts, sphere};
-pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot};
+pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot, teapot_bytes};
 
-use super::{Corner, NONE};
+use super::{Corner, Mesh, NONE, Polygon};
 use crate::error::Code;
+use glam::{DVec2, DVec3};
 
 /// The most triangles that a made mesh has.
 pub const MAX_FACES: u64 = 4 << 20;
@@ -66,6 +67,48 @@ fn length(what: &'static str, value: f64) -> Result<f64, ShapeError> {
     match value > 0.0 && value.is_finite() {
         true => Ok(value),
         false => Err(ShapeError::BadSize { what, value }),
+    }
+}
+
+/// How many elements each array of a shape's mesh has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Counts {
+    positions: u64,
+    normals: u64,
+    texcoords: u64,
+    corners: u64,
+    polygons: u64,
+    triangles: u64,
+}
+
+impl Counts {
+    /// Bytes of the arrays.
+    fn bytes(self) -> u64 {
+        let arrays = [
+            (self.positions, size_of::<DVec3>()),
+            (self.normals, size_of::<DVec3>()),
+            (self.texcoords, size_of::<DVec2>()),
+            (self.corners, size_of::<Corner>()),
+            (self.polygons, size_of::<Polygon>()),
+            // Each with the number of its polygon.
+            (self.triangles, size_of::<[u32; 3]>() + size_of::<u32>()),
+        ];
+        let bytes = arrays.map(|(count, size)| count.saturating_mul(size as u64));
+        bytes.into_iter().fold(0, u64::saturating_add)
+    }
+
+    /// A mesh without elements, whose arrays have room for all of them: they never move.
+    fn empty_mesh(self) -> Mesh {
+        Mesh {
+            positions: Vec::with_capacity(self.positions as usize),
+            normals: Vec::with_capacity(self.normals as usize),
+            texcoords: Vec::with_capacity(self.texcoords as usize),
+            corners: Vec::with_capacity(self.corners as usize),
+            polygons: Vec::with_capacity(self.polygons as usize),
+            triangles: Vec::with_capacity(self.triangles as usize),
+            triangle_polygon: Vec::with_capacity(self.triangles as usize),
+            ..Mesh::default()
+        }
     }
 }
 

@@ -7,9 +7,9 @@
 //! y = 0, and the lid ends at y = 3.15.
 
 use super::newell::{PATCHES, POINTS};
-use super::{ShapeError, corner};
+use super::{Counts, ShapeError, corner};
 use crate::math::matrix::unit;
-use crate::scene::{Mesh, NONE};
+use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -17,6 +17,40 @@ use std::collections::HashMap;
 pub const DEFAULT_TEAPOT_LEVEL: u32 = 10;
 /// The finest level: 32 patches of 256 x 256 quads.
 pub const MAX_TEAPOT_LEVEL: u32 = 256;
+
+/// Newell's patches: how many there are, how many curves bound them, a curve between two counted
+/// once and a pole not at all, and how many points these curves join.
+const PATCH_COUNT: u64 = 32;
+const CURVES: u64 = 68;
+const JOINTS: u64 = 37;
+/// Sides of patches that are a pole.
+const POLES: u64 = 8;
+
+/// The elements of the mesh of `level`.
+fn counts(level: u32) -> Counts {
+    let (level, inside) = (u64::from(level), u64::from(level.saturating_sub(1)));
+    let squares = level.saturating_mul(level).saturating_mul(PATCH_COUNT);
+    let grid = (level + 1).saturating_mul(level + 1);
+    let at_poles = POLES * level;
+    Counts {
+        positions: inside.saturating_mul(inside).saturating_mul(PATCH_COUNT) + CURVES * inside + JOINTS,
+        normals: grid.saturating_mul(PATCH_COUNT),
+        texcoords: grid,
+        corners: squares.saturating_mul(4).saturating_sub(at_poles),
+        polygons: squares,
+        triangles: squares.saturating_mul(2).saturating_sub(at_poles),
+    }
+}
+
+/// Bytes that [`teapot`] takes: those of the mesh, whose arrays are made with room for all of it, and
+/// of the points of one patch and of all curves, in tables with room for twice as many that move.
+pub fn teapot_bytes(level: u32) -> u64 {
+    let grid = (u64::from(level) + 1).saturating_mul(u64::from(level) + 1);
+    let on_curves = CURVES.saturating_mul(level.into()) + JOINTS;
+    let beside = grid.saturating_mul(3 * size_of::<Corner>() as u64)
+        + on_curves.saturating_mul(4 * size_of::<(Key, u32)>() as u64);
+    counts(level).bytes().saturating_add(beside).saturating_add(4096)
+}
 
 /// The four Bernstein polynomials of degree 3 at `t`.
 fn bernstein(t: f64) -> [f64; 4] {
@@ -116,7 +150,7 @@ pub fn teapot(level: u32) -> Result<Mesh, ShapeError> {
     if level > MAX_TEAPOT_LEVEL {
         return Err(ShapeError::TooFine { faces: u64::from(level).pow(2).saturating_mul(64) });
     }
-    let mut mesh = Mesh::default();
+    let mut mesh = counts(level).empty_mesh();
     let mut on_edges: HashMap<Key, u32> = HashMap::new();
     let f = |k: u32| f64::from(k) / f64::from(level);
     for i in 0..=level {

@@ -2,8 +2,6 @@
 
 use super::*;
 use crate::math::polygon::newell_normal;
-use crate::scene::Mesh;
-use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
 /// Every index names something, normals are unit vectors on the outside of their faces, and every position is used.
@@ -214,4 +212,22 @@ fn what_cannot_be_made_is_refused() {
     assert_eq!(knot(2, 9).unwrap_err().code(), Code::Range);
     assert_eq!(knot(u32::MAX, u32::MAX).unwrap_err().code(), Code::TooBig);
     assert_eq!(teapot(257).unwrap_err().to_string(), "4227136 faces are over the limit of 4194304");
+}
+
+#[test]
+fn the_arrays_of_large_shapes_are_made_as_long_as_they_become() {
+    let held = |mesh: &Mesh| mesh.size_bytes() as u64;
+    for (nu, nv) in [(3, 3), (40, 12), (7, 100)] {
+        let mut knot = knot(nu, nv).unwrap();
+        assert_eq!(held(&knot), knot_bytes(nu, nv), "{nu} x {nv}");
+        knot.shrink_to_fit();
+        assert_eq!(held(&knot), knot_bytes(nu, nv), "{nu} x {nv}");
+    }
+    for level in [1, 2, 3, 10] {
+        let mut teapot = teapot(level).unwrap();
+        let made = held(&teapot);
+        assert!(made <= teapot_bytes(level), "{made} bytes at level {level}");
+        teapot.shrink_to_fit();
+        assert_eq!((teapot.positions.len(), held(&teapot)), (teapot.positions.capacity(), made), "{level}");
+    }
 }

@@ -309,30 +309,22 @@ struct Made {
     memory: JobMemory,
 }
 
-/// Bytes that making a shape takes for each of its quads: corners, polygon, triangles, and a vertex with its normal and
-/// texture coordinates, in lists with room for twice as many that move.
-const QUAD_BYTES: u64 = 600;
-/// The same of shapes whose number of faces is fixed.
+/// Bytes that making a shape takes whose number of faces is fixed.
 const FIXED_SHAPE_BYTES: u64 = 1 << 20;
-/// Patches of the teapot.
-const TEAPOT_PATCHES: u64 = 32;
 
 /// Bytes that making a shape takes.
 fn shape_bytes(source: &MeshSource) -> u64 {
-    let quads = match *source {
-        MeshSource::Teapot(level) => {
-            TEAPOT_PATCHES.saturating_mul(u64::from(level).saturating_mul(level.into()))
-        }
-        MeshSource::Knot(nu, nv) => u64::from(nu).saturating_mul(nv.into()),
-        _ => 0,
-    };
-    quads.saturating_mul(QUAD_BYTES).saturating_add(FIXED_SHAPE_BYTES)
+    match *source {
+        MeshSource::Teapot(level) => shapes::teapot_bytes(level),
+        MeshSource::Knot(nu, nv) => shapes::knot_bytes(nu, nv),
+        _ => FIXED_SHAPE_BYTES,
+    }
 }
 
 impl Made {
     fn mesh_of_shape(source: &MeshSource, name: &str, mut memory: JobMemory) -> Result<Self, Fault> {
         let refused = |kind| Fault::from(LoadError::new(Place::file(name), kind));
-        let _work = memory.result.work(shape_bytes(source)).map_err(refused)?;
+        let work = memory.result.work(shape_bytes(source)).map_err(refused)?;
         let mut mesh = match *source {
             MeshSource::Obj(_) => Mesh::default(),
             MeshSource::Box(size) => shapes::box_(size)?,
@@ -343,7 +335,9 @@ impl Made {
             MeshSource::Knot(nu, nv) => shapes::knot(nu, nv)?,
         };
         mesh.shrink_to_fit();
-        memory.result.keep(mesh.capacity_bytes() as u64).map_err(refused)?;
+        // From here on the mesh is counted as what it is.
+        drop(work);
+        memory.result.keep(mesh.size_bytes() as u64).map_err(refused)?;
         Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new(), memory })
     }
 
