@@ -2,7 +2,7 @@
 
 use super::model::{Command, Rect};
 use super::stream_error::StreamError;
-use crate::memory::Rgba;
+use crate::memory::{Reservation, Rgba};
 
 /// Where a command begins in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -52,6 +52,12 @@ pub trait Sink {
 
     /// Any other command, whole and checked.
     fn command(&mut self, command: Command, place: Place) -> Flow;
+
+    /// Takes over what the payload of the next [`Sink::command`] holds of the memory budget, where
+    /// the bytes go to that command: they are counted once, by whoever holds them.
+    fn payload_held(&mut self, held: Reservation) {
+        drop(held);
+    }
 
     /// A command that was refused, or a stream that is out of order. After one that closes the stream
     /// ([`StreamError::closes`]) the decoder stops by itself.

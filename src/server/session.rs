@@ -93,6 +93,9 @@ pub struct Session {
     pub(super) file_access: FileAccess,
     /// What its matrices hold of the memory budget.
     pub(super) held: Option<Reservation>,
+    /// What the payload of the command that begins holds of the memory budget, until the command
+    /// takes it over.
+    pub(super) payload_held: Option<Reservation>,
     /// What it did.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
@@ -132,6 +135,7 @@ impl Session {
             explained_draws: 0,
             file_access: FileAccess::LoadFolder,
             held: None,
+            payload_held: None,
             stats: Stats::default(),
             counted: Stats::default(),
         }

@@ -9,6 +9,7 @@ use crate::support::{Serving, Wire};
 use fbptr::server::Limits;
 use image::ImageEncoder;
 use std::net::SocketAddr;
+use std::time::Duration;
 
 /// The budget of the attacked server.
 const BUDGET: u64 = 64 << 20;
@@ -212,4 +213,23 @@ fn textures_are_refused_by_the_quota_before_they_are_decoded() {
     let said = serving.talk(&scene_of_pictures(3, 2048));
     let said = String::from_utf8(said).unwrap();
     assert!(said.contains("EQUOTA SCENE") && said.contains("the quota leaves 10000000"), "{said}");
+}
+
+#[test]
+fn a_payload_is_counted_once_when_its_command_takes_it_over() {
+    const LIMIT: u64 = 4_000_000;
+    let patient = Duration::from_secs(600);
+    let limits = Limits { memory_bytes: LIMIT, command_time: patient, ..Limits::default() };
+    let serving = Serving::limited(8, 8, limits);
+    // Comments: nothing of them is kept, so that the payload is all that is held.
+    let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_owned();
+    text += &format!("#{}\n", " nothing".repeat(100)).repeat(LIMIT as usize * 6 / 10 / 802);
+    let mut wire = serving.connect();
+    wire.send(&with_payload("MESH m OBJ", text.as_bytes()));
+    assert_eq!(wire.ask("SYNC made\n"), "SYNC made\n", "a payload of 60 % of the budget");
+    wire.send(b"FREE m\n");
+    let stats = wire.ask("STATS\n");
+    let payloads = stats.split(" memory_payloads=").nth(1).and_then(|rest| rest.split_whitespace().next());
+    let payloads: u64 = payloads.and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{stats}"));
+    assert!(payloads < 1 << 20, "{payloads} bytes stay counted");
 }

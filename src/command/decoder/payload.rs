@@ -8,7 +8,7 @@ use crate::command::model::Command;
 use crate::command::sink::{Flow, Place, Sink};
 use crate::command::stream_error::{StreamError, Subject};
 use crate::error::Code;
-use crate::memory::{MemoryUse, OverBudget};
+use crate::memory::{MemoryUse, OverBudget, Reservation};
 use crate::simd::allocator;
 use std::collections::TryReserveError;
 
@@ -67,7 +67,8 @@ impl Decoder {
         if self.payload.len() == length
             && let State::Collect { command, .. } = std::mem::replace(&mut self.state, State::Head)
         {
-            let flow = deliver(command, Bytes::Owned(&mut self.payload), self.start, sink);
+            let payload = Bytes::Owned(&mut self.payload, &mut self.payload_held);
+            let flow = deliver(command, payload, self.start, sink);
             self.put_away_payload();
             self.obey(flow);
         }
@@ -181,14 +182,15 @@ impl Decoder {
 /// A payload, in the piece that was fed or in the decoder's buffer.
 enum Bytes<'a> {
     Borrowed(&'a [u8]),
-    Owned(&'a mut Vec<u8>),
+    /// With what the buffer holds of the budget.
+    Owned(&'a mut Vec<u8>, &'a mut Option<Reservation>),
 }
 
 /// Gives a whole command to the sink.
 fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut impl Sink) -> Flow {
     let seen: &[u8] = match &payload {
         Bytes::Borrowed(bytes) => bytes,
-        Bytes::Owned(bytes) => bytes,
+        Bytes::Owned(bytes, _) => bytes,
     };
     match command {
         Command::PixelRun { x, y, .. } => return sink.pixel_run(x, y, seen, place),
@@ -196,16 +198,25 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut im
         Command::Points { .. } => return sink.points(seen, place),
         _ => {}
     }
+    let mut moved = None;
     if let Some(own) = command.payload_mut() {
         *own = match payload {
             Bytes::Borrowed(bytes) => bytes.to_vec(),
             // A buffer with much more room than bytes would be held for nothing; it is of use here.
-            Bytes::Owned(bytes) if bytes.capacity() / 2 > bytes.len() => bytes.to_vec(),
-            Bytes::Owned(bytes) => std::mem::take(bytes),
+            Bytes::Owned(bytes, _) if bytes.capacity() / 2 > bytes.len() => bytes.to_vec(),
+            Bytes::Owned(bytes, held) => {
+                moved = held.take();
+                std::mem::take(bytes)
+            }
         };
     }
     match command.check_text() {
-        Ok(()) => sink.command(command, place),
+        Ok(()) => {
+            if let Some(held) = moved {
+                sink.payload_held(held);
+            }
+            sink.command(command, place)
+        }
         Err(fault) => {
             let subject = Subject::of(command.verb().as_bytes());
             sink.error(StreamError::new(place, subject, refusal(fault)))

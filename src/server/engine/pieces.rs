@@ -122,7 +122,8 @@ impl Engine {
             Command::Text { utf8, .. } => utf8.capacity(),
             _ => 0,
         };
-        let mut held = self.budget.empty(MemoryUse::Payloads);
+        let taken_over = s.payload_held.take();
+        let mut held = taken_over.unwrap_or_else(|| self.budget.empty(MemoryUse::Payloads));
         held.set(payload as u64);
         Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }

@@ -66,9 +66,15 @@ impl Engine {
         names.insert(name, resource, held, &self.limits)
     }
 
-    /// What a job may hold that makes something under `name` of `input` bytes: those, within the budget, and a result within
-    /// the quota.
-    fn job_memory(&mut self, s: &Session, kind: Kind, name: &str, input: usize) -> Result<JobMemory, Fault> {
+    /// What a job may hold that makes something under `name` of `input` bytes: those, within the
+    /// budget, and a result within the quota. A payload that came in pieces is counted already.
+    fn job_memory(
+        &mut self,
+        s: &mut Session,
+        kind: Kind,
+        name: &str,
+        input: usize,
+    ) -> Result<JobMemory, Fault> {
         if self.budget.is_tight() {
             // What is kept for speed alone, and what is known of meshes that are gone.
             self.renderer.release();
@@ -76,7 +82,10 @@ impl Engine {
         }
         let names = if Names::is_shared(name) { &self.shared } else { &s.names };
         let result = LoadMemory::new(&self.budget, names.room(kind, name, &self.limits));
-        Ok(JobMemory { result, _input: self.budget.try_reserve(MemoryUse::Payloads, input as u64)? })
+        let taken_over = s.payload_held.take();
+        let mut held = taken_over.unwrap_or_else(|| self.budget.empty(MemoryUse::Payloads));
+        held.try_cover(input as u64)?;
+        Ok(JobMemory { result, _input: held })
     }
 
     /// `MESH`: the mesh is made by a job.
@@ -111,7 +120,7 @@ impl Engine {
     /// `TEX`: the picture is decoded by a job.
     pub(super) fn texture_job(
         &mut self,
-        s: &Session,
+        s: &mut Session,
         name: String,
         file: Vec<u8>,
     ) -> Result<Progress, Fault> {
@@ -134,7 +143,12 @@ impl Engine {
     }
 
     /// `EYE`: the scene is parsed by a job; its picture is made when it is first asked for.
-    pub(super) fn eye_job(&mut self, s: &Session, name: String, json: Vec<u8>) -> Result<Progress, Fault> {
+    pub(super) fn eye_job(
+        &mut self,
+        s: &mut Session,
+        name: String,
+        json: Vec<u8>,
+    ) -> Result<Progress, Fault> {
         let most = self.limits.resource_bytes;
         let memory = self.job_memory(s, Kind::Eye, &name, json.len())?;
         Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |_| {

@@ -5,7 +5,7 @@ use crate::cancel::CancelToken;
 use crate::command::{Command, Flow, Place, Rect, Sink, StreamError, format_fault};
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
-use crate::memory::Rgba;
+use crate::memory::{Reservation, Rgba};
 use crate::server::engine::Progress;
 use crate::server::{Audience, Effect, Engine, Session};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -250,6 +250,10 @@ impl Sink for Runner<'_> {
         self.engine.put_binary_pixels(self.session, records);
     }
 
+    fn payload_held(&mut self, held: Reservation) {
+        self.session.payload_held = Some(held);
+    }
+
     fn command(&mut self, command: Command, place: Place) -> Flow {
         if let Command::Line { p0, p1, color } = command
             && self.gathers_lines
@@ -263,6 +267,8 @@ impl Sink for Runner<'_> {
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
         }
         let progress = self.run_command(command);
+        // A command that was refused has dropped its payload, and one without a job holds none.
+        self.session.payload_held = None;
         self.after_part(progress, place, verb)
     }
 
