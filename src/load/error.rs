@@ -119,6 +119,9 @@ pub enum LoadErrorKind {
     /// Reading it would take more memory than there may be.
     #[error(transparent)]
     OverBudget(OverBudget),
+    /// Whoever asked for it has cancelled it.
+    #[error("reading it was given up before its end")]
+    Cancelled,
 }
 
 /// A file that was refused: where, and why. Its text is `FILE:LINE:COLUMN: reason`, as far as the place is known.
@@ -142,7 +145,9 @@ impl LoadError {
         match self.kind {
             LoadErrorKind::TooBig { .. } => Code::TooBig,
             LoadErrorKind::Missing { .. } => Code::NoEnt,
-            LoadErrorKind::OverQuota { .. } | LoadErrorKind::OverBudget(_) => Code::Quota,
+            LoadErrorKind::OverQuota { .. } | LoadErrorKind::OverBudget(_) | LoadErrorKind::Cancelled => {
+                Code::Quota
+            }
             LoadErrorKind::Syntax { .. }
             | LoadErrorKind::Number { .. }
             | LoadErrorKind::Range { .. }

@@ -4,6 +4,7 @@
 //! or why not. A few bytes can stand for a thousand times as many, so the output grows in steps, and each step is reserved
 //! before it exists; none is made beyond the limit. One would know a missing reservation by tests/allocations/decoder_memory.rs.
 
+use super::polled::PolledBytes;
 use super::{LoadErrorKind, LoadMemory};
 use crate::memory::Reservation;
 use flate2::bufread::MultiGzDecoder;
@@ -33,7 +34,7 @@ pub(crate) fn inflate(
     memory: &LoadMemory,
 ) -> Result<(Vec<u8>, Reservation), LoadErrorKind> {
     let mut held = memory.work(DECODER_BYTES)?;
-    let mut decoder = MultiGzDecoder::new(bytes);
+    let mut decoder = MultiGzDecoder::new(PolledBytes::new(bytes, memory.cancel()));
     let mut out: Vec<u8> = Vec::new();
     loop {
         // One byte beyond the limit tells that there is more.
@@ -45,6 +46,7 @@ pub(crate) fn inflate(
         out.reserve_exact(step);
         drop(moved);
         let read = (&mut decoder).take(step as u64).read_to_end(&mut out);
+        memory.check_cancelled()?;
         let read =
             read.map_err(|e| LoadErrorKind::Undecodable { format: "gzip file", reason: e.to_string() })?;
         if out.len() as u64 > limit {

@@ -1,10 +1,12 @@
-//! What reading a file may hold: working memory of a budget, and a result of no more than so many bytes.
+//! What reading a file may take: working memory of a budget, a result of no more than so many bytes, and
+//! time until somebody cancels it.
 //!
 //! In: estimates, made before the memory is taken: of a text by what is counted in it, of a picture by its header. Out: a
 //! refusal with figures, or reservations. The working part goes when a parser ends; the kept part lives as long as what was read.
 //! May be used on any thread. One would know a wrong estimate by tests/allocations/decoder_memory.rs, which counts what is allocated.
 
 use super::LoadErrorKind;
+use crate::cancel::CancelToken;
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 
 /// The memory that reading one file, with the files that it refers to, may take.
@@ -12,12 +14,13 @@ use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 pub struct LoadMemory {
     kept: Reservation,
     most_kept: u64,
+    cancel: CancelToken,
 }
 
 impl LoadMemory {
     /// Working memory of `budget`, and a result of at most `most_kept` bytes, which are of the budget as well.
     pub fn new(budget: &MemoryBudget, most_kept: u64) -> Self {
-        LoadMemory { kept: budget.empty(MemoryUse::Resources), most_kept }
+        LoadMemory { kept: budget.empty(MemoryUse::Resources), most_kept, cancel: CancelToken::default() }
     }
 
     /// As much as the parsers' own limits allow.
@@ -25,19 +28,45 @@ impl LoadMemory {
         LoadMemory::new(&MemoryBudget::unlimited(), u64::MAX)
     }
 
+    /// The same for reading that ends with [`LoadErrorKind::Cancelled`] soon after `cancel` is
+    /// cancelled: the token is looked at wherever memory is asked for, and within long texts and
+    /// pictures.
+    pub fn until(self, cancel: CancelToken) -> Self {
+        LoadMemory { cancel, ..self }
+    }
+
+    /// The token by which reading is ended.
+    pub(super) fn cancel(&self) -> &CancelToken {
+        &self.cancel
+    }
+
+    /// Refuses to go on when reading was cancelled.
+    ///
+    /// # Errors
+    /// [`LoadErrorKind::Cancelled`].
+    pub fn check_cancelled(&self) -> Result<(), LoadErrorKind> {
+        match self.cancel.is_cancelled() {
+            true => Err(LoadErrorKind::Cancelled),
+            false => Ok(()),
+        }
+    }
+
     /// Reserves `bytes` that are in use until the reservation is dropped.
     ///
     /// # Errors
-    /// When the budget has no room.
+    /// When the budget has no room, or reading was cancelled.
     pub fn work(&self, bytes: u64) -> Result<Reservation, LoadErrorKind> {
+        self.check_cancelled()?;
         self.kept.budget().try_reserve(MemoryUse::Decoders, bytes).map_err(LoadErrorKind::OverBudget)
     }
 
     /// Reserves `bytes` more for the result.
     ///
     /// # Errors
-    /// When the result would be over its limit, or the budget has no room; nothing is reserved then.
+    /// When the result would be over its limit, the budget has no room, or reading was cancelled;
+    /// nothing is reserved then.
     pub fn keep(&mut self, bytes: u64) -> Result<(), LoadErrorKind> {
+        self.check_cancelled()?;
         let found = self.kept.bytes().saturating_add(bytes);
         if found > self.most_kept {
             return Err(LoadErrorKind::OverQuota { found, limit: self.most_kept });

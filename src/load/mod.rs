@@ -10,6 +10,7 @@ mod folder;
 mod gzip;
 mod memory;
 pub mod obj;
+mod polled;
 pub mod texture;
 pub mod x3d;
 

@@ -4,10 +4,10 @@
 //! has no alpha is opaque, 16 bits are rounded to 8. No gamma and no colour profile is applied. Sizes are read from the
 //! header and checked before anything is unpacked, so a small file cannot ask for much memory.
 
+use super::polled::PolledBytes;
 use super::{LoadError, LoadErrorKind, LoadMemory, Place, never_panicking};
 use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use std::io::Cursor;
 use std::path::Path;
 
 /// The most texels that a texture file may have.
@@ -32,7 +32,7 @@ pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> 
 /// the header, and before a pixel is unpacked.
 ///
 /// # Errors
-/// As [`decode_file`], and when `memory` refuses.
+/// As [`decode_file`], and when `memory` refuses, or is cancelled.
 pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> Result<Texture, LoadError> {
     let fail = |kind| LoadError::new(Place::file(file_name), kind);
     let undecodable = |reason: String| fail(LoadErrorKind::Undecodable { format: "picture", reason });
@@ -55,8 +55,9 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         };
         fail(kind)
     };
+    let cancel = memory.cancel().clone();
     let decoded = never_panicking(|| {
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut reader = ImageReader::with_format(PolledBytes::new(bytes, &cancel), format);
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(HEADER_BYTES);
         reader.limits(limits);
@@ -78,6 +79,8 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         let picture = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))?;
         Ok((picture.into_rgba8(), work))
     });
+    // A decoder that was stopped says no more than that it could not read on.
+    memory.check_cancelled().map_err(fail)?;
     let (picture, _work) = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?;
     let (width, height) = picture.dimensions();
     Texture::new(width, height, picture.into_raw()).map_err(|e| match e {

@@ -1,6 +1,7 @@
 //! What a file brings beside its nodes: compression, units, names outside of its folder, stray text.
 
 use crate::support::{close, parse, warnings};
+use fbptr::cancel::CancelToken;
 use fbptr::error::Code;
 use fbptr::load::x3d::{self, X3dDocument};
 use fbptr::load::{LoadContext, LoadErrorKind, LoadMemory};
@@ -272,4 +273,24 @@ fn a_node_in_a_field_of_another_kind_is_no_such_node() {
         assert_eq!(warnings(&document).len(), 1, "{nodes}: {:?}", document.warnings());
         document.at(0.0);
     }
+}
+
+#[test]
+fn a_scene_that_is_cancelled_is_read_no_further() {
+    let picture = "<Shape><Appearance><ImageTexture url='\"p.png\"'/></Appearance><Box/></Shape>";
+    let many = picture.repeat(100).replace("p.png", "%.png");
+    let text = (0..100).fold(many, |text, i| text.replacen('%', &format!("p{i}"), 1));
+    let text = format!("<X3D><Scene>{text}</Scene></X3D>");
+    let token = CancelToken::new();
+    let mut asked_for = Vec::new();
+    let mut opener = |name: &str| {
+        asked_for.push(name.to_owned());
+        if asked_for.len() == 3 {
+            token.cancel();
+        }
+        None
+    };
+    let mut memory = LoadMemory::unlimited().until(token.clone());
+    let error = x3d::parse_within(text.as_bytes(), "t.x3d", &mut opener, &mut memory).unwrap_err();
+    assert_eq!((error.kind, asked_for.len()), (LoadErrorKind::Cancelled, 3));
 }

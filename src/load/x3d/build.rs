@@ -141,7 +141,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         };
         let text = self.texts.push(source).ok_or_else(too_many)?;
         self.sources.push(text);
-        let document = self.documents.push(xml::parse(text)?).ok_or_else(too_many)?;
+        let document =
+            self.documents.push(xml::parse(text, self.context.memory.cancel())?).ok_or_else(too_many)?;
         Ok(File {
             source: self.sources.len() - 1,
             folder,
@@ -156,6 +157,7 @@ impl<'d, 'r> Builder<'d, 'r> {
 
     /// Reserves what reading a text takes, until the graph is whole: trees stay for prototypes, texts for places.
     fn reserve_text(&mut self, text: &[u8]) -> Result<(), LoadErrorKind> {
+        self.context.memory.check_cancelled()?;
         self.held.try_grow(cost::text_bytes(text)).map_err(LoadErrorKind::OverBudget)
     }
 

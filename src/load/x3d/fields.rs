@@ -37,7 +37,10 @@ impl<'d> Builder<'d, '_> {
             };
             let field = ty.fields[index];
             written[index] = attribute.range_value().start;
-            let value = value::read(field.kind, attribute.value()).map_err(|e| {
+            let memory = &self.context.memory;
+            let read = value::read_until(field.kind, attribute.value(), memory.cancel());
+            memory.check_cancelled().map_err(|kind| self.over_memory(file, element, kind))?;
+            let value = read.map_err(|e| {
                 let place = xml::place_in(self.sources[file.source], &attribute, e.at);
                 bad_value(place, ty, field, &e)
             })?;

@@ -90,7 +90,7 @@ pub fn parse(
 /// mesh, and for each picture once its header tells its size.
 ///
 /// # Errors
-/// As [`parse`], and when `memory` refuses.
+/// As [`parse`], and when `memory` refuses or is cancelled.
 pub fn parse_within(
     bytes: &[u8],
     file_name: &str,

@@ -19,7 +19,7 @@ pub(super) enum PictureError {
     /// A PixelTexture's numbers do not fit: what they should be.
     #[error("{0}")]
     Pixels(String),
-    /// There is no memory for it, which ends the file.
+    /// There is no memory for it, or the whole file was given up: the reading ends.
     #[error("{0}")]
     OverMemory(LoadErrorKind),
 }

@@ -3,7 +3,11 @@
 //! In: the text of an XML attribute. Out: a [`Value`], or what is wrong and at which byte of the text. Lists are split by
 //! blanks and commas; every number must be finite. Source: ISO/IEC 19775-1 clause 5, ISO/IEC 19776-1 clause 5.
 
+use crate::cancel::{CancelToken, NEVER};
 use std::sync::Arc;
+
+/// The numbers of a list between two looks at the token: some 100 us.
+const NUMBERS_AT_ONCE: usize = 1 << 12;
 
 /// An X3D field type, as far as it matters how its text is read. `Mf` holds any number of tuples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -85,6 +89,15 @@ pub(super) enum ValueFault {
 
 /// Reads an attribute's text as `kind`.
 pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
+    read_until(kind, text, &NEVER)
+}
+
+/// The same; a list ends early, and its value means nothing, when `cancel` is cancelled meanwhile.
+pub(super) fn read_until(kind: Kind, text: &str, cancel: &CancelToken) -> Result<Value, ValueError> {
+    let ints = |range: std::ops::RangeInclusive<i64>| {
+        let all = until_cancelled(tokens(text), cancel).map(|(at, t)| int(at, t, range.clone()));
+        Ok(Value::Ints(all.collect::<Result<Vec<_>, _>>()?.into()))
+    };
     match kind {
         Kind::Bool => {
             let (at, token) = single(text)?;
@@ -98,27 +111,17 @@ pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
             let (at, token) = single(text)?;
             Ok(Value::Ints([int(at, token, i32::MIN as i64..=i32::MAX as i64)?].into()))
         }
-        Kind::Ints => {
-            let range = i32::MIN as i64..=i32::MAX as i64;
-            let ints =
-                tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
-            Ok(Value::Ints(ints.into()))
-        }
-        Kind::Image => {
-            let range = 0..=u32::MAX as i64;
-            let ints =
-                tokens(text).map(|(at, t)| int(at, t, range.clone())).collect::<Result<Vec<_>, _>>()?;
-            Ok(Value::Ints(ints.into()))
-        }
+        Kind::Ints => ints(i32::MIN.into()..=i32::MAX.into()),
+        Kind::Image => ints(0..=u32::MAX.into()),
         Kind::Sf(n) => {
-            let reals = reals(text)?;
+            let reals = reals(text, cancel)?;
             match reals.len() == n as usize {
                 true => Ok(Value::Reals(reals.into())),
                 false => Err(ValueError { at: 0, fault: ValueFault::Count(reals.len()) }),
             }
         }
         Kind::Mf(n) => {
-            let reals = reals(text)?;
+            let reals = reals(text, cancel)?;
             match reals.len().is_multiple_of(n as usize) {
                 true => Ok(Value::Reals(reals.into())),
                 false => Err(ValueError { at: 0, fault: ValueFault::Count(reals.len()) }),
@@ -136,6 +139,12 @@ fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .map(|t| (t.as_ptr() as usize - text.as_ptr() as usize, t))
 }
 
+/// The items that come before `cancel` is cancelled, which is asked once for many of them.
+fn until_cancelled<T>(items: impl Iterator<Item = T>, cancel: &CancelToken) -> impl Iterator<Item = T> {
+    let goes_on = |(i, _): &(usize, T)| i % NUMBERS_AT_ONCE != 0 || !cancel.is_cancelled();
+    items.enumerate().take_while(goes_on).map(|(_, item)| item)
+}
+
 /// The one token of a text.
 fn single(text: &str) -> Result<(usize, &str), ValueError> {
     let mut all = tokens(text);
@@ -147,12 +156,12 @@ fn single(text: &str) -> Result<(usize, &str), ValueError> {
     }
 }
 
-fn reals(text: &str) -> Result<Vec<f64>, ValueError> {
+fn reals(text: &str, cancel: &CancelToken) -> Result<Vec<f64>, ValueError> {
     let real = |(at, token): (usize, &str)| match token.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err(ValueError { at, fault: ValueFault::NotANumber(token.into()) }),
     };
-    tokens(text).map(real).collect()
+    until_cancelled(tokens(text), cancel).map(real).collect()
 }
 
 /// A whole number, decimal or 0x hexadecimal.
@@ -213,6 +222,29 @@ mod tests {
     fn fault(kind: Kind, text: &str) -> (usize, ValueFault) {
         let error = read(kind, text).unwrap_err();
         (error.at, error.fault)
+    }
+
+    #[test]
+    fn long_lists_end_when_they_are_cancelled() {
+        let (text, token) = ("7 ".repeat(3 * NUMBERS_AT_ONCE), CancelToken::new());
+        let count = |kind| match read_until(kind, &text, &token).unwrap() {
+            Value::Ints(ints) => ints.len(),
+            Value::Reals(reals) => reals.len(),
+            other => panic!("{other:?}"),
+        };
+        for kind in [Kind::Ints, Kind::Image, Kind::Mf(1)] {
+            assert_eq!(count(kind), 3 * NUMBERS_AT_ONCE, "{kind:?}");
+        }
+        // Somebody cancels while a number of the second part is read.
+        let items = (0..3 * NUMBERS_AT_ONCE).inspect(|i| {
+            if *i == NUMBERS_AT_ONCE + 9 {
+                token.cancel()
+            }
+        });
+        assert_eq!(until_cancelled(items, &token).count(), 2 * NUMBERS_AT_ONCE);
+        for kind in [Kind::Ints, Kind::Image, Kind::Mf(1)] {
+            assert_eq!(count(kind), 0, "{kind:?}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::empty_draw::{self, EmptyDraw};
 use super::files::FileReader;
 use super::space::missing;
 use super::{Effect, Engine, Progress};
+use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
 use crate::eye::{self, EyeError, EyeScene};
@@ -107,7 +108,8 @@ impl Engine {
             MeshSource::Knot(nu, nv) => u64::from(*nu) * u64::from(*nv) <= SMALL_KNOT_FACES,
             _ => true,
         };
-        Ok(Progress::Job(Job::new(is_small, move |_| {
+        Ok(Progress::Job(Job::new(is_small, move |cancel| {
+            let memory = memory.until(cancel);
             let made = match (&*source, &mut files) {
                 (MeshSource::Obj(bytes), Some(files)) => Made::mesh_of_obj(bytes, &name, "", files, memory),
                 (shape, _) => Made::mesh_of_shape(shape, &name, memory),
@@ -125,7 +127,8 @@ impl Engine {
         file: Vec<u8>,
     ) -> Result<Progress, Fault> {
         let memory = self.job_memory(s, Kind::Texture, &name, file.len())?;
-        Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |_| {
+        Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |cancel| {
+            let memory = memory.until(cancel);
             let made = Made::texture(&file, &name, memory);
             JobResult::new(Command::Texture { name: name.clone(), file }, made.map(|m| m.named(name)))
         })))
@@ -136,7 +139,8 @@ impl Engine {
         let memory = self.job_memory(s, Kind::Scene, SCENE_NAME, x3d.len())?;
         let mut files = self.file_reader(s);
         let is_small = x3d.len() <= SMALL_SCENE_BYTES && !files.may_wait();
-        Ok(Progress::Job(Job::new(is_small, move |_| {
+        Ok(Progress::Job(Job::new(is_small, move |cancel| {
+            let memory = memory.until(cancel);
             let made = NewScene::parse(&x3d, "SCENE", "", &mut files, memory);
             JobResult::new(Command::Scene { x3d }, made.map(NewScene::begin)).with_files(Some(files))
         })))
@@ -151,7 +155,8 @@ impl Engine {
     ) -> Result<Progress, Fault> {
         let most = self.limits.resource_bytes;
         let memory = self.job_memory(s, Kind::Eye, &name, json.len())?;
-        Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |_| {
+        Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |cancel| {
+            let memory = memory.until(cancel);
             let made = Made::eye(&json, &name, most, memory);
             JobResult::new(Command::Eye { name: name.clone(), json }, made.map(|m| m.named(name)))
         })))
@@ -174,7 +179,8 @@ impl Engine {
         };
         // What is read is counted where it is read.
         let memory = self.job_memory(s, made_kind, named, 0)?;
-        Ok(Progress::Job(Job::new(false, move |_| {
+        Ok(Progress::Job(Job::new(false, move |cancel| {
+            let memory = memory.until(cancel);
             let bytes = match files.read(&path) {
                 Ok(bytes) => bytes,
                 Err(fault) => return JobResult::refused(fault),
@@ -316,6 +322,13 @@ struct JobMemory {
     _input: Reservation,
 }
 
+impl JobMemory {
+    /// The same for a job that `cancel` ends.
+    fn until(self, cancel: &CancelToken) -> Self {
+        JobMemory { result: self.result.until(cancel.clone()), ..self }
+    }
+}
+
 /// What a job has made, to be given its name on the render thread.
 struct Made {
     resource: Resource,
@@ -423,6 +436,8 @@ impl NewScene {
     ) -> Result<Self, Fault> {
         let opener = &mut |name: &str| files.read_beside(beside, name);
         let document = load::x3d::parse_within(x3d, file, opener, &mut memory.result)?;
+        let given_up = |kind| Fault::from(LoadError::new(Place::file(file), kind));
+        memory.result.check_cancelled().map_err(given_up)?;
         let held = memory.result.budget().try_reserve(MemoryUse::Draws, document.scene_bytes())?;
         let at_start = document.at(0.0);
         let size = memory.result.kept_bytes();
@@ -435,5 +450,36 @@ impl NewScene {
     ) -> impl FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static
     {
         move |engine, s, _| engine.begin_scene(s, self).map(|()| Progress::Done(Effect::Done))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::server::Audience;
+
+    #[test]
+    fn a_file_is_not_read_to_its_end_when_its_command_was_given_up() {
+        let mut engine = Engine::new(8, 6).unwrap();
+        let mut s = Session::new(1, Audience::Connection);
+        let scene = b"<X3D><Scene><Shape><Box/></Shape></Scene></X3D>".to_vec();
+        let texture = b"P6 1 1 255\n\x01\x02\x03".to_vec();
+        for is_cancelled in [true, false] {
+            let token = CancelToken::new();
+            if is_cancelled {
+                token.cancel();
+            }
+            let jobs = [
+                engine.scene_job(&mut s, scene.clone()).unwrap(),
+                engine.texture_job(&mut s, "t".into(), texture.clone()).unwrap(),
+                engine.mesh_job(&mut s, "m".into(), Box::new(MeshSource::Obj(b"v 0 0 0".into()))).unwrap(),
+            ];
+            for progress in jobs {
+                let Progress::Job(job) = progress else { panic!("{progress:?}") };
+                let code = job.run(&token).apply.err().map(|fault| fault.code);
+                assert_eq!(code, is_cancelled.then_some(Code::Quota), "cancelled: {is_cancelled}");
+            }
+        }
+        assert_eq!(engine.memory_budget().used_for(MemoryUse::Decoders), 0, "all is given back");
     }
 }
