@@ -9,6 +9,8 @@ mod fan;
 mod nearest;
 mod plane;
 mod ray;
+#[cfg(test)]
+mod tests;
 
 pub(super) use nearest::{Candidate, Nearest};
 

@@ -249,3 +249,6 @@ fn length2<S: Simd>(step: [S::F; 2], w: S::F, h: S::F) -> S::F {
     let (x, y) = (step[0] * w, step[1] * h);
     x * x + y * y
 }
+
+#[cfg(test)]
+mod tests;
