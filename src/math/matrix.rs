@@ -76,9 +76,28 @@ mod tests {
     }
 
     #[test]
+    fn a_turn_about_any_axis_is_rodrigues_formula() {
+        for (i, j) in (0..24).flat_map(|i| (0..12).map(move |j| (i, j))) {
+            let (around, up, angle) =
+                (f64::from(i) * 0.7, f64::from(j) * 0.55 - 3.0, f64::from(i * j) * 0.31 - 4.0);
+            let axis = DVec3::new(up.cos() * around.cos(), up.cos() * around.sin(), up.sin());
+            let turn = rotate(axis * 37.5, angle).unwrap();
+            for p in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.5, -2.0, 0.25)] {
+                let (k, (sin, cos)) = (axis, angle.sin_cos());
+                let want = p * cos + k.cross(p) * sin + k * (k.dot(p) * (1.0 - cos));
+                let got = turn.transform_point3(p);
+                assert!((got - want).length() < 1e-14, "{p} about {k} by {angle}: {got} for {want}");
+            }
+        }
+    }
+
+    #[test]
     fn rows_are_rows() {
         let m = shear(2.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         assert_eq!(m.transform_point3(DVec3::new(1.0, 10.0, 0.0)), DVec3::new(21.0, 10.0, 0.0));
+        let m = shear(2.0, 3.0, 5.0, 7.0, 11.0, 13.0);
+        // x + 2y + 3z, y + 5x + 7z, z + 11x + 13y
+        assert_eq!(m.transform_point3(DVec3::new(1.0, 10.0, 100.0)), DVec3::new(321.0, 715.0, 241.0));
         assert_eq!(translate(DVec3::X) * DVec4::W, DVec4::new(1.0, 0.0, 0.0, 1.0));
     }
 }

@@ -267,6 +267,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_budget_is_tight_when_less_than_a_quarter_is_free() {
+        let budget = MemoryBudget::new(100);
+        assert!(!budget.is_tight());
+        let held = budget.try_reserve(MemoryUse::Draws, 75).unwrap();
+        assert!(!budget.is_tight());
+        let more = budget.try_reserve(MemoryUse::Decoders, 1).unwrap();
+        assert!(budget.is_tight());
+        drop(more);
+        assert!(!budget.is_tight());
+        drop(held);
+    }
+
+    #[test]
     fn a_budget_grants_what_is_free_and_names_the_figures_when_it_refuses() {
         let budget = MemoryBudget::new(100);
         let mut a = budget.try_reserve(MemoryUse::Draws, 60).unwrap();
