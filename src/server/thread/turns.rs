@@ -1,16 +1,18 @@
 //! TURNS: the loop of the render thread. Takes what came, gives each connection its turn, and does what is due in between.
 
+mod chores;
+mod input;
+mod order;
+
 use super::connection::{Connection, Leaving};
 use super::message::{Id, Message};
-use super::{
-    Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, LEAVE_WITHIN, ROUND_TIME, SHOW_EVERY, SLICE_BYTES, SLICE_TIME,
-};
+use super::{Finish, ROUND_TIME, SLICE_BYTES, SLICE_TIME};
 use crate::cancel::CancelToken;
 use crate::server::jobs::JobPool;
-use crate::server::metrics;
-use crate::server::transport::{Buffers, Hand, Next};
+use crate::server::transport::{Buffers, Hand};
 use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
-use crossbeam_channel::{Receiver, Sender, never, select};
+use crossbeam_channel::{Receiver, Sender, never};
+use order::Step;
 use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -234,69 +236,6 @@ impl Loop {
         }
     }
 
-    /// Whose turn it is, and how much it may run: nobody's while the display is paused, but for single steps.
-    fn next_turn(&mut self) -> Option<(Id, Pace)> {
-        if self.round.is_empty() && self.brief.is_empty() {
-            return None;
-        }
-        match self.engine.display() {
-            Some(display) if display.is_paused() && !display.is_closed() => {
-                return self.continue_step().or_else(|| self.begin_step());
-            }
-            _ => self.step = None,
-        }
-        Some((self.next_in_turn()?, Pace::Free))
-    }
-
-    /// Goes on with the step that has begun, if its connection has something to run.
-    fn continue_step(&mut self) -> Option<(Id, Pace)> {
-        let Step { id, pace, .. } = self.step?;
-        self.take_from_round(id).then_some((id, pace))
-    }
-
-    /// Takes this connection from the round. Whether it was there.
-    fn take_from_round(&mut self, id: Id) -> bool {
-        for queue in [&mut self.brief, &mut self.round] {
-            if let Some(at) = queue.iter().position(|queued| *queued == id) {
-                queue.remove(at);
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Begins the step that the user asked for: a frame where `AUTO` is off, else a command. One that waits for a client
-    /// to go on is given up.
-    fn begin_step(&mut self) -> Option<(Id, Pace)> {
-        if !self.engine.display().is_some_and(|display| display.take_step()) {
-            return None;
-        }
-        // While a command is in pieces only its connection can do a step.
-        let id = match self.in_pieces {
-            Some(id) => self.take_from_round(id).then_some(id)?,
-            None => self.next_in_turn()?,
-        };
-        let pace = if self.engine.is_frozen() { Pace::OneFrame } else { Pace::OneCommand };
-        let before = self.progress_of(id, pace);
-        self.step = Some(Step { id, pace, before });
-        Some((id, pace))
-    }
-
-    /// Counts a step's connection up to its end.
-    fn progress_of(&self, id: Id, pace: Pace) -> u64 {
-        match pace {
-            Pace::OneFrame => self.engine.frames(),
-            _ => self.connections.get(&id).map_or(0, Connection::commands),
-        }
-    }
-
-    /// Takes the next connection from the round.
-    fn next_in_turn(&mut self) -> Option<Id> {
-        self.was_brief = !self.brief.is_empty() && (!self.was_brief || self.round.is_empty());
-        let queue = if self.was_brief { &mut self.brief } else { &mut self.round };
-        queue.pop_front()
-    }
-
     fn turn(&mut self, id: Id, pace: Pace) {
         self.engine.set_queue_bytes(self.queued_bytes);
         self.metrics_are_stale = true;
@@ -384,178 +323,6 @@ impl Loop {
         }
     }
 
-    /// Closes the connections that were idle for the limit's time. Once a second, over all of them: bytes cost nothing more
-    /// than a flag.
-    fn close_idle(&mut self, now: Instant) {
-        let Some(timeout) = self.engine.limits().idle_timeout else { return };
-        if now < self.idle_scanned_at + IDLE_SCAN_EVERY {
-            return;
-        }
-        self.idle_scanned_at = now;
-        let is_timed_out = |(&id, c): (&Id, &mut Connection)| c.is_timed_out(now, timeout).then_some(id);
-        let idle: Vec<Id> = self.connections.iter_mut().filter_map(is_timed_out).collect();
-        for id in idle {
-            if let Some(connection) = self.connections.get_mut(&id) {
-                self.slow -= usize::from(std::mem::take(&mut connection.is_slow));
-                let limit = self.engine.limits().reply_bytes;
-                let mut farewell = connection.timeout_line(timeout).into_bytes();
-                connection.reply(&mut farewell, limit, &self.sender);
-            }
-            self.engine.note_idle_close();
-            self.end_connection(id);
-        }
-    }
-
-    /// When the metrics are to be brought up to date: soon where something has happened, and now and then in any case, so
-    /// that old ones mean a thread that is busy.
-    fn metrics_due_at(&self) -> Instant {
-        let period = if self.metrics_are_stale { metrics::UPDATE_EVERY } else { metrics::REFRESH_EVERY };
-        self.metrics_at + period
-    }
-
-    /// Brings the metrics up to date, a few times a second and where there is a board for them.
-    fn update_metrics(&mut self, now: Instant) {
-        if now < self.metrics_due_at() {
-            return;
-        }
-        let Some(board) = self.engine.metrics() else { return };
-        let connections = || self.connections.values();
-        let is_updated = board.update(now, |m| {
-            self.engine.fill_metrics(m);
-            m.queue_bytes = self.queued_bytes;
-            m.reply_bytes = connections().map(|c| c.unread() as u64).sum();
-            m.private_resource_bytes =
-                connections().map(|c| metrics::resource_bytes(c.stream.session())).sum();
-        });
-        // Where it was being read it is tried again in a moment.
-        if is_updated {
-            (self.metrics_at, self.metrics_are_stale) = (now, false);
-        }
-    }
-
-    /// Between turns of others, reads the sockets of those who ask for little: neither the readers' round nor the system,
-    /// which may let many senders run before a reader, shall keep them waiting.
-    fn read_brief(&mut self) {
-        if self.ran_since < BRIEF_EVERY {
-            return;
-        }
-        self.ran_since = Duration::ZERO;
-        for _ in 0..BRIEF_AT_ONCE {
-            let Some(next) = self.hand.next_brief() else { return };
-            self.read_now(next);
-        }
-    }
-
-    fn read_now(&mut self, next: Next) {
-        // What came of this socket before comes first.
-        self.receive_all();
-        if let Some(message) = self.hand.read(next) {
-            self.receive(message);
-        }
-    }
-
-    /// Sleeps until there is something to do.
-    fn wait(&mut self) {
-        let until = self.next_deadline();
-        if let Some(next) = self.hand.next() {
-            self.read_now(next);
-            return;
-        }
-        // There was none, or no buffer for it.
-        self.hand.pass_on(None);
-        let timeout = match until {
-            Some(until) => until.saturating_duration_since(Instant::now()),
-            None => Duration::from_secs(3600),
-        };
-        select! {
-            recv(self.messages) -> message => match message {
-                Ok(message) => self.receive(message),
-                // The loop holds a sender itself: this cannot be.
-                Err(_) => self.finish = Some(Finish::Now),
-            },
-            recv(self.inputs) -> input => if let Ok(input) = input {
-                self.input(input);
-            },
-            default(timeout) => {}
-        }
-    }
-
-    fn next_deadline(&mut self) -> Option<Instant> {
-        let mut deadline = self.engine.next_deadline(Instant::now());
-        let spare = self.engine.sweep_spare(Instant::now());
-        let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
-        spare.into_iter().for_each(&mut at);
-        if self.engine.has_unshown() && !self.engine.is_frozen() {
-            at(self.shown_at + SHOW_EVERY);
-        }
-        if !self.working.is_empty() {
-            self.jobs_until.into_iter().for_each(&mut at);
-        }
-        if !self.leaving.is_empty() {
-            at(Instant::now() + Duration::from_millis(100));
-        }
-        if self.engine.limits().idle_timeout.is_some() && !self.connections.is_empty() {
-            at(self.idle_scanned_at + IDLE_SCAN_EVERY);
-        }
-        if self.engine.metrics().is_some() {
-            // Not at once where it was due and being read.
-            at(self.metrics_due_at().max(Instant::now() + Duration::from_millis(1)));
-        }
-        if let Some(Finish::By(time)) = self.finish {
-            at(time);
-        }
-        deadline
-    }
-
-    /// Gives up jobs that take too long.
-    fn check_jobs(&mut self, now: Instant) {
-        let limit = self.engine.limits().command_time;
-        let mut next: Option<Instant> = None;
-        for id in std::mem::take(&mut self.working) {
-            let mut until = None;
-            self.with(id, |c| until = c.check_job(now, limit));
-            if let Some(until) = until {
-                next = Some(next.map_or(until, |n| n.min(until)));
-                self.working.push(id);
-            }
-        }
-        self.jobs_until = next;
-    }
-
-    /// What is done between slices: frames shown, the display, the shared file, those who leave.
-    fn look_around(&mut self) {
-        let now = Instant::now();
-        self.engine.tick(now);
-        if now >= self.shown_at + SHOW_EVERY && self.engine.has_unshown() {
-            self.engine.show();
-            self.shown_at = now;
-        }
-        self.answer_waiting();
-        if !self.working.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
-            self.check_jobs(now);
-        }
-        self.close_idle(now);
-        self.update_metrics(now);
-        self.leaving.retain_mut(|l| !is_gone(l, now));
-    }
-
-    /// Answers those whose frame is on the screen, and lets them go on.
-    fn answer_waiting(&mut self) {
-        let limit = self.engine.limits().reply_bytes;
-        for id in std::mem::take(&mut self.waiting) {
-            let Some(connection) = self.connections.get_mut(&id) else { continue };
-            match connection.waits_for {
-                Some(frame) if !self.engine.is_shown(frame) => self.waiting.push(id),
-                Some(_) => {
-                    connection.frame_is_shown(&self.engine, &mut self.output);
-                    connection.reply(&mut self.output.replies, limit, &self.sender);
-                    self.with(id, |_| ());
-                }
-                None => {}
-            }
-        }
-    }
-
     /// The end: the last replies go out, as long as there is time.
     fn end(mut self) -> Engine {
         let until = match self.finish {
@@ -575,30 +342,4 @@ impl Loop {
         self.engine.end();
         self.engine
     }
-}
-
-/// A step of a paused display: a frame or a command of one connection.
-#[derive(Clone, Copy)]
-struct Step {
-    id: Id,
-    pace: Pace,
-    /// The connection's progress when it began.
-    before: u64,
-}
-
-/// Whether a connection that is over needs no more care; aborts one whose client takes too long.
-fn is_gone(leaving: &mut Leaving, now: Instant) -> bool {
-    if leaving.port.is_gone() {
-        return true;
-    }
-    let pending = leaving.outbox.pending();
-    if pending != leaving.pending {
-        (leaving.pending, leaving.since) = (pending, now);
-    }
-    let patience = if leaving.outbox.is_done() { HANG_UP_WITHIN } else { LEAVE_WITHIN };
-    let is_late = now >= leaving.since + patience;
-    if is_late {
-        leaving.port.abort();
-    }
-    is_late
 }

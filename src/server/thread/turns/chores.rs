@@ -1,0 +1,157 @@
+//! What the render thread does between turns: frames shown, jobs given up, idle clients, metrics, and
+//! those who leave.
+//!
+//! In: the time. Out: the same state, with nothing left undone that was due, and when to look again.
+//! Runs on the render thread. Promises that what has nothing to do costs a comparison. One would know by
+//! `tests/serving/quotas.rs` (idle clients), `metrics.rs` and `fairness.rs` (jobs) beside it.
+
+use super::Loop;
+use crate::server::metrics;
+use crate::server::thread::connection::{Connection, Leaving};
+use crate::server::thread::message::Id;
+use crate::server::thread::{Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, LEAVE_WITHIN, SHOW_EVERY};
+use std::time::{Duration, Instant};
+
+impl Loop {
+    /// What is done between slices: frames shown, the display, the shared file, those who leave.
+    pub(super) fn look_around(&mut self) {
+        let now = Instant::now();
+        self.engine.tick(now);
+        if now >= self.shown_at + SHOW_EVERY && self.engine.has_unshown() {
+            self.engine.show();
+            self.shown_at = now;
+        }
+        self.answer_waiting();
+        if !self.working.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
+            self.check_jobs(now);
+        }
+        self.close_idle(now);
+        self.update_metrics(now);
+        self.leaving.retain_mut(|l| !is_gone(l, now));
+    }
+
+    /// Gives up jobs that take too long.
+    fn check_jobs(&mut self, now: Instant) {
+        let limit = self.engine.limits().command_time;
+        let mut next: Option<Instant> = None;
+        for id in std::mem::take(&mut self.working) {
+            let mut until = None;
+            self.with(id, |c| until = c.check_job(now, limit));
+            if let Some(until) = until {
+                next = Some(next.map_or(until, |n| n.min(until)));
+                self.working.push(id);
+            }
+        }
+        self.jobs_until = next;
+    }
+
+    /// Closes the connections that were idle for the limit's time. Once a second, over all of them: bytes cost nothing more
+    /// than a flag.
+    fn close_idle(&mut self, now: Instant) {
+        let Some(timeout) = self.engine.limits().idle_timeout else { return };
+        if now < self.idle_scanned_at + IDLE_SCAN_EVERY {
+            return;
+        }
+        self.idle_scanned_at = now;
+        let is_timed_out = |(&id, c): (&Id, &mut Connection)| c.is_timed_out(now, timeout).then_some(id);
+        let idle: Vec<Id> = self.connections.iter_mut().filter_map(is_timed_out).collect();
+        for id in idle {
+            if let Some(connection) = self.connections.get_mut(&id) {
+                self.slow -= usize::from(std::mem::take(&mut connection.is_slow));
+                let limit = self.engine.limits().reply_bytes;
+                let mut farewell = connection.timeout_line(timeout).into_bytes();
+                connection.reply(&mut farewell, limit, &self.sender);
+            }
+            self.engine.note_idle_close();
+            self.end_connection(id);
+        }
+    }
+
+    /// Answers those whose frame is on the screen, and lets them go on.
+    fn answer_waiting(&mut self) {
+        let limit = self.engine.limits().reply_bytes;
+        for id in std::mem::take(&mut self.waiting) {
+            let Some(connection) = self.connections.get_mut(&id) else { continue };
+            match connection.waits_for {
+                Some(frame) if !self.engine.is_shown(frame) => self.waiting.push(id),
+                Some(_) => {
+                    connection.frame_is_shown(&self.engine, &mut self.output);
+                    connection.reply(&mut self.output.replies, limit, &self.sender);
+                    self.with(id, |_| ());
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// When the metrics are to be brought up to date: soon where something has happened, and now and then in any case, so
+    /// that old ones mean a thread that is busy.
+    fn metrics_due_at(&self) -> Instant {
+        let period = if self.metrics_are_stale { metrics::UPDATE_EVERY } else { metrics::REFRESH_EVERY };
+        self.metrics_at + period
+    }
+
+    /// Brings the metrics up to date, a few times a second and where there is a board for them.
+    fn update_metrics(&mut self, now: Instant) {
+        if now < self.metrics_due_at() {
+            return;
+        }
+        let Some(board) = self.engine.metrics() else { return };
+        let connections = || self.connections.values();
+        let is_updated = board.update(now, |m| {
+            self.engine.fill_metrics(m);
+            m.queue_bytes = self.queued_bytes;
+            m.reply_bytes = connections().map(|c| c.unread() as u64).sum();
+            m.private_resource_bytes =
+                connections().map(|c| metrics::resource_bytes(c.stream.session())).sum();
+        });
+        // Where it was being read it is tried again in a moment.
+        if is_updated {
+            (self.metrics_at, self.metrics_are_stale) = (now, false);
+        }
+    }
+
+    pub(super) fn next_deadline(&mut self) -> Option<Instant> {
+        let mut deadline = self.engine.next_deadline(Instant::now());
+        let spare = self.engine.sweep_spare(Instant::now());
+        let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
+        spare.into_iter().for_each(&mut at);
+        if self.engine.has_unshown() && !self.engine.is_frozen() {
+            at(self.shown_at + SHOW_EVERY);
+        }
+        if !self.working.is_empty() {
+            self.jobs_until.into_iter().for_each(&mut at);
+        }
+        if !self.leaving.is_empty() {
+            at(Instant::now() + Duration::from_millis(100));
+        }
+        if self.engine.limits().idle_timeout.is_some() && !self.connections.is_empty() {
+            at(self.idle_scanned_at + IDLE_SCAN_EVERY);
+        }
+        if self.engine.metrics().is_some() {
+            // Not at once where it was due and being read.
+            at(self.metrics_due_at().max(Instant::now() + Duration::from_millis(1)));
+        }
+        if let Some(Finish::By(time)) = self.finish {
+            at(time);
+        }
+        deadline
+    }
+}
+
+/// Whether a connection that is over needs no more care; aborts one whose client takes too long.
+fn is_gone(leaving: &mut Leaving, now: Instant) -> bool {
+    if leaving.port.is_gone() {
+        return true;
+    }
+    let pending = leaving.outbox.pending();
+    if pending != leaving.pending {
+        (leaving.pending, leaving.since) = (pending, now);
+    }
+    let patience = if leaving.outbox.is_done() { HANG_UP_WITHIN } else { LEAVE_WITHIN };
+    let is_late = now >= leaving.since + patience;
+    if is_late {
+        leaving.port.abort();
+    }
+    is_late
+}
