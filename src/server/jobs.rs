@@ -22,6 +22,7 @@
 use super::engine::{FileReader, Progress};
 use super::record::ReadFile;
 use super::thread::message::{Id, Message};
+use super::workers::DRAW_STACK_BYTES;
 use super::{Engine, Session};
 use crate::cancel::CancelToken;
 use crate::command::Command;
@@ -203,6 +204,10 @@ impl JobPool {
                 }
             }
         };
-        std::thread::Builder::new().name("fbptr-job".into()).spawn(work).map(drop)
+        std::thread::Builder::new()
+            .name("fbptr-job".into())
+            .stack_size(DRAW_STACK_BYTES)
+            .spawn(work)
+            .map(drop)
     }
 }

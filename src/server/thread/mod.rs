@@ -12,6 +12,7 @@ mod turns;
 
 use super::client::Client;
 use super::transport::{Buffers, LEASE_BYTES, Medium, Poller};
+use super::workers::DRAW_STACK_BYTES;
 use super::{Audience, Engine};
 use crate::cancel::CancelToken;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -93,10 +94,12 @@ impl RenderThread {
         let buffers = Arc::new(Buffers::new());
         let poller = Arc::new(Poller::new(buffers.clone())?);
         let hand = poller.hand();
-        let thread = std::thread::Builder::new().name("render".into()).spawn(move || {
-            let _ends: Sender<()> = ends;
-            Loop::new(engine, messages, own_sender, buffers, hand).run()
-        })?;
+        let thread = std::thread::Builder::new().name("render".into()).stack_size(DRAW_STACK_BYTES).spawn(
+            move || {
+                let _ends: Sender<()> = ends;
+                Loop::new(engine, messages, own_sender, buffers, hand).run()
+            },
+        )?;
         Ok(RenderThread {
             messages: sender,
             thread,
