@@ -23,9 +23,13 @@ pub fn frame(bounds: (DVec3, DVec3), aspect: f64) -> Camera {
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
 
-/// [`frame`], from the side on which an open surface has its front: where the faces of `mesh`, added up by area, look away
-/// from the usual eye, the eye stands on the opposite side. A closed surface adds up to nothing and is seen as usual.
-pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64) -> Camera {
+/// [`frame`], from the side on which an open surface has its front: where the faces of `mesh`, added
+/// up by area, look away from the usual eye, the eye stands on the opposite side. A closed surface
+/// adds up to nothing and is seen as usual.
+///
+/// Where both sides are drawn (`is_open`) only what faces sideways counts, and the eye stays above the
+/// horizon: ground whose faces look down is seen from above, where the viewer's light reaches it.
+pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: bool) -> Camera {
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;
     for t in &mesh.triangles {
@@ -35,9 +39,10 @@ pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64) -> Camera {
         total += normal.length();
     }
     let usual = unit(DIRECTION).expect("a constant with a direction");
+    let kept = if is_open { DVec3::new(0.0, usual.y, 0.0) } else { DVec3::ZERO };
     // A tenth of the area: less is the rounding, or the bottom that somebody left out.
-    let looks_away = sum.dot(usual) < -0.1 * total;
-    let z = if looks_away { -usual } else { usual };
+    let looks_away = sum.dot(usual - kept) < -0.1 * total;
+    let z = if looks_away { 2.0 * kept - usual } else { usual };
     let x = unit(DVec3::Y.cross(z)).expect("not along y");
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
@@ -110,12 +115,21 @@ mod tests {
         let eye_of = |triangles: &[[u32; 3]]| {
             let mesh = Mesh::from_triangles(points.clone(), triangles);
             let bounds = mesh.bounds().expect("points");
-            let camera = frame_mesh(&mesh, bounds, 1.0);
-            (camera.look_at.eye - camera.look_at.reference).z
+            [false, true].map(|is_open| {
+                let camera = frame_mesh(&mesh, bounds, 1.0, is_open);
+                let from = camera.look_at.eye - camera.look_at.reference;
+                [from.y > 0.0, from.z > 0.0]
+            })
         };
-        assert!(eye_of(&[[0, 1, 2]]) > 0.0 && eye_of(&[[0, 2, 1]]) < 0.0);
-        assert!(eye_of(&[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]) > 0.0);
-        assert!(eye_of(&[]) > 0.0);
+        let usual = [[true, true]; 2];
+        // A wall.
+        assert_eq!(eye_of(&[[0, 1, 2]]), usual);
+        assert_eq!(eye_of(&[[0, 2, 1]]), [[false, false], [true, false]]);
+        // The ground, whose back is seen from above where it is drawn.
+        assert_eq!(eye_of(&[[0, 3, 1]]), usual);
+        assert_eq!(eye_of(&[[0, 1, 3]]), [[false, false], [true, true]]);
+        assert_eq!(eye_of(&[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), usual);
+        assert_eq!(eye_of(&[]), usual);
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl Scene {
     /// sides of the faces are drawn and lit.
     pub fn of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64, is_open: bool) -> Scene {
         let bounds = geometry.mesh.bounds();
-        let camera = bounds.map_or_else(Camera::default, |b| frame_mesh(&geometry.mesh, b, aspect));
+        let camera = bounds.map_or_else(Camera::default, |b| frame_mesh(&geometry.mesh, b, aspect, is_open));
         let object = Object {
             name: name.to_owned(),
             geometry,

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Renders some two hundred X3D and OBJ files onto contact sheets, to be looked at.
+
+    python3 benches/contact/sheet.py target/release/fbptr docs/pictures
+
+The OBJ files are written by `objects.py`, the X3D files are those of `tests/data/x3d`. Each is drawn by
+`fbptr render` at 120x90 from its own camera, or the one that shows all of it. Writes `files-obj.png` and
+`files-x3d.png`, and prints each file's place on its sheet (row, column) with the first line that was said of
+it. A file that is refused leaves its place black. Exit status 1 when that is not exactly those that should
+be: XML that is not well formed, and files that hold themselves.
+"""
+
+import glob
+import os
+import subprocess
+import sys
+import tempfile
+
+import objects
+
+WIDTH, HEIGHT, GAP, COLUMNS = 120, 90, 2, 16
+BACKGROUND = (24, 32, 48)
+REFUSED = ("_malformed", "cycle_")
+TESTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/data/x3d")
+
+
+def render(program, path, folder):
+    """Returns the picture's rows of (red, green, blue), or None, and what was said."""
+    raw = os.path.join(folder, "picture.raw")
+    done = subprocess.run([program, "render", path, "-o", raw, "--size", "%dx%d" % (WIDTH, HEIGHT),
+                           "--background", "%02x%02x%02x" % BACKGROUND],
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace")
+    if done.returncode != 0:
+        return None, done.stderr
+    data = open(raw, "rb").read()
+    pixels = [tuple(data[i:i + 3]) for i in range(0, len(data), 4)]
+    return [pixels[y * WIDTH:(y + 1) * WIDTH] for y in range(HEIGHT)], done.stderr
+
+
+def sheet(program, paths, out, folder):
+    """Writes one sheet; returns how many files were drawn or refused where the other was expected."""
+    lines, refused, wrong = -(-len(paths) // COLUMNS), 0, 0
+    rows = [[(0, 0, 0)] * ((WIDTH + GAP) * COLUMNS) for _ in range((HEIGHT + GAP) * lines)]
+    for n, path in enumerate(paths):
+        line, column = divmod(n, COLUMNS)
+        picture, said = render(program, path, folder)
+        said = said.replace(os.path.dirname(path) + "/", "").strip().splitlines()
+        print("%d,%d %s%s" % (line, column, os.path.basename(path), ": " + said[0] if said else ""), flush=True)
+        refused += picture is None
+        wrong += (picture is None) != any(part in os.path.basename(path) for part in REFUSED)
+        for y, pixels in enumerate(picture or []):
+            x = column * (WIDTH + GAP)
+            rows[line * (HEIGHT + GAP) + y][x:x + WIDTH] = pixels
+    open(out, "wb").write(objects.png(rows))
+    print("%s: %d files, %d refused, %d of them or others not as expected" % (out, len(paths), refused, wrong))
+    return wrong
+
+
+def main():
+    program, folder_out = sys.argv[1:]
+    scenes = sorted(glob.glob(os.path.join(TESTS, "**", "*.x3d*"), recursive=True))
+    with tempfile.TemporaryDirectory() as folder:
+        wrong = sheet(program, objects.write_all(folder), os.path.join(folder_out, "files-obj.png"), folder)
+        wrong += sheet(program, scenes, os.path.join(folder_out, "files-x3d.png"), folder)
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
