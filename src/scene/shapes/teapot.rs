@@ -33,7 +33,10 @@ fn counts(level: u32) -> Counts {
     let grid = (level + 1).saturating_mul(level + 1);
     let at_poles = POLES * level;
     Counts {
-        positions: inside.saturating_mul(inside).saturating_mul(PATCH_COUNT) + CURVES * inside + JOINTS,
+        positions: inside
+            .saturating_mul(inside)
+            .saturating_mul(PATCH_COUNT)
+            .saturating_add(CURVES * inside + JOINTS),
         normals: grid.saturating_mul(PATCH_COUNT),
         texcoords: grid,
         corners: squares.saturating_mul(4).saturating_sub(at_poles),
@@ -47,8 +50,9 @@ fn counts(level: u32) -> Counts {
 pub fn teapot_bytes(level: u32) -> u64 {
     let grid = (u64::from(level) + 1).saturating_mul(u64::from(level) + 1);
     let on_curves = CURVES.saturating_mul(level.into()) + JOINTS;
-    let beside = grid.saturating_mul(3 * size_of::<Corner>() as u64)
-        + on_curves.saturating_mul(4 * size_of::<(Key, u32)>() as u64);
+    let beside = grid
+        .saturating_mul(3 * size_of::<Corner>() as u64)
+        .saturating_add(on_curves.saturating_mul(4 * size_of::<(Key, u32)>() as u64));
     counts(level).bytes().saturating_add(beside).saturating_add(4096)
 }
 

@@ -231,3 +231,15 @@ fn the_arrays_of_large_shapes_are_made_as_long_as_they_become() {
         assert_eq!((teapot.positions.len(), held(&teapot)), (teapot.positions.capacity(), made), "{level}");
     }
 }
+
+#[test]
+fn what_a_shape_takes_is_counted_to_the_end_of_the_numbers() {
+    for levels in [[8, 9], [1 << 16, 1 << 17], [u32::MAX - 1, u32::MAX]] {
+        let [fine, finer] = levels.map(teapot_bytes);
+        // The mesh alone has more than this for each of its 32 n^2 squares.
+        let least = u64::from(levels[0]).pow(2).saturating_mul(32 * 100);
+        assert!(fine >= least && finer >= fine, "{levels:?}: {fine}, {finer}");
+        let [fine, finer] = levels.map(|n| knot_bytes(n, n));
+        assert!(fine >= u64::from(levels[0]).pow(2).saturating_mul(100) && finer >= fine, "{levels:?}");
+    }
+}
