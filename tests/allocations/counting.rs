@@ -13,6 +13,17 @@ thread_local! {
     /// Whether this thread's calls are counted: not those of the thread that runs the tests, which
     /// says by itself which test takes long.
     static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
+    /// Bytes that this thread asked for less those that it gave back, and the most since
+    /// [`most_held_here`] began.
+    static HERE: Cell<[isize; 2]> = const { Cell::new([0; 2]) };
+}
+
+/// Notes what this thread asks for or gives back. A thread that ends has no counter any more.
+fn note_here(bytes: isize) {
+    let _ = HERE.try_with(|here| {
+        let [held, peak] = here.get();
+        here.set([held + bytes, peak.max(held + bytes)]);
+    });
 }
 
 /// Bytes that are held.
@@ -29,11 +40,13 @@ unsafe impl GlobalAlloc for Counting {
         }
         let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
         PEAK.fetch_max(held, Relaxed);
+        note_here(layout.size() as isize);
         // SAFETY: the caller's promise is the system allocator's.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         HELD.fetch_sub(layout.size() as isize, Relaxed);
+        note_here(-(layout.size() as isize));
         // SAFETY: the caller's promise is the system allocator's.
         unsafe { System.dealloc(at, layout) }
     }
@@ -67,4 +80,12 @@ pub fn most_held<R>(work: impl FnOnce() -> R) -> (R, u64) {
     PEAK.store(before, Relaxed);
     let answer = work();
     (answer, (PEAK.load(Relaxed) - before).max(0) as u64)
+}
+
+/// [`most_held`] of work that no other thread takes part in, whatever others ask for meanwhile.
+pub fn most_held_here<R>(work: impl FnOnce() -> R) -> (R, u64) {
+    let before = HERE.get()[0];
+    HERE.set([before; 2]);
+    let answer = work();
+    (answer, (HERE.get()[1] - before).max(0) as u64)
 }
