@@ -182,9 +182,11 @@ impl Prepared<'_> {
         ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
     }
 
-    /// The pixel that holds a clip space point.
+    /// The pixel that holds a clip space point. An end that the six planes left lies in the viewport, unless its numbers are
+    /// at the end of their range: such a one is brought to where the steps can be counted.
     fn pixel(&self, clip: DVec4) -> [i64; 2] {
-        self.assembler.transform.on_screen(clip).map(|v| v.floor() as i64)
+        let range = [i32::MIN, i32::MAX].map(f64::from);
+        self.assembler.transform.on_screen(clip).map(|v| v.floor().clamp(range[0], range[1]) as i64)
     }
 
     fn draw_line(

@@ -157,6 +157,16 @@ fn quality_bears_a_corner_at_the_end_of_the_range() {
     }
 }
 
+#[test]
+fn lines_bear_ends_that_no_pixel_holds() {
+    let corners =
+        [[0.0; 3], [2.538641780355495, 2.0929266199436105e-136, 0.0], [0.0, -1.3908630219965512, 0.0]];
+    let setting = "SHADE wire\nCULL none\nLOOKAT 0 1.1102674947234016e-103 -1.734260416372793 0 0 0 0 1 0\nPERSPECTIVE 1 0e0 0e0\n\
+        SCALE -1.9456990801196434 -3.1556175855094014e239 0";
+    let told = draw(setting, &obj(&corners));
+    assert!(told.ends_with("SYNC end\n") && !told.contains("defect"), "{told}");
+}
+
 /// Any number that a line can give, and its extremes more often.
 fn real() -> impl Strategy<Value = f64> {
     prop_oneof![
