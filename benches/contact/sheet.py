@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders some two hundred X3D and OBJ files onto contact sheets, to be looked at.
 
-    python3 benches/contact/sheet.py target/release/fbptr docs/pictures
+    python3 benches/contact/sheet.py target/release/fbptr docs/sheets
 
 The OBJ files are written by `objects.py`, the X3D files are those of `tests/data/x3d`. Each is drawn by
 `fbptr render` at 120x90 from its own camera, or the one that shows all of it. Writes `files-obj.png` and

@@ -280,6 +280,7 @@ fn a_scene_says_what_its_objects_take_however_often_they_are_used() {
 
 #[test]
 fn shapes_take_what_they_are_said_to_take() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let check = |name: &str, charged: u64, make: &dyn Fn() -> Mesh| {
         let (mesh, held) = most_held_here(make);
         println!("{name}: {charged} bytes charged, {held} held, {} kept", mesh.size_bytes());
