@@ -6,10 +6,11 @@
 //! neighbours share it bit for bit.
 
 use super::call::DrawStats;
-use super::plane::FacePlane;
+use super::plane::{FacePlane, Linear};
 use super::vertex::{Transform, Vertex};
+use super::viewport::Screen;
 use crate::math::coverage::SnappedTriangle;
-use crate::scene::Cull;
+use crate::scene::{Cull, Interpolation};
 use glam::DVec4;
 use std::cmp::Ordering;
 
@@ -25,8 +26,10 @@ pub(crate) enum Side {
 pub(crate) struct Face {
     pub side: Side,
     pub plane: FacePlane,
-    /// Whether 0 <= z < 1 at every corner, so that no pixel needs to be asked.
+    /// Whether 0 <= z < 1 at every corner, so that no pixel needs to be checked.
     pub wholly_between_near_and_far: bool,
+    /// Least and greatest z of the corners; without bounds where the face passes the eye's plane.
+    pub z_range: [f64; 2],
     /// What the rasteriser covers: the face, or what is left of a cut one, as up to two triangles.
     pub outlines: [Option<SnappedTriangle>; 2],
 }
@@ -38,6 +41,24 @@ pub(crate) struct Assembler {
     pub cull: Cull,
     /// Whether the model or the window mirrors: front is then clockwise on the screen.
     pub mirrored: bool,
+}
+
+impl Face {
+    /// The plane over the pixels of a face that crosses near or far: each pixel has to be checked by
+    /// [`Linear::is_between_near_and_far`] with [`Self::z_range`].
+    pub fn crossing(&self, screen: &Screen) -> Option<Linear> {
+        let is_crossing = !self.wholly_between_near_and_far;
+        is_crossing.then(|| self.plane.linear(screen, Interpolation::Perspective))
+    }
+}
+
+/// Returns [`Face::z_range`].
+fn z_range(corners: [&Vertex; 3]) -> [f64; 2] {
+    if !corners.iter().all(|v| v.clip.w > 0.0) {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    let [a, b, c] = corners.map(|v| v.clip.z / v.clip.w);
+    [a.min(b).min(c), a.max(b).max(c)]
 }
 
 impl Assembler {
@@ -86,7 +107,13 @@ impl Assembler {
         stats.faces_cut += cut as u64;
         stats.faces_drawn += 1;
         let between = |v: &&Vertex| v.clip.z >= 0.0 && v.complement > 1e-9 * v.clip.w && v.clip.w > 0.0;
-        Some(Face { side, plane, wholly_between_near_and_far: corners.iter().all(between), outlines })
+        Some(Face {
+            side,
+            plane,
+            wholly_between_near_and_far: corners.iter().all(between),
+            z_range: z_range(corners),
+            outlines,
+        })
     }
 
     /// Which side of a face is seen, before anything is left out; `None` without area on the screen.

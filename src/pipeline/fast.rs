@@ -210,8 +210,10 @@ impl Prepared<'_> {
             },
             exact_ranges: match is_cut {
                 true => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
-                false => [corners.map(|v| v.clip.z / v.clip.w), corners.map(|v| v.complement / v.clip.w)]
-                    .map(|[a, b, c]| [a.min(b).min(c), a.max(b).max(c)]),
+                false => {
+                    let [a, b, c] = corners.map(|v| v.complement / v.clip.w);
+                    [face.z_range, [a.min(b).min(c), a.max(b).max(c)]]
+                }
             },
             is_cut,
             corner_w: match self.call.interp {

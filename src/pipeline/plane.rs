@@ -62,6 +62,14 @@ impl Linear {
         self.at(self.z, x, y)
     }
 
+    /// Whether the face is between near (included) and far (excluded) at the centre of pixel (x, y):
+    /// its z, extrapolated where the centre lies beside the face, and kept within `z_range`, the
+    /// least and greatest z of its corners.
+    #[inline]
+    pub fn is_between_near_and_far(&self, z_range: [f64; 2], x: i32, y: i32) -> bool {
+        (0.0..1.0).contains(&self.z_at(x, y).max(z_range[0]).min(z_range[1]))
+    }
+
     /// b of a corner at the centre of pixel (x, y).
     #[inline]
     pub fn share_at(&self, corner: usize, x: i32, y: i32) -> f64 {

@@ -177,6 +177,7 @@ impl Raster<'_, '_> {
         let (interp, divide, name) = (self.interp, self.divide, self.name);
         let canvas = &mut *self.canvas;
         let (width, first_row) = (canvas.width, canvas.y0 as i32);
+        let crossing = face.crossing(screen);
         for outline in face.outlines.iter().flatten() {
             outline.for_each_span(canvas.clip, |y, xs| {
                 let mut row_is_written = false;
@@ -185,16 +186,14 @@ impl Raster<'_, '_> {
                     // 7: depth
                     stats.pixels_tested += 1;
                     let Some(weights) = plane.clamped(plane.weights_at(ndc)) else { continue };
-                    let (mut z, complement) = plane.depth(&weights);
-                    if face.wholly_between_near_and_far {
-                        z = z.max(0.0);
-                    } else if !(0.0..1.0).contains(&z) {
+                    if crossing.is_some_and(|plane| !plane.is_between_near_and_far(face.z_range, x, y)) {
                         continue;
                     }
+                    let (z, complement) = plane.depth(&weights);
                     let index = width * (y - first_row) as usize + x as usize;
                     let mut passed = None;
                     if let Some((format, words)) = &canvas.depth {
-                        let word = format.encode(z, complement.max(0.0));
+                        let word = format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0));
                         if word >= words.word(index) {
                             continue;
                         }

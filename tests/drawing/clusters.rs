@@ -182,3 +182,33 @@ proptest! {
 fn from_env(name: &str, default: u32) -> u32 {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
+
+/// A face across the near plane, edge on: one pixel's centre lies beside it, where its plane is before
+/// near and its nearest point behind.
+#[test]
+fn a_pixel_beside_a_face_across_the_near_plane_is_decided_alike() {
+    let turn =
+        DQuat::from_euler(glam::EulerRot::XYZ, 2.94434715025621, -3.0096642224609362, 1.9413474536158226);
+    let scale = DVec3::new(-0.28434525489217144, -1.6337470244104293, -0.2561055071710803);
+    let projection = Projection::Oblique {
+        kind: ObliqueKind::Cavalier,
+        angle_rad: 0.5208980362501114,
+        window: [-0.8492065646135962, 0.7738648695252266, -0.7365155129610936, 1.9087374786072389],
+        near: 2.3061244401067076,
+        far: 3.0,
+    };
+    let eye = DVec3::new(-1.854972005880202, 0.38490673675389275, -0.6579608113051009);
+    let mut mesh = slivers(117, 0.02, 0.0);
+    mesh.normals.clear();
+    let geometry = Geometry { mesh, textures: Vec::new() };
+    let material = Material::default();
+    let call = DrawCall {
+        model: DMat4::from_quat(turn) * DMat4::from_scale(scale),
+        camera: Camera { look_at: LookAt { eye, reference: DVec3::ZERO, up: DVec3::Y }, projection },
+        viewport: Viewport { x: 0, y: 0, width: 142, height: 3, rule: ViewportRule::Corners },
+        ..DrawCall::new(&geometry, &material, SIZE[0], SIZE[1])
+    };
+    for format in [DepthFormat::F32, DepthFormat::Reversed, DepthFormat::U16] {
+        assert!(both_paths_agree(&call, format).is_some_and(|stats| stats.pixels_tested > 0));
+    }
+}

@@ -15,11 +15,8 @@ const RUN: i32 = 16;
 /// Depth that runs faster than this over a pixel is worked in f64 at every pixel.
 const STEEP: f64 = 1.0 / 64.0;
 
-/// What rounding may take off a depth of exactly 0.
-const NEAR_ROUNDING: f32 = 6e-8;
-
-/// How near to 1 a depth in f32 may be on the wrong side of it.
-const FAR_ROUNDING: f32 = 1e-6;
+/// Distance from 0 and from 1 within which rounding may put a depth in f32 on the wrong side.
+const DEPTH_ROUNDING: f32 = 1e-6;
 
 /// A face set up by the plain path.
 #[derive(Clone, Debug)]
@@ -237,13 +234,14 @@ fn row<S: Simd>(s: S, wide: &WideFace, y: i32, span: std::ops::Range<i32>, tile:
     passed
 }
 
-/// Where LANES pixels from (x, y) on, of these depths, lie between near and far: closed at 0, open at 1. Too near to the far
-/// plane for f32 to tell, f64 decides.
+/// Returns where LANES pixels from (x, y) on, of depths `z`, lie between near (included) and far
+/// (excluded): as f64 says wherever f32 may be wrong.
 #[inline(always)]
 pub(super) fn between_near_and_far<S: Simd>(s: S, wide: &WideFace, z: S::F, x: i32, y: i32) -> S::M {
-    // What rounding took just below 0 is 0.
-    let inside = s.splat(-NEAR_ROUNDING).lt(z) & z.lt(s.splat(1.0));
-    let mut left = ((z - s.splat(1.0)).abs().lt(s.splat(FAR_ROUNDING))).bits();
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let inside = zero.le(z) & z.lt(one);
+    let near_either = z.abs().lt(s.splat(DEPTH_ROUNDING)) | (z - one).abs().lt(s.splat(DEPTH_ROUNDING));
+    let mut left = near_either.bits();
     if left == 0 {
         return inside;
     }
@@ -251,7 +249,7 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, wide: &WideFace, z: S::F, x: i
     while left != 0 {
         let lane = left.trailing_zeros();
         left &= left - 1;
-        let is_inside = wide.plane.z_at(x + lane as i32, y) < 1.0;
+        let is_inside = wide.plane.is_between_near_and_far(wide.exact_ranges[0], x + lane as i32, y);
         bits = (bits & !(1 << lane)) | (u32::from(is_inside) << lane);
     }
     s.mask(bits)

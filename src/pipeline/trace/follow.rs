@@ -9,7 +9,7 @@ use crate::pipeline::call::{DrawStats, SceneOptions};
 use crate::pipeline::clip::{ClipVertex, clip_polygon};
 use crate::pipeline::light::SurfacePoint;
 use crate::pipeline::plan::Part;
-use crate::pipeline::plane::Weights;
+use crate::pipeline::plane::{Linear, Weights};
 use crate::pipeline::prepare::Prepared;
 use crate::pipeline::raster::{blend, footprint, opaque};
 use crate::pipeline::sample::sample;
@@ -87,14 +87,15 @@ fn covers(p: &Prepared, face: &Face, [x, y]: [i32; 2]) -> bool {
     is_inside && is_covered
 }
 
-/// The weights at a pixel with z and 1 - z, or `None` where the face has no point in front of near and before far.
+/// The weights at a pixel with z and 1 - z, or `None` where the face has no point between near and far.
 fn point_of(p: &Prepared, face: &Face, [x, y]: [i32; 2]) -> Option<(Weights, f64, f64)> {
-    let ndc = p.transform().screen.ndc_of_pixel(x, y);
-    let weights = face.plane.clamped(face.plane.weights_at(ndc))?;
+    let screen = &p.transform().screen;
+    let weights = face.plane.clamped(face.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
     let (z, complement) = face.plane.depth(&weights);
-    match face.wholly_between_near_and_far {
-        true => Some((weights, z.max(0.0), complement)),
-        false => (0.0..1.0).contains(&z).then_some((weights, z, complement)),
+    let is_beyond = |plane: Linear| !plane.is_between_near_and_far(face.z_range, x, y);
+    match face.crossing(screen).is_some_and(is_beyond) {
+        true => None,
+        false => Some((weights, z.max(0.0), complement)),
     }
 }
 

@@ -84,16 +84,6 @@ impl DeepPlane {
         }
         out
     }
-
-    /// The same before they are put into 0..=1, which a plane may leave where it goes on beyond near and far.
-    #[inline(always)]
-    fn endless_row<S: Simd>(&self, x: i32, down: f64) -> [f64; 16] {
-        let mut out = [0.0; 16];
-        for (i, lane) in out[..S::LANES].iter_mut().enumerate() {
-            *lane = self.along(x + i as i32, down);
-        }
-        out
-    }
 }
 
 /// The lesser of two; the second when one is not a number.
@@ -124,16 +114,13 @@ fn within(depth: f64) -> f64 {
 #[inline(always)]
 pub fn wide_words<S: Simd>(s: S, form: &Form, wide: &WideFace, x: i32, y: i32) -> (S::I, S::M) {
     let plane = DeepPlane::of_wide(wide, form);
-    let mut depths = plane.endless_row::<S>(x, plane.down(y));
-    let mut inside = 0u32;
-    for (i, lane) in depths[..S::LANES].iter_mut().enumerate() {
-        let d = *lane;
-        // Closed at near, open at far.
-        let is_inside = if form.is_reversed { d > 0.0 && d <= 1.0 } else { (0.0..1.0).contains(&d) };
-        inside |= (is_inside as u32) << i;
-        *lane = within(d);
+    let words = form.words(s, &plane.row::<S>(x, plane.down(y)));
+    if wide.is_between {
+        return (words, s.mask(u32::MAX));
     }
-    (form.words(s, &depths), if wide.is_between { s.mask(u32::MAX) } else { s.mask(inside) })
+    let is_inside = |i: usize| wide.plane.is_between_near_and_far(wide.exact_ranges[0], x + i as i32, y);
+    let inside = (0..S::LANES).fold(0u32, |bits, i| bits | u32::from(is_inside(i)) << i);
+    (words, s.mask(inside))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use super::*;
 use crate::simd::{Kernel, Level};
 
-/// How far f32 may be from the definition, of 0..1: the level is found to about 1e-4.
+/// Largest difference from the definition, colours being 0..1: f32 finds the level to about 1e-4.
 const TOLERANCE: f64 = 3e-4;
 
 /// A pixel: u, v, its steps to the right and below, and whether a neighbour lies beyond the horizon.
