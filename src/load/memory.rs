@@ -1,5 +1,5 @@
-//! What reading a file may take: working memory of a budget, a result of no more than so many bytes, and
-//! time until somebody cancels it.
+//! Limits of reading a file: working memory of a budget, the size of the result, and a token that
+//! cancels the reading.
 //!
 //! In: estimates, made before the memory is taken: of a text by what is counted in it, of a picture by its header. Out: a
 //! refusal with figures, or reservations. The working part goes when a parser ends; the kept part lives as long as what was read.
@@ -28,9 +28,9 @@ impl LoadMemory {
         LoadMemory::new(&MemoryBudget::unlimited(), u64::MAX)
     }
 
-    /// The same for reading that ends with [`LoadErrorKind::Cancelled`] soon after `cancel` is
-    /// cancelled: the token is looked at wherever memory is asked for, and within long texts and
-    /// pictures.
+    /// Returns these limits with `cancel` as the token: once it is cancelled, reading ends soon
+    /// with [`LoadErrorKind::Cancelled`]. The token is checked wherever memory is reserved, and
+    /// within long texts and pictures.
     pub fn until(self, cancel: CancelToken) -> Self {
         LoadMemory { cancel, ..self }
     }

@@ -1,8 +1,8 @@
 //! A file's bytes for decoders that are not ours, until the load is cancelled.
 //!
 //! In: bytes and a token. Out: the bytes in pieces, with a look at the token before each; an I/O error
-//! once it is cancelled, at which a decoder gives up. Runs on the thread that decodes. A piece is so
-//! short that even what is packed a thousand times as tight is unpacked in some 10 ms.
+//! once it is cancelled, at which a decoder gives up. Runs on the thread that decodes. A piece is
+//! short because packed pictures unpack to about a thousand times their bytes.
 
 use crate::cancel::CancelToken;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};

@@ -27,8 +27,9 @@ pub fn frame(bounds: (DVec3, DVec3), aspect: f64) -> Camera {
 /// up by area, look away from the usual eye, the eye stands on the opposite side. A closed surface
 /// adds up to nothing and is seen as usual.
 ///
-/// Where both sides are drawn (`is_open`) only what faces sideways counts, and the eye stays above the
-/// horizon: ground whose faces look down is seen from above, where the viewer's light reaches it.
+/// With `is_open` (both sides are drawn) only the horizontal part of the sum counts, and the eye stays
+/// above the horizon: ground whose faces look down is seen from above, where the viewer's light
+/// reaches it.
 pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: bool) -> Camera {
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;
@@ -47,7 +48,7 @@ pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: boo
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
 
-/// The same for given view axes (unit: x right, y up, z towards the viewer) and field of view on the smaller side, radians.
+/// [`frame`] for given view axes (unit: x right, y up, z towards the viewer) and field of view on the smaller side, radians.
 pub fn frame_along(bounds: (DVec3, DVec3), axes: [DVec3; 3], fov_rad: f64, aspect: f64) -> Camera {
     let (center, half) = center_and_half(bounds);
     let aspect = if aspect > 0.0 && aspect.is_finite() { aspect } else { 1.0 };

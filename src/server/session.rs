@@ -93,8 +93,7 @@ pub struct Session {
     pub(super) file_access: FileAccess,
     /// What its matrices hold of the memory budget.
     pub(super) held: Option<Reservation>,
-    /// What the payload of the command that begins holds of the memory budget, until the command
-    /// takes it over.
+    /// The memory reserved for the payload of the current command, until the command takes it over.
     pub(super) payload_held: Option<Reservation>,
     /// What it did.
     pub stats: Stats,

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
 
 struct Counting;
 
-/// The calls of the threads that are counted.
+/// Number of allocator calls of the counted threads.
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
@@ -74,7 +74,7 @@ pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> us
     CALLS.load(Relaxed) - steady
 }
 
-/// What `work` answers, and the bytes that were held while it ran beside those held before, at most.
+/// Runs `work`; returns its result and the peak of bytes held beyond those held before.
 pub fn most_held<R>(work: impl FnOnce() -> R) -> (R, u64) {
     let before = HELD.load(Relaxed);
     PEAK.store(before, Relaxed);

@@ -6,7 +6,7 @@
 use crate::cancel::{CancelToken, NEVER};
 use std::sync::Arc;
 
-/// The numbers of a list between two looks at the token: some 100 us.
+/// Numbers of a list between two checks of the token.
 const NUMBERS_AT_ONCE: usize = 1 << 12;
 
 /// An X3D field type, as far as it matters how its text is read. `Mf` holds any number of tuples.
@@ -92,7 +92,8 @@ pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
     read_until(kind, text, &NEVER)
 }
 
-/// The same; a list ends early, and its value means nothing, when `cancel` is cancelled meanwhile.
+/// Reads an attribute's text as `kind`, checking `cancel` within lists. When it is cancelled the list
+/// ends early and the value must not be used.
 pub(super) fn read_until(kind: Kind, text: &str, cancel: &CancelToken) -> Result<Value, ValueError> {
     let ints = |range: std::ops::RangeInclusive<i64>| {
         let all = until_cancelled(tokens(text), cancel).map(|(at, t)| int(at, t, range.clone()));
@@ -139,7 +140,7 @@ fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .map(|t| (t.as_ptr() as usize - text.as_ptr() as usize, t))
 }
 
-/// The items that come before `cancel` is cancelled, which is asked once for many of them.
+/// Ends an iterator when `cancel` is cancelled, which is checked once in [`NUMBERS_AT_ONCE`] items.
 fn until_cancelled<T>(items: impl Iterator<Item = T>, cancel: &CancelToken) -> impl Iterator<Item = T> {
     let goes_on = |(i, _): &(usize, T)| i % NUMBERS_AT_ONCE != 0 || !cancel.is_cancelled();
     items.enumerate().take_while(goes_on).map(|(_, item)| item)

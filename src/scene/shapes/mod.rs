@@ -70,7 +70,7 @@ fn length(what: &'static str, value: f64) -> Result<f64, ShapeError> {
     }
 }
 
-/// How many elements each array of a shape's mesh has.
+/// Lengths of the arrays of a shape's mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Counts {
     positions: u64,

@@ -67,8 +67,9 @@ impl Engine {
         names.insert(name, resource, held, &self.limits)
     }
 
-    /// What a job may hold that makes something under `name` of `input` bytes: those, within the
-    /// budget, and a result within the quota. A payload that came in pieces is counted already.
+    /// Reserves the memory of a job that makes a resource called `name` from `input` bytes: these
+    /// bytes, within the budget, and a result within the quota. A payload that came in pieces is
+    /// already reserved.
     fn job_memory(
         &mut self,
         s: &mut Session,
@@ -77,7 +78,7 @@ impl Engine {
         input: usize,
     ) -> Result<JobMemory, Fault> {
         if self.budget.is_tight() {
-            // What is kept for speed alone, and what is known of meshes that are gone.
+            // Buffers kept for speed alone, and tables of meshes that are freed.
             self.renderer.release();
             self.spare.clear();
         }
@@ -302,41 +303,41 @@ const SCENE_NAME: &str = "";
 /// Warnings that are kept until somebody hears them.
 const MAX_WARNINGS: usize = 100;
 
-/// Payloads of so many bytes at most are made into what they hold within some 100 us.
+/// Payloads of at most this many bytes are decoded at once, without a worker thread.
 const SMALL_TEXT_BYTES: usize = 8 << 10;
-/// A scene may say much in few words.
+/// [`SMALL_TEXT_BYTES`] for scenes, of which a few words can make large shapes.
 const SMALL_SCENE_BYTES: usize = 1 << 10;
-/// So may a packed picture: at most about a thousand times its bytes.
+/// [`SMALL_TEXT_BYTES`] for pictures, which unpack to about a thousand times their bytes at most.
 const SMALL_PICTURE_BYTES: usize = 1 << 10;
-/// Shapes that are made within some 100 us.
+/// Shapes of at most this many steps or faces are made at once, without a worker thread.
 const SMALL_TEAPOT: u32 = 10;
 const SMALL_KNOT_FACES: u64 = 1 << 11;
-/// A picture of the eye that is made within some 100 us takes so many bytes to make.
+/// Pictures of the eye that take at most this many bytes to make are made at once.
 const SMALL_EYE_BYTES: u64 = 8 << 10;
 
-/// What a job may hold.
+/// The memory that a job has reserved.
 struct JobMemory {
-    /// What it reads and what it makes.
+    /// For its working memory and its result.
     result: LoadMemory,
-    /// What it makes that of.
+    /// For its input.
     _input: Reservation,
 }
 
 impl JobMemory {
-    /// The same for a job that `cancel` ends.
+    /// Returns this memory with `cancel` as the token that ends the job.
     fn until(self, cancel: &CancelToken) -> Self {
         JobMemory { result: self.result.until(cancel.clone()), ..self }
     }
 }
 
-/// What a job has made, to be given its name on the render thread.
+/// A resource that a job has made; the render thread gives it its name.
 struct Made {
     resource: Resource,
     warnings: Vec<LoadWarning>,
     memory: JobMemory,
 }
 
-/// Bytes that making a shape takes whose number of faces is fixed.
+/// Bytes that making a shape with a fixed number of faces takes.
 const FIXED_SHAPE_BYTES: u64 = 1 << 20;
 
 /// Bytes that making a shape takes.
@@ -419,10 +420,10 @@ impl Made {
 struct NewScene {
     document: X3dDocument,
     at_start: Scene,
-    /// Bytes that it takes.
+    /// Its size in bytes.
     size: u64,
     memory: JobMemory,
-    /// What its objects take.
+    /// The memory reserved for its objects.
     _at_start: Reservation,
 }
 

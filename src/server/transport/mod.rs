@@ -42,23 +42,23 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::thread::Builder;
 
-/// Readers and writers call little.
+/// Readers and writers need little stack.
 const STACK_BYTES: usize = 128 << 10;
 
 /// The ends of a transport that can be closed from outside. Files and pipes cannot.
 pub(crate) trait Control: Send + Sync {
-    /// Sends as much as can be sent without waiting; how much that was. Nothing else is being
-    /// written.
+    /// Sends as much as can be sent without waiting, and returns the number of bytes. Called only
+    /// while no other write is going on.
     fn send_now(&self, _bytes: &[u8]) -> usize {
         0
     }
-    /// No more is read than has arrived; whether that can be done.
+    /// Ends reading after the bytes that have arrived. Returns whether the transport can do that.
     fn stop_reading(&self) -> bool {
         false
     }
-    /// All replies are written.
+    /// Ends writing: all replies are written.
     fn finish_writing(&self) {}
-    /// Everything ends now.
+    /// Closes both directions at once.
     fn abort(&self) {}
 }
 

@@ -48,9 +48,9 @@ const PAUSE: Duration = Duration::from_millis(20);
 pub(super) struct Shared {
     selector: Arc<Selector>,
     watched: Mutex<HashMap<u64, (Arc<Watched>, Life)>>,
-    /// Sockets that can be read and that nobody reads now.
+    /// Readable sockets that no thread is reading.
     ready: Mutex<Ready<Arc<Watched>>>,
-    /// The thread found none of them and sleeps, or is about to. Set under the lock of `ready`.
+    /// Whether the thread sleeps, or is about to, because `ready` was empty. Set under its lock.
     is_asleep: AtomicBool,
     /// The number of the next large payload, from 1 on.
     payloads: AtomicU64,
@@ -68,11 +68,12 @@ pub(crate) struct Watched {
     flow: Mutex<Flow>,
     /// A thread of its own may read again.
     may_come: Condvar,
-    /// How often the selector named it. What was found empty before the last time may be no longer.
+    /// Number of reports by the selector. A socket that was found empty before the last report may
+    /// have bytes again.
     changes: AtomicU32,
-    /// The last read gave little.
+    /// Whether the last read was short.
     is_brief: AtomicBool,
-    /// The number of the large payload that it is in the midst of, or 0.
+    /// The number of the large payload that is being read, or 0.
     payload_since: AtomicU64,
 }
 
@@ -196,7 +197,7 @@ impl fmt::Debug for Poller {
     }
 }
 
-/// Where the batches of a connection are given back.
+/// Takes back the batches of one connection.
 #[derive(Clone)]
 pub(crate) struct Return {
     pub(super) watched: Arc<Watched>,
@@ -272,7 +273,7 @@ impl Shared {
         }
     }
 
-    /// What was read, so many bytes, is where it comes in its turn: the socket may be read again.
+    /// Allows the socket to be read again after a batch of `bytes` was queued for the render thread.
     fn done(&self, watched: &Arc<Watched>, bytes: usize) {
         let mut flow = lock(&watched.flow);
         flow.is_taken = false;
@@ -282,7 +283,7 @@ impl Shared {
         }
     }
 
-    /// Nothing more comes of this one. What the render thread is to hear.
+    /// Ends a socket. Returns the message for the render thread.
     pub(super) fn at_end(&self, watched: &Watched) -> Option<Message> {
         let mut flow = lock(&watched.flow);
         let is_wanted = !std::mem::replace(&mut flow.is_at_end, true) && !flow.is_over;
@@ -297,7 +298,7 @@ impl Shared {
         is_wanted.then_some(Message::End(watched.id, watched.end))
     }
 
-    /// Asks the selector which sockets can be read; waits for one, or not.
+    /// Asks the selector for readable sockets, with or without waiting for one.
     fn ask(&self, waits: bool) -> io::Result<()> {
         // Not locked while it waits.
         let mut known = None;
@@ -312,7 +313,7 @@ impl Shared {
         }
     }
 
-    /// The next that can be read; waits for one. `None` when the thread is to end.
+    /// Waits for the next readable socket. `None` when the thread is to end.
     fn wait_next(&self) -> io::Result<Option<Arc<Watched>>> {
         if !lock(&self.ready).is_empty() {
             self.ask(false)?;
@@ -355,7 +356,7 @@ impl Shared {
         }
     }
 
-    /// Notes that a batch of so many bytes was read. Whether it must be handed on.
+    /// Counts a batch of `bytes`. Returns whether it must be handed on.
     pub(super) fn note_batch(&self, watched: &Watched, filled: usize) -> bool {
         let mut flow = lock(&watched.flow);
         if flow.is_over {
@@ -368,8 +369,8 @@ impl Shared {
         true
     }
 
-    /// Reads once into `buffer`. Answers how much came, for which a batch must be handed on, or
-    /// else what the render thread is to hear.
+    /// Reads once into `buffer`. Returns the number of bytes, for which a batch must be handed on,
+    /// or else the message for the render thread.
     fn fill(&self, watched: &Watched, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
         let Some(socket) = &watched.socket else { return Err(None) };
         let changes = watched.changes.load(Ordering::Acquire);
@@ -388,7 +389,7 @@ impl Shared {
         self.note_batch(watched, filled).then_some(filled).ok_or(None)
     }
 
-    /// Reads once, into a lease that goes along or is left over. What the render thread is to hear.
+    /// Reads once into `lease`. Returns the message for the render thread, with or without the lease.
     fn read(&self, watched: &Watched, mut own: Lease, left: &mut Option<Lease>) -> Option<Message> {
         let batch = match self.fill(watched, &mut own.buffer) {
             Err(message) => {
@@ -406,7 +407,7 @@ impl Shared {
     }
 }
 
-/// How many bytes a message brings.
+/// Returns the number of bytes of a message.
 fn bytes_of(message: &Option<Message>) -> usize {
     match message {
         Some(Message::Bytes(_, batch)) => batch.filled,
@@ -414,14 +415,14 @@ fn bytes_of(message: &Option<Message>) -> usize {
     }
 }
 
-/// How a read left a socket.
+/// The state of a socket after a read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// The selector will tell when there is more.
+    /// Empty: the selector reports when there is more.
     Empty,
-    /// There may be more.
+    /// Perhaps not empty.
     Unknown,
-    /// Closed or broken. A connection that died says no more than one that was closed.
+    /// Closed or broken; both end the connection in the same way.
     AtEnd,
 }
 

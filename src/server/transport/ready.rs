@@ -1,5 +1,5 @@
-//! READY: the sockets that can be read, in turns: those that said little last before all others,
-//! and of those that send large payloads the one that goes first.
+//! READY: the order in which readable sockets are read: those whose last read was short before all
+//! others, and of those that send large payloads the one whose payload began first.
 //!
 //! A payload is held until it is whole. When many connections send large ones and each is read in
 //! its turn, all of them are held at the same time, in more memory than any cache has. So those
@@ -15,7 +15,7 @@ pub(super) trait Member: Clone {
     /// is in none.
     fn payload_since(&self) -> u64;
 
-    /// Whether it said little last.
+    /// Whether its last read was short.
     fn is_brief(&self) -> bool;
 }
 
@@ -29,7 +29,7 @@ impl<T: Member> Ready<T> {
         Ready { brief: VecDeque::new(), line: VecDeque::new() }
     }
 
-    /// One more that can be read.
+    /// Adds a readable socket.
     pub fn push(&mut self, member: T) {
         match member.is_brief() {
             true => self.brief.push_back(member),
@@ -50,12 +50,12 @@ impl<T: Member> Ready<T> {
         self.brief.iter().chain(&self.line).any(what)
     }
 
-    /// Whose turn it is among those that said little last.
+    /// Returns the next socket among those whose last read was short.
     pub fn next_brief(&mut self) -> Option<T> {
         self.brief.pop_front()
     }
 
-    /// Whose turn it is.
+    /// Returns the next socket.
     pub fn next(&mut self) -> Option<T> {
         if let Some(brief) = self.next_brief() {
             return Some(brief);
@@ -83,7 +83,7 @@ mod tests {
     use std::cell::Cell;
     use std::rc::Rc;
 
-    /// Its name, when its payload began, and whether it said little last.
+    /// A socket's number, when its payload began, and whether its last read was short.
     #[derive(Clone)]
     struct Named(char, Rc<Cell<u64>>, bool);
 

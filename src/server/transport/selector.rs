@@ -1,10 +1,9 @@
-//! The system's word on which sockets can be read and written: epoll on Linux, kqueue and IOCP
+//! Readiness of sockets for reading and writing, from the system: epoll on Linux, kqueue and IOCP
 //! elsewhere, through `mio`.
 //!
 //! In: sockets, each registered once under a number, and writers that wait. Out: the numbers of
-//! sockets where something came, and a signal to the writers of those that take more. A change is
-//! told once: whoever hears of it reads or writes until the system would have it wait. Any thread
-//! may ask, one at a time.
+//! readable sockets, and a signal to the writers of writable ones. Reports are edge-triggered: after
+//! one, a socket is read or written until the system would block. Any thread may poll, one at a time.
 
 use mio::{Events, Interest, Poll, Registry, Token, Waker, event};
 use std::collections::HashMap;
@@ -13,12 +12,12 @@ use std::io::{self, ErrorKind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
-/// Changes that are told of at once.
+/// Reports taken from the system by one call.
 const EVENTS: usize = 64;
-/// The number under which the selector itself is called.
+/// The number of the selector's own waker.
 const WAKE: Token = Token(usize::MAX);
 
-/// Tells the writer of a socket that the system takes more.
+/// A signal to the writer of a socket that the socket is writable.
 #[derive(Debug, Default)]
 pub(super) struct Writable {
     is_set: Mutex<bool>,
@@ -26,7 +25,7 @@ pub(super) struct Writable {
 }
 
 impl Writable {
-    /// The system takes more, or nobody will read it.
+    /// Whether the socket is writable, or nobody will read what is written.
     pub fn set(&self) {
         *lock(&self.is_set) = true;
         self.changed.notify_all();
@@ -58,7 +57,7 @@ pub(super) struct Selector {
 
 impl Selector {
     /// # Errors
-    /// When the system has nothing to wait with.
+    /// When the system has no descriptor for it.
     pub fn new() -> io::Result<Self> {
         let poll = Poll::new()?;
         let registry = poll.registry().try_clone()?;
@@ -67,7 +66,7 @@ impl Selector {
         Ok(Selector { system, registry, waker, writers: Mutex::default() })
     }
 
-    /// Begins to tell when there is something to read on `source`.
+    /// Registers `source` for reports of bytes to read.
     ///
     /// # Errors
     /// When the system has no room to watch one more.
@@ -101,13 +100,13 @@ impl Selector {
         lock(&self.writers).remove(&id);
     }
 
-    /// Has whoever waits look around.
+    /// Ends the wait of the thread that polls.
     pub fn wake(&self) {
         // It fails only where it was called before and nobody has looked.
         let _ = self.waker.wake();
     }
 
-    /// Waits for something to read, or for `wake`, and tells whose it is.
+    /// Waits for readable sockets, or for `wake`, and lists them.
     ///
     /// # Errors
     /// When the system cannot say.
@@ -115,7 +114,7 @@ impl Selector {
         self.ask(&mut lock(&self.system), None, tell)
     }
 
-    /// Tells of what there is to read; of nothing while another thread waits for it.
+    /// Lists readable sockets without waiting; none while another thread polls.
     ///
     /// # Errors
     /// When the system cannot say.

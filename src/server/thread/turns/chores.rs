@@ -1,8 +1,8 @@
-//! What the render thread does between turns: frames shown, jobs given up, idle clients, metrics, and
-//! those who leave.
+//! Periodic work of the render thread between turns: showing frames, ending jobs that are past their
+//! time, closing idle and finished connections, updating metrics.
 //!
-//! In: the time. Out: the same state, with nothing left undone that was due, and when to look again.
-//! Runs on the render thread. Promises that what has nothing to do costs a comparison. One would know by
+//! In: the time. Out: the state with all due work done, and the time of the next check. Runs on the
+//! render thread. Promises that each kind of work costs one comparison while none is due. Tested by
 //! `tests/serving/quotas.rs` (idle clients), `metrics.rs` and `fairness.rs` (jobs) beside it.
 
 use super::Loop;
@@ -13,7 +13,8 @@ use crate::server::thread::{Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, LEAVE_WITHI
 use std::time::{Duration, Instant};
 
 impl Loop {
-    /// What is done between slices: frames shown, the display, the shared file, those who leave.
+    /// Does the work between slices: shows frames, updates the display and the shared file, closes
+    /// connections that have ended.
     pub(super) fn look_around(&mut self) {
         let now = Instant::now();
         self.engine.tick(now);

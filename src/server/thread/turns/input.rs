@@ -1,9 +1,9 @@
-//! Where input comes from: sockets that the render thread reads by itself, and its sleep when there is
-//! none.
+//! Input of the render thread: sockets that it reads by itself, messages of other threads, and its
+//! sleep when there are none.
 //!
-//! In: the sockets that can be read, messages, the display's inputs. Out: messages received. Runs on the
-//! render thread. Promises that it sleeps only when there is nothing to do, and not past what is due.
-//! One would know by the latencies of `benches/socket.rs`.
+//! In: readable sockets, messages, the display's inputs. Out: received messages. Runs on the render
+//! thread. Promises that it sleeps only when there is nothing to do, and not past the next due time.
+//! Tested by the latencies of `benches/socket.rs`.
 
 use super::{BRIEF_AT_ONCE, BRIEF_EVERY, Loop};
 use crate::server::thread::Finish;
@@ -12,8 +12,8 @@ use crossbeam_channel::select;
 use std::time::{Duration, Instant};
 
 impl Loop {
-    /// Between turns of others, reads the sockets of those who ask for little: neither the readers' round nor the system,
-    /// which may let many senders run before a reader, shall keep them waiting.
+    /// Reads, between turns, the sockets whose last read was short. This keeps short requests from
+    /// waiting for the reader thread, which the system may run after many senders.
     pub(super) fn read_brief(&mut self) {
         if self.ran_since < BRIEF_EVERY {
             return;
