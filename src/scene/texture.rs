@@ -1,5 +1,6 @@
 //! Textures: RGBA pictures with their mip chain.
 
+use super::modes::{Sampling, Wrap};
 use crate::error::Code;
 
 /// The largest width or height of a texture, in texels.
@@ -55,6 +56,8 @@ pub struct Texture {
     /// at its end.
     fixed: Vec<[u16; 4]>,
     has_alpha: bool,
+    /// The edge texels go on, whatever is asked for.
+    is_clamped: bool,
 }
 
 /// A level made by averaging.
@@ -110,13 +113,27 @@ impl Texture {
             return Err(TextureError::BadLength { width, height, expected, found: bytes.len() as u64 });
         }
         let has_alpha = bytes.as_chunks::<4>().0.iter().any(|t| t[3] != 255);
-        let mut texture = Texture { width, height, bytes, levels: Vec::new(), fixed: Vec::new(), has_alpha };
+        let (levels, fixed, is_clamped) = (Vec::new(), Vec::new(), false);
+        let mut texture = Texture { width, height, bytes, levels, fixed, has_alpha, is_clamped };
         texture.fixed.reserve_exact(level_bytes(width, height)[0] as usize / 8);
         while let Some((level, mut fixed)) = texture.next_level() {
             texture.levels.push(level);
             texture.fixed.append(&mut fixed);
         }
         Ok(texture)
+    }
+
+    /// The same, ending at its edges: the edge texels go on in both directions, however it is sampled.
+    pub fn clamped(self) -> Self {
+        Texture { is_clamped: true, ..self }
+    }
+
+    /// The rules by which this texture is sampled where `asked` are those of the draw.
+    pub fn sampling(&self, asked: Sampling) -> Sampling {
+        match self.is_clamped {
+            true => Sampling { wrap_s: Wrap::Clamp, wrap_t: Wrap::Clamp, ..asked },
+            false => asked,
+        }
     }
 
     /// The level below the last one and its texels in fixed point, or `None` when that is 1x1.

@@ -325,7 +325,8 @@ impl<'a> ObjectView<'a> {
             || texture.is_some_and(|t| t.has_alpha())
             || object.style.stages.as_ref().is_some_and(|s| s.may_be_transparent())
             || corners.iter().any(|c| c.color.w < 1.0);
-        let texture = texture.filter(|_| object.style.stages.is_none()).map(|t| (pyramid(t), rules));
+        let texture =
+            texture.filter(|_| object.style.stages.is_none()).map(|t| (pyramid(t), t.sampling(rules)));
         let stages = object.style.stages.as_deref().map(|stages| FaceStages {
             stages,
             pyramids: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *pyramid)).collect(),

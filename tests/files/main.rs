@@ -11,6 +11,7 @@ mod hard;
 mod made;
 mod meshes;
 mod pictures;
+mod placement;
 mod prototypes;
 mod save;
 mod smoothing;

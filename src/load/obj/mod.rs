@@ -114,12 +114,12 @@ pub fn parse_smooth(
         material_of_use.push(geometry.mesh.materials.len() as u32);
         geometry.textures.push(read_texture(found, side_files, file_name, &mut warnings, memory)?);
         geometry.mesh.materials.push(found.material.material.clone());
-        placements.push((found.material.placement, found.material.place.clone()));
+        placements.push(found.material.placement);
     }
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
         LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
     })?;
-    place_pictures(&mut geometry.mesh, &placements, &mut warnings, memory).map_err(refused)?;
+    place_pictures(&mut geometry.mesh, &placements, memory).map_err(refused)?;
     let lacks_normals = faces.iter().any(|f| f.kind == ElementKind::Face && !f.has_normals);
     let is_open = match smoothing {
         Smoothing::Angle(max_angle_rad) if lacks_normals => {
@@ -142,18 +142,12 @@ pub fn parse_smooth(
 /// Puts each material's picture where its options say.
 fn place_pictures(
     mesh: &mut Mesh,
-    materials: &[(Placement, Place)],
-    warnings: &mut Vec<LoadWarning>,
+    placements: &[Placement],
     memory: &LoadMemory,
 ) -> Result<(), LoadErrorKind> {
-    let placements: Vec<Placement> = materials.iter().map(|m| m.0).collect();
-    if placements.iter().all(|p| *p == Placement::default()) {
-        return Ok(());
-    }
-    let _work = memory.work(placement::working_bytes(mesh))?;
-    for material in placement::place(mesh, &placements) {
-        let message = "-clamp on is not applied: the picture repeats outside of 0 to 1".into();
-        warnings.push(LoadWarning { place: materials[material].1.clone(), message });
+    if placements.iter().any(Placement::moves) {
+        let _work = memory.work(placement::working_bytes(mesh))?;
+        placement::place(mesh, placements);
     }
     Ok(())
 }
@@ -248,7 +242,9 @@ fn read_texture(
     for name in [format!("{folder}{name}"), name.clone()] {
         if let Some(bytes) = find(side_files, &name) {
             let shown = format!("{}{name}", folder_of(file_name));
-            return texture::decode_within(&bytes, &shown, memory).map(|t| Some(Arc::new(t)));
+            let texture = texture::decode_within(&bytes, &shown, memory)?;
+            let is_clamped = material.placement.is_clamped;
+            return Ok(Some(Arc::new(if is_clamped { texture.clamped() } else { texture })));
         }
     }
     let message = format!("texture {name:?} cannot be found: it is left out");

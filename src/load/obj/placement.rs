@@ -1,8 +1,8 @@
 //! How a material's picture lies on its faces: the options `-s`, `-o` and `-clamp` of `map_Kd`.
 //!
 //! In: a mesh and the placement of each material's picture. Out: the mesh with texture coordinates s * uv + o where a
-//! material says so; faces of other materials that share a coordinate keep theirs. A picture that is clamped is drawn as
-//! one that repeats: there is no difference where all coordinates are from 0 to 1, and a warning where they are not.
+//! material says so; faces of other materials that share a coordinate keep theirs. Whether a picture is clamped is a property
+//! of the texture ([`crate::scene::Texture::clamped`]): it ends at 0 and 1 of the coordinates that come out here.
 //! Source: the MTL format 4.2, "Options for texture map statements".
 
 use crate::scene::{Mesh, NONE};
@@ -23,18 +23,24 @@ impl Default for Placement {
     }
 }
 
+impl Placement {
+    /// Whether coordinates are other ones than the file's.
+    pub(super) fn moves(&self) -> bool {
+        (self.scale, self.offset) != (DVec2::ONE, DVec2::ZERO)
+    }
+}
+
 /// Bytes that placing pictures on a mesh takes.
 pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
     mesh.corners.len() as u64 * 96
 }
 
-/// Moves the texture coordinates of the mesh. Returns the materials whose clamped pictures would have to end.
-pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) -> Vec<usize> {
+/// Moves the texture coordinates of the mesh.
+pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) {
     let mut moved: HashMap<(u32, u32), u32> = HashMap::new();
-    let mut beyond = vec![false; placements.len()];
     for polygon in &mesh.polygons {
         let Some(placement) = placements.get(polygon.material as usize) else { continue };
-        if *placement == Placement::default() {
+        if !placement.moves() {
             continue;
         }
         let first = polygon.first_corner as usize;
@@ -43,9 +49,7 @@ pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) -> Vec<usize> {
                 continue;
             }
             let at = mesh.texcoords[corner.texcoord as usize] * placement.scale + placement.offset;
-            let is_inside = at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all();
-            beyond[polygon.material as usize] |= placement.is_clamped && !is_inside;
-            if (placement.scale, placement.offset) == (DVec2::ONE, DVec2::ZERO) || !at.is_finite() {
+            if !at.is_finite() {
                 continue;
             }
             let next = mesh.texcoords.len() as u32;
@@ -56,7 +60,6 @@ pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) -> Vec<usize> {
             corner.texcoord = number;
         }
     }
-    (0..placements.len()).filter(|m| beyond[*m]).collect()
 }
 
 #[cfg(test)]
@@ -79,7 +82,7 @@ mod tests {
         let moved =
             Placement { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.25, -1.0), is_clamped: true };
         let placements = [Placement { is_clamped: true, ..Placement::default() }, moved];
-        assert_eq!(place(&mut mesh, &placements), [1]);
+        place(&mut mesh, &placements);
         let of = |p: usize| {
             mesh.polygon_corners(p).iter().map(|c| mesh.texcoords[c.texcoord as usize]).collect::<Vec<_>>()
         };

@@ -133,7 +133,7 @@ impl Prepared<'_> {
             }
             let finite = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e30);
             let is_finite = finite(lighting.matte) && finite(lighting.gloss);
-            let shade = texture.map(|texture| TextureShade::new(texture, call.sampling));
+            let shade = texture.map(|t| TextureShade::new(t, t.sampling(call.sampling)));
             surfaces.push(Surface { lighting, texture: shade });
             if !is_finite {
                 return None;

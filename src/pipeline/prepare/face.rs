@@ -112,7 +112,7 @@ impl<'a> Prepared<'a> {
         let polygon = self.polygon_of(triangle);
         let (material, texture) = call.material_of(&mesh.polygons[polygon], side);
         let corners = self.corners(triangle);
-        let texcoords = texture.and_then(|t| Some((t, call.sampling, self.texcoords(corners)?)));
+        let texcoords = texture.and_then(|t| Some((t, t.sampling(call.sampling), self.texcoords(corners)?)));
         let is_lit = self.lighting.depends_on_point(material);
         let fog = call.fog.filter(|_| self.plan.uses(Part::Fog));
         let positions = match is_lit || fog.is_some() {
