@@ -26,6 +26,7 @@ const EXPECTED: &[(&str, Outcome)] = &[
         "assimp/number_formats.obj",
         Refused("number_formats.obj:11: a coordinate must be a finite number, found \"3.1+e2\""),
     ),
+    ("made/clamped.obj", Loads([6, 2, 4, 0, 2, 0])),
     ("spot/spot_control_mesh.obj", Loads([188, 180, 372, 0, 0, 0])),
     ("suzanne-sphere/Esfera.obj", Loads([482, 960, 960, 0, 0, 0])),
     ("suzanne-sphere/monkey_head2.obj", Loads([507, 968, 968, 0, 0, 0])),
