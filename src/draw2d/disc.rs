@@ -5,7 +5,7 @@
 
 use super::blend::Paint;
 use super::{Blend, DrawError, frame, run_mut};
-use crate::math::coverage::wide::parts;
+use crate::math::coverage::exact_int::parts;
 use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
 use std::cell::OnceCell;

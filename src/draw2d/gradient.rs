@@ -17,7 +17,7 @@
 
 use super::ramp::{FRACTION_BITS, Ramp};
 use super::{Blend, frame, over, run_mut};
-use crate::math::coverage::wide::Wide;
+use crate::math::coverage::exact_int::ExactInt;
 use crate::math::coverage::{Corners, doubled_area, scan_triangle};
 use crate::memory::{Rgba, VideoMemory};
 use std::cmp::Ordering;
@@ -40,7 +40,7 @@ struct Gradient<I> {
     divisor: I,
 }
 
-impl<I: Wide> Gradient<I> {
+impl<I: ExactInt> Gradient<I> {
     /// `None` for a triangle without area.
     fn new(corners: &Corners<I>, colors: [Rgba; 3]) -> Option<Self> {
         let colors = colors.map(|c| c.map(|v| I::from_i64(v.into())));
@@ -95,7 +95,7 @@ impl<I: Wide> Gradient<I> {
 }
 
 /// Paints the triangle of `corners` in 1/256 pixel, a colour at each.
-pub(super) fn gradient<I: Wide>(
+pub(super) fn gradient<I: ExactInt>(
     memory: &mut VideoMemory,
     corners: &Corners<I>,
     colors: [Rgba; 3],
@@ -128,7 +128,7 @@ struct Row<'a, I> {
     ramp: Ramp,
 }
 
-impl<I: Wide> Row<'_, I> {
+impl<I: ExactInt> Row<'_, I> {
     fn paint(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         if self.ramp.may_be_doubtful() {
             return self.paint_in_parts(run, put);

@@ -142,7 +142,7 @@ mod tests {
 
     /// A real in units of 2^-1074, which all finite f64 are whole multiples of.
     fn exact(v: f64) -> num_bigint::BigInt {
-        let (mantissa, exponent) = crate::math::coverage::wide::parts(v);
+        let (mantissa, exponent) = crate::math::coverage::exact_int::parts(v);
         num_bigint::BigInt::from(mantissa) << (exponent + 1074) as u32
     }
 

@@ -251,8 +251,8 @@ mod tests {
             }
             sum
         }
-        let whole = |x: f64| BigInt::from((x * (1u64 << 60) as f64) as i128);
-        expand(&rows[..n].iter().map(|r| r[..n].iter().map(|&x| whole(x)).collect()).collect::<Vec<_>>())
+        let to_integer = |x: f64| BigInt::from((x * (1u64 << 60) as f64) as i128);
+        expand(&rows[..n].iter().map(|r| r[..n].iter().map(|&x| to_integer(x)).collect()).collect::<Vec<_>>())
     }
 
     proptest! {

@@ -69,13 +69,13 @@ pub fn exp2(t: f64) -> f64 {
     if t < -1022.0 {
         return 0.0;
     }
-    let whole = (t + 0.5).floor();
-    let z = (t - whole) * std::f64::consts::LN_2;
+    let integer = (t + 0.5).floor();
+    let z = (t - integer) * std::f64::consts::LN_2;
     // e^z by its series: |z| < 0.347, so 14 terms leave less than 1e-17.
     let series = EXP.iter().rev().fold(0.0, |sum, c| sum * z + c);
     // In two steps, for 2^1024 is no number even where the product is.
-    let half = (whole as i64) / 2;
-    series * power_of_two(half) * power_of_two(whole as i64 - half)
+    let half = (integer as i64) / 2;
+    series * power_of_two(half) * power_of_two(integer as i64 - half)
 }
 
 fn power_of_two(e: i64) -> f64 {

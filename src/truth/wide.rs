@@ -300,7 +300,7 @@ mod tests {
 
     /// x 2^1074, a whole number for every finite f64.
     fn exact(x: f64) -> BigInt {
-        let (mantissa, exponent) = crate::math::coverage::wide::parts(x);
+        let (mantissa, exponent) = crate::math::coverage::exact_int::parts(x);
         BigInt::from(mantissa) << (exponent + 1074).unsigned_abs()
     }
 

@@ -5,7 +5,7 @@
 //! off they would cancel, and are formed in whole numbers, each of the results rounded once.
 
 use crate::math::coverage::PixelRect;
-use crate::math::coverage::wide::parts;
+use crate::math::coverage::exact_int::parts;
 use num_bigint::{BigInt, Sign};
 
 /// Ends beyond this are placed in whole numbers. Below it the products are off by less than 1e-9.

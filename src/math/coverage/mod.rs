@@ -12,18 +12,18 @@
 //! The cost is that of the rows in the clip rectangle, not of the area. Source: the fill rule of Pineda, "A parallel
 //! algorithm for polygon rasterization" (1988) and of the graphics APIs since; exact stepping as in Bresenham (1965).
 
-mod far_walk;
+mod edge_walk;
+pub(crate) mod exact_int;
+mod far_edge_walk;
 mod triangle;
-mod walk;
-pub(crate) mod wide;
 
 pub(crate) use triangle::{Corners, doubled_area, scan_triangle};
 pub use triangle::{Filling, SnappedTriangle};
 
+use edge_walk::{Walk, first_row};
+use exact_int::{ExactInt, snap_big};
 use num_bigint::BigInt;
 use std::ops::Range;
-use walk::{Walk, first_row};
-use wide::{Wide, snap_big};
 
 /// Pixels `x0..x1` by `y0..y1`, half-open; empty when an end is not beyond its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -110,8 +110,8 @@ struct ActiveEdge<W> {
     last_row: i32,
 }
 
-fn scan_polygon<I: Wide>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i32, Range<i32>)) {
-    let mut waiting: Vec<(Range<i32>, usize)> = Vec::with_capacity(points.len());
+fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i32, Range<i32>)) {
+    let mut pending: Vec<(Range<i32>, usize)> = Vec::with_capacity(points.len());
     let ends = |i: usize| {
         let (a, b) = (&points[i], &points[(i + 1) % points.len()]);
         if a[1] <= b[1] { (a, b) } else { (b, a) }
@@ -120,21 +120,21 @@ fn scan_polygon<I: Wide>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnMut(i
         let (top, bottom) = ends(i);
         let rows = first_row(&top[1], clip.y0, clip.y1)..first_row(&bottom[1], clip.y0, clip.y1);
         if !rows.is_empty() {
-            waiting.push((rows, i));
+            pending.push((rows, i));
         }
     }
-    waiting.sort_by_key(|(rows, i)| (rows.start, *i));
-    let mut waiting = waiting.into_iter().peekable();
+    pending.sort_by_key(|(rows, i)| (rows.start, *i));
+    let mut pending = pending.into_iter().peekable();
     let columns = [clip.x0, clip.x1];
     let mut active: Vec<ActiveEdge<I::Walk>> = Vec::new();
     let mut crossings: Vec<i32> = Vec::new();
     let mut row = clip.y0;
     loop {
         if active.is_empty() {
-            let Some((rows, _)) = waiting.peek() else { return };
+            let Some((rows, _)) = pending.peek() else { return };
             row = rows.start;
         }
-        while let Some((rows, i)) = waiting.next_if(|(rows, _)| rows.start == row) {
+        while let Some((rows, i)) = pending.next_if(|(rows, _)| rows.start == row) {
             let (top, bottom) = ends(i);
             active.push(ActiveEdge {
                 walk: I::Walk::new(top, bottom, rows.clone(), columns),

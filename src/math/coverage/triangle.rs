@@ -1,7 +1,7 @@
 //! Exact coverage of one triangle.
 
-use super::walk::{Walk, first_row};
-use super::wide::{Wide, snap_big};
+use super::edge_walk::{Walk, first_row};
+use super::exact_int::{ExactInt, snap_big};
 use super::{PixelRect, Snapped, extent, snap_middle, snap_narrow, width_for};
 use num_bigint::BigInt;
 use std::cmp::Ordering;
@@ -119,14 +119,18 @@ fn filling_of([a, b, c]: &Corners<i64>, rect: PixelRect) -> Filling {
 }
 
 /// Twice the signed area, in 1/65536 square pixels: positive when clockwise on a screen whose y points down.
-pub(crate) fn doubled_area<I: Wide>(p: &Corners<I>) -> I {
+pub(crate) fn doubled_area<I: ExactInt>(p: &Corners<I>) -> I {
     let [a, b, c] = p;
     let ab = [b[0].minus(&a[0]), b[1].minus(&a[1])];
     let ac = [c[0].minus(&a[0]), c[1].minus(&a[1])];
     ab[0].times(&ac[1]).minus(&ac[0].times(&ab[1]))
 }
 
-pub(crate) fn scan_triangle<I: Wide>(p: &Corners<I>, clip: PixelRect, mut f: impl FnMut(i32, Range<i32>)) {
+pub(crate) fn scan_triangle<I: ExactInt>(
+    p: &Corners<I>,
+    clip: PixelRect,
+    mut f: impl FnMut(i32, Range<i32>),
+) {
     if clip.is_empty() {
         return;
     }

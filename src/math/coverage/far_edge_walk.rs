@@ -6,8 +6,8 @@
 //! any other is followed in fixed point, and only where that stands too near to a whole number to tell on which side, is
 //! the exact remainder asked. One knows by `EdgeWalk` on the same numbers, as the tests do.
 
-use super::walk::Walk;
-use super::wide::Wide;
+use super::edge_walk::Walk;
+use super::exact_int::ExactInt;
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -17,7 +17,7 @@ const FRACTION_BITS: u32 = 56;
 
 /// One edge on its way down the rows.
 #[derive(Debug)]
-pub struct FarWalk {
+pub struct FarEdgeWalk {
     /// The row, from the first one.
     row: i64,
     /// The rows' parts in order, none empty; those behind are gone.
@@ -54,7 +54,7 @@ struct Sloped {
 }
 
 /// The numbers of an edge: N', S and D.
-struct Line {
+struct EdgeEquation {
     n: BigInt,
     s: BigInt,
     d: BigInt,
@@ -62,7 +62,7 @@ struct Line {
     hi: i32,
 }
 
-impl Line {
+impl EdgeEquation {
     /// Whether the column of row k is below `column`.
     fn is_below(&self, k: i64, column: i64) -> bool {
         self.n.compare_stepped(k, &self.s, column, &self.d) == Ordering::Less
@@ -89,18 +89,18 @@ fn first(rows: &Range<i64>, holds: impl Fn(i64) -> bool) -> i64 {
     low
 }
 
-impl Walk<BigInt> for FarWalk {
+impl Walk<BigInt> for FarEdgeWalk {
     fn new(top: &[BigInt; 2], bottom: &[BigInt; 2], rows: Range<i32>, [lo, hi]: [i32; 2]) -> Self {
         let (dx, dy) = (&bottom[0] - &top[0], &bottom[1] - &top[1]);
         let centre = BigInt::from(i64::from(rows.start) * 256 + 128);
         let d: BigInt = &dy * 256;
         let n: BigInt = (&top[0] - 128) * &dy + (centre - &top[1]) * &dx + &d - 1;
-        let line = Line { n, s: dx * 256, d, lo, hi };
+        let edge = EdgeEquation { n, s: dx * 256, d, lo, hi };
         let all = 0..i64::from(rows.end) - i64::from(rows.start);
         // Columns grow or fall from one end to the other; those at the ends and beyond are alike.
-        let is_low = |k: i64| line.is_below(k, i64::from(lo) + 1);
-        let is_high = |k: i64| !line.is_below(k, i64::from(hi));
-        let (inside, [before, after]) = match line.s.signum_order() {
+        let is_low = |k: i64| edge.is_below(k, i64::from(lo) + 1);
+        let is_high = |k: i64| !edge.is_below(k, i64::from(hi));
+        let (inside, [before, after]) = match edge.s.signum_order() {
             Ordering::Less => (first(&all, |k| !is_high(k))..first(&all, is_low), [hi, lo]),
             _ => (first(&all, |k| !is_low(k))..first(&all, is_high), [lo, hi]),
         };
@@ -112,17 +112,17 @@ impl Walk<BigInt> for FarWalk {
         };
         put(inside.start.min(inside.end), Course::Level(before));
         if !inside.is_empty() {
-            let [from, to] = [inside.start, inside.end - 1].map(|k| line.column(k));
+            let [from, to] = [inside.start, inside.end - 1].map(|k| edge.column(k));
             if (from - to).abs() <= 1 {
-                put(first(&inside, |k| line.column(k) != from), Course::Level(from));
+                put(first(&inside, |k| edge.column(k) != from), Course::Level(from));
                 put(inside.end, Course::Level(to));
             } else {
-                put(inside.end, Course::Sloped(Box::new(Sloped::new(&line, &inside))));
+                put(inside.end, Course::Sloped(Box::new(Sloped::new(&edge, &inside))));
             }
         }
         put(all.end, Course::Level(after));
         parts.reverse();
-        FarWalk { row: 0, parts }
+        FarEdgeWalk { row: 0, parts }
     }
 
     fn column(&self, _: [i32; 2]) -> i32 {
@@ -146,11 +146,11 @@ impl Walk<BigInt> for FarWalk {
 
 impl Sloped {
     /// `rows` of an edge whose columns there are all inside those asked for.
-    fn new(line: &Line, rows: &Range<i64>) -> Self {
-        let (column, rest) = (&line.n + &line.s * rows.start).div_rem_floor(&line.d);
-        let (step_column, step_rest) = line.s.div_rem_floor(&line.d);
-        let fixed = |whole: i64, rest: &BigInt| {
-            (i128::from(whole) << FRACTION_BITS) + i128::from(rest.fraction_56(&line.d))
+    fn new(edge: &EdgeEquation, rows: &Range<i64>) -> Self {
+        let (column, rest) = (&edge.n + &edge.s * rows.start).div_rem_floor(&edge.d);
+        let (step_column, step_rest) = edge.s.div_rem_floor(&edge.d);
+        let fixed = |integer: i64, rest: &BigInt| {
+            (i128::from(integer) << FRACTION_BITS) + i128::from(rest.fraction_56(&edge.d))
         };
         // Within i32, as the columns of two rows at least are inside.
         let [column, step_column] = [column, step_column].map(|v| v.clamp_i64(-(1 << 33), 1 << 33));
@@ -165,7 +165,7 @@ impl Sloped {
             rest,
             step_column,
             step_rest,
-            divisor: line.d.clone(),
+            divisor: edge.d.clone(),
         }
     }
 
@@ -184,8 +184,8 @@ impl Sloped {
 
 #[cfg(test)]
 mod tests {
-    use super::super::walk::EdgeWalk;
-    use super::super::wide::snap_big;
+    use super::super::edge_walk::EdgeWalk;
+    use super::super::exact_int::snap_big;
     use super::*;
     use proptest::prelude::*;
 
@@ -207,7 +207,7 @@ mod tests {
             Ordering::Less => (a, b),
             Ordering::Greater => (b, a),
         };
-        let mut far = FarWalk::new(&top, &bottom, rows.clone(), ends);
+        let mut far = FarEdgeWalk::new(&top, &bottom, rows.clone(), ends);
         let mut plain: EdgeWalk<BigInt> = EdgeWalk::new(&top, &bottom, rows.clone(), ends);
         for row in rows {
             assert_eq!(far.column(ends), plain.column(ends), "row {row} of {top:?} to {bottom:?}");

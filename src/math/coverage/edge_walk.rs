@@ -6,10 +6,10 @@
 //! span gives its first column, the right edge the first column beyond it: one formula, so that two areas which share an
 //! edge share the number too, and no pixel of the seam is lit twice or left out.
 
-use super::wide::Wide;
+use super::exact_int::ExactInt;
 use std::ops::Range;
 
-/// What knows where an edge crosses rows, one after the other.
+/// Follows an edge down the rows.
 pub(crate) trait Walk<I> {
     /// The edge between two points in the rows that it crosses, standing at the first. `top` lies above `bottom` (smaller
     /// y), not beside it. Columns are held to `ends`, the same in all calls.
@@ -21,7 +21,7 @@ pub(crate) trait Walk<I> {
 }
 
 /// The first row whose centre lies on or below `y` (in 1/256 pixel), held to `lo..=hi`.
-pub(super) fn first_row<I: Wide>(y: &I, lo: i32, hi: i32) -> i32 {
+pub(super) fn first_row<I: ExactInt>(y: &I, lo: i32, hi: i32) -> i32 {
     // ceil((y - 128) / 256)
     y.plus(&I::from_i64(127)).div_rem_floor(&I::from_i64(256)).0.clamp_i64(lo.into(), hi.into()) as i32
 }
@@ -37,7 +37,7 @@ pub(crate) struct EdgeWalk<I> {
     divisor: I,
 }
 
-impl<I: Wide> Walk<I> for EdgeWalk<I> {
+impl<I: ExactInt> Walk<I> for EdgeWalk<I> {
     fn new(top: &[I; 2], bottom: &[I; 2], rows: Range<i32>, _: [i32; 2]) -> Self {
         let dx = bottom[0].minus(&top[0]);
         let dy = bottom[1].minus(&top[1]);

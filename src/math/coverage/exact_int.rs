@@ -1,14 +1,14 @@
 //! Whole numbers of the width that a triangle needs: i64 for what lies near a frame, i128 for what lies far off, and
 //! numbers without a limit for the rest. One generic algorithm runs on all three and gives the same answer.
 
-use super::far_walk::FarWalk;
-use super::walk::{EdgeWalk, Walk};
+use super::edge_walk::{EdgeWalk, Walk};
+use super::far_edge_walk::FarEdgeWalk;
 use num_bigint::{BigInt, Sign};
 use num_integer::Integer;
 use std::cmp::Ordering;
 
 /// Exact integer arithmetic. The caller picks a width in which nothing overflows.
-pub(crate) trait Wide: Clone + Ord {
+pub(crate) trait ExactInt: Clone + Ord {
     /// What follows an edge between points of such numbers.
     type Walk: Walk<Self>;
     /// `v`, exactly.
@@ -36,9 +36,9 @@ pub(crate) trait Wide: Clone + Ord {
     fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering;
 }
 
-macro_rules! machine_wide {
+macro_rules! machine_int {
     ($int:ty) => {
-        impl Wide for $int {
+        impl ExactInt for $int {
             type Walk = EdgeWalk<$int>;
             #[inline]
             fn from_i64(v: i64) -> Self {
@@ -79,8 +79,9 @@ macro_rules! machine_wide {
             #[inline]
             fn fraction_56(&self, d: &Self) -> u64 {
                 // The 64 leading bits of each; d rounded up, so that the fraction is not above the truth.
-                let spare = (<$int>::BITS - d.leading_zeros()).saturating_sub(64);
-                let (r, d) = ((self >> spare) as u128, (d >> spare) as u128 + u128::from(spare > 0));
+                let excess_bits = (<$int>::BITS - d.leading_zeros()).saturating_sub(64);
+                let (r, d) =
+                    ((self >> excess_bits) as u128, (d >> excess_bits) as u128 + u128::from(excess_bits > 0));
                 ((r << 56) / d) as u64
             }
             #[inline]
@@ -93,11 +94,11 @@ macro_rules! machine_wide {
     };
 }
 
-machine_wide!(i64);
-machine_wide!(i128);
+machine_int!(i64);
+machine_int!(i128);
 
-impl Wide for BigInt {
-    type Walk = FarWalk;
+impl ExactInt for BigInt {
+    type Walk = FarEdgeWalk;
     fn from_i64(v: i64) -> Self {
         v.into()
     }
@@ -135,9 +136,9 @@ impl Wide for BigInt {
     }
     fn fraction_56(&self, d: &Self) -> u64 {
         // As above: 126 leading bits, whatever the size.
-        let spare = d.bits().saturating_sub(126);
-        let narrow = |v: &BigInt| i128::try_from(v >> spare).expect("126 bits are left");
-        narrow(self).fraction_56(&(narrow(d) + i128::from(spare > 0)))
+        let excess_bits = d.bits().saturating_sub(126);
+        let narrow = |v: &BigInt| i128::try_from(v >> excess_bits).expect("126 bits are left");
+        narrow(self).fraction_56(&(narrow(d) + i128::from(excess_bits > 0)))
     }
     fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering {
         // Digit by digit from the lowest, so that no number is made.
