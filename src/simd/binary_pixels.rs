@@ -23,18 +23,19 @@ const fn pattern(letters: [u8; 2]) -> [u8; PERIOD] {
     pattern
 }
 
-/// How many whole records `bytes` begins with that are binary pixels, and how many LF those hold.
+/// Counts the complete records at the start of `bytes` that are binary pixels, and the LF in them.
 #[inline]
-pub fn binary_pixels(bytes: &[u8]) -> (usize, u64) {
-    let (count, lines) = whole_periods(bytes);
+pub fn leading_records(bytes: &[u8]) -> (usize, u64) {
+    let (count, lines) = full_periods(bytes);
     let rest = bytes[count * RECORD..].as_chunks::<RECORD>().0;
     let more = rest.iter().position(|r| !r.starts_with(b"PB")).unwrap_or(rest.len());
     (count + more, lines + lf_in(rest[..more].as_flattened()))
 }
 
-/// The same up to the first block of 32 records that are not all binary pixels.
+/// Counts as [`leading_records`] does, up to the first block of 32 records that are not all
+/// binary pixels.
 #[inline]
-fn whole_periods(bytes: &[u8]) -> (usize, u64) {
+fn full_periods(bytes: &[u8]) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx512f")
         && is_x86_feature_detected!("avx512bw")
@@ -112,11 +113,11 @@ mod tests {
 
     fn check(bytes: &[u8]) {
         let plain = plainly(bytes);
-        assert_eq!(binary_pixels(bytes), plain);
+        assert_eq!(leading_records(bytes), plain);
         let blocks = plain.0 / 32 * 32;
         let of_blocks = plainly(&bytes[..blocks * RECORD]);
         assert_eq!(portable(bytes), of_blocks);
-        assert_eq!(whole_periods(bytes), of_blocks);
+        assert_eq!(full_periods(bytes), of_blocks);
     }
 
     #[test]

@@ -14,24 +14,24 @@ pub mod allocator;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+pub mod binary_pixels;
 mod fill;
 mod level;
+pub mod pixel_lexer;
 mod portable;
 pub mod prefetch;
-pub mod records;
-mod scan;
+mod scanout;
 #[cfg(target_arch = "x86_64")]
-mod spilled;
+mod spill;
 #[cfg(test)]
 mod tests;
-pub mod text;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use fill::fill_pixels;
 pub use level::{Kernel, Level};
 pub use portable::Portable;
-pub use scan::{scan_out, word};
+pub use scanout::{scan_out, word};
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -84,9 +84,9 @@ pub trait I32<S: Simd>:
     /// self > other, signed.
     fn gt(self, other: Self) -> S::M;
     /// The smallest lane, signed.
-    fn least(self) -> i32;
+    fn reduce_min(self) -> i32;
     /// The largest lane, signed.
-    fn greatest(self) -> i32;
+    fn reduce_max(self) -> i32;
     /// Nearest f32, ties to even.
     fn to_f32(self) -> S::F;
     /// The f32 with these bits.
@@ -150,7 +150,7 @@ pub trait Simd: Copy + 'static {
     /// zeros): number f of a record is its lane of `fields[f]`. Their count.
     fn compress8(self, mask: Self::M, fields: [Self::I; 8], to: &mut [[i32; 8]]) -> usize;
     /// Of the lanes that are set, those that hold a number which no set lane before them holds.
-    fn firsts(self, mask: Self::M, v: Self::I) -> Self::M;
+    fn first_occurrences(self, mask: Self::M, v: Self::I) -> Self::M;
     /// Lane i is bit i.
     fn mask(self, bits: u32) -> Self::M;
     /// `a` where the mask is set, else `b`.

@@ -158,11 +158,11 @@ impl<const N: usize> I32<Portable<N>> for IntLanes<N> {
         MaskLanes(from_fn(|i| yes(self.0[i] > other.0[i])))
     }
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         self.0.iter().fold(i32::MAX, |least, &a| if a < least { a } else { least })
     }
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         self.0.iter().fold(i32::MIN, |greatest, &a| if a > greatest { a } else { greatest })
     }
     #[inline(always)]
@@ -279,7 +279,7 @@ impl<const N: usize> Simd for Portable<N> {
         n
     }
     #[inline(always)]
-    fn firsts(self, mask: MaskLanes<N>, v: IntLanes<N>) -> MaskLanes<N> {
+    fn first_occurrences(self, mask: MaskLanes<N>, v: IntLanes<N>) -> MaskLanes<N> {
         let is_set = |i: usize| mask.0[i] != 0;
         MaskLanes(from_fn(|i| yes(is_set(i) && !(0..i).any(|k| is_set(k) && v.0[k] == v.0[i]))))
     }

@@ -29,8 +29,8 @@ impl ForWrite {
     #[cfg(target_arch = "x86_64")]
     #[inline]
     pub fn new() -> Self {
-        static KNOWN: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
-        Self { has_prefetchw: *KNOWN.get_or_init(has_prefetchw) }
+        static HAS_PREFETCHW: std::sync::OnceLock<bool> = std::sync::OnceLock::new();
+        Self { has_prefetchw: *HAS_PREFETCHW.get_or_init(has_prefetchw) }
     }
 
     /// Nothing is known of this CPU.

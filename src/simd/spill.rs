@@ -3,9 +3,9 @@
 /// A vector of places in memory, from where they are read. Compilers would keep it in its register and take the lanes out of
 /// there, which costs several times as much as a load where most of them are wanted.
 #[repr(C, align(64))]
-pub struct Spilled<const N: usize>(pub [i32; N]);
+pub struct Spill<const N: usize>(pub [i32; N]);
 
-impl<const N: usize> Spilled<N> {
+impl<const N: usize> Spill<N> {
     /// Lanes 2 k and 2 k + 1, read as unsigned by one load: loads are what a gather's time goes to.
     ///
     /// # Panics
@@ -28,9 +28,9 @@ mod tests {
     #[test]
     fn lanes_are_read_as_they_are() {
         let numbers = [0, 1, -1, i32::MIN, i32::MAX, 7, 8, 9];
-        let spilled = Spilled(numbers);
+        let spill = Spill(numbers);
         for (k, pair) in numbers.as_chunks::<2>().0.iter().enumerate() {
-            assert_eq!(spilled.pair(k), pair.map(|lane| lane as u32 as usize));
+            assert_eq!(spill.pair(k), pair.map(|lane| lane as u32 as usize));
         }
     }
 }

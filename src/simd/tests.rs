@@ -76,7 +76,7 @@ impl Kernel for AllOperations {
             let is_set = |k: usize| m.bits() >> k & 1 != 0;
             let is_first = |k: &usize| is_set(*k) && !(0..*k).any(|e| is_set(e) && numbers[e] == numbers[*k]);
             let firsts = (0..S::LANES).filter(is_first).fold(0, |bits, k| bits | 1 << k);
-            assert_eq!(s.firsts(m, few).bits(), firsts);
+            assert_eq!(s.first_occurrences(m, few).bits(), firsts);
             let mut zipped = vec![0; 2 * S::LANES];
             for (half, to) in s.zip(p, q).into_iter().zip(zipped.chunks_mut(S::LANES)) {
                 s.store_i(half, to);
@@ -130,7 +130,7 @@ impl Kernel for AllOperations {
         let mut least = (i32::MAX, i32::MIN);
         for at in (0..16).step_by(S::LANES) {
             let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
-            least = (least.0.min(p.least()), least.1.max(p.greatest()));
+            least = (least.0.min(p.reduce_min()), least.1.max(p.reduce_max()));
             let mut records = [[5; 8]; 17];
             let fields = [p, q, p + q, p ^ q, p & q, p | q, p - q, p * q];
             let n = s.compress8(s.mask(bits >> at), fields, &mut records);

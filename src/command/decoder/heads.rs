@@ -11,7 +11,7 @@ use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
 use crate::command::stream_error::Subject;
 use crate::command::verb::{Reading, Verb};
 use crate::error::Code;
-use crate::simd::{records, text};
+use crate::simd::{binary_pixels, pixel_lexer};
 
 /// Bytes of `PXMULTI`, x, y and n.
 const RUN_HEADER_BYTES: usize = 15;
@@ -44,7 +44,7 @@ impl Decoder {
     pub(super) fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
         while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
-            let (used, lines) = text::pixel_records(&bytes[at..], &mut |records| sink.pixels(records));
+            let (used, lines) = pixel_lexer::pixel_records(&bytes[at..], &mut |records| sink.pixels(records));
             self.here.byte += used as u64;
             self.here.line += lines;
             at += used;
@@ -118,7 +118,7 @@ impl Decoder {
 
     /// Hands on the binary pixels at the beginning of `bytes`, of which the first is whole.
     fn binary_pixels(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
-        let (count, lines) = records::binary_pixels(&bytes[..bytes.len().min(BYTES_AT_ONCE)]);
+        let (count, lines) = binary_pixels::leading_records(&bytes[..bytes.len().min(BYTES_AT_ONCE)]);
         let records = &bytes[..count * BINARY_PIXEL_BYTES];
         self.here.byte += records.len() as u64;
         self.here.line += lines;

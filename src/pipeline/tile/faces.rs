@@ -143,7 +143,7 @@ impl Faces<'_> {
         let mut numbers = [0; 16];
         s.store_i(faces, &mut numbers[..S::LANES]);
         // Found all at once, so that none has to wait for the one before it.
-        let mut left = s.firsts(mask, faces).bits();
+        let mut left = s.first_occurrences(mask, faces).bits();
         let count = left.count_ones() as usize;
         if count == 0 || count > most_few::<S>() {
             let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);

@@ -238,10 +238,10 @@ impl Kernel for SetupKernel<'_> {
                 // Most often all lie in one tile, or in two: their lists take the faces as they come.
                 let (least, most) = (s.splat_i(i32::MAX), s.splat_i(0));
                 let bounds = [
-                    s.select_i(tiny, left, least).least(),
-                    s.select_i(tiny, top, least).least(),
-                    s.select_i(tiny, right, most).greatest(),
-                    s.select_i(tiny, bottom, most).greatest(),
+                    s.select_i(tiny, left, least).reduce_min(),
+                    s.select_i(tiny, top, least).reduce_min(),
+                    s.select_i(tiny, right, most).reduce_max(),
+                    s.select_i(tiny, bottom, most).reduce_max(),
                 ];
                 let tiles = self.grid.tiles_of(bounds);
                 let [first_column, first_row, last_column, last_row] = tiles;

@@ -152,7 +152,7 @@ impl I32<Avx2> for I {
         op!(self => M, _mm256_cmpgt_epi32(other.0))
     }
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         // SAFETY: holding a vector proves the features.
         unsafe {
             let v = _mm_min_epi32(_mm256_castsi256_si128(self.0), _mm256_extracti128_si256::<1>(self.0));
@@ -161,7 +161,7 @@ impl I32<Avx2> for I {
         }
     }
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         // SAFETY: holding a vector proves the features.
         unsafe {
             let v = _mm_max_epi32(_mm256_castsi256_si128(self.0), _mm256_extracti128_si256::<1>(self.0));

@@ -3,7 +3,7 @@
 mod lanes;
 mod records;
 
-use super::spilled::Spilled;
+use super::spill::Spill;
 use super::{Kernel, Mask, Simd};
 use lanes::{F, I, M};
 use records::{COMPRESS, check, packed, pixel_pairs, rows_of_four, transposed};
@@ -179,7 +179,7 @@ impl Simd for Avx2 {
         count as usize
     }
     #[inline(always)]
-    fn firsts(self, mask: M, v: I) -> M {
+    fn first_occurrences(self, mask: M, v: I) -> M {
         // SAFETY: the token proves the features.
         unsafe {
             let iota = self.iota().0;
@@ -272,7 +272,7 @@ impl Simd for Avx2 {
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
         // each has one behind it. Loads need no alignment.
         unsafe {
-            let mut at = Spilled([0i32; 8]);
+            let mut at = Spill([0i32; 8]);
             _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
             // Lanes 4 q + 2 k and the next in half q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));

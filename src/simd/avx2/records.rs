@@ -2,7 +2,7 @@
 
 use super::{I, M};
 use crate::simd::Mask;
-use crate::simd::spilled::Spilled;
+use crate::simd::spill::Spill;
 use crate::simd::x86::{rows_of_two, two_pairs};
 use std::arch::x86_64::*;
 
@@ -44,7 +44,7 @@ pub(super) fn check(mask: M, index: I, len: usize) {
 pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m256; 4] {
     // SAFETY: as promised by the caller; 8 places are there.
     unsafe {
-        let mut at = Spilled([0i32; 8]);
+        let mut at = Spill([0i32; 8]);
         _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
         // Row r holds the records of lanes r and 4 + r; a 4x4 transpose within each half finishes it.
         let [a, b] = rows_of_two::<STRIDE>(from, at.pair(0), at.pair(2));
@@ -94,7 +94,7 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m256i; 4]) -> [__m256i; 4] {
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<8>, k: usize) -> __m256 {
+pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<8>, k: usize) -> __m256 {
     // SAFETY: as promised by the caller.
     unsafe {
         let v = _mm256_castps128_ps256(two_pairs(from, at.pair(k)));

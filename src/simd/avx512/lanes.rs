@@ -142,12 +142,12 @@ impl I32<Avx512> for I {
         op!(self => M, _mm512_cmpgt_epi32_mask(other.0))
     }
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         // SAFETY: holding a vector proves the features.
         unsafe { _mm512_reduce_min_epi32(self.0) }
     }
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         // SAFETY: holding a vector proves the features.
         unsafe { _mm512_reduce_max_epi32(self.0) }
     }

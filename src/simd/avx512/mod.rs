@@ -3,7 +3,7 @@
 mod lanes;
 mod records;
 
-use super::spilled::Spilled;
+use super::spill::Spill;
 use super::{Kernel, Simd};
 use lanes::{F, I, M};
 use records::{check, pixel_pairs, rows_of_four, transposed};
@@ -172,7 +172,7 @@ impl Simd for Avx512 {
         mask.0.count_ones() as usize
     }
     #[inline(always)]
-    fn firsts(self, mask: M, v: I) -> M {
+    fn first_occurrences(self, mask: M, v: I) -> M {
         // SAFETY: the token proves the features.
         unsafe {
             let earlier = _mm512_conflict_epi32(v.0);
@@ -248,7 +248,7 @@ impl Simd for Avx512 {
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
         // each has one behind it. Loads need no alignment.
         unsafe {
-            let mut at = Spilled([0i32; 16]);
+            let mut at = Spill([0i32; 16]);
             _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
             // Lanes 4 q + 2 k and the next in quarter q.
             let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));

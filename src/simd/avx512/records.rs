@@ -1,7 +1,7 @@
 //! Records that are gathered or written whole: their numbers from lanes to places that follow each other, and back.
 
 use super::{I, M};
-use crate::simd::spilled::Spilled;
+use crate::simd::spill::Spill;
 use crate::simd::x86::{rows_of_two, two_pairs};
 use std::arch::x86_64::*;
 
@@ -22,7 +22,7 @@ pub(super) fn check(mask: M, index: I, len: usize) {
 pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m512; 4] {
     // SAFETY: as promised by the caller; 16 places are there.
     unsafe {
-        let mut at = Spilled([0i32; 16]);
+        let mut at = Spill([0i32; 16]);
         _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
         // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
         let ([a, b], [c, d]) = (two_rows::<STRIDE>(from, &at, 0), two_rows::<STRIDE>(from, &at, 1));
@@ -61,7 +61,7 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m512i; 4]) -> [__m512i; 4] {
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
 #[inline(always)]
-pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, k: usize) -> __m512 {
+pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<16>, k: usize) -> __m512 {
     // SAFETY: as promised by the caller.
     unsafe {
         let low = _mm256_castps128_ps256(two_pairs(from, at.pair(k)));
@@ -77,7 +77,7 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spilled<16>, k: usize) -> __m
 /// # Safety
 /// As for [`transposed`].
 #[inline(always)]
-unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spilled<16>, k: usize) -> [__m512; 2] {
+unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spill<16>, k: usize) -> [__m512; 2] {
     // SAFETY: as promised by the caller.
     unsafe {
         let [a, b] = rows_of_two::<STRIDE>(from, at.pair(k), at.pair(k + 2));

@@ -84,8 +84,8 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     let is_letter = _mm_cmpeq_epi8(_mm_min_epu8(letter, _mm_set1_epi8(5)), letter);
     let good = _mm_movemask_epi8(_mm_or_si128(is_decimal, is_letter)) as u32;
     // What stands before a shorter colour is not looked at here: the blank and digits of y, checked above.
-    let wanted = 0xffff << (16 - DIGITS) & 0xffff | 0xff;
-    if good & wanted != wanted {
+    let needed = 0xffff << (16 - DIGITS) & 0xffff | 0xff;
+    if good & needed != needed {
         return None;
     }
     // A decimal digit is far from a letter: the smaller of the two readings is the right one.

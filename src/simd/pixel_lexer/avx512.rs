@@ -33,7 +33,7 @@ pub fn is_there() -> bool {
 }
 
 /// How lines that end alike, with colours of so many digits, are read.
-struct Form {
+struct LineForm {
     /// Hex digits of a colour.
     digits: u16,
     /// The last separator: LF, or the CR before it.
@@ -48,9 +48,10 @@ struct Form {
     fill: [u8; 16],
 }
 
-impl Form {
-    const fn new(digits: u16, end: u8) -> Form {
-        let mut form = Form { digits, end, from: [0; 16], offset: [0; 16], room: [0; 16], fill: [b'0'; 16] };
+impl LineForm {
+    const fn new(digits: u16, end: u8) -> LineForm {
+        let mut form =
+            LineForm { digits, end, from: [0; 16], offset: [0; 16], room: [0; 16], fill: [b'0'; 16] };
         let mut j = 0;
         while j < 16 {
             let i = j as i8;
@@ -71,13 +72,13 @@ impl Form {
     }
 }
 
-static FORMS: [Form; 6] = [
-    Form::new(6, b'\n'),
-    Form::new(8, b'\n'),
-    Form::new(2, b'\n'),
-    Form::new(6, b'\r'),
-    Form::new(8, b'\r'),
-    Form::new(2, b'\r'),
+static LINE_FORMS: [LineForm; 6] = [
+    LineForm::new(6, b'\n'),
+    LineForm::new(8, b'\n'),
+    LineForm::new(2, b'\n'),
+    LineForm::new(6, b'\r'),
+    LineForm::new(8, b'\r'),
+    LineForm::new(2, b'\r'),
 ];
 
 /// The separators of some blocks: their places, each 1 more than it is so that the first entry can stand for the end of
@@ -101,7 +102,7 @@ pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, 
             break;
         }
         separators.find(rest, blocks);
-        let form = FORMS.iter().find(|f| separators.begin_with(f));
+        let form = LINE_FORMS.iter().find(|f| separators.begin_with(f));
         let (taken, count) = form.map_or((0, 0), |f| read(f, rest, &separators, &mut records));
         used += taken;
         lines += count as u64;
@@ -160,7 +161,7 @@ impl Separators {
     }
 
     /// Whether the first line's colour and end are of that form. If so, its start is made to look like all others.
-    fn begin_with(&mut self, form: &Form) -> bool {
+    fn begin_with(&mut self, form: &LineForm) -> bool {
         let is_it = self.count >= 4
             && self.letters[3] == form.end
             && self.places[4].wrapping_sub(self.places[3]) == form.digits + 1;
@@ -172,7 +173,7 @@ impl Separators {
 /// Reads four lines at a time while they have that form. Answers how many bytes and lines it took.
 #[inline]
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512vbmi,avx512vbmi2,popcnt")]
-fn read(form: &Form, bytes: &[u8], separators: &Separators, records: &mut [Record]) -> (usize, usize) {
+fn read(form: &LineForm, bytes: &[u8], separators: &Separators, records: &mut [Record]) -> (usize, usize) {
     // For each byte of four lines, the number of its line's first entry; entries have two bytes.
     let line = _mm512_slli_epi16::<3>(_mm512_and_si512(_mm512_srli_epi16::<4>(iota()), _mm512_set1_epi8(3)));
     let from = spread(&form.from);

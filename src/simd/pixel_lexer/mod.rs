@@ -5,17 +5,17 @@
 //! line that is not whole) ends the run and is left to the general reader. Every byte is looked at: a line with anything
 //! out of place is not taken. Out: a [`Record`] of each, in order.
 //!
-//! Three twins with the same answer for every input: `portable` in whole words of eight bytes and `x86`, vectors of sixteen
-//! bytes where the CPU has AVX2, a line at a time; `wide`, AVX-512, four lines at a time, which leaves what it does not
+//! Three twins with the same answer for every input: `portable` in whole words of eight bytes and `avx2`, vectors of sixteen
+//! bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512, four lines at a time, which leaves what it does not
 //! take to the others. Which one runs is asked of the CPU at each call, which costs a load.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod portable;
 #[cfg(test)]
 mod tests;
-#[cfg(target_arch = "x86_64")]
-mod wide;
-#[cfg(target_arch = "x86_64")]
-mod x86;
 
 /// One pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];
@@ -23,8 +23,8 @@ pub type Record = [u8; 8];
 /// How many bytes a line is read through: none that is taken here has more, and a twin may look this far.
 const WINDOW: usize = 32;
 
-/// Records that are handed on together where lines are read one by one.
-const TOGETHER: usize = 64;
+/// Records in a batch where lines are read one by one.
+const BATCH_RECORDS: usize = 64;
 
 /// Lines that are read one by one before four at a time are tried; after a trial in vain twice as many, up to the second.
 const PATIENCE: u64 = 4;
@@ -41,13 +41,13 @@ pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, 
     loop {
         let rest = &bytes[used..];
         let most = if is_wide(rest) { patience } else { u64::MAX };
-        let (more_used, more_lines) = one_by_one(rest, most, emit);
+        let (more_used, more_lines) = read_single(rest, most, emit);
         used += more_used;
         lines += more_lines;
         if more_lines < most {
             return (used, lines);
         }
-        let (more_used, more_lines) = four_at_a_time(&bytes[used..], emit);
+        let (more_used, more_lines) = read_by_four(&bytes[used..], emit);
         used += more_used;
         lines += more_lines;
         patience = if more_lines > patience { PATIENCE } else { (2 * patience).min(MOST_PATIENCE) };
@@ -56,31 +56,31 @@ pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, 
 
 /// Reads lines one by one, at most so many.
 #[inline]
-fn one_by_one(bytes: &[u8], most: u64, emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
-    let mut together = Together { records: [[0; 8]; TOGETHER], count: 0, emit };
-    let mut each = |x, y, color| together.add(x, y, color);
-    let (mut used, mut lines) = whole_windows(bytes, most, &mut each);
+fn read_single(bytes: &[u8], most: u64, emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
+    let mut batch = Batch { records: [[0; 8]; BATCH_RECORDS], count: 0, emit };
+    let mut each = |x, y, color| batch.add(x, y, color);
+    let (mut used, mut lines) = full_windows(bytes, most, &mut each);
     // The last lines are read in a copy with room behind it. No line is made of the zeros: none holds an LF.
     let rest = &bytes[used..];
     if lines < most && rest.len() < WINDOW && rest.starts_with(b"PX ") {
         let mut padded = [0; 2 * WINDOW];
         padded[..rest.len()].copy_from_slice(rest);
-        let (more_used, more_lines) = whole_windows(&padded, most - lines, &mut each);
+        let (more_used, more_lines) = full_windows(&padded, most - lines, &mut each);
         used += more_used;
         lines += more_lines;
     }
-    together.hand_on();
+    batch.flush();
     (used, lines)
 }
 
-/// Single pixels on their way to be handed on together.
-struct Together<'a, F: FnMut(&[Record])> {
-    records: [Record; TOGETHER],
+/// Single pixels until their batch is full.
+struct Batch<'a, F: FnMut(&[Record])> {
+    records: [Record; BATCH_RECORDS],
     count: usize,
     emit: &'a mut F,
 }
 
-impl<F: FnMut(&[Record])> Together<'_, F> {
+impl<F: FnMut(&[Record])> Batch<'_, F> {
     #[inline(always)]
     fn add(&mut self, x: u16, y: u16, color: [u8; 4]) {
         if let Some(record) = self.records.get_mut(self.count) {
@@ -88,13 +88,13 @@ impl<F: FnMut(&[Record])> Together<'_, F> {
             *record = (place | u64::from(u32::from_le_bytes(color)) << 32).to_le_bytes();
         }
         self.count += 1;
-        if self.count == TOGETHER {
-            self.hand_on();
+        if self.count == BATCH_RECORDS {
+            self.flush();
         }
     }
 
     #[inline]
-    fn hand_on(&mut self) {
+    fn flush(&mut self) {
         if let Some(records) = self.records.get(..self.count)
             && !records.is_empty()
         {
@@ -104,13 +104,13 @@ impl<F: FnMut(&[Record])> Together<'_, F> {
     }
 }
 
-/// The same without the last window.
+/// Reads lines one by one, without the last window.
 #[inline]
-fn whole_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
+fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
-    if x86::is_there() {
+    if avx2::is_there() {
         // SAFETY: the CPU was just asked for what the function needs.
-        return unsafe { x86::pixel_lines(bytes, most, each) };
+        return unsafe { avx2::pixel_lines(bytes, most, each) };
     }
     portable::pixel_lines(bytes, most, each)
 }
@@ -119,18 +119,18 @@ fn whole_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4
 #[inline]
 fn is_wide(bytes: &[u8]) -> bool {
     #[cfg(target_arch = "x86_64")]
-    return bytes.len() >= wide::LEAST_BYTES && wide::is_there();
+    return bytes.len() >= avx512::LEAST_BYTES && avx512::is_there();
     #[cfg(not(target_arch = "x86_64"))]
     return bytes.len() == usize::MAX;
 }
 
 /// Reads lines four at a time, where the CPU can.
 #[inline]
-fn four_at_a_time(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
+fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
-    if wide::is_there() {
+    if avx512::is_there() {
         // SAFETY: the CPU was just asked for what the function needs.
-        return unsafe { wide::pixel_records(bytes, emit) };
+        return unsafe { avx512::pixel_records(bytes, emit) };
     }
     let _ = (bytes, emit);
     (0, 0)

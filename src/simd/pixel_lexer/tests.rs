@@ -28,7 +28,7 @@ fn portable(bytes: &[u8]) -> Heard {
 #[cfg(target_arch = "x86_64")]
 fn vectors(bytes: &[u8]) -> Option<Heard> {
     // SAFETY: the CPU was just asked for what the function needs.
-    x86::is_there().then(|| heard(|b, mut f| unsafe { x86::pixel_lines(b, u64::MAX, &mut f) }, bytes))
+    avx2::is_there().then(|| heard(|b, mut f| unsafe { avx2::pixel_lines(b, u64::MAX, &mut f) }, bytes))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
@@ -39,7 +39,7 @@ fn vectors(_: &[u8]) -> Option<Heard> {
 #[cfg(target_arch = "x86_64")]
 fn wide(bytes: &[u8]) -> Option<Heard> {
     // SAFETY: the CPU was just asked for what the function needs.
-    wide::is_there().then(|| heard_records(|b, mut f| unsafe { wide::pixel_records(b, &mut f) }, bytes))
+    avx512::is_there().then(|| heard_records(|b, mut f| unsafe { avx512::pixel_records(b, &mut f) }, bytes))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
