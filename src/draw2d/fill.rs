@@ -59,8 +59,8 @@ mod tests {
     fn snap(v: f64) -> BigInt {
         let scaled = v * 256.0;
         let scaled = if scaled.is_finite() { scaled.round_ties_even() } else { v };
-        let whole: BigInt = format!("{scaled:.0}").parse().unwrap();
-        if (v * 256.0).is_finite() { whole } else { whole * 256 }
+        let scaled_integer: BigInt = format!("{scaled:.0}").parse().unwrap();
+        if (v * 256.0).is_finite() { scaled_integer } else { scaled_integer * 256 }
     }
 
     /// The exact colour of pixel (x, y) from the definition, in numbers without a limit.

@@ -15,7 +15,7 @@
 //!
 //! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
 
-use super::ramp::{FRACTION_BITS, Ramp};
+use super::color_ramp::{ColorRamp, FRACTION_BITS};
 use super::{Blend, frame, over, run_mut};
 use crate::math::coverage::exact_int::ExactInt;
 use crate::math::coverage::{Corners, doubled_area, scan_triangle};
@@ -24,7 +24,7 @@ use std::cmp::Ordering;
 
 /// A fraction as its whole part, rounded down, and the rest in 0..D of its numerator.
 struct Divided<I> {
-    whole: i64,
+    quotient: i64,
     rest: I,
 }
 
@@ -83,14 +83,14 @@ impl<I: ExactInt> Gradient<I> {
     }
 
     fn divided(&self, n: &I) -> Divided<I> {
-        let (whole, rest) = n.div_rem_floor(&self.divisor);
+        let (quotient, rest) = n.div_rem_floor(&self.divisor);
         // Outside these bounds only where a pixel has no covered neighbour, and the step is never taken.
-        Divided { whole: whole.clamp_i64(-512, 511), rest }
+        Divided { quotient: quotient.clamp_i64(-512, 511), rest }
     }
 
     /// A quotient in 8.56 fixed point, modulo 256; less than 2 ulp below the truth.
     fn fixed(&self, n: &Divided<I>) -> u64 {
-        ((n.whole as u64) << FRACTION_BITS).wrapping_add(n.rest.fraction_56(&self.divisor))
+        ((n.quotient as u64) << FRACTION_BITS).wrapping_add(n.rest.fraction_56(&self.divisor))
     }
 }
 
@@ -108,7 +108,7 @@ pub(super) fn gradient<I: ExactInt>(
     scan_triangle(corners, frame(memory), |y, xs| {
         let start = exact.values(xs.start, y);
         let value = start.each_ref().map(|n| exact.fixed(n));
-        let ramp = Ramp::new(value, step, 2, xs.len() as u32, largest_divisor);
+        let ramp = ColorRamp::new(value, step, 2, xs.len() as u32, largest_divisor);
         let row = Row { exact: &exact, start, growth: &growth, ramp };
         let run = run_mut(memory, y, xs);
         match blend {
@@ -125,7 +125,7 @@ struct Row<'a, I> {
     /// V at the first pixel.
     start: [Divided<I>; 4],
     growth: &'a [Divided<I>; 4],
-    ramp: Ramp,
+    ramp: ColorRamp,
 }
 
 impl<I: ExactInt> Row<'_, I> {
@@ -142,7 +142,7 @@ impl<I: ExactInt> Row<'_, I> {
 
     /// The run, cut where a nearly level channel takes its other value.
     fn paint_in_parts(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
-        let levels: [Option<Level>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
+        let levels: [Option<TwoValueRun>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
         let mut ends = levels.map(|l| l.map_or(run.len(), |l| l.end));
         ends.sort_unstable();
         let mut from = 0;
@@ -170,10 +170,10 @@ impl<I: ExactInt> Row<'_, I> {
     }
 
     /// The values of a channel that moves by less than 1 along a run of `len` pixels; `None` for any other.
-    fn level(&self, k: usize, len: usize) -> Option<Level> {
+    fn level(&self, k: usize, len: usize) -> Option<TwoValueRun> {
         let growth = &self.growth[k];
         let fraction = growth.rest.fraction_56(&self.exact.divisor);
-        let slope = (i128::from(growth.whole) << FRACTION_BITS) + i128::from(fraction);
+        let slope = (i128::from(growth.quotient) << FRACTION_BITS) + i128::from(fraction);
         // The fraction may be 2 ulp short.
         if (slope.unsigned_abs() + 2) * len as u128 >= 1 << FRACTION_BITS {
             return None;
@@ -187,7 +187,7 @@ impl<I: ExactInt> Row<'_, I> {
                 *(if self.channel(k, middle) == first { &mut same } else { &mut other }) = middle;
             }
         }
-        Some(Level { first, end: other, last })
+        Some(TwoValueRun { first, end: other, last })
     }
 
     /// Channel k at pixel i of the run, exactly.
@@ -197,7 +197,7 @@ impl<I: ExactInt> Row<'_, I> {
     }
 
     /// The exact colour at pixel i, where `ramp` stands.
-    fn decided(&self, ramp: &Ramp, i: usize) -> Rgba {
+    fn decided(&self, ramp: &ColorRamp, i: usize) -> Rgba {
         let color = ramp.color();
         std::array::from_fn(
             |k| {
@@ -207,15 +207,15 @@ impl<I: ExactInt> Row<'_, I> {
     }
 
     /// The ramp has just passed a whole number m, or not yet: V >= m tells.
-    fn decided_channel(&self, ramp: &Ramp, k: usize, i: usize) -> u8 {
+    fn decided_channel(&self, ramp: &ColorRamp, k: usize, i: usize) -> u8 {
         // Values begin at 1/2, so a ramp that has wrapped to 0 stands at 256.
         let m = match ramp.color()[k] {
             0 => 256,
             m => i64::from(m),
         };
         let (start, growth, i) = (&self.start[k], &self.growth[k], i as i64);
-        // V = start.whole + i growth.whole + (start.rest + i growth.rest) / D.
-        let missing = m - start.whole - i * growth.whole;
+        // V = start.quotient + i growth.quotient + (start.rest + i growth.rest) / D.
+        let missing = m - start.quotient - i * growth.quotient;
         let order = start.rest.compare_stepped(i, &growth.rest, missing, &self.exact.divisor);
         (m - i64::from(order == Ordering::Less)) as u8
     }
@@ -223,7 +223,7 @@ impl<I: ExactInt> Row<'_, I> {
 
 /// A channel that takes one value, or two, along a run.
 #[derive(Clone, Copy)]
-struct Level {
+struct TwoValueRun {
     first: u8,
     /// Where `last` begins; the run's end if `first` is all there is.
     end: usize,

@@ -9,14 +9,14 @@
 //! Source: Trabalho 1 ("Bresenham"; Bresenham, "Algorithm for computer control of a digital plotter", 1965), with
 //! d0 = 2 dy - dx, |dx| and |dy| in the increments, and the first pixel drawn.
 
-mod batch;
-mod run;
+mod bresenham;
+mod parallel;
 
-pub use batch::{Line, lines, lines_on};
+pub use parallel::{Line, lines, lines_on};
 
 use super::{AreaColors, Blend, RampColor, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
-use run::{SHORT, VisibleRun};
+use bresenham::{SHORT, VisibleRun};
 
 /// Draws the line from `p0` to `p1`, both ends lit.
 ///
@@ -55,7 +55,7 @@ fn is_short(p0: [i32; 2], p1: [i32; 2]) -> bool {
 /// queue, waits for all of them. So this path keeps its numbers in registers and stores nothing but pixels.
 #[inline(always)]
 fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, color: Rgba) {
-    VisibleRun::whole(p0, p1, width).visit_short(|at| {
+    VisibleRun::unclipped(p0, p1, width).visit_short(|at| {
         if let Some(pixel) = pixels.get_mut(at) {
             *pixel = color;
         }
@@ -67,7 +67,7 @@ fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, colo
 fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
     let size @ [width, height] = [memory.width(), memory.height()];
     let run = if inside(p0, size) && inside(p1, size) {
-        Some(VisibleRun::whole(p0, p1, width))
+        Some(VisibleRun::unclipped(p0, p1, width))
     } else {
         VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height)
     };

@@ -12,7 +12,7 @@
 //!   +---------------------+
 //! ```
 
-mod place;
+mod segment_rect;
 #[cfg(test)]
 mod tests;
 
@@ -20,15 +20,15 @@ use super::blend::{Blend, Paint};
 use super::{frame, run_mut};
 use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
-use place::Placed;
+use segment_rect::SegmentRect;
 
 /// Draws the line from `p0` to `p1`, finite reals in pixels, composed over what is there whatever `BLEND` is.
 ///
 /// A segment of length 0 covers no area and draws nothing. The cost is that of the visible part.
 pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
     let clip = frame(memory);
-    for_each_share(p0, p1, clip, |x, y, share| {
-        let coverage = (share * 255.0 + 0.5) as u16;
+    for_each_covered_pixel(p0, p1, clip, |x, y, area| {
+        let coverage = (area * 255.0 + 0.5) as u16;
         let alpha = (coverage * u16::from(color[3]) + 127) / 255;
         let weighed = [color[0], color[1], color[2], alpha as u8];
         if let Some(paint) = Paint::new(weighed, Blend::Over) {
@@ -39,12 +39,12 @@ pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba
 }
 
 /// Calls `f(x, y, share)` for the pixels inside `clip` that the rectangle meets, with their shares in [0,1].
-fn for_each_share(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: impl FnMut(i32, i32, f64)) {
-    let Some(placed) = Placed::new(p0, p1, clip) else { return };
+fn for_each_covered_pixel(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: impl FnMut(i32, i32, f64)) {
+    let Some(rect) = SegmentRect::new(p0, p1, clip) else { return };
     // Borders of the pixel squares lie half a pixel before their centres.
     let [left, right] = [clip.x0, clip.x1].map(|x| f64::from(x) - 0.5);
     let [top, bottom] = [clip.y0, clip.y1].map(|y| f64::from(y) - 0.5);
-    let (_, visible) = Convex::of(placed.corners()).split(1, top);
+    let (_, visible) = Convex::of(rect.corners()).split(1, top);
     let (mut below, _) = visible.split(1, bottom);
     let Some([first, last]) = below.squares(1) else { return };
     for y in first.max(clip.y0)..=last.min(clip.y1 - 1) {

@@ -14,6 +14,7 @@
 mod blend;
 mod blit;
 mod circle;
+mod color_ramp;
 mod disc;
 mod error;
 mod fill;
@@ -22,7 +23,6 @@ mod gradient;
 mod line;
 mod line_aa;
 mod pixels;
-mod ramp;
 mod rect;
 mod text;
 

@@ -89,12 +89,12 @@ fn draw_cell(memory: &mut VideoMemory, x: i32, y: i32, character: char, paint: P
     }
     let rows = glyph(character);
     for row in ys {
-        let strokes = rows[(row - y) as usize];
-        if strokes == 0 {
+        let inked = rows[(row - y) as usize];
+        if inked == 0 {
             continue;
         }
         for (column, pixel) in xs.clone().zip(run_mut(memory, row, xs.clone())) {
-            if strokes & 0x80 >> (column - x) != 0 {
+            if inked & 0x80 >> (column - x) != 0 {
                 paint.one(pixel);
             }
         }
@@ -116,13 +116,13 @@ mod tests {
 
     #[test]
     fn text_is_cut_at_the_frame_and_composed_once() {
-        let mut whole = memory(64, 48);
-        text(&mut whole, [20, 20], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();
-        let strokes = lit(&whole, 100);
+        let mut complete = memory(64, 48);
+        text(&mut complete, [20, 20], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();
+        let inked = lit(&complete, 100);
         for (x, y) in (-20..12).step_by(3).flat_map(|x| (-20..12).step_by(3).map(move |y| (x, y))) {
             let mut m = memory(9, 10);
             text(&mut m, [x, y], b"Wg\nQ@", [255, 255, 255, 100], Blend::Over).unwrap();
-            let moved = strokes.iter().map(|&(px, py)| (px - 20 + x, py - 20 + y));
+            let moved = inked.iter().map(|&(px, py)| (px - 20 + x, py - 20 + y));
             let want: Vec<_> = moved.filter(|p| (0..9).contains(&p.0) && (0..10).contains(&p.1)).collect();
             assert_eq!(lit(&m, 100), want, "({x},{y})");
         }

@@ -11,9 +11,9 @@ const WHITE: RampColor = RampColor { from: [255; 4], to: None };
 
 /// The run that [`draw`] walks.
 fn visible(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<VisibleRun> {
-    let is_whole = inside(p0, [width, height]) && inside(p1, [width, height]);
+    let is_inside = inside(p0, [width, height]) && inside(p1, [width, height]);
     let clipped = VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height);
-    if is_whole { Some(VisibleRun::whole(p0, p1, width)) } else { clipped }
+    if is_inside { Some(VisibleRun::unclipped(p0, p1, width)) } else { clipped }
 }
 
 /// Pixel k of the line, from the closed form alone: minor = ceil(k m / n - 1/2).
@@ -89,7 +89,7 @@ fn every_small_line_is_the_closed_form_in_its_order() {
 }
 
 /// What the whole line lights inside a w x h frame, step by step from the closed form: only for short lines.
-fn part_of_whole(p0: [i32; 2], p1: [i32; 2], w: u32, h: u32) -> Vec<(i32, i32)> {
+fn part_of_unclipped(p0: [i32; 2], p1: [i32; 2], w: u32, h: u32) -> Vec<(i32, i32)> {
     let n = p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1]));
     let all = (0..=n).map(|k| pixel_at(p0, p1, k.into()));
     let inside = all.filter(|p| (0..w.into()).contains(&p[0]) && (0..h.into()).contains(&p[1]));
@@ -133,7 +133,7 @@ proptest! {
         // Composed, so that a pixel lit twice would show.
         let mut m = memory(30, 20);
         line(&mut m, p0, p1, RampColor { from: [255, 255, 255, 100], to: None }, Blend::Over);
-        prop_assert_eq!(lit(&m, 100), part_of_whole(p0, p1, 30, 20));
+        prop_assert_eq!(lit(&m, 100), part_of_unclipped(p0, p1, 30, 20));
     }
 
     #[test]
@@ -190,13 +190,13 @@ fn a_whole_line_clipped_is_itself() {
     let mut seen = 0;
     for (a, b) in (0..12 * 9).flat_map(|a| (0..12 * 9).step_by(5).map(move |b| (a, b))) {
         let (p0, p1) = ([a % 12, a / 12], [b % 12, b / 12]);
-        let (mut whole, mut clipped) = (Vec::new(), Vec::new());
-        VisibleRun::whole(p0, p1, 12).visit(|at| whole.push(at));
+        let (mut complete, mut clipped) = (Vec::new(), Vec::new());
+        VisibleRun::unclipped(p0, p1, 12).visit(|at| complete.push(at));
         VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), 12, 9)
             .unwrap()
             .visit(|at| clipped.push(at));
-        assert_eq!(whole, clipped, "{p0:?} {p1:?}");
-        seen += whole.len();
+        assert_eq!(complete, clipped, "{p0:?} {p1:?}");
+        seen += complete.len();
     }
     assert!(seen > 10_000);
 }
@@ -245,7 +245,7 @@ fn many_lines_are_each_line_in_turn() {
 #[test]
 fn bands_of_threads_draw_what_one_thread_does() {
     let all = crowd(5_000);
-    assert!(batch::is_worth_threads(&all) && !batch::is_worth_threads(&all[..1]));
+    assert!(parallel::is_worth_threads(&all) && !parallel::is_worth_threads(&all[..1]));
     for blend in [Blend::Replace, Blend::Over] {
         for height in [1, 2, 40] {
             let mut one = memory(60, height);
@@ -269,9 +269,9 @@ fn a_line_clipped_to_bands_is_the_line() {
     // Each row by itself: rows of the whole line, asked one at a time.
     let mut marked = 0;
     for l in crowd(400) {
-        let (mut whole, mut rows) = (memory(60, 40), memory(60, 40));
-        whole.take_damage();
-        line(&mut whole, l.p0, l.p1, l.color, Blend::Replace);
+        let (mut complete, mut rows) = (memory(60, 40), memory(60, 40));
+        complete.take_damage();
+        line(&mut complete, l.p0, l.p1, l.color, Blend::Replace);
         for y in 0..40 {
             let [a, b] = [l.p0, l.p1].map(|[x, line_y]| [i64::from(x), i64::from(line_y) - y]);
             if let Some(run) = VisibleRun::clipped(a, b, 60, 1) {
@@ -280,7 +280,7 @@ fn a_line_clipped_to_bands_is_the_line() {
                 marked += 1;
             }
         }
-        assert!(whole.bytes() == rows.bytes(), "{l:?}");
+        assert!(complete.bytes() == rows.bytes(), "{l:?}");
     }
     assert!(marked > 2_000);
 }

@@ -7,15 +7,13 @@ use std::collections::BTreeMap;
 
 const CLIP: PixelRect = PixelRect { x0: 0, y0: 0, x1: 12, y1: 9 };
 
-fn shares(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
+fn areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f64> {
     let mut all = BTreeMap::new();
-    for_each_share(p0, p1, clip, |x, y, share| {
+    for_each_covered_pixel(p0, p1, clip, |x, y, area| {
         assert!(
-            (0.0..=1.0).contains(&share)
-                && (clip.x0..clip.x1).contains(&x)
-                && (clip.y0..clip.y1).contains(&y)
+            (0.0..=1.0).contains(&area) && (clip.x0..clip.x1).contains(&x) && (clip.y0..clip.y1).contains(&y)
         );
-        assert!(all.insert((x, y), share).is_none(), "({x},{y}) twice");
+        assert!(all.insert((x, y), area).is_none(), "({x},{y}) twice");
     });
     all
 }
@@ -50,10 +48,10 @@ proptest! {
     #[test]
     fn a_share_is_the_area_in_common(p0 in [-4.0..16.0f64, -4.0..12.0f64], p1 in [-4.0..16.0f64, -4.0..12.0f64]) {
         prop_assume!((p0[0] - p1[0]).abs() > 1e-3);
-        let got = shares(p0, p1, CLIP);
+        let got = areas(p0, p1, CLIP);
         for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
-            let (share, want) = (got.get(&(x, y)).copied().unwrap_or(0.0), integrated(p0, p1, x, y));
-            prop_assert!((share - want).abs() < 2e-3, "({x},{y}): {share}, not {want}");
+            let (area, want) = (got.get(&(x, y)).copied().unwrap_or(0.0), integrated(p0, p1, x, y));
+            prop_assert!((area - want).abs() < 2e-3, "({x},{y}): {area}, not {want}");
         }
     }
 }
@@ -63,11 +61,11 @@ proptest! {
 
     #[test]
     fn all_shares_together_are_the_length(p0 in [-40.0..40.0f64, -40.0..40.0f64], p1 in [-40.0..40.0f64, -40.0..40.0f64]) {
-        let whole = shares(p0, p1, PixelRect { x0: -50, y0: -50, x1: 50, y1: 50 });
+        let whole = areas(p0, p1, PixelRect { x0: -50, y0: -50, x1: 50, y1: 50 });
         let length = (p0[0] - p1[0]).hypot(p0[1] - p1[1]);
         prop_assert!((whole.values().sum::<f64>() - length).abs() < 1e-9);
         // Clipped equals whole, and backwards is the same.
-        let (clipped, back) = (shares(p0, p1, CLIP), shares(p1, p0, CLIP));
+        let (clipped, back) = (areas(p0, p1, CLIP), areas(p1, p0, CLIP));
         for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
             let at = |m: &BTreeMap<_, f64>| m.get(&(x, y)).copied().unwrap_or(0.0);
             prop_assert!((at(&clipped) - at(&whole)).abs() < 1e-9);
@@ -82,7 +80,7 @@ proptest! {
         let far = [through[0] + c * 10f64.powf(e), through[1] + s * 10f64.powf(e)];
         let d = [far[0] - through[0], far[1] - through[1]].map(|v| v / 10f64.powf(e));
         let near = [through[0] + 40.0 * d[0], through[1] + 40.0 * d[1]];
-        let (a, b) = (shares(through, far, CLIP), shares(through, near, CLIP));
+        let (a, b) = (areas(through, far, CLIP), areas(through, near, CLIP));
         for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
             let at = |m: &BTreeMap<_, f64>| m.get(&(x, y)).copied().unwrap_or(0.0);
             prop_assert!((at(&a) - at(&b)).abs() < 1e-9, "({x},{y}): {} {}", at(&a), at(&b));
@@ -101,12 +99,12 @@ fn both_ends_at_1e15_cross_the_frame_where_they_should() {
     // Through (5, 4) at a slope of 1/3: both ends are whole, so the line passes there exactly.
     let k = 1e15;
     let (a, b) = (
-        shares([5.0 - 3.0 * k, 4.0 - k], [5.0 + 3.0 * k, 4.0 + k], CLIP),
-        shares([-25.0, -6.0], [35.0, 14.0], CLIP),
+        areas([5.0 - 3.0 * k, 4.0 - k], [5.0 + 3.0 * k, 4.0 + k], CLIP),
+        areas([-25.0, -6.0], [35.0, 14.0], CLIP),
     );
     assert_eq!(a.len(), b.len());
-    for (at, share) in a {
-        assert!((share - b[&at]).abs() < 1e-9, "{at:?}");
+    for (at, area) in a {
+        assert!((area - b[&at]).abs() < 1e-9, "{at:?}");
     }
 }
 

@@ -3,7 +3,7 @@
 //! A pixel belongs to one band, and in it the lines come in their order, so the bytes are those of [`line`](super::line) called for
 //! each, with any number of threads.
 
-use super::run::{NO_ROWS, VisibleRun};
+use super::bresenham::{NO_ROWS, VisibleRun};
 use super::{draw, inside, is_short, store_short};
 use crate::draw2d::{Blend, RampColor, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
@@ -139,7 +139,7 @@ impl Band {
                 let (a, b) = (a[1] as u32, b[1] as u32);
                 return a.min(b)..a.max(b) + 1;
             }
-            return VisibleRun::whole(a, b, self.width).draw(pixels, color, blend);
+            return VisibleRun::unclipped(a, b, self.width).draw(pixels, color, blend);
         }
         let [a, b] = [p0, p1].map(|[x, y]| [i64::from(x), i64::from(y) - i64::from(self.top)]);
         let run = VisibleRun::clipped(a, b, self.width, self.rows);

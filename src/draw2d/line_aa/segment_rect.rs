@@ -12,14 +12,14 @@ use num_bigint::{BigInt, Sign};
 const NEAR: f64 = 1e6;
 
 /// The rectangle, cut to what can be seen: relative to the frame's centre, in pixels.
-pub(super) struct Placed {
+pub(super) struct SegmentRect {
     centre: [f64; 2],
     u: [f64; 2],
     h: f64,
     s: [f64; 2],
 }
 
-impl Placed {
+impl SegmentRect {
     /// `None` when nothing can be seen: no length, not finite, or out of the frame's reach.
     pub(super) fn new(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> Option<Self> {
         let numbers = [p0, p1];
@@ -29,19 +29,19 @@ impl Placed {
         let (w, h) = (f64::from(clip.x1) - f64::from(clip.x0), f64::from(clip.y1) - f64::from(clip.y0));
         let centre = [f64::from(clip.x0) + (w - 1.0) / 2.0, f64::from(clip.y0) + (h - 1.0) / 2.0];
         let extent = numbers.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let mut placed = if extent < NEAR { near(p0, p1, centre) } else { far(p0, p1, centre) };
+        let mut rect = if extent < NEAR { near(p0, p1, centre) } else { far(p0, p1, centre) };
         // Nothing further from the centre than this is in a pixel's square.
         let reach = (w + h) / 2.0 + 2.0;
-        if placed.h.abs() > reach {
+        if rect.h.abs() > reach {
             return None;
         }
-        placed.s = placed.s.map(|s| s.clamp(-reach, reach));
-        (placed.s[0] < placed.s[1]).then_some(placed)
+        rect.s = rect.s.map(|s| s.clamp(-reach, reach));
+        (rect.s[0] < rect.s[1]).then_some(rect)
     }
 
     /// The four corners in pixels, in order around.
     pub(super) fn corners(&self) -> [[f64; 2]; 4] {
-        let Placed { centre, u, h, s } = self;
+        let SegmentRect { centre, u, h, s } = self;
         let n = across(*u);
         let at = |s: f64, side: f64| [0, 1].map(|i| centre[i] + s * u[i] + (side - h) * n[i]);
         [at(s[0], -0.5), at(s[1], -0.5), at(s[1], 0.5), at(s[0], 0.5)]
@@ -52,7 +52,7 @@ fn across(u: [f64; 2]) -> [f64; 2] {
     [-u[1], u[0]]
 }
 
-fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> Placed {
+fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
     // Scaled first, so that the squares of the smallest numbers do not vanish.
     let largest = d[0].abs().max(d[1].abs());
@@ -61,18 +61,18 @@ fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> Placed {
     let u = d.map(|v| v / length);
     let n = across(u);
     let dot = |p: [f64; 2], v: [f64; 2]| (p[0] - centre[0]) * v[0] + (p[1] - centre[1]) * v[1];
-    Placed { centre, u, h: -dot(p0, n), s: [dot(p0, u), dot(p1, u)] }
+    SegmentRect { centre, u, h: -dot(p0, n), s: [dot(p0, u), dot(p1, u)] }
 }
 
-fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> Placed {
+fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     // All in units of a power of two in which every coordinate is whole.
     let numbers = [p0, p1, centre];
     let unit = numbers.iter().flatten().map(|&v| parts(v).1).fold(0, i32::min);
-    let whole = |v: f64| {
+    let integer = |v: f64| {
         let (mantissa, exponent) = parts(v);
         BigInt::from(mantissa) << (exponent - unit).unsigned_abs()
     };
-    let [p0, p1, c] = numbers.map(|p| p.map(whole));
+    let [p0, p1, c] = numbers.map(|p| p.map(integer));
     let minus = |a: &[BigInt; 2], b: &[BigInt; 2]| [&a[0] - &b[0], &a[1] - &b[1]];
     let dot = |a: &[BigInt; 2], b: &[BigInt; 2]| &a[0] * &b[0] + &a[1] * &b[1];
     let d = minus(&p1, &p0);
@@ -83,7 +83,7 @@ fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> Placed {
         let magnitude = ratio(&(v * v), &length_squared, 2 * i64::from(unit)).sqrt();
         if v.sign() == Sign::Minus { -magnitude } else { magnitude }
     };
-    Placed {
+    SegmentRect {
         centre,
         u: [0, 1].map(|i| per_length(&d[i], 0)),
         h: per_length(&dot(&minus(&c, &p0), &across), unit),
@@ -123,7 +123,7 @@ mod tests {
         for i in 0..200 {
             let v = |k: i32| f64::from((i * 7919 + k * 104_729) % 20_011) / 17.0 - 300.0;
             let (p0, p1) = ([v(1), v(2)], [v(3), v(4)]);
-            let centre = Placed::new([0.0, 0.0], [1.0, 1.0], clip).unwrap().centre;
+            let centre = SegmentRect::new([0.0, 0.0], [1.0, 1.0], clip).unwrap().centre;
             let (a, b) = (near(p0, p1, centre), far(p0, p1, centre));
             let pairs = [(a.h, b.h), (a.u[0], b.u[0]), (a.u[1], b.u[1]), (a.s[0], b.s[0]), (a.s[1], b.s[1])];
             assert!(pairs.iter().all(|(x, y)| (x - y).abs() < 1e-10), "{pairs:?}");

@@ -14,20 +14,20 @@ pub(super) const FRACTION_BITS: u32 = 56;
 
 /// Four channels on their way, in 8.56 fixed point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ramp {
+pub(super) struct ColorRamp {
     value: [u64; 4],
     step: [u64; 4],
     /// Values whose fraction is below this may have been lifted over a whole number by the slack.
     doubtful_below: u64,
 }
 
-impl Ramp {
+impl ColorRamp {
     /// A ramp from `value` by `step` (modulo 256), each a lower bound within `ulps` of 2^-56; it will take at most `steps`
     /// steps. `exact_below` says that the values are multiples of 1/D for a D up to this.
     pub(super) fn new(value: [u64; 4], step: [u64; 4], ulps: u64, steps: u32, largest_divisor: u64) -> Self {
         let slack = ulps * (u64::from(steps) + 1);
         let is_exact = u128::from(slack) * u128::from(largest_divisor) < 1 << FRACTION_BITS;
-        Ramp {
+        ColorRamp {
             value: value.map(|v| v.wrapping_add(slack)),
             step,
             doubtful_below: if is_exact { 0 } else { slack },
@@ -39,7 +39,7 @@ impl Ramp {
     /// n is below 2^32 and steps below 2^16, so it is always exact.
     pub(super) fn along_line(from: Rgba, to: Rgba, n: u64, k: u64, steps: u32) -> Self {
         let Some(divisor) = std::num::NonZeroU64::new(2 * n) else {
-            return Ramp {
+            return ColorRamp {
                 value: from.map(|c| u64::from(c) << FRACTION_BITS),
                 step: [0; 4],
                 doubtful_below: 0,
@@ -60,14 +60,14 @@ impl Ramp {
             let step = std::array::from_fn(|i| {
                 ((slope(i) << SHORT_BITS).div_euclid(d as i64) as u64).wrapping_shl(rest)
             });
-            Ramp::new(value, step, 1 << rest, steps, d)
+            ColorRamp::new(value, step, 1 << rest, steps, d)
         } else {
             let value =
                 std::array::from_fn(|i| ((u128::from(numerator(i)) << FRACTION_BITS) / u128::from(d)) as u64);
             let step = std::array::from_fn(|i| {
                 (i128::from(slope(i)) << FRACTION_BITS).div_euclid(i128::from(d)) as u64
             });
-            Ramp::new(value, step, 1, steps, d)
+            ColorRamp::new(value, step, 1, steps, d)
         }
     }
 
@@ -83,7 +83,7 @@ impl Ramp {
         self.value.iter().any(|v| v & ((1 << FRACTION_BITS) - 1) < self.doubtful_below)
     }
 
-    /// [`Ramp::is_doubtful`] for channel k alone.
+    /// [`ColorRamp::is_doubtful`] for channel k alone.
     #[inline]
     pub(super) fn is_doubtful_in(&self, k: usize) -> bool {
         self.value[k] & ((1 << FRACTION_BITS) - 1) < self.doubtful_below
@@ -93,7 +93,7 @@ impl Ramp {
     pub(super) fn after(&self, steps: usize) -> Self {
         let value =
             std::array::from_fn(|k| self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64)));
-        Ramp { value, ..*self }
+        ColorRamp { value, ..*self }
     }
 
     /// Holds channel k at `byte` from here on, without a doubt.
@@ -102,7 +102,7 @@ impl Ramp {
         self.step[k] = 0;
     }
 
-    /// Whether [`Ramp::is_doubtful`] can be true at all.
+    /// Whether [`ColorRamp::is_doubtful`] can be true at all.
     pub(super) fn may_be_doubtful(&self) -> bool {
         self.doubtful_below > 0
     }

@@ -4,7 +4,7 @@ use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use super::super::blend::Paint;
-use super::super::ramp::Ramp;
+use super::super::color_ramp::ColorRamp;
 use super::super::{Blend, RampColor, over};
 use crate::memory::Rgba;
 
@@ -76,8 +76,8 @@ fn step_that_reaches(t: i64, n: u64, m: u64) -> u64 {
         (2 * n * t as u64 - n + 1).div_ceil(2 * m)
     } else {
         let numerator = 2 * i128::from(n) * i128::from(t) - i128::from(n) + 1;
-        let whole = numerator.div_euclid(2 * i128::from(m));
-        let k = whole + i128::from(numerator.rem_euclid(2 * i128::from(m)) != 0);
+        let quotient = numerator.div_euclid(2 * i128::from(m));
+        let k = quotient + i128::from(numerator.rem_euclid(2 * i128::from(m)) != 0);
         u64::try_from(k).unwrap_or(u64::MAX)
     }
 }
@@ -99,7 +99,7 @@ fn minor_at(k: u64, n: u64, m: u64) -> (u64, u64) {
 impl VisibleRun {
     /// A line with both ends inside the frame.
     #[inline(always)]
-    pub fn whole(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
+    pub fn unclipped(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
         let (dx, dy) = (p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1]));
         let stride = width as isize;
         let x_step = select_unpredictable(p1[0] < p0[0], -1, 1);
@@ -170,8 +170,10 @@ impl VisibleRun {
     pub fn draw(self, pixels: &mut [Rgba], color: RampColor, blend: Blend) -> Range<u32> {
         match (color.to, Paint::new(color.from, blend)) {
             (Some(to), _) if to != color.from => self.shade(pixels, color.from, to, blend),
-            (_, Some(Paint::Store(color))) => self.walk(pixels, |pixel| *pixel = color),
-            (_, Some(Paint::Compose(color))) => self.walk(pixels, |pixel| *pixel = over(color, *pixel)),
+            (_, Some(Paint::Store(color))) => self.for_each_pixel(pixels, |pixel| *pixel = color),
+            (_, Some(Paint::Compose(color))) => {
+                self.for_each_pixel(pixels, |pixel| *pixel = over(color, *pixel))
+            }
             (_, None) => return NO_ROWS,
         }
         let [a, b] = self.y_ends;
@@ -180,7 +182,7 @@ impl VisibleRun {
 
     /// Gives each pixel to `put`, in the order of travel.
     #[inline(always)]
-    fn walk(self, pixels: &mut [Rgba], mut put: impl FnMut(&mut Rgba)) {
+    fn for_each_pixel(self, pixels: &mut [Rgba], mut put: impl FnMut(&mut Rgba)) {
         self.visit(|at| {
             // Always found: every step of the run is inside the frame.
             if let Some(pixel) = pixels.get_mut(at) {
@@ -190,15 +192,15 @@ impl VisibleRun {
     }
 
     fn shade(self, pixels: &mut [Rgba], from: Rgba, to: Rgba, blend: Blend) {
-        let mut ramp = Ramp::along_line(from, to, self.length, self.first, self.count);
+        let mut ramp = ColorRamp::along_line(from, to, self.length, self.first, self.count);
         let mut next = || {
             let color = ramp.color();
             ramp.step();
             color
         };
         match blend {
-            Blend::Replace => self.walk(pixels, |pixel| *pixel = next()),
-            Blend::Over => self.walk(pixels, |pixel| *pixel = over(next(), *pixel)),
+            Blend::Replace => self.for_each_pixel(pixels, |pixel| *pixel = next()),
+            Blend::Over => self.for_each_pixel(pixels, |pixel| *pixel = over(next(), *pixel)),
         }
     }
 
