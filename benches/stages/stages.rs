@@ -74,7 +74,7 @@ fn stages() -> Vec<Stage> {
         Stage {
             name: "raster, fill: one face over the frame",
             geometry: Geometry {
-                mesh: shapes::box_(DVec3::splat(20.0)).expect("a box"),
+                mesh: shapes::cuboid(DVec3::splat(20.0)).expect("a box"),
                 textures: Vec::new(),
             },
             cull: Cull::None,

@@ -494,7 +494,7 @@ mod tests {
         let mut scene = lit_triangle();
         scene.objects.push(object("knot", shapes::knot(160, 40).expect("a knot")));
         for i in 0..200 {
-            let mut one = object("box", shapes::box_(glam::DVec3::splat(0.3)).expect("a box"));
+            let mut one = object("box", shapes::cuboid(glam::DVec3::splat(0.3)).expect("a box"));
             one.model =
                 glam::DMat4::from_translation(glam::DVec3::new(f64::from(i % 20) / 5.0 - 2.0, 0.0, 0.1));
             one.material.transparency = if i % 5 == 0 { 0.5 } else { 0.0 };

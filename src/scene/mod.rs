@@ -3,9 +3,9 @@
 //! In: what files and commands say. Out: what the pipeline reads. No I/O and no drawing here. World space is
 //! right-handed; the camera looks along its own -z; counter-clockwise faces are front; angles are radians; all numbers f64.
 
+mod auto_framing;
 mod camera;
-mod frame;
-mod lens;
+mod description;
 mod light;
 mod material;
 mod matrices;
@@ -17,13 +17,13 @@ mod sky;
 mod stages;
 mod style;
 mod texture;
-mod world;
+mod view_overrides;
 
+pub use auto_framing::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
 pub use camera::{
     Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection, Viewport, ViewportRule,
 };
-pub use frame::{FRAME_FOV_RAD, FRAME_MARGIN, frame, frame_along, frame_mesh};
-pub use lens::{Lens, QualityUse, TextureUse, viewers_light};
+pub use description::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
 pub use light::{Attenuation, Light, LightKind};
 pub use material::{LightingModel, Material};
 pub use matrices::contain;
@@ -35,4 +35,4 @@ pub use stages::{MAX_STAGES, StageFunction, StageMode, StageSource, TextureStage
 pub use style::{FillStyle, Filling, Hatch, LineKind, LineStyle, Style};
 pub(crate) use texture::FIXED_LEVELS;
 pub use texture::{FixedLevels, LevelTexels, MAX_TEXTURE_SIDE, Texture, TextureError};
-pub use world::{Background, Fog, FogKind, Geometry, Object, Scene, TransparencyOrder};
+pub use view_overrides::{QualityUse, TextureUse, ViewOverrides, viewers_light};

@@ -4,7 +4,7 @@
 //! (camera' = M camera), a zoom (the distance to the reference point, times a factor) and a way of projecting. Promise: a
 //! navigator at home gives the author's camera back, bit for bit. Angles in radians, lengths in world units.
 
-use super::frame::FRAME_FOV_RAD;
+use super::auto_framing::FRAME_FOV_RAD;
 use super::{Camera, LookAt, ObliqueKind, Projection, contain};
 use crate::math::matrix;
 use glam::{DMat4, DVec3};

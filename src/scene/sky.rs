@@ -109,8 +109,8 @@ fn between(bands: &[Band], angle_rad: f64) -> Option<DVec3> {
     let after = bands.partition_point(|b| b.angle_rad <= angle_rad);
     match (after.checked_sub(1).map(|i| bands[i]), bands.get(after)) {
         (Some(a), Some(b)) => {
-            let share = (angle_rad - a.angle_rad) / (b.angle_rad - a.angle_rad);
-            Some(a.color + (b.color - a.color) * share)
+            let t = (angle_rad - a.angle_rad) / (b.angle_rad - a.angle_rad);
+            Some(a.color + (b.color - a.color) * t)
         }
         (Some(last), None) if last.angle_rad == angle_rad => Some(last.color),
         (None, Some(first)) => Some(first.color),

@@ -124,7 +124,7 @@ impl StageMode {
     fn join(self, arg1: DVec4, arg2: DVec4, blend: [f64; 4]) -> DVec3 {
         let (a, b) = (arg1.xyz(), arg2.xyz());
         let half = DVec3::splat(0.5);
-        let mix = |share: f64| a * share + b * (1.0 - share);
+        let mix = |weight: f64| a * weight + b * (1.0 - weight);
         match self {
             StageMode::Modulate => a * b,
             StageMode::Replace | StageMode::SelectArg1 => a,

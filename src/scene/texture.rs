@@ -43,7 +43,7 @@ impl TextureError {
 
 /// A texture: RGBA bytes, row 0 at the top of the picture (v = 1), and whether any texel lets light through.
 ///
-/// Level 0 is the bytes themselves; further levels (2x2 box, halved rounding down, the last odd row and column dropped) are
+/// MipLevel 0 is the bytes themselves; further levels (2x2 box, halved rounding down, the last odd row and column dropped) are
 /// made when the texture is: 1 to 4 in fixed point, which holds them exactly, the others as f32.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
@@ -51,7 +51,7 @@ pub struct Texture {
     height: u32,
     bytes: Vec<u8>,
     /// Levels 1..
-    levels: Vec<Level>,
+    levels: Vec<MipLevel>,
     /// The texels of those in fixed point, one level after the other: in 1/256 of 0..255, each row's first texel once more
     /// at its end.
     fixed: Vec<[u16; 4]>,
@@ -62,7 +62,7 @@ pub struct Texture {
 
 /// A level made by averaging.
 #[derive(Clone, Debug, PartialEq)]
-struct Level {
+struct MipLevel {
     width: u32,
     height: u32,
     texels: Texels,
@@ -137,7 +137,7 @@ impl Texture {
     }
 
     /// The level below the last one and its texels in fixed point, or `None` when that is 1x1.
-    fn next_level(&self) -> Option<(Level, Vec<[u16; 4]>)> {
+    fn next_level(&self) -> Option<(MipLevel, Vec<[u16; 4]>)> {
         let last = self.level_count() - 1;
         let (w, h) = self.level_size(last);
         if (w, h) == (1, 1) {
@@ -161,7 +161,7 @@ impl Texture {
             (0..height).for_each(|y| texels.extend((0..width).map(|x| texel(x, y))));
             Texels::Float(texels)
         };
-        Some((Level { width, height, texels }, fixed))
+        Some((MipLevel { width, height, texels }, fixed))
     }
 
     /// Width of level 0 in texels.
@@ -174,7 +174,7 @@ impl Texture {
         self.height
     }
 
-    /// Level 0's RGBA bytes, row 0 at the top.
+    /// MipLevel 0's RGBA bytes, row 0 at the top.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -252,7 +252,7 @@ impl Texture {
 
     /// Bytes that all levels take.
     pub fn size_bytes(&self) -> usize {
-        let size = |level: &Level| match &level.texels {
+        let size = |level: &MipLevel| match &level.texels {
             Texels::Fixed(_) => 0,
             Texels::Float(texels) => texels.len() * 16,
         };

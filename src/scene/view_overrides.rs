@@ -1,6 +1,6 @@
-//! How a viewer wants a scene seen, whatever its author said.
+//! Overrides of a scene's camera and modes by its viewer.
 //!
-//! In: a scene as its author has it. Out: the scene to draw. Promise: the default lens changes nothing.
+//! In: a scene as its author has it. Out: the scene to draw. Promise: the default overrides change nothing.
 
 use super::{
     Camera, Cull, Geometry, HiddenSurface, LightKind, Material, Navigator, Object, Scene, ShadeMode,
@@ -29,9 +29,9 @@ pub enum QualityUse {
     Exact,
 }
 
-/// A viewer's wishes; `None` leaves the author's.
+/// A viewer's overrides; `None` leaves what the author chose.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Lens {
+pub struct ViewOverrides {
     /// From where, and how projected.
     pub navigator: Navigator,
     /// How faces get their colours.
@@ -46,7 +46,7 @@ pub struct Lens {
     pub quality: QualityUse,
 }
 
-impl Lens {
+impl ViewOverrides {
     /// Changes a scene to what the viewer wants to see; a scene without a camera is seen by `camera`.
     pub fn apply(&self, scene: &mut Scene, camera: Camera, aspect: f64) {
         if !self.navigator.is_home() {
@@ -138,7 +138,7 @@ mod tests {
 
     fn scene() -> Scene {
         Scene::of_mesh(
-            Arc::new(Geometry { mesh: shapes::box_(DVec3::ONE).expect("a size"), textures: Vec::new() }),
+            Arc::new(Geometry { mesh: shapes::cuboid(DVec3::ONE).expect("a size"), textures: Vec::new() }),
             "box",
             1.0,
             false,
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn the_default_lens_changes_nothing() {
         let (mut seen, given) = (scene(), scene());
-        Lens::default().apply(&mut seen, Camera::default(), 1.0);
+        ViewOverrides::default().apply(&mut seen, Camera::default(), 1.0);
         assert_eq!(format!("{seen:?}"), format!("{given:?}"));
     }
 
@@ -162,10 +162,14 @@ mod tests {
             clamp_attenuation: true,
             ..seen.lights[0]
         };
-        let mut lens = Lens { shade: Some(ShadeMode::Wire), cull: Some(Cull::Front), ..Lens::default() };
-        lens.navigator.orbit(&camera, DVec3::Y, 1.0, 0.0);
-        lens.navigator.projection = ProjectionChoice::Orthographic;
-        lens.apply(&mut seen, Camera::default(), 1.0);
+        let mut view_overrides = ViewOverrides {
+            shade: Some(ShadeMode::Wire),
+            cull: Some(Cull::Front),
+            ..ViewOverrides::default()
+        };
+        view_overrides.navigator.orbit(&camera, DVec3::Y, 1.0, 0.0);
+        view_overrides.navigator.projection = ProjectionChoice::Orthographic;
+        view_overrides.apply(&mut seen, Camera::default(), 1.0);
         assert_eq!((seen.objects[0].shade, seen.objects[0].cull), (Some(ShadeMode::Wire), Cull::Front));
         let moved = seen.camera.expect("moved").look_at;
         assert_ne!(moved.eye, camera.look_at.eye);

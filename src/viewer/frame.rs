@@ -1,13 +1,13 @@
 //! The memories that a picture is drawn into.
 
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, MemoryError, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, MemoryError, PickBuffer, VideoMemory};
 use crate::pipeline::Target;
 
 /// Video memory, with depth and face ids where they are wanted.
 pub(super) struct Frame {
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
-    pub ids: Option<IdMemory>,
+    pub ids: Option<PickBuffer>,
 }
 
 impl Frame {
@@ -21,10 +21,10 @@ impl Frame {
         if !keeps_depth {
             self.ids = None;
         } else if self.ids.is_none() {
-            self.ids = Some(IdMemory::new(self.memory.width(), self.memory.height()));
+            self.ids = Some(PickBuffer::new(self.memory.width(), self.memory.height()));
         }
         self.depth = None;
-        self.ids.iter_mut().for_each(IdMemory::clear);
+        self.ids.iter_mut().for_each(PickBuffer::clear);
     }
 
     pub fn target(&mut self) -> Target<'_> {

@@ -27,7 +27,9 @@ use crate::eye::{EyeScene, Pool};
 use crate::load::x3d::X3dDocument;
 use crate::memory::VideoMemory;
 use crate::pipeline::Renderer;
-use crate::scene::{Cull, Geometry, HiddenSurface, Lens, Navigator, QualityUse, ShadeMode, TextureUse};
+use crate::scene::{
+    Cull, Geometry, HiddenSurface, Navigator, QualityUse, ShadeMode, TextureUse, ViewOverrides,
+};
 use difference::Exact;
 use frame::Frame;
 use nd::Nd;
@@ -121,7 +123,7 @@ struct Wishes {
 }
 
 impl Wishes {
-    fn lens(&self) -> Lens {
+    fn view_overrides(&self) -> ViewOverrides {
         let (shade, textures) = match self.look {
             Look::AsGiven => (None, TextureUse::AsGiven),
             Look::Wire => (Some(ShadeMode::Wire), TextureUse::AsGiven),
@@ -130,7 +132,7 @@ impl Wishes {
             Look::Phong => (Some(ShadeMode::Phong), TextureUse::Off),
             Look::Textured => (Some(ShadeMode::Phong), TextureUse::AsGiven),
         };
-        Lens {
+        ViewOverrides {
             navigator: self.navigator,
             shade,
             cull: self.cull,

@@ -1,6 +1,6 @@
-//! Streams of commands in the viewer: played again through the viewer's lens, up to the frame that is shown.
+//! Streams of commands in the viewer: played again with the viewer's view overrides, up to the frame that is shown.
 //!
-//! A frame is what stands at a `PRESENT`; a stream without one is one frame. Where the lens changes, or time goes back, the
+//! A frame is what stands at a `PRESENT`; a stream without one is one frame. Where the overrides change, or time goes back, the
 //! stream is played from its beginning on a fresh engine, so that every picture is what playing it would give.
 
 use super::Wishes;
@@ -8,7 +8,7 @@ use super::difference::{Difference, Work};
 use super::frame::Frame;
 use crate::command::{Command, EndOfInput};
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
-use crate::scene::{Camera, Lens, QualityUse};
+use crate::scene::{Camera, QualityUse, ViewOverrides};
 use crate::server::{Audience, Budget, Complaint, Engine, Notice, Output, Pace, Session, Standing, Stream};
 use std::sync::Arc;
 
@@ -32,22 +32,26 @@ pub(super) struct Replay {
 struct Playing {
     engine: Engine,
     stream: Stream,
-    lens: Lens,
+    view_overrides: ViewOverrides,
     used: usize,
     has_ended: bool,
     complaints: Vec<Complaint>,
 }
 
 impl Playing {
-    fn new(make_engine: &MakeEngine, lens: Lens, path: RenderPath) -> Result<Self, String> {
+    fn new(
+        make_engine: &MakeEngine,
+        view_overrides: ViewOverrides,
+        path: RenderPath,
+    ) -> Result<Self, String> {
         let mut engine = make_engine()?;
         if path == RenderPath::Plain {
             engine.set_renderer(Renderer::new(RenderOptions { path, ..RenderOptions::default() }));
         }
-        engine.set_lens(lens);
+        engine.set_view_overrides(view_overrides);
         engine.open(1);
         let stream = Stream::new(&engine, 1, Audience::Owner);
-        Ok(Playing { engine, stream, lens, used: 0, has_ended: false, complaints: Vec::new() })
+        Ok(Playing { engine, stream, view_overrides, used: 0, has_ended: false, complaints: Vec::new() })
     }
 
     /// Plays on until so many frames were presented, or to the end.
@@ -118,13 +122,13 @@ impl Replay {
 
     /// Draws frame number `wishes.frame`, from 0.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
-        let (lens, wanted) = (wishes.lens(), wishes.frame + 1);
+        let (view_overrides, wanted) = (wishes.view_overrides(), wishes.frame + 1);
         // What was drawn after the last PRESENT is not taken back.
         let is_before = |p: &Playing| p.engine.frames() < wanted + u64::from(!p.has_ended);
-        let fits = |p: &Playing| p.lens == lens && is_before(p);
+        let fits = |p: &Playing| p.view_overrides == view_overrides && is_before(p);
         let mut playing = match self.playing.take().filter(fits) {
             Some(playing) => playing,
-            None => Playing::new(&self.make_engine, lens, RenderPath::Fast)?,
+            None => Playing::new(&self.make_engine, view_overrides, RenderPath::Fast)?,
         };
         playing.play_to(&self.bytes, wanted);
         if playing.has_ended {
@@ -160,10 +164,10 @@ impl Replay {
     /// What works out the difference to the picture of the plain path.
     pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
         let (bytes, make_engine) = (Arc::clone(&self.bytes), Arc::clone(&self.make_engine));
-        let lens = Lens { quality: QualityUse::Exact, ..wishes.lens() };
+        let view_overrides = ViewOverrides { quality: QualityUse::Exact, ..wishes.view_overrides() };
         let (wanted, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());
         Box::new(move || {
-            let mut playing = Playing::new(&make_engine, lens, RenderPath::Plain)?;
+            let mut playing = Playing::new(&make_engine, view_overrides, RenderPath::Plain)?;
             playing.play_to(&bytes, wanted);
             Ok(Difference::of_bytes(&found, playing.engine.memory().bytes()))
         })

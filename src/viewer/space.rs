@@ -8,7 +8,7 @@ use crate::load::x3d::X3dDocument;
 use crate::memory::DepthFormat;
 use crate::pipeline::{self, DepthUse, DrawStats, Part, Renderer, SceneOptions};
 use crate::scene::{
-    self, Camera, Geometry, Lens, Sampling, Scene, ShadeMode, Texture, TextureUse, viewers_light,
+    self, Camera, Geometry, Sampling, Scene, ShadeMode, Texture, TextureUse, ViewOverrides, viewers_light,
 };
 use crate::truth::{self, Transparency};
 use std::sync::Arc;
@@ -86,8 +86,8 @@ impl Space {
     /// The scene as the viewer wants it.
     fn seen(&mut self, wishes: &Wishes) -> Scene {
         let mut scene = self.given(wishes.time).clone();
-        let lens = wishes.lens();
-        if lens.textures == TextureUse::Off
+        let view_overrides = wishes.view_overrides();
+        if view_overrides.textures == TextureUse::Off
             && let Source::Mesh { geometry, .. } = &self.source
         {
             let bare = self.bare.get_or_insert_with(|| Arc::new(geometry.without_textures()));
@@ -99,20 +99,20 @@ impl Space {
                 object.texture = Some((Arc::clone(checker), Sampling::default()));
             }
         }
-        lens.apply(&mut scene, Camera::default(), self.aspect);
+        view_overrides.apply(&mut scene, Camera::default(), self.aspect);
         if let (Source::X3d(document), Some(camera), false) =
-            (&self.source, scene.camera, lens.navigator.is_home())
+            (&self.source, scene.camera, view_overrides.navigator.is_home())
             && document.depends_on_viewer()
         {
             let time = if document.is_animated() { wishes.time } else { 0.0 };
             let mut turned = document.seen_at(time, Some(&camera));
             turned.look_through(camera);
-            let lens = Lens { navigator: Default::default(), ..lens };
-            lens.apply(&mut turned, camera, self.aspect);
+            let view_overrides = ViewOverrides { navigator: Default::default(), ..view_overrides };
+            view_overrides.apply(&mut turned, camera, self.aspect);
             return turned;
         }
         if let (Source::Mesh { .. }, Some(camera), false) =
-            (&self.source, &scene.camera, lens.navigator.is_home())
+            (&self.source, &scene.camera, view_overrides.navigator.is_home())
         {
             // A mesh brings no light: its viewer does.
             scene.lights = vec![viewers_light(camera)];
@@ -126,7 +126,7 @@ impl Space {
     }
 
     fn options(wishes: &Wishes, frame: &Frame) -> SceneOptions {
-        let Lens { hide, shade, .. } = wishes.lens();
+        let ViewOverrides { hide, shade, .. } = wishes.view_overrides();
         SceneOptions {
             shade: shade.unwrap_or(ShadeMode::default()),
             hide: hide.unwrap_or_default(),
@@ -190,10 +190,10 @@ impl Space {
     /// What works out the difference to the exact picture.
     pub fn exact(&mut self, wishes: &Wishes, frame: &Frame) -> Work {
         let scene = self.seen(wishes);
-        let lens = wishes.lens();
+        let view_overrides = wishes.view_overrides();
         let settings = truth::Settings {
-            shade: lens.shade.unwrap_or_default(),
-            hide: lens.hide.unwrap_or_default(),
+            shade: view_overrides.shade.unwrap_or_default(),
+            hide: view_overrides.hide.unwrap_or_default(),
             transparency: Transparency::AfterOpaque(Default::default()),
             ..truth::Settings::default()
         };

@@ -5,7 +5,7 @@
 use crate::TURN;
 use crate::counting::most_held;
 use fbptr::error::Code;
-use fbptr::memory::{DepthFormat, IdMemory, MemoryBudget, VideoMemory};
+use fbptr::memory::{DepthFormat, MemoryBudget, PickBuffer, VideoMemory};
 use fbptr::pipeline::budget::{Budget, BudgetKind, choose, search_bytes};
 use fbptr::pipeline::{
     DrawCall, DrawStats, PipelineError, Plan, RenderOptions, RenderPath, Renderer, SceneOptions, Target,
@@ -79,7 +79,7 @@ fn draw(
     (shade, hide, depth_format): (ShadeMode, HiddenSurface, DepthFormat),
 ) -> Result<(Picture, DrawStats), PipelineError> {
     let (width, height) = SIZE;
-    let (mut memory, mut ids) = (VideoMemory::new(width, height).unwrap(), IdMemory::new(width, height));
+    let (mut memory, mut ids) = (VideoMemory::new(width, height).unwrap(), PickBuffer::new(width, height));
     let mut depth = None;
     let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
     let lights = [Light::directional(DVec3::new(-1.0, -1.0, -2.0), DVec3::ONE)];

@@ -96,7 +96,7 @@ fn a_draw_holds_what_its_plan_states() {
 /// Calls of the allocator in `frames` frames of a scene of small boxes, no two neighbours alike, after some that may.
 fn calls_of_boxes(options: RenderOptions, count: u32, frames: usize) -> usize {
     let (width, height) = (320, 200);
-    let mesh = shapes::box_(DVec3::ONE).unwrap();
+    let mesh = shapes::cuboid(DVec3::ONE).unwrap();
     let shared = Arc::new(Geometry { mesh, textures: Vec::new() });
     let skin = Arc::new(Texture::new(8, 8, [90, 200, 50, 255].repeat(64)).unwrap());
     let thing = |i: u32| {

@@ -2,7 +2,7 @@
 //!
 //! Fear: that a view nobody thought of - mirrored, slanted, far away, tiny - loses a face or moves a corner.
 
-use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
 use fbptr::scene::{
     Camera, Cull, Geometry, LookAt, Material, Mesh, ObliqueKind, Projection, Viewport, ViewportRule, shapes,
@@ -19,7 +19,7 @@ type Shown = Result<(DrawStats, Vec<Option<(u32, u32)>>), String>;
 fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
     let [width, height] = SIZE;
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
     let mut renderer = Renderer::new(RenderOptions { path, ..RenderOptions::default() });

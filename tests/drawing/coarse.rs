@@ -2,7 +2,7 @@
 //!
 //! Fear: that a face is left out of which something would have been seen.
 
-use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{CoarseDepth, DrawStats, Part, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Background, Camera, LookAt, Mesh, Object, Projection, Scene, ShadeMode, shapes};
 use fbptr::simd::Level;
@@ -17,7 +17,7 @@ type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
 fn draw(renderer: &mut Renderer, scene: &Scene, size: [u32; 2], format: DepthFormat, times: u32) -> Picture {
     let [width, height] = size;
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
     let mut stats = DrawStats::default();
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
@@ -65,7 +65,7 @@ fn heap(seed: u64) -> Scene {
             }
             1 => shapes::knot(40 + random.real(0.0, 200.0) as u32, 12).unwrap(),
             2 => shapes::sphere(1.0).unwrap(),
-            _ => shapes::box_(DVec3::new(3.0, 2.0, 0.1)).unwrap(),
+            _ => shapes::cuboid(DVec3::new(3.0, 2.0, 0.1)).unwrap(),
         };
         let mut thing = object("thing", mesh);
         let z = if seed.is_multiple_of(2) { 1.5 - 0.3 * f64::from(i) } else { random.real(-3.0, 1.5) };

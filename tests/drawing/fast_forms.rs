@@ -3,7 +3,7 @@
 //!
 //! Fear: that a rarely drawn kind of scene is drawn by a path that nobody looked at.
 
-use fbptr::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr::pipeline::{
     DrawStats, Part, RenderOptions, RenderPath, Renderer, SceneOptions, Target, plan_scene,
 };
@@ -59,7 +59,7 @@ impl Shot {
     fn draw(&self, renderer: &mut Renderer) -> Drawn {
         let (width, height) = self.size;
         let mut memory = VideoMemory::new(width, height).unwrap();
-        let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+        let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
         let mut target =
             Target { memory: &mut memory, depth: &mut depth, depth_format: self.format, ids: Some(&mut ids) };
         // Twice: the second time depth, ids and colour are there already, and cells may be stale.

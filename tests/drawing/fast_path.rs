@@ -2,7 +2,7 @@
 //!
 //! Fear: that the fast path is fast because it draws another picture - or another one on another machine.
 
-use fbptr::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
 use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection, Scene};
 use fbptr::simd::Level;
@@ -19,7 +19,7 @@ type Words<'a> = (&'a [u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>);
 struct Drawn {
     memory: VideoMemory,
     depth: Option<DepthMemory>,
-    ids: IdMemory,
+    ids: PickBuffer,
     stats: DrawStats,
 }
 
@@ -38,7 +38,7 @@ impl Drawn {
 fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPicture>) -> Drawn {
     let (width, height, s) = (case.width, case.height, &case.settings);
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids, mut stats) = (None, IdMemory::new(width, height), DrawStats::default());
+    let (mut depth, mut ids, mut stats) = (None, PickBuffer::new(width, height), DrawStats::default());
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: Some(&mut ids) };
     let mut options = SceneOptions::new(width, height);
@@ -169,7 +169,7 @@ fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
     };
     let draw = |renderer: &mut Renderer| {
         let mut memory = VideoMemory::new(width, height).unwrap();
-        let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+        let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
         let depth_format = DepthFormat::F32;
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
         let call =

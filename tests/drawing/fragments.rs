@@ -3,7 +3,7 @@
 //! Fear: that a face is drawn out of its turn, so that another one than the file's first is seen where several are equally near,
 //! or that a pixel at the edge of a tile is lost or drawn twice.
 
-use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
 use fbptr::scene::{Camera, Corner, Geometry, LookAt, Material, Mesh, NONE, Projection};
 use fbptr::simd::Level;
@@ -82,7 +82,7 @@ fn draw(
 ) -> (DrawStats, Vec<Option<(u32, u32)>>) {
     let (w, h) = (f64::from(width), f64::from(height));
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
     let white = Material::default();

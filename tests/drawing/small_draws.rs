@@ -2,7 +2,7 @@
 //!
 //! Fear: that what is gathered to be drawn at once is drawn in another order, or with a neighbour's state.
 
-use fbptr::memory::{DepthFormat, IdMemory, VideoMemory};
+use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawStats, RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Fog, FogKind, HiddenSurface, Material, Mesh, Object, Scene, ShadeMode, shapes};
 use fbptr::truth::scenes::{object, random};
@@ -15,7 +15,7 @@ type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
 fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_format: DepthFormat) -> Picture {
     let (width, height) = (333, 190);
     let mut memory = VideoMemory::new(width, height).unwrap();
-    let (mut depth, mut ids) = (None, IdMemory::new(width, height));
+    let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
     let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
     let mut options = SceneOptions { hide, ..SceneOptions::new(width, height) };
     // Neither at the frame's corner nor inside of it.
@@ -63,7 +63,7 @@ fn crowd(seed: u64, count: usize) -> Scene {
         object.shade = Some(ShadeMode::Phong);
     }
     for i in (3..all.len()).step_by(31) {
-        let mut mesh: Mesh = shapes::box_(DVec3::ONE).unwrap();
+        let mut mesh: Mesh = shapes::cuboid(DVec3::ONE).unwrap();
         mesh.lines = vec![[0, 1], [2, 3], [4, 5]];
         let model = all[i].model;
         all[i] = Object { model, ..object("with lines", mesh) };

@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_box_is_closed_and_keeps_its_edges() {
-        let mut mesh = crate::scene::shapes::box_(DVec3::ONE).unwrap();
+        let mut mesh = crate::scene::shapes::cuboid(DVec3::ONE).unwrap();
         mesh.normals.clear();
         mesh.corners.iter_mut().for_each(|c| c.normal = NONE);
         assert!(!smooth(&mut mesh, &[], FRAC_PI_3), "closed");

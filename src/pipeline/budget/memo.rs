@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn the_same_state_is_searched_once_and_any_change_anew() {
         let mut scene = lit_triangle();
-        scene.objects.push(object("ball", shapes::box_(DVec3::ONE).unwrap()));
+        scene.objects.push(object("ball", shapes::cuboid(DVec3::ONE).unwrap()));
         let mut memo = Memo::default();
         assert!(is_searched(&mut memo, &scene, |_, _, _| {}));
         assert!(!is_searched(&mut memo, &scene, |_, _, _| {}));

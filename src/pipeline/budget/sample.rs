@@ -5,7 +5,7 @@ use super::super::renderer::Renderer;
 use super::super::whole::calls_of;
 use super::recipe::Recipe;
 use super::{Budget, BudgetKind, CERTIFY, LOOK_AT_ALL, SELECT};
-use crate::memory::{IdMemory, VideoMemory};
+use crate::memory::{PickBuffer, VideoMemory};
 use crate::scene::{HiddenSurface, Interpolation, Scene, ShadeMode};
 use crate::truth::compare::color_error;
 use crate::truth::scenes::Random;
@@ -45,7 +45,7 @@ impl Gallery {
         bare.sky = None;
         let mut memory = VideoMemory::new(width, height).map_err(|_| no_frame())?;
         memory.bytes_mut().fill(0);
-        let mut ids = IdMemory::new(width, height);
+        let mut ids = PickBuffer::new(width, height);
         let options = SceneOptions { first_name: 0, ..budget.options.clone() };
         draw_into(renderer, budget, &bare, &options, &mut memory, Some(&mut ids))?;
         let mut drawn_on: Vec<usize> =
@@ -180,7 +180,7 @@ fn draw_into(
     scene: &Scene,
     options: &SceneOptions,
     memory: &mut VideoMemory,
-    ids: Option<&mut IdMemory>,
+    ids: Option<&mut PickBuffer>,
 ) -> Result<(), PipelineError> {
     let mut depth = None;
     let mut target = Target { memory, depth: &mut depth, depth_format: budget.depth_format, ids };

@@ -16,7 +16,7 @@ const FACES: [[DVec3; 3]; 6] = [
 ];
 
 /// A box of `size` x, y, z about the origin: 8 positions, 6 quads with flat normals, each with the whole texture.
-pub fn box_(size: DVec3) -> Result<Mesh, ShapeError> {
+pub fn cuboid(size: DVec3) -> Result<Mesh, ShapeError> {
     let half = DVec3::new(
         length("box size x", size.x)?,
         length("box size y", size.y)?,

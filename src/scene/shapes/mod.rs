@@ -5,15 +5,15 @@
 //! arguments give the same bits on every machine (`libm`). Source of sizes, places and texture coordinates of the solids:
 //! X3D (ISO/IEC 19775-1), Geometry3D component.
 
-mod box_;
+mod cuboid;
 mod knot;
 mod newell;
-mod round;
+mod revolved;
 mod teapot;
 
-pub use box_::box_;
+pub use cuboid::cuboid;
 pub use knot::{knot, knot_bytes};
-pub use round::{Parts, cone, cone_parts, cylinder, cylinder_parts, sphere};
+pub use revolved::{RevolvedParts, cone, cone_parts, cylinder, cylinder_parts, sphere};
 pub use teapot::{DEFAULT_TEAPOT_LEVEL, MAX_TEAPOT_LEVEL, teapot, teapot_bytes};
 
 use super::{Corner, Mesh, NONE, Polygon};

@@ -13,9 +13,9 @@ const SLICES: u32 = 96;
 /// Steps of the sphere from pole to pole.
 const STACKS: u32 = 48;
 
-/// Which parts of a cone or cylinder there are (X3D's `side`, `bottom`, `top`; a cone has no top).
+/// The parts of a cone or cylinder that exist (X3D's `side`, `bottom`, `top`; a cone has no top).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Parts {
+pub struct RevolvedParts {
     /// The round side.
     pub side: bool,
     /// The cap at the lower end.
@@ -24,9 +24,9 @@ pub struct Parts {
     pub top: bool,
 }
 
-impl Parts {
+impl RevolvedParts {
     /// The whole body.
-    pub const ALL: Parts = Parts { side: true, bottom: true, top: true };
+    pub const ALL: RevolvedParts = RevolvedParts { side: true, bottom: true, top: true };
 }
 
 /// Sine and cosine of 2 pi k / n, n a multiple of 4: exact on the axes, the same in all quadrants.
@@ -89,14 +89,14 @@ pub fn sphere(radius: f64) -> Result<Mesh, ShapeError> {
 
 /// A whole cone: see [`cone_parts`].
 pub fn cone(bottom_radius: f64, height: f64) -> Result<Mesh, ShapeError> {
-    cone_parts(bottom_radius, height, Parts::ALL)
+    cone_parts(bottom_radius, height, RevolvedParts::ALL)
 }
 
 /// A cone about y: its base of `bottom_radius` at -height/2, its apex at +height/2. `parts.top` means nothing.
 ///
 /// The normal of the side at angle a is (height * around(a) + radius * y), normalised; each face's corner at the apex has
 /// the one of the face's own middle.
-pub fn cone_parts(bottom_radius: f64, height: f64, parts: Parts) -> Result<Mesh, ShapeError> {
+pub fn cone_parts(bottom_radius: f64, height: f64, parts: RevolvedParts) -> Result<Mesh, ShapeError> {
     let (r, h) = (length("cone radius", bottom_radius)?, length("cone height", height)?);
     let mut mesh = Mesh::default();
     let half = h / 2.0;
@@ -128,11 +128,11 @@ pub fn cone_parts(bottom_radius: f64, height: f64, parts: Parts) -> Result<Mesh,
 
 /// A whole cylinder: see [`cylinder_parts`].
 pub fn cylinder(radius: f64, height: f64) -> Result<Mesh, ShapeError> {
-    cylinder_parts(radius, height, Parts::ALL)
+    cylinder_parts(radius, height, RevolvedParts::ALL)
 }
 
 /// A cylinder of `radius` about y, from -height/2 to +height/2.
-pub fn cylinder_parts(radius: f64, height: f64, parts: Parts) -> Result<Mesh, ShapeError> {
+pub fn cylinder_parts(radius: f64, height: f64, parts: RevolvedParts) -> Result<Mesh, ShapeError> {
     let (r, h) = (length("cylinder radius", radius)?, length("cylinder height", height)?);
     let mut mesh = Mesh::default();
     let half = h / 2.0;

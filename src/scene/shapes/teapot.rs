@@ -52,7 +52,7 @@ pub fn teapot_bytes(level: u32) -> u64 {
     let on_curves = CURVES.saturating_mul(level.into()) + JOINTS;
     let beside = grid
         .saturating_mul(3 * size_of::<Corner>() as u64)
-        .saturating_add(on_curves.saturating_mul(4 * size_of::<(Key, u32)>() as u64));
+        .saturating_add(on_curves.saturating_mul(4 * size_of::<(SharedVertex, u32)>() as u64));
     counts(level).bytes().saturating_add(beside).saturating_add(4096)
 }
 
@@ -104,7 +104,7 @@ fn normal(control: &Control, s: f64, t: f64) -> DVec3 {
 
 /// Which vertex of an edge a grid point is: the patch beside it finds it again.
 #[derive(PartialEq, Eq, Hash)]
-enum Key {
+enum SharedVertex {
     /// A control point.
     Corner(u16),
     /// Step k along the edge with these control points, from its lower-numbered end.
@@ -112,7 +112,7 @@ enum Key {
 }
 
 /// The grid point (i, j) of `level`, with its key if it lies on an edge of its patch.
-fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (Option<Key>, DVec3) {
+fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (Option<SharedVertex>, DVec3) {
     let f = |k: u32| f64::from(k) / f64::from(level);
     let (edge, mut k) = match (i, j) {
         (0, k) => ([0, 1, 2, 3], k),
@@ -124,7 +124,7 @@ fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (O
     let mut numbers: [u16; 4] = edge.map(|e: usize| patch[e]);
     let mut points: [DVec3; 4] = edge.map(|e| control[e / 4][e % 4]);
     if numbers.iter().all(|n| *n == numbers[0]) {
-        return (Some(Key::Corner(numbers[0])), points[0]);
+        return (Some(SharedVertex::Corner(numbers[0])), points[0]);
     }
     // One direction for both patches at an edge, so that both compute the same bits.
     if numbers[0] > numbers[3] {
@@ -133,13 +133,13 @@ fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (O
         k = level - k;
     }
     if k == 0 {
-        (Some(Key::Corner(numbers[0])), points[0])
+        (Some(SharedVertex::Corner(numbers[0])), points[0])
     } else if k == level {
-        (Some(Key::Corner(numbers[3])), points[3])
+        (Some(SharedVertex::Corner(numbers[3])), points[3])
     } else {
         let b = bernstein(f(k));
         let point = points[0] * b[0] + points[1] * b[1] + points[2] * b[2] + points[3] * b[3];
-        (Some(Key::Edge(numbers, k)), point)
+        (Some(SharedVertex::Edge(numbers, k)), point)
     }
 }
 
@@ -155,7 +155,7 @@ pub fn teapot(level: u32) -> Result<Mesh, ShapeError> {
         return Err(ShapeError::TooFine { faces: u64::from(level).pow(2).saturating_mul(64) });
     }
     let mut mesh = counts(level).empty_mesh();
-    let mut on_edges: HashMap<Key, u32> = HashMap::new();
+    let mut on_edges: HashMap<SharedVertex, u32> = HashMap::new();
     let f = |k: u32| f64::from(k) / f64::from(level);
     for i in 0..=level {
         mesh.texcoords.extend((0..=level).map(|j| DVec2::new(1.0 - f(j), 1.0 - f(i))));

@@ -66,7 +66,7 @@ fn at(mesh: &Mesh, p: DVec3, normal: DVec3) -> DVec2 {
 fn solids_are_closed_outward_and_of_the_right_volume() {
     use std::f64::consts::PI;
     let bodies = [
-        (box_(DVec3::new(1.0, 2.0, 3.0)), 6.0, 12),
+        (cuboid(DVec3::new(1.0, 2.0, 3.0)), 6.0, 12),
         (sphere(2.0), 4.0 / 3.0 * PI * 8.0, 2 * 96 * 47),
         (cone(1.0, 3.0), PI, 96 + 94),
         (cylinder(2.0, 3.0), 12.0 * PI, 2 * 96 + 2 * 94),
@@ -84,7 +84,7 @@ fn solids_are_closed_outward_and_of_the_right_volume() {
 
 #[test]
 fn textures_lie_as_the_standard_says() {
-    let b = box_(DVec3::splat(2.0)).unwrap();
+    let b = cuboid(DVec3::splat(2.0)).unwrap();
     let p = DVec3::new;
     // Upright on the sides, read from outside; the top with its upper edge at the back, the bottom at the front.
     assert_eq!(at(&b, p(-1., -1., 1.), DVec3::Z), DVec2::ZERO);
@@ -111,18 +111,18 @@ fn textures_lie_as_the_standard_says() {
 
 #[test]
 fn parts_can_be_left_out() {
-    let none = Parts { side: false, bottom: false, top: false };
+    let none = RevolvedParts { side: false, bottom: false, top: false };
     assert!(cone_parts(1.0, 1.0, none).unwrap().triangles.is_empty());
     for (parts, faces) in [
-        (Parts { side: true, ..none }, 192),
-        (Parts { bottom: true, ..none }, 94),
-        (Parts { top: true, ..none }, 94),
+        (RevolvedParts { side: true, ..none }, 192),
+        (RevolvedParts { bottom: true, ..none }, 94),
+        (RevolvedParts { top: true, ..none }, 94),
     ] {
         let mesh = cylinder_parts(1.0, 1.0, parts).unwrap();
         check(&mesh);
         assert_eq!(mesh.triangles.len(), faces);
     }
-    assert_eq!(cone_parts(1.0, 1.0, Parts { side: true, ..none }).unwrap().triangles.len(), 96);
+    assert_eq!(cone_parts(1.0, 1.0, RevolvedParts { side: true, ..none }).unwrap().triangles.len(), 96);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn the_knot_has_the_benchmarks_faces() {
 fn what_cannot_be_made_is_refused() {
     use crate::error::Code;
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(box_(DVec3::new(1.0, 1.0, bad)).unwrap_err().code(), Code::Range);
+        assert_eq!(cuboid(DVec3::new(1.0, 1.0, bad)).unwrap_err().code(), Code::Range);
         assert_eq!(sphere(bad).unwrap_err().code(), Code::Range);
         assert_eq!(cone(1.0, bad).unwrap_err().code(), Code::Range);
         assert_eq!(cylinder(bad, 1.0).unwrap_err().code(), Code::Range);

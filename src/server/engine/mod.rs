@@ -43,11 +43,11 @@ use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
 use crate::load::{Folder, QuotaFolder};
 use crate::memory::{
-    DepthFormat, DepthMemory, IdMemory, MemoryBudget, MemoryUse, OverBudget, Reservation, Rgba, VideoMemory,
+    DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, Rgba, VideoMemory,
 };
 use crate::pipeline::Renderer;
 use crate::pipeline::budget::Memo;
-use crate::scene::Lens;
+use crate::scene::ViewOverrides;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -102,11 +102,11 @@ pub struct Engine {
     memory: VideoMemory,
     depth: Option<DepthMemory>,
     depth_format: DepthFormat,
-    ids: Option<IdMemory>,
+    ids: Option<PickBuffer>,
     renderer: Renderer,
     /// What QUALITY chose for which state.
     budgets: Memo,
-    lens: Lens,
+    view_overrides: ViewOverrides,
     /// The names that ids stand for.
     id_names: IdNames,
     shared: Names,
@@ -204,7 +204,7 @@ impl std::fmt::Debug for OnPresent {
     }
 }
 
-/// Names that the id memory's numbers stand for.
+/// Names that the pick buffer's numbers stand for.
 #[derive(Debug, Default)]
 struct IdNames {
     names: Vec<Arc<str>>,
@@ -260,7 +260,7 @@ impl Engine {
             ids: None,
             renderer,
             budgets: Memo::default(),
-            lens: Lens::default(),
+            view_overrides: ViewOverrides::default(),
             id_names: IdNames::default(),
             shared: Names::default(),
             limits,
@@ -303,9 +303,9 @@ impl Engine {
         self.on_present = OnPresent(Some(Box::new(action)));
     }
 
-    /// Sees what is drawn in three dimensions through `lens` from now on, whatever its author says.
-    pub fn set_lens(&mut self, lens: Lens) {
-        self.lens = lens;
+    /// Sees what is drawn in three dimensions through `view_overrides` from now on, whatever its author says.
+    pub fn set_view_overrides(&mut self, view_overrides: ViewOverrides) {
+        self.view_overrides = view_overrides;
     }
 
     /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.

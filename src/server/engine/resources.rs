@@ -355,7 +355,7 @@ impl Made {
         let work = memory.result.work(shape_bytes(source)).map_err(refused)?;
         let mut mesh = match *source {
             MeshSource::Obj(_) => Mesh::default(),
-            MeshSource::Box(size) => shapes::box_(size)?,
+            MeshSource::Box(size) => shapes::cuboid(size)?,
             MeshSource::Sphere(radius) => shapes::sphere(radius)?,
             MeshSource::Cone(radius, height) => shapes::cone(radius, height)?,
             MeshSource::Cylinder(radius, height) => shapes::cylinder(radius, height)?,

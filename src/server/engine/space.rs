@@ -7,7 +7,7 @@ use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
 use crate::load::x3d::X3dDocument;
 use crate::math::matrix;
-use crate::memory::{DepthFormat, IdMemory, MemoryUse};
+use crate::memory::{DepthFormat, MemoryUse, PickBuffer};
 use crate::pipeline::budget::BudgetKind;
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
@@ -22,10 +22,10 @@ use std::sync::Arc;
 /// Bytes of a name in the tables of ids, its letters aside.
 const NAME_BYTES: u64 = 96;
 
-/// Bytes of a pixel in the id memory.
+/// Bytes of a pixel in the pick buffer.
 const ID_BYTES: u64 = 8;
 
-/// Names that the id memory can stand for before those out of use are forgotten.
+/// Names that the pick buffer can stand for before those out of use are forgotten.
 const MAX_ID_NAMES: usize = 1 << 16;
 
 impl From<CameraError> for Fault {
@@ -178,7 +178,7 @@ impl Engine {
     ) -> Result<Progress, Fault> {
         let searched = found.map(|found| self.note_found(found));
         let mut geometry = self.mesh(s, &name)?;
-        let has_textures = self.lens.textures == TextureUse::AsGiven;
+        let has_textures = self.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
             geometry = match searched {
                 // What was searched is drawn: no later look would know another copy again.
@@ -201,22 +201,23 @@ impl Engine {
         let mut call = DrawCall {
             shared: Some(&geometry),
             model: s.model,
-            camera: self.lens.navigator.apply(&s.camera, None, aspect),
+            camera: self.view_overrides.navigator.apply(&s.camera, None, aspect),
             viewport,
             ambient: s.ambient,
             lights: &lights,
             texture: texture.as_deref(),
             sampling,
-            shade: self.lens.shade.unwrap_or(s.shade),
-            cull: self.lens.cull.unwrap_or(s.cull),
-            hide: self.lens.hide.unwrap_or(s.hide),
+            shade: self.view_overrides.shade.unwrap_or(s.shade),
+            cull: self.view_overrides.cull.unwrap_or(s.cull),
+            hide: self.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
             name: id,
             ..DrawCall::new(&geometry, &s.material, viewport.width, viewport.height)
         };
         let is_dark = empty_draw::is_dark(&call);
         let kept_lights;
-        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
+        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.view_overrides.quality)
+        {
             let mut wanted = Wanted::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
             let Some(choice) = self.known_choice(&wanted) else {
                 let command = Command::Draw { name: name.clone() };
@@ -269,13 +270,14 @@ impl Engine {
             viewport,
             camera: s.camera,
             shade: s.shade,
-            hide: self.lens.hide.unwrap_or(s.hide),
+            hide: self.view_overrides.hide.unwrap_or(s.hide),
             interp: s.interp,
             transparency: if sorted { TransparencyOrder::Sorted } else { TransparencyOrder::FileOrder },
             first_name: self.ids_of(&scene),
             ..SceneOptions::new(width, height)
         };
-        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.lens.quality) {
+        if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.view_overrides.quality)
+        {
             let mut wanted = Wanted::of_scene(self, scene, options, BudgetKind::Scene, max_error);
             let Some(choice) = self.known_choice(&wanted) else {
                 let command = Command::DrawScene { time, sorted };
@@ -305,7 +307,7 @@ impl Engine {
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let dress = |mut scene: Scene| {
             apply_own_state(&mut scene, s);
-            self.lens.apply(&mut scene, s.camera, aspect);
+            self.view_overrides.apply(&mut scene, s.camera, aspect);
             scene
         };
         let scene = dress(document.at(time));
@@ -320,7 +322,7 @@ impl Engine {
         }
     }
 
-    /// The number of the scene's first object in the id memory; the others follow.
+    /// The number of the scene's first object in the pick buffer; the others follow.
     fn ids_of(&mut self, scene: &Scene) -> u32 {
         if self.id_names.names.len() + scene.objects.len() > MAX_ID_NAMES {
             self.forget_unused_ids();
@@ -367,7 +369,7 @@ impl Engine {
             memory: &mut self.memory,
             depth: &mut self.depth,
             depth_format: self.depth_format,
-            ids: Some(self.ids.get_or_insert_with(|| IdMemory::new(width, height))),
+            ids: Some(self.ids.get_or_insert_with(|| PickBuffer::new(width, height))),
         };
         (&mut self.renderer, target)
     }
@@ -404,7 +406,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The number that stands for `name` in the id memory.
+    /// The number that stands for `name` in the pick buffer.
     pub(super) fn id_of(&mut self, name: &str) -> u32 {
         if !self.id_names.numbers.contains_key(name) {
             let is_full = self.budget.available() < name.len() as u64 + NAME_BYTES;

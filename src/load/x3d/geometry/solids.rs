@@ -3,20 +3,20 @@
 
 use super::super::graph::{NodeId, View};
 use super::Built;
-use crate::scene::shapes::{self, Parts};
+use crate::scene::shapes::{self, RevolvedParts};
 use glam::DVec3;
 
 pub(super) fn build(view: &View, id: NodeId) -> Built {
     let part = |field| view.bool(id, field);
     let mesh = match view.name(id) {
-        "Box" => shapes::box_(DVec3::splat(2.0)),
+        "Box" => shapes::cuboid(DVec3::splat(2.0)),
         "Sphere" => shapes::sphere(1.0),
         "Cone" => {
-            let parts = Parts { side: part("side"), bottom: part("bottom"), top: false };
+            let parts = RevolvedParts { side: part("side"), bottom: part("bottom"), top: false };
             shapes::cone_parts(1.0, 2.0, parts)
         }
         _ => {
-            let parts = Parts { side: part("side"), bottom: part("bottom"), top: part("top") };
+            let parts = RevolvedParts { side: part("side"), bottom: part("bottom"), top: part("top") };
             shapes::cylinder_parts(1.0, 2.0, parts)
         }
     };
