@@ -2,7 +2,7 @@
 
 use super::clock::Timing;
 use super::experiment::Effort;
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use crate::pipeline::{DrawCall, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
 use crate::scene::{Scene, Viewport, ViewportRule};
 use crate::truth::scenes::Case;
@@ -16,7 +16,7 @@ pub struct Drawn {
     /// Its depth, where the draws needed one.
     pub depth: Option<DepthMemory>,
     /// The face that wrote the depth of each pixel; an object's name is its number.
-    pub ids: IdMemory,
+    pub ids: PickBuffer,
 }
 
 /// Draws a case by the plain pipeline: one draw an object, or the whole scene, as its settings say.
@@ -25,7 +25,7 @@ pub struct Drawn {
 /// When the case's frame cannot be made or its scene be drawn: cases are made by the program itself.
 pub fn draw_case(case: &Case) -> Drawn {
     let mut memory = VideoMemory::new(case.width, case.height).expect("a case's frame is small");
-    let mut ids = IdMemory::new(case.width, case.height);
+    let mut ids = PickBuffer::new(case.width, case.height);
     let mut depth = None;
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: case.format, ids: Some(&mut ids) };

@@ -21,17 +21,17 @@ impl<T: Copy> Aligned<T> {
     /// `len` times `value`; `None` where the system has no room for them.
     pub fn new(len: usize, value: T) -> Option<Self> {
         let line = if len.checked_mul(size_of::<T>())? >= LARGE { HUGE_PAGE_BYTES } else { LINE };
-        let spare = line / size_of::<T>();
+        let slack = line / size_of::<T>();
         let mut items = Vec::new();
         // The last huge page is had as a whole, too.
-        let whole = len.checked_next_multiple_of(line / size_of::<T>())?;
-        items.try_reserve_exact(whole.checked_add(spare)?).ok()?;
+        let rounded = len.checked_next_multiple_of(line / size_of::<T>())?;
+        items.try_reserve_exact(rounded.checked_add(slack)?).ok()?;
         if line == HUGE_PAGE_BYTES {
             // Before anything is stored: pages that are there stay as they are.
             ask_for_huge_pages(items.spare_capacity_mut());
         }
-        items.resize(len + spare, value);
-        let start = items.as_ptr().align_offset(line).min(spare);
+        items.resize(len + slack, value);
+        let start = items.as_ptr().align_offset(line).min(slack);
         Some(Aligned { items, start, len })
     }
 }

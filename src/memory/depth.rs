@@ -83,9 +83,9 @@ pub struct DepthMemory {
     format: DepthFormat,
     words: Words,
     /// For each row the cells whose words are still to be cleared, a bit each; empty where clearing is done at once.
-    stale: Vec<u128>,
-    /// Whether some bit of `stale` may be set.
-    has_stale: bool,
+    pending_clear: Vec<u128>,
+    /// Whether some bit of `pending_clear` may be set.
+    has_pending_clear: bool,
 }
 
 /// Columns of a cell; the last cell of a row goes on to its end.
@@ -108,7 +108,7 @@ pub(crate) struct DepthCells<'a> {
     /// The words of that format; else empty.
     pub narrow: &'a mut [u16],
     /// For each row a bit a cell, from the left; empty where nothing is to be cleared.
-    pub stale: &'a mut [u128],
+    pub pending_clear: &'a mut [u128],
     /// What a cleared word is.
     pub far: i32,
 }
@@ -119,7 +119,7 @@ impl DepthCells<'_> {
         DepthCells {
             words: &mut *self.words,
             narrow: &mut *self.narrow,
-            stale: &mut *self.stale,
+            pending_clear: &mut *self.pending_clear,
             far: self.far,
         }
     }
@@ -197,8 +197,8 @@ impl DepthMemory {
             _ => Words::Wide(Aligned::new(len, far as i32).expect(room)),
         };
         let is_lazy = matches!(words, Words::Wide(_)) && cells_in(width as usize) <= u128::BITS as usize;
-        let stale = vec![0; if is_lazy { height as usize } else { 0 }];
-        DepthMemory { width, height, format, words, stale, has_stale: false }
+        let pending_clear = vec![0; if is_lazy { height as usize } else { 0 }];
+        DepthMemory { width, height, format, words, pending_clear, has_pending_clear: false }
     }
 
     /// Width in pixels.
@@ -226,28 +226,28 @@ impl DepthMemory {
         let far = self.format.encode(1.0, 0.0);
         match &mut self.words {
             Words::Narrow(w) => w.fill(far as u16),
-            Words::Wide(w) if self.stale.is_empty() => w.fill(far as i32),
+            Words::Wide(w) if self.pending_clear.is_empty() => w.fill(far as i32),
             Words::Wide(_) => {
-                self.stale.fill(u128::MAX);
-                self.has_stale = true;
+                self.pending_clear.fill(u128::MAX);
+                self.has_pending_clear = true;
             }
         }
     }
 
     /// Whether the word of a pixel is still to be cleared.
-    fn is_stale(&self, index: usize) -> bool {
+    fn is_pending_clear(&self, index: usize) -> bool {
         let (row, column) = (index / self.width as usize, index % self.width as usize);
         let cell = (column / DEPTH_CELL).min(cells_in(self.width as usize) - 1);
-        self.stale[row] >> cell & 1 == 1
+        self.pending_clear[row] >> cell & 1 == 1
     }
 
     /// Clears what is still to be cleared.
-    fn freshen(&mut self) {
+    fn finish_clears(&mut self) {
         let (far, width) = (self.format.encode(1.0, 0.0) as i32, self.width as usize);
-        if let (true, Words::Wide(words)) = (self.has_stale, &mut self.words) {
+        if let (true, Words::Wide(words)) = (self.has_pending_clear, &mut self.words) {
             let all = u128::MAX;
-            for (row, stale) in words.chunks_exact_mut(width).zip(&mut self.stale) {
-                match std::mem::take(stale) {
+            for (row, pending_clear) in words.chunks_exact_mut(width).zip(&mut self.pending_clear) {
+                match std::mem::take(pending_clear) {
                     0 => {}
                     bits if bits == all => row.fill(far),
                     bits => (0..cells_in(width))
@@ -256,7 +256,7 @@ impl DepthMemory {
                 }
             }
         }
-        self.has_stale = false;
+        self.has_pending_clear = false;
     }
 
     /// The stored word of pixel number `index` (= width * y + x); smaller is nearer.
@@ -265,7 +265,7 @@ impl DepthMemory {
     /// When `index` is not a pixel of this memory.
     #[inline]
     pub fn word(&self, index: usize) -> u32 {
-        if self.has_stale && self.is_stale(index) {
+        if self.has_pending_clear && self.is_pending_clear(index) {
             return self.format.encode(1.0, 0.0);
         }
         match &self.words {
@@ -280,7 +280,7 @@ impl DepthMemory {
     /// When `index` is not a pixel of this memory.
     #[inline]
     pub fn set_word(&mut self, index: usize, word: u32) {
-        self.freshen();
+        self.finish_clears();
         match &mut self.words {
             Words::Narrow(w) => w[index] = word as u16,
             Words::Wide(w) => w[index] = word as i32,
@@ -289,7 +289,7 @@ impl DepthMemory {
 
     /// All stored words, row 0 first, for writing.
     pub fn words_mut(&mut self) -> DepthWords<'_> {
-        self.freshen();
+        self.finish_clears();
         match &mut self.words {
             Words::Narrow(w) => DepthWords::Narrow(w),
             Words::Wide(w) => DepthWords::Wide(w),
@@ -299,10 +299,11 @@ impl DepthMemory {
     /// All stored words and which are still to be cleared.
     pub(crate) fn cells_mut(&mut self) -> DepthCells<'_> {
         let far = self.format.encode(1.0, 0.0) as i32;
-        let stale: &mut [u128] = if self.has_stale { &mut self.stale } else { &mut [] };
+        let pending_clear: &mut [u128] =
+            if self.has_pending_clear { &mut self.pending_clear } else { &mut [] };
         match &mut self.words {
-            Words::Narrow(narrow) => DepthCells { words: &mut [], narrow, stale, far },
-            Words::Wide(words) => DepthCells { words, narrow: &mut [], stale, far },
+            Words::Narrow(narrow) => DepthCells { words: &mut [], narrow, pending_clear, far },
+            Words::Wide(words) => DepthCells { words, narrow: &mut [], pending_clear, far },
         }
     }
 
@@ -352,7 +353,7 @@ mod tests {
                 let columns = cell_columns(0, width as usize);
                 cells.words[row..row + columns.end].fill(cells.far);
                 cells.words[row + 1] = 77;
-                cells.stale[2] &= !1;
+                cells.pending_clear[2] &= !1;
                 want[row + 1] = 77;
             }
             assert!((0..len).all(|i| depth.word(i) == want[i]), "{format:?}");

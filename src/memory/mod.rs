@@ -10,7 +10,7 @@ mod color;
 mod color_names;
 mod depth;
 mod fbptr;
-mod ids;
+mod pick_buffer;
 mod shared;
 mod video;
 
@@ -20,6 +20,6 @@ pub use color::{parse_color, parse_light_color};
 pub(crate) use depth::{DEPTH_CELL, DepthCells};
 pub use depth::{DepthFormat, DepthMemory, DepthWords};
 pub use fbptr::FbPtr;
-pub use ids::IdMemory;
+pub use pick_buffer::PickBuffer;
 pub use shared::{SHARED_HEADER_BYTES, SHARED_MAGIC, SharedError, SharedFile};
 pub use video::{MAX_SIDE, MemoryError, Rgba, VideoMemory};

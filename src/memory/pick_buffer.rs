@@ -1,20 +1,21 @@
-//! Id memory: which face was last written to the depth of each pixel. Made only when PICK asks for it.
+//! Pick buffer: the face that was last written to the depth of each pixel. Made only when PICK asks
+//! for it.
 
 /// No face: nothing that writes depth was drawn here.
 const NO_FACE: [u32; 2] = [u32::MAX; 2];
 
 /// For each pixel, the number of the thing drawn (what `DrawCall::name` said) and of its triangle.
 #[derive(Clone, Debug)]
-pub struct IdMemory {
+pub struct PickBuffer {
     width: u32,
     height: u32,
     ids: Vec<[u32; 2]>,
 }
 
-impl IdMemory {
-    /// An id memory of `width` x `height` pixels without any face.
+impl PickBuffer {
+    /// Makes a pick buffer of `width` x `height` pixels without any face.
     pub fn new(width: u32, height: u32) -> Self {
-        IdMemory { width, height, ids: vec![NO_FACE; width as usize * height as usize] }
+        PickBuffer { width, height, ids: vec![NO_FACE; width as usize * height as usize] }
     }
 
     /// Width in pixels.
@@ -27,7 +28,7 @@ impl IdMemory {
         self.height
     }
 
-    /// Bytes that this memory takes.
+    /// Bytes that the buffer takes.
     pub fn size_bytes(&self) -> usize {
         std::mem::size_of_val(self.ids.as_slice())
     }
@@ -65,7 +66,7 @@ mod tests {
 
     #[test]
     fn remembers_the_last_face_and_nothing_off_the_frame() {
-        let mut ids = IdMemory::new(3, 2);
+        let mut ids = PickBuffer::new(3, 2);
         ids.set(4, 7, 0);
         ids.set(4, 8, 1);
         assert_eq!((ids.get(1, 1), ids.get(0, 0)), (Some((8, 1)), None));

@@ -1,7 +1,7 @@
 //! What a draw is given, and what it answers.
 
 use crate::error::Code;
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, OverBudget, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, OverBudget, PickBuffer, VideoMemory};
 use crate::scene::{
     Camera, CameraError, Cull, FillStyle, Fog, Geometry, HiddenSurface, Interpolation, Light, LineStyle,
     Material, Object, Sampling, Scene, ShadeMode, Texture, TextureStages, TransparencyOrder, Viewport,
@@ -19,7 +19,7 @@ pub struct Target<'a> {
     /// The format in which depth is made.
     pub depth_format: DepthFormat,
     /// Which face wrote the depth of each pixel, where PICK asks for it; as large as the frame.
-    pub ids: Option<&'a mut IdMemory>,
+    pub ids: Option<&'a mut PickBuffer>,
 }
 
 /// One DRAW: a mesh and every state that its picture depends on. Colours may exceed 1; positions are world coordinates.
@@ -67,7 +67,7 @@ pub struct DrawCall<'a> {
     pub fill: FillStyle,
     /// Several textures in place of one.
     pub stages: Option<&'a TextureStages>,
-    /// What the id memory keeps for this draw.
+    /// What the pick buffer keeps for this draw.
     pub name: u32,
 }
 

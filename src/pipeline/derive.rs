@@ -123,7 +123,7 @@ pub(crate) fn derive(call: &DrawCall, target: &Target, lighting: &Lighting, know
         HiddenSurface::None => plan.leave_out(Part::DepthMemory, "HIDE none neither tests nor writes depth"),
     }
     if let Some(ids) = target.ids.as_ref().filter(|_| call.hide == HiddenSurface::ZBuffer) {
-        plan.add(Part::IdMemory, "PICK asks which face is seen", pixels, ids.size_bytes() as u64);
+        plan.add(Part::PickBuffer, "PICK asks which face is seen", pixels, ids.size_bytes() as u64);
     }
     if !mesh.lines.is_empty() {
         plan.add(Part::Lines, "the mesh has line segments", mesh.lines.len() as u64, 0);

@@ -12,7 +12,7 @@ use std::fmt;
 pub enum Part {
     VideoMemory,
     DepthMemory,
-    IdMemory,
+    PickBuffer,
     Textures,
     TransformVertices,
     FaceNormals,
@@ -44,7 +44,7 @@ impl Part {
     pub const ALL: [Part; 27] = [
         Part::VideoMemory,
         Part::DepthMemory,
-        Part::IdMemory,
+        Part::PickBuffer,
         Part::Textures,
         Part::TransformVertices,
         Part::FaceNormals,
@@ -76,7 +76,7 @@ impl Part {
         match self {
             Part::VideoMemory => ("video memory", "pixels"),
             Part::DepthMemory => ("depth memory", "pixels"),
-            Part::IdMemory => ("id memory", "pixels"),
+            Part::PickBuffer => ("id memory", "pixels"),
             Part::Textures => ("textures", "textures"),
             Part::TransformVertices => ("transform vertices", "vertices"),
             Part::FaceNormals => ("face normals", "polygons"),
@@ -246,7 +246,7 @@ impl Plan {
             let own = &mut self.items[item.part as usize];
             let is_first = !own.used;
             match item.part {
-                Part::VideoMemory | Part::DepthMemory | Part::IdMemory if own.used => {}
+                Part::VideoMemory | Part::DepthMemory | Part::PickBuffer if own.used => {}
                 _ if item.used => {
                     let (count, bytes) = if is_first { (0, 0) } else { (own.count, own.bytes) };
                     if is_first {

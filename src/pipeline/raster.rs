@@ -11,7 +11,7 @@ use super::shade::{FaceShade, LightMode, uv_from_first};
 use super::tile::{Form, Veil, VeilKernel, View};
 use super::viewport::Screen;
 use crate::math::coverage::PixelRect;
-use crate::memory::{DepthFormat, DepthWords, IdMemory, Rgba};
+use crate::memory::{DepthFormat, DepthWords, PickBuffer, Rgba};
 use crate::scene::{Filling, Interpolation};
 use crate::simd::Level;
 use glam::{DVec2, DVec3};
@@ -45,7 +45,7 @@ impl<'t> Canvas<'t> {
         let size = (target.memory.width(), target.memory.height());
         let depth = target.depth.as_mut().filter(|_| depth).map(|d| (d.format(), d.words_mut()));
         let ids = target.ids.as_deref_mut();
-        let ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size).map(IdMemory::ids_mut);
+        let ids = ids.filter(|i| depth.is_some() && (i.width(), i.height()) == size).map(PickBuffer::ids_mut);
         let bytes = target.memory.bytes_mut();
         Canvas { width: size.0 as usize, clip, y0: 0, bytes, depth, ids, written: 0..0 }
     }
@@ -163,7 +163,7 @@ impl Face {
 }
 
 impl Raster<'_, '_> {
-    /// Draws one face; `triangle` is its number for the id memory.
+    /// Draws one face; `triangle` is its number for the pick buffer.
     pub fn face(
         &mut self,
         face: &Face,

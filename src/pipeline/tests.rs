@@ -1,7 +1,7 @@
 //! The 12x10 tables of notes 003, drawn; and small pictures as text.
 
 use super::*;
-use crate::memory::{DepthFormat, DepthMemory, IdMemory, VideoMemory};
+use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use crate::scene::*;
 use glam::{DMat4, DVec3};
 use serde_json::Value;
@@ -264,7 +264,7 @@ fn pick_remembers_the_last_face_that_wrote_depth() {
     let geometry = Geometry { mesh: box_mesh(0.8), textures: Vec::new() };
     let (solid, glass) = (Material::default(), Material { transparency: 0.5, ..Material::default() });
     let mut memory = VideoMemory::new(20, 20).unwrap();
-    let (mut depth, mut ids) = (None, IdMemory::new(20, 20));
+    let (mut depth, mut ids) = (None, PickBuffer::new(20, 20));
     let mut shot = |material: &Material, name, model, hide| {
         let mut target = Target {
             memory: &mut memory,

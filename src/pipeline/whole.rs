@@ -182,7 +182,7 @@ pub(crate) fn draw_scene_with(
             prepared.cancel = &cancel;
             if !keeps_depth {
                 prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-                prepared.plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
+                prepared.plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
             }
             prepared
         };
@@ -326,7 +326,7 @@ pub(super) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOpti
     plans.iter().for_each(|own| plan.merge(own));
     if leaves_depth_out(&calls, options) {
         plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
-        plan.leave_out(Part::IdMemory, NOTHING_HIDDEN);
+        plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
     } else if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
         plan.explain(Part::DepthMemory, "HIDE zbuffer; faces may hide each other");
     }

@@ -252,7 +252,7 @@ fn each_shading_lights_where_it_should() {
 fn hidden_surfaces_cost_what_their_method_needs() {
     let s = scene(vec![object(solid())]);
     let (plan, _, has_depth) = plan_and_draw(&s, |o| o.hide = HiddenSurface::None);
-    assert_absent(&plan, &[Part::DepthMemory, Part::SortFaces, Part::IdMemory]);
+    assert_absent(&plan, &[Part::DepthMemory, Part::SortFaces, Part::PickBuffer]);
     assert!(!has_depth);
     let (plan, _, has_depth) = plan_and_draw(&s, |o| o.hide = HiddenSurface::Painter);
     assert!(plan.uses(Part::SortFaces) && !plan.uses(Part::DepthMemory) && !has_depth);

@@ -56,19 +56,20 @@ pub(crate) fn bands(
     work: BandWork<'_>,
 ) -> (u32, u32) {
     let width = frame.width;
-    let depth = frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], stale: &mut [], far: 0 });
+    let depth =
+        frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], pending_clear: &mut [], far: 0 });
     let far = depth.far;
     let top = view.y0 as usize + first * BAND_ROWS;
     let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
     let pixels = top * width..bottom * width;
     let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
-    let rows = if depth.stale.is_empty() { 0..0 } else { top..bottom };
+    let rows = if depth.pending_clear.is_empty() { 0..0 } else { top..bottom };
     let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
     let narrow_range = some(depth.narrow.len());
     let memories = BandMemories {
         depth: &mut depth.words[depth_range],
         narrow: &mut depth.narrow[narrow_range],
-        stale: &mut depth.stale[rows],
+        pending_clear: &mut depth.pending_clear[rows],
         bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
         pick: &mut frame.pick[pick_range],
         ids: None,
@@ -131,10 +132,12 @@ pub(crate) fn draw_band(
             continue;
         }
         // What is still to be cleared is cleared here, on its way into the cache.
-        for (row, stale) in memories.stale.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1) {
+        for (row, pending_clear) in
+            memories.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
+        {
             let start = row * width;
             memories.depth[start + x0 as usize..start + x1 as usize].fill(far);
-            *stale &= !(1 << column);
+            *pending_clear &= !(1 << column);
         }
         if let Some(words) = &mut widened {
             widen(&*memories.narrow, width, columns.clone(), &mut words.0);
@@ -233,7 +236,7 @@ pub(crate) struct BandMemories<'a> {
     /// The same of 16 bits.
     narrow: &'a mut [u16],
     /// A word a row.
-    stale: &'a mut [u128],
+    pending_clear: &'a mut [u128],
     bytes: &'a mut [u8],
     pick: &'a mut [[u32; 2]],
     /// The faces of a tile; of one band's memories.
@@ -261,15 +264,15 @@ fn share(
     let (depth, depth_below) = memories.depth.split_at_mut(at_depth);
     let at_narrow = split(memories.narrow.len());
     let (narrow, narrow_below) = memories.narrow.split_at_mut(at_narrow);
-    let at_stale = if memories.stale.is_empty() { 0 } else { half * BAND_ROWS };
-    let (stale, stale_below) = memories.stale.split_at_mut(at_stale);
+    let at_stale = if memories.pending_clear.is_empty() { 0 } else { half * BAND_ROWS };
+    let (pending_clear, stale_below) = memories.pending_clear.split_at_mut(at_stale);
     let (pick, pick_below) = memories.pick.split_at_mut(at_pick);
     let (bytes, bytes_below) = memories.bytes.split_at_mut(middle * 4);
-    let above = BandMemories { depth, narrow, stale, bytes, pick, ids: None };
+    let above = BandMemories { depth, narrow, pending_clear, bytes, pick, ids: None };
     let below = BandMemories {
         depth: depth_below,
         narrow: narrow_below,
-        stale: stale_below,
+        pending_clear: stale_below,
         bytes: bytes_below,
         pick: pick_below,
         ids: None,
