@@ -3,16 +3,18 @@
 //! Column vectors, matrices as they are written on paper (row by row). Clip space: -w<=x<=w, -w<=y<=w, 0<=z<=w.
 //! Sources: 001 (view, view plane at d, viewport), 000 (A, B, C, D, P), 004 (frustum to box, parallel projections).
 
-use super::wide::{Wide, Wide3, Wide4, cross, dot3, narrow3, sub3, unit3, wide3};
+use super::double_double::{
+    DoubleDouble, DoubleDouble3, DoubleDouble4, cross, dot3, double_double3, narrow3, sub3, unit3,
+};
 use crate::scene::{Camera, CameraError, LookAt, ObliqueKind, Projection, Viewport, ViewportRule};
 use glam::DVec3;
 
 /// A 4x4 matrix, rows first.
-pub type Matrix = [[Wide; 4]; 4];
+pub type Matrix = [[DoubleDouble; 4]; 4];
 
 /// Where V comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Viewer {
+pub enum ViewerPosition {
     /// V runs from the surface to this world point.
     Eye(DVec3),
     /// V is this unit world vector everywhere (parallel projections).
@@ -27,14 +29,14 @@ pub struct Sight {
     /// View to clip space.
     pub projection: Matrix,
     /// What V is.
-    pub viewer: Viewer,
+    pub viewer: ViewerPosition,
     /// The eye in world space, from which distances (fog) are measured.
     pub eye: DVec3,
     viewport: Viewport,
 }
 
 /// The sum of products that is M p.
-pub fn transform(m: &Matrix, p: Wide4) -> Wide4 {
+pub fn transform(m: &Matrix, p: DoubleDouble4) -> DoubleDouble4 {
     std::array::from_fn(|r| m[r][0] * p[0] + m[r][1] * p[1] + m[r][2] * p[2] + m[r][3] * p[3])
 }
 
@@ -46,59 +48,60 @@ pub fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
 }
 
 /// R T of source 001: rows x, y, z of R, then the eye to the origin.
-fn rotate_and_translate(axes: [Wide3; 3], origin: Wide3) -> Matrix {
-    let row = |a: Wide3| [a[0], a[1], a[2], -dot3(a, origin)];
-    let last = [Wide::ZERO, Wide::ZERO, Wide::ZERO, Wide::ONE];
+fn rotate_and_translate(axes: [DoubleDouble3; 3], origin: DoubleDouble3) -> Matrix {
+    let row = |a: DoubleDouble3| [a[0], a[1], a[2], -dot3(a, origin)];
+    let last = [DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ONE];
     [row(axes[0]), row(axes[1]), row(axes[2]), last]
 }
 
 /// The view of eye, reference and up: z = (eye-ref)/|..|, x = up x z/|..|, y = z x x; and the three axes.
-fn look_at(l: &LookAt) -> Result<(Matrix, [Wide3; 3]), CameraError> {
-    let z = unit3(sub3(wide3(l.eye), wide3(l.reference))).ok_or(CameraError::NoDirection)?;
-    let up = unit3(wide3(l.up)).ok_or(CameraError::BadUp)?;
+fn look_at(l: &LookAt) -> Result<(Matrix, [DoubleDouble3; 3]), CameraError> {
+    let z =
+        unit3(sub3(double_double3(l.eye), double_double3(l.reference))).ok_or(CameraError::NoDirection)?;
+    let up = unit3(double_double3(l.up)).ok_or(CameraError::BadUp)?;
     let side = cross(up, z);
     if dot3(side, side).to_f64() < 1e-24 {
         return Err(CameraError::BadUp);
     }
     let x = unit3(side).ok_or(CameraError::BadUp)?;
     let axes = [x, cross(z, x), z];
-    Ok((rotate_and_translate(axes, wide3(l.eye)), axes))
+    Ok((rotate_and_translate(axes, double_double3(l.eye)), axes))
 }
 
 /// The z row that takes -z_view = near to 0 and -z_view = far to w = -z_view: z_ndc = f(d-n)/(d(f-n)) (003).
-fn perspective_z_row(near: Wide, far: Wide) -> [Wide; 4] {
+fn perspective_z_row(near: DoubleDouble, far: DoubleDouble) -> [DoubleDouble; 4] {
     let depth = far - near;
-    [Wide::ZERO, Wide::ZERO, -far / depth, -(far * near) / depth]
+    [DoubleDouble::ZERO, DoubleDouble::ZERO, -far / depth, -(far * near) / depth]
 }
 
 /// A box of a perspective: its window [l, r, b, t] at the near plane, w = -z.
-fn frustum([l, r, b, t]: [Wide; 4], near: Wide, far: Wide) -> Matrix {
-    let (zero, two) = (Wide::ZERO, Wide::new(2.0));
+fn frustum([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDouble) -> Matrix {
+    let (zero, two) = (DoubleDouble::ZERO, DoubleDouble::new(2.0));
     [
         [two * near / (r - l), zero, (r + l) / (r - l), zero],
         [zero, two * near / (t - b), (t + b) / (t - b), zero],
         perspective_z_row(near, far),
-        [zero, zero, -Wide::ONE, zero],
+        [zero, zero, -DoubleDouble::ONE, zero],
     ]
 }
 
 /// A parallel box: its window [l, r, b, t], depth (-z - n)/(f - n), w = 1.
-fn parallel([l, r, b, t]: [Wide; 4], near: Wide, far: Wide) -> Matrix {
-    let (zero, two) = (Wide::ZERO, Wide::new(2.0));
+fn parallel([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDouble) -> Matrix {
+    let (zero, two) = (DoubleDouble::ZERO, DoubleDouble::new(2.0));
     [
         [two / (r - l), zero, zero, -(r + l) / (r - l)],
         [zero, two / (t - b), zero, -(t + b) / (t - b)],
-        [zero, zero, -Wide::ONE / (far - near), -near / (far - near)],
-        [zero, zero, zero, Wide::ONE],
+        [zero, zero, -DoubleDouble::ONE / (far - near), -near / (far - near)],
+        [zero, zero, zero, DoubleDouble::ONE],
     ]
 }
 
 /// The golden's two turns (004): -45 degrees about y, then asin(1/sqrt 3) about x.
 fn isometric_turns() -> Matrix {
-    let h = Wide::new(0.5).sqrt();
-    let s = Wide::ONE / Wide::new(3.0).sqrt();
-    let c = (Wide::new(2.0) / Wide::new(3.0)).sqrt();
-    let (o, i) = (Wide::ZERO, Wide::ONE);
+    let h = DoubleDouble::new(0.5).sqrt();
+    let s = DoubleDouble::ONE / DoubleDouble::new(3.0).sqrt();
+    let c = (DoubleDouble::new(2.0) / DoubleDouble::new(3.0)).sqrt();
+    let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
     let about_y = [[h, o, -h, o], [o, i, o, o], [h, o, h, o], [o, o, o, i]];
     let about_x = [[i, o, o, o], [o, c, -s, o], [o, s, c, o], [o, o, o, i]];
     multiply(&about_x, &about_y)
@@ -119,18 +122,18 @@ fn window_camera(
     near: f64,
     far: f64,
 ) -> Result<(Matrix, Matrix), CameraError> {
-    let n = unit3(sub3(wide3(p), wide3(vrp))).ok_or(CameraError::NoDirection)?;
-    let up = unit3(wide3(vup)).ok_or(CameraError::BadUp)?;
+    let n = unit3(sub3(double_double3(p), double_double3(vrp))).ok_or(CameraError::NoDirection)?;
+    let up = unit3(double_double3(vup)).ok_or(CameraError::BadUp)?;
     let along = dot3(up, n);
-    let upright: Wide3 = std::array::from_fn(|i| up[i] - along * n[i]);
+    let upright: DoubleDouble3 = std::array::from_fn(|i| up[i] - along * n[i]);
     if dot3(upright, upright).to_f64() < 1e-24 {
         return Err(CameraError::BadUp);
     }
     let v = unit3(upright).ok_or(CameraError::BadUp)?;
     let u = cross(n, v);
-    let view = rotate_and_translate([u, v, n.map(|c| -c)], wide3(vrp));
-    let (o, i) = (Wide::ZERO, Wide::ONE);
-    let [cu, cv, su, sv, dp, near, far] = [cu, cv, su, sv, dp, near, far].map(Wide::new);
+    let view = rotate_and_translate([u, v, n.map(|c| -c)], double_double3(vrp));
+    let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
+    let [cu, cv, su, sv, dp, near, far] = [cu, cv, su, sv, dp, near, far].map(DoubleDouble::new);
     // From n to -z and back: the matrices below are the source's, in u, v, n.
     let to_n = [[i, o, o, o], [o, i, o, o], [o, o, -i, o], [o, o, o, i]];
     let c = [[i, o, -cu / dp, o], [o, i, -cv / dp, o], [o, o, i, o], [o, o, o, i]];
@@ -139,12 +142,12 @@ fn window_camera(
     Ok((view, multiply(&p, &multiply(&d, &multiply(&c, &to_n)))))
 }
 
-fn check_range(near: f64, far: f64, perspective: bool) -> Result<(Wide, Wide), CameraError> {
+fn check_range(near: f64, far: f64, perspective: bool) -> Result<(DoubleDouble, DoubleDouble), CameraError> {
     let sound = near.is_finite() && far.is_finite() && near < far && (!perspective || near > 0.0);
     if sound { Ok((near.into(), far.into())) } else { Err(CameraError::BadDepthRange { near, far }) }
 }
 
-fn check_window(w: [f64; 4]) -> Result<[Wide; 4], CameraError> {
+fn check_window(w: [f64; 4]) -> Result<[DoubleDouble; 4], CameraError> {
     let (across, up) = (w[1] - w[0], w[3] - w[2]);
     if !(across.is_finite() && across != 0.0) {
         return Err(CameraError::BadExtent { what: "window width", value: across });
@@ -152,10 +155,10 @@ fn check_window(w: [f64; 4]) -> Result<[Wide; 4], CameraError> {
     if !(up.is_finite() && up != 0.0) {
         return Err(CameraError::BadExtent { what: "window height", value: up });
     }
-    Ok(w.map(Wide::new))
+    Ok(w.map(DoubleDouble::new))
 }
 
-fn check_positive(what: &'static str, value: f64) -> Result<Wide, CameraError> {
+fn check_positive(what: &'static str, value: f64) -> Result<DoubleDouble, CameraError> {
     let sound = value.is_finite() && value > 0.0;
     if sound { Ok(value.into()) } else { Err(CameraError::BadExtent { what, value }) }
 }
@@ -163,7 +166,7 @@ fn check_positive(what: &'static str, value: f64) -> Result<Wide, CameraError> {
 impl Sight {
     /// Works out a camera for a viewport.
     pub fn new(camera: &Camera, viewport: &Viewport) -> Result<Sight, CameraError> {
-        let (o, i) = (Wide::ZERO, Wide::ONE);
+        let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
         let l = &camera.look_at;
         let (view, projection, v_view) = match camera.projection {
             Projection::Perspective { fov_rad, near, far, on_smaller_side } => {
@@ -171,8 +174,9 @@ impl Sight {
                 if !(fov_rad > 0.0 && fov_rad < std::f64::consts::PI) {
                     return Err(CameraError::BadExtent { what: "field of view", value: fov_rad });
                 }
-                let half = Wide::new(libm::tan(fov_rad / 2.0));
-                let (w, h) = (Wide::new(viewport.width.into()), Wide::new(viewport.height.into()));
+                let half = DoubleDouble::new(libm::tan(fov_rad / 2.0));
+                let (w, h) =
+                    (DoubleDouble::new(viewport.width.into()), DoubleDouble::new(viewport.height.into()));
                 let (half_w, half_h) = if on_smaller_side && w < h {
                     (half * n, half * n * h / w)
                 } else {
@@ -196,8 +200,9 @@ impl Sight {
                 let [l, r, b, t] = check_window(window)?;
                 let (n, f) = check_range(near, far, false)?;
                 // Half sizes about the centre; the one that is short for the viewport grows.
-                let two = Wide::new(2.0);
-                let aspect = Wide::new(viewport.width.into()) / Wide::new(viewport.height.into());
+                let two = DoubleDouble::new(2.0);
+                let aspect =
+                    DoubleDouble::new(viewport.width.into()) / DoubleDouble::new(viewport.height.into());
                 let (x, y) = ((l + r) / two, (b + t) / two);
                 let (mut half_x, mut half_y) = ((r - l) / two, (t - b) / two);
                 if half_x < half_y * aspect {
@@ -220,8 +225,8 @@ impl Sight {
                 };
                 // x' = x - l cos(a) (z - z_ref), y' = y - l sin(a) (z - z_ref), z' = z.
                 let (sin, cos) = libm::sincos(angle_rad);
-                let (a, b) = (Wide::new(factor) * cos.into(), Wide::new(factor) * sin.into());
-                let away = sub3(wide3(l.eye), wide3(l.reference));
+                let (a, b) = (DoubleDouble::new(factor) * cos.into(), DoubleDouble::new(factor) * sin.into());
+                let away = sub3(double_double3(l.eye), double_double3(l.reference));
                 let z_ref = -dot3(away, away).sqrt();
                 let shear = [[i, o, -a, a * z_ref], [o, i, -b, b * z_ref], [o, o, i, o], [o, o, o, i]];
                 let p = multiply(&parallel(check_window(window)?, n, f), &shear);
@@ -236,7 +241,7 @@ impl Sight {
                 let (n, f) = check_range(near, far, false)?;
                 let view = multiply(&isometric_turns(), &look_at(l)?.0);
                 // Every axis unshortened: x and y over sqrt(2/3).
-                let k = (Wide::new(3.0) / Wide::new(2.0)).sqrt();
+                let k = (DoubleDouble::new(3.0) / DoubleDouble::new(2.0)).sqrt();
                 let stretch = [[k, o, o, o], [o, k, o, o], [o, o, i, o], [o, o, o, i]];
                 let p = multiply(&parallel(check_window(window)?, n, f), &stretch);
                 (view, p, Some([o, o, i]))
@@ -255,23 +260,23 @@ impl Sight {
             _ => l.eye,
         };
         let viewer = match v_view {
-            None => Viewer::Eye(eye),
+            None => ViewerPosition::Eye(eye),
             // The view's rows are the world's axes of view space: V_world = R^T V_view.
             Some(v) => {
                 let world =
                     std::array::from_fn(|c| view[0][c] * v[0] + view[1][c] * v[1] + view[2][c] * v[2]);
-                Viewer::Axis(narrow3(unit3(world).unwrap_or([o, o, i])))
+                ViewerPosition::Axis(narrow3(unit3(world).unwrap_or([o, o, i])))
             }
         };
         Ok(Sight { view, projection, viewer, eye, viewport: *viewport })
     }
 
     /// NDC x and y to screen pixels, y down, in the convention where pixel (i, j) has its centre at (i+.5, j+.5).
-    pub fn to_screen(&self, x_ndc: Wide, y_ndc: Wide) -> [Wide; 2] {
+    pub fn to_screen(&self, x_ndc: DoubleDouble, y_ndc: DoubleDouble) -> [DoubleDouble; 2] {
         let v = &self.viewport;
-        let (x0, y0) = (Wide::new(v.x.into()), Wide::new(v.y.into()));
-        let (w, h) = (Wide::new(v.width.into()), Wide::new(v.height.into()));
-        let (one, half) = (Wide::ONE, Wide::new(0.5));
+        let (x0, y0) = (DoubleDouble::new(v.x.into()), DoubleDouble::new(v.y.into()));
+        let (w, h) = (DoubleDouble::new(v.width.into()), DoubleDouble::new(v.height.into()));
+        let (one, half) = (DoubleDouble::ONE, DoubleDouble::new(0.5));
         match v.rule {
             ViewportRule::Corners => [x0 + (x_ndc + one) * w * half, y0 + (one - y_ndc) * h * half],
             ViewportRule::Centres => {
@@ -281,11 +286,12 @@ impl Sight {
     }
 
     /// NDC of the centre of pixel (x, y); not finite for a `centres` viewport one pixel wide or high.
-    pub fn ndc_of_pixel(&self, x: i64, y: i64) -> [Wide; 2] {
+    pub fn ndc_of_pixel(&self, x: i64, y: i64) -> [DoubleDouble; 2] {
         let v = &self.viewport;
-        let (dx, dy) = (Wide::new((x - v.x as i64) as f64), Wide::new((y - v.y as i64) as f64));
-        let (w, h) = (Wide::new(v.width.into()), Wide::new(v.height.into()));
-        let (one, two, half) = (Wide::ONE, Wide::new(2.0), Wide::new(0.5));
+        let (dx, dy) =
+            (DoubleDouble::new((x - v.x as i64) as f64), DoubleDouble::new((y - v.y as i64) as f64));
+        let (w, h) = (DoubleDouble::new(v.width.into()), DoubleDouble::new(v.height.into()));
+        let (one, two, half) = (DoubleDouble::ONE, DoubleDouble::new(2.0), DoubleDouble::new(0.5));
         match v.rule {
             ViewportRule::Corners => [two * (dx + half) / w - one, one - two * (dy + half) / h],
             ViewportRule::Centres => [two * dx / (w - one) - one, one - two * dy / (h - one)],

@@ -1,12 +1,12 @@
 //! Holding a drawn picture to the truth by the project's limits.
 //!
-//! In: video memory, its depth memory, and the picture that the reference made of the same draws. Out: a [`Report`]: how many
+//! In: video memory, its depth memory, and the picture that the reference made of the same draws. Out: a [`Comparison`]: how many
 //! pixels are off in coverage, colour and depth, the largest errors, the worst places. Limits: coverage 0 pixels; colours
 //! 1/255, textured 2/255; f32 depth the larger of 2 ulp and 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of what is
 //! stored. A pixel is right when it agrees with one of its right answers in colour and depth at once.
 
-use super::picture::{State, StoredDepth, TruthPicture, ulp_f32};
-use super::wide::Wide;
+use super::double_double::DoubleDouble;
+use super::picture::{PixelState, StoredDepth, TruthPicture, ulp_f32};
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use std::fmt;
 
@@ -34,7 +34,7 @@ pub enum Fault {
 
 /// A pixel that is off.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct FaultyPixel {
     /// Column.
     pub x: u32,
     /// Row.
@@ -46,12 +46,12 @@ pub struct Place {
     /// The stored depth found, if depth was compared.
     pub depth: Option<u32>,
     /// The right answers.
-    pub expected: Vec<State>,
+    pub expected: Vec<PixelState>,
 }
 
 /// The outcome of a comparison.
 #[derive(Clone, Debug, PartialEq, Default)]
-pub struct Report {
+pub struct Comparison {
     /// Pixels compared.
     pub pixels: usize,
     /// Pixels off in coverage.
@@ -69,20 +69,20 @@ pub struct Report {
     /// Pixels where a range of more than 4 steps is right, or anything at all.
     pub loose: usize,
     /// The first pixels that are off.
-    pub places: Vec<Place>,
+    pub faulty_pixels: Vec<FaultyPixel>,
 }
 
 /// How many faulty pixels a report describes.
-const PLACES_KEPT: usize = 8;
+const MAX_FAULTY_PIXELS: usize = 8;
 
-impl Report {
+impl Comparison {
     /// Whether nothing is off.
     pub fn is_right(&self) -> bool {
         self.coverage_off == 0 && self.color_off == 0 && self.depth_off == 0
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
@@ -97,7 +97,7 @@ impl fmt::Display for Report {
             self.turns,
             self.loose
         )?;
-        for p in &self.places {
+        for p in &self.faulty_pixels {
             write!(f, "  ({},{}) {:?}: found {:?}", p.x, p.y, p.fault, p.found)?;
             if let Some(word) = p.depth {
                 write!(f, " depth word {word:#010x} ({})", f32::from_bits(word))?;
@@ -116,58 +116,71 @@ impl fmt::Display for Report {
 ///
 /// # Panics
 /// When the pictures are not of one size, or the depth formats differ.
-pub fn compare(memory: &VideoMemory, depth: Option<&DepthMemory>, truth: &TruthPicture) -> Report {
+pub fn compare(memory: &VideoMemory, depth: Option<&DepthMemory>, truth: &TruthPicture) -> Comparison {
     assert_eq!((memory.width(), memory.height()), (truth.width(), truth.height()), "pictures of one size");
     if let Some(d) = depth {
         assert_eq!((d.width(), d.height()), (truth.width(), truth.height()), "depth of the same size");
         assert_eq!(d.format(), truth.depth_format(), "depth of the same format");
     }
-    let mut report = Report::default();
+    let mut comparison = Comparison::default();
     for y in 0..truth.height() {
         for x in 0..truth.width() {
             let at = (truth.width() * y + x) as usize;
             let found = std::array::from_fn(|c| memory.bytes()[4 * at + c]);
             let word = depth.map(|d| d.word(at));
-            judge(&mut report, truth, [x, y], found, word);
+            judge(&mut comparison, truth, [x, y], found, word);
         }
     }
-    report
+    comparison
 }
 
-fn judge(report: &mut Report, truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Option<u32>) {
+fn judge(
+    comparison: &mut Comparison,
+    truth: &TruthPicture,
+    [x, y]: [u32; 2],
+    found: [u8; 4],
+    word: Option<u32>,
+) {
     let states = truth.states(x, y);
-    report.pixels += 1;
-    report.turns += usize::from(states.len() > 1);
-    let is_wide = |s: &State| (0..3).any(|c| s.hi[c] - s.lo[c] > 4);
+    comparison.pixels += 1;
+    comparison.turns += usize::from(states.len() > 1);
+    let is_wide = |s: &PixelState| (0..3).any(|c| s.hi[c] - s.lo[c] > 4);
     let free = truth.is_free(x, y);
-    report.loose += usize::from(free || states.iter().any(is_wide));
+    comparison.loose += usize::from(free || states.iter().any(is_wide));
     if free {
         return;
     }
     let Nearest { color, depth, color_fails, depth_fails, .. } = nearest(truth, [x, y], found, word);
     if !color_fails && !depth_fails {
-        report.max_color = report.max_color.max(color);
-        report.max_depth = report.max_depth.max(depth);
+        comparison.max_color = comparison.max_color.max(color);
+        comparison.max_depth = comparison.max_depth.max(depth);
         return;
     }
-    let untouched = |s: &State| s.drawn.is_none();
+    let untouched = |s: &PixelState| s.drawn.is_none();
     let all_drawn = !states.iter().any(untouched);
     let none_drawn = states.iter().all(untouched);
     let looks_cleared = found == [0, 0, 0, 255] || found[3] != 255;
     let fault = if color_fails && (none_drawn || (all_drawn && looks_cleared)) {
-        report.coverage_off += 1;
+        comparison.coverage_off += 1;
         Fault::Coverage
     } else if color_fails {
-        report.color_off += 1;
-        report.max_color = report.max_color.max(color);
+        comparison.color_off += 1;
+        comparison.max_color = comparison.max_color.max(color);
         Fault::Color
     } else {
-        report.depth_off += 1;
-        report.max_depth = report.max_depth.max(depth);
+        comparison.depth_off += 1;
+        comparison.max_depth = comparison.max_depth.max(depth);
         Fault::Depth
     };
-    if report.places.len() < PLACES_KEPT {
-        report.places.push(Place { x, y, fault, found, depth: word, expected: states.to_vec() });
+    if comparison.faulty_pixels.len() < MAX_FAULTY_PIXELS {
+        comparison.faulty_pixels.push(FaultyPixel {
+            x,
+            y,
+            fault,
+            found,
+            depth: word,
+            expected: states.to_vec(),
+        });
     }
 }
 
@@ -196,8 +209,8 @@ pub fn nearest(truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Opt
         let color = color_distance(s, found);
         let depth = word.map_or(0.0, |w| depth_use_of_limit(format, s, w));
         let depth_z = word.map_or(0.0, |w| {
-            let z = Wide::new(format.decode(w));
-            (s.z[0] - z).max(z - s.z[1]).max(Wide::ZERO).to_f64()
+            let z = DoubleDouble::new(format.decode(w));
+            (s.z[0] - z).max(z - s.z[1]).max(DoubleDouble::ZERO).to_f64()
         });
         let color_fails = color > COLOR_LIMITS[usize::from(s.is_textured)];
         Nearest { color, depth, depth_z, color_fails, depth_fails: depth > 1.0 }
@@ -239,7 +252,7 @@ pub fn color_error(truth: &TruthPicture, index: usize, found: [u8; 4]) -> u8 {
 }
 
 /// The largest distance of a byte from a right answer's range; a drawn pixel's alpha is 255.
-fn color_distance(s: &State, found: [u8; 4]) -> u8 {
+fn color_distance(s: &PixelState, found: [u8; 4]) -> u8 {
     if s.drawn.is_some() && found[3] != 255 {
         return 255;
     }
@@ -247,22 +260,24 @@ fn color_distance(s: &State, found: [u8; 4]) -> u8 {
 }
 
 /// How much of its limit a stored depth uses up: at most 1 when it is right.
-pub fn depth_use_of_limit(format: DepthFormat, s: &State, word: u32) -> f64 {
-    let outside = |v: Wide, lo: Wide, hi: Wide| (lo - v).max(v - hi).max(Wide::ZERO).to_f64();
-    let one = Wide::ONE;
+pub fn depth_use_of_limit(format: DepthFormat, s: &PixelState, word: u32) -> f64 {
+    let distance_beyond = |v: DoubleDouble, lo: DoubleDouble, hi: DoubleDouble| {
+        (lo - v).max(v - hi).max(DoubleDouble::ZERO).to_f64()
+    };
+    let one = DoubleDouble::ONE;
     match format.steps() {
         Some(steps) => {
-            let scaled = s.z.map(|z| z * Wide::new(steps));
-            outside(Wide::new(word as f64), scaled[0], scaled[1]) / STEP_LIMIT
+            let scaled = s.z.map(|z| z * DoubleDouble::new(steps));
+            distance_beyond(DoubleDouble::new(word as f64), scaled[0], scaled[1]) / STEP_LIMIT
         }
         None if format == DepthFormat::Reversed => {
             let stored = f32::from_bits(!word) as f64;
-            let off = outside(Wide::new(stored), one - s.z[1], one - s.z[0]);
+            let off = distance_beyond(DoubleDouble::new(stored), one - s.z[1], one - s.z[0]);
             let ulp = ulp_f32(stored.max((one - s.z[1]).to_f64()));
             off / (REVERSED_ULP_LIMIT * ulp)
         }
         None => {
-            let off = outside(Wide::new(f32::from_bits(word) as f64), s.z[0], s.z[1]);
+            let off = distance_beyond(DoubleDouble::new(f32::from_bits(word) as f64), s.z[0], s.z[1]);
             off / (F32_ULP_LIMIT * ulp_f32(s.z[1].to_f64())).max(F32_Z_LIMIT)
         }
     }
@@ -278,13 +293,13 @@ mod tests {
         let truth = TruthPicture::new(4, 3, DepthFormat::U16);
         let mut memory = VideoMemory::new(4, 3).unwrap();
         let mut depth = DepthMemory::new(4, 3, DepthFormat::U16);
-        let report = compare(&memory, Some(&depth), &truth);
-        assert!(report.is_right() && report.pixels == 12, "{report}");
+        let comparison = compare(&memory, Some(&depth), &truth);
+        assert!(comparison.is_right() && comparison.pixels == 12, "{comparison}");
         memory.put_pixel(1, 2, [9, 0, 0, 255]);
         depth.set_word(0, 65_534);
-        let report = compare(&memory, Some(&depth), &truth);
-        assert_eq!((report.coverage_off, report.color_off, report.depth_off), (1, 0, 1));
-        assert!(report.to_string().contains("(1,2) Coverage"));
+        let comparison = compare(&memory, Some(&depth), &truth);
+        assert_eq!((comparison.coverage_off, comparison.color_off, comparison.depth_off), (1, 0, 1));
+        assert!(comparison.to_string().contains("(1,2) Coverage"));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! nearest 1/256 (ties to even). A centre is covered when it lies strictly inside, or on a top or a left edge. The plain
 //! question is asked pixel by pixel with integers as wide as needed; nothing is stepped.
 
-use super::wide::Wide;
+use super::double_double::DoubleDouble;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
@@ -40,7 +40,7 @@ fn decompose(x: f64) -> (BigInt, i64) {
 }
 
 /// The whole number nearest to `256 x`, ties to even. `x` is finite.
-pub fn snap(x: Wide) -> BigInt {
+pub fn snap(x: DoubleDouble) -> BigInt {
     let (hi, lo) = x.parts();
     let ((m_hi, e_hi), (m_lo, e_lo)) = (decompose(hi), decompose(lo));
     let (e_hi, e_lo) = (e_hi + 8, e_lo + 8);
@@ -66,21 +66,21 @@ pub fn snap(x: Wide) -> BigInt {
 }
 
 /// How far `256 x` is from the nearest tie between two whole numbers.
-pub fn distance_to_tie(x: Wide) -> f64 {
+pub fn distance_to_tie(x: DoubleDouble) -> f64 {
     // x - floor(x + 1/2) is exact: the tie lies at half a unit from that whole number.
-    let t = x * Wide::new(256.0);
+    let t = x * DoubleDouble::new(256.0);
     let (hi, lo) = t.parts();
     if hi.abs() >= 2f64.powi(52) {
         return if hi.abs() >= 2f64.powi(54) { 0.0 } else { 0.5 };
     }
     let nearest = (hi + 0.5).floor();
-    let off = (Wide::new(hi) - Wide::new(nearest) + Wide::new(lo)).to_f64();
+    let off = (DoubleDouble::new(hi) - DoubleDouble::new(nearest) + DoubleDouble::new(lo)).to_f64();
     (0.5 - off.abs()).abs()
 }
 
 impl Outline {
     /// Snaps three corners; `None` when a coordinate is not finite.
-    pub fn new(screen: [[Wide; 2]; 3]) -> Option<Outline> {
+    pub fn new(screen: [[DoubleDouble; 2]; 3]) -> Option<Outline> {
         if screen.iter().flatten().any(|c| !c.is_finite()) {
             return None;
         }
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     fn outline(points: [[f64; 2]; 3]) -> Outline {
-        Outline::new(points.map(|p| p.map(Wide::new))).unwrap()
+        Outline::new(points.map(|p| p.map(DoubleDouble::new))).unwrap()
     }
 
     #[test]
@@ -198,12 +198,15 @@ mod tests {
             (-2.50001 * unit, -3),
             (1e9, 256_000_000_000),
         ] {
-            assert_eq!(snap(Wide::new(x)), BigInt::from(expected), "{x}");
+            assert_eq!(snap(DoubleDouble::new(x)), BigInt::from(expected), "{x}");
         }
-        let past_the_tie = Wide::new(0.5 * unit) + Wide::new(1e-30);
+        let past_the_tie = DoubleDouble::new(0.5 * unit) + DoubleDouble::new(1e-30);
         assert_eq!(snap(past_the_tie), BigInt::from(1));
-        assert_eq!(snap(Wide::new(1e30)), BigInt::from(256) * BigInt::from(1e30 as i128));
-        assert!(distance_to_tie(Wide::new(0.5 * unit)) == 0.0 && distance_to_tie(Wide::new(3.0)) == 0.5);
+        assert_eq!(snap(DoubleDouble::new(1e30)), BigInt::from(256) * BigInt::from(1e30 as i128));
+        assert!(
+            distance_to_tie(DoubleDouble::new(0.5 * unit)) == 0.0
+                && distance_to_tie(DoubleDouble::new(3.0)) == 0.5
+        );
     }
 
     /// Two triangles of a square of 2 x 2 pixels whose corners are pixel centres: top and left are in, the rest out.

@@ -2,12 +2,12 @@
 
 use super::camera::{Sight, transform};
 use super::coverage::{Coverage, Outline, distance_to_tie};
-use super::light::{Lighting, Lit, light_point};
+use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, cross, narrow3};
+use super::light::{LitColor, ObjectLighting, light_point};
 use super::normals::{Normals, area_normal, is_mirrored, normal_matrix};
+use super::pixel_mask::PixelMask;
 use super::render::Settings;
-use super::texture::{Footprint, Pyramid};
-use super::wanted::Wanted;
-use super::wide::{Wide, Wide3, Wide4, cross, narrow3};
+use super::texture::{MipChain, UvFootprint};
 use crate::math::matrix::unit;
 use crate::scene::{Cull, FillStyle, Material, NONE, Object, Sampling, ShadeMode, TextureStages};
 use glam::{DVec2, DVec3, DVec4};
@@ -21,9 +21,9 @@ const CUT_MARGIN_PX: f64 = 1.5 / 256.0;
 #[derive(Clone, Debug)]
 pub struct FaceCorner {
     /// Clip space.
-    pub clip: Wide4,
+    pub clip: DoubleDouble4,
     /// World space.
-    pub world: Wide3,
+    pub world: DoubleDouble3,
     /// Unit world normal, turned to the viewer where the object asks for it.
     pub normal: DVec3,
     /// Texture coordinates.
@@ -31,7 +31,7 @@ pub struct FaceCorner {
     /// Vertex colour; 1 1 1 1 where the file gives none.
     pub color: DVec4,
     /// The colours that Gouraud lights here: every right answer.
-    pub lit: Vec<Lit>,
+    pub lit: Vec<LitColor>,
 }
 
 /// Several textures on one triangle.
@@ -40,7 +40,7 @@ pub struct FaceStages<'a> {
     /// What is done with their texels.
     pub stages: &'a TextureStages,
     /// The textures, stage by stage.
-    pub pyramids: Vec<Option<Rc<Pyramid>>>,
+    pub mip_chains: Vec<Option<Rc<MipChain>>>,
     /// The numbers of the triangle's corners.
     pub corners: [usize; 3],
 }
@@ -49,10 +49,10 @@ impl FaceStages<'_> {
     /// The colour and opacity that they make of the light's, at weights `a` of the corners.
     pub fn colored(&self, a: [f64; 3], (base, opacity): (DVec3, f64), extra: DVec3) -> (DVec3, f64) {
         self.stages.combine((base, opacity), extra, |number| {
-            let (stage, pyramid) = (&self.stages.stages[number], &self.pyramids[number]);
+            let (stage, mip_chain) = (&self.stages.stages[number], &self.mip_chains[number]);
             let uv = (0..3).fold(DVec2::ZERO, |sum, i| sum + stage.texcoords[self.corners[i]] * a[i]);
-            let none = Footprint::Steps([[0.0; 2]; 2]);
-            let texels = pyramid.as_ref().map(|p| p.sample(stage.sampling, uv.to_array(), none));
+            let none = UvFootprint::Steps([[0.0; 2]; 2]);
+            let texels = mip_chain.as_ref().map(|p| p.sample(stage.sampling, uv.to_array(), none));
             texels.map_or([1.0; 4], |texels| texels[0])
         })
     }
@@ -70,7 +70,7 @@ pub struct Face<'a> {
     /// How it answers light.
     pub material: &'a Material,
     /// Its texture and the rules for it.
-    pub texture: Option<(Rc<Pyramid>, Sampling)>,
+    pub texture: Option<(Rc<MipChain>, Sampling)>,
     /// Several textures in place of one.
     pub stages: Option<FaceStages<'a>>,
     /// Which pixels show it.
@@ -80,17 +80,17 @@ pub struct Face<'a> {
     /// Unit geometric normal in the world.
     pub normal: DVec3,
     /// Flat shading's colours at the centroid: every right answer.
-    pub flat: Vec<Lit>,
+    pub flat: Vec<LitColor>,
     /// The mean vertex colour, for flat shading.
     pub flat_color: DVec4,
     /// Whether it lets what lies behind shine through.
     pub is_transparent: bool,
     /// View z of its centroid: the painter's key, larger is nearer.
-    pub center_z: Wide,
+    pub center_z: DoubleDouble,
     /// The lights that reach it.
-    pub lighting: Rc<Lighting<'a>>,
+    pub lighting: Rc<ObjectLighting<'a>>,
     /// b_i = plane[i] . (x_ndc, y_ndc, 1): sum b_i = 1/w, sum b_i w_i = 1, all >= 0 inside.
-    plane: [Wide3; 3],
+    plane: [DoubleDouble3; 3],
     /// Pixels per unit of NDC.
     pixels_per_ndc: [f64; 2],
     /// The snapped outline; `None` for a face with some w <= 0, which is decided by its plane.
@@ -107,29 +107,29 @@ pub struct Face<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Weights {
     /// Solution of sum b_i (x_i, y_i, w_i) = (x_ndc, y_ndc, 1).
-    pub b: Wide3,
+    pub b: DoubleDouble3,
 }
 
 impl Weights {
     /// 1/w at this point of the plane.
-    pub fn inverse_w(&self) -> Wide {
+    pub fn inverse_w(&self) -> DoubleDouble {
         self.b[0] + self.b[1] + self.b[2]
     }
 
     /// Whether the point lies inside the true face.
     pub fn is_inside(&self) -> bool {
-        self.b.iter().all(|&b| b >= Wide::ZERO)
+        self.b.iter().all(|&b| b >= DoubleDouble::ZERO)
     }
 }
 
 impl<'a> Face<'a> {
     /// The plane's weights at NDC (x, y).
-    pub fn weights(&self, [x, y]: [Wide; 2]) -> Weights {
+    pub fn weights(&self, [x, y]: [DoubleDouble; 2]) -> Weights {
         Weights { b: self.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
     }
 
     /// Whether the centre of pixel (x, y), at NDC `ndc`, is covered.
-    pub fn covers(&self, x: i64, y: i64, ndc: [Wide; 2]) -> Coverage {
+    pub fn covers(&self, x: i64, y: i64, ndc: [DoubleDouble; 2]) -> Coverage {
         let Some(outline) = &self.outline else { return self.covers_cut(ndc) };
         let sure = match (outline.covers(x, y), self.is_degenerate) {
             (false, _) => Coverage::No,
@@ -152,7 +152,7 @@ impl<'a> Face<'a> {
     }
 
     /// Coverage of a face with some w <= 0: by the signs of the weights, free near the outline.
-    fn covers_cut(&self, [x, y]: [Wide; 2]) -> Coverage {
+    fn covers_cut(&self, [x, y]: [DoubleDouble; 2]) -> Coverage {
         let nearest = self.plane.iter().fold(f64::INFINITY, |nearest, p| {
             let value = (p[0] * x + p[1] * y + p[2]).to_f64();
             let slope = (p[0].to_f64() / self.pixels_per_ndc[0], p[1].to_f64() / self.pixels_per_ndc[1]);
@@ -179,34 +179,35 @@ pub struct ObjectView<'a> {
     /// The modes.
     pub settings: &'a Settings,
     /// The lights that reach it.
-    pub lighting: Rc<Lighting<'a>>,
+    pub lighting: Rc<ObjectLighting<'a>>,
 }
 
 impl<'a> ObjectView<'a> {
-    /// The faces of the object that can be seen in pixels of `wanted`, in file order.
+    /// The faces of the object that can be seen in pixels of `mask`, in file order.
     pub fn faces(
         &self,
-        wanted: &Wanted,
-        pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>,
+        mask: &PixelMask,
+        mip_chain: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<MipChain>,
     ) -> Vec<Face<'a>> {
         let mesh = &self.object.geometry.mesh;
         let normals = Normals::new(mesh);
-        let places: Vec<Place> = mesh.positions.iter().map(|&p| self.place(p)).collect();
-        (0..mesh.triangles.len()).filter_map(|t| self.face(t, wanted, &normals, &places, pyramid)).collect()
+        let vertices: Vec<TransformedVertex> = mesh.positions.iter().map(|&p| self.vertex(p)).collect();
+        (0..mesh.triangles.len()).filter_map(|t| self.face(t, mask, &normals, &vertices, mip_chain)).collect()
     }
 
     /// Object to world, view and clip space, with a bound on what plain f64 may be off by in clip space.
-    pub fn place(&self, p: DVec3) -> Place {
+    pub fn vertex(&self, p: DVec3) -> TransformedVertex {
         let m = self.object.model;
         let rows: [[f64; 4]; 4] = std::array::from_fn(|r| m.row(r).to_array());
-        let object: Wide4 = [p.x.into(), p.y.into(), p.z.into(), Wide::ONE];
-        let world = transform(&rows.map(|r| r.map(Wide::new)), object);
+        let object: DoubleDouble4 = [p.x.into(), p.y.into(), p.z.into(), DoubleDouble::ONE];
+        let world = transform(&rows.map(|r| r.map(DoubleDouble::new)), object);
         let view = transform(&self.sight.view, world);
         let clip = transform(&self.sight.projection, view);
-        let magnitudes = |m: &[[Wide; 4]; 4], p: [f64; 4]| -> [f64; 4] {
+        let magnitudes = |m: &[[DoubleDouble; 4]; 4], p: [f64; 4]| -> [f64; 4] {
             std::array::from_fn(|r| (0..4).map(|c| m[r][c].to_f64().abs() * p[c]).sum())
         };
-        let size = magnitudes(&rows.map(|r| r.map(Wide::new)), [p.x.abs(), p.y.abs(), p.z.abs(), 1.0]);
+        let size =
+            magnitudes(&rows.map(|r| r.map(DoubleDouble::new)), [p.x.abs(), p.y.abs(), p.z.abs(), 1.0]);
         let size = magnitudes(&self.sight.projection, magnitudes(&self.sight.view, size));
         let slack = size.map(|s| 16.0 * f64::EPSILON * s);
         let is_in_front = clip[3].to_f64() > slack[3];
@@ -214,15 +215,15 @@ impl<'a> ObjectView<'a> {
             let at = self.sight.to_screen(clip[0] / clip[3], clip[1] / clip[3]);
             (at, self.wobble(clip, slack, at))
         });
-        Place { world: [world[0], world[1], world[2]], view, clip, slack, screen }
+        TransformedVertex { world: [world[0], world[1], world[2]], view, clip, slack, screen }
     }
 
     /// The pixels that a face's outline can reach, within the viewport: all of it where a corner has w <= 0.
-    fn bounds(at: [&Place; 3], clip: [i64; 4]) -> [i64; 4] {
+    fn bounds(at: [&TransformedVertex; 3], clip: [i64; 4]) -> [i64; 4] {
         let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) else { return clip };
         let mut found = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
-        for (place, wobble_px) in [a, b, c] {
-            let [x, y] = place.map(Wide::to_f64);
+        for (vertex, wobble_px) in [a, b, c] {
+            let [x, y] = vertex.map(DoubleDouble::to_f64);
             // A corner lies at most half a step of the snapping off its place, and as far as it wobbles.
             let room = wobble_px + 1.0 / 256.0;
             let ends = [x - room, x + room, y - room, y + room];
@@ -245,30 +246,30 @@ impl<'a> ObjectView<'a> {
     fn face(
         &self,
         t: usize,
-        wanted: &Wanted,
+        mask: &PixelMask,
         normals: &Normals,
-        places: &[Place],
-        pyramid: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<Pyramid>,
+        vertices: &[TransformedVertex],
+        mip_chain: &mut impl FnMut(&'a crate::scene::Texture) -> Rc<MipChain>,
     ) -> Option<Face<'a>> {
         let object = self.object;
         let mesh = &object.geometry.mesh;
         let ids = mesh.triangles[t].map(|c| c as usize);
-        let at = ids.map(|c| &places[mesh.corners[c].position as usize]);
+        let at = ids.map(|c| &vertices[mesh.corners[c].position as usize]);
         if !at.iter().all(|p| p.clip.iter().all(|c| c.is_finite())) {
             return None;
         }
-        let bounds = Self::bounds(at, wanted.clip);
-        if !wanted.is_any_in(bounds) {
+        let bounds = Self::bounds(at, mask.clip);
+        if !mask.is_any_in(bounds) {
             return None;
         }
         // The plane through the unsnapped corners: rows (x_i, y_i, w_i), inverted by cofactors.
-        let rows: [Wide3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
+        let rows: [DoubleDouble3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
         let cofactors = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
-        let det = super::wide::dot3(rows[0], cofactors[0]);
+        let det = super::double_double::dot3(rows[0], cofactors[0]);
         let scale =
             rows.iter().fold(1.0, |s, r| s * (0..3).fold(0.0, |m: f64, k| m.max(r[k].to_f64().abs())));
         let is_degenerate = det.to_f64().abs() <= 1e-24 * scale;
-        if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == Wide::ZERO {
+        if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == DoubleDouble::ZERO {
             return None;
         }
         let mut wobble_px = [0.0; 3];
@@ -281,7 +282,7 @@ impl<'a> ObjectView<'a> {
             }
             (Some(outline), turn == Ordering::Less)
         } else {
-            (None, det > Wide::ZERO)
+            (None, det > DoubleDouble::ZERO)
         };
         let is_front = seen_ccw != is_mirrored(&object.model);
         match self.settings.cull.unwrap_or(object.cull) {
@@ -326,13 +327,13 @@ impl<'a> ObjectView<'a> {
             || object.style.stages.as_ref().is_some_and(|s| s.may_be_transparent())
             || corners.iter().any(|c| c.color.w < 1.0);
         let texture =
-            texture.filter(|_| object.style.stages.is_none()).map(|t| (pyramid(t), t.sampling(rules)));
+            texture.filter(|_| object.style.stages.is_none()).map(|t| (mip_chain(t), t.sampling(rules)));
         let stages = object.style.stages.as_deref().map(|stages| FaceStages {
             stages,
-            pyramids: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *pyramid)).collect(),
+            mip_chains: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *mip_chain)).collect(),
             corners: ids,
         });
-        let center_z = (at[0].view[2] + at[1].view[2] + at[2].view[2]) / Wide::new(3.0);
+        let center_z = (at[0].view[2] + at[1].view[2] + at[2].view[2]) / DoubleDouble::new(3.0);
         let mut face = Face {
             corners,
             object: self.index,
@@ -355,12 +356,17 @@ impl<'a> ObjectView<'a> {
             is_degenerate,
             bounds,
         };
-        self.light_ahead(&mut face, polygon, places);
+        self.light_ahead(&mut face, polygon, vertices);
         Some(face)
     }
 
     /// Flat and Gouraud light once a face: at its centroid, or at its corners.
-    fn light_ahead(&self, face: &mut Face<'a>, polygon: &crate::scene::Polygon, places: &[Place]) {
+    fn light_ahead(
+        &self,
+        face: &mut Face<'a>,
+        polygon: &crate::scene::Polygon,
+        vertices: &[TransformedVertex],
+    ) {
         let mesh = &self.object.geometry.mesh;
         match face.shade {
             ShadeMode::Flat => {
@@ -370,7 +376,7 @@ impl<'a> ObjectView<'a> {
                 let mut center = DVec3::ZERO;
                 let mut color = DVec4::ZERO;
                 for c in &mesh.corners[run] {
-                    center += share * narrow3(places[c.position as usize].world);
+                    center += share * narrow3(vertices[c.position as usize].world);
                     color += share * if c.color == NONE { DVec4::ONE } else { mesh.colors[c.color as usize] };
                 }
                 face.flat_color = color;
@@ -387,7 +393,7 @@ impl<'a> ObjectView<'a> {
     }
 
     /// How far a snapped corner may lie elsewhere, in pixels: 0 unless a tie of the snapping is within f64's own error.
-    fn wobble(&self, clip: Wide4, slack: [f64; 4], screen: [Wide; 2]) -> f64 {
+    fn wobble(&self, clip: DoubleDouble4, slack: [f64; 4], screen: [DoubleDouble; 2]) -> f64 {
         let w = clip[3].to_f64();
         let scale = self.sight.pixels_per_ndc();
         (0..2)
@@ -402,14 +408,14 @@ impl<'a> ObjectView<'a> {
 }
 
 /// A position on its way to the screen.
-pub struct Place {
+pub struct TransformedVertex {
     /// World space.
-    pub world: Wide3,
-    view: Wide4,
+    pub world: DoubleDouble3,
+    view: DoubleDouble4,
     /// Clip space.
-    pub clip: Wide4,
+    pub clip: DoubleDouble4,
     /// What the plain f64 evaluation of each clip coordinate may be off by.
     slack: [f64; 4],
     /// Screen pixels, and how far a corner snapped here may lie elsewhere; `None` where w <= 0 to the accuracy of f64.
-    screen: Option<([Wide; 2], f64)>,
+    screen: Option<([DoubleDouble; 2], f64)>,
 }

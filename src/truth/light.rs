@@ -4,7 +4,7 @@
 //! H = (L+V)/|L+V| in place of R.V. The specular term only where N.L > 0. Colours are never clamped here.
 //! Where a decision turns (N.L = 0, a spot's edge, a light's radius, each within 1e-6) both answers are given.
 
-use super::camera::Viewer;
+use super::camera::ViewerPosition;
 use crate::math::matrix::unit;
 use crate::scene::{Attenuation, Light, LightKind, LightingModel, Material};
 use glam::DVec3;
@@ -17,22 +17,22 @@ const MAX_ANSWERS: usize = 8;
 
 /// One answer of the lighting equation: what a texture multiplies, and what it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lit {
+pub struct LitColor {
     /// The Ka and Kd terms (for an unlit material the emission).
-    pub base: DVec3,
+    pub diffuse_ambient: DVec3,
     /// The Ks and Ke terms.
-    pub extra: DVec3,
+    pub specular_emissive: DVec3,
 }
 
 /// The lights of one draw, as they reach one object.
 #[derive(Clone, Debug)]
-pub struct Lighting<'a> {
+pub struct ObjectLighting<'a> {
     /// Ia.
     pub ambient: DVec3,
     /// The lights that reach it.
     pub lights: Vec<&'a Light>,
     /// What V is.
-    pub viewer: Viewer,
+    pub viewer: ViewerPosition,
 }
 
 /// A factor with the answers that it may have: one, or both sides of a turn.
@@ -108,15 +108,22 @@ fn specular_cosine(model: LightingModel, n: DVec3, l: DVec3, v: DVec3) -> f64 {
 ///
 /// `p` is the world point, `n` its unit normal, `albedo` the vertex colour there (1 where there is none), which
 /// multiplies what a texture multiplies.
-pub fn light_point(m: &Material, albedo: DVec3, p: DVec3, n: DVec3, lighting: &Lighting) -> Vec<Lit> {
+pub fn light_point(
+    m: &Material,
+    albedo: DVec3,
+    p: DVec3,
+    n: DVec3,
+    lighting: &ObjectLighting,
+) -> Vec<LitColor> {
     if m.model == LightingModel::Unlit {
-        return vec![Lit { base: m.emissive * albedo, extra: DVec3::ZERO }];
+        return vec![LitColor { diffuse_ambient: m.emissive * albedo, specular_emissive: DVec3::ZERO }];
     }
     let v = match lighting.viewer {
-        Viewer::Eye(eye) => unit(eye - p).unwrap_or(DVec3::ZERO),
-        Viewer::Axis(axis) => axis,
+        ViewerPosition::Eye(eye) => unit(eye - p).unwrap_or(DVec3::ZERO),
+        ViewerPosition::Axis(axis) => axis,
     };
-    let mut answers = vec![Lit { base: m.ka * lighting.ambient, extra: m.emissive }];
+    let mut answers =
+        vec![LitColor { diffuse_ambient: m.ka * lighting.ambient, specular_emissive: m.emissive }];
     for light in &lighting.lights {
         let Some((l, factors)) = reach(light, p) else { continue };
         let n_dot_l = n.dot(l);
@@ -134,11 +141,16 @@ pub fn light_point(m: &Material, albedo: DVec3, p: DVec3, n: DVec3, lighting: &L
         }
         answers = answers
             .iter()
-            .flat_map(|a| options.iter().map(|o| Lit { base: a.base + o.0, extra: a.extra + o.1 }))
+            .flat_map(|a| {
+                options.iter().map(|o| LitColor {
+                    diffuse_ambient: a.diffuse_ambient + o.0,
+                    specular_emissive: a.specular_emissive + o.1,
+                })
+            })
             .collect();
     }
     for a in &mut answers {
-        a.base *= albedo;
+        a.diffuse_ambient *= albedo;
     }
     answers.dedup();
     answers
@@ -152,11 +164,11 @@ mod tests {
         Light { kind, color: DVec3::ONE, ambient: DVec3::ZERO, clamp_attenuation: false }
     }
 
-    fn one(m: &Material, n: DVec3, p: DVec3, lights: &[Light]) -> Vec<Lit> {
-        let lighting = Lighting {
+    fn one(m: &Material, n: DVec3, p: DVec3, lights: &[Light]) -> Vec<LitColor> {
+        let lighting = ObjectLighting {
             ambient: DVec3::ONE,
             lights: lights.iter().collect(),
-            viewer: Viewer::Eye(DVec3::new(0.0, 0.0, 5.0)),
+            viewer: ViewerPosition::Eye(DVec3::new(0.0, 0.0, 5.0)),
         };
         light_point(m, DVec3::ONE, p, n, &lighting)
     }
@@ -168,8 +180,8 @@ mod tests {
         let dir = light(LightKind::Directional { direction: DVec3::new(0.0, -0.6, -0.8) });
         let lit = one(&m, DVec3::Z, DVec3::ZERO, &[dir]);
         assert_eq!(lit.len(), 1);
-        assert!((lit[0].base - DVec3::splat(0.1 + 0.8 * 0.8)).length() < 1e-15);
-        assert!((lit[0].extra - DVec3::splat(0.5 * 0.64)).length() < 1e-15);
+        assert!((lit[0].diffuse_ambient - DVec3::splat(0.1 + 0.8 * 0.8)).length() < 1e-15);
+        assert!((lit[0].specular_emissive - DVec3::splat(0.5 * 0.64)).length() < 1e-15);
     }
 
     #[test]
@@ -177,11 +189,11 @@ mod tests {
         let a = Attenuation { c: 0.0, l: 0.0, q: 1.0 };
         let at = light(LightKind::Point { position: DVec3::ZERO, attenuation: a, radius: f64::INFINITY });
         let m = Material { ks: DVec3::ONE, n: 0.0, ..Material::default() };
-        assert_eq!(one(&m, DVec3::Z, DVec3::ZERO, &[at])[0].base, DVec3::ZERO);
+        assert_eq!(one(&m, DVec3::Z, DVec3::ZERO, &[at])[0].diffuse_ambient, DVec3::ZERO);
         // R.V < 0 but N.L > 0: the power 0 of 0 counts as 1.
         let low = light(LightKind::Directional { direction: DVec3::new(-1.0, 0.0, -0.1) });
         let eye_side = one(&m, DVec3::Z, DVec3::new(9.0, 0.0, 4.9), &[low]);
-        assert_eq!(eye_side[0].extra, DVec3::ONE);
+        assert_eq!(eye_side[0].specular_emissive, DVec3::ONE);
     }
 
     #[test]
@@ -190,7 +202,7 @@ mod tests {
         let grazing = light(LightKind::Directional { direction: DVec3::new(0.0, -1.0, -1e-8) });
         let answers = one(&m, DVec3::Z, DVec3::new(0.0, 1.0, 0.0), &[grazing]);
         assert_eq!(answers.len(), 2);
-        assert!(answers[0].extra != answers[1].extra);
+        assert!(answers[0].specular_emissive != answers[1].specular_emissive);
         let spot = light(LightKind::Spot {
             position: DVec3::Z,
             direction: -DVec3::Z,

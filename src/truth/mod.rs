@@ -5,7 +5,7 @@
 //! everywhere that is one answer; where the exact decision turns (see [`fragment`](self) below) it holds both sides.
 //!
 //! How it differs from the pipeline, so that an error has to be made twice to stay unseen: nothing is shared with it but
-//! the scene's data types; matrices, planes, depths and texture coordinates are worked with 32 digits ([`Wide`]), pixel by
+//! the scene's data types; matrices, planes, depths and texture coordinates are worked with 32 digits ([`DoubleDouble`]), pixel by
 //! pixel, from homogeneous coordinates (a face through the eye plane needs no cutting); coverage asks each pixel's centre
 //! by itself in whole numbers. It is slow: for pictures of some 10^4 pixels and scenes of some 10^3 faces.
 //!
@@ -17,28 +17,28 @@
 mod camera;
 pub mod compare;
 mod coverage;
+mod double_double;
 mod face;
 mod fragment;
-mod hard;
+mod hard_cases;
 mod light;
+mod lines;
 pub mod metrics;
 mod normals;
 mod picture;
+mod pixel_mask;
 mod render;
 pub mod scenes;
 mod sky;
-mod strokes;
 mod texture;
-mod wanted;
-mod wide;
 
-pub use camera::{Sight, Viewer};
-pub use compare::{Report, compare};
+pub use camera::{Sight, ViewerPosition};
+pub use compare::{Comparison, compare};
 pub use coverage::{Coverage, Outline};
-pub use hard::hard_cases;
-pub use picture::{FaceKey, FaceRecord, State, TruthPicture, byte, ulp_f32};
+pub use double_double::DoubleDouble;
+pub use hard_cases::hard_cases;
+pub use picture::{FaceKey, FaceRecord, PixelState, TruthPicture, byte, ulp_f32};
 pub use render::{Settings, Transparency, render, render_pixels};
-pub use wide::Wide;
 
 #[cfg(test)]
 mod golden;

@@ -4,8 +4,8 @@
 //! states are merged. A pixel whose list grows past `MAX_STATES` is free: it is counted, and accepts anything.
 
 use super::coverage::Coverage;
-use super::fragment::{Fragment, Tone};
-use super::wide::{Wide, Wide4};
+use super::double_double::{DoubleDouble, DoubleDouble4};
+use super::fragment::{ColorRange, Fragment};
 use crate::memory::{DepthFormat, Rgba};
 use glam::DVec3;
 
@@ -25,12 +25,12 @@ pub struct FaceRecord {
     /// Number of the triangle in its object, in file order.
     pub triangle: u32,
     /// Clip positions in an order that does not depend on the first corner or on the winding.
-    positions: [Wide4; 3],
+    positions: [DoubleDouble4; 3],
 }
 
 /// One right answer for a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct PixelState {
     /// Least bytes.
     pub lo: [u8; 3],
     /// Largest bytes.
@@ -38,7 +38,7 @@ pub struct State {
     /// Colour before it became bytes: the least and the largest, unclamped.
     pub real: [DVec3; 2],
     /// Depth in 0..=1: the least and the largest.
-    pub z: [Wide; 2],
+    pub z: [DoubleDouble; 2],
     /// The face whose depth this is.
     pub depth_owner: Option<FaceKey>,
     /// The face that was drawn last.
@@ -54,8 +54,8 @@ pub struct TruthPicture {
     height: u32,
     format: DepthFormat,
     /// The one answer of the pixels that nothing has touched: those whose list is empty.
-    blank: State,
-    states: Vec<Vec<State>>,
+    blank: PixelState,
+    states: Vec<Vec<PixelState>>,
     free: Vec<bool>,
     faces: Vec<FaceRecord>,
 }
@@ -99,11 +99,11 @@ impl TruthPicture {
     /// A cleared picture: opaque black, depth 1.
     pub fn new(width: u32, height: u32, format: DepthFormat) -> TruthPicture {
         let pixels = width as usize * height as usize;
-        let blank = State {
+        let blank = PixelState {
             lo: [0; 3],
             hi: [0; 3],
             real: [DVec3::ZERO; 2],
-            z: [Wide::ONE; 2],
+            z: [DoubleDouble::ONE; 2],
             depth_owner: None,
             drawn: None,
             is_textured: false,
@@ -138,12 +138,12 @@ impl TruthPicture {
     ///
     /// # Panics
     /// Off the picture.
-    pub fn states(&self, x: u32, y: u32) -> &[State] {
+    pub fn states(&self, x: u32, y: u32) -> &[PixelState] {
         assert!(x < self.width && y < self.height, "({x},{y}) is off the picture");
         self.states_at((self.width * y + x) as usize)
     }
 
-    fn states_at(&self, index: usize) -> &[State] {
+    fn states_at(&self, index: usize) -> &[PixelState] {
         match &self.states[index][..] {
             [] => std::slice::from_ref(&self.blank),
             some => some,
@@ -151,7 +151,7 @@ impl TruthPicture {
     }
 
     /// Each pixel's first answer.
-    fn firsts(&self) -> impl Iterator<Item = &State> {
+    fn firsts(&self) -> impl Iterator<Item = &PixelState> {
         self.states.iter().map(|s| s.first().unwrap_or(&self.blank))
     }
 
@@ -184,7 +184,8 @@ impl TruthPicture {
     pub fn clear(&mut self, color: Rgba) {
         let rgb = [color[0], color[1], color[2]];
         let real = DVec3::from_array(rgb.map(|c| c as f64 / 255.0));
-        self.blank = State { z: [Wide::ONE; 2], depth_owner: None, ..painted(&self.blank, real) };
+        self.blank =
+            PixelState { z: [DoubleDouble::ONE; 2], depth_owner: None, ..painted(&self.blank, real) };
         self.states.iter_mut().for_each(Vec::clear);
         self.free.fill(false);
     }
@@ -192,20 +193,20 @@ impl TruthPicture {
     /// A colour over the pixels of x0..x1, y0..y1 that exist; depth stays.
     pub fn paint(&mut self, [x0, x1, y0, y1]: [i64; 4], color: DVec3) {
         let (width, height) = (self.width as i64, self.height as i64);
-        let is_whole = x0 <= 0 && y0 <= 0 && x1 >= width && y1 >= height;
+        let covers_frame = x0 <= 0 && y0 <= 0 && x1 >= width && y1 >= height;
         for y in y0.max(0)..y1.min(height) {
             for x in x0.max(0)..x1.min(width) {
                 let at = (width * y + x) as usize;
                 self.free[at] = false;
                 let states = &mut self.states[at];
-                if states.is_empty() && !is_whole {
+                if states.is_empty() && !covers_frame {
                     states.push(self.blank);
                 }
                 states.iter_mut().for_each(|s| *s = painted(s, color));
                 merge(states);
             }
         }
-        if is_whole {
+        if covers_frame {
             self.blank = painted(&self.blank, color);
         }
     }
@@ -226,7 +227,7 @@ impl TruthPicture {
     }
 
     /// Remembers a face; layers name it by the key.
-    pub fn register(&mut self, name: &str, object: u32, triangle: u32, clip: [Wide4; 3]) -> FaceKey {
+    pub fn register(&mut self, name: &str, object: u32, triangle: u32, clip: [DoubleDouble4; 3]) -> FaceKey {
         let mut positions = clip;
         positions.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         self.faces.push(FaceRecord { name: name.to_owned(), object, triangle, positions });
@@ -253,7 +254,7 @@ impl TruthPicture {
     }
 
     /// One layer over each state: kept, replaced, or both.
-    fn put(&self, layer: &Layer, states: &[State]) -> Vec<State> {
+    fn put(&self, layer: &Layer, states: &[PixelState]) -> Vec<PixelState> {
         let mut after = Vec::new();
         for state in states {
             let passes = match layer.depth_use {
@@ -262,7 +263,7 @@ impl TruthPicture {
             }
             .min(layer.fragment.presence);
             if passes != Coverage::No {
-                after.extend(layer.fragment.tones.iter().map(|tone| draw_over(layer, tone, state)));
+                after.extend(layer.fragment.colors.iter().map(|range| draw_over(layer, range, state)));
             }
             if passes != Coverage::Yes {
                 after.push(*state);
@@ -273,7 +274,7 @@ impl TruthPicture {
     }
 
     /// Whether what the fragment would store is strictly nearer than what is stored.
-    fn is_nearer(&self, layer: &Layer, state: &State) -> Coverage {
+    fn is_nearer(&self, layer: &Layer, state: &PixelState) -> Coverage {
         let z = layer.fragment.z;
         if let Some(owner) = state.depth_owner
             && self.is_same_depth(layer.face, owner)
@@ -288,7 +289,7 @@ impl TruthPicture {
             }
             DepthFormat::F32 | DepthFormat::Reversed => {
                 // Nothing passes against the cleared depth at z = 1 exactly.
-                let one = Wide::ONE;
+                let one = DoubleDouble::ONE;
                 if z[0] >= one {
                     return Coverage::No;
                 }
@@ -297,7 +298,7 @@ impl TruthPicture {
                     DepthFormat::Reversed => 2.0 * ulp_f32((one - state.z[0].min(z[0])).to_f64()),
                     _ => 2.0 * ulp_f32(far_end.to_f64()),
                 };
-                let turn = Wide::new(turn);
+                let turn = DoubleDouble::new(turn);
                 decide(z[1] + turn < state.z[0], z[0] > state.z[1] + turn)
             }
         }
@@ -306,7 +307,7 @@ impl TruthPicture {
     /// Whether two faces have equal depths for certain: the same positions, or one constant depth.
     fn is_same_depth(&self, a: FaceKey, b: FaceKey) -> bool {
         let (a, b) = (&self.faces[a as usize].positions, &self.faces[b as usize].positions);
-        let level = |p: &[Wide4; 3]| p.iter().all(|q| q[2] == p[0][2] && q[3] == p[0][3]);
+        let level = |p: &[DoubleDouble4; 3]| p.iter().all(|q| q[2] == p[0][2] && q[3] == p[0][3]);
         a == b || (level(a) && level(b) && a[0][2] == b[0][2] && a[0][3] == b[0][3])
     }
 }
@@ -330,7 +331,7 @@ pub trait StoredDepth {
     /// The largest word of an integer format as a number.
     fn steps(self) -> Option<f64>;
     /// The least and largest word that may be stored for depths z[0]..z[1]: within 0.501 of a step.
-    fn words_around(self, z: [Wide; 2]) -> [u64; 2];
+    fn words_around(self, z: [DoubleDouble; 2]) -> [u64; 2];
 }
 
 impl StoredDepth for DepthFormat {
@@ -343,34 +344,34 @@ impl StoredDepth for DepthFormat {
         }
     }
 
-    fn words_around(self, z: [Wide; 2]) -> [u64; 2] {
+    fn words_around(self, z: [DoubleDouble; 2]) -> [u64; 2] {
         let steps = self.steps().unwrap_or(0.0);
         // w is right when |w - steps z| <= 0.501.
-        let [lo, hi] = z.map(|z| z.max(Wide::ZERO).min(Wide::ONE) * Wide::new(steps));
-        let least = (lo - Wide::new(0.501)).to_f64().ceil().max(0.0);
-        let largest = (hi + Wide::new(0.501)).to_f64().floor().min(steps);
+        let [lo, hi] = z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE) * DoubleDouble::new(steps));
+        let least = (lo - DoubleDouble::new(0.501)).to_f64().ceil().max(0.0);
+        let largest = (hi + DoubleDouble::new(0.501)).to_f64().floor().min(steps);
         [least as u64, largest as u64]
     }
 }
 
 /// The state under a colour that is no face's.
-fn painted(state: &State, color: DVec3) -> State {
+fn painted(state: &PixelState, color: DVec3) -> PixelState {
     let rgb = bytes(color);
-    State { lo: rgb, hi: rgb, real: [color; 2], drawn: None, is_textured: false, ..*state }
+    PixelState { lo: rgb, hi: rgb, real: [color; 2], drawn: None, is_textured: false, ..*state }
 }
 
 /// The state after a tone is drawn over it: new = old t + rgb (1 - t) on bytes, or the colour alone.
-fn draw_over(layer: &Layer, tone: &Tone, state: &State) -> State {
+fn draw_over(layer: &Layer, range: &ColorRange, state: &PixelState) -> PixelState {
     let real = if layer.is_transparent {
         let old = |b: [u8; 3]| DVec3::from_array(b.map(|c| c as f64 / 255.0));
         let mix = |old: DVec3, new: DVec3, alpha: f64| old * (1.0 - alpha) + new * alpha;
-        let ends = tone.alpha.map(|a| [mix(old(state.lo), tone.lo, a), mix(old(state.hi), tone.hi, a)]);
+        let ends = range.alpha.map(|a| [mix(old(state.lo), range.lo, a), mix(old(state.hi), range.hi, a)]);
         [ends[0][0].min(ends[1][0]), ends[0][1].max(ends[1][1])]
     } else {
-        [tone.lo, tone.hi]
+        [range.lo, range.hi]
     };
     let writes = layer.depth_use == DepthUse::TestAndWrite;
-    State {
+    PixelState {
         lo: bytes(real[0]),
         hi: bytes(real[1]),
         real,
@@ -382,8 +383,8 @@ fn draw_over(layer: &Layer, tone: &Tone, state: &State) -> State {
 }
 
 /// Leaves one of each state, in order.
-fn merge(states: &mut Vec<State>) {
-    let mut kept: Vec<State> = Vec::with_capacity(states.len());
+fn merge(states: &mut Vec<PixelState>) {
+    let mut kept: Vec<PixelState> = Vec::with_capacity(states.len());
     for s in states.drain(..) {
         if !kept.contains(&s) {
             kept.push(s);

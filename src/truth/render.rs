@@ -2,14 +2,14 @@
 
 use super::camera::Sight;
 use super::coverage::Coverage;
+use super::double_double::DoubleDouble;
 use super::face::{Face, ObjectView};
-use super::fragment::Lens;
-use super::light::Lighting;
+use super::fragment::FragmentContext;
+use super::light::ObjectLighting;
+use super::lines::line_pixels_of;
 use super::picture::{DepthUse, FaceKey, Layer, TruthPicture};
-use super::strokes::dots;
-use super::texture::Pyramid;
-use super::wanted::Wanted;
-use super::wide::Wide;
+use super::pixel_mask::PixelMask;
+use super::texture::MipChain;
 use crate::memory::DepthFormat;
 use crate::scene::{
     CameraError, Cull, HiddenSurface, Interpolation, Scene, ShadeMode, Texture, TransparencyOrder, Viewport,
@@ -102,8 +102,8 @@ impl TruthPicture {
         pixels: Option<&[[u32; 2]]>,
     ) -> Result<(), CameraError> {
         let (width, height) = (self.width(), self.height());
-        let whole = Viewport { x: 0, y: 0, width, height, rule: ViewportRule::Corners };
-        let viewport = settings.viewport.unwrap_or(whole);
+        let full_frame = Viewport { x: 0, y: 0, width, height, rule: ViewportRule::Corners };
+        let viewport = settings.viewport.unwrap_or(full_frame);
         let sight = Sight::new(&scene.camera.unwrap_or_default(), &viewport)?;
         let clip = [
             (viewport.x as i64).max(0),
@@ -119,12 +119,13 @@ impl TruthPicture {
         if clip[0] >= clip[1] || clip[2] >= clip[3] {
             return Ok(());
         }
-        let lens = Lens { sight: &sight, interpolation: settings.interpolation, fog: scene.fog };
-        let wanted = match pixels {
-            None => Wanted::all(clip),
-            Some(pixels) => Wanted::some(clip, [width, height], pixels),
+        let context =
+            FragmentContext { sight: &sight, interpolation: settings.interpolation, fog: scene.fog };
+        let mask = match pixels {
+            None => PixelMask::all(clip),
+            Some(pixels) => PixelMask::some(clip, [width, height], pixels),
         };
-        let (faces, keys, strokes) = self.faces_in_order(scene, settings, &lens, &wanted);
+        let (faces, keys, line_pixels) = self.faces_in_order(scene, settings, &context, &mask);
         let mut rows = vec![Vec::new(); (clip[3] - clip[2]) as usize];
         for (i, face) in faces.iter().enumerate() {
             for y in face.bounds[2]..face.bounds[3] {
@@ -132,7 +133,7 @@ impl TruthPicture {
             }
         }
         for (y, row) in (clip[2]..).zip(&rows) {
-            for x in (clip[0]..clip[1]).filter(|&x| wanted.has(x, y)) {
+            for x in (clip[0]..clip[1]).filter(|&x| mask.has(x, y)) {
                 let ndc = sight.ndc_of_pixel(x, y);
                 let mut ranked = Vec::new();
                 for &i in row.iter().filter(|&&i| (faces[i].bounds[0]..faces[i].bounds[1]).contains(&x)) {
@@ -140,7 +141,7 @@ impl TruthPicture {
                     if coverage == Coverage::No {
                         continue;
                     }
-                    if let Some(fragment) = lens.fragment(&faces[i], x, y, coverage) {
+                    if let Some(fragment) = context.fragment(&faces[i], x, y, coverage) {
                         let layer = Layer {
                             fragment,
                             face: keys[i],
@@ -152,8 +153,8 @@ impl TruthPicture {
                         ranked.push((rank, (sort_key(settings, &faces[i]), layer)));
                     }
                 }
-                for (object, layer) in strokes.get(&[x, y]).into_iter().flatten() {
-                    ranked.push((stroke_rank(settings, *object), (None, layer.clone())));
+                for (object, layer) in line_pixels.get(&[x, y]).into_iter().flatten() {
+                    ranked.push((line_rank(settings, *object), (None, layer.clone())));
                 }
                 // Stable: faces keep their order among themselves, and strokes theirs.
                 ranked.sort_by_key(|r| r.0);
@@ -171,14 +172,14 @@ impl TruthPicture {
         &mut self,
         scene: &'a Scene,
         settings: &'a Settings,
-        lens: &Lens<'a>,
-        wanted: &Wanted,
-    ) -> (Vec<Face<'a>>, Vec<FaceKey>, Strokes) {
-        let sight = lens.sight;
-        let mut strokes = Strokes::new();
-        let mut pyramids: HashMap<*const Texture, Rc<Pyramid>> = HashMap::new();
-        let mut pyramid = |t: &'a Texture| {
-            pyramids.entry(std::ptr::from_ref(t)).or_insert_with(|| Rc::new(Pyramid::new(t))).clone()
+        context: &FragmentContext<'a>,
+        mask: &PixelMask,
+    ) -> (Vec<Face<'a>>, Vec<FaceKey>, LinePixels) {
+        let sight = context.sight;
+        let mut line_pixels = LinePixels::new();
+        let mut mip_chains: HashMap<*const Texture, Rc<MipChain>> = HashMap::new();
+        let mut mip_chain = |t: &'a Texture| {
+            mip_chains.entry(std::ptr::from_ref(t)).or_insert_with(|| Rc::new(MipChain::new(t))).clone()
         };
         let mut faces = Vec::new();
         for (index, object) in scene.objects.iter().enumerate() {
@@ -186,33 +187,34 @@ impl TruthPicture {
                 None => scene.lights.iter().collect(),
                 Some(some) => some.iter().filter_map(|&i| scene.lights.get(i as usize)).collect(),
             };
-            let lighting = Rc::new(Lighting { ambient: scene.ambient, lights, viewer: sight.viewer });
+            let lighting = Rc::new(ObjectLighting { ambient: scene.ambient, lights, viewer: sight.viewer });
             let view = ObjectView { index: index as u32, object, sight, settings, lighting };
             let mesh = &object.geometry.mesh;
             let is_wire = object.shade.unwrap_or(settings.shade) == ShadeMode::Wire;
             // A wireframe's edges ask which faces are seen at all.
-            let everywhere = Wanted::all(wanted.clip);
-            let own = view.faces(if is_wire { &everywhere } else { wanted }, &mut pyramid);
+            let everywhere = PixelMask::all(mask.clip);
+            let own = view.faces(if is_wire { &everywhere } else { mask }, &mut mip_chain);
             if is_wire || !mesh.lines.is_empty() || !mesh.points.is_empty() {
                 let seen: HashSet<u32> = own.iter().map(|f| f.triangle).collect();
-                for dot in dots(&view, lens, wanted.clip, &seen, is_wire) {
+                for pixel in line_pixels_of(&view, context, mask.clip, &seen, is_wire) {
                     // Never of one depth with a face: its place among them is not theirs.
-                    let aside = [Wide::ZERO, Wide::ZERO, -Wide::ONE, Wide::new(-7.0)];
+                    let aside =
+                        [DoubleDouble::ZERO, DoubleDouble::ZERO, -DoubleDouble::ONE, DoubleDouble::new(-7.0)];
                     let face =
-                        self.register(&object.name, index as u32, 0, [dot.clip[0], dot.clip[1], aside]);
-                    let depth_use = match (settings.hide, dot.is_transparent) {
+                        self.register(&object.name, index as u32, 0, [pixel.clip[0], pixel.clip[1], aside]);
+                    let depth_use = match (settings.hide, pixel.is_transparent) {
                         (HiddenSurface::ZBuffer, true) => DepthUse::Test,
                         (HiddenSurface::ZBuffer, false) => DepthUse::TestAndWrite,
                         _ => DepthUse::Ignore,
                     };
                     let layer = Layer {
-                        fragment: dot.fragment,
+                        fragment: pixel.fragment,
                         face,
                         depth_use,
-                        is_transparent: dot.is_transparent,
+                        is_transparent: pixel.is_transparent,
                         is_textured: false,
                     };
-                    strokes.entry([dot.x, dot.y]).or_default().push((index as u32, layer));
+                    line_pixels.entry([pixel.x, pixel.y]).or_default().push((index as u32, layer));
                 }
             }
             if !is_wire {
@@ -234,12 +236,12 @@ impl TruthPicture {
                 self.register(name, f.object, f.triangle, [0, 1, 2].map(|i| f.corners[i].clip))
             })
             .collect();
-        (faces, keys, strokes)
+        (faces, keys, line_pixels)
     }
 }
 
 /// Layers of lines and points by pixel, with their object's number, in drawing order.
-type Strokes = HashMap<[i64; 2], Vec<(u32, Layer)>>;
+type LinePixels = HashMap<[i64; 2], Vec<(u32, Layer)>>;
 
 /// Where a face stands among lines and points: late, then by object.
 fn face_rank(settings: &Settings, face: &Face) -> (bool, u32, bool) {
@@ -252,7 +254,7 @@ fn face_rank(settings: &Settings, face: &Face) -> (bool, u32, bool) {
 }
 
 /// An object's lines and points follow its opaque faces; the painter's follow those of all objects.
-fn stroke_rank(settings: &Settings, object: u32) -> (bool, u32, bool) {
+fn line_rank(settings: &Settings, object: u32) -> (bool, u32, bool) {
     match settings.transparency {
         Transparency::AfterOpaque(_) if settings.hide == HiddenSurface::Painter => {
             (false, object.saturating_add(1), true)
@@ -267,7 +269,7 @@ struct SortKey {
     /// The draw that it belongs to: draws keep their order.
     draw: u32,
     /// View z of its centre, far (small) first.
-    center_z: Wide,
+    center_z: DoubleDouble,
 }
 
 fn sort_key(settings: &Settings, face: &Face) -> Option<SortKey> {

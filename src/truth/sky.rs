@@ -5,8 +5,8 @@
 //! one, and the transpose of the view's rotation turns it into the world.
 
 use super::camera::Sight;
+use super::double_double::DoubleDouble;
 use super::picture::TruthPicture;
-use super::wide::Wide;
 use crate::scene::Sky;
 use glam::DVec3;
 
@@ -14,18 +14,20 @@ use glam::DVec3;
 fn ray(sight: &Sight, x: i64, y: i64) -> DVec3 {
     let [a, b] = sight.ndc_of_pixel(x, y);
     let r = &sight.projection;
-    let row = |k: usize, ndc: Wide| -> [Wide; 4] { std::array::from_fn(|c| r[k][c] - ndc * r[3][c]) };
+    let row = |k: usize, ndc: DoubleDouble| -> [DoubleDouble; 4] {
+        std::array::from_fn(|c| r[k][c] - ndc * r[3][c])
+    };
     let (first, second) = (row(0, a), row(1, b));
-    let at = |z: Wide| {
+    let at = |z: DoubleDouble| {
         let (p, q) = (first[2] * z + first[3], second[2] * z + second[3]);
         let determinant = first[0] * second[1] - first[1] * second[0];
         let x = (first[1] * q - second[1] * p) / determinant;
         let y = (second[0] * p - first[0] * q) / determinant;
         [x, y, z]
     };
-    let (near, far) = (at(-Wide::ONE), at(-Wide::new(2.0)));
-    let along: [Wide; 3] = std::array::from_fn(|c| far[c] - near[c]);
-    let world = |c: usize| (0..3).fold(Wide::ZERO, |sum, k| sum + sight.view[k][c] * along[k]);
+    let (near, far) = (at(-DoubleDouble::ONE), at(-DoubleDouble::new(2.0)));
+    let along: [DoubleDouble; 3] = std::array::from_fn(|c| far[c] - near[c]);
+    let world = |c: usize| (0..3).fold(DoubleDouble::ZERO, |sum, k| sum + sight.view[k][c] * along[k]);
     DVec3::new(world(0).to_f64(), world(1).to_f64(), world(2).to_f64())
 }
 

@@ -15,12 +15,12 @@ pub type Texel = [f64; 4];
 
 /// A texture's levels in f64, none of them rounded.
 #[derive(Clone, Debug)]
-pub struct Pyramid {
-    levels: Vec<Level>,
+pub struct MipChain {
+    levels: Vec<MipLevel>,
 }
 
 #[derive(Clone, Debug)]
-struct Level {
+struct MipLevel {
     width: usize,
     height: usize,
     texels: Vec<Texel>,
@@ -28,24 +28,24 @@ struct Level {
 
 /// How far u and v move from a pixel to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Footprint {
+pub enum UvFootprint {
     /// (du, dv) to (x+1, y) and to (x, y+1).
     Steps([[f64; 2]; 2]),
     /// One of the two lies beyond the horizon.
     AcrossHorizon,
 }
 
-impl Pyramid {
+impl MipChain {
     /// All levels of a texture: level k+1's texel i is the mean of level k's 2i and 2i+1, both ways.
-    pub fn new(texture: &Texture) -> Pyramid {
+    pub fn new(texture: &Texture) -> MipChain {
         let (width, height) = (texture.width() as usize, texture.height() as usize);
         let texels =
             texture.bytes().chunks_exact(4).map(|t| std::array::from_fn(|c| t[c] as f64 / 255.0)).collect();
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![MipLevel { width, height, texels }];
         loop {
             let last = &levels[levels.len() - 1];
             if last.width == 1 && last.height == 1 {
-                return Pyramid { levels };
+                return MipChain { levels };
             }
             let (width, height) = ((last.width / 2).max(1), (last.height / 2).max(1));
             let mut texels = Vec::with_capacity(width * height);
@@ -57,12 +57,12 @@ impl Pyramid {
                     texels.push(std::array::from_fn(|c| four.iter().map(|t| t[c]).sum::<f64>() / 4.0));
                 }
             }
-            levels.push(Level { width, height, texels });
+            levels.push(MipLevel { width, height, texels });
         }
     }
 
     /// Every right answer of a look-up at (u, v).
-    pub fn sample(&self, sampling: Sampling, uv: [f64; 2], footprint: Footprint) -> Vec<Texel> {
+    pub fn sample(&self, sampling: Sampling, uv: [f64; 2], footprint: UvFootprint) -> Vec<Texel> {
         match sampling.filter {
             Filter::Nearest => self.levels[0].nearest(sampling, uv),
             Filter::Bilinear => vec![self.levels[0].bilinear(sampling, uv)],
@@ -84,15 +84,15 @@ impl Pyramid {
     }
 
     /// D = log2 of the longer footprint in texels of level 0.
-    pub fn level_of(&self, footprint: Footprint) -> f64 {
-        let Footprint::Steps(steps) = footprint else { return f64::INFINITY };
+    pub fn level_of(&self, footprint: UvFootprint) -> f64 {
+        let UvFootprint::Steps(steps) = footprint else { return f64::INFINITY };
         let (w, h) = (self.levels[0].width as f64, self.levels[0].height as f64);
         let length = |[du, dv]: [f64; 2]| ((du * w) * (du * w) + (dv * h) * (dv * h)).sqrt();
         libm::log2(length(steps[0]).max(length(steps[1])))
     }
 
     /// The level nearest to number `k` of those that exist.
-    fn clamped(&self, k: f64) -> &Level {
+    fn clamped(&self, k: f64) -> &MipLevel {
         &self.levels[k.clamp(0.0, (self.levels.len() - 1) as f64) as usize]
     }
 }
@@ -106,7 +106,7 @@ fn wrap(i: f64, size: usize, rule: Wrap) -> usize {
     }
 }
 
-impl Level {
+impl MipLevel {
     /// Texel (i, j) counted from the lower left.
     fn texel(&self, i: f64, j: f64, rules: Sampling) -> Texel {
         let x = wrap(i, self.width, rules.wrap_s);
@@ -141,12 +141,12 @@ mod tests {
     use super::*;
 
     /// 2 x 2: red above blue on the left, green above white on the right.
-    fn quarters() -> Pyramid {
+    fn quarters() -> MipChain {
         let bytes = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255]].concat();
-        Pyramid::new(&Texture::new(2, 2, bytes).unwrap())
+        MipChain::new(&Texture::new(2, 2, bytes).unwrap())
     }
 
-    const STILL: Footprint = Footprint::Steps([[0.0; 2]; 2]);
+    const STILL: UvFootprint = UvFootprint::Steps([[0.0; 2]; 2]);
 
     #[test]
     fn the_origin_is_the_lower_left_corner() {
@@ -170,11 +170,11 @@ mod tests {
     #[test]
     fn levels_follow_the_footprint() {
         let p = quarters();
-        assert_eq!(p.level_of(Footprint::Steps([[1.0, 0.0], [0.0, 0.5]])), 1.0);
+        assert_eq!(p.level_of(UvFootprint::Steps([[1.0, 0.0], [0.0, 0.5]])), 1.0);
         let mip = Sampling { filter: Filter::Mipmap, ..Sampling::default() };
-        assert_eq!(p.sample(mip, [0.1, 0.1], Footprint::AcrossHorizon), [[0.5, 0.5, 0.5, 1.0]]);
+        assert_eq!(p.sample(mip, [0.1, 0.1], UvFootprint::AcrossHorizon), [[0.5, 0.5, 0.5, 1.0]]);
         // D = 0.5 exactly: level 0 or 1.
-        let turn = Footprint::Steps([[2f64.sqrt() / 2.0, 0.0], [0.0, 0.0]]);
+        let turn = UvFootprint::Steps([[2f64.sqrt() / 2.0, 0.0], [0.0, 0.0]]);
         assert_eq!(p.sample(mip, [0.25, 0.25], turn).len(), 2);
         let tri = Sampling { filter: Filter::Trilinear, ..Sampling::default() };
         let mixed = p.sample(tri, [0.25, 0.75], turn)[0];

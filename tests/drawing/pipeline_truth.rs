@@ -4,12 +4,12 @@
 
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{self, DrawCall, SceneOptions, Target};
-use fbptr::truth::compare::{Report, compare};
+use fbptr::truth::compare::{Comparison, compare};
 use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{Transparency, TruthPicture};
 
 /// What the pipeline draws of a case, compared with what the truth says of it; and how many pixels something was drawn to.
-fn held_to_truth(case: &Case) -> (Report, u64) {
+fn held_to_truth(case: &Case) -> (Comparison, u64) {
     let (width, height, s) = (case.width, case.height, &case.settings);
     let mut truth = TruthPicture::new(width, height, case.format);
     let mut memory = VideoMemory::new(width, height).unwrap();

@@ -3,7 +3,7 @@
 mod pictures;
 mod views;
 
-use super::wide::{Wide, Wide4};
+use super::double_double::{DoubleDouble, DoubleDouble4};
 use crate::scene::{LookAt, Viewport, ViewportRule};
 use glam::DVec3;
 use serde_json::Value;
@@ -37,13 +37,13 @@ fn all_near(found: &[f64], expected: &Value, tolerance: f64) {
     found.iter().zip(expected).for_each(|(f, e)| near(*f, e, tolerance));
 }
 
-fn point4(v: &Value) -> Wide4 {
+fn point4(v: &Value) -> DoubleDouble4 {
     let n = numbers(v);
-    [n[0], n[1], n[2], n.get(3).copied().unwrap_or(1.0)].map(Wide::new)
+    [n[0], n[1], n[2], n.get(3).copied().unwrap_or(1.0)].map(DoubleDouble::new)
 }
 
-fn narrow(p: Wide4) -> [f64; 4] {
-    p.map(Wide::to_f64)
+fn narrow(p: DoubleDouble4) -> [f64; 4] {
+    p.map(DoubleDouble::to_f64)
 }
 
 fn corners_viewport(width: u32, height: u32) -> Viewport {

@@ -6,7 +6,7 @@ use crate::scene::{
     Camera, Corner, Cull, Geometry, Light, LightKind, LightingModel, Material, Mesh, NONE, Object,
     Projection, Scene, Texture,
 };
-use crate::truth::texture::{Footprint, Pyramid};
+use crate::truth::texture::{MipChain, UvFootprint};
 use crate::truth::{Settings, TruthPicture, render};
 use glam::{DMat4, DVec4};
 use std::sync::Arc;
@@ -150,7 +150,7 @@ fn the_mip_level_of_003() {
     let texture = Texture::new(size, size, vec![255; (size * size * 4) as usize]).unwrap();
     let uv = |k: &str| numbers(&e["uv"][k]);
     let step = |k: &str| [0, 1].map(|i| uv(k)[i] - uv("p00")[i]);
-    let d = Pyramid::new(&texture).level_of(Footprint::Steps([step("p10"), step("p01")]));
+    let d = MipChain::new(&texture).level_of(UvFootprint::Steps([step("p10"), step("p01")]));
     near(d, &e["D"], 1e-12);
     // And through a whole render: u goes to red, v to green, level 2 of a ramp of 32 texels.
     let ramp: Vec<u8> =
@@ -165,7 +165,7 @@ fn the_mip_level_of_003() {
     let picture = render(&scene, 64, 64, DepthFormat::F32, &Settings::default()).unwrap();
     let states = picture.states(28, 22);
     assert_eq!(states.len(), 1);
-    // Level 2 has 8 texels of mean 12 + 32 k; u = 0.247 lies between the centres of texels 1 and 2 (bilinear).
+    // MipLevel 2 has 8 texels of mean 12 + 32 k; u = 0.247 lies between the centres of texels 1 and 2 (bilinear).
     let at = |t: f64| (12.0 + 32.0 * (t * 8.0 - 0.5)) / 255.0;
     let u = uv("p00");
     near(states[0].real[0].x, &Value::from(at(u[0])), 1e-12);
@@ -192,14 +192,14 @@ fn lighting_of_x3d() {
             ambient: vector(&i["Il"]) * n("Iia"),
             clamp_attenuation: true,
         };
-        let lighting = crate::truth::light::Lighting {
+        let lighting = crate::truth::light::ObjectLighting {
             ambient: DVec3::ZERO,
             lights: vec![&light],
-            viewer: crate::truth::Viewer::Axis(vector(&i["Vv"])),
+            viewer: crate::truth::ViewerPosition::Axis(vector(&i["Vv"])),
         };
         let lit =
             crate::truth::light::light_point(&material, DVec3::ONE, DVec3::ZERO, vector(&i["N"]), &lighting);
         assert_eq!(lit.len(), 1, "{}", case["name"]);
-        all_near(&(lit[0].base + lit[0].extra).to_array(), &case["colour"], 1e-12);
+        all_near(&(lit[0].diffuse_ambient + lit[0].specular_emissive).to_array(), &case["colour"], 1e-12);
     }
 }

@@ -29,10 +29,15 @@ fn view_plane_distance_of_001() {
         let (sin, cos) = libm::sincos(number(&i["model_rotation_y"]));
         for p in case["points"].as_array().unwrap() {
             let o = numbers(&p["object"]);
-            let turned = [o[0] * cos + o[2] * sin, o[1], -o[0] * sin + o[2] * cos, 1.0].map(Wide::new);
+            let turned =
+                [o[0] * cos + o[2] * sin, o[1], -o[0] * sin + o[2] * cos, 1.0].map(DoubleDouble::new);
             let clip = transform(&sight.projection, transform(&sight.view, turned));
             let ndc = [clip[0] / clip[3], clip[1] / clip[3]];
-            all_near(&ndc.map(Wide::to_f64), &Value::from(numbers(&p["canonical"])[..2].to_vec()), 1e-12);
+            all_near(
+                &ndc.map(DoubleDouble::to_f64),
+                &Value::from(numbers(&p["canonical"])[..2].to_vec()),
+                1e-12,
+            );
             // The source's whole numbers are pixel centres; here they lie at .5.
             let screen = sight.to_screen(ndc[0], ndc[1]).map(|c| c.to_f64() - 0.5);
             all_near(&screen, &Value::from(numbers(&p["screen"])[..2].to_vec()), 1e-12);
@@ -72,7 +77,7 @@ fn viewing_transformation_of_000() {
         for p in case["points"].as_array().unwrap() {
             let clip = transform(&m1, point4(&p["world"]));
             all_near(&narrow(clip), &p["clip"], 1e-12);
-            let screen = sight.to_screen(clip[0] / clip[3], clip[1] / clip[3]).map(Wide::to_f64);
+            let screen = sight.to_screen(clip[0] / clip[3], clip[1] / clip[3]).map(DoubleDouble::to_f64);
             all_near(&screen, &Value::from(numbers(&p["screen"])[..2].to_vec()), 1e-12);
         }
         for c in case["view_volume_corners"].as_array().unwrap() {
@@ -116,7 +121,7 @@ fn parallel_projections_of_004() {
             // The turns are about the eye, which the golden has at the origin.
             let mut world = point4(&p["p"]);
             if turns {
-                world[2] += Wide::ONE;
+                world[2] += DoubleDouble::ONE;
             }
             let clip = transform(&sight.projection, transform(&sight.view, world));
             all_near(&[clip[0].to_f64(), clip[1].to_f64()], &p["projected"], 1e-12);
@@ -149,7 +154,7 @@ fn depth_values_of_003() {
         let projection = Projection::Frustum { window: [-1.0, 1.0, -1.0, 1.0], near: near_plane, far };
         let look_at = LookAt { eye: DVec3::ZERO, reference: DVec3::NEG_Z, up: DVec3::Y };
         let sight = Sight::new(&Camera { look_at, projection }, &corners_viewport(8, 8)).unwrap();
-        let p = [0.0, 0.0, -number(&case["view_distance"]), 1.0].map(Wide::new);
+        let p = [0.0, 0.0, -number(&case["view_distance"]), 1.0].map(DoubleDouble::new);
         let clip = transform(&sight.projection, transform(&sight.view, p));
         let z = clip[2] / clip[3];
         near(z.to_f64(), &case["normalised"], 1e-15);

@@ -9,9 +9,9 @@
 //! lines are removed by depth are not drawn by this reference.
 
 use super::coverage::Coverage;
+use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, narrow3};
 use super::face::ObjectView;
-use super::fragment::{Fragment, Lens, Tone};
-use super::wide::{Wide, Wide3, Wide4, narrow3};
+use super::fragment::{ColorRange, Fragment, FragmentContext};
 use crate::scene::{Corner, Interpolation, LightingModel, Material, NONE};
 use glam::{DVec3, DVec4};
 use std::collections::{HashMap, HashSet};
@@ -27,7 +27,7 @@ const FARTHEST_PX: f64 = (1u64 << 40) as f64;
 const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
 
 /// A pixel of a line, or a point.
-pub struct Dot {
+pub struct LinePixel {
     /// Column.
     pub x: i64,
     /// Row.
@@ -35,7 +35,7 @@ pub struct Dot {
     /// What it gives to the pixel.
     pub fragment: Fragment,
     /// Clip positions of the line's ends.
-    pub clip: [Wide4; 2],
+    pub clip: [DoubleDouble4; 2],
     /// Whether it lets what lies behind shine through.
     pub is_transparent: bool,
 }
@@ -43,15 +43,15 @@ pub struct Dot {
 /// An end of a line.
 #[derive(Clone, Copy)]
 struct End {
-    clip: Wide4,
-    world: Wide3,
+    clip: DoubleDouble4,
+    world: DoubleDouble3,
     /// R G B, opacity.
-    color: [Wide; 4],
+    color: [DoubleDouble; 4],
 }
 
 impl End {
-    fn towards(&self, other: &End, t: Wide) -> End {
-        let mix = |a: Wide, b: Wide| a + (b - a) * t;
+    fn towards(&self, other: &End, t: DoubleDouble) -> End {
+        let mix = |a: DoubleDouble, b: DoubleDouble| a + (b - a) * t;
         End {
             clip: std::array::from_fn(|k| mix(self.clip[k], other.clip[k])),
             world: std::array::from_fn(|k| mix(self.world[k], other.world[k])),
@@ -61,9 +61,15 @@ impl End {
 }
 
 /// What is drawn of an object's lines and points, in order. `seen` are its triangles that CULL leaves; `is_wire` its shading.
-pub fn dots(view: &ObjectView, lens: &Lens, clip: [i64; 4], seen: &HashSet<u32>, is_wire: bool) -> Vec<Dot> {
+pub fn line_pixels_of(
+    view: &ObjectView,
+    context: &FragmentContext,
+    clip: [i64; 4],
+    seen: &HashSet<u32>,
+    is_wire: bool,
+) -> Vec<LinePixel> {
     let mesh = &view.object.geometry.mesh;
-    let pen = Pen { view, lens, clip };
+    let pen = Pen { view, context, clip };
     let mut out = Vec::new();
     if is_wire {
         for (ends, material) in edges(view, seen) {
@@ -85,7 +91,7 @@ pub fn dots(view: &ObjectView, lens: &Lens, clip: [i64; 4], seen: &HashSet<u32>,
 fn edges<'a>(view: &ObjectView<'a>, seen: &HashSet<u32>) -> Vec<([Corner; 2], &'a Material)> {
     let mesh = &view.object.geometry.mesh;
     let polygons: HashSet<u32> = seen.iter().map(|&t| mesh.triangle_polygon[t as usize]).collect();
-    let mut known = HashSet::new();
+    let mut seen_edges = HashSet::new();
     let mut out = Vec::new();
     for (p, polygon) in mesh.polygons.iter().enumerate() {
         if !polygons.contains(&(p as u32)) {
@@ -96,7 +102,7 @@ fn edges<'a>(view: &ObjectView<'a>, seen: &HashSet<u32>) -> Vec<([Corner; 2], &'
         for (i, &from) in corners.iter().enumerate() {
             let to = corners[(i + 1) % corners.len()];
             let ends = if from.position <= to.position { [from, to] } else { [to, from] };
-            if known.insert(ends.map(|c| c.position)) {
+            if seen_edges.insert(ends.map(|c| c.position)) {
                 let material = match polygon.material {
                     NONE => &view.object.material,
                     own => &mesh.materials[own as usize],
@@ -110,60 +116,64 @@ fn edges<'a>(view: &ObjectView<'a>, seen: &HashSet<u32>) -> Vec<([Corner; 2], &'
 
 struct Pen<'a> {
     view: &'a ObjectView<'a>,
-    lens: &'a Lens<'a>,
+    context: &'a FragmentContext<'a>,
     clip: [i64; 4],
 }
 
 impl Pen<'_> {
     fn end(&self, corner: &Corner, material: &Material) -> End {
         let mesh = &self.view.object.geometry.mesh;
-        let place = self.view.place(mesh.positions[corner.position as usize]);
+        let vertex = self.view.vertex(mesh.positions[corner.position as usize]);
         let own = if corner.color == NONE { DVec4::ONE } else { mesh.colors[corner.color as usize] };
         let rgb = match material.model {
             LightingModel::Unlit => material.emissive * own.truncate(),
             _ => material.kd * own.truncate() + material.emissive,
         };
         let opacity = (1.0 - material.transparency.clamp(0.0, 1.0)) * own.w;
-        End { clip: place.clip, world: place.world, color: [rgb.x, rgb.y, rgb.z, opacity].map(Wide::new) }
+        End {
+            clip: vertex.clip,
+            world: vertex.world,
+            color: [rgb.x, rgb.y, rgb.z, opacity].map(DoubleDouble::new),
+        }
     }
 
     /// The pixels of a line; both ends alike make a point.
-    fn line(&self, ends: [End; 2], out: &mut Vec<Dot>) {
+    fn line(&self, ends: [End; 2], out: &mut Vec<LinePixel>) {
         if !ends.iter().all(|e| e.clip.iter().all(|c| c.is_finite())) {
             return;
         }
         let Some(([a, b], is_sure)) = cut(&ends) else { return };
-        let places = [&a, &b].map(|e| self.pixels_of(e));
+        let pixels = [&a, &b].map(|e| self.pixels_of(e));
         // Every way of rounding the ends: pixels with all that may be drawn there, and by how many of the ways.
         let mut ways = 0;
-        let mut found: HashMap<[i64; 2], (usize, [Wide; 2], Tone)> = HashMap::new();
+        let mut found: HashMap<[i64; 2], (usize, [DoubleDouble; 2], ColorRange)> = HashMap::new();
         let mut order = Vec::new();
-        for &from in &places[0] {
-            for &to in &places[1] {
+        for &from in &pixels[0] {
+            for &to in &pixels[1] {
                 ways += 1;
                 for (k, n, [x, y]) in bresenham(from, to, self.clip) {
-                    let (z, tone) = self.at(&a, &b, k, n);
+                    let (z, range) = self.at(&a, &b, k, n);
                     let entry = found.entry([x, y]).or_insert_with(|| {
                         order.push([x, y]);
-                        (0, [z; 2], tone)
+                        (0, [z; 2], range)
                     });
                     entry.0 += 1;
                     entry.1 = [entry.1[0].min(z), entry.1[1].max(z)];
-                    entry.2 = entry.2.hull(tone);
+                    entry.2 = entry.2.hull(range);
                 }
             }
         }
         for [x, y] in order {
-            let (count, z, tone) = found[&[x, y]];
-            let is_far = z[1] > Wide::ONE - Wide::new(DEPTH_EDGE);
+            let (count, z, range) = found[&[x, y]];
+            let is_far = z[1] > DoubleDouble::ONE - DoubleDouble::new(DEPTH_EDGE);
             let presence = if count == ways && is_sure && !is_far { Coverage::Yes } else { Coverage::Maybe };
-            let z = z.map(|z| z.max(Wide::ZERO).min(Wide::ONE));
-            out.push(Dot {
+            let z = z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE));
+            out.push(LinePixel {
                 x,
                 y,
-                fragment: Fragment { presence, z, tones: vec![tone] },
+                fragment: Fragment { presence, z, colors: vec![range] },
                 clip: [a.clip, b.clip],
-                is_transparent: tone.alpha[0] < 1.0,
+                is_transparent: range.alpha[0] < 1.0,
             });
         }
     }
@@ -171,7 +181,7 @@ impl Pen<'_> {
     /// The pixels that may hold an end; none for an end without a place.
     fn pixels_of(&self, end: &End) -> Vec<[i64; 2]> {
         let w = end.clip[3];
-        let choices = self.lens.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
+        let choices = self.context.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
             let v = v.to_f64();
             let at = v.floor();
             match v - at {
@@ -185,19 +195,23 @@ impl Pen<'_> {
     }
 
     /// Depth and colour at step k of n.
-    fn at(&self, a: &End, b: &End, k: i64, n: i64) -> (Wide, Tone) {
-        let s = if n == 0 { Wide::ZERO } else { Wide::new(k as f64) / Wide::new(n as f64) };
+    fn at(&self, a: &End, b: &End, k: i64, n: i64) -> (DoubleDouble, ColorRange) {
+        let s = if n == 0 {
+            DoubleDouble::ZERO
+        } else {
+            DoubleDouble::new(k as f64) / DoubleDouble::new(n as f64)
+        };
         let [wa, wb] = [a.clip[3], b.clip[3]];
         let (za, zb) = (a.clip[2] / wa, b.clip[2] / wb);
-        let t = match self.lens.interpolation {
+        let t = match self.context.interpolation {
             Interpolation::Affine => s,
-            Interpolation::Perspective => (s / wb) / ((Wide::ONE - s) / wa + s / wb),
+            Interpolation::Perspective => (s / wb) / ((DoubleDouble::ONE - s) / wa + s / wb),
         };
         let here = a.towards(b, t);
         let rgb = DVec3::new(here.color[0].to_f64(), here.color[1].to_f64(), here.color[2].to_f64());
-        let rgb = self.lens.fogged(rgb, narrow3(here.world));
+        let rgb = self.context.fogged(rgb, narrow3(here.world));
         let alpha = here.color[3].to_f64().clamp(0.0, 1.0);
-        (za + (zb - za) * s, Tone { lo: rgb, hi: rgb, alpha: [alpha; 2] })
+        (za + (zb - za) * s, ColorRange { lo: rgb, hi: rgb, alpha: [alpha; 2] })
     }
 }
 
@@ -207,12 +221,12 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
         let [x, y, z, w] = e.clip;
         [w + x, w - x, w + y, w - y, z, w - z]
     };
-    let (mut from, mut to) = (Wide::ZERO, Wide::ONE);
+    let (mut from, mut to) = (DoubleDouble::ZERO, DoubleDouble::ONE);
     let mut is_sure = true;
     for (p, q) in heights(a).into_iter().zip(heights(b)) {
         let size = p.abs().max(q.abs()).to_f64() * 1e-12;
         is_sure &= p.to_f64().max(q.to_f64()) > size || size == 0.0;
-        match (p < Wide::ZERO, q < Wide::ZERO) {
+        match (p < DoubleDouble::ZERO, q < DoubleDouble::ZERO) {
             (true, true) => return None,
             (true, false) => from = from.max(p / (p - q)),
             (false, true) => to = to.min(p / (p - q)),
@@ -223,12 +237,13 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
         return None;
     }
     let ends = [from, to].map(|t| match t {
-        t if t == Wide::ZERO => *a,
-        t if t == Wide::ONE => *b,
+        t if t == DoubleDouble::ZERO => *a,
+        t if t == DoubleDouble::ONE => *b,
         t => a.towards(b, t),
     });
-    let is_sure = is_sure && ((to - from).to_f64() > 1e-9 || (from == Wide::ZERO && to == Wide::ONE));
-    ends.iter().all(|e| e.clip[3] > Wide::ZERO).then_some((ends, is_sure))
+    let is_sure =
+        is_sure && ((to - from).to_f64() > 1e-9 || (from == DoubleDouble::ZERO && to == DoubleDouble::ONE));
+    ends.iter().all(|e| e.clip[3] > DoubleDouble::ZERO).then_some((ends, is_sure))
 }
 
 /// Source 001: the midpoint variable d begins at 2 dy - dx, in whole numbers, for all octants; (step, steps, pixel) of the
@@ -265,7 +280,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The same, one step at a time.
-    fn walked(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
+    fn stepped(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
         let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
         let length = [0, 1].map(|k| (to[k] - from[k]).abs());
         let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
@@ -293,7 +308,7 @@ mod tests {
             x in -30i64..30, y in -30i64..30, w in 0i64..40, h in 0i64..40,
         ) {
             let clip = [x, x + w, y, y + h];
-            let mut want = walked(from, to);
+            let mut want = stepped(from, to);
             want.retain(|(_, _, [px, py])| (x..x + w).contains(px) && (y..y + h).contains(py));
             prop_assert_eq!(bresenham(from, to, clip).collect::<Vec<_>>(), want);
         }

@@ -4,7 +4,7 @@
 //! the viewport. Where a case is about a promise that a picture alone cannot show (coplanar faces in any order), there is
 //! one scene for each side of it.
 
-mod look;
+mod surfaces;
 
 use super::scenes::{Case, box_mesh, object};
 use super::{Settings, Transparency};
@@ -24,10 +24,10 @@ pub fn hard_cases() -> Vec<Case> {
     extents(&mut cases);
     degenerate(&mut cases);
     depths(&mut cases);
-    look::lighting(&mut cases);
-    look::textures(&mut cases);
-    look::models(&mut cases);
-    look::views(&mut cases);
+    surfaces::lighting(&mut cases);
+    surfaces::textures(&mut cases);
+    surfaces::models(&mut cases);
+    surfaces::views(&mut cases);
     cases
 }
 

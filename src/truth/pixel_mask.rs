@@ -1,22 +1,23 @@
-//! Which pixels of a picture are asked for.
+//! The pixels of a picture that are asked for.
 
 /// A viewport's pixels, all or some of them.
-pub struct Wanted {
+pub struct PixelMask {
     /// The pixels that may be drawn, x0..x1 and y0..y1.
     pub clip: [i64; 4],
     width: usize,
-    /// For (x, y) how many wanted pixels lie above and to the left, in rows of width + 1; `None` where all are wanted.
+    /// For (x, y) the count of set pixels above and to the left, in rows of width + 1; `None` where
+    /// all are set.
     sums: Option<Vec<u32>>,
 }
 
-impl Wanted {
+impl PixelMask {
     /// All pixels of `clip`.
-    pub fn all(clip: [i64; 4]) -> Wanted {
-        Wanted { clip, width: 0, sums: None }
+    pub fn all(clip: [i64; 4]) -> PixelMask {
+        PixelMask { clip, width: 0, sums: None }
     }
 
     /// Some pixels of a picture so many wide and high, within `clip`, which lies inside the picture.
-    pub fn some(clip: [i64; 4], [width, height]: [u32; 2], pixels: &[[u32; 2]]) -> Wanted {
+    pub fn some(clip: [i64; 4], [width, height]: [u32; 2], pixels: &[[u32; 2]]) -> PixelMask {
         let (width, height) = (width as usize, height as usize);
         let mut sums = vec![0u32; (width + 1) * (height + 1)];
         for &[x, y] in pixels.iter().filter(|p| (p[0] as usize) < width && (p[1] as usize) < height) {
@@ -30,10 +31,10 @@ impl Wanted {
                 *here = left + *up;
             }
         }
-        Wanted { clip, width, sums: Some(sums) }
+        PixelMask { clip, width, sums: Some(sums) }
     }
 
-    /// Whether any pixel of a box, which lies inside of `clip`, is wanted; always, where all are.
+    /// Tells if any pixel of a box inside `clip` is set; always, where all are.
     pub fn is_any_in(&self, [x0, x1, y0, y1]: [i64; 4]) -> bool {
         let Some(sums) = &self.sums else { return true };
         if x0 >= x1 || y0 >= y1 {
@@ -43,7 +44,7 @@ impl Wanted {
         at(x1, y1) + at(x0, y0) != at(x0, y1) + at(x1, y0)
     }
 
-    /// Whether pixel (x, y) of `clip` is wanted.
+    /// Tells if pixel (x, y) of `clip` is set.
     pub fn has(&self, x: i64, y: i64) -> bool {
         self.is_any_in([x, x + 1, y, y + 1])
     }
@@ -56,13 +57,13 @@ mod tests {
     #[test]
     fn a_box_knows_whether_it_holds_a_wanted_pixel() {
         let pixels = [[0, 0], [4, 2], [4, 2], [2, 1], [5, 0], [0, 3]];
-        let some = Wanted::some([0, 5, 0, 3], [5, 3], &pixels);
+        let some = PixelMask::some([0, 5, 0, 3], [5, 3], &pixels);
         for (y0, y1, x0, x1) in (0..256).map(|i| (i & 3, i >> 2 & 3, i >> 4 & 3, i >> 6 & 3)) {
             let inside =
                 |p: &[u32; 2]| (x0..x1).contains(&i64::from(p[0])) && (y0..y1).contains(&i64::from(p[1]));
             assert_eq!(some.is_any_in([x0, x1, y0, y1]), pixels.iter().any(inside), "{x0}..{x1} {y0}..{y1}");
         }
         assert!(some.has(4, 2) && !some.has(3, 2));
-        assert!(Wanted::all([0, 9, 0, 9]).has(3, 2));
+        assert!(PixelMask::all([0, 9, 0, 9]).has(3, 2));
     }
 }

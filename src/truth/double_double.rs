@@ -1,4 +1,4 @@
-//! `Wide`: a real number held as the sum of two f64, about 32 significant digits.
+//! `DoubleDouble`: a real number held as the sum of two f64, about 32 significant digits.
 //!
 //! The reference works the geometry (matrices, planes, depths, u and v) in it, so that its own rounding lies far below
 //! what it judges: a sliver's depth plane or a camera 1e7 units away loses 10 digits and still has 20 left. The results
@@ -16,7 +16,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A number as `hi + lo`, with `hi` the f64 nearest to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wide {
+pub struct DoubleDouble {
     hi: f64,
     lo: f64,
 }
@@ -69,29 +69,29 @@ fn product_and_error(a: f64, b: f64) -> (f64, f64) {
     (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
 }
 
-impl Wide {
+impl DoubleDouble {
     /// 0.
-    pub const ZERO: Wide = Wide { hi: 0.0, lo: 0.0 };
+    pub const ZERO: DoubleDouble = DoubleDouble { hi: 0.0, lo: 0.0 };
     /// 1.
-    pub const ONE: Wide = Wide { hi: 1.0, lo: 0.0 };
+    pub const ONE: DoubleDouble = DoubleDouble { hi: 1.0, lo: 0.0 };
 
     /// The number `x`, exactly.
     pub const fn new(x: f64) -> Self {
-        Wide { hi: x, lo: 0.0 }
+        DoubleDouble { hi: x, lo: 0.0 }
     }
 
     /// `hi + lo` of any two parts.
     fn of_parts(hi: f64, lo: f64) -> Self {
         if !hi.is_finite() {
-            return Wide { hi, lo: 0.0 };
+            return DoubleDouble { hi, lo: 0.0 };
         }
         let (hi, lo) = sum_and_error(hi, lo);
-        Wide { hi, lo: if hi.is_finite() { lo } else { 0.0 } }
+        DoubleDouble { hi, lo: if hi.is_finite() { lo } else { 0.0 } }
     }
 
     /// The number times a power of two.
     fn scaled(self, factor: f64) -> Self {
-        Wide::of_parts(self.hi * factor, self.lo * factor)
+        DoubleDouble::of_parts(self.hi * factor, self.lo * factor)
     }
 
     /// The nearest f64.
@@ -117,7 +117,7 @@ impl Wide {
     /// The square root; 0 for numbers that are not positive, and itself for infinity and NaN.
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
-            return Wide::ZERO;
+            return DoubleDouble::ZERO;
         }
         if !self.is_finite() {
             return self;
@@ -127,8 +127,8 @@ impl Wide {
             return self.scaled(UP).sqrt().scaled(half_way);
         }
         // One step of Newton's method from the f64 root doubles its digits.
-        let root = Wide::new(self.hi.sqrt());
-        let half = Wide::new(0.5);
+        let root = DoubleDouble::new(self.hi.sqrt());
+        let half = DoubleDouble::new(0.5);
         (root + self / root) * half
     }
 
@@ -143,13 +143,13 @@ impl Wide {
     }
 }
 
-impl From<f64> for Wide {
+impl From<f64> for DoubleDouble {
     fn from(x: f64) -> Self {
-        Wide::new(x)
+        DoubleDouble::new(x)
     }
 }
 
-impl PartialOrd for Wide {
+impl PartialOrd for DoubleDouble {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         match self.hi.partial_cmp(&other.hi)? {
             Ordering::Equal => self.lo.partial_cmp(&other.lo),
@@ -158,51 +158,51 @@ impl PartialOrd for Wide {
     }
 }
 
-impl Neg for Wide {
-    type Output = Wide;
-    fn neg(self) -> Wide {
-        Wide { hi: -self.hi, lo: -self.lo }
+impl Neg for DoubleDouble {
+    type Output = DoubleDouble;
+    fn neg(self) -> DoubleDouble {
+        DoubleDouble { hi: -self.hi, lo: -self.lo }
     }
 }
 
-impl Add for Wide {
-    type Output = Wide;
-    fn add(self, b: Wide) -> Wide {
+impl Add for DoubleDouble {
+    type Output = DoubleDouble;
+    fn add(self, b: DoubleDouble) -> DoubleDouble {
         let (s, e) = sum_and_error(self.hi, b.hi);
         let (t, f) = sum_and_error(self.lo, b.lo);
-        let first = Wide::of_parts(s, e + t);
-        Wide::of_parts(first.hi, first.lo + f)
+        let first = DoubleDouble::of_parts(s, e + t);
+        DoubleDouble::of_parts(first.hi, first.lo + f)
     }
 }
 
-impl Sub for Wide {
-    type Output = Wide;
-    fn sub(self, b: Wide) -> Wide {
+impl Sub for DoubleDouble {
+    type Output = DoubleDouble;
+    fn sub(self, b: DoubleDouble) -> DoubleDouble {
         self + -b
     }
 }
 
-impl AddAssign for Wide {
-    fn add_assign(&mut self, b: Wide) {
+impl AddAssign for DoubleDouble {
+    fn add_assign(&mut self, b: DoubleDouble) {
         *self = *self + b;
     }
 }
 
-impl Mul for Wide {
-    type Output = Wide;
-    fn mul(self, b: Wide) -> Wide {
+impl Mul for DoubleDouble {
+    type Output = DoubleDouble;
+    fn mul(self, b: DoubleDouble) -> DoubleDouble {
         let (p, e) = product_and_error(self.hi, b.hi);
-        Wide::of_parts(p, e + (self.hi * b.lo + self.lo * b.hi))
+        DoubleDouble::of_parts(p, e + (self.hi * b.lo + self.lo * b.hi))
     }
 }
 
-impl Div for Wide {
-    type Output = Wide;
-    fn div(self, b: Wide) -> Wide {
+impl Div for DoubleDouble {
+    type Output = DoubleDouble;
+    fn div(self, b: DoubleDouble) -> DoubleDouble {
         // Long division, one f64 digit at a time.
         let first = self.hi / b.hi;
         if !first.is_finite() || !b.is_finite() {
-            return Wide::new(first);
+            return DoubleDouble::new(first);
         }
         // Beside the largest f64 the product of the first digit and b may overflow, beside the smallest its error is lost.
         if self.hi.abs() > LARGE {
@@ -211,49 +211,49 @@ impl Div for Wide {
         if self.hi.abs() < TINY && self.hi != 0.0 {
             return (self.scaled(UP) / b).scaled(DOWN);
         }
-        let rest = self - b * Wide::new(first);
+        let rest = self - b * DoubleDouble::new(first);
         let second = rest.hi / b.hi;
-        let rest = rest - b * Wide::new(second);
+        let rest = rest - b * DoubleDouble::new(second);
         let third = rest.hi / b.hi;
-        Wide::of_parts(first, second) + Wide::new(third)
+        DoubleDouble::of_parts(first, second) + DoubleDouble::new(third)
     }
 }
 
 /// A point or direction of three wide numbers.
-pub type Wide3 = [Wide; 3];
+pub type DoubleDouble3 = [DoubleDouble; 3];
 /// A homogeneous point.
-pub type Wide4 = [Wide; 4];
+pub type DoubleDouble4 = [DoubleDouble; 4];
 
 /// The wide copy of a vector.
-pub fn wide3(v: glam::DVec3) -> Wide3 {
+pub fn double_double3(v: glam::DVec3) -> DoubleDouble3 {
     [v.x.into(), v.y.into(), v.z.into()]
 }
 
 /// The nearest f64 vector.
-pub fn narrow3(v: Wide3) -> glam::DVec3 {
+pub fn narrow3(v: DoubleDouble3) -> glam::DVec3 {
     glam::DVec3::new(v[0].to_f64(), v[1].to_f64(), v[2].to_f64())
 }
 
 /// a . b.
-pub fn dot3(a: Wide3, b: Wide3) -> Wide {
+pub fn dot3(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a x b.
-pub fn cross(a: Wide3, b: Wide3) -> Wide3 {
+pub fn cross(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a - b.
-pub fn sub3(a: Wide3, b: Wide3) -> Wide3 {
+pub fn sub3(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble3 {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
 /// v at length 1, or `None` for the zero vector and for one with a part that is not finite.
-pub fn unit3(v: Wide3) -> Option<Wide3> {
+pub fn unit3(v: DoubleDouble3) -> Option<DoubleDouble3> {
     // By the largest part first, so that no square overflows or vanishes.
-    let largest = v.iter().fold(Wide::ZERO, |m, c| m.max(c.abs()));
-    if !(largest > Wide::ZERO && v.iter().all(|c| c.is_finite())) {
+    let largest = v.iter().fold(DoubleDouble::ZERO, |m, c| m.max(c.abs()));
+    if !(largest > DoubleDouble::ZERO && v.iter().all(|c| c.is_finite())) {
         return None;
     }
     let v = v.map(|c| c / largest);
@@ -269,33 +269,33 @@ mod tests {
 
     #[test]
     fn keeps_about_32_digits() {
-        let third = Wide::ONE / Wide::new(3.0);
-        let off = third * Wide::new(3.0) - Wide::ONE;
+        let third = DoubleDouble::ONE / DoubleDouble::new(3.0);
+        let off = third * DoubleDouble::new(3.0) - DoubleDouble::ONE;
         assert!(off.to_f64().abs() < 1e-31, "{off:?}");
-        let root = Wide::new(2.0).sqrt();
-        assert!((root * root - Wide::new(2.0)).to_f64().abs() < 1e-31);
+        let root = DoubleDouble::new(2.0).sqrt();
+        assert!((root * root - DoubleDouble::new(2.0)).to_f64().abs() < 1e-31);
         // (1e16 + 1) - 1e16 is lost in f64, not here.
-        assert_eq!((Wide::new(1e16) + Wide::ONE - Wide::new(1e16)).to_f64(), 1.0);
-        let tiny = Wide::new(1e-25);
-        assert_eq!((Wide::ONE + tiny - Wide::ONE).to_f64(), 1e-25);
+        assert_eq!((DoubleDouble::new(1e16) + DoubleDouble::ONE - DoubleDouble::new(1e16)).to_f64(), 1.0);
+        let tiny = DoubleDouble::new(1e-25);
+        assert_eq!((DoubleDouble::ONE + tiny - DoubleDouble::ONE).to_f64(), 1e-25);
     }
 
     #[test]
     fn products_are_exact_where_two_f64_can_hold_them() {
         let (a, b) = (1.0 + 2f64.powi(-40), 1.0 - 2f64.powi(-41));
-        let p = Wide::new(a) * Wide::new(b);
+        let p = DoubleDouble::new(a) * DoubleDouble::new(b);
         assert_eq!(p.parts(), (1.0 + 2f64.powi(-41), -2f64.powi(-81)));
-        assert!(Wide::new(1e300) * Wide::new(1e300) > Wide::new(1e308));
-        assert!((Wide::new(1e300) * Wide::new(1e7)).is_finite());
+        assert!(DoubleDouble::new(1e300) * DoubleDouble::new(1e300) > DoubleDouble::new(1e308));
+        assert!((DoubleDouble::new(1e300) * DoubleDouble::new(1e7)).is_finite());
     }
 
     #[test]
     fn order_looks_at_both_parts() {
-        let a = Wide::ONE + Wide::new(1e-20);
-        assert!(a > Wide::ONE && -a < -Wide::ONE && a == a);
-        assert_eq!(unit3([Wide::ZERO; 3]), None);
-        let u = unit3([Wide::new(3e200), Wide::ZERO, Wide::new(4e200)]).unwrap();
-        assert!((u[0] - Wide::new(3.0) / Wide::new(5.0)).abs().to_f64() < 1e-31);
+        let a = DoubleDouble::ONE + DoubleDouble::new(1e-20);
+        assert!(a > DoubleDouble::ONE && -a < -DoubleDouble::ONE && a == a);
+        assert_eq!(unit3([DoubleDouble::ZERO; 3]), None);
+        let u = unit3([DoubleDouble::new(3e200), DoubleDouble::ZERO, DoubleDouble::new(4e200)]).unwrap();
+        assert!((u[0] - DoubleDouble::new(3.0) / DoubleDouble::new(5.0)).abs().to_f64() < 1e-31);
     }
 
     /// x 2^1074, a whole number for every finite f64.
@@ -304,7 +304,7 @@ mod tests {
         BigInt::from(mantissa) << (exponent + 1074).unsigned_abs()
     }
 
-    fn exact_sum(x: Wide) -> BigInt {
+    fn exact_sum(x: DoubleDouble) -> BigInt {
         exact(x.hi) + exact(x.lo)
     }
 
@@ -324,7 +324,7 @@ mod tests {
         (magnitude, any::<bool>()).prop_map(|(v, is_negative)| if is_negative { -v } else { v })
     }
 
-    fn is_canonical(x: Wide) -> bool {
+    fn is_canonical(x: DoubleDouble) -> bool {
         if x.hi.is_finite() { x.lo.is_finite() && x.hi + x.lo == x.hi } else { x.lo == 0.0 }
     }
 
@@ -335,8 +335,8 @@ mod tests {
 
     /// Quotients and roots may lie so near to a tie that 32 digits do not tell its side, and are rounded twice where they are
     /// scaled to below the normal numbers.
-    fn is_beside(x: Wide, plain: f64) -> bool {
-        let off = (x - Wide::new(plain)).abs().to_f64();
+    fn is_beside(x: DoubleDouble, plain: f64) -> bool {
+        let off = (x - DoubleDouble::new(plain)).abs().to_f64();
         off <= plain.abs() * 2f64.powi(-53) || plain.abs() < f64::MIN_POSITIVE && off <= 5e-324
     }
 
@@ -345,7 +345,7 @@ mod tests {
 
         #[test]
         fn arithmetic_on_any_f64_is_that_of_f64_with_more_digits(a in extreme(), b in extreme()) {
-            let (x, y) = (Wide::new(a), Wide::new(b));
+            let (x, y) = (DoubleDouble::new(a), DoubleDouble::new(b));
             let results = [(x + y, a + b), (x - y, a - b), (x * y, a * b), (x / y, a / b)];
             for (i, (wide, plain)) in results.into_iter().enumerate() {
                 prop_assert!(is_canonical(wide), "{i}: {a:e} {b:e} {wide:?}");
@@ -366,13 +366,13 @@ mod tests {
 
         #[test]
         fn chains_of_any_f64_end_and_stay_canonical(v in [extreme(), extreme(), extreme(), extreme(), extreme(), extreme()]) {
-            let [a, b] = [[v[0], v[1], v[2]], [v[3], v[4], v[5]]].map(|p| p.map(Wide::new));
+            let [a, b] = [[v[0], v[1], v[2]], [v[3], v[4], v[5]]].map(|p| p.map(DoubleDouble::new));
             let both = [cross(a, b), sub3(a, b), [dot3(a, b), dot3(a, a), a[0].min(b[1]).max(b[2])]];
             for x in both.into_iter().flatten() {
                 prop_assert!(is_canonical(x), "{x:?}");
             }
             if let Some(unit) = unit3(a) {
-                prop_assert!((dot3(unit, unit) - Wide::ONE).abs().to_f64() < 1e-14, "{a:?} {unit:?}");
+                prop_assert!((dot3(unit, unit) - DoubleDouble::ONE).abs().to_f64() < 1e-14, "{a:?} {unit:?}");
             } else {
                 prop_assert!(v[..3].iter().all(|&c| c == 0.0) || v[..3].iter().any(|c| !c.is_finite()));
             }
