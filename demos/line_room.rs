@@ -6,7 +6,7 @@ mod common;
 
 use common::{Motion, show};
 use fbptr::command::Command;
-use fbptr::eye::shapes::{PALETTE, Stage, cross_polytope, cube};
+use fbptr::eye::shapes::{DemoScene, PALETTE, cross_polytope, cube};
 use fbptr::eye::{self, EyeLightKind, EyeScene, Falloff, Pose, Rotation};
 use fbptr::server::InputEvent;
 use std::collections::BTreeSet;
@@ -17,9 +17,9 @@ const ROWS: i32 = 320;
 
 /// A room with three things in it; the eye and two lights inside.
 fn room() -> EyeScene {
-    let stage = Stage { pixels: vec![WIDTH as u32], aperture_tan: 0.35, turns: vec![] };
+    let demo = DemoScene { pixels: vec![WIDTH as u32], aperture_tan: 0.35, turns: vec![] };
     let walls = cube(3).expect("a cube").placed(6.0, &[0.0; 3]);
-    let mut parts = stage.scene(walls).expect("a room").into_parts();
+    let mut parts = demo.scene(walls).expect("a room").into_parts();
     for (i, at) in [[2.0, 1.5, 0.0], [-1.0, -2.5, 0.3], [-3.0, 2.5, -0.2]].into_iter().enumerate() {
         let thing = if i == 1 { cube(3) } else { cross_polytope(3) };
         let thing = thing.expect("a thing of 3 dimensions").turned(0, 1, 25.0).placed(0.9, &at);
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
             pose.turn(0, 1, 2.0 / 3.0);
         }
         scene = scene.clone().with_pose(pose).expect("a pose of this space");
-        let (_, line) = eye::sheet(&eye::render(&scene));
+        let (_, line) = eye::contact_sheet(&eye::render(&scene));
         rows.extend_from_slice(line.as_flattened());
         let stride = WIDTH as usize * 4;
         let extra = rows.len().saturating_sub(ROWS as usize * stride);

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Motion, show};
-use fbptr::eye::shapes::{Stage, cube};
+use fbptr::eye::shapes::{DemoScene, cube};
 use fbptr::eye::{self, Fibre};
 use std::process::ExitCode;
 
@@ -18,11 +18,11 @@ fn main() -> ExitCode {
         client.clear([0, 0, 0, 255]);
         let views = [(0.0, "its slice"), (0.577, "seen through its aperture")];
         for (x, (aperture_tan, name)) in [0, SIDE].into_iter().zip(views) {
-            let stage = Stage { pixels: vec![SIDE as u32; 2], aperture_tan, turns: turns.clone() };
+            let demo = DemoScene { pixels: vec![SIDE as u32; 2], aperture_tan, turns: turns.clone() };
             let tesseract = cube(4).expect("there is a cube of 4 dimensions");
-            let scene = stage.scene(tesseract).expect("the stage fits the tesseract");
+            let scene = demo.scene(tesseract).expect("the stage fits the tesseract");
             let picture = eye::render_with(&scene, Fibre::Exact, &threads).expect("no fan, no refusal");
-            let (_, pixels) = eye::sheet(&picture);
+            let (_, pixels) = eye::contact_sheet(&picture);
             client.blit(x, 0, SIDE, SIDE, pixels.into_flattened());
             client.text(x + 8, SIDE + 6, [170, 170, 170, 255], name);
         }

@@ -309,12 +309,12 @@ impl Render {
         }
         let [width, height] = match self.size {
             Some(FrameSize { width, height }) => [width, height],
-            None => eye::Sheet::of(&scene.pixels).picture_size(),
+            None => eye::ContactSheet::of(&scene.pixels).picture_size(),
         };
         let picture =
             eye::render_with(scene, exact, &*super::eye::pool(None)).map_err(|e| refused(e.to_string()))?;
         let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
-        eye::paint(&picture, &mut memory, 0, 0, width as i32, height as i32);
+        eye::blit(&picture, &mut memory, 0, 0, width as i32, height as i32);
         let mut output = self.output([width, height])?;
         for _ in 0..self.frames.unwrap_or(1) {
             self.write(&memory, None, &mut output)?;

@@ -4,7 +4,7 @@ use super::drawing::Drawing;
 use super::mesh_args::MeshArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::{FrameSize, Status, say, say_as_program};
-use crate::eye::{Here, Pool};
+use crate::eye::{Executor, Serial};
 use crate::load::Folder;
 use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, worker_pool};
@@ -96,9 +96,9 @@ impl View {
             None => None,
         };
         let name = self.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let pool: Arc<dyn Pool + Send + Sync> = match worker_pool(None) {
+        let pool: Arc<dyn Executor + Send + Sync> = match worker_pool(None) {
             Some(pool) => Arc::new(SharedPool(pool)),
-            None => Arc::new(Here),
+            None => Arc::new(Serial),
         };
         let options = Options {
             name,
@@ -222,8 +222,8 @@ struct NoWindow(String, Option<Movie>);
 /// A pool that others draw with too.
 struct SharedPool(Arc<rayon::ThreadPool>);
 
-impl Pool for SharedPool {
-    fn run<'a>(&self, jobs: Vec<crate::eye::Job<'a>>) {
+impl Executor for SharedPool {
+    fn run<'a>(&self, jobs: Vec<crate::eye::Task<'a>>) {
         self.0.run(jobs);
     }
 }

@@ -13,7 +13,7 @@ const EMPTY: Rgba = VideoMemory::CLEAR;
 
 /// How a screen is laid out on a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sheet {
+pub struct ContactSheet {
     /// Layers side by side.
     pub columns: u32,
     /// Rows of layers.
@@ -22,7 +22,7 @@ pub struct Sheet {
     pub layer: [u32; 2],
 }
 
-impl Sheet {
+impl ContactSheet {
     /// The layout of a screen of these pixels: as near to a square as whole layers allow.
     pub fn of(pixels: &[u32]) -> Self {
         let layer = [pixels.first().copied().unwrap_or(1), pixels.get(1).copied().unwrap_or(1)];
@@ -38,7 +38,7 @@ impl Sheet {
         let square = (f64::from(layers) * f64::from(layer[1]) / f64::from(layer[0])).sqrt() as u32;
         let near = square.saturating_sub(2).clamp(1, layers)..=square.saturating_add(2).clamp(1, layers);
         let columns = near.min_by_key(|&c| (longer(c), std::cmp::Reverse(c))).unwrap_or(1);
-        Sheet { columns, rows: layers.div_ceil(columns), layer }
+        ContactSheet { columns, rows: layers.div_ceil(columns), layer }
     }
 
     /// Pixels of the whole sheet, across and down.
@@ -63,12 +63,13 @@ impl Sheet {
     }
 }
 
-/// The picture as a sheet of opaque pixels, row after row, of the size of [`Sheet::size`].
-pub fn sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
-    let sheet = Sheet::of(&picture.pixels);
-    let [w, h] = sheet.size();
-    let pixel =
-        |x, y| sheet.pixel(x, y, picture.color.len()).map_or(EMPTY, |flat| opaque(picture.color[flat]));
+/// The picture as a sheet of opaque pixels, row after row, of the size of [`ContactSheet::size`].
+pub fn contact_sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
+    let contact_sheet = ContactSheet::of(&picture.pixels);
+    let [w, h] = contact_sheet.size();
+    let pixel = |x, y| {
+        contact_sheet.pixel(x, y, picture.color.len()).map_or(EMPTY, |flat| opaque(picture.color[flat]))
+    };
     ([w, h], (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
 }
 
@@ -84,9 +85,9 @@ fn opaque(color: [f64; 3]) -> Rgba {
 }
 
 /// Draws the picture into the rectangle of `w` x `h` pixels at (x, y); sizes of 0 or less draw nothing.
-pub fn paint(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: i32, h: i32) {
-    let sheet = Sheet::of(&picture.pixels);
-    let size = sheet.size();
+pub fn blit(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: i32, h: i32) {
+    let contact_sheet = ContactSheet::of(&picture.pixels);
+    let size = contact_sheet.size();
     // The visible part alone is walked.
     let visible = |from: i32, length: i32, limit: u32| {
         let (from, length) = (i64::from(from), i64::from(length.max(0)));
@@ -97,7 +98,7 @@ pub fn paint(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: 
     for j in visible(y, h, memory.height()) {
         let row = source(j, h, size[1]);
         for i in visible(x, w, memory.width()) {
-            let flat = sheet.pixel(source(i, w, size[0]), row, picture.color.len());
+            let flat = contact_sheet.pixel(source(i, w, size[0]), row, picture.color.len());
             let color = flat.map_or(EMPTY, |flat| opaque(picture.color[flat]));
             memory.put_pixel((i64::from(x) + i) as i32, (i64::from(y) + j) as i32, color);
         }
@@ -131,7 +132,7 @@ mod tests {
     #[test]
     fn a_line_is_a_band_of_nearest_columns() {
         let mut memory = VideoMemory::new(7, 3).unwrap();
-        paint(&picture(&[3]), &mut memory, 1, 1, 5, 2);
+        blit(&picture(&[3]), &mut memory, 1, 1, 5, 2);
         assert_eq!(reds(&memory), "-- -- -- -- -- -- --\n--  0  0  1  2  2 --\n--  0  0  1  2  2 --\n");
         assert_eq!(memory.get_pixel(1, 1), Ok([0, 0, 255, 255]));
     }
@@ -139,12 +140,12 @@ mod tests {
     #[test]
     fn a_volume_is_a_sheet_of_its_layers() {
         let mut memory = VideoMemory::new(6, 4).unwrap();
-        let sheet = Sheet::of(&[2, 2, 5]);
-        assert_eq!((sheet.columns, sheet.rows, sheet.size()), (3, 2, [6, 4]));
-        paint(&picture(&[2, 2, 5]), &mut memory, 0, 0, 6, 4);
+        let contact_sheet = ContactSheet::of(&[2, 2, 5]);
+        assert_eq!((contact_sheet.columns, contact_sheet.rows, contact_sheet.size()), (3, 2, [6, 4]));
+        blit(&picture(&[2, 2, 5]), &mut memory, 0, 0, 6, 4);
         let want = " 0  1  4  5  8  9\n 2  3  6  7 10 11\n12 13 16 17 -- --\n14 15 18 19 -- --\n";
         assert_eq!(reds(&memory), want);
-        let (size, pixels) = super::sheet(&picture(&[2, 2, 5]));
+        let (size, pixels) = super::contact_sheet(&picture(&[2, 2, 5]));
         assert_eq!((size, pixels.as_flattened()), ([6, 4], memory.bytes()));
     }
 
@@ -152,11 +153,11 @@ mod tests {
     fn what_is_off_the_frame_costs_nothing_and_harms_nobody() {
         let mut memory = VideoMemory::new(2, 2).unwrap();
         let plane = picture(&[2, 2]);
-        paint(&plane, &mut memory, i32::MIN, i32::MIN, i32::MAX, i32::MAX);
-        paint(&plane, &mut memory, 5, 5, i32::MAX, i32::MAX);
-        paint(&plane, &mut memory, 0, 0, -4, 7);
+        blit(&plane, &mut memory, i32::MIN, i32::MIN, i32::MAX, i32::MAX);
+        blit(&plane, &mut memory, 5, 5, i32::MAX, i32::MAX);
+        blit(&plane, &mut memory, 0, 0, -4, 7);
         assert_eq!(reds(&memory), "-- --\n-- --\n");
-        paint(&plane, &mut memory, -1_000_000_000, -1_000_000_000, 2_000_000_000, 2_000_000_000);
+        blit(&plane, &mut memory, -1_000_000_000, -1_000_000_000, 2_000_000_000, 2_000_000_000);
         assert_eq!(reds(&memory), " 3  3\n 3  3\n");
     }
 }

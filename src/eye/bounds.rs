@@ -161,16 +161,16 @@ mod tests {
             direction in prop::array::uniform4(-1.0f64..1.0),
         ) {
             // Spread along all axes but one, in which all of it lies a little before the eye.
-            let whole: [[i64; 4]; 4] = std::array::from_fn(|i| {
+            let integers: [[i64; 4]; 4] = std::array::from_fn(|i| {
                 std::array::from_fn(|a| if a == axis { depth + near[i][a].rem_euclid(5) } else { near[i][a] << shift })
             });
             let unit_of_length = libm::exp2(-(f64::from(shift) + 6.0));
-            let v: [[f64; 4]; 4] = whole.map(|p| p.map(|x| x as f64 * unit_of_length));
+            let v: [[f64; 4]; 4] = integers.map(|p| p.map(|x| x as f64 * unit_of_length));
             let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
             let bounds = [nearest(&v, farthest), along(&v, &unit(direction), farthest)];
             for w in weights.chunks(4) {
                 let w = [w[0], w[1], w[2], w[3] + 1];
-                let (above, below) = length2(&whole, w);
+                let (above, below) = length2(&integers, w);
                 for bound in bounds {
                     // bound <= sqrt(above / below), squared in whole numbers of 2^-60.
                     let scaled = (bound.max(0.0) / unit_of_length * libm::exp2(20.0)).floor() as i128;

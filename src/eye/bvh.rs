@@ -3,7 +3,7 @@
 //! In: the solids of a frame. Out: those whose box a ray may meet, in a fixed order; never too few: boxes are widened by more
 //! than rounding and the closed border of a simplex can reach.
 
-use super::solid::{Solid, Target};
+use super::occluder::{LightTarget, Occluder};
 use crate::math::nvec::{max_abs, sub};
 
 /// Facets in a leaf at most.
@@ -35,12 +35,12 @@ struct Item<const N: usize> {
 
 impl<const N: usize> Bvh<N> {
     /// Splits at the median along the axis in which the middles spread widest, until few are left.
-    pub fn new(solids: &[Solid<N>]) -> Self {
-        let item = |solid: &Solid<N>| Item {
-            low: solid.low.map(|x| x - MARGIN * solid.size),
-            high: solid.high.map(|x| x + MARGIN * solid.size),
+    pub fn new(occluders: &[Occluder<N>]) -> Self {
+        let item = |occluder: &Occluder<N>| Item {
+            low: occluder.low.map(|x| x - MARGIN * occluder.size),
+            high: occluder.high.map(|x| x + MARGIN * occluder.size),
         };
-        let items: Vec<Item<N>> = solids.iter().map(item).collect();
+        let items: Vec<Item<N>> = occluders.iter().map(item).collect();
         let mut keys: Vec<(f64, u32)> = (0..items.len() as u32).map(|index| (0.0, index)).collect();
         let mut bvh = Bvh { nodes: Vec::with_capacity(items.len()), order: Vec::new() };
         bvh.build(&items, &mut keys, 0);
@@ -88,10 +88,15 @@ impl<const N: usize> Bvh<N> {
     }
 
     /// The first solid, in the order of the tree, that `test` accepts among those on the way from `p` to the light.
-    pub fn find(&self, p: &[f64; N], target: &Target<N>, mut test: impl FnMut(u32) -> bool) -> Option<u32> {
+    pub fn find(
+        &self,
+        p: &[f64; N],
+        target: &LightTarget<N>,
+        mut test: impl FnMut(u32) -> bool,
+    ) -> Option<u32> {
         let (way, end) = match target {
-            Target::Radial { position } | Target::Foot { position } => (sub(position, p), 1.0),
-            Target::Sun { direction } => (direction.map(|x| -x), f64::INFINITY),
+            LightTarget::Radial { position } | LightTarget::Foot { position } => (sub(position, p), 1.0),
+            LightTarget::Sun { direction } => (direction.map(|x| -x), f64::INFINITY),
         };
         let margin = MARGIN * max_abs(p);
         let inverse = way.map(|x| 1.0 / x);

@@ -9,9 +9,9 @@
 use super::bounds;
 use super::lights::{FrameLight, frame_lights};
 use super::method::Method;
-use super::render::{Job, Pool};
+use super::occluder::{LightPlacement, Occluder};
+use super::render::{Executor, Task};
 use super::scene::EyeScene;
-use super::solid::{Solid, Stand};
 use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
 
 /// A facet whose hyperplane passes the eye nearer than this part of its largest coordinate is seen edge-on: invisible.
@@ -21,14 +21,14 @@ const EDGE_ON: f64 = 1e-12;
 const DEGENERATE: f64 = 1e-12;
 
 /// Facets from this number on are worked out in several jobs.
-const FACETS_PER_JOB: usize = 2048;
+const FACETS_PER_TASK: usize = 2048;
 
 /// A facet that may be seen.
 pub(super) struct Visible<const N: usize> {
     /// Index in the scene.
     pub id: u32,
-    /// Index in [`Frame::solids`], where there are lights.
-    pub solid: u32,
+    /// Index in [`Frame::occluders`], where there are lights.
+    pub occluder: u32,
     /// Vertices in eye space, in canonical order.
     pub v: [[f64; N]; N],
     /// Unit normal.
@@ -80,9 +80,9 @@ pub(super) struct Frame<const N: usize> {
     /// For each functional its sign on the facet, 1 or -1, where that is one sign; else 0.
     pub hulls: Vec<f64>,
     /// All facets that are not degenerate, as obstacles to light; empty where there are no lights.
-    pub solids: Vec<Solid<N>>,
-    /// How each light stands to each solid, `lights` entries a solid.
-    pub stands: Vec<Stand>,
+    pub occluders: Vec<Occluder<N>>,
+    /// Placement of each light to each occluder, `lights` entries an occluder.
+    pub placements: Vec<LightPlacement>,
     /// Degenerate facets, by index in the scene.
     pub skipped: Vec<u32>,
     /// How many facets are seen edge-on.
@@ -91,39 +91,39 @@ pub(super) struct Frame<const N: usize> {
 
 /// What comes of a run of the scene's facets.
 #[derive(Default)]
-struct Part<const N: usize> {
+struct FacetBatch<const N: usize> {
     facets: Vec<Visible<N>>,
     planes: Vec<[f64; N]>,
     hulls: Vec<f64>,
-    solids: Vec<Solid<N>>,
-    stands: Vec<Stand>,
+    occluders: Vec<Occluder<N>>,
+    placements: Vec<LightPlacement>,
     skipped: Vec<u32>,
     edge_on: usize,
 }
 
 impl<const N: usize> Frame<N> {
     /// Works the frame out; large scenes in several jobs.
-    pub fn new(scene: &EyeScene, method: Method, pool: &dyn Pool) -> Self {
+    pub fn new(scene: &EyeScene, method: Method, executor: &dyn Executor) -> Self {
         let exponent = length_exponent(scene);
         let eye = EyeSpace::new(scene, exponent);
         let screen = Screen::new(scene);
         let lights = frame_lights(scene, &eye);
-        let mut parts: Vec<Part<N>> = Vec::new();
-        parts.resize_with(scene.facets.len().div_ceil(FACETS_PER_JOB), Part::default);
-        let job = |(index, part): (usize, &mut Part<N>)| {
-            let first = index * FACETS_PER_JOB;
-            let last = (first + FACETS_PER_JOB).min(scene.facets.len());
+        let mut parts: Vec<FacetBatch<N>> = Vec::new();
+        parts.resize_with(scene.facets.len().div_ceil(FACETS_PER_TASK), FacetBatch::default);
+        let job = |(index, part): (usize, &mut FacetBatch<N>)| {
+            let first = index * FACETS_PER_TASK;
+            let last = (first + FACETS_PER_TASK).min(scene.facets.len());
             for id in first..last {
                 part.add(id as u32, &scene.facets[id].v, &eye, &screen, &lights, method);
             }
         };
         if parts.len() > 1 {
             let job = &job;
-            pool.run(parts.iter_mut().enumerate().map(|p| Box::new(move || job(p)) as Job).collect());
+            executor.run(parts.iter_mut().enumerate().map(|p| Box::new(move || job(p)) as Task).collect());
         } else {
             parts.iter_mut().enumerate().for_each(job);
         }
-        let all = parts.into_iter().reduce(Part::join).unwrap_or_default();
+        let all = parts.into_iter().reduce(FacetBatch::join).unwrap_or_default();
         let order =
             nearest_first(all.facets.iter().enumerate().map(|(i, f)| (f.nearest, i as u32)).collect());
         let last = screen.dim() - 1;
@@ -138,8 +138,8 @@ impl<const N: usize> Frame<N> {
             facets: all.facets,
             planes: all.planes,
             hulls: all.hulls,
-            solids: all.solids,
-            stands: all.stands,
+            occluders: all.occluders,
+            placements: all.placements,
             skipped: all.skipped,
             edge_on: all.edge_on,
         }
@@ -152,8 +152,8 @@ impl<const N: usize> Frame<N> {
             + size_of_val(&*self.bands)
             + size_of_val(&*self.planes)
             + size_of_val(&*self.hulls)
-            + size_of_val(&*self.solids)
-            + size_of_val(&*self.stands)
+            + size_of_val(&*self.occluders)
+            + size_of_val(&*self.placements)
             + size_of_val(&*self.fan)
     }
 
@@ -173,12 +173,12 @@ impl<const N: usize> Frame<N> {
 
     /// How the lights stand to solid `index`.
     #[inline(always)]
-    pub fn stands_of(&self, index: usize) -> &[Stand] {
-        &self.stands[index * self.lights.len()..(index + 1) * self.lights.len()]
+    pub fn placements_of(&self, index: usize) -> &[LightPlacement] {
+        &self.placements[index * self.lights.len()..(index + 1) * self.lights.len()]
     }
 }
 
-impl<const N: usize> Part<N> {
+impl<const N: usize> FacetBatch<N> {
     fn add(
         &mut self,
         id: u32,
@@ -196,9 +196,9 @@ impl<const N: usize> Part<N> {
         sort_by_coordinates(&mut v);
         let (normal, offset) = hyperplane(&v);
         if !lights.is_empty() {
-            let solid = Solid::new(&v, normal, offset);
-            self.stands.extend(lights.iter().map(|light| solid.stand(light)));
-            self.solids.push(solid);
+            let occluder = Occluder::new(&v, normal, offset);
+            self.placements.extend(lights.iter().map(|light| occluder.placement(light)));
+            self.occluders.push(occluder);
         }
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
         if offset.abs() <= EDGE_ON * size {
@@ -210,7 +210,7 @@ impl<const N: usize> Part<N> {
         let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
         let facet = Visible {
             id,
-            solid: self.solids.len().saturating_sub(1) as u32,
+            occluder: self.occluders.len().saturating_sub(1) as u32,
             normal_hidden2: (m + 1..N).fold(0.0, |sum, a| sum + normal[a] * normal[a]),
             nearest: bounds::nearest(&v, farthest).max(offset.abs() - ROUNDING * (4 * N) as f64 * farthest)
                 * (1.0 - 1e-9),
@@ -226,13 +226,13 @@ impl<const N: usize> Part<N> {
     }
 
     fn join(mut self, mut next: Self) -> Self {
-        let first_solid = self.solids.len() as u32;
-        next.facets.iter_mut().for_each(|f| f.solid += first_solid);
+        let first_solid = self.occluders.len() as u32;
+        next.facets.iter_mut().for_each(|f| f.occluder += first_solid);
         self.facets.append(&mut next.facets);
         self.planes.append(&mut next.planes);
         self.hulls.append(&mut next.hulls);
-        self.solids.append(&mut next.solids);
-        self.stands.append(&mut next.stands);
+        self.occluders.append(&mut next.occluders);
+        self.placements.append(&mut next.placements);
         self.skipped.append(&mut next.skipped);
         self.edge_on += next.edge_on;
         self

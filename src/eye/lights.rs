@@ -6,8 +6,8 @@
 //! angle of the light: the source has none.
 
 use super::frame::EyeSpace;
+use super::occluder::{LightPlacement, LightTarget, Occluder, TAU};
 use super::scene::{EyeLightKind, EyeScene, Falloff};
-use super::solid::{Solid, Stand, TAU, Target};
 use crate::math::nvec::{add_scaled, dot, sub};
 
 /// A light's place in eye space.
@@ -41,31 +41,32 @@ pub(super) fn frame_lights<const N: usize>(scene: &EyeScene, eye: &EyeSpace<N>) 
 }
 
 impl<const N: usize> FrameLight<N> {
-    /// How the light, which stands to `solid` as `stand` says, meets its point `p`, seen from the side `eye_side`: its distance and
+    /// How the light, placed to `occluder` as `placement` says, meets its point `p`, seen from the side `eye_side`: its distance and
     /// where to look for obstacles, or `None` when it does not reach the side that is seen.
     #[inline]
     pub fn reach(
         &self,
-        stand: &Stand,
-        solid: &Solid<N>,
+        placement: &LightPlacement,
+        occluder: &Occluder<N>,
         eye_side: i8,
         p: &[f64; N],
-    ) -> Option<(f64, Target<N>)> {
+    ) -> Option<(f64, LightTarget<N>)> {
         match &self.place {
             LightPlace::Sun { direction } => {
-                (stand.side == eye_side).then_some((0.0, Target::Sun { direction: *direction }))
+                (placement.side == eye_side).then_some((0.0, LightTarget::Sun { direction: *direction }))
             }
-            LightPlace::Radial { position } => (stand.side == eye_side).then(|| {
+            LightPlace::Radial { position } => (placement.side == eye_side).then(|| {
                 let to_light = sub(position, p);
-                (dot(&to_light, &to_light).sqrt(), Target::Radial { position: *position })
+                (dot(&to_light, &to_light).sqrt(), LightTarget::Radial { position: *position })
             }),
             LightPlace::Plane { direction, offset } => {
                 // p_L = p - h u is the foot of the perpendicular on the plane: it lies on side -sign(h) sign(n.u) of the facet.
                 let h = dot(direction, p) - offset;
-                let height = -h * stand.height;
-                let is_seen =
-                    stand.side != 0 && height.abs() > TAU * solid.size && (height > 0.0) == (eye_side > 0);
-                is_seen.then(|| (h.abs(), Target::Foot { position: add_scaled(p, -h, direction) }))
+                let height = -h * placement.height;
+                let is_seen = placement.side != 0
+                    && height.abs() > TAU * occluder.size
+                    && (height > 0.0) == (eye_side > 0);
+                is_seen.then(|| (h.abs(), LightTarget::Foot { position: add_scaled(p, -h, direction) }))
             }
         }
     }

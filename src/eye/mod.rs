@@ -2,6 +2,7 @@
 // Indices are axes and vertices here, the letters of the formulas.
 #![allow(clippy::needless_range_loop)]
 
+mod blit;
 mod bounds;
 mod bvh;
 mod error;
@@ -10,24 +11,23 @@ mod frame;
 mod json;
 mod lights;
 mod method;
-mod paint;
+mod occluder;
 mod picture;
 mod plan;
 mod pose;
 mod render;
 mod scene;
 pub mod shapes;
-mod solid;
 mod tile;
 
+pub use blit::{ContactSheet, blit, contact_sheet, nearest};
 pub use error::EyeError;
 pub use json::json_bytes;
 pub use method::{Fibre, MAX_FAN_RAYS};
-pub use paint::{Sheet, nearest, paint, sheet};
 pub use picture::{Differences, EyePicture, MISS};
 pub use plan::{EyePlan, ObstaclePlan};
 pub use pose::{Pose, Rotation, sin_cos_deg};
-pub use render::{Here, Job, Pool, plan, render, render_with};
+pub use render::{Executor, Serial, Task, plan, render, render_with};
 pub use scene::{
     EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, MAX_FLAGS, MAX_PIXELS, SceneParts,
 };

@@ -14,9 +14,9 @@ pub(super) const TAU: f64 = 1e-10;
 /// How far outside the simplex still counts as inside, over the same: what rounding cannot tell.
 const CLOSED: f64 = 1e-12;
 
-/// How a light stands to a facet's hyperplane.
+/// Position of a light relative to a facet's hyperplane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stand {
+pub(super) struct LightPlacement {
     /// Radial: n.p_L - c. Parallel: n.u, u along the light.
     pub height: f64,
     /// The side that the light is on: 1, -1, or 0 in the hyperplane (or along it). For a light plane: of its direction.
@@ -24,7 +24,7 @@ pub(super) struct Stand {
 }
 
 /// A facet that is not degenerate.
-pub(super) struct Solid<const N: usize> {
+pub(super) struct Occluder<const N: usize> {
     /// Unit normal.
     pub normal: [f64; N],
     /// n.x on the facet.
@@ -41,7 +41,7 @@ pub(super) struct Solid<const N: usize> {
     ridge_offsets: [f64; N],
 }
 
-impl<const N: usize> Solid<N> {
+impl<const N: usize> Occluder<N> {
     pub fn new(v: &[[f64; N]; N], normal: [f64; N], offset: f64) -> Self {
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
         let mut ridges = [[0.0; N]; N];
@@ -67,11 +67,19 @@ impl<const N: usize> Solid<N> {
         let corner = |pick: fn(f64, f64) -> f64| {
             std::array::from_fn(|a| v[1..].iter().fold(v[0][a], |m, p| pick(m, p[a])))
         };
-        Solid { normal, offset, size, low: corner(f64::min), high: corner(f64::max), ridges, ridge_offsets }
+        Occluder {
+            normal,
+            offset,
+            size,
+            low: corner(f64::min),
+            high: corner(f64::max),
+            ridges,
+            ridge_offsets,
+        }
     }
 
-    /// How a light stands to the facet.
-    pub fn stand(&self, light: &FrameLight<N>) -> Stand {
+    /// Returns the placement of a light to the facet.
+    pub fn placement(&self, light: &FrameLight<N>) -> LightPlacement {
         let (height, zero) = match &light.place {
             LightPlace::Radial { position } => (dot(&self.normal, position) - self.offset, TAU * self.size),
             LightPlace::Sun { direction } | LightPlace::Plane { direction, .. } => {
@@ -80,13 +88,22 @@ impl<const N: usize> Solid<N> {
         };
         let sign = if height.abs() <= zero { 0 } else { height.signum() as i8 };
         // The sun stands where its light comes from.
-        Stand { height, side: if matches!(light.place, LightPlace::Sun { .. }) { -sign } else { sign } }
+        LightPlacement {
+            height,
+            side: if matches!(light.place, LightPlace::Sun { .. }) { -sign } else { sign },
+        }
     }
 
     /// Whether the facet stands between `p` (largest coordinate `p_size`) and the light at `target`, which stands to it as
-    /// `stand` says.
+    /// `placement` says.
     #[inline]
-    pub fn blocks(&self, p: &[f64; N], p_size: f64, target: &Target<N>, stand: &Stand) -> bool {
+    pub fn blocks(
+        &self,
+        p: &[f64; N],
+        p_size: f64,
+        target: &LightTarget<N>,
+        placement: &LightPlacement,
+    ) -> bool {
         let scale = self.size.max(p_size);
         let tau = TAU * scale;
         let height = dot(&self.normal, p) - self.offset;
@@ -94,17 +111,17 @@ impl<const N: usize> Solid<N> {
             return false;
         }
         let crossing = match target {
-            Target::Sun { direction } => {
-                let fall = stand.height;
+            LightTarget::Sun { direction } => {
+                let fall = placement.height;
                 // Against the light, n.x changes by -fall a unit of length.
                 if fall.abs() <= TAU || (fall > 0.0) != (height > 0.0) {
                     return false;
                 }
                 add_scaled(p, -height / fall, direction)
             }
-            Target::Radial { position } | Target::Foot { position } => {
+            LightTarget::Radial { position } | LightTarget::Foot { position } => {
                 let other = match target {
-                    Target::Radial { .. } => stand.height,
+                    LightTarget::Radial { .. } => placement.height,
                     _ => dot(&self.normal, position) - self.offset,
                 };
                 if other.abs() <= tau || (other > 0.0) == (height > 0.0) {
@@ -123,26 +140,34 @@ impl<const N: usize> Solid<N> {
     ///
     /// The crossing's height over ridge i is, but for a positive factor, a linear function of p: with h = n.p - c and a point light,
     /// |h_L| (w_i.p - o_i) - sign(h_L) (w_i.p_L - o_i) h; with the sun along u and f = n.u, |f| (w_i.p - o_i) - sign(f) (w_i.u) h.
-    pub fn may_block(&self, middle: &[f64; N], half: &[f64; N], target: &Target<N>, stand: &Stand) -> bool {
+    pub fn may_block(
+        &self,
+        middle: &[f64; N],
+        half: &[f64; N],
+        target: &LightTarget<N>,
+        placement: &LightPlacement,
+    ) -> bool {
         let at = dot(&self.normal, middle) - self.offset;
         let reach = (0..N).fold(0.0, |sum, a| sum + self.normal[a].abs() * half[a]);
         // The sign that h must have somewhere in the box, and the ridges' own value of the light.
         let (sign, zero) = match target {
-            Target::Sun { .. } => (stand.height.signum(), TAU),
-            Target::Radial { .. } => (-stand.height.signum(), TAU * self.size),
-            Target::Foot { .. } => return true,
+            LightTarget::Sun { .. } => (placement.height.signum(), TAU),
+            LightTarget::Radial { .. } => (-placement.height.signum(), TAU * self.size),
+            LightTarget::Foot { .. } => return true,
         };
-        if stand.height.abs() <= zero || sign * at + reach <= 0.9 * TAU * self.size {
+        if placement.height.abs() <= zero || sign * at + reach <= 0.9 * TAU * self.size {
             return false;
         }
         let scale = self.size + max_abs(middle) + max_abs(half);
         self.ridges.iter().zip(&self.ridge_offsets).all(|(ridge, offset)| {
             let of_light = match target {
-                Target::Sun { direction } => dot(ridge, direction),
-                Target::Radial { position } | Target::Foot { position } => dot(ridge, position) - offset,
+                LightTarget::Sun { direction } => dot(ridge, direction),
+                LightTarget::Radial { position } | LightTarget::Foot { position } => {
+                    dot(ridge, position) - offset
+                }
             };
-            // Both cases: the sign before the light's value is the opposite of `stand.height`'s.
-            let (own, other) = (stand.height.abs(), -stand.height.signum() * of_light);
+            // Both cases: the sign before the light's value is the opposite of `placement.height`'s.
+            let (own, other) = (placement.height.abs(), -placement.height.signum() * of_light);
             let value = own * (dot(ridge, middle) - offset) + other * at;
             let spread =
                 (0..N).fold(0.0, |sum, a| sum + (own * ridge[a] + other * self.normal[a]).abs() * half[a]);
@@ -154,7 +179,7 @@ impl<const N: usize> Solid<N> {
 
 /// Where the light is, seen from one point.
 #[derive(Clone, Copy)]
-pub(super) enum Target<const N: usize> {
+pub(super) enum LightTarget<const N: usize> {
     /// At infinity: its light travels along this unit vector.
     Sun { direction: [f64; N] },
     /// At this place, for all points.

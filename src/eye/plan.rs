@@ -56,7 +56,7 @@ impl EyePlan {
         };
         let mut lights = [0; 3];
         scene.lights.iter().for_each(|l| lights[kind(&l.kind)] += 1);
-        let solids = frame.solids.len();
+        let occluders = frame.occluders.len();
         EyePlan {
             dim: N,
             pixels: scene.pixels.clone(),
@@ -76,8 +76,8 @@ impl EyePlan {
             lights,
             obstacles: match &world.obstacles {
                 _ if scene.lights.is_empty() => ObstaclePlan::None,
-                None => ObstaclePlan::Picked(solids),
-                Some(boxes) => ObstaclePlan::Boxes(solids, boxes.boxes()),
+                None => ObstaclePlan::Picked(occluders),
+                Some(boxes) => ObstaclePlan::Boxes(occluders, boxes.boxes()),
             },
             frame_bytes: frame.bytes(),
             picture_bytes: scene.pixel_count() * (4 + 8 + 24 + scene.lights.len()),
@@ -126,34 +126,34 @@ impl fmt::Display for EyePlan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eye::shapes::{Stage, cell24, cube};
+    use crate::eye::shapes::{DemoScene, cell24, cube};
     use crate::eye::{Fibre, plan};
 
-    fn stage(dim: usize, pixels: &[u32], change: impl Fn(&mut crate::eye::SceneParts)) -> EyePlan {
-        let stage = Stage { pixels: pixels.to_vec(), aperture_tan: 0.3, turns: vec![(0, 1, 20.0)] };
-        let mut parts = stage.scene(cube(dim).unwrap()).unwrap().into_parts();
+    fn demo(dim: usize, pixels: &[u32], change: impl Fn(&mut crate::eye::SceneParts)) -> EyePlan {
+        let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.3, turns: vec![(0, 1, 20.0)] };
+        let mut parts = demo.scene(cube(dim).unwrap()).unwrap().into_parts();
         change(&mut parts);
         plan(&EyeScene::new(parts).unwrap(), Fibre::Exact).unwrap()
     }
 
     #[test]
     fn without_lights_there_are_no_shadows() {
-        let plan = stage(3, &[8, 8], |parts| parts.lights.clear());
+        let plan = demo(3, &[8, 8], |parts| parts.lights.clear());
         assert_eq!((plan.lights, plan.obstacles), ([0; 3], ObstaclePlan::None));
         assert!(plan.to_string().contains("shadows    none: no lights"));
-        assert_eq!(stage(3, &[8, 8], |_| {}).obstacles, ObstaclePlan::Picked(12));
+        assert_eq!(demo(3, &[8, 8], |_| {}).obstacles, ObstaclePlan::Picked(12));
     }
 
     #[test]
     fn without_hidden_axes_no_fibre_is_searched() {
-        assert!(stage(3, &[8, 8], |_| {}).fibre.starts_with("a ray"));
-        assert!(stage(4, &[8, 8], |_| {}).fibre.starts_with("closed form"));
-        assert!(stage(5, &[8, 8], |_| {}).fibre.starts_with("nearest point of a polytope: 2"));
+        assert!(demo(3, &[8, 8], |_| {}).fibre.starts_with("a ray"));
+        assert!(demo(4, &[8, 8], |_| {}).fibre.starts_with("closed form"));
+        assert!(demo(5, &[8, 8], |_| {}).fibre.starts_with("nearest point of a polytope: 2"));
     }
 
     #[test]
     fn what_cannot_be_seen_is_culled_once_and_counted() {
-        let plan = stage(3, &[64, 64], |parts| {
+        let plan = demo(3, &[64, 64], |parts| {
             let mut behind = parts.facets[0].clone();
             behind.v.iter_mut().for_each(|p| p[0] -= 90.0);
             let mut edge_on = behind.clone();
@@ -171,8 +171,8 @@ mod tests {
 
     #[test]
     fn a_hierarchy_is_built_only_for_many_obstacles() {
-        let stage = Stage { pixels: vec![4, 4], aperture_tan: 0.3, turns: vec![] };
-        let mut parts = stage.scene(cell24(4).unwrap()).unwrap().into_parts();
+        let demo = DemoScene { pixels: vec![4, 4], aperture_tan: 0.3, turns: vec![] };
+        let mut parts = demo.scene(cell24(4).unwrap()).unwrap().into_parts();
         let facets = parts.facets.clone();
         (0..3).for_each(|_| parts.facets.extend(facets.clone()));
         let plan = plan(&EyeScene::new(parts).unwrap(), Fibre::Exact).unwrap();

@@ -4,10 +4,10 @@
 //! 2. The screen is cut into slabs, one job each, and slabs into tiles.
 //! 3. Each tile searches the fibres of its pixels, nearest facets first, until none can be nearer (`fibre`).
 //! 4. The tie rule picks a winner a pixel.
-//! 5. Lights and obstacles (`lights`, `solid`, `bvh`).
+//! 5. Lights and obstacles (`lights`, `occluder`, `bvh`).
 //! 6. Colour.
 //!
-//! No thread is started here: jobs go to the caller's [`Pool`]. A picture is the same, bit for bit, whoever runs them.
+//! No thread is started here: jobs go to the caller's [`Executor`]. A picture is the same, bit for bit, whoever runs them.
 
 use super::error::EyeError;
 use super::fibre::TILE_PIXELS;
@@ -28,41 +28,41 @@ macro_rules! for_dimension {
     };
 }
 /// A piece of work that may run on any thread.
-pub type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
+pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 /// Something that runs jobs: all of them, in any order, before it returns.
-pub trait Pool {
+pub trait Executor {
     /// Runs the jobs.
-    fn run<'a>(&self, jobs: Vec<Job<'a>>);
+    fn run<'a>(&self, tasks: Vec<Task<'a>>);
 }
 
 /// The thread that asks.
-pub struct Here;
+pub struct Serial;
 
-impl Pool for Here {
-    fn run<'a>(&self, jobs: Vec<Job<'a>>) {
-        jobs.into_iter().for_each(|job| job());
+impl Executor for Serial {
+    fn run<'a>(&self, tasks: Vec<Task<'a>>) {
+        tasks.into_iter().for_each(|job| job());
     }
 }
 
-impl Pool for rayon::ThreadPool {
-    fn run<'a>(&self, jobs: Vec<Job<'a>>) {
-        self.scope(|scope| jobs.into_iter().for_each(|job| scope.spawn(|_| job())));
+impl Executor for rayon::ThreadPool {
+    fn run<'a>(&self, tasks: Vec<Task<'a>>) {
+        self.scope(|scope| tasks.into_iter().for_each(|job| scope.spawn(|_| job())));
     }
 }
 
 /// Renders a scene with exact fibres, on this thread.
 pub fn render(scene: &EyeScene) -> EyePicture {
-    dispatch(scene, Fibre::Exact, &Here)
+    dispatch(scene, Fibre::Exact, &Serial)
 }
 
-/// Renders a scene with the fibres asked for, on the threads of `pool`.
+/// Renders a scene with the fibres asked for, on the threads of `executor`.
 ///
 /// # Errors
 /// A fan without rays, or of more than [`MAX_FAN_RAYS`] in one fibre.
-pub fn render_with(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> Result<EyePicture, EyeError> {
+pub fn render_with(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> Result<EyePicture, EyeError> {
     check_fan(scene, fibre)?;
-    Ok(dispatch(scene, fibre, pool))
+    Ok(dispatch(scene, fibre, executor))
 }
 
 /// What rendering the scene would do, and what it leaves out.
@@ -76,7 +76,7 @@ pub fn plan(scene: &EyeScene, fibre: Fibre) -> Result<EyePlan, EyeError> {
 
 fn plan_dim<const N: usize>(scene: &EyeScene, fibre: Fibre) -> EyePlan {
     let method = Method::new(N, scene.screen_dim(), fibre);
-    EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Here)))
+    EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Serial)))
 }
 
 fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
@@ -93,13 +93,13 @@ fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
     Ok(())
 }
 
-fn dispatch(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
-    for_dimension!(scene, render_dim (scene, fibre, pool), 2 3 4 5 6 7 8)
+fn dispatch(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePicture {
+    for_dimension!(scene, render_dim (scene, fibre, executor), 2 3 4 5 6 7 8)
 }
 
-fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -> EyePicture {
+fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePicture {
     let method = Method::new(N, scene.screen_dim(), fibre);
-    let world = World::<N>::new(scene, Frame::new(scene, method, pool));
+    let world = World::<N>::new(scene, Frame::new(scene, method, executor));
     let mut picture = EyePicture::background(scene);
     picture.skipped_facets = world.frame.skipped.clone();
     let sizes = tile_sizes::<N>(&scene.pixels);
@@ -107,7 +107,7 @@ fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -
     let layer: usize = scene.pixels[..last].iter().map(|&n| n as usize).product();
     let thickness = sizes[last];
     let chunk = layer * thickness as usize;
-    let mut jobs: Vec<Job> = Vec::new();
+    let mut tasks: Vec<Task> = Vec::new();
     let mut rest = Output {
         facet: &mut picture.facet,
         dist: &mut picture.dist,
@@ -122,9 +122,9 @@ fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, pool: &dyn Pool) -
         let slab = first..(first + thickness).min(scene.pixels[last]);
         first = slab.end;
         let world = &world;
-        jobs.push(Box::new(move || world.render_slab(slab, sizes, part)));
+        tasks.push(Box::new(move || world.render_slab(slab, sizes, part)));
     }
-    pool.run(jobs);
+    executor.run(tasks);
     picture
 }
 

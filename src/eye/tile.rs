@@ -9,8 +9,8 @@ use super::fibre::{Nearest, Run, TILE_PIXELS, search};
 use super::frame::Frame;
 use super::lights::shade;
 use super::method::Method;
+use super::occluder::LightTarget;
 use super::scene::EyeScene;
-use super::solid::Target;
 use crate::math::nvec::{dot, max_abs, unit};
 use std::ops::Range;
 
@@ -50,7 +50,7 @@ struct Tile<const N: usize> {
 }
 
 /// What is kept from tile to tile.
-struct Desk<const N: usize> {
+struct TileScratch<const N: usize> {
     nearest: Nearest<N>,
     /// Obstacle that blocked each light last.
     last_blockers: Vec<u32>,
@@ -77,7 +77,7 @@ pub(super) struct World<'a, const N: usize> {
 
 impl<'a, const N: usize> World<'a, N> {
     pub fn new(scene: &'a EyeScene, frame: Frame<N>) -> Self {
-        let obstacles = (frame.solids.len() > PICKED_OBSTACLES).then(|| Bvh::new(&frame.solids));
+        let obstacles = (frame.occluders.len() > PICKED_OBSTACLES).then(|| Bvh::new(&frame.occluders));
         World { scene, frame, obstacles }
     }
 
@@ -87,7 +87,7 @@ impl<'a, const N: usize> World<'a, N> {
         let bands = self.frame.order.iter().zip(&self.frame.bands);
         let near: Vec<u32> =
             bands.filter(|(_, [lo, hi])| *lo < slab.end && slab.start < *hi).map(|(i, _)| *i).collect();
-        let mut desk = Desk {
+        let mut scratch = TileScratch {
             nearest: Nearest::new(),
             last_blockers: vec![0; self.frame.lights.len()],
             picked: Vec::new(),
@@ -97,12 +97,12 @@ impl<'a, const N: usize> World<'a, N> {
         low[last] = slab.start;
         loop {
             let tile = self.tile(low, sizes);
-            self.search_tile(&tile, &near, &mut desk.nearest);
-            self.pick(&tile, slab.start, &mut desk, &mut out);
+            self.search_tile(&tile, &near, &mut scratch.nearest);
+            self.pick(&tile, slab.start, &mut scratch, &mut out);
             for light in 0..self.frame.lights.len() {
-                self.light_tile(light, &mut desk, &mut out);
+                self.light_tile(light, &mut scratch, &mut out);
             }
-            for seen in &desk.seen {
+            for seen in &scratch.seen {
                 let base = self.scene.facets[self.frame.facets[seen.index as usize].id as usize].color;
                 out.color[seen.pixel] = shade(base, seen.total, self.scene.view.at(seen.distance));
             }
@@ -219,8 +219,8 @@ impl<'a, const N: usize> World<'a, N> {
     }
 
     /// Picks the winners of a tile.
-    fn pick(&self, tile: &Tile<N>, slab_start: u32, desk: &mut Desk<N>, out: &mut Output) {
-        desk.seen.clear();
+    fn pick(&self, tile: &Tile<N>, slab_start: u32, scratch: &mut TileScratch<N>, out: &mut Output) {
+        scratch.seen.clear();
         let axes = self.scene.pixels.len();
         for_each_run(tile.low, tile.high, |at, local| {
             let (mut flat, mut stride) = (0, 1);
@@ -230,11 +230,11 @@ impl<'a, const N: usize> World<'a, N> {
                 stride *= self.scene.pixels[a] as usize;
             }
             for step in 0..(tile.high[0] - tile.low[0]) as usize {
-                let Some(winner) = desk.nearest.winner(local + step) else { continue };
+                let Some(winner) = scratch.nearest.winner(local + step) else { continue };
                 let distance = libm::scalbn(winner.distance2.sqrt(), self.frame.exponent);
                 out.facet[flat + step] = winner.id as i32;
                 out.dist[flat + step] = distance;
-                desk.seen.push(Seen {
+                scratch.seen.push(Seen {
                     pixel: flat + step,
                     index: winner.index,
                     point: winner.point,
@@ -246,15 +246,16 @@ impl<'a, const N: usize> World<'a, N> {
     }
 
     /// Sets the flags of light `index` in a tile, and adds what it gives.
-    fn light_tile(&self, index: usize, desk: &mut Desk<N>, out: &mut Output) {
+    fn light_tile(&self, index: usize, scratch: &mut TileScratch<N>, out: &mut Output) {
         let light = &self.frame.lights[index];
-        let mut reached: [Option<(f64, Target<N>)>; TILE_PIXELS] = [None; TILE_PIXELS];
+        let mut reached: [Option<(f64, LightTarget<N>)>; TILE_PIXELS] = [None; TILE_PIXELS];
         let (mut least, mut most) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
-        for (seen, reached) in desk.seen.iter().zip(&mut reached) {
+        for (seen, reached) in scratch.seen.iter().zip(&mut reached) {
             let facet = &self.frame.facets[seen.index as usize];
-            let stand = &self.frame.stands_of(facet.solid as usize)[index];
+            let placement = &self.frame.placements_of(facet.occluder as usize)[index];
             let eye_side = if facet.offset < 0.0 { 1 } else { -1 };
-            *reached = light.reach(stand, &self.frame.solids[facet.solid as usize], eye_side, &seen.point);
+            *reached =
+                light.reach(placement, &self.frame.occluders[facet.occluder as usize], eye_side, &seen.point);
             if reached.is_some() {
                 for a in 0..N {
                     least[a] = least[a].min(seen.point[a]);
@@ -267,13 +268,13 @@ impl<'a, const N: usize> World<'a, N> {
             let middle = std::array::from_fn(|a| 0.5 * (least[a] + most[a]));
             let half = std::array::from_fn(|a| 0.5 * (most[a] - least[a]) + 1e-15 * middle[a].abs());
             let may_block = |i: &u32| {
-                let stand = &self.frame.stands_of(*i as usize)[index];
-                self.frame.solids[*i as usize].may_block(&middle, &half, target, stand)
+                let placement = &self.frame.placements_of(*i as usize)[index];
+                self.frame.occluders[*i as usize].may_block(&middle, &half, target, placement)
             };
-            desk.picked.clear();
-            desk.picked.extend((0..self.frame.solids.len() as u32).filter(may_block));
+            scratch.picked.clear();
+            scratch.picked.extend((0..self.frame.occluders.len() as u32).filter(may_block));
         }
-        let Desk { seen, picked, last_blockers, .. } = desk;
+        let TileScratch { seen, picked, last_blockers, .. } = scratch;
         for (seen, reached) in seen.iter_mut().zip(&reached) {
             let Some((distance, target)) = reached else { continue };
             if self.is_blocked(index, &seen.point, target, picked, &mut last_blockers[index]) {
@@ -292,14 +293,14 @@ impl<'a, const N: usize> World<'a, N> {
         &self,
         light: usize,
         p: &[f64; N],
-        target: &Target<N>,
+        target: &LightTarget<N>,
         picked: &[u32],
         last: &mut u32,
     ) -> bool {
         let p_size = max_abs(p);
         let blocks = |i: u32| {
-            let stand = &self.frame.stands_of(i as usize)[light];
-            self.frame.solids[i as usize].blocks(p, p_size, target, stand)
+            let placement = &self.frame.placements_of(i as usize)[light];
+            self.frame.occluders[i as usize].blocks(p, p_size, target, placement)
         };
         let found = match &self.obstacles {
             Some(_) if blocks(*last) => return true,

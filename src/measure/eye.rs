@@ -4,8 +4,8 @@ use super::experiment::{Bound, Effort, Experiment, Row};
 use super::growth::{Growth, GrowthPoint};
 use super::memory;
 use super::threads::usual_threads;
-use crate::eye::shapes::{Shape, Stage, cross_polytope, cube};
-use crate::eye::{EyePicture, EyeScene, Fibre, Here, Pool, render_with};
+use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
+use crate::eye::{Executor, EyePicture, EyeScene, Fibre, Serial, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
 
@@ -24,8 +24,8 @@ pub(super) const EYE: Experiment = Experiment {
 /// Two turned tesseracts, one partly before the other, with a point light and a sun.
 fn two_tesseracts(pixels: [u32; 2]) -> EyeScene {
     let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0)];
-    let stage = Stage { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
-    let mut parts = stage.scene(tesseract()).expect("turns in planes of its axes").into_parts();
+    let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
+    let mut parts = demo.scene(tesseract()).expect("turns in planes of its axes").into_parts();
     let small = tesseract().turned(0, 3, 33.0).turned(1, 2, 15.0).placed(0.45, &[-1.4, 0.9, -0.5, 0.1]);
     parts.facets.extend(small.facets(|cell| [40.0 + 25.0 * f64::from(cell), 90.0, 230.0]));
     EyeScene::new(parts).expect("a scene of this file's own making")
@@ -38,9 +38,9 @@ fn tesseract() -> Shape {
 /// The 16 tetrahedra of a cross-polytope in a volume, with one point light.
 fn sixteen_tetrahedra(side: u32) -> EyeScene {
     let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0)];
-    let stage = Stage { pixels: vec![side; 3], aperture_tan: 0.0, turns };
+    let demo = DemoScene { pixels: vec![side; 3], aperture_tan: 0.0, turns };
     let shape = cross_polytope(4).expect("4 is a dimension of cross-polytopes");
-    let mut parts = stage.scene(shape).expect("turns in planes of its axes").into_parts();
+    let mut parts = demo.scene(shape).expect("turns in planes of its axes").into_parts();
     parts.lights.truncate(1);
     EyeScene::new(parts).expect("a scene of this file's own making")
 }
@@ -72,9 +72,9 @@ fn rows(effort: &Effort) -> Vec<Row> {
     ];
     let mut rows = Vec::new();
     for (subject, scene) in &subjects {
-        let truth = draw(scene, &Here);
+        let truth = draw(scene, &Serial);
         for threads in [1, 2, 3] {
-            let pool: Box<dyn Pool> = pool(threads);
+            let pool: Box<dyn Executor> = pool(threads);
             let (picture, timing) = effort.run(|| draw(scene, &*pool));
             rows.push(Row {
                 subject: (*subject).into(),
@@ -91,14 +91,14 @@ fn rows(effort: &Effort) -> Vec<Row> {
     rows
 }
 
-fn draw(scene: &EyeScene, pool: &dyn Pool) -> EyePicture {
+fn draw(scene: &EyeScene, pool: &dyn Executor) -> EyePicture {
     render_with(scene, Fibre::Exact, pool).expect("no fan")
 }
 
-fn pool(threads: usize) -> Box<dyn Pool> {
+fn pool(threads: usize) -> Box<dyn Executor> {
     match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) if threads > 1 => Box::new(pool),
-        _ => Box::new(Here),
+        _ => Box::new(Serial),
     }
 }
 
@@ -130,7 +130,7 @@ pub(super) fn growth_with_facets(effort: &Effort) -> Vec<Growth> {
         let points = counts.iter().map(|&count| {
             let scene = cloud(count, reach(count), pixels);
             memory::forget_peak();
-            let (_, timing) = effort.run(|| draw(&scene, &Here));
+            let (_, timing) = effort.run(|| draw(&scene, &Serial));
             GrowthPoint { x: count as f64, timing, peak_bytes: memory::peak() }
         });
         Growth {

@@ -1,7 +1,7 @@
 //! The N-dimensional eye: a fan of rays against the exact fibre.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
-use crate::eye::{EyePicture, EyeScene, Fibre, Here, MISS, render_with};
+use crate::eye::{EyePicture, EyeScene, Fibre, MISS, Serial, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
 
@@ -99,7 +99,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
     ];
     let mut rows = Vec::new();
     for (subject, scene) in &subjects {
-        let draw = |fibre| render_with(scene, fibre, &Here).expect("fans of at most 129 rays");
+        let draw = |fibre| render_with(scene, fibre, &Serial).expect("fans of at most 129 rays");
         let truth = draw(Fibre::Exact);
         // Hidden axes multiply a fan's rays.
         let hidden = scene.hidden_dim();

@@ -40,8 +40,8 @@ impl Eye {
 
     /// Columns and rows, and the pixels, row after row. The layers of a third screen axis stand side by side.
     pub fn picture(&self) -> ([usize; 2], &[Rgba]) {
-        let pixels = self.picture.get_or_init(|| eye::sheet(&eye::render(&self.scene)).1);
-        (eye::Sheet::of(&self.scene.pixels).size().map(|n| n as usize), pixels)
+        let pixels = self.picture.get_or_init(|| eye::contact_sheet(&eye::render(&self.scene)).1);
+        (eye::ContactSheet::of(&self.scene.pixels).size().map(|n| n as usize), pixels)
     }
 
     /// Whether the picture was made already.

@@ -23,7 +23,7 @@ pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
 pub use replay::MakeEngine;
 
-use crate::eye::{EyeScene, Pool};
+use crate::eye::{Executor, EyeScene};
 use crate::load::x3d::X3dDocument;
 use crate::memory::VideoMemory;
 use crate::pipeline::Renderer;
@@ -72,7 +72,7 @@ pub struct Options {
     /// What draws.
     pub renderer: Renderer,
     /// Whose threads share the work of N dimensions.
-    pub pool: Arc<dyn Pool + Send + Sync>,
+    pub pool: Arc<dyn Executor + Send + Sync>,
 }
 
 /// What the viewer asks of whoever has files and windows.
@@ -156,7 +156,7 @@ pub struct Viewer {
     start_time: f64,
     fps: f64,
     renderer: Renderer,
-    pool: Arc<dyn Pool + Send + Sync>,
+    pool: Arc<dyn Executor + Send + Sync>,
     wishes: Wishes,
     frame: Frame,
     /// Depth or difference, where one of them is shown.
@@ -246,7 +246,7 @@ impl Viewer {
         }
     }
 
-    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Arc<dyn Pool + Send + Sync>) -> Subject {
+    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Arc<dyn Executor + Send + Sync>) -> Subject {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         match model {
             Model::Mesh { geometry, is_open } => {

@@ -205,7 +205,8 @@ impl Space {
             Ok(Difference::new(&found, |i| {
                 let [x, y] = [i as u32 % width, i as u32 / width];
                 let pixel = &found[i * 4..i * 4 + 3];
-                let is_right = |s: &&truth::State| (0..3).all(|c| (s.lo[c]..=s.hi[c]).contains(&pixel[c]));
+                let is_right =
+                    |s: &&truth::PixelState| (0..3).all(|c| (s.lo[c]..=s.hi[c]).contains(&pixel[c]));
                 let states = exact.states(x, y);
                 if exact.is_free(x, y) {
                     return [[0; 3], [255; 3]];

@@ -1,6 +1,6 @@
 use super::*;
-use crate::eye::Here;
-use crate::eye::shapes::{Stage, cube};
+use crate::eye::Serial;
+use crate::eye::shapes::{DemoScene, cube};
 use crate::load;
 use crate::memory::Rgba;
 use crate::pipeline;
@@ -18,7 +18,7 @@ fn options(name: &str) -> Options {
         fps: 25.0,
         cull: None,
         renderer: Renderer::default(),
-        pool: Arc::new(Here),
+        pool: Arc::new(Serial),
     }
 }
 
@@ -49,8 +49,8 @@ fn x3d_viewer() -> Viewer {
 
 fn nd_viewer() -> Viewer {
     let turns = vec![(0, 1, 20.0), (1, 3, 30.0), (0, 2, 15.0)];
-    let stage = Stage { pixels: vec![48, 36], aperture_tan: 0.3, turns };
-    let scene = stage.scene(cube(4).expect("a cube")).expect("a scene");
+    let demo = DemoScene { pixels: vec![48, 36], aperture_tan: 0.3, turns };
+    let scene = demo.scene(cube(4).expect("a cube")).expect("a scene");
     Viewer::new(Model::Eye(Box::new(scene)), options("tesseract")).expect("a viewer")
 }
 

@@ -1,9 +1,9 @@
 //! Fear: a picture that changes where nothing that is seen did.
 
-use fbptr::eye::shapes::{Shape, Stage, cell24, cross_polytope, cube, extrude};
+use fbptr::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, extrude};
 use fbptr::eye::{
-    EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Here, Job, Pool, Pose, SceneParts, render,
-    render_with,
+    Executor, EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, Serial, Task,
+    render, render_with,
 };
 use std::path::Path;
 
@@ -18,8 +18,8 @@ fn solids(dim: usize, pixels: &[u32]) -> EyeScene {
         .map(|a| (0, a, 20.0 + 13.0 * a as f64))
         .chain((dim > 2).then_some((1, dim - 1, 31.0)))
         .collect();
-    let stage = Stage { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
-    let mut parts = stage.scene(cube(dim).unwrap()).unwrap().into_parts();
+    let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
+    let mut parts = demo.scene(cube(dim).unwrap()).unwrap().into_parts();
     let mut at = vec![-0.4; dim];
     at[0] = -2.4;
     let small = cross_polytope(dim).unwrap().turned(0, dim - 1, 33.0).placed(0.6, &at);
@@ -274,7 +274,7 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
         };
         let mut errors = Vec::new();
         for &m in rays {
-            let fan = render_with(&scene, Fibre::Fan(m), &Here).unwrap();
+            let fan = render_with(&scene, Fibre::Fan(m), &Serial).unwrap();
             let mut error = 0.0;
             for i in 0..exact.facet.len() {
                 assert!(fan.dist[i] >= exact.dist[i] * (1.0 - 1e-12), "{name}, {m} rays, pixel {i}");
@@ -291,15 +291,15 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
         let gain = if scene.hidden_dim() < 3 { 1.5 } else { 1.0 };
         assert!(errors.last().unwrap() * gain <= errors[0], "{name}: {errors:?}");
     }
-    assert!(render_with(&solids(4, &[3]), Fibre::Fan(0), &Here).is_err());
-    assert!(render_with(&solids(4, &[3]), Fibre::Fan(1000), &Here).is_err());
+    assert!(render_with(&solids(4, &[3]), Fibre::Fan(0), &Serial).is_err());
+    assert!(render_with(&solids(4, &[3]), Fibre::Fan(1000), &Serial).is_err());
 }
 
 /// A pool of threads that takes jobs from both ends.
 struct Crowd;
 
-impl Pool for Crowd {
-    fn run<'a>(&self, jobs: Vec<Job<'a>>) {
+impl Executor for Crowd {
+    fn run<'a>(&self, jobs: Vec<Task<'a>>) {
         let jobs = std::sync::Mutex::new(std::collections::VecDeque::from(jobs));
         std::thread::scope(|scope| {
             for worker in 0..5 {
@@ -328,7 +328,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         assert!(same(&crowd, &render(&scene)), "{name}");
     }
     // Enough facets for several jobs of setting up, and for the hierarchy of obstacles.
-    let many = Stage { pixels: vec![40, 30], aperture_tan: 0.3, turns: vec![(0, 3, 20.0), (1, 2, 50.0)] };
+    let many = DemoScene { pixels: vec![40, 30], aperture_tan: 0.3, turns: vec![(0, 3, 20.0), (1, 2, 50.0)] };
     let mut parts = many.scene(cell24(4).unwrap()).unwrap().into_parts();
     for _ in 0..5 {
         parts = split(&parts);

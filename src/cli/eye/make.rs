@@ -1,7 +1,7 @@
 //! `fbptr eye --make`: scenes around regular polytopes and prisms.
 
 use crate::eye::EyeScene;
-use crate::eye::shapes::{Shape, Stage, cell24, cross_polytope, cube, extrude, from_mesh, simplex};
+use crate::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, extrude, from_mesh, simplex};
 use crate::load::obj;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
@@ -66,22 +66,22 @@ impl Make {
             Made::Cell24 => cell24(dim),
             Made::Prism => {
                 let (shape, colors) = self.prism(dim)?;
-                let scene = self.stage(3)?.scene_in_colors(shape, |cell| colors[cell as usize]);
+                let scene = self.demo(3)?.scene_in_colors(shape, |cell| colors[cell as usize]);
                 return scene.map_err(|e| e.to_string());
             }
         };
         let shape = shape.map_err(|e| format!("--dim: {e}"))?;
-        self.stage(shape.dim)?.scene(shape).map_err(|e| e.to_string())
+        self.demo(shape.dim)?.scene(shape).map_err(|e| e.to_string())
     }
 
     /// The stage; without turns of its own a shape stands askew in its first `dim` dimensions.
-    fn stage(&self, dim: usize) -> Result<Stage, String> {
+    fn demo(&self, dim: usize) -> Result<DemoScene, String> {
         let askew = [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
         let turns = match self.turn.is_empty() {
             true => askew.into_iter().filter(|&(_, b, _)| b < dim).collect(),
             false => turns(&self.turn)?,
         };
-        Ok(Stage { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns })
+        Ok(DemoScene { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns })
     }
 
     /// The mesh, its middle at 0 and its radius 1, drawn out, and a colour for each of its polygons: that of its direction.

@@ -4,7 +4,7 @@ mod bench;
 mod make;
 
 use super::{Status, output, say, say_as_program};
-use crate::eye::{EyeScene, Fibre, Here, Pool, plan, render_with};
+use crate::eye::{Executor, EyeScene, Fibre, Serial, plan, render_with};
 use clap::Args;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -98,12 +98,12 @@ impl Refusal {
 }
 
 /// Threads to render on: a pool, or this one where one is asked for or no more can be had.
-pub(super) fn pool(threads: Option<u16>) -> Box<dyn Pool> {
+pub(super) fn pool(threads: Option<u16>) -> Box<dyn Executor> {
     let count =
         threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
     match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
         Ok(pool) if count > 1 => Box::new(pool),
-        _ => Box::new(Here),
+        _ => Box::new(Serial),
     }
 }
 

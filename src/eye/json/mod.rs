@@ -116,14 +116,14 @@ fn read_scene(node: &Node) -> Result<EyeScene, EyeError> {
         "lights",
         "facets",
     ])?;
-    let dim = node.field("dim")?.whole(MAX_DIM as u64)? as usize;
+    let dim = node.field("dim")?.integer(MAX_DIM as u64)? as usize;
     if dim < 2 {
         let expected = format!("a whole number from 2 to {MAX_DIM}");
         return Err(EyeError::Range { path: node.at("dim"), expected, found: dim as f64 });
     }
     let mut pixels = Vec::new();
     for n in node.field("pixels")?.array()? {
-        pixels.push(n.whole(u32::MAX.into())? as u32);
+        pixels.push(n.integer(u32::MAX.into())? as u32);
     }
     let hidden = (dim - 1).saturating_sub(pixels.len());
     let parts = SceneParts {
@@ -194,7 +194,11 @@ fn read_pose(eye: &Node, dim: usize) -> Result<Pose, EyeError> {
             return Err(EyeError::Length { path: turn.path.clone(), expected, found: entries.len() });
         };
         let most = dim as u64 - 1;
-        Ok(Rotation { a: a.whole(most)? as usize, b: b.whole(most)? as usize, angle_deg: angle.number()? })
+        Ok(Rotation {
+            a: a.integer(most)? as usize,
+            b: b.integer(most)? as usize,
+            angle_deg: angle.number()?,
+        })
     })?;
     Ok(pose)
 }

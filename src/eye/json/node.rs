@@ -27,10 +27,10 @@ impl<'a> Node<'a> {
     }
 
     /// An object with no other fields than these.
-    pub(in crate::eye) fn object(&self, known: &[&str]) -> Result<&'a Map<String, Value>, EyeError> {
+    pub(in crate::eye) fn object(&self, fields: &[&str]) -> Result<&'a Map<String, Value>, EyeError> {
         let map = self.value.as_object().ok_or_else(|| self.not("an object"))?;
-        match map.keys().find(|key| !known.contains(&key.as_str())) {
-            Some(key) => Err(EyeError::Unknown { path: self.at(key), expected: known.join(", ") }),
+        match map.keys().find(|key| !fields.contains(&key.as_str())) {
+            Some(key) => Err(EyeError::Unknown { path: self.at(key), expected: fields.join(", ") }),
             None => Ok(map),
         }
     }
@@ -54,7 +54,7 @@ impl<'a> Node<'a> {
     }
 
     /// A whole number from 0 to `most`.
-    pub(in crate::eye) fn whole(&self, most: u64) -> Result<u64, EyeError> {
+    pub(in crate::eye) fn integer(&self, most: u64) -> Result<u64, EyeError> {
         let found = self.number()?;
         if (0.0..=most as f64).contains(&found) && found.trunc() == found {
             Ok(found as u64)

@@ -19,7 +19,7 @@ pub const PALETTE: [[f64; 3]; 8] = [
 
 /// How a shape is shown.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stage {
+pub struct DemoScene {
     /// Pixels along each screen axis.
     pub pixels: Vec<u32>,
     /// Aperture of every hidden axis, a tangent.
@@ -28,7 +28,7 @@ pub struct Stage {
     pub turns: Vec<(usize, usize, f64)>,
 }
 
-impl Stage {
+impl DemoScene {
     /// The scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a white point light to the upper left of the
     /// eye and a bluish sun from the right.
     pub fn scene(&self, shape: Shape) -> Result<EyeScene, EyeError> {

@@ -3,13 +3,13 @@
 //! Out: boundaries cut into (N-1)-simplices that meet face to face, so that no ray slips between them. Simplices of closed
 //! shapes are wound alike: det(v_0, .., v_(N-1)) about an inner point is positive.
 
+mod demo_scene;
 mod extrude;
 mod regular;
-mod stage;
 
+pub use demo_scene::{DemoScene, PALETTE};
 pub use extrude::{extrude, from_mesh};
 pub use regular::{cell24, cross_polytope, cube, simplex};
-pub use stage::{PALETTE, Stage};
 
 use super::pose::sin_cos_deg;
 use super::scene::Facet;

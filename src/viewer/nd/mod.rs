@@ -9,7 +9,7 @@ mod tests;
 use super::difference::{Difference, Work};
 use super::frame::Frame;
 use super::{Wishes, depth_picture};
-use crate::eye::{self, EyePicture, EyeScene, Fibre, MISS, Pool, Pose, Sheet};
+use crate::eye::{self, ContactSheet, Executor, EyePicture, EyeScene, Fibre, MISS, Pose};
 use look::looked_at;
 use std::sync::Arc;
 
@@ -38,11 +38,11 @@ pub(super) struct Nd {
     /// Length of a step.
     step: f64,
     picture: Option<EyePicture>,
-    pool: Arc<dyn Pool + Send + Sync>,
+    pool: Arc<dyn Executor + Send + Sync>,
 }
 
 impl Nd {
-    pub fn new(given: EyeScene, pool: Arc<dyn Pool + Send + Sync>) -> Self {
+    pub fn new(given: EyeScene, pool: Arc<dyn Executor + Send + Sync>) -> Self {
         let dim = given.dim;
         let points = || given.facets.iter().flat_map(|f| &f.v);
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); dim];
@@ -86,7 +86,7 @@ impl Nd {
 
     /// A frame for the scene's screen: whole enlargements of it that come near to 640x480.
     pub fn frame_size(scene: &EyeScene) -> [u32; 2] {
-        let [w, h] = Sheet::of(&scene.pixels).picture_size();
+        let [w, h] = ContactSheet::of(&scene.pixels).picture_size();
         let scale = (640 / w.max(1)).min(480 / h.max(1)).max(1);
         match scene.screen_dim() {
             1 => [w * (640 / w.max(1)).max(1), 240],
@@ -294,12 +294,12 @@ impl Nd {
 
 fn paint(picture: &EyePicture, frame: &mut Frame) {
     let (w, h) = (frame.memory.width() as i32, frame.memory.height() as i32);
-    eye::paint(picture, &mut frame.memory, 0, 0, w, h);
+    eye::blit(picture, &mut frame.memory, 0, 0, w, h);
 }
 
 /// The flat index of the screen's pixel that a pixel of the frame shows.
 fn pixel_at(picture: &EyePicture, width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
-    let sheet = Sheet::of(&picture.pixels);
+    let sheet = ContactSheet::of(&picture.pixels);
     let [w, h] = sheet.size();
     sheet.pixel(eye::nearest(x, width, w), eye::nearest(y, height, h), picture.facet.len())
 }

@@ -1,12 +1,12 @@
 //! Turning, choosing planes, and the JSON of what is seen.
 
 use super::*;
-use crate::eye::Here;
-use crate::eye::shapes::{Stage, cube};
+use crate::eye::Serial;
+use crate::eye::shapes::{DemoScene, cube};
 
 fn tesseract() -> Nd {
-    let stage = Stage { pixels: vec![24, 18], aperture_tan: 0.3, turns: vec![(0, 1, 20.0), (1, 3, 30.0)] };
-    Nd::new(stage.scene(cube(4).expect("a cube")).expect("a scene"), Arc::new(Here))
+    let demo = DemoScene { pixels: vec![24, 18], aperture_tan: 0.3, turns: vec![(0, 1, 20.0), (1, 3, 30.0)] };
+    Nd::new(demo.scene(cube(4).expect("a cube")).expect("a scene"), Arc::new(Serial))
 }
 
 #[test]
