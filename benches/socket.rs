@@ -12,7 +12,7 @@
 //! of every measured run are compared with what was sent.
 
 use fbptr::memory::VideoMemory;
-use fbptr::server::{Audience, Budget, Engine, ListenPlace, Output, Server, Standing, Stream};
+use fbptr::server::{Audience, Budget, Engine, ListenAddress, Output, Server, Stream, StreamState};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
@@ -32,19 +32,19 @@ enum Road {
     Unix(PathBuf),
 }
 
-fn connect(place: &ListenPlace) -> Box<dyn Wire> {
+fn connect(place: &ListenAddress) -> Box<dyn Wire> {
     match place {
-        ListenPlace::Tcp(address) => {
+        ListenAddress::Tcp(address) => {
             let stream = TcpStream::connect(address).expect("the server listens");
             stream.set_nodelay(true).expect("a socket option");
             Box::new(stream)
         }
         #[cfg(unix)]
-        ListenPlace::Unix(path) => {
+        ListenAddress::Unix(path) => {
             Box::new(std::os::unix::net::UnixStream::connect(path).expect("the server listens"))
         }
         #[cfg(not(unix))]
-        ListenPlace::Unix(_) => unreachable!("no unix sockets here"),
+        ListenAddress::Unix(_) => unreachable!("no unix sockets here"),
     }
 }
 
@@ -148,7 +148,7 @@ fn send(wire: &mut dyn Wire, bytes: &[u8], times: usize, last: &[u8], answer: us
 }
 
 /// A thread that reads and discards, and answers one byte to the letter `~`, which no workload ends a read with.
-fn discard(road: &Road, total: u64, connections: usize) -> (ListenPlace, std::thread::JoinHandle<()>) {
+fn discard(road: &Road, total: u64, connections: usize) -> (ListenAddress, std::thread::JoinHandle<()>) {
     fn run(mut wire: impl Read + Write, total: u64) {
         let (mut buffer, mut left) = (vec![0; WRITE_BYTES], total);
         while left > 0 {
@@ -169,7 +169,7 @@ fn discard(road: &Road, total: u64, connections: usize) -> (ListenPlace, std::th
                     }
                 });
             });
-            (ListenPlace::Tcp(address), thread)
+            (ListenAddress::Tcp(address), thread)
         }
         #[cfg(unix)]
         Road::Unix(path) => {
@@ -184,7 +184,7 @@ fn discard(road: &Road, total: u64, connections: usize) -> (ListenPlace, std::th
                     }
                 });
             });
-            (ListenPlace::Unix(path), thread)
+            (ListenAddress::Unix(path), thread)
         }
         #[cfg(not(unix))]
         Road::Unix(_) => unreachable!("no unix sockets here"),
@@ -215,11 +215,11 @@ fn ceiling(road: &Road, workload: &Workload, times: usize, connections: usize) -
     took
 }
 
-fn serve(road: &Road) -> (Server, ListenPlace) {
+fn serve(road: &Road) -> (Server, ListenAddress) {
     let mut server = Server::start(Engine::new(WIDTH, HEIGHT).expect("a frame")).expect("a thread");
     let place = match road {
-        Road::Tcp => ListenPlace::Tcp("127.0.0.1:0".parse().expect("an address")),
-        Road::Unix(path) => ListenPlace::Unix(path.clone()),
+        Road::Tcp => ListenAddress::Tcp("127.0.0.1:0".parse().expect("an address")),
+        Road::Unix(path) => ListenAddress::Unix(path.clone()),
     };
     let place = server.listen(place).expect("a place to listen");
     (server, place)
@@ -233,8 +233,8 @@ fn from_memory(workload: &Workload) -> Duration {
     for _ in 0..100 {
         let begun = Instant::now();
         for piece in workload.bytes.chunks(WRITE_BYTES) {
-            let (used, standing) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
-            assert_eq!((used, standing), (piece.len(), Standing::Ready));
+            let (used, state) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+            assert_eq!((used, state), (piece.len(), StreamState::Ready));
         }
         best = best.min(begun.elapsed());
     }

@@ -6,7 +6,7 @@ pub mod teapot;
 
 use fbptr::error::Fault;
 use fbptr::save;
-use fbptr::server::{Client, Display, Engine, Finish, ListenPlace, RenderThread, Server};
+use fbptr::server::{Client, Display, Engine, Finish, ListenAddress, RenderThread, Server};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -119,7 +119,7 @@ pub fn with_server(
     }
     let mut server = Server::start(engine)?;
     // Port 0: the system gives a free one.
-    let ListenPlace::Tcp(address) = server.listen(ListenPlace::Tcp("127.0.0.1:0".parse()?))? else {
+    let ListenAddress::Tcp(address) = server.listen(ListenAddress::Tcp("127.0.0.1:0".parse()?))? else {
         return Err("asked for TCP, got something else".into());
     };
     let (is_endless, snap) = (arguments.frames.is_none() && !arguments.headless, arguments.snap.clone());

@@ -186,9 +186,9 @@ impl Play {
         let interrupted = watch_signals(&thread, display.clone());
         let (name, failed) = (name.to_owned(), has_failed.clone());
         let on_notice = move |notice| match notice {
-            Notice::Refused(complaint) => {
+            Notice::Refused(refused) => {
                 failed.store(true, Ordering::Release);
-                say(&complaint.play_line(&name));
+                say(&refused.play_line(&name));
             }
             Notice::Warning(warning) => say_as_program(warning),
             Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),

@@ -12,7 +12,7 @@ use crate::load::Folder;
 use crate::memory::SharedFile;
 use crate::save;
 use crate::server::{
-    Dialect, Display, Engine, Limits, ListenPlace, MetricsBoard, MetricsServer, PeriodicSnapshots, Server,
+    Dialect, Display, Engine, Limits, ListenAddress, MetricsBoard, MetricsServer, PeriodicSnapshots, Server,
     SnapshotPlan,
 };
 use crate::simd::allocator;
@@ -327,7 +327,7 @@ impl Serve {
     }
 
     /// Everything to listen on, checked.
-    fn places(&self) -> Result<Vec<ListenPlace>, String> {
+    fn places(&self) -> Result<Vec<ListenAddress>, String> {
         let mut addresses: Vec<SocketAddr> =
             self.listen.iter().map(|text| self.checked(text)).collect::<Result<_, _>>()?;
         if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
@@ -338,8 +338,8 @@ impl Serve {
                 "warning: {address} can be reached from other machines, and everybody may draw"
             ));
         }
-        let tcp = addresses.into_iter().map(ListenPlace::Tcp);
-        Ok(tcp.chain(self.unix.iter().cloned().map(ListenPlace::Unix)).collect())
+        let tcp = addresses.into_iter().map(ListenAddress::Tcp);
+        Ok(tcp.chain(self.unix.iter().cloned().map(ListenAddress::Unix)).collect())
     }
 
     /// An address that may be listened on.

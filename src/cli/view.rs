@@ -112,12 +112,12 @@ impl View {
         let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
         let mut viewer = Viewer::new(model, options).map_err(refused)?;
         let is_shown = self.show(&mut viewer, movie, watch)?;
-        let complaints = viewer.take_complaints(&self.file.display().to_string());
-        complaints.iter().for_each(|line| say(line));
+        let errors = viewer.take_errors(&self.file.display().to_string());
+        errors.iter().for_each(|line| say(line));
         if let Some(path) = &self.snap {
             save::to_path(viewer.shown(), path).map_err(|e| SceneError::Refused(e.to_string()))?;
         }
-        Ok(if is_shown && complaints.is_empty() { Status::Success } else { Status::Failed })
+        Ok(if is_shown && errors.is_empty() { Status::Success } else { Status::Failed })
     }
 
     /// The file as something to look at.

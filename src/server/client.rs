@@ -16,7 +16,7 @@
 //! ```
 
 use super::thread::message::{Id, Inbox, Item, Message};
-use super::{Complaint, InputEvent};
+use super::{CommandError, InputEvent};
 use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, RealRect, Rect};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, VideoMemory};
@@ -78,9 +78,9 @@ impl Client {
     /// The first of those that were refused since the last call.
     pub fn sync(&self) -> Result<(), Fault> {
         self.ask(Command::Sync { tag: "-".into() })?;
-        match self.complaints().into_iter().next() {
+        match self.errors().into_iter().next() {
             None => Ok(()),
-            Some(Complaint { verb, mut fault, .. }) => {
+            Some(CommandError { verb, mut fault, .. }) => {
                 fault.message.insert_str(0, &format!("{verb}: "));
                 Err(fault)
             }
@@ -88,8 +88,8 @@ impl Client {
     }
 
     /// What was refused since the last call; the line of its place counts commands from 1.
-    pub fn complaints(&self) -> Vec<Complaint> {
-        self.inbox.complaints()
+    pub fn errors(&self) -> Vec<CommandError> {
+        self.inbox.errors()
     }
 
     /// The window's events since the last call, in order; none until `EVENTS on` was sent.

@@ -2,7 +2,7 @@
 
 use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
-use super::transport::{Conversation, Input as Source, Medium, Uncontrolled, converse};
+use super::transport::{ByteSource, Endpoint, Medium, Uncontrolled, serve_connection};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
@@ -45,9 +45,9 @@ impl Player {
         notify: impl FnMut(Notice) + Send + 'static,
     ) -> io::Result<Player> {
         let ended = Arc::new(End::default());
-        let told = ended.clone();
-        let conversation = Conversation {
-            input: Source::Alone(Box::new(Sniffing { input, has_begun: false })),
+        let signal = ended.clone();
+        let endpoint = Endpoint {
+            input: ByteSource::Alone(Box::new(Sniffing { input, has_begun: false })),
             output,
             control: Arc::new(Uncontrolled),
             end,
@@ -55,9 +55,9 @@ impl Player {
             medium: Medium::Pipe,
             may_replay: true,
             on_notice: Some(Box::new(notify)),
-            on_end: Some(Box::new(move || told.tell())),
+            on_end: Some(Box::new(move || signal.notify())),
         };
-        converse(&thread.link(), conversation)?;
+        serve_connection(&thread.link(), endpoint)?;
         Ok(Player { end: ended })
     }
 
@@ -87,7 +87,7 @@ impl Player {
 }
 
 impl End {
-    fn tell(&self) {
+    fn notify(&self) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.has_ended = true;
         let action = state.on_end.take();

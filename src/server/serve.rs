@@ -2,8 +2,8 @@
 
 use super::thread::{Finish, RenderThread};
 use super::transport::{
-    Admission, Control, Conversation, Input, LINGERING, ListenError, ListenPlace, Listener, Medium,
-    Uncontrolled, converse, make_room,
+    Admission, ByteSource, Control, Endpoint, LINGERING, ListenAddress, ListenError, Listener, Medium,
+    Uncontrolled, make_room, serve_connection,
 };
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;
@@ -28,11 +28,11 @@ pub struct TooFewDescriptors {
 /// A running server.
 ///
 /// ```
-/// use fbptr::server::{Engine, ListenPlace, Server};
+/// use fbptr::server::{Engine, ListenAddress, Server};
 /// use std::io::{Read, Write};
 ///
 /// let mut server = Server::start(Engine::new(64, 48)?)?;
-/// let ListenPlace::Tcp(address) = server.listen(ListenPlace::Tcp("127.0.0.1:0".parse()?))? else { unreachable!() };
+/// let ListenAddress::Tcp(address) = server.listen(ListenAddress::Tcp("127.0.0.1:0".parse()?))? else { unreachable!() };
 /// let mut client = std::net::TcpStream::connect(address)?;
 /// client.write_all(b"PX 1 2 ff8000\nPX 1 2\nQUIT\n")?;
 /// let mut answer = String::new();
@@ -81,7 +81,7 @@ impl Server {
     ///
     /// # Errors
     /// See [`ListenError`].
-    pub fn listen(&mut self, place: ListenPlace) -> Result<ListenPlace, ListenError> {
+    pub fn listen(&mut self, place: ListenAddress) -> Result<ListenAddress, ListenError> {
         let listener = Listener::start(place, self.thread.link(), self.admission.clone())?;
         let place = listener.place().clone();
         self.listeners.push(listener);
@@ -99,8 +99,8 @@ impl Server {
         on_end: impl FnOnce() + Send + 'static,
     ) -> io::Result<()> {
         let control: Arc<dyn Control> = Arc::new(Uncontrolled);
-        let conversation = Conversation {
-            input: Input::Alone(input),
+        let endpoint = Endpoint {
+            input: ByteSource::Alone(input),
             output,
             control,
             end: EndOfInput::Stream,
@@ -110,7 +110,7 @@ impl Server {
             on_notice: None,
             on_end: Some(Box::new(on_end)),
         };
-        converse(&self.thread.link(), conversation)
+        serve_connection(&self.thread.link(), endpoint)
     }
 
     /// A client in this process.

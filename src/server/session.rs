@@ -3,7 +3,7 @@
 //! It starts as pipeline.md's "settled points" say, and goes with its connection. Nothing in it is shared.
 
 use super::record::FileSet;
-use super::{Limits, Names, Stats};
+use super::{Limits, ResourceTable, Stats};
 use crate::command::{ErrorMode, Quality};
 use crate::draw2d::Blend;
 use crate::memory::Reservation;
@@ -78,7 +78,7 @@ pub struct Session {
     /// `QUALITY`
     pub quality: Quality,
     /// Its private names.
-    pub names: Names,
+    pub names: ResourceTable,
     /// `AUTO on`: the display follows the memory.
     pub auto: bool,
     /// `EVENTS on`
@@ -126,7 +126,7 @@ impl Session {
             hide: HiddenSurface::default(),
             interp: Interpolation::default(),
             quality: Quality::Exact,
-            names: Names::default(),
+            names: ResourceTable::default(),
             auto: true,
             events: false,
             warnings: Vec::new(),

@@ -281,9 +281,9 @@ impl Viewer {
     }
 
     /// Commands of a stream that were refused, as its file's owner is told, each once.
-    pub fn take_complaints(&mut self, file: &str) -> Vec<String> {
+    pub fn take_errors(&mut self, file: &str) -> Vec<String> {
         match &mut self.subject {
-            Subject::Replay(replay) => replay.take_complaints().iter().map(|c| c.play_line(file)).collect(),
+            Subject::Replay(replay) => replay.take_errors().iter().map(|c| c.play_line(file)).collect(),
             _ => Vec::new(),
         }
     }

@@ -9,7 +9,9 @@ use super::frame::Frame;
 use crate::command::{Command, EndOfInput};
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Camera, QualityUse, ViewOverrides};
-use crate::server::{Audience, Budget, Complaint, Engine, Notice, Output, Pace, Session, Standing, Stream};
+use crate::server::{
+    Audience, Budget, CommandError, Engine, Notice, Output, Pace, Session, Stream, StreamState,
+};
 use std::sync::Arc;
 
 /// Makes the engine that a stream is played on.
@@ -21,9 +23,9 @@ pub(super) struct Replay {
     make_engine: MakeEngine,
     playing: Option<Playing>,
     /// Errors of the first playing, until they are told.
-    complaints: Vec<Complaint>,
+    errors: Vec<CommandError>,
     /// How many were told already: each playing meets the same ones.
-    told: usize,
+    reported: usize,
     /// The number of the last frame, once the end was seen.
     last_frame: Option<u64>,
 }
@@ -35,7 +37,7 @@ struct Playing {
     view_overrides: ViewOverrides,
     used: usize,
     has_ended: bool,
-    complaints: Vec<Complaint>,
+    errors: Vec<CommandError>,
 }
 
 impl Playing {
@@ -51,7 +53,7 @@ impl Playing {
         engine.set_view_overrides(view_overrides);
         engine.open(1);
         let stream = Stream::new(&engine, 1, Audience::Owner);
-        Ok(Playing { engine, stream, view_overrides, used: 0, has_ended: false, complaints: Vec::new() })
+        Ok(Playing { engine, stream, view_overrides, used: 0, has_ended: false, errors: Vec::new() })
     }
 
     /// Plays on until so many frames were presented, or to the end.
@@ -59,21 +61,21 @@ impl Playing {
         let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
         let mut out = Output::default();
         while !self.has_ended && self.engine.frames() < frames {
-            let standing = match self.used < bytes.len() {
+            let state = match self.used < bytes.len() {
                 true => {
-                    let (taken, standing) =
+                    let (taken, state) =
                         self.stream.feed(&mut self.engine, &bytes[self.used..], &mut out, budget);
                     self.used += taken;
-                    standing
+                    state
                 }
                 false => self.stream.finish(&mut self.engine, EndOfInput::File, &mut out),
             };
-            self.has_ended = standing == Standing::Ended;
+            self.has_ended = state == StreamState::Ended;
             // Nobody reads replies here.
             out.replies.clear();
             for notice in out.notices.drain(..) {
-                if let Notice::Refused(complaint) = notice {
-                    self.complaints.push(complaint);
+                if let Notice::Refused(refused) = notice {
+                    self.errors.push(refused);
                 }
             }
         }
@@ -91,12 +93,12 @@ impl Playing {
 
 impl Replay {
     pub fn new(bytes: Arc<[u8]>, make_engine: MakeEngine) -> Self {
-        Replay { bytes, make_engine, playing: None, complaints: Vec::new(), told: 0, last_frame: None }
+        Replay { bytes, make_engine, playing: None, errors: Vec::new(), reported: 0, last_frame: None }
     }
 
     /// What was refused, once.
-    pub fn take_complaints(&mut self) -> Vec<Complaint> {
-        std::mem::take(&mut self.complaints)
+    pub fn take_errors(&mut self) -> Vec<CommandError> {
+        std::mem::take(&mut self.errors)
     }
 
     /// Whether anything was presented. Known once a frame was drawn.
@@ -122,21 +124,21 @@ impl Replay {
 
     /// Draws frame number `wishes.frame`, from 0.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
-        let (view_overrides, wanted) = (wishes.view_overrides(), wishes.frame + 1);
+        let (view_overrides, requested) = (wishes.view_overrides(), wishes.frame + 1);
         // What was drawn after the last PRESENT is not taken back.
-        let is_before = |p: &Playing| p.engine.frames() < wanted + u64::from(!p.has_ended);
+        let is_before = |p: &Playing| p.engine.frames() < requested + u64::from(!p.has_ended);
         let fits = |p: &Playing| p.view_overrides == view_overrides && is_before(p);
         let mut playing = match self.playing.take().filter(fits) {
             Some(playing) => playing,
             None => Playing::new(&self.make_engine, view_overrides, RenderPath::Fast)?,
         };
-        playing.play_to(&self.bytes, wanted);
+        playing.play_to(&self.bytes, requested);
         if playing.has_ended {
             // What stands after the last PRESENT is a frame too.
             self.last_frame = Some(playing.engine.frames());
         }
-        self.complaints.extend(playing.complaints.iter().skip(self.told).cloned());
-        self.told = self.told.max(playing.complaints.len());
+        self.errors.extend(playing.errors.iter().skip(self.reported).cloned());
+        self.reported = self.reported.max(playing.errors.len());
         frame.memory.bytes_mut().copy_from_slice(playing.engine.memory().bytes());
         frame.depth = playing.engine.depth().cloned();
         self.playing = Some(playing);
@@ -145,8 +147,8 @@ impl Replay {
 
     pub fn plan(&mut self) -> Vec<String> {
         let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
-        let wanted = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
-        let found = stats.split_whitespace().filter(|word| wanted.iter().any(|w| word.starts_with(w)));
+        let requested = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
+        let found = stats.split_whitespace().filter(|word| requested.iter().any(|w| word.starts_with(w)));
         // `plan=` holds several, with commas between and colons inside.
         let words = found.flat_map(|word| word.trim_start_matches("plan=").split(','));
         words.map(|word| word.replace(['=', ':'], " ")).collect()
@@ -165,10 +167,10 @@ impl Replay {
     pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
         let (bytes, make_engine) = (Arc::clone(&self.bytes), Arc::clone(&self.make_engine));
         let view_overrides = ViewOverrides { quality: QualityUse::Exact, ..wishes.view_overrides() };
-        let (wanted, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());
+        let (requested, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());
         Box::new(move || {
             let mut playing = Playing::new(&make_engine, view_overrides, RenderPath::Plain)?;
-            playing.play_to(&bytes, wanted);
+            playing.play_to(&bytes, requested);
             Ok(Difference::of_bytes(&found, playing.engine.memory().bytes()))
         })
     }

@@ -265,13 +265,13 @@ fn a_stream_is_seen_frame_by_frame_and_complains_once() {
     assert!(second != third, "what follows the last PRESENT is seen");
     tap(&mut viewer, Key::Period);
     assert!(picture(&mut viewer) == third);
-    assert_eq!(viewer.take_complaints("s.fbs").len(), 1);
+    assert_eq!(viewer.take_errors("s.fbs").len(), 1);
     tap(&mut viewer, Key::Comma);
     assert!(picture(&mut viewer) == second, "one step back from the end");
     tap(&mut viewer, Key::Left);
     tap(&mut viewer, Key::Period);
     picture(&mut viewer);
-    assert_eq!(viewer.take_complaints("s.fbs"), Vec::<String>::new());
+    assert_eq!(viewer.take_errors("s.fbs"), Vec::<String>::new());
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn a_stream_draws_within_the_quality_it_asked_for() {
         fbptr_commands(&stream, &mut decoder);
         decoder.into_iter().for_each(|c| client.send(c));
         let frame = client.snapshot().unwrap();
-        assert_eq!(client.complaints(), []);
+        assert_eq!(client.errors(), []);
         drop(client);
         thread.finish(fbptr::server::Finish::Now);
         frame

@@ -4,7 +4,7 @@
 
 use crate::process::{Process, fbptr, play, text};
 use crate::support::{Folder, Serving, Wire};
-use fbptr::server::{Display, Engine, Limits, ListenPlace};
+use fbptr::server::{Display, Engine, Limits, ListenAddress};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,7 +34,7 @@ fn an_address_has_its_share_of_connections_and_unix_sockets_are_exempt() {
     let told = serving.say("SIZE\n");
     assert_eq!(told, "ERR 0 0 EQUOTA CONNECT: no more than 2 connections at one time from 127.0.0.1\n");
     let socket = folder.join("s");
-    serving.server.listen(ListenPlace::Unix(socket.clone())).unwrap();
+    serving.server.listen(ListenAddress::Unix(socket.clone())).unwrap();
     let mut others: Vec<UnixStream> = (0..5).map(|_| UnixStream::connect(&socket).unwrap()).collect();
     for other in &mut others {
         let mut reply = [0; 9];
@@ -165,7 +165,7 @@ fn other_words_at_the_beginning_are_what_they_were() {
     }
     // No browser reaches a Unix socket.
     let socket = folder.join("s");
-    serving.server.listen(ListenPlace::Unix(socket.clone())).unwrap();
+    serving.server.listen(ListenAddress::Unix(socket.clone())).unwrap();
     let mut stream = UnixStream::connect(&socket).unwrap();
     stream.write_all(b"GET / HTTP/1.1\nSIZE\nQUIT\n").unwrap();
     let mut reply = String::new();

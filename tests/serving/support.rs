@@ -1,7 +1,7 @@
 //! Servers and clients for the tests.
 
 use fbptr::memory::VideoMemory;
-use fbptr::server::{Engine, Limits, ListenPlace, Server};
+use fbptr::server::{Engine, Limits, ListenAddress, Server};
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
@@ -24,8 +24,8 @@ impl Serving {
 
     pub fn with(engine: Engine) -> Serving {
         let mut server = Server::start(engine).unwrap();
-        let place = ListenPlace::Tcp("127.0.0.1:0".parse().unwrap());
-        let ListenPlace::Tcp(address) = server.listen(place).unwrap() else { panic!("not tcp") };
+        let place = ListenAddress::Tcp("127.0.0.1:0".parse().unwrap());
+        let ListenAddress::Tcp(address) = server.listen(place).unwrap() else { panic!("not tcp") };
         Serving { server, address }
     }
 

@@ -11,7 +11,7 @@ use fbptr::command::EndOfInput;
 use fbptr::load::Folder;
 use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::server::{
-    Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, Standing,
+    Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, StreamState,
     Stream,
 };
 use std::io::{self, Cursor, Read, Write};
@@ -120,17 +120,17 @@ pub fn run(
         let Some(stream) = &mut streams[id] else { continue };
         engine.set_time(begun);
         let clock = Clock::now();
-        let mut standing = Standing::Ready;
+        let mut state = StreamState::Ready;
         if !turn.bytes.is_empty() {
             let bytes = &case.connections[id].stream[turn.bytes.clone()];
-            standing = feed(stream, &mut engine, bytes, cuts, &mut out, &mut replies[id]);
+            state = feed(stream, &mut engine, bytes, cuts, &mut out, &mut replies[id]);
         } else if case.connections[id].is_finished {
             let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
         }
         clock.check(|| format!("connection {id}, bytes {:?}", turn.bytes));
         replies[id].append(&mut out.replies);
         engine.count(stream.session_mut());
-        is_ended[id] = standing == Standing::Ended;
+        is_ended[id] = state == StreamState::Ended;
         if turn.bytes.is_empty() || is_ended[id] {
             engine.close(stream.session_mut());
             streams[id] = None;
@@ -155,25 +155,25 @@ fn feed(
     cuts: Cuts,
     out: &mut Output,
     replies: &mut Vec<u8>,
-) -> Standing {
+) -> StreamState {
     for piece in bytes.chunks(cuts.piece_bytes) {
         let (mut used, mut calls) = (0, 0);
         while used < piece.len() {
-            let (taken, standing) = stream.feed(engine, &piece[used..], out, cuts.budget);
+            let (taken, state) = stream.feed(engine, &piece[used..], out, cuts.budget);
             used += taken;
             replies.append(&mut out.replies);
             calls += 1;
             assert!(calls < 1_000_000, "a stream that does not go on");
-            match standing {
-                Standing::Ready | Standing::Rests => {}
-                Standing::Ended => return standing,
-                Standing::WaitsFor(_) | Standing::Works | Standing::InPieces => {
-                    panic!("{standing:?} without a display and without leave to suspend")
+            match state {
+                StreamState::Ready | StreamState::Yields => {}
+                StreamState::Ended => return state,
+                StreamState::WaitsFor(_) | StreamState::Works | StreamState::InPieces => {
+                    panic!("{state:?} without a display and without leave to suspend")
                 }
             }
         }
     }
-    Standing::Ready
+    StreamState::Ready
 }
 
 /// Runs a case on a server's threads, all connections at one time; the replies of each, and the

@@ -13,14 +13,14 @@ use crate::server::session::FileAccess;
 use std::sync::Arc;
 
 /// Where files come from.
-enum Source {
+enum FileSource {
     LoadFolder(Option<Folder>),
     Recording(Arc<FileSet>),
 }
 
 /// Reads the files of one command.
 pub(in crate::server) struct FileReader {
-    source: Source,
+    source: FileSource,
     /// Bytes of one file, and of all side files.
     max_file_bytes: u64,
     max_side_bytes: u64,
@@ -37,8 +37,8 @@ impl Engine {
     pub(super) fn file_reader(&mut self, session: &mut Session) -> FileReader {
         self.files_read.clear();
         let source = match &mut session.file_access {
-            FileAccess::LoadFolder => Source::LoadFolder(self.load_dir.clone()),
-            FileAccess::Recording(files) => Source::Recording(std::mem::take(files)),
+            FileAccess::LoadFolder => FileSource::LoadFolder(self.load_dir.clone()),
+            FileAccess::Recording(files) => FileSource::Recording(std::mem::take(files)),
         };
         FileReader {
             source,
@@ -58,7 +58,7 @@ impl FileReader {
     /// # Errors
     /// `EPERM` without a folder.
     pub fn check_source(&self, path: &str) -> Result<(), Fault> {
-        if let Source::LoadFolder(None) = self.source {
+        if let FileSource::LoadFolder(None) = self.source {
             let message = "files need a folder to be loaded from, and there is none";
             return Err(Fault::new(Code::Perm, message).got(path));
         }
@@ -67,7 +67,7 @@ impl FileReader {
 
     /// Whether reading may have to wait for a disk.
     pub fn may_wait(&self) -> bool {
-        matches!(self.source, Source::LoadFolder(Some(_)))
+        matches!(self.source, FileSource::LoadFolder(Some(_)))
     }
 
     /// The content of the file that a command names.
@@ -118,8 +118,8 @@ impl FileReader {
         }
         let missing = || FolderError::Missing { name: path.into() };
         let bytes = match &self.source {
-            Source::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
-            Source::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
+            FileSource::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
+            FileSource::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
         };
         if let Some(hasher) = &self.hasher {
             let fingerprint = hasher.fingerprint(&bytes);

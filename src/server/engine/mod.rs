@@ -20,22 +20,22 @@
 //! # Ok::<(), fbptr::error::Fault>(())
 //! ```
 
-mod control;
 mod dispatch;
+mod draw2d;
+mod draw3d;
 mod empty_draw;
 mod files;
-mod memory;
 mod pieces;
 mod quality;
+mod queries;
 mod resources;
-mod shared;
-mod space;
+mod shm;
 mod trace;
 
 use super::jobs::Job;
 use super::metrics::{MetricsBoard, VerbCounts};
-use super::names::Names;
 use super::record::{FailedRecording, ReadFile, Recorder};
+use super::resources::ResourceTable;
 use super::{Display, Limits, Session, Stats};
 use crate::cancel::CancelToken;
 use crate::command::{Command, SparePayload};
@@ -109,7 +109,7 @@ pub struct Engine {
     view_overrides: ViewOverrides,
     /// The names that ids stand for.
     id_names: IdNames,
-    shared: Names,
+    shared: ResourceTable,
     limits: Limits,
     /// Bounds all of it, and what of it the frame, depths and ids hold, and a reply that is being made.
     budget: MemoryBudget,
@@ -140,10 +140,10 @@ pub struct Engine {
     /// What the last 3-D draw did, in words without blanks.
     plan: String,
     tracing: Option<trace::Tracing>,
-    shared_file: Option<shared::Shared>,
+    shared_file: Option<shm::Shared>,
     /// Why the shared file is shared no more, and who is told.
     shared_failure: Option<String>,
-    on_shared_failure: shared::OnSharedFailure,
+    on_shared_failure: shm::OnSharedFailure,
     recorder: Option<Recorder>,
     on_present: OnPresent,
     /// The recording that ended early.
@@ -154,8 +154,8 @@ pub struct Engine {
     abandoned: Option<&'static str>,
     is_in_pieces: bool,
     /// Where the decoders of all connections put large payloads' buffers.
-    spare: SparePayload,
-    spare_swept: Instant,
+    payload_pool: SparePayload,
+    payload_pool_swept: Instant,
 }
 
 /// What the engine itself holds of the budget.
@@ -216,21 +216,21 @@ struct IdNames {
 }
 
 /// How long an unused buffer of a large payload is held for the next one.
-const HOLD_SPARE: Duration = Duration::from_secs(1);
+const HOLD_PAYLOADS: Duration = Duration::from_secs(1);
 
 impl Engine {
     /// The buffer that decoders share.
-    pub(crate) fn spare(&self) -> &SparePayload {
-        &self.spare
+    pub(crate) fn payload_pool(&self) -> &SparePayload {
+        &self.payload_pool
     }
 
     /// Gives back the shared buffer when nobody has used it for a while. Answers when to look again, if at all.
-    pub(crate) fn sweep_spare(&mut self, now: Instant) -> Option<Instant> {
-        if now >= self.spare_swept + HOLD_SPARE {
-            self.spare.sweep();
-            self.spare_swept = now;
+    pub(crate) fn sweep_payload_pool(&mut self, now: Instant) -> Option<Instant> {
+        if now >= self.payload_pool_swept + HOLD_PAYLOADS {
+            self.payload_pool.sweep();
+            self.payload_pool_swept = now;
         }
-        (self.spare.held_bytes() > 0).then(|| self.spare_swept + HOLD_SPARE)
+        (self.payload_pool.held_bytes() > 0).then(|| self.payload_pool_swept + HOLD_PAYLOADS)
     }
 
     /// An engine over a fresh frame of `width` x `height` pixels with the default limits.
@@ -262,7 +262,7 @@ impl Engine {
             budgets: Memo::default(),
             view_overrides: ViewOverrides::default(),
             id_names: IdNames::default(),
-            shared: Names::default(),
+            shared: ResourceTable::default(),
             limits,
             held,
             dialect: Dialect::default(),
@@ -285,15 +285,15 @@ impl Engine {
             tracing: None,
             shared_file: None,
             shared_failure: None,
-            on_shared_failure: shared::OnSharedFailure::default(),
+            on_shared_failure: shm::OnSharedFailure::default(),
             recorder: None,
             on_present: OnPresent(None),
             record_failure: None,
             files_read: Vec::new(),
             abandoned: None,
             is_in_pieces: false,
-            spare: SparePayload::within(&budget),
-            spare_swept: Instant::now(),
+            payload_pool: SparePayload::within(&budget),
+            payload_pool_swept: Instant::now(),
             budget,
         })
     }
@@ -346,7 +346,7 @@ impl Engine {
             return Ok(reserved);
         }
         self.renderer.release();
-        self.spare.clear();
+        self.payload_pool.clear();
         Ok(reserve(self)?)
     }
 

@@ -20,7 +20,7 @@ pub(super) struct CheaperDraw {
 }
 
 /// What is drawn within an error: everything that a choice depends on, owned, so that it can be searched elsewhere.
-pub(super) struct Wanted {
+pub(super) struct QualityRequest {
     pub scene: Scene,
     pub options: SceneOptions,
     pub kind: BudgetKind,
@@ -31,11 +31,11 @@ pub(super) struct Wanted {
 
 /// What a search has found.
 pub(super) struct Found {
-    pub wanted: Wanted,
+    pub request: QualityRequest,
     choice: Choice,
 }
 
-impl Wanted {
+impl QualityRequest {
     fn budget(&self) -> Budget<'_> {
         let [width, height] = self.size;
         Budget {
@@ -56,7 +56,7 @@ impl Wanted {
         geometry: &Arc<Geometry>,
         texture: Option<&Arc<Texture>>,
         max_error: f64,
-    ) -> Wanted {
+    ) -> QualityRequest {
         let object = Object {
             name: String::new(),
             geometry: Arc::clone(geometry),
@@ -85,7 +85,7 @@ impl Wanted {
             interp: call.interp,
             ..SceneOptions::new(width, height)
         };
-        Wanted::of_scene(engine, scene, options, BudgetKind::Draws, max_error)
+        QualityRequest::of_scene(engine, scene, options, BudgetKind::Draws, max_error)
     }
 
     /// A whole scene.
@@ -95,12 +95,12 @@ impl Wanted {
         options: SceneOptions,
         kind: BudgetKind,
         max_error: f64,
-    ) -> Wanted {
+    ) -> QualityRequest {
         let (size, depth_format) = ([engine.memory.width(), engine.memory.height()], engine.depth_format);
-        Wanted { scene, options, kind, depth_format, size, max_error }
+        QualityRequest { scene, options, kind, depth_format, size, max_error }
     }
 
-    /// The mesh of [`Wanted::of_draw`].
+    /// The mesh of [`QualityRequest::of_draw`].
     pub fn geometry(self) -> Arc<Geometry> {
         Arc::clone(&self.scene.objects[0].geometry)
     }
@@ -110,9 +110,9 @@ impl Wanted {
         choice.apply(&mut self.scene, &mut self.options);
     }
 
-    /// What the only object of [`Wanted::of_draw`] does when that was done.
+    /// What the only object of [`QualityRequest::of_draw`] does when that was done.
     pub fn cheaper_draw(&self, call: &DrawCall) -> CheaperDraw {
-        let (Wanted { scene, options, .. }, object) = (self, &self.scene.objects[0]);
+        let (QualityRequest { scene, options, .. }, object) = (self, &self.scene.objects[0]);
         CheaperDraw {
             shade: object.shade.unwrap_or(options.shade),
             sampling: object.texture.as_ref().map_or(call.sampling, |t| t.1),
@@ -127,14 +127,14 @@ impl Wanted {
 
 impl Engine {
     /// Keeps what a search has found, and gives back what it was for.
-    pub(super) fn note_found(&mut self, found: Found) -> Wanted {
-        self.budgets.insert(&found.wanted.budget(), found.choice);
-        found.wanted
+    pub(super) fn note_found(&mut self, found: Found) -> QualityRequest {
+        self.budgets.insert(&found.request.budget(), found.choice);
+        found.request
     }
 
     /// The choice for what is wanted, if it was searched already.
-    pub(super) fn known_choice(&mut self, wanted: &Wanted) -> Option<Choice> {
-        self.budgets.known(&wanted.budget())
+    pub(super) fn cached_choice(&mut self, request: &QualityRequest) -> Option<Choice> {
+        self.budgets.known(&request.budget())
     }
 
     /// The job that searches; `then` goes on with the command on the render thread.
@@ -143,22 +143,22 @@ impl Engine {
     pub(super) fn search_job(
         &self,
         command: Command,
-        wanted: Wanted,
+        request: QualityRequest,
         then: impl FnOnce(&mut Engine, &mut Session, Found) -> Result<Progress, Fault> + Send + 'static,
     ) -> Result<Progress, Fault> {
         let options = self.renderer.options();
         let pool = options.pool.clone().filter(|_| self.connections <= 1);
         let options = RenderOptions { pool, ..options.clone() };
-        let is_small = wanted.max_error < 1.0;
-        let [width, height] = wanted.size;
-        let bytes = if is_small { 0 } else { budget::search_bytes(&wanted.scene, width, height) };
+        let is_small = request.max_error < 1.0;
+        let [width, height] = request.size;
+        let bytes = if is_small { 0 } else { budget::search_bytes(&request.scene, width, height) };
         let (held, memory) = (self.budget.try_reserve(MemoryUse::Draws, bytes)?, self.budget.clone());
         Ok(Progress::Job(Job::new(is_small, move |cancel| {
             let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
             renderer.set_budget(&memory);
-            let choice = budget::choose(&mut renderer, &wanted.budget());
+            let choice = budget::choose(&mut renderer, &request.budget());
             let effect = choice.map(|choice| {
-                let found = Found { wanted, choice };
+                let found = Found { request, choice };
                 move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| then(engine, s, found)
             });
             drop((renderer, held));

@@ -1,8 +1,8 @@
 //! The verbs that make, load and free named resources.
 
+use super::draw3d::missing;
 use super::empty_draw::{self, EmptyDraw};
 use super::files::FileReader;
-use super::space::missing;
 use super::{Effect, Engine, Progress};
 use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
@@ -14,7 +14,7 @@ use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
 use crate::server::jobs::{Job, JobResult};
-use crate::server::names::{Eye, Kind, Names, Resource};
+use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
 use std::sync::Arc;
 
 impl From<shapes::ShapeError> for Fault {
@@ -37,33 +37,33 @@ impl From<EyeError> for Fault {
 
 impl Engine {
     /// What a name stands for: the connection's own, or everybody's where it begins with `@`.
-    fn resource(&self, s: &Session, kind: Kind, name: &str) -> Option<Resource> {
-        let names = if Names::is_shared(name) { &self.shared } else { &s.names };
+    fn resource(&self, s: &Session, kind: ResourceKind, name: &str) -> Option<Resource> {
+        let names = if ResourceTable::is_shared(name) { &self.shared } else { &s.names };
         names.get(kind, name).cloned()
     }
 
     pub(super) fn mesh(&self, s: &Session, name: &str) -> Result<Arc<Geometry>, Fault> {
-        match self.resource(s, Kind::Mesh, name) {
+        match self.resource(s, ResourceKind::Mesh, name) {
             Some(Resource::Mesh(geometry)) => Ok(geometry),
-            _ => Err(missing(Kind::Mesh, name)),
+            _ => Err(missing(ResourceKind::Mesh, name)),
         }
     }
 
     pub(super) fn texture(&self, s: &Session, name: &str) -> Result<Arc<Texture>, Fault> {
-        match self.resource(s, Kind::Texture, name) {
+        match self.resource(s, ResourceKind::Texture, name) {
             Some(Resource::Texture(texture)) => Ok(texture),
-            _ => Err(missing(Kind::Texture, name)),
+            _ => Err(missing(ResourceKind::Texture, name)),
         }
     }
 
-    fn keep(
+    fn store(
         &mut self,
         s: &mut Session,
         name: &str,
         resource: Resource,
         held: Reservation,
     ) -> Result<(), Fault> {
-        let names = if Names::is_shared(name) { &mut self.shared } else { &mut s.names };
+        let names = if ResourceTable::is_shared(name) { &mut self.shared } else { &mut s.names };
         names.insert(name, resource, held, &self.limits)
     }
 
@@ -73,16 +73,16 @@ impl Engine {
     fn job_memory(
         &mut self,
         s: &mut Session,
-        kind: Kind,
+        kind: ResourceKind,
         name: &str,
         input: usize,
     ) -> Result<JobMemory, Fault> {
         if self.budget.is_tight() {
             // Buffers kept for speed alone, and tables of meshes that are freed.
             self.renderer.release();
-            self.spare.clear();
+            self.payload_pool.clear();
         }
-        let names = if Names::is_shared(name) { &self.shared } else { &s.names };
+        let names = if ResourceTable::is_shared(name) { &self.shared } else { &s.names };
         let result = LoadMemory::new(&self.budget, names.room(kind, name, &self.limits));
         let taken_over = s.payload_held.take();
         let mut held = taken_over.unwrap_or_else(|| self.budget.empty(MemoryUse::Payloads));
@@ -98,7 +98,7 @@ impl Engine {
         source: Box<MeshSource>,
     ) -> Result<Progress, Fault> {
         let input = if let MeshSource::Obj(bytes) = &*source { bytes.len() } else { 0 };
-        let memory = self.job_memory(s, Kind::Mesh, &name, input)?;
+        let memory = self.job_memory(s, ResourceKind::Mesh, &name, input)?;
         let mut files = None;
         let is_small = match &*source {
             MeshSource::Obj(bytes) => {
@@ -127,7 +127,7 @@ impl Engine {
         name: String,
         file: Vec<u8>,
     ) -> Result<Progress, Fault> {
-        let memory = self.job_memory(s, Kind::Texture, &name, file.len())?;
+        let memory = self.job_memory(s, ResourceKind::Texture, &name, file.len())?;
         Ok(Progress::Job(Job::new(file.len() <= SMALL_PICTURE_BYTES, move |cancel| {
             let memory = memory.until(cancel);
             let made = Made::texture(&file, &name, memory);
@@ -137,7 +137,7 @@ impl Engine {
 
     /// `SCENE`: the file, and what it refers to, is parsed by a job.
     pub(super) fn scene_job(&mut self, s: &mut Session, x3d: Vec<u8>) -> Result<Progress, Fault> {
-        let memory = self.job_memory(s, Kind::Scene, SCENE_NAME, x3d.len())?;
+        let memory = self.job_memory(s, ResourceKind::Scene, SCENE_NAME, x3d.len())?;
         let mut files = self.file_reader(s);
         let is_small = x3d.len() <= SMALL_SCENE_BYTES && !files.may_wait();
         Ok(Progress::Job(Job::new(is_small, move |cancel| {
@@ -155,7 +155,7 @@ impl Engine {
         json: Vec<u8>,
     ) -> Result<Progress, Fault> {
         let most = self.limits.resource_bytes;
-        let memory = self.job_memory(s, Kind::Eye, &name, json.len())?;
+        let memory = self.job_memory(s, ResourceKind::Eye, &name, json.len())?;
         Ok(Progress::Job(Job::new(json.len() <= SMALL_TEXT_BYTES, move |cancel| {
             let memory = memory.until(cancel);
             let made = Made::eye(&json, &name, most, memory);
@@ -174,9 +174,9 @@ impl Engine {
         let mut files = self.file_reader(s);
         files.check_source(&path)?;
         let (made_kind, named) = match kind {
-            FileKind::Mesh => (Kind::Mesh, &*name),
-            FileKind::Texture => (Kind::Texture, &*name),
-            FileKind::Scene => (Kind::Scene, SCENE_NAME),
+            FileKind::Mesh => (ResourceKind::Mesh, &*name),
+            FileKind::Texture => (ResourceKind::Texture, &*name),
+            FileKind::Scene => (ResourceKind::Scene, SCENE_NAME),
         };
         // What is read is counted where it is read.
         let memory = self.job_memory(s, made_kind, named, 0)?;
@@ -219,7 +219,7 @@ impl Engine {
     }
 
     pub(super) fn scene(&self, s: &Session) -> Result<Arc<X3dDocument>, Fault> {
-        match s.names.get(Kind::Scene, SCENE_NAME) {
+        match s.names.get(ResourceKind::Scene, SCENE_NAME) {
             Some(Resource::Scene(document, _)) => Ok(document.clone()),
             _ => Err(Fault::new(Code::NoEnt, "there is no scene: SCENE or LOAD SCENE makes one")),
         }
@@ -233,8 +233,8 @@ impl Engine {
 
     /// `DRAWEYE`: the picture is made by a job when it is first asked for.
     pub(super) fn draw_eye(&mut self, s: &mut Session, name: String, rect: Rect) -> Result<Progress, Fault> {
-        let Some(Resource::Eye(eye)) = self.resource(s, Kind::Eye, &name) else {
-            return Err(missing(Kind::Eye, &name));
+        let Some(Resource::Eye(eye)) = self.resource(s, ResourceKind::Eye, &name) else {
+            return Err(missing(ResourceKind::Eye, &name));
         };
         if eye.has_picture() {
             self.put_eye(s, &eye, rect);
@@ -281,7 +281,7 @@ impl Engine {
     }
 
     pub(super) fn free(&mut self, s: &mut Session, name: &str) -> Result<(), Fault> {
-        let names = if Names::is_shared(name) { &mut self.shared } else { &mut s.names };
+        let names = if ResourceTable::is_shared(name) { &mut self.shared } else { &mut s.names };
         if !names.free(name) {
             return Err(Fault::new(Code::NoEnt, "nothing has this name").got(name));
         }
@@ -410,7 +410,7 @@ impl Made {
     {
         move |engine, s, _| {
             engine.note_warnings(s, &self.warnings);
-            engine.keep(s, &name, self.resource, self.memory.result.into_kept())?;
+            engine.store(s, &name, self.resource, self.memory.result.into_kept())?;
             Ok(Progress::Done(Effect::Done))
         }
     }

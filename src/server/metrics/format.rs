@@ -10,7 +10,7 @@ use std::fmt::{self, Write};
 pub(super) const PROMETHEUS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum MetricKind {
     Counter,
     Gauge,
 }
@@ -33,7 +33,7 @@ impl fmt::Display for Value {
 /// A family of samples under one name.
 struct Family {
     name: &'static str,
-    kind: Kind,
+    kind: MetricKind,
     help: &'static str,
     samples: Samples,
 }
@@ -46,10 +46,10 @@ enum Samples {
 
 fn families(reading: &Reading) -> Vec<Family> {
     let (m, refused) = (&reading.metrics, &reading.refused);
-    let counter = |name, help, n| family(name, Kind::Counter, help, Samples::One(Value::Whole(n)));
-    let gauge = |name, help, n| family(name, Kind::Gauge, help, Samples::One(Value::Whole(n)));
+    let counter = |name, help, n| family(name, MetricKind::Counter, help, Samples::One(Value::Whole(n)));
+    let gauge = |name, help, n| family(name, MetricKind::Gauge, help, Samples::One(Value::Whole(n)));
     let seconds = |name, help, s: std::time::Duration| {
-        family(name, Kind::Gauge, help, Samples::One(Value::Seconds(s.as_secs_f64())))
+        family(name, MetricKind::Gauge, help, Samples::One(Value::Seconds(s.as_secs_f64())))
     };
     let labeled = |name, kind, help, label, samples: Vec<(&'static str, u64)>| {
         let samples = samples.into_iter().map(|(value, n)| (value, Value::Whole(n))).collect();
@@ -74,7 +74,7 @@ fn families(reading: &Reading) -> Vec<Family> {
     vec![
         labeled(
             "fbptr_build_info",
-            Kind::Gauge,
+            MetricKind::Gauge,
             "The program.",
             "version",
             vec![(env!("CARGO_PKG_VERSION"), 1)],
@@ -96,11 +96,11 @@ fn families(reading: &Reading) -> Vec<Family> {
         counter("fbptr_errors_total", "Commands refused.", m.totals.errors),
         counter("fbptr_empty_draws_total", "Draws that showed nothing.", m.totals.empty_draws),
         counter("fbptr_frames_total", "Frames ended by PRESENT.", m.totals.frames),
-        labeled("fbptr_verb_commands_total", Kind::Counter, "Commands by verb.", "verb", verbs),
+        labeled("fbptr_verb_commands_total", MetricKind::Counter, "Commands by verb.", "verb", verbs),
         gauge("fbptr_connections", "Open connections.", m.connections as u64),
         labeled(
             "fbptr_connections_refused_total",
-            Kind::Counter,
+            MetricKind::Counter,
             "Connections refused for a limit, or for want of a descriptor or a thread.",
             "reason",
             refused,
@@ -108,16 +108,22 @@ fn families(reading: &Reading) -> Vec<Family> {
         counter("fbptr_connections_idle_closed_total", "Connections closed for being idle.", m.idle_closes),
         counter("fbptr_foreign_requests_total", "Connections that spoke HTTP or TLS.", m.foreign_refused),
         gauge("fbptr_queue_bytes", "Bytes received and not run yet.", m.queue_bytes),
-        labeled("fbptr_memory_bytes", Kind::Gauge, "Memory by use.", "use", memory),
+        labeled("fbptr_memory_bytes", MetricKind::Gauge, "Memory by use.", "use", memory),
         gauge("fbptr_memory_limit_bytes", "The memory budget.", m.memory_limit_bytes),
         gauge("fbptr_memory_used_bytes", "Bytes charged to the memory budget.", m.memory_used_bytes),
         gauge("fbptr_recorded_bytes", "Bytes of the recording in its file.", m.recorded_bytes),
         gauge("fbptr_snap_files_bytes", "Bytes of the files that SNAP wrote.", m.snap_bytes),
-        labeled("fbptr_recording", Kind::Gauge, "1 at the recording's state.", "state", recording.to_vec()),
+        labeled(
+            "fbptr_recording",
+            MetricKind::Gauge,
+            "1 at the recording's state.",
+            "state",
+            recording.to_vec(),
+        ),
     ]
 }
 
-fn family(name: &'static str, kind: Kind, help: &'static str, samples: Samples) -> Family {
+fn family(name: &'static str, kind: MetricKind, help: &'static str, samples: Samples) -> Family {
     Family { name, kind, help, samples }
 }
 
@@ -126,8 +132,8 @@ pub(super) fn prometheus(reading: &Reading) -> String {
     let mut text = String::with_capacity(8 << 10);
     for Family { name, kind, help, samples } in families(reading) {
         let kind = match kind {
-            Kind::Counter => "counter",
-            Kind::Gauge => "gauge",
+            MetricKind::Counter => "counter",
+            MetricKind::Gauge => "gauge",
         };
         // A String takes all text.
         let _ = write!(text, "# HELP {name} {help}\n# TYPE {name} {kind}\n");

@@ -92,7 +92,7 @@ fn accept_all(listener: &TcpListener, site: &Arc<Site>, is_ending: &AtomicBool) 
             clients.fetch_sub(1, Ordering::AcqRel);
             continue;
         }
-        let (site, place) = (site.clone(), Place(clients.clone()));
+        let (site, place) = (site.clone(), ClientSlot(clients.clone()));
         let serve = move || {
             let _place = place;
             // A client that goes away needs no answer.
@@ -104,9 +104,9 @@ fn accept_all(listener: &TcpListener, site: &Arc<Site>, is_ending: &AtomicBool) 
 }
 
 /// One of the connections that are served; counts itself out.
-struct Place(Arc<AtomicUsize>);
+struct ClientSlot(Arc<AtomicUsize>);
 
-impl Drop for Place {
+impl Drop for ClientSlot {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }

@@ -44,7 +44,7 @@ pub struct Recorder {
     has_gap: bool,
     flushed_at: Instant,
     /// The ids of file contents in the recording.
-    known_files: HashMap<Fingerprint, u64>,
+    file_ids: HashMap<Fingerprint, u64>,
     file_hasher: FileHasher,
 }
 
@@ -101,7 +101,7 @@ impl Recorder {
             chunk: None,
             has_gap: false,
             flushed_at: begun,
-            known_files: HashMap::new(),
+            file_ids: HashMap::new(),
             file_hasher: FileHasher::default(),
         })
     }
@@ -149,11 +149,11 @@ impl Recorder {
             self.block.push(b'\n');
         }
         if self.block.len() >= CHUNK_BYTES {
-            self.hand_over();
+            self.submit();
         }
     }
 
-    fn hand_over(&mut self) {
+    fn submit(&mut self) {
         if !self.block.is_empty() {
             self.block = self.writer.push(std::mem::take(&mut self.block));
         }
@@ -191,8 +191,8 @@ impl Recorder {
         self.end_chunk();
         self.begin_chunk(connection, "files ");
         for file in files {
-            let next = self.known_files.len() as u64 + 1;
-            let id = *self.known_files.entry(file.fingerprint).or_insert(next);
+            let next = self.file_ids.len() as u64 + 1;
+            let id = *self.file_ids.entry(file.fingerprint).or_insert(next);
             let name = file.path.as_bytes();
             append(&mut self.block, format_args!("{id} {} ", name.len()));
             match id == next {
@@ -294,7 +294,7 @@ impl Recorder {
     pub(in crate::server) fn tick(&mut self, now: Instant) {
         if now >= self.flushed_at + FLUSH_EVERY {
             self.end_chunk();
-            self.hand_over();
+            self.submit();
             self.flushed_at = now;
         }
     }
@@ -305,7 +305,7 @@ impl Recorder {
         self.end_chunk();
         let now = self.begun.elapsed();
         append(&mut self.block, format_args!("{END_MARK} {}.{:06}\n", now.as_secs(), now.subsec_micros()));
-        self.hand_over();
+        self.submit();
         self.writer.finish();
     }
 

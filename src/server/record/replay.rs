@@ -5,7 +5,7 @@
 
 use super::super::session::FileAccess;
 use super::super::stream::Resume;
-use super::super::{Audience, Budget, Complaint, Engine, Notice, Output, Standing, Stream};
+use super::super::{Audience, Budget, CommandError, Engine, Notice, Output, Stream, StreamState};
 use super::{END_MARK, FileSet, RECORD_MAGIC};
 use crate::command::{EndOfInput, Place};
 use crate::error::{Code, Fault};
@@ -80,9 +80,9 @@ impl Replay {
         bytes: &[u8],
         out: &mut Output,
         budget: Budget,
-    ) -> (usize, Standing) {
+    ) -> (usize, StreamState) {
         if budget.only_asks {
-            return (0, Standing::Rests);
+            return (0, StreamState::Yields);
         }
         let budget = Budget { command_time: None, ..budget };
         let mut used = 0;
@@ -93,15 +93,15 @@ impl Replay {
                 Part::Files { .. } => self.feed_files(engine, rest, out),
                 &mut Part::Commands { connection, left } => {
                     let piece = &rest[..rest.len().min(usize::try_from(left).unwrap_or(usize::MAX))];
-                    let (taken, standing) = self.feed_commands(engine, connection, piece, out, budget);
-                    if !matches!(standing, Standing::Ready | Standing::Ended) {
-                        return (used + taken, standing);
+                    let (taken, state) = self.feed_commands(engine, connection, piece, out, budget);
+                    if !matches!(state, StreamState::Ready | StreamState::Ended) {
+                        return (used + taken, state);
                     }
                     taken
                 }
             };
         }
-        if self.has_failed { (bytes.len(), Standing::Ended) } else { (used, Standing::Ready) }
+        if self.has_failed { (bytes.len(), StreamState::Ended) } else { (used, StreamState::Ready) }
     }
 
     fn feed_header(&mut self, engine: &mut Engine, bytes: &[u8], out: &mut Output) -> usize {
@@ -145,15 +145,15 @@ impl Replay {
         piece: &[u8],
         out: &mut Output,
         budget: Budget,
-    ) -> (usize, Standing) {
+    ) -> (usize, StreamState) {
         let first_notice = out.notices.len();
-        let (taken, standing) = match self.streams.get_mut(&connection) {
+        let (taken, state) = match self.streams.get_mut(&connection) {
             Some(stream) => stream.feed(engine, piece, out, budget),
-            None => (piece.len(), Standing::Ready),
+            None => (piece.len(), StreamState::Ready),
         };
         self.place_notices(&mut out.notices[first_notice..]);
         // What follows the end of a stream in its chunk is not run.
-        let taken = if standing == Standing::Ended { piece.len() } else { taken };
+        let taken = if state == StreamState::Ended { piece.len() } else { taken };
         if let Part::Commands { left, .. } = &mut self.part {
             *left -= taken as u64;
             if *left == 0 {
@@ -161,16 +161,16 @@ impl Replay {
             }
         }
         self.line += count_lf(&piece[..taken]);
-        self.after(engine, connection, standing, out);
-        (taken, standing)
+        self.after(engine, connection, state, out);
+        (taken, state)
     }
 
-    /// What a stream's standing means for the others.
-    fn after(&mut self, engine: &mut Engine, connection: u64, standing: Standing, out: &mut Output) {
-        match standing {
-            Standing::Works | Standing::InPieces => self.suspended = Some(connection),
-            Standing::Ended => self.end_of(engine, connection, out),
-            Standing::Ready | Standing::Rests | Standing::WaitsFor(_) => {}
+    /// Notes what a stream's state means for the others.
+    fn after(&mut self, engine: &mut Engine, connection: u64, state: StreamState, out: &mut Output) {
+        match state {
+            StreamState::Works | StreamState::InPieces => self.suspended = Some(connection),
+            StreamState::Ended => self.end_of(engine, connection, out),
+            StreamState::Ready | StreamState::Yields | StreamState::WaitsFor(_) => {}
         }
     }
 
@@ -181,16 +181,16 @@ impl Replay {
         resume: Resume,
         out: &mut Output,
         budget: Budget,
-    ) -> Standing {
-        let Some(connection) = self.suspended.take() else { return Standing::Ready };
-        let Some(stream) = self.streams.get_mut(&connection) else { return Standing::Ready };
+    ) -> StreamState {
+        let Some(connection) = self.suspended.take() else { return StreamState::Ready };
+        let Some(stream) = self.streams.get_mut(&connection) else { return StreamState::Ready };
         let first_notice = out.notices.len();
         let budget = Budget { command_time: None, ..budget };
-        let standing = stream.resume(engine, resume, out, budget);
+        let state = stream.resume(engine, resume, out, budget);
         self.place_notices(&mut out.notices[first_notice..]);
-        self.after(engine, connection, standing, out);
+        self.after(engine, connection, state, out);
         // The end of a stream is not that of the replay.
-        if standing == Standing::Ended { Standing::Ready } else { standing }
+        if state == StreamState::Ended { StreamState::Ready } else { state }
     }
 
     /// The verb of the command that is in pieces.
@@ -202,7 +202,7 @@ impl Replay {
     fn place_notices(&self, notices: &mut [Notice]) {
         for notice in notices {
             match notice {
-                Notice::Refused(Complaint { place, .. }) | Notice::Remark { place, .. } => {
+                Notice::Refused(CommandError { place, .. }) | Notice::Remark { place, .. } => {
                     place.line = self.line + 1;
                 }
                 Notice::Warning(_) => {}
@@ -253,7 +253,7 @@ impl Replay {
     fn refuse(&self, fault: Fault, out: &mut Output) {
         let place = Place { line: self.line, byte: 0 };
         let verb = "RECORD".into();
-        out.notices.push(Notice::Refused(Complaint { place, verb, fault, raw_token: None }));
+        out.notices.push(Notice::Refused(CommandError { place, verb, fault, raw_token: None }));
     }
 
     fn end_of(&mut self, engine: &mut Engine, connection: u64, out: &mut Output) {

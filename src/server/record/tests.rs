@@ -5,16 +5,16 @@ use super::*;
 use crate::load::Folder;
 use crate::memory::MemoryUse;
 use crate::server::Stats;
-use crate::server::{Audience, Budget, Engine, Notice, Output, Standing, Stream};
+use crate::server::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
 #[derive(Clone, Default)]
-struct Sheet(Arc<Mutex<Vec<u8>>>);
+struct WrittenBytes(Arc<Mutex<Vec<u8>>>);
 
-impl Write for Sheet {
+impl Write for WrittenBytes {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.lock().unwrap().extend_from_slice(bytes);
         Ok(bytes.len())
@@ -26,9 +26,9 @@ impl Write for Sheet {
 
 /// Runs a script on an engine that records; the memory at its end, the totals and the recording.
 fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, Vec<u8>) {
-    let sheet = Sheet::default();
+    let bytes_written = WrittenBytes::default();
     let (width, height) = (engine.memory().width(), engine.memory().height());
-    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), width, height).unwrap());
+    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), width, height).unwrap());
     let mut stream = Stream::new(&engine, 7, Audience::Owner);
     let mut out = Output::default();
     for piece in script.chunks(pieces) {
@@ -39,7 +39,7 @@ fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, 
     engine.close(stream.session_mut());
     engine.end();
     assert_eq!(engine.record_failure(), None);
-    let recording = sheet.0.lock().unwrap().clone();
+    let recording = bytes_written.0.lock().unwrap().clone();
     (engine.memory().bytes().to_vec(), engine.totals(), recording)
 }
 
@@ -84,9 +84,9 @@ impl Drop for TestFolder {
 
 #[test]
 fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
-    let sheet = Sheet::default();
+    let bytes_written = WrittenBytes::default();
     let mut engine = Engine::new(40, 30).unwrap();
-    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), 40, 30).unwrap());
+    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), 40, 30).unwrap());
     let mut streams = [1, 2].map(|id| Stream::new(&engine, id, Audience::Connection));
     let mut out = Output::default();
     let scripts: [&[u8]; 2] = [
@@ -102,7 +102,7 @@ fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
     engine.close(streams[0].session_mut());
     let want = engine.memory().bytes().to_vec();
     drop(engine);
-    let recording = sheet.0.lock().unwrap().clone();
+    let recording = bytes_written.0.lock().unwrap().clone();
     assert!(recording.starts_with(b"#!fbptr-record 2 40x30\n#@ "));
     for cut in 1..recording.len() {
         let (mut engine, mut replay) = (Engine::new(40, 30).unwrap(), Replay::new());
@@ -110,7 +110,7 @@ fn a_recording_of_two_connections_plays_to_the_same_memory_however_it_is_cut() {
         for piece in recording.chunks(cut) {
             assert_eq!(
                 replay.feed(&mut engine, piece, &mut out, Budget::NONE),
-                (piece.len(), Standing::Ready)
+                (piece.len(), StreamState::Ready)
             );
         }
         replay.finish(&mut engine, &mut out);
@@ -124,9 +124,9 @@ fn a_broken_recording_is_refused_with_its_line() {
     let (mut engine, mut replay) = (Engine::new(4, 3).unwrap(), Replay::new());
     let mut out = Output::default();
     let bytes = b"#!fbptr-record 1 4x3\n#@ 1 0.0 5\nSIZE\n\nPX 1 1 ff0000\n";
-    assert_eq!(replay.feed(&mut engine, bytes, &mut out, Budget::NONE), (bytes.len(), Standing::Ended));
-    let [Notice::Refused(complaint)] = &out.notices[..] else { panic!("{:?}", out.notices) };
-    assert_eq!(complaint.place.line, 5);
+    assert_eq!(replay.feed(&mut engine, bytes, &mut out, Budget::NONE), (bytes.len(), StreamState::Ended));
+    let [Notice::Refused(refused)] = &out.notices[..] else { panic!("{:?}", out.notices) };
+    assert_eq!(refused.place.line, 5);
 }
 
 #[test]
@@ -301,8 +301,8 @@ fn files_that_are_none_end_the_replay() {
     for files in ["1 1\n", "1 1 -\na", "x 1 1\nab", "1 5 1\nab", "1 1 99999999999999999999\nab", "no line"] {
         let recording = format!("#!fbptr-record 2 4x3\n#@ 1 0.0 files {}\n{files}\n", files.len());
         let (_, _, notices) = replay(Engine::new(4, 3).unwrap(), recording.as_bytes());
-        let [Notice::Refused(complaint)] = &notices[..] else { panic!("{files:?}: {notices:?}") };
-        assert_eq!(complaint.fault.code, crate::error::Code::Proto, "{files:?}");
+        let [Notice::Refused(refused)] = &notices[..] else { panic!("{files:?}: {notices:?}") };
+        assert_eq!(refused.fault.code, crate::error::Code::Proto, "{files:?}");
     }
 }
 
@@ -340,7 +340,7 @@ fn ask(engine: &mut Engine, request: &[u8]) -> String {
 }
 
 /// A disk that is full from the second write on.
-struct FullDisk(Sheet, usize);
+struct FullDisk(WrittenBytes, usize);
 
 impl Write for FullDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -354,15 +354,15 @@ impl Write for FullDisk {
 
 #[test]
 fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
-    let (sheet, (told, hears)) = (Sheet::default(), mpsc::channel());
+    let (bytes_written, (sender, receiver)) = (WrittenBytes::default(), mpsc::channel());
     let mut engine = Engine::new(8, 6).unwrap();
-    let tell: super::writer::OnFailure = Box::new(move |e: &io::Error| told.send(e.kind()).unwrap());
-    let disk = Box::new(FullDisk(sheet.clone(), 0));
-    engine.set_recorder(Recorder::start(disk, Patience::FILE, Some(tell), 8, 6).unwrap());
+    let on_failure: super::writer::OnFailure = Box::new(move |e: &io::Error| sender.send(e.kind()).unwrap());
+    let disk = Box::new(FullDisk(bytes_written.clone(), 0));
+    engine.set_recorder(Recorder::start(disk, Patience::FILE, Some(on_failure), 8, 6).unwrap());
     assert!(ask(&mut engine, b"STATS\n").contains(" record=ok "));
     ask(&mut engine, b"PX 1 1 ff0000\n");
     engine.tick(std::time::Instant::now() + Duration::from_secs(1));
-    assert_eq!(hears.recv_timeout(Duration::from_secs(30)), Ok(io::ErrorKind::StorageFull));
+    assert_eq!(receiver.recv_timeout(Duration::from_secs(30)), Ok(io::ErrorKind::StorageFull));
     let figures = " record=failed record_bytes=21 record_queue=0";
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     engine.tick(std::time::Instant::now());
@@ -371,7 +371,7 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     assert_eq!(ask(&mut engine, b"PX 2 2 00ff00\nPX 2 2\n"), "PX 2 2 00ff00\n");
     engine.end();
-    assert_eq!(sheet.0.lock().unwrap().as_slice(), b"#!fbptr-record 2 8x6\n");
+    assert_eq!(bytes_written.0.lock().unwrap().as_slice(), b"#!fbptr-record 2 8x6\n");
 }
 
 #[test]
@@ -379,8 +379,8 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
     use crate::command::Command;
     use crate::server::Session;
     let mut engine = Engine::new(8, 6).unwrap();
-    let sheet = Sheet::default();
-    engine.set_recorder(Recorder::new(Box::new(sheet.clone()), 8, 6).unwrap());
+    let bytes_written = WrittenBytes::default();
+    engine.set_recorder(Recorder::new(Box::new(bytes_written.clone()), 8, 6).unwrap());
     let (mut session, mut replies) = (Session::new(1, Audience::Owner), Vec::new());
     let name = "n".repeat(5000);
     let refused = engine.run(&mut session, Command::Draw { name }, &mut replies);
@@ -397,7 +397,7 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
 }
 
 /// A pipe whose reader takes nothing until the channel's other end is gone.
-struct Stalled(Sheet, mpsc::Receiver<()>);
+struct Stalled(WrittenBytes, mpsc::Receiver<()>);
 
 impl Write for Stalled {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -412,11 +412,12 @@ impl Write for Stalled {
 
 #[test]
 fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
-    let (sheet, (told, hears), (drain, room)) = (Sheet::default(), mpsc::channel(), mpsc::channel());
+    let (bytes_written, (sender, receiver), (drain, room)) =
+        (WrittenBytes::default(), mpsc::channel(), mpsc::channel());
     let mut engine = Engine::new(100, 100).unwrap();
-    let tell: super::writer::OnFailure = Box::new(move |e: &io::Error| told.send(e.kind()).unwrap());
-    let pipe = Box::new(Stalled(sheet.clone(), room));
-    engine.set_recorder(Recorder::start(pipe, Patience::PIPE, Some(tell), 100, 100).unwrap());
+    let on_failure: super::writer::OnFailure = Box::new(move |e: &io::Error| sender.send(e.kind()).unwrap());
+    let pipe = Box::new(Stalled(bytes_written.clone(), room));
+    engine.set_recorder(Recorder::start(pipe, Patience::PIPE, Some(on_failure), 100, 100).unwrap());
     let pixels: Vec<u8> = (0..40_000).map(|i| i as u8).collect();
     // The first is seen; the others are as long, and cost nothing to draw.
     let [first, flood] =
@@ -439,11 +440,11 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
     let held = |engine: &Engine| engine.memory_budget().used_for(MemoryUse::Records);
     assert!(held(&engine) > 30 << 20, "{} bytes are counted of those that wait", held(&engine));
     assert!(failure.is_some_and(|f| f.contains("no room was made")));
-    assert_eq!(hears.try_recv(), Ok(io::ErrorKind::TimedOut));
+    assert_eq!(receiver.try_recv(), Ok(io::ErrorKind::TimedOut));
     // The reader comes back: it gets the recording from the beginning on, and no end mark.
     drop(drain);
     let until = std::time::Instant::now() + Duration::from_secs(30);
-    while sheet.0.lock().unwrap().len() < 32 << 20 {
+    while bytes_written.0.lock().unwrap().len() < 32 << 20 {
         assert!(std::time::Instant::now() < until, "what was queued does not come");
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -454,7 +455,7 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
         engine.tick(std::time::Instant::now());
     }
     assert!(ask(&mut engine, b"STATS\n").contains(" memory_records=0 "));
-    let recording = sheet.0.lock().unwrap().clone();
+    let recording = bytes_written.0.lock().unwrap().clone();
     let (memory, _, notices) = replay(Engine::new(100, 100).unwrap(), &recording);
     assert!(memory == pixels, "the beginning of what was drawn");
     assert!(matches!(notices.last(), Some(Notice::Refused(c)) if c.fault.message.contains("ends early")));

@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 /// Bytes that may wait for the disk before the render thread waits for it.
 const MAX_QUEUED_BYTES: u64 = 32 << 20;
 /// Written blocks that are kept for the next ones, and the largest one kept.
-const MAX_SPARE_BLOCKS: usize = 8;
-const MAX_SPARE_BYTES: usize = 1 << 20;
+const MAX_FREE_BLOCKS: usize = 8;
+const MAX_FREE_BYTES: usize = 1 << 20;
 /// The longest time without progress at the end of a recording, if the patience is shorter.
 const FINISH_STALL: Duration = Duration::from_millis(500);
 
@@ -72,11 +72,11 @@ impl FailedRecording {
 }
 
 #[derive(Default)]
-struct State {
+struct WriterState {
     blocks: VecDeque<Vec<u8>>,
     stats: RecordStats,
     /// Empty blocks for reuse: a fresh one costs page faults.
-    spare: Vec<Vec<u8>>,
+    free_blocks: Vec<Vec<u8>>,
     failure: Option<String>,
     on_failure: Option<OnFailure>,
     /// No more blocks come.
@@ -87,7 +87,7 @@ struct State {
 
 #[derive(Default)]
 struct Shared {
-    state: Mutex<State>,
+    state: Mutex<WriterState>,
     /// A block was queued, or the queue was closed.
     queued: Condvar,
     /// Bytes were written, or the thread has ended.
@@ -96,13 +96,13 @@ struct Shared {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, WriterState> {
         // Each change of the state is complete in itself, so it is sound after a panic too.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Ends the recording; the first reason counts.
-    fn fail(&self, mut state: MutexGuard<'_, State>, error: &io::Error) {
+    fn fail(&self, mut state: MutexGuard<'_, WriterState>, error: &io::Error) {
         state.is_closed = true;
         if state.failure.is_none() {
             state.failure = Some(error.to_string());
@@ -111,8 +111,8 @@ impl Shared {
         self.has_failed.store(true, Ordering::Release);
         drop(state);
         self.queued.notify_all();
-        if let Some(tell) = on_failure {
-            tell(error);
+        if let Some(notify) = on_failure {
+            notify(error);
         }
     }
 }
@@ -140,7 +140,7 @@ impl Writer {
         patience: Patience,
         on_failure: Option<OnFailure>,
     ) -> io::Result<Writer> {
-        let state = State { on_failure, ..State::default() };
+        let state = WriterState { on_failure, ..WriterState::default() };
         let shared = Arc::new(Shared { state: Mutex::new(state), ..Shared::default() });
         let (theirs, piece_bytes) = (shared.clone(), patience.piece_bytes);
         std::thread::Builder::new().name("record".into()).spawn(move || run(&theirs, out, piece_bytes))?;
@@ -155,10 +155,10 @@ impl Writer {
             state.blocks.push_back(block);
             self.shared.queued.notify_one();
         }
-        state.spare.pop().unwrap_or_default()
+        state.free_blocks.pop().unwrap_or_default()
     }
 
-    fn wait_for_room(&self) -> MutexGuard<'_, State> {
+    fn wait_for_room(&self) -> MutexGuard<'_, WriterState> {
         let begun = Instant::now();
         let mut state = self.shared.lock();
         let mut progress = (state.stats.written_bytes, begun);
@@ -179,7 +179,11 @@ impl Writer {
         state
     }
 
-    fn wait_written<'a>(&self, state: MutexGuard<'a, State>, time: Duration) -> MutexGuard<'a, State> {
+    fn wait_written<'a>(
+        &self,
+        state: MutexGuard<'a, WriterState>,
+        time: Duration,
+    ) -> MutexGuard<'a, WriterState> {
         self.shared.written.wait_timeout(state, time).unwrap_or_else(PoisonError::into_inner).0
     }
 
@@ -241,7 +245,7 @@ fn run(shared: &Shared, mut out: Box<dyn Write + Send>, piece_bytes: usize) {
     let result = result.and_then(|()| out.flush());
     let mut state = shared.lock();
     state.is_done = true;
-    (state.blocks, state.spare) = (VecDeque::new(), Vec::new());
+    (state.blocks, state.free_blocks) = (VecDeque::new(), Vec::new());
     // Nothing waits any more, written or not.
     state.stats.queued_bytes = 0;
     match result {
@@ -275,8 +279,8 @@ fn write_block(
     }
     block.clear();
     let mut state = shared.lock();
-    if block.capacity() <= MAX_SPARE_BYTES && state.spare.len() < MAX_SPARE_BLOCKS {
-        state.spare.push(block);
+    if block.capacity() <= MAX_FREE_BYTES && state.free_blocks.len() < MAX_FREE_BLOCKS {
+        state.free_blocks.push(block);
     }
     Ok(())
 }

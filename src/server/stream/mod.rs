@@ -1,9 +1,10 @@
 //! One connection's stream: its decoder and its session, run on the engine piece by piece.
 //!
-//! In: bytes as they come, cut anywhere, or typed commands. Out: replies in order, and beside them what the owner is to
-//! know of errors. It can be told to rest: after a time, after so many reply bytes, after one command.
+//! In: bytes as they come, cut anywhere, or typed commands. Out: replies in order, and beside them
+//! what the owner is to know of errors. It yields by a budget: after a time, after so many reply
+//! bytes, after one command.
 
-mod runner;
+mod command_executor;
 
 use super::engine::Pieces;
 use super::jobs::{Job, JobResult};
@@ -12,12 +13,12 @@ use crate::command::{
     Command, Decoder, EndOfInput, Limits as StreamLimits, Place, Sink, format_play_error, format_play_fault,
 };
 use crate::error::Fault;
-use runner::Runner;
+use command_executor::CommandExecutor;
 use std::time::{Duration, Instant};
 
 /// A refused command, as its owner is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Complaint {
+pub struct CommandError {
     /// Where the command begins.
     pub place: Place,
     /// Its verb.
@@ -28,7 +29,7 @@ pub struct Complaint {
     pub raw_token: Option<Vec<u8>>,
 }
 
-impl Complaint {
+impl CommandError {
     /// `FILE:LINE: CODE VERB: message`, as `play` says it.
     pub fn play_line(&self, file: &str) -> String {
         match &self.raw_token {
@@ -45,7 +46,7 @@ impl Complaint {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// A command was refused.
-    Refused(Complaint),
+    Refused(CommandError),
     /// A file was read, and something in it skipped or put right.
     Warning(String),
     /// A command ran, and probably not as it was meant.
@@ -66,11 +67,11 @@ pub struct Output {
     pub replies: Vec<u8>,
     /// For the owner.
     pub notices: Vec<Notice>,
-    /// The job of a stream that stands as [`Standing::Works`].
+    /// The job of a stream that stands as [`StreamState::Works`].
     pub(super) job: Option<Job>,
 }
 
-/// When a stream is to rest.
+/// The budget of a stream, after which it yields.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     /// At this time at the latest, up to one command more.
@@ -79,8 +80,8 @@ pub struct Budget {
     pub reply_bytes: usize,
     /// After how much.
     pub pace: Pace,
-    /// Whether long commands may be suspended: the stream then stands as [`Standing::Works`] or [`Standing::InPieces`].
-    /// Otherwise they are run at once.
+    /// Whether long commands may be suspended: the stream then stands as [`StreamState::Works`] or
+    /// [`StreamState::InPieces`]. Otherwise they are run at once.
     pub suspends: bool,
     /// Whether those commands alone may run that only ask: another connection's command is in pieces.
     pub only_asks: bool,
@@ -100,7 +101,7 @@ pub enum Pace {
 }
 
 impl Budget {
-    /// No rest.
+    /// No limit.
     pub const NONE: Budget = Budget {
         until: None,
         reply_bytes: usize::MAX,
@@ -111,14 +112,14 @@ impl Budget {
     };
 }
 
-/// How a stream stands after a piece of it was run.
+/// The state of a stream after a piece of it was run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
-pub enum Standing {
+pub enum StreamState {
     /// It can go on.
     Ready,
-    /// It can go on, and has had its share.
-    Rests,
+    /// It can go on, and has used its budget up.
+    Yields,
     /// It waits for this frame to be on the screen; then it is owed `FRAME n`.
     WaitsFor(u64),
     /// It waits for the job in [`Output`], whose result is to be given to it.
@@ -158,7 +159,7 @@ impl Stream {
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
         let dialect = engine.dialect();
-        let mut decoder = Decoder::with_spare(limits, engine.spare());
+        let mut decoder = Decoder::with_spare(limits, engine.payload_pool());
         decoder.set_grey_digits(dialect.grey_digits);
         Stream {
             decoder,
@@ -199,29 +200,29 @@ impl Stream {
         bytes: &[u8],
         out: &mut Output,
         budget: Budget,
-    ) -> (usize, Standing) {
+    ) -> (usize, StreamState) {
         if budget.only_asks {
             return self.feed_asks(engine, bytes, out, budget);
         }
-        let (mut used, mut standing) = (0, Standing::Ready);
+        let (mut used, mut state) = (0, StreamState::Ready);
         // Stepping shall end at the right pixel: those are not commands that can pause the decoder.
         let portion = if budget.pace == Pace::OneCommand { 1 } else { usize::MAX };
-        while used < bytes.len() && standing == Standing::Ready {
+        while used < bytes.len() && state == StreamState::Ready {
             let piece = &bytes[used..used.saturating_add(portion).min(bytes.len())];
             let before = self.session.stats.commands;
-            let mut runner = Runner::new(engine, &mut self.session, out, budget);
-            runner.gathers_lines = budget.pace == Pace::Free;
-            let (taken, flow) = self.decoder.feed_some(piece, &mut runner);
-            runner.settle();
-            standing = runner.standing_after(flow);
-            self.suspended = runner.suspended.take();
+            let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
+            executor.batches_lines = budget.pace == Pace::Free;
+            let (taken, flow) = self.decoder.feed_some(piece, &mut executor);
+            executor.flush();
+            state = executor.state_after(flow);
+            self.suspended = executor.suspended.take();
             used += taken;
-            if portion == 1 && standing == Standing::Ready && self.session.stats.commands > before {
-                standing = Standing::Rests;
+            if portion == 1 && state == StreamState::Ready && self.session.stats.commands > before {
+                state = StreamState::Yields;
             }
         }
         self.session.stats.bytes = self.decoder.place().byte;
-        (used, standing)
+        (used, state)
     }
 
     /// Runs commands that only ask, up to the first other one.
@@ -231,19 +232,19 @@ impl Stream {
         bytes: &[u8],
         out: &mut Output,
         budget: Budget,
-    ) -> (usize, Standing) {
+    ) -> (usize, StreamState) {
         let mut used = 0;
         while let Some(length) = self.decoder.next_asks(&bytes[used..]) {
-            let mut runner = Runner::new(engine, &mut self.session, out, budget);
-            let (taken, flow) = self.decoder.feed_some(&bytes[used..used + length], &mut runner);
-            let standing = runner.standing_after(flow);
+            let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
+            let (taken, flow) = self.decoder.feed_some(&bytes[used..used + length], &mut executor);
+            let state = executor.state_after(flow);
             used += taken;
             self.session.stats.bytes = self.decoder.place().byte;
-            if standing != Standing::Ready {
-                return (used, standing);
+            if state != StreamState::Ready {
+                return (used, state);
             }
         }
-        (used, if used < bytes.len() { Standing::Rests } else { Standing::Ready })
+        (used, if used < bytes.len() { StreamState::Yields } else { StreamState::Ready })
     }
 
     /// The verb of the command that is in pieces.
@@ -252,30 +253,31 @@ impl Stream {
     }
 
     /// Says that no more bytes come.
-    pub fn finish(&mut self, engine: &mut Engine, end: EndOfInput, out: &mut Output) -> Standing {
-        let mut runner = Runner::new(engine, &mut self.session, out, Budget::NONE);
-        let _ = self.decoder.finish(end, &mut runner);
-        runner.settle();
-        match runner.standing {
-            Standing::WaitsFor(frame) => Standing::WaitsFor(frame),
-            _ => Standing::Ended,
+    pub fn finish(&mut self, engine: &mut Engine, end: EndOfInput, out: &mut Output) -> StreamState {
+        let mut executor = CommandExecutor::new(engine, &mut self.session, out, Budget::NONE);
+        let _ = self.decoder.finish(end, &mut executor);
+        executor.flush();
+        match executor.state {
+            StreamState::WaitsFor(frame) => StreamState::WaitsFor(frame),
+            _ => StreamState::Ended,
         }
     }
 
-    /// Goes on with the command for which the stream stood as [`Standing::Works`] or [`Standing::InPieces`].
+    /// Goes on with the command for which the stream stood as [`StreamState::Works`] or
+    /// [`StreamState::InPieces`].
     pub(super) fn resume(
         &mut self,
         engine: &mut Engine,
         resume: Resume,
         out: &mut Output,
         budget: Budget,
-    ) -> Standing {
-        let Some(suspended) = self.suspended.take() else { return Standing::Ready };
-        let mut runner = Runner::new(engine, &mut self.session, out, budget);
-        let flow = runner.resume(resume, suspended);
-        let standing = runner.standing_after(flow);
-        self.suspended = runner.suspended.take();
-        standing
+    ) -> StreamState {
+        let Some(suspended) = self.suspended.take() else { return StreamState::Ready };
+        let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
+        let flow = executor.resume(resume, suspended);
+        let state = executor.state_after(flow);
+        self.suspended = executor.suspended.take();
+        state
     }
 
     /// Runs one typed command, checked as the decoder would.
@@ -285,21 +287,21 @@ impl Stream {
         command: Command,
         out: &mut Output,
         budget: Budget,
-    ) -> Standing {
+    ) -> StreamState {
         let place = Place { line: self.session.stats.commands + 1, byte: 0 };
         let checked = command.check();
-        let mut runner = Runner::new(engine, &mut self.session, out, budget);
+        let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
         let flow = match checked {
-            Ok(()) => runner.command(command, place),
+            Ok(()) => executor.command(command, place),
             Err(fault) => {
-                runner.session.stats.commands += 1;
-                runner.session.stats.errors += 1;
-                runner.refuse(place, command.verb(), fault)
+                executor.session.stats.commands += 1;
+                executor.session.stats.errors += 1;
+                executor.refuse(place, command.verb(), fault)
             }
         };
-        let standing = runner.standing_after(flow);
-        self.suspended = runner.suspended.take();
-        standing
+        let state = executor.state_after(flow);
+        self.suspended = executor.suspended.take();
+        state
     }
 }
 

@@ -6,11 +6,11 @@ fn play(script: &[u8], pieces: usize, audience: Audience) -> (Engine, Output) {
     let mut stream = Stream::new(&engine, 1, audience);
     let mut out = Output::default();
     for piece in script.chunks(pieces) {
-        let (used, standing) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
-        if standing == Standing::Ended {
+        let (used, state) = stream.feed(&mut engine, piece, &mut out, Budget::NONE);
+        if state == StreamState::Ended {
             return (engine, out);
         }
-        assert_eq!((used, standing), (piece.len(), Standing::Ready));
+        assert_eq!((used, state), (piece.len(), StreamState::Ready));
     }
     let _ = stream.finish(&mut engine, EndOfInput::Stream, &mut out);
     (engine, out)
@@ -95,8 +95,8 @@ fn a_pixelflut_connection_hears_nothing_unasked_until_it_uses_more() {
     let (_, out) = play(b"NOPE\nPX 1\n", 5, Audience::Owner);
     assert_eq!(out.notices.len(), 2, "the player always hears");
     let (_, out) = play(b"PX 1 2 \xff\"\n", 5, Audience::Owner);
-    let [Notice::Refused(complaint)] = &out.notices[..] else { panic!("{:?}", out.notices) };
-    assert!(complaint.play_line("f").ends_with(", got \"\\xff\\x22\""), "{}", complaint.play_line("f"));
+    let [Notice::Refused(refused)] = &out.notices[..] else { panic!("{:?}", out.notices) };
+    assert!(refused.play_line("f").ends_with(", got \"\\xff\\x22\""), "{}", refused.play_line("f"));
 }
 
 #[test]
@@ -125,13 +125,13 @@ fn a_stream_rests_when_its_budget_is_used_up() {
     let mut out = Output::default();
     let script = b"SYNC a\nSYNC b\nPX 1 1 ff0000\nPX 2 2 ff0000\nPRESENT\nSYNC c\n";
     let few = Budget { reply_bytes: 3, ..Budget::NONE };
-    assert_eq!(stream.feed(&mut engine, script, &mut out, few), (7, Standing::Rests));
+    assert_eq!(stream.feed(&mut engine, script, &mut out, few), (7, StreamState::Yields));
     let step = Budget { pace: Pace::OneCommand, ..Budget::NONE };
-    assert_eq!(stream.feed(&mut engine, &script[7..], &mut out, step), (7, Standing::Rests));
-    assert_eq!(stream.feed(&mut engine, &script[14..], &mut out, step), (14, Standing::Rests));
+    assert_eq!(stream.feed(&mut engine, &script[7..], &mut out, step), (7, StreamState::Yields));
+    assert_eq!(stream.feed(&mut engine, &script[14..], &mut out, step), (14, StreamState::Yields));
     assert_eq!(engine.memory().get_pixel(2, 2).unwrap(), [0, 0, 0, 255]);
     let frame = Budget { pace: Pace::OneFrame, ..Budget::NONE };
-    assert_eq!(stream.feed(&mut engine, &script[28..], &mut out, frame), (22, Standing::Rests));
+    assert_eq!(stream.feed(&mut engine, &script[28..], &mut out, frame), (22, StreamState::Yields));
     assert_eq!(engine.frames(), 1);
 }
 
@@ -152,8 +152,8 @@ fn draw(setting: &str, obj: &str) -> String {
 fn quality_bears_a_corner_at_the_end_of_the_range() {
     let corners = [[-1e308, -2.4, -3.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.5]];
     for setting in ["", "SHADE wire"] {
-        let told = draw(setting, &obj(&corners));
-        assert!(told.ends_with("SYNC end\n") && !told.contains("ERR "), "{setting}: {told}");
+        let replies = draw(setting, &obj(&corners));
+        assert!(replies.ends_with("SYNC end\n") && !replies.contains("ERR "), "{setting}: {replies}");
     }
 }
 
@@ -163,8 +163,8 @@ fn lines_bear_ends_that_no_pixel_holds() {
         [[0.0; 3], [2.538641780355495, 2.0929266199436105e-136, 0.0], [0.0, -1.3908630219965512, 0.0]];
     let setting = "SHADE wire\nCULL none\nLOOKAT 0 1.1102674947234016e-103 -1.734260416372793 0 0 0 0 1 0\nPERSPECTIVE 1 0e0 0e0\n\
         SCALE -1.9456990801196434 -3.1556175855094014e239 0";
-    let told = draw(setting, &obj(&corners));
-    assert!(told.ends_with("SYNC end\n") && !told.contains("defect"), "{told}");
+    let replies = draw(setting, &obj(&corners));
+    assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{replies}");
 }
 
 /// Any number that a line can give, and its extremes more often.

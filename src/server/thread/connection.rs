@@ -1,23 +1,24 @@
 //! A connection as the render thread sees it: its stream, the work that waits, and where its replies go.
 
-use super::message::{Batch, Item, Message, Opening, Port, Source};
+use super::message::{Batch, ConnectionSource, Item, Message, OpenConnection, Port};
 use crate::command::EndOfInput;
 use crate::error::{Code, Fault};
 use crate::server::jobs::{JobResult, Ticket};
-use crate::server::outbox::Outbox;
 use crate::server::record::{RECORD_MAGIC, Replay};
+use crate::server::reply_queue::ReplyQueue;
 use crate::server::sniff::{Foreign, Sniffer, Verdict};
 use crate::server::stream::Resume;
 use crate::server::transport::Medium;
-use crate::server::{Budget, Engine, InputEvent, Notice, Output, Standing, Stream};
+use crate::server::{Budget, Engine, InputEvent, Notice, Output, Stream, StreamState};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A turn of so little work, after one of so little time, is expected to be short.
-const BRIEF_BYTES: u64 = 8 << 10;
-const BRIEF_TIME: Duration = Duration::from_micros(200);
+/// A slice of so little work, after one of so little time, is expected to be short: the connection
+/// is interactive.
+const INTERACTIVE_BYTES: u64 = 8 << 10;
+const INTERACTIVE_TIME: Duration = Duration::from_micros(200);
 
 /// Replies of so many bytes are sent by the render thread itself, where the client has read those before.
 const SHORT_REPLY_BYTES: usize = 16 << 10;
@@ -53,23 +54,23 @@ pub(super) struct Connection {
     /// The inbox has items that are not in `work` yet.
     has_mail: bool,
     mail: Vec<Item>,
-    source: Source,
+    source: ConnectionSource,
     has_writer: bool,
     on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     on_end: Option<Box<dyn FnOnce() + Send>>,
-    /// It is in the render thread's round.
+    /// It is in one of the scheduler's queues.
     pub is_queued: bool,
-    /// After its turn it had work left that holds no lease.
+    /// After its slice it had work left that holds no pooled buffer.
     pub is_slow: bool,
-    /// How long its last turn took.
-    pub last_turn: Duration,
+    /// How long its last slice took.
+    pub last_slice: Duration,
     /// The frame that it waits for, and who asked, where that is an in-process client.
     pub waits_for: Option<u64>,
     /// The job that it waits for.
     job: Option<Ticket>,
     /// It is in the middle of a command that is run in pieces.
     pub is_in_pieces: bool,
-    /// In its last turn, another one was.
+    /// In its last slice, another one was.
     is_held: bool,
     /// Where the reply to a typed command goes, unless nobody asked.
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
@@ -88,18 +89,18 @@ struct Activity {
 }
 
 /// A connection that is over, and whose transport is still busy with the last replies.
-pub(super) struct Leaving {
-    pub outbox: Arc<Outbox>,
+pub(super) struct ClosingConnection {
+    pub reply_queue: Arc<ReplyQueue>,
     pub port: Box<dyn Port>,
     pub since: Instant,
     pub pending: usize,
 }
 
 impl Connection {
-    pub fn new(engine: &Engine, id: u64, opening: Opening) -> Self {
-        let Opening { audience, medium, may_replay, source, on_notice, on_end } = opening;
-        if let Source::Stream { outbox, .. } = &source {
-            outbox.set_budget(engine.memory_budget());
+    pub fn new(engine: &Engine, id: u64, opening: OpenConnection) -> Self {
+        let OpenConnection { audience, medium, may_replay, source, on_notice, on_end } = opening;
+        if let ConnectionSource::Stream { reply_queue, .. } = &source {
+            reply_queue.set_budget(engine.memory_budget());
         }
         Connection {
             id,
@@ -119,7 +120,7 @@ impl Connection {
             on_end,
             is_queued: false,
             is_slow: false,
-            last_turn: Duration::ZERO,
+            last_slice: Duration::ZERO,
             waits_for: None,
             job: None,
             is_in_pieces: false,
@@ -136,9 +137,10 @@ impl Connection {
         self.work.push_back(Work::Bytes { batch, at: 0 });
     }
 
-    /// Ends the leases of what must wait longer than to the next turn: of all when the connection waits for something, or
-    /// when its turn ended within a batch. Whether it has work left that holds no lease.
-    pub fn shorten_leases(&mut self) -> bool {
+    /// Gives back the pooled buffers of what must wait longer than to the next slice: all of them
+    /// when the connection waits for something, or when its slice ended within a batch. Returns
+    /// whether it has work left that holds none.
+    pub fn release_buffers(&mut self) -> bool {
         let is_parked = self.waits_for.is_some()
             || self.job.is_some()
             || self.is_stalled
@@ -147,14 +149,14 @@ impl Connection {
         if is_parked || matches!(self.work.front(), Some(Work::Bytes { at: 1.., .. })) {
             for work in &mut self.work {
                 if let Work::Bytes { batch, at } = work
-                    && batch.lease.is_some()
+                    && batch.pooled.is_some()
                 {
-                    batch.keep_from(std::mem::take(at));
+                    batch.unpool_from(std::mem::take(at));
                 }
             }
         }
-        let is_leased = |work: &Work| matches!(work, Work::Bytes { batch, .. } if batch.lease.is_some());
-        self.is_runnable() && (self.has_mail || !self.work.iter().all(is_leased))
+        let is_pooled = |work: &Work| matches!(work, Work::Bytes { batch, .. } if batch.pooled.is_some());
+        self.is_runnable() && (self.has_mail || !self.work.iter().all(is_pooled))
     }
 
     pub fn add_end(&mut self, end: EndOfInput) {
@@ -179,9 +181,9 @@ impl Connection {
             && !self.is_stalled
     }
 
-    /// Whether its turn will be short, by what waits and how the last one was.
-    pub fn is_brief(&self) -> bool {
-        self.queued_bytes <= BRIEF_BYTES && self.last_turn <= BRIEF_TIME
+    /// Returns whether its slice will be short, by what waits and how the last one was.
+    pub fn is_interactive(&self) -> bool {
+        self.queued_bytes <= INTERACTIVE_BYTES && self.last_slice <= INTERACTIVE_TIME
     }
 
     /// Whether nothing that was received is left to run.
@@ -227,14 +229,20 @@ impl Connection {
 
     /// Runs a slice of the work that waits, of at most `bytes` stream bytes and as the budget says; replies go to `out`.
     /// Answers how it stands: `Ended` when it is over.
-    pub fn run(&mut self, engine: &mut Engine, bytes: usize, budget: Budget, out: &mut Output) -> Standing {
-        if let Source::Stream { outbox, .. } = &self.source
+    pub fn run(
+        &mut self,
+        engine: &mut Engine,
+        bytes: usize,
+        budget: Budget,
+        out: &mut Output,
+    ) -> StreamState {
+        if let ConnectionSource::Stream { reply_queue, .. } = &self.source
             // What holds up others goes on whether its client reads or not.
             && !self.is_in_pieces
-            && outbox.is_full(budget.reply_bytes)
+            && reply_queue.is_full(budget.reply_bytes)
         {
             self.is_stalled = true;
-            return Standing::Rests;
+            return StreamState::Yields;
         }
         let mut left = bytes;
         self.is_held = budget.only_asks;
@@ -242,14 +250,14 @@ impl Connection {
             if self.work.is_empty() && self.has_mail {
                 self.fetch_mail();
             }
-            let standing = match self.work.pop_front() {
-                None => return Standing::Ready,
-                // One that is leased is run in one go: what is left of it would have to be copied.
+            let state = match self.work.pop_front() {
+                None => return StreamState::Ready,
+                // A pooled one is run in one go: what is left of it would have to be copied.
                 Some(Work::Bytes { batch, at: 0 })
-                    if batch.lease.is_some() && left < bytes.min(batch.filled) =>
+                    if batch.pooled.is_some() && left < bytes.min(batch.filled) =>
                 {
                     self.work.push_front(Work::Bytes { batch, at: 0 });
-                    return Standing::Rests;
+                    return StreamState::Yields;
                 }
                 Some(Work::Bytes { batch, at }) => {
                     let end = batch.filled.min(at + left);
@@ -267,25 +275,25 @@ impl Connection {
                             return self.refuse_foreign(foreign, engine, out);
                         }
                     }
-                    let (used, standing) = match &mut self.replay {
+                    let (used, state) = match &mut self.replay {
                         Some(replay) => replay.feed(engine, piece, out, budget),
                         None => self.stream.feed(engine, piece, out, budget),
                     };
                     left -= used;
                     self.queued_bytes -= used as u64;
-                    match at + used < batch.filled && standing != Standing::Ended {
+                    match at + used < batch.filled && state != StreamState::Ended {
                         true => self.work.push_front(Work::Bytes { batch, at: at + used }),
                         false => self.give_back(batch),
                     }
-                    standing
+                    state
                 }
                 Some(work @ (Work::Resume(_) | Work::End(_))) if self.is_held => {
                     self.work.push_front(work);
-                    return Standing::Rests;
+                    return StreamState::Yields;
                 }
                 Some(Work::Item(item)) if self.is_held && !item.only_asks() => {
                     self.work.push_front(Work::Item(item));
-                    return Standing::Rests;
+                    return StreamState::Yields;
                 }
                 Some(Work::Item(item)) => {
                     left -= left.min(64);
@@ -293,14 +301,14 @@ impl Connection {
                 }
                 Some(Work::Resume(resume)) => {
                     self.is_in_pieces = false;
-                    let standing = match &mut self.replay {
+                    let state = match &mut self.replay {
                         Some(replay) => replay.resume(engine, resume, out, budget),
                         None => self.stream.resume(engine, resume, out, budget),
                     };
-                    if matches!(self.source, Source::Inbox(_)) {
-                        self.answer(standing, out);
+                    if matches!(self.source, ConnectionSource::Inbox(_)) {
+                        self.answer(state, out);
                     }
-                    standing
+                    state
                 }
                 Some(Work::End(end)) => {
                     if let Some(replay) = &mut self.replay {
@@ -309,63 +317,63 @@ impl Connection {
                     self.stream.finish(engine, end, out)
                 }
             };
-            self.tell(&mut out.notices);
-            match standing {
-                Standing::Ready => {}
-                Standing::WaitsFor(frame) => {
+            self.notify(&mut out.notices);
+            match state {
+                StreamState::Ready => {}
+                StreamState::WaitsFor(frame) => {
                     self.waits_for = Some(frame);
-                    return standing;
+                    return state;
                 }
-                Standing::InPieces => {
+                StreamState::InPieces => {
                     self.is_in_pieces = true;
                     self.work.push_front(Work::Resume(Resume::Pieces));
-                    return Standing::Rests;
+                    return StreamState::Yields;
                 }
-                Standing::Rests | Standing::Works | Standing::Ended => return standing,
+                StreamState::Yields | StreamState::Works | StreamState::Ended => return state,
             }
         }
-        Standing::Rests
+        StreamState::Yields
     }
 
     /// Ends the connection of a client that speaks another protocol: one error, and nothing of it has run.
-    fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> Standing {
+    fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> StreamState {
         let stats = &mut self.stream.session_mut().stats;
         stats.commands += 1;
         stats.errors += 1;
         engine.note_foreign();
         out.replies.extend_from_slice(foreign.reply().as_bytes());
-        Standing::Ended
+        StreamState::Ended
     }
 
-    fn run_item(&mut self, engine: &mut Engine, item: Item, out: &mut Output, budget: Budget) -> Standing {
+    fn run_item(&mut self, engine: &mut Engine, item: Item, out: &mut Output, budget: Budget) -> StreamState {
         match item {
             Item::Command(command) => {
                 self.owed = None;
-                let standing = self.stream.run(engine, command, out, budget);
-                self.answer(standing, out);
-                standing
+                let state = self.stream.run(engine, command, out, budget);
+                self.answer(state, out);
+                state
             }
             Item::Ask(command, answer) => {
                 self.owed = Some(answer);
-                let standing = self.stream.run(engine, command, out, budget);
-                self.answer(standing, out);
-                standing
+                let state = self.stream.run(engine, command, out, budget);
+                self.answer(state, out);
+                state
             }
             Item::Look(look) => {
                 look(engine);
-                Standing::Ready
+                StreamState::Ready
             }
         }
     }
 
     /// Gives the reply to a typed command to whoever asked, when it has taken effect.
-    fn answer(&mut self, standing: Standing, out: &mut Output) {
-        if matches!(standing, Standing::WaitsFor(_) | Standing::Works | Standing::InPieces) {
+    fn answer(&mut self, state: StreamState, out: &mut Output) {
+        if matches!(state, StreamState::WaitsFor(_) | StreamState::Works | StreamState::InPieces) {
             return;
         }
         let Some(answer) = self.owed.take() else { return out.replies.clear() };
         let result = match out.notices.pop() {
-            Some(Notice::Refused(complaint)) => Err(complaint.fault),
+            Some(Notice::Refused(refused)) => Err(refused.fault),
             _ => Ok(std::mem::take(&mut out.replies)),
         };
         // Whoever asked may be gone.
@@ -417,23 +425,23 @@ impl Connection {
 
     fn fetch_mail(&mut self) {
         self.has_mail = false;
-        if let Source::Inbox(inbox) = &self.source {
+        if let ConnectionSource::Inbox(inbox) = &self.source {
             inbox.take(&mut self.mail);
             self.work.extend(self.mail.drain(..).map(Work::Item));
         }
     }
 
     fn give_back(&self, batch: Batch) {
-        if let Source::Stream { recycle, .. } = &self.source {
+        if let ConnectionSource::Stream { recycle, .. } = &self.source {
             recycle.put(batch, self.stream.wanted_bytes());
         }
     }
 
-    fn tell(&mut self, notices: &mut Vec<Notice>) {
+    fn notify(&mut self, notices: &mut Vec<Notice>) {
         for notice in notices.drain(..) {
             match (&mut self.on_notice, &self.source, notice) {
-                (Some(tell), _, notice) => tell(notice),
-                (None, Source::Inbox(inbox), Notice::Refused(complaint)) => inbox.complain(complaint),
+                (Some(notify), _, notice) => notify(notice),
+                (None, ConnectionSource::Inbox(inbox), Notice::Refused(refused)) => inbox.push_error(refused),
                 (None, ..) => {}
             }
         }
@@ -445,55 +453,55 @@ impl Connection {
             return;
         }
         match &mut self.source {
-            Source::Inbox(_) => replies.clear(),
-            Source::Stream { outbox, port, .. } => {
+            ConnectionSource::Inbox(_) => replies.clear(),
+            ConnectionSource::Stream { reply_queue, port, .. } => {
                 // A change of threads takes longer than sending a short reply.
-                if replies.len() <= SHORT_REPLY_BYTES && outbox.pending() == 0 {
+                if replies.len() <= SHORT_REPLY_BYTES && reply_queue.pending() == 0 {
                     let sent = port.send_now(replies);
                     replies.drain(..sent);
                     if replies.is_empty() {
                         return;
                     }
                 }
-                outbox.put(replies);
+                reply_queue.put(replies);
                 if !std::mem::replace(&mut self.has_writer, true) {
                     let (id, messages) = (self.id, messages.clone());
                     // A render thread that is gone needs no room.
                     let on_room = move || drop(messages.send(Message::Room(id)));
-                    port.start_writer(outbox.clone(), limit, Box::new(on_room));
+                    port.start_writer(reply_queue.clone(), limit, Box::new(on_room));
                 }
             }
         }
     }
 
-    /// Tells it of an event; a client that does not read misses events, not replies.
-    pub fn tell_event(&mut self, event: &InputEvent, limit: usize, messages: &Sender<Message>) {
+    /// Sends it an event; a client that does not read misses events, not replies.
+    pub fn push_event(&mut self, event: &InputEvent, limit: usize, messages: &Sender<Message>) {
         match &self.source {
-            Source::Inbox(inbox) => inbox.hear(event),
-            Source::Stream { outbox, .. } if outbox.pending() < limit => {
+            ConnectionSource::Inbox(inbox) => inbox.push_event(event),
+            ConnectionSource::Stream { reply_queue, .. } if reply_queue.pending() < limit => {
                 self.reply(&mut format!("{event}\n").into_bytes(), limit, messages);
             }
-            Source::Stream { .. } => {}
+            ConnectionSource::Stream { .. } => {}
         }
     }
 
     /// Bytes of replies that its client has not read.
     pub fn unread(&self) -> usize {
         match &self.source {
-            Source::Inbox(_) => 0,
-            Source::Stream { outbox, .. } => outbox.pending(),
+            ConnectionSource::Inbox(_) => 0,
+            ConnectionSource::Stream { reply_queue, .. } => reply_queue.pending(),
         }
     }
 
     /// Ends the transport's reading, where that can be done.
     pub fn stop_reading(&mut self) {
-        if let Source::Stream { port, .. } = &mut self.source {
+        if let ConnectionSource::Stream { port, .. } = &mut self.source {
             self.is_ending = port.stop_reading();
         }
     }
 
     /// Ends the connection: frees its state and lets the last replies go.
-    pub fn close(mut self, engine: &mut Engine) -> Option<Leaving> {
+    pub fn close(mut self, engine: &mut Engine) -> Option<ClosingConnection> {
         if let Some(ticket) = &self.job {
             ticket.cancel();
         }
@@ -506,17 +514,17 @@ impl Connection {
             on_end();
         }
         match self.source {
-            Source::Inbox(inbox) => {
+            ConnectionSource::Inbox(inbox) => {
                 inbox.close();
                 None
             }
-            Source::Stream { outbox, mut port, .. } => {
-                outbox.close();
+            ConnectionSource::Stream { reply_queue, mut port, .. } => {
+                reply_queue.close();
                 if !self.has_writer {
-                    port.end_without_writer(&outbox);
+                    port.end_without_writer(&reply_queue);
                 }
-                let pending = outbox.pending();
-                Some(Leaving { outbox, port, since: Instant::now(), pending })
+                let pending = reply_queue.pending();
+                Some(ClosingConnection { reply_queue, port, since: Instant::now(), pending })
             }
         }
     }

@@ -1,9 +1,9 @@
 //! What travels to the render thread.
 
 use super::super::jobs::JobResult;
-use super::super::outbox::Outbox;
-use super::super::transport::{Lease, Medium, Recycle};
-use super::super::{Audience, Complaint, InputEvent, Notice};
+use super::super::reply_queue::ReplyQueue;
+use super::super::transport::{Medium, PooledBuffer, Recycle};
+use super::super::{Audience, CommandError, InputEvent, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
 use crate::server::Engine;
@@ -14,24 +14,25 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 /// A connection's number.
 pub(crate) type Id = u64;
 
-/// Bytes of a connection: the first `filled` of the lease's buffer, or of its own, which goes back to its reader.
+/// Bytes of a connection: the first `filled` of the pooled buffer, or of its own, which goes back
+/// to its reader.
 #[derive(Debug)]
 pub(crate) struct Batch {
     pub buffer: Vec<u8>,
-    pub lease: Option<Lease>,
+    pub pooled: Option<PooledBuffer>,
     pub filled: usize,
 }
 
 impl Batch {
     /// What was read.
     pub fn bytes(&self) -> &[u8] {
-        &self.lease.as_ref().map_or(&self.buffer, |l| &l.buffer)[..self.filled]
+        &self.pooled.as_ref().map_or(&self.buffer, |l| &l.buffer)[..self.filled]
     }
 
-    /// Ends the lease; what stands from `at` on is kept in the own buffer.
-    pub fn keep_from(&mut self, at: usize) {
-        if let Some(lease) = self.lease.take() {
-            self.buffer = lease.buffer[at..self.filled].to_vec();
+    /// Gives the pooled buffer back; what stands from `at` on is kept in the own buffer.
+    pub fn unpool_from(&mut self, at: usize) {
+        if let Some(pooled) = self.pooled.take() {
+            self.buffer = pooled.buffer[at..self.filled].to_vec();
             self.filled -= at;
         }
     }
@@ -40,7 +41,7 @@ impl Batch {
 /// One message. Bytes of a connection come in order; messages of different connections in the order of sending.
 pub(crate) enum Message {
     /// A connection begins.
-    Open(Id, Box<Opening>),
+    Open(Id, Box<OpenConnection>),
     /// Bytes that it sent.
     Bytes(Id, Batch),
     /// It sends no more.
@@ -76,34 +77,35 @@ impl fmt::Debug for Message {
 }
 
 /// What a new connection brings.
-pub(crate) struct Opening {
+pub(crate) struct OpenConnection {
     pub audience: Audience,
     pub medium: Medium,
     /// Whether its bytes may be a recording.
     pub may_replay: bool,
-    pub source: Source,
-    /// Told of each refusal and warning, where the audience is the owner.
+    pub source: ConnectionSource,
+    /// Called with each refusal and warning, where the audience is the owner.
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     /// Called when the connection's last command has run.
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
 }
 
 /// Where a connection's commands come from, and where its replies go.
-pub(crate) enum Source {
+pub(crate) enum ConnectionSource {
     /// A stream of bytes.
-    Stream { recycle: Recycle, outbox: Arc<Outbox>, port: Box<dyn Port> },
+    Stream { recycle: Recycle, reply_queue: Arc<ReplyQueue>, port: Box<dyn Port> },
     /// An in-process client.
     Inbox(Arc<Inbox>),
 }
 
 /// The render thread's hold on a transport.
 pub(crate) trait Port: Send {
-    /// Starts the writer's thread over `outbox`; called once, with the first reply that cannot be sent at once.
-    fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>);
+    /// Starts the writer's thread over `reply_queue`; called once, with the first reply that cannot
+    /// be sent at once.
+    fn start_writer(&mut self, reply_queue: Arc<ReplyQueue>, limit: usize, on_room: Box<dyn Fn() + Send>);
     /// Sends as much of a short reply as can be sent without waiting, before any writer has work; how much that was.
     fn send_now(&mut self, bytes: &[u8]) -> usize;
     /// No reply waits for a writer, and none will.
-    fn end_without_writer(&mut self, outbox: &Outbox);
+    fn end_without_writer(&mut self, reply_queue: &ReplyQueue);
     /// Ends the transport's reading: what has arrived is still read. Whether that can be done.
     fn stop_reading(&mut self) -> bool;
     /// Ends the transport at once.
@@ -143,7 +145,7 @@ pub(crate) struct Inbox {
 struct Mail {
     items: Vec<Item>,
     is_closed: bool,
-    complaints: Vec<Complaint>,
+    errors: Vec<CommandError>,
     events: Vec<InputEvent>,
 }
 
@@ -153,8 +155,8 @@ const MAX_AHEAD: usize = 1 << 14;
 /// Events that a client does not take beyond this many are missed.
 const MAX_EVENTS: usize = 4096;
 
-/// Complaints beyond this many are counted in STATS alone.
-const MAX_COMPLAINTS: usize = 1000;
+/// Errors beyond this many are counted in STATS alone.
+const MAX_ERRORS: usize = 1000;
 
 impl Inbox {
     fn lock(&self) -> MutexGuard<'_, Mail> {
@@ -192,16 +194,16 @@ impl Inbox {
         self.taken.notify_all();
     }
 
-    /// Keeps a complaint for the client.
-    pub fn complain(&self, complaint: Complaint) {
+    /// Keeps an error for the client.
+    pub fn push_error(&self, refused: CommandError) {
         let mut mail = self.lock();
-        if mail.complaints.len() < MAX_COMPLAINTS {
-            mail.complaints.push(complaint);
+        if mail.errors.len() < MAX_ERRORS {
+            mail.errors.push(refused);
         }
     }
 
     /// Keeps an event of the window for the client.
-    pub fn hear(&self, event: &InputEvent) {
+    pub fn push_event(&self, event: &InputEvent) {
         let mut mail = self.lock();
         if mail.events.len() < MAX_EVENTS {
             mail.events.push(event.clone());
@@ -213,8 +215,8 @@ impl Inbox {
         std::mem::take(&mut self.lock().events)
     }
 
-    /// The complaints since the last call.
-    pub fn complaints(&self) -> Vec<Complaint> {
-        std::mem::take(&mut self.lock().complaints)
+    /// The errors since the last call.
+    pub fn errors(&self) -> Vec<CommandError> {
+        std::mem::take(&mut self.lock().errors)
     }
 }

@@ -1,32 +1,35 @@
-//! THE RENDER THREAD: owns the engine, and with it the video memory; runs what all connections send, in turns.
+//! THE RENDER THREAD: owns the engine, and with it the video memory; runs what all connections
+//! send, in slices.
 //!
-//! In: batches of bytes and typed commands over one bounded channel; input from the display. Out: replies in each
-//! connection's outbox, frames on the display. Promises: each connection's commands run in order and its replies keep
-//! that order; connections take turns of [`SLICE_BYTES`] or [`SLICE_TIME`], whichever is used up first (one command more
-//! at most; where many take turns, less time); the thread waits for no client, no window and no reader. A reader has few buffers and waits for the next
-//! one, so what is received and not run is bounded, and the socket itself holds a fast sender back.
+//! In: batches of bytes and typed commands over one bounded channel; input from the display. Out:
+//! replies in each connection's reply queue, frames on the display. Promises: each connection's
+//! commands run in order and its replies keep that order; connections run by slices of
+//! [`SLICE_BYTES`] or [`SLICE_TIME`], whichever is used up first (one command more at most; where
+//! many run, less time); the thread waits for no client, no window and no reader. A reader has few
+//! buffers and waits for the next one, so what is received and not run is bounded, and the socket
+//! itself holds a fast sender back.
 
 pub(crate) mod connection;
 pub(crate) mod message;
-mod turns;
+mod scheduler;
 
 use super::client::Client;
-use super::transport::{Buffers, LEASE_BYTES, Medium, Poller};
+use super::transport::{BufferPool, Medium, POOLED_BUFFER_BYTES, Poller};
 use super::workers::DRAW_STACK_BYTES;
 use super::{Audience, Engine};
 use crate::cancel::CancelToken;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use message::{Id, Inbox, Message, Opening, Source};
+use message::{ConnectionSource, Id, Inbox, Message, OpenConnection};
+use scheduler::Scheduler;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use turns::Loop;
 
-/// Stream bytes of one connection before the next has its turn.
-pub const SLICE_BYTES: usize = LEASE_BYTES;
-/// Time of one connection before the next has its turn, and the time in which all of them have one, where that leaves
-/// each no less than a tenth of it.
+/// Stream bytes of one slice, after which the next connection runs.
+pub const SLICE_BYTES: usize = POOLED_BUFFER_BYTES;
+/// The time of one slice, and the time in which every connection has one, where that leaves each no
+/// less than a tenth of it.
 pub const SLICE_TIME: Duration = Duration::from_millis(2);
 const ROUND_TIME: Duration = Duration::from_millis(24);
 /// Messages that may wait. Each connection has few, so that this is never what limits one of them.
@@ -36,7 +39,7 @@ const SHOW_EVERY: Duration = Duration::from_millis(15);
 /// Between two looks for idle connections.
 const IDLE_SCAN_EVERY: Duration = Duration::from_secs(1);
 /// How long a connection that is over may go without its client taking a byte.
-const LEAVE_WITHIN: Duration = Duration::from_secs(20);
+const CLOSE_WITHIN: Duration = Duration::from_secs(20);
 /// How long a client may keep its side open after it was sent everything.
 const HANG_UP_WITHIN: Duration = Duration::from_secs(3);
 
@@ -91,13 +94,13 @@ impl RenderThread {
         let (ends, ended) = bounded(0);
         let (sender, messages) = bounded(CHANNEL_ROOM);
         let own_sender = sender.clone();
-        let buffers = Arc::new(Buffers::new());
+        let buffers = Arc::new(BufferPool::new());
         let poller = Arc::new(Poller::new(buffers.clone())?);
-        let hand = poller.hand();
+        let inline_reader = poller.inline_reader();
         let thread = std::thread::Builder::new().name("render".into()).stack_size(DRAW_STACK_BYTES).spawn(
             move || {
                 let _ends: Sender<()> = ends;
-                Loop::new(engine, messages, own_sender, buffers, hand).run()
+                Scheduler::new(engine, messages, own_sender, buffers, inline_reader).run()
             },
         )?;
         Ok(RenderThread {
@@ -114,11 +117,11 @@ impl RenderThread {
     pub fn client(&self) -> Client {
         let (link, inbox) = (self.link(), Arc::new(Inbox::default()));
         let id = link.new_id();
-        let opening = Opening {
+        let opening = OpenConnection {
             audience: Audience::Owner,
             medium: Medium::InProcess,
             may_replay: false,
-            source: Source::Inbox(inbox.clone()),
+            source: ConnectionSource::Inbox(inbox.clone()),
             on_notice: None,
             on_end: None,
         };

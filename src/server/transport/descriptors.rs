@@ -24,14 +24,14 @@ pub(crate) struct Room {
     pub limit: u64,
 }
 
-/// Raises the process's limit of open files so that `wanted` more fit, as far as the hard limit
-/// goes. Returns the room that there is then, or `None` where there is no limit.
+/// Raises the process's limit of open files so that `connections` more fit, as far as the hard
+/// limit goes. Returns the room that there is then, or `None` where there is no limit.
 #[cfg(unix)]
-pub(crate) fn make_room(wanted: usize) -> Option<Room> {
+pub(crate) fn make_room(connections: usize) -> Option<Room> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let mut limit = getrlimit(Resource::Nofile);
     let open = count_open().unwrap_or(USUALLY_OPEN);
-    let needed = (open.saturating_add(wanted).saturating_add(KEPT_FOR_FILES)) as u64;
+    let needed = (open.saturating_add(connections).saturating_add(KEPT_FOR_FILES)) as u64;
     if limit.current? < needed {
         let raised = limit.maximum.map_or(needed, |hard| hard.min(needed));
         let new = Rlimit { current: Some(raised), maximum: limit.maximum };
@@ -75,13 +75,13 @@ pub(super) fn are_exhausted(error: &io::Error) -> bool {
 
 /// A descriptor held for nothing: given up for a moment, it lets a client be accepted and told why
 /// it cannot stay.
-pub(super) struct Spare(Option<File>);
+pub(super) struct ReservedDescriptor(Option<File>);
 
-impl Spare {
+impl ReservedDescriptor {
     pub fn new() -> Self {
-        let mut spare = Spare(None);
-        spare.take();
-        spare
+        let mut reserved = ReservedDescriptor(None);
+        reserved.take();
+        reserved
     }
 
     /// Opens it again. Without a descriptor for it there is none until the next call.

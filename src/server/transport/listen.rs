@@ -5,13 +5,13 @@
 //! so is standard error. Promises: whatever fails, the thread goes on accepting, and serves again
 //! when it passes.
 
-use super::descriptors::{self, Spare};
+use super::descriptors::{self, ReservedDescriptor};
 use super::refuse::{refuse, refuse_now};
 use super::report::{Trouble, report};
 use super::selector::Selector;
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
-use super::{Admission, Conversation, Input, Medium, Refusal, Replies, Stream, converse};
+use super::{Admission, ByteSource, Endpoint, Medium, Refusal, Replies, Stream, serve_connection};
 use crate::command::EndOfInput;
 use crate::server::Audience;
 use crate::server::thread::Link;
@@ -29,18 +29,18 @@ use std::time::Duration;
 
 /// Where to listen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum ListenAddress {
     /// A TCP address.
     Tcp(SocketAddr),
     /// A Unix socket file.
     Unix(PathBuf),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ListenAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Tcp(address) => write!(f, "tcp {address}"),
-            Place::Unix(path) => write!(f, "unix {}", path.display()),
+            ListenAddress::Tcp(address) => write!(f, "tcp {address}"),
+            ListenAddress::Unix(path) => write!(f, "unix {}", path.display()),
         }
     }
 }
@@ -53,7 +53,7 @@ pub enum ListenError {
     #[error("cannot listen on {place}: {source}")]
     Refused {
         /// Where.
-        place: Place,
+        place: ListenAddress,
         /// Why.
         source: io::Error,
     },
@@ -61,7 +61,7 @@ pub enum ListenError {
     #[error("cannot listen on {place}: {found}, and only a dead socket is replaced")]
     Occupied {
         /// Where.
-        place: Place,
+        place: ListenAddress,
         /// What is there.
         found: &'static str,
     },
@@ -69,11 +69,11 @@ pub enum ListenError {
     #[error("cannot listen on {place}: this system has no unix sockets")]
     NoUnix {
         /// Where.
-        place: Place,
+        place: ListenAddress,
     },
 }
 
-enum Door {
+enum ListenSocket {
     Tcp(TcpListener),
     #[cfg(unix)]
     Unix {
@@ -82,45 +82,50 @@ enum Door {
     },
 }
 
-impl Door {
-    fn open(place: &Place) -> Result<(Door, Place), ListenError> {
+impl ListenSocket {
+    fn open(place: &ListenAddress) -> Result<(ListenSocket, ListenAddress), ListenError> {
         match place {
-            Place::Tcp(address) => {
+            ListenAddress::Tcp(address) => {
                 let refused = |source| ListenError::Refused { place: place.clone(), source };
                 let listener = std::net::TcpListener::bind(address).map_err(refused)?;
                 let address = listener.local_addr().map_err(refused)?;
                 listener.set_nonblocking(true).map_err(refused)?;
-                Ok((Door::Tcp(TcpListener::from_std(listener)), Place::Tcp(address)))
+                Ok((ListenSocket::Tcp(TcpListener::from_std(listener)), ListenAddress::Tcp(address)))
             }
             #[cfg(unix)]
-            Place::Unix(path) => {
+            ListenAddress::Unix(path) => {
                 let (listener, file) = unix::open(path)?;
-                Ok((Door::Unix { listener: UnixListener::from_std(listener), _file: file }, place.clone()))
+                Ok((
+                    ListenSocket::Unix { listener: UnixListener::from_std(listener), _file: file },
+                    place.clone(),
+                ))
             }
             #[cfg(not(unix))]
-            Place::Unix(_) => Err(ListenError::NoUnix { place: place.clone() }),
+            ListenAddress::Unix(_) => Err(ListenError::NoUnix { place: place.clone() }),
         }
     }
 
     /// The next client, and its address where it has one.
     fn accept(&self) -> io::Result<(Stream, Option<IpAddr>)> {
         match self {
-            Door::Tcp(listener) => {
+            ListenSocket::Tcp(listener) => {
                 let (stream, peer) = listener.accept()?;
                 // Replies are short, and waited for.
                 let _ = stream.set_nodelay(true);
                 Ok((Stream::Tcp(stream), Some(peer.ip())))
             }
             #[cfg(unix)]
-            Door::Unix { listener, .. } => listener.accept().map(|(stream, _)| (Stream::Unix(stream), None)),
+            ListenSocket::Unix { listener, .. } => {
+                listener.accept().map(|(stream, _)| (Stream::Unix(stream), None))
+            }
         }
     }
 
     fn register(&mut self, selector: &Selector) -> io::Result<()> {
         match self {
-            Door::Tcp(listener) => selector.register(listener, 0),
+            ListenSocket::Tcp(listener) => selector.register(listener, 0),
             #[cfg(unix)]
-            Door::Unix { listener, .. } => selector.register(listener, 0),
+            ListenSocket::Unix { listener, .. } => selector.register(listener, 0),
         }
     }
 }
@@ -128,7 +133,7 @@ impl Door {
 /// A place that is listened on. Dropping it ends the listening, not the connections.
 #[derive(Debug)]
 pub struct Listener {
-    place: Place,
+    place: ListenAddress,
     is_ending: Arc<AtomicBool>,
     selector: Arc<Selector>,
     thread: Option<JoinHandle<()>>,
@@ -141,17 +146,17 @@ impl Listener {
     /// # Errors
     /// See [`ListenError`].
     pub(crate) fn start(
-        place: Place,
+        place: ListenAddress,
         link: Link,
         admission: Arc<Admission>,
     ) -> Result<Listener, ListenError> {
-        let (mut door, place) = Door::open(&place)?;
+        let (mut socket, place) = ListenSocket::open(&place)?;
         let refused = |source| ListenError::Refused { place: place.clone(), source };
         let selector = Arc::new(Selector::new().map_err(refused)?);
-        door.register(&selector).map_err(refused)?;
+        socket.register(&selector).map_err(refused)?;
         let is_ending = Arc::new(AtomicBool::new(false));
-        let reception = Reception {
-            door,
+        let acceptor = Acceptor {
+            socket,
             place: place.clone(),
             selector: selector.clone(),
             is_ending: is_ending.clone(),
@@ -160,13 +165,13 @@ impl Listener {
         };
         let thread = Builder::new()
             .name(format!("listen {place}"))
-            .spawn(move || reception.accept_all())
+            .spawn(move || acceptor.accept_all())
             .map_err(refused)?;
         Ok(Listener { place, is_ending, selector, thread: Some(thread) })
     }
 
     /// Where it listens; a port of 0 has become the one that the system gave.
-    pub fn place(&self) -> &Place {
+    pub fn place(&self) -> &ListenAddress {
         &self.place
     }
 }
@@ -186,33 +191,33 @@ impl Drop for Listener {
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// What the thread of a listener has.
-struct Reception {
-    door: Door,
-    place: Place,
+struct Acceptor {
+    socket: ListenSocket,
+    place: ListenAddress,
     selector: Arc<Selector>,
     is_ending: Arc<AtomicBool>,
     link: Link,
     admission: Arc<Admission>,
 }
 
-impl Reception {
+impl Acceptor {
     fn accept_all(&self) {
-        let mut spare = Spare::new();
+        let mut reserved = ReservedDescriptor::new();
         while !self.is_ending.load(Ordering::Acquire) {
-            match self.door.accept() {
-                Ok((stream, peer)) => self.welcome(stream, peer),
-                Err(e) => self.after(&e, &mut spare),
+            match self.socket.accept() {
+                Ok((stream, peer)) => self.serve_client(stream, peer),
+                Err(e) => self.after(&e, &mut reserved),
             }
         }
     }
 
     /// Does what an accept without a connection calls for.
-    fn after(&self, error: &io::Error, spare: &mut Spare) {
+    fn after(&self, error: &io::Error, reserved: &mut ReservedDescriptor) {
         match error.kind() {
             io::ErrorKind::WouldBlock => self.wait(),
             // Its client has gone in the meantime.
             io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted => {}
-            _ if descriptors::are_exhausted(error) => self.turn_away_with(spare, error),
+            _ if descriptors::are_exhausted(error) => self.refuse_with(reserved, error),
             _ => self.pause(Trouble::Accept, "cannot accept a connection", error),
         }
     }
@@ -231,30 +236,30 @@ impl Reception {
 
     /// Gives the spare descriptor up to accept one connection, which would wait without a word
     /// otherwise, and refuse it.
-    fn turn_away_with(&self, spare: &mut Spare, why: &io::Error) {
-        spare.give_up();
-        let accepted = self.door.accept();
+    fn refuse_with(&self, reserved: &mut ReservedDescriptor, why: &io::Error) {
+        reserved.give_up();
+        let accepted = self.socket.accept();
         match accepted {
             Ok((stream, _)) => {
                 self.admission.note_no_resources();
                 report(Trouble::Descriptors, format_args!("refused a connection on {}: {why}", self.place));
                 refuse_now(stream, "the server has no descriptor left for it");
-                spare.take();
+                reserved.take();
             }
             // The system asks for a descriptor before it looks whether anybody is there.
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => {
-                spare.take();
+                reserved.take();
                 self.wait();
             }
             Err(e) => {
                 self.pause(Trouble::Descriptors, "cannot accept a connection", &e);
-                spare.take();
+                reserved.take();
             }
         }
     }
 
-    /// Begins a conversation with a client, or tells it why there is none.
-    fn welcome(&self, stream: Stream, peer: Option<IpAddr>) {
+    /// Serves a client, or sends it the reason why not.
+    fn serve_client(&self, stream: Stream, peer: Option<IpAddr>) {
         let slot = match self.admission.admit(peer) {
             Ok(slot) => slot,
             Err(refusal) => {
@@ -282,8 +287,8 @@ impl Reception {
                 return refuse(stream, "the server has no means left to read it");
             }
         };
-        let conversation = Conversation {
-            input: Input::Socket(socket.clone()),
+        let endpoint = Endpoint {
+            input: ByteSource::Socket(socket.clone()),
             output: Box::new(Replies(socket.clone())),
             control: socket,
             end: EndOfInput::Stream,
@@ -294,7 +299,7 @@ impl Reception {
             on_end: None,
         };
         // A socket needs no more than it was given by now.
-        if let Err(e) = converse(&self.link, conversation) {
+        if let Err(e) = serve_connection(&self.link, endpoint) {
             report(Trouble::Threads, format_args!("ended a connection: {e}"));
         }
     }

@@ -1,20 +1,21 @@
 //! TRANSPORTS: bytes from files, pipes and sockets to the render thread, and replies back.
 //!
 //! All sockets are read by one thread or by the render thread itself (`poll.rs`), files and pipes
-//! by a thread each that blocks in `read` (`pipe.rs`); both fill the same few leases (`lease.rs`)
-//! within the same limits (`flow.rs`): a connection that has enough on its way to the render thread
-//! is not read, the system's buffer fills, and the sender is held back. Each connection has one
-//! writer thread that is started with the first reply that cannot be sent at once. Nothing here
-//! looks at the bytes.
+//! by a thread each that blocks in `read` (`pipe.rs`); both fill the same few buffers
+//! (`buffer_pool.rs`) within the same limits (`backpressure.rs`): a connection that has enough on
+//! its way to the render thread is not read, the system's buffer fills, and the sender is held
+//! back. Each connection has one writer thread that is started with the first reply that cannot be
+//! sent at once. Nothing here looks at the bytes.
 
 mod admission;
+mod backpressure;
+mod buffer_pool;
 mod descriptors;
-mod flow;
-mod lease;
+mod inline_reader;
 mod listen;
 mod pipe;
 mod poll;
-mod ready;
+mod ready_queue;
 mod refuse;
 mod report;
 mod selector;
@@ -24,16 +25,17 @@ mod unix;
 
 pub use admission::RefusedConnections;
 pub(crate) use admission::{Admission, Refusal, Slot};
+pub(crate) use buffer_pool::{BufferPool, POOLED_BUFFER_BYTES, PooledBuffer};
 pub(crate) use descriptors::make_room;
-pub(crate) use lease::{Buffers, LEASE_BYTES, Lease};
-pub use listen::{ListenError, Listener, Place as ListenPlace};
-pub(crate) use poll::{Hand, Next, Poller};
+pub(crate) use inline_reader::{InlineReader, Next};
+pub use listen::{ListenAddress, ListenError, Listener};
+pub(crate) use poll::Poller;
 pub(crate) use refuse::LINGERING;
 pub(crate) use socket::{Replies, Socket, Stream};
 
-use super::outbox::Outbox;
+use super::reply_queue::ReplyQueue;
 use super::thread::Link;
-use super::thread::message::{Batch, Message, Opening, Port, Source};
+use super::thread::message::{Batch, ConnectionSource, Message, OpenConnection, Port};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use crossbeam_channel::bounded;
@@ -88,16 +90,16 @@ impl Medium {
 }
 
 /// What is read.
-pub(crate) enum Input {
+pub(crate) enum ByteSource {
     /// A file or a pipe, by a thread of its own.
     Alone(Box<dyn Read + Send>),
     /// A socket that the poller has adopted.
     Socket(Arc<Socket>),
 }
 
-/// One end of a conversation: what to read, where to write, and who hears of what.
-pub(crate) struct Conversation {
-    pub input: Input,
+/// A connection's ends: the source of bytes, the sink of replies, and who is notified.
+pub(crate) struct Endpoint {
+    pub input: ByteSource,
     pub output: Box<dyn Write + Send>,
     pub control: Arc<dyn Control>,
     /// What the end of the input means for a last line without LF.
@@ -113,25 +115,30 @@ pub(crate) struct Conversation {
 /// Held by those who read and write: when only the render thread has it left, both have ended.
 pub(crate) type Life = Arc<()>;
 
-/// Begins a conversation with the render thread.
+/// Starts to serve a connection: announces it to the render thread and begins to read.
 ///
 /// # Errors
 /// When the system has no thread to give; nothing has begun then.
-pub(crate) fn converse(link: &Link, conversation: Conversation) -> io::Result<()> {
-    let Conversation { input, output, control, end, audience, medium, may_replay, on_notice, on_end } =
-        conversation;
+pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()> {
+    let Endpoint { input, output, control, end, audience, medium, may_replay, on_notice, on_end } = endpoint;
     let (id, socket, pipe) = match input {
-        Input::Socket(socket) => (socket.id, Some(socket), None),
-        Input::Alone(pipe) => (link.new_id(), None, Some(pipe)),
+        ByteSource::Socket(socket) => (socket.id, Some(socket), None),
+        ByteSource::Alone(pipe) => (link.new_id(), None, Some(pipe)),
     };
     let life = Life::default();
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let messages = link.messages.clone();
     let back = link.poller.prepare(id, socket, end, messages.clone());
     let recycle = Recycle(back.clone());
-    let source = Source::Stream { recycle, outbox: Arc::new(Outbox::default()), port: Box::new(port) };
-    let opening =
-        Message::Open(id, Box::new(Opening { audience, medium, may_replay, source, on_notice, on_end }));
+    let source = ConnectionSource::Stream {
+        recycle,
+        reply_queue: Arc::new(ReplyQueue::default()),
+        port: Box::new(port),
+    };
+    let opening = Message::Open(
+        id,
+        Box::new(OpenConnection { audience, medium, may_replay, source, on_notice, on_end }),
+    );
     let Some(pipe) = pipe else {
         // A render thread that is gone opens no more.
         if messages.send(opening).is_ok() {
@@ -159,9 +166,9 @@ pub(crate) struct Recycle(poll::Return);
 
 impl Recycle {
     /// Gives a batch back, after which the connection's payload waits for so many bytes.
-    pub fn put(&self, batch: Batch, wanted: usize) {
+    pub fn put(&self, batch: Batch, payload_left: usize) {
         drop(batch);
-        self.0.put(wanted);
+        self.0.put(payload_left);
     }
 }
 
@@ -171,7 +178,7 @@ impl Drop for Recycle {
     }
 }
 
-/// The render thread's hold on a conversation.
+/// The render thread's hold on a connection's transport.
 struct StreamPort {
     writer: Option<Box<dyn Write + Send>>,
     control: Arc<dyn Control>,
@@ -181,9 +188,9 @@ struct StreamPort {
 }
 
 impl Port for StreamPort {
-    fn start_writer(&mut self, outbox: Arc<Outbox>, limit: usize, on_room: Box<dyn Fn() + Send>) {
+    fn start_writer(&mut self, reply_queue: Arc<ReplyQueue>, limit: usize, on_room: Box<dyn Fn() + Send>) {
         let Some(mut writer) = self.writer.take() else { return };
-        let (control, life, for_writer) = (self.control.clone(), self.life.clone(), outbox.clone());
+        let (control, life, for_writer) = (self.control.clone(), self.life.clone(), reply_queue.clone());
         let write = move || {
             let _life = life;
             // A client that reads no more has heard enough.
@@ -196,7 +203,7 @@ impl Port for StreamPort {
         if let Err(e) = Builder::new().name(name).stack_size(STACK_BYTES).spawn(write) {
             report(Trouble::Threads, format_args!("ended a connection: no thread to send replies: {e}"));
             // It cannot be answered.
-            outbox.set_done();
+            reply_queue.set_done();
             self.control.abort();
         }
     }
@@ -205,10 +212,10 @@ impl Port for StreamPort {
         self.control.send_now(bytes)
     }
 
-    fn end_without_writer(&mut self, outbox: &Outbox) {
+    fn end_without_writer(&mut self, reply_queue: &ReplyQueue) {
         self.writer = None;
         self.control.finish_writing();
-        outbox.set_done();
+        reply_queue.set_done();
     }
 
     fn stop_reading(&mut self) -> bool {

@@ -21,45 +21,47 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(10);
 const ROUND_BYTES: usize = 64 << 10;
 
-struct Crowd {
+struct LingeringSockets {
     sockets: Vec<(Stream, Instant)>,
     has_thread: bool,
 }
 
-static CROWD: Mutex<Crowd> = Mutex::new(Crowd { sockets: Vec::new(), has_thread: false });
+static LINGERING_SOCKETS: Mutex<LingeringSockets> =
+    Mutex::new(LingeringSockets { sockets: Vec::new(), has_thread: false });
 
-fn lock() -> MutexGuard<'static, Crowd> {
+fn lock() -> MutexGuard<'static, LingeringSockets> {
     // The list is whole at any time.
-    CROWD.lock().unwrap_or_else(PoisonError::into_inner)
+    LINGERING_SOCKETS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Tells a client why it cannot be served, and lets it go.
 pub(super) fn refuse(socket: Stream, why: &str) {
-    let Some(socket) = tell(socket, why) else { return };
-    let mut crowd = lock();
-    if crowd.sockets.len() >= LINGERING {
+    let Some(socket) = send_refusal(socket, why) else { return };
+    let mut lingering = lock();
+    if lingering.sockets.len() >= LINGERING {
         return;
     }
-    crowd.sockets.push((socket, Instant::now() + PATIENCE));
-    if !crowd.has_thread {
-        let thread = Builder::new().name("refuse".into()).stack_size(super::STACK_BYTES).spawn(read_crowd);
+    lingering.sockets.push((socket, Instant::now() + PATIENCE));
+    if !lingering.has_thread {
+        let thread =
+            Builder::new().name("refuse".into()).stack_size(super::STACK_BYTES).spawn(read_lingering);
         match thread {
-            Ok(_) => crowd.has_thread = true,
+            Ok(_) => lingering.has_thread = true,
             Err(e) => {
-                crowd.sockets.clear();
+                lingering.sockets.clear();
                 report(Trouble::Threads, format_args!("no thread to let refused clients go: {e}"));
             }
         }
     }
 }
 
-/// The same, at once: no descriptor is kept.
+/// Sends the refusal and closes the socket at once: no descriptor is kept.
 pub(super) fn refuse_now(socket: Stream, why: &str) {
-    drop(tell(socket, why));
+    drop(send_refusal(socket, why));
 }
 
 /// Sends the line and reads what has arrived. Returns the socket if its client may send more.
-fn tell(socket: Stream, why: &str) -> Option<Stream> {
+fn send_refusal(socket: Stream, why: &str) -> Option<Stream> {
     // The first bytes on a socket fit into the system's buffer, and a client that is gone needs
     // none.
     (&socket).write_all(format!("ERR 0 0 EQUOTA CONNECT: {why}\n").as_bytes()).ok()?;
@@ -80,14 +82,14 @@ fn discard(mut socket: &Stream) -> bool {
     true
 }
 
-fn read_crowd() {
+fn read_lingering() {
     loop {
         std::thread::sleep(PAUSE);
         let now = Instant::now();
-        let mut crowd = lock();
-        crowd.sockets.retain(|(socket, until)| now < *until && discard(socket));
-        if crowd.sockets.is_empty() {
-            crowd.has_thread = false;
+        let mut lingering = lock();
+        lingering.sockets.retain(|(socket, until)| now < *until && discard(socket));
+        if lingering.sockets.is_empty() {
+            lingering.has_thread = false;
             return;
         }
     }

@@ -1,4 +1,4 @@
-//! Trouble that does not end the server, told on standard error.
+//! Trouble that does not end the server, reported on standard error.
 //!
 //! In: what went wrong, from any thread. Out: lines that begin with `fbptr: `, at most one of a
 //! kind in [`EVERY`]; the next one tells how many were left out. Promises: never waits, not even
@@ -32,30 +32,30 @@ pub(crate) enum Trouble {
 
 const KINDS: usize = Trouble::Watching as usize + 1;
 
-/// When a kind was told of last, and how often it was left out since.
+/// When a kind was reported last, and how often it was left out since.
 #[derive(Clone, Copy)]
 struct Throttle {
-    told_at: Option<Instant>,
+    reported_at: Option<Instant>,
     omitted: u64,
 }
 
 impl Throttle {
-    const NEW: Throttle = Throttle { told_at: None, omitted: 0 };
+    const NEW: Throttle = Throttle { reported_at: None, omitted: 0 };
 
     /// Returns how many lines were left out when it is time for one; counts one more otherwise.
     fn pass(&mut self, now: Instant) -> Option<u64> {
-        if self.told_at.is_some_and(|told| now < told + EVERY) {
+        if self.reported_at.is_some_and(|reported| now < reported + EVERY) {
             self.omitted += 1;
             return None;
         }
-        self.told_at = Some(now);
+        self.reported_at = Some(now);
         Some(std::mem::take(&mut self.omitted))
     }
 }
 
 static THROTTLES: Mutex<[Throttle; KINDS]> = Mutex::new([Throttle::NEW; KINDS]);
 
-/// Tells of trouble on standard error, unless one of its kind was told of a moment ago.
+/// Reports trouble on standard error, unless one of its kind was reported a moment ago.
 pub(crate) fn report(trouble: Trouble, what: impl Display) {
     // Counts are whole at any time.
     let mut throttles = THROTTLES.lock().unwrap_or_else(PoisonError::into_inner);

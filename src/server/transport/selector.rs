@@ -86,12 +86,12 @@ impl Selector {
         writable: Arc<Writable>,
     ) -> io::Result<()> {
         lock(&self.writers).insert(id, writable);
-        let told =
+        let registered =
             self.registry.reregister(source, Token(id as usize), Interest::READABLE | Interest::WRITABLE);
-        if told.is_err() {
+        if registered.is_err() {
             lock(&self.writers).remove(&id);
         }
-        told
+        registered
     }
 
     pub fn end_writer(&self, source: &mut impl event::Source, id: u64) {
@@ -110,20 +110,20 @@ impl Selector {
     ///
     /// # Errors
     /// When the system cannot say.
-    pub fn wait(&self, tell: impl FnMut(u64)) -> io::Result<()> {
-        self.ask(&mut lock(&self.system), None, tell)
+    pub fn wait(&self, notify: impl FnMut(u64)) -> io::Result<()> {
+        self.ask(&mut lock(&self.system), None, notify)
     }
 
     /// Lists readable sockets without waiting; none while another thread polls.
     ///
     /// # Errors
     /// When the system cannot say.
-    pub fn look(&self, tell: impl FnMut(u64)) -> io::Result<()> {
+    pub fn look(&self, notify: impl FnMut(u64)) -> io::Result<()> {
         match self.system.try_lock() {
-            Ok(mut system) => self.ask(&mut system, Some(Duration::ZERO), tell),
+            Ok(mut system) => self.ask(&mut system, Some(Duration::ZERO), notify),
             Err(TryLockError::WouldBlock) => Ok(()),
             Err(TryLockError::Poisoned(system)) => {
-                self.ask(&mut system.into_inner(), Some(Duration::ZERO), tell)
+                self.ask(&mut system.into_inner(), Some(Duration::ZERO), notify)
             }
         }
     }
@@ -132,7 +132,7 @@ impl Selector {
         &self,
         (poll, events): &mut (Poll, Events),
         timeout: Option<Duration>,
-        mut tell: impl FnMut(u64),
+        mut notify: impl FnMut(u64),
     ) -> io::Result<()> {
         match poll.poll(events, timeout) {
             Err(e) if e.kind() == ErrorKind::Interrupted => return Ok(()),
@@ -146,7 +146,7 @@ impl Selector {
                 writable.set();
             }
             if event.is_readable() || event.is_read_closed() || event.is_error() {
-                tell(id);
+                notify(id);
             }
         }
         Ok(())

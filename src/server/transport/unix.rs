@@ -1,7 +1,7 @@
 //! Unix socket files: made with mode 0600 before anybody can connect, replaced only when dead,
 //! removed at the end.
 
-use super::listen::{ListenError, Place};
+use super::listen::{ListenAddress, ListenError};
 use rustix::fs::{Mode, fchmod};
 use rustix::io::{Errno, FdFlags, fcntl_setfd, ioctl_fionbio};
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketType, bind, connect, listen, socket};
@@ -40,7 +40,7 @@ fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
 /// # Errors
 /// See [`ListenError`].
 pub(super) fn open(path: &Path) -> Result<(UnixListener, SocketFile), ListenError> {
-    let place = || Place::Unix(path.into());
+    let place = || ListenAddress::Unix(path.into());
     let refused = |source: io::Error| ListenError::Refused { place: place(), source };
     let occupied = |found| ListenError::Occupied { place: place(), found };
     match std::fs::symlink_metadata(path) {

@@ -1,19 +1,20 @@
-//! The order of turns: which connection runs next, and how much where the display is paused.
+//! The run queues: which connection runs next, and how much where the display is paused.
 //!
-//! In: the rounds of connections that can run, and what the user asked of a paused display. Out: one
-//! connection and its pace. Runs on the render thread. Promises that those who ask for little have
-//! every other turn at most, and that a paused display runs single steps alone. One would know by
-//! `tests/serving/display.rs` and `tests/serving/fairness.rs`.
+//! In: the queues of connections that can run, and what the user asked of a paused display. Out:
+//! one connection and its pace. Runs on the render thread. Promises that interactive connections
+//! have every other slice at most, and that a paused display runs single steps alone. One would
+//! know by `tests/serving/display.rs` and `tests/serving/fairness.rs`.
 
-use super::Loop;
+use super::Scheduler;
 use crate::server::Pace;
 use crate::server::thread::connection::Connection;
 use crate::server::thread::message::Id;
 
-impl Loop {
-    /// Whose turn it is, and how much it may run: nobody's while the display is paused, but for single steps.
-    pub(super) fn next_turn(&mut self) -> Option<(Id, Pace)> {
-        if self.round.is_empty() && self.brief.is_empty() {
+impl Scheduler {
+    /// Takes the connection that runs next, and how much it may run: none while the display is
+    /// paused, but for single steps.
+    pub(super) fn next_slice(&mut self) -> Option<(Id, Pace)> {
+        if self.run_queue.is_empty() && self.interactive_queue.is_empty() {
             return None;
         }
         match self.engine.display() {
@@ -22,18 +23,18 @@ impl Loop {
             }
             _ => self.step = None,
         }
-        Some((self.next_in_turn()?, Pace::Free))
+        Some((self.pop_next()?, Pace::Free))
     }
 
     /// Goes on with the step that has begun, if its connection has something to run.
     fn continue_step(&mut self) -> Option<(Id, Pace)> {
         let Step { id, pace, .. } = self.step?;
-        self.take_from_round(id).then_some((id, pace))
+        self.take_from_queue(id).then_some((id, pace))
     }
 
-    /// Takes this connection from the round. Whether it was there.
-    fn take_from_round(&mut self, id: Id) -> bool {
-        for queue in [&mut self.brief, &mut self.round] {
+    /// Takes this connection from its queue. Returns whether it was there.
+    fn take_from_queue(&mut self, id: Id) -> bool {
+        for queue in [&mut self.interactive_queue, &mut self.run_queue] {
             if let Some(at) = queue.iter().position(|queued| *queued == id) {
                 queue.remove(at);
                 return true;
@@ -50,8 +51,8 @@ impl Loop {
         }
         // While a command is in pieces only its connection can do a step.
         let id = match self.in_pieces {
-            Some(id) => self.take_from_round(id).then_some(id)?,
-            None => self.next_in_turn()?,
+            Some(id) => self.take_from_queue(id).then_some(id)?,
+            None => self.pop_next()?,
         };
         let pace = if self.engine.is_frozen() { Pace::OneFrame } else { Pace::OneCommand };
         let before = self.progress_of(id, pace);
@@ -67,10 +68,11 @@ impl Loop {
         }
     }
 
-    /// Takes the next connection from the round.
-    fn next_in_turn(&mut self) -> Option<Id> {
-        self.was_brief = !self.brief.is_empty() && (!self.was_brief || self.round.is_empty());
-        let queue = if self.was_brief { &mut self.brief } else { &mut self.round };
+    /// Takes the next connection from the queues.
+    fn pop_next(&mut self) -> Option<Id> {
+        self.was_interactive =
+            !self.interactive_queue.is_empty() && (!self.was_interactive || self.run_queue.is_empty());
+        let queue = if self.was_interactive { &mut self.interactive_queue } else { &mut self.run_queue };
         queue.pop_front()
     }
 }

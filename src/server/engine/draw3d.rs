@@ -1,7 +1,7 @@
 //! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
 
 use super::empty_draw::{self, EmptyDraw};
-use super::quality::{Found, Wanted};
+use super::quality::{Found, QualityRequest};
 use super::{Effect, Engine, IdNames, Progress};
 use crate::command::{Command, LightCommand, Quality};
 use crate::error::{Code, Fault};
@@ -15,7 +15,7 @@ use crate::scene::{
     TextureUse, TransparencyOrder, Viewport,
 };
 use crate::server::Session;
-use crate::server::names::Kind;
+use crate::server::resources::ResourceKind;
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 
@@ -182,7 +182,7 @@ impl Engine {
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
             geometry = match searched {
                 // What was searched is drawn: no later look would know another copy again.
-                Some(wanted) => wanted.geometry(),
+                Some(request) => request.geometry(),
                 None => Arc::new(geometry.without_textures()),
             };
         }
@@ -218,13 +218,13 @@ impl Engine {
         let kept_lights;
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.view_overrides.quality)
         {
-            let mut wanted = Wanted::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
-            let Some(choice) = self.known_choice(&wanted) else {
+            let mut request = QualityRequest::of_draw(self, &call, &geometry, texture.as_ref(), max_error);
+            let Some(choice) = self.cached_choice(&request) else {
                 let command = Command::Draw { name: name.clone() };
-                return self.search_job(command, wanted, move |e, s, found| e.draw(s, name, Some(found)));
+                return self.search_job(command, request, move |e, s, found| e.draw(s, name, Some(found)));
             };
-            wanted.apply(&choice);
-            let cheaper = wanted.cheaper_draw(&call);
+            request.apply(&choice);
+            let cheaper = request.cheaper_draw(&call);
             kept_lights = cheaper.lights;
             call.lights = &kept_lights;
             (call.shade, call.sampling, call.interp) = (cheaper.shade, cheaper.sampling, cheaper.interp);
@@ -278,15 +278,15 @@ impl Engine {
         };
         if let (Quality::MaxError(max_error), QualityUse::AsGiven) = (s.quality, self.view_overrides.quality)
         {
-            let mut wanted = Wanted::of_scene(self, scene, options, BudgetKind::Scene, max_error);
-            let Some(choice) = self.known_choice(&wanted) else {
+            let mut request = QualityRequest::of_scene(self, scene, options, BudgetKind::Scene, max_error);
+            let Some(choice) = self.cached_choice(&request) else {
                 let command = Command::DrawScene { time, sorted };
                 let then =
                     move |e: &mut Engine, s: &mut Session, found| e.draw_scene(s, time, sorted, Some(found));
-                return self.search_job(command, wanted, then);
+                return self.search_job(command, request, then);
             };
-            wanted.apply(&choice);
-            (scene, options) = (wanted.scene, wanted.options);
+            request.apply(&choice);
+            (scene, options) = (request.scene, request.options);
         }
         let result = {
             self.reserve_target(options.hide)?;
@@ -488,7 +488,7 @@ fn apply_own_state(scene: &mut Scene, s: &Session) {
 }
 
 /// The refusal of a name that stands for nothing.
-pub(super) fn missing(kind: Kind, name: &str) -> Fault {
+pub(super) fn missing(kind: ResourceKind, name: &str) -> Fault {
     Fault::new(Code::NoEnt, format!("there is no {} of this name", kind.as_str())).got(name)
 }
 

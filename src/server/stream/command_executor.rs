@@ -1,6 +1,6 @@
-//! What a stream does with each thing that its decoder makes: pixels and lines in flocks, commands one by one, refusals.
+//! Runs what a stream's decoder makes: batches of pixels and lines, commands one by one, refusals.
 
-use super::{Budget, Complaint, Notice, Output, Pace, Resume, Standing, Suspended};
+use super::{Budget, CommandError, Notice, Output, Pace, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
 use crate::command::{Command, Flow, Place, Rect, Sink, StreamError, format_fault};
 use crate::draw2d::Line;
@@ -12,45 +12,45 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// Runs what the decoder makes.
-pub(super) struct Runner<'a> {
+pub(super) struct CommandExecutor<'a> {
     engine: &'a mut Engine,
     pub(super) session: &'a mut Session,
     out: &'a mut Output,
     budget: Budget,
-    pub(super) standing: Standing,
+    pub(super) state: StreamState,
     /// The command that waits for a job.
     pub(super) suspended: Option<Suspended>,
     /// Lines that follow each other, drawn together: all threads share a batch.
     lines: Vec<Line>,
-    pub(super) gathers_lines: bool,
+    pub(super) batches_lines: bool,
 }
 
 /// Longer lists of `POINTS` are copied, so that they can be run in pieces, where there is memory for the copy.
 const LONG_LIST_BYTES: usize = 1 << 21;
 
-/// So many lines wait at most: some hundred microseconds of work.
-const GATHERED_LINES: usize = 1024;
+/// So many lines are queued at most: some hundred microseconds of work.
+const MAX_BATCHED_LINES: usize = 1024;
 
-impl<'a> Runner<'a> {
+impl<'a> CommandExecutor<'a> {
     pub(super) fn new(
         engine: &'a mut Engine,
         session: &'a mut Session,
         out: &'a mut Output,
         budget: Budget,
     ) -> Self {
-        Runner {
+        CommandExecutor {
             engine,
             session,
             out,
             budget,
-            standing: Standing::Ready,
+            state: StreamState::Ready,
             suspended: None,
             lines: Vec::new(),
-            gathers_lines: false,
+            batches_lines: false,
         }
     }
 
-    /// Draws the lines that wait. They are counted already.
+    /// Draws the queued lines. They are counted already.
     #[inline(never)]
     fn draw_lines(&mut self) {
         let (engine, session, lines) = (&mut *self.engine, &*self.session, &self.lines);
@@ -61,19 +61,19 @@ impl<'a> Runner<'a> {
         self.lines.clear();
     }
 
-    /// Takes a line that needs no answer: it is drawn with those around it.
-    fn gather(&mut self, line: Line, command: &Command) -> Flow {
+    /// Queues a line that needs no answer: it is drawn in one batch with those around it.
+    fn enqueue(&mut self, line: Line, command: &Command) -> Flow {
         self.engine.note_line(self.session, command);
         self.lines.push(line);
-        if self.lines.len() >= GATHERED_LINES {
+        if self.lines.len() >= MAX_BATCHED_LINES {
             self.draw_lines();
         }
-        self.rest_if_due(false)
+        self.yield_if_due(false)
     }
 
-    /// Brings the memory up to date: before anything but a line, and at the end.
+    /// Draws the queued lines: before anything but a line, and at the end.
     #[inline]
-    pub(super) fn settle(&mut self) {
+    pub(super) fn flush(&mut self) {
         if !self.lines.is_empty() {
             self.draw_lines();
         }
@@ -88,19 +88,19 @@ impl<'a> Runner<'a> {
                     self.out.replies.push(b'\n');
                 }
                 Audience::Owner => {
-                    let complaint = Complaint { place, verb: verb.to_owned(), fault, raw_token: None };
-                    self.out.notices.push(Notice::Refused(complaint));
+                    let refused = CommandError { place, verb: verb.to_owned(), fault, raw_token: None };
+                    self.out.notices.push(Notice::Refused(refused));
                 }
             }
         }
         self.after_error()
     }
 
-    /// Where the stream stands after the decoder's, or its own, `flow`.
-    pub(super) fn standing_after(&self, flow: Flow) -> Standing {
-        match (self.standing, flow) {
-            (Standing::Ready, Flow::Stop) => Standing::Ended,
-            (standing, _) => standing,
+    /// Returns the stream's state after the decoder's, or its own, `flow`.
+    pub(super) fn state_after(&self, flow: Flow) -> StreamState {
+        match (self.state, flow) {
+            (StreamState::Ready, Flow::Stop) => StreamState::Ended,
+            (state, _) => state,
         }
     }
 
@@ -181,12 +181,12 @@ impl<'a> Runner<'a> {
             Ok(Progress::Job(job)) => {
                 self.out.job = Some(job);
                 self.suspended = Some(Suspended { place, verb, pieces: None });
-                self.standing = Standing::Works;
+                self.state = StreamState::Works;
                 Flow::Pause
             }
             Ok(Progress::Pieces(pieces)) => {
                 self.suspended = Some(Suspended { place, verb, pieces: Some(pieces) });
-                self.standing = Standing::InPieces;
+                self.state = StreamState::InPieces;
                 Flow::Pause
             }
         }
@@ -195,14 +195,14 @@ impl<'a> Runner<'a> {
     fn after_error(&mut self) -> Flow {
         match self.session.closes_on_error() {
             true => {
-                self.standing = Standing::Ended;
+                self.state = StreamState::Ended;
                 Flow::Stop
             }
-            false => self.rest_if_due(false),
+            false => self.yield_if_due(false),
         }
     }
 
-    fn rest_if_due(&mut self, has_presented: bool) -> Flow {
+    fn yield_if_due(&mut self, has_presented: bool) -> Flow {
         let is_due = match self.budget.pace {
             Pace::OneCommand => true,
             Pace::OneFrame => has_presented,
@@ -210,7 +210,7 @@ impl<'a> Runner<'a> {
         };
         let is_late = || self.budget.until.is_some_and(|until| Instant::now() >= until);
         if is_due || self.out.replies.len() >= self.budget.reply_bytes || is_late() {
-            self.standing = Standing::Rests;
+            self.state = StreamState::Yields;
             return Flow::Pause;
         }
         Flow::Continue
@@ -218,13 +218,13 @@ impl<'a> Runner<'a> {
 
     fn after(&mut self, result: Result<Effect, Fault>, place: Place, verb: &'static str) -> Flow {
         match result {
-            Ok(Effect::Done) => self.rest_if_due(verb == "PRESENT"),
+            Ok(Effect::Done) => self.yield_if_due(verb == "PRESENT"),
             Ok(Effect::Quit) => {
-                self.standing = Standing::Ended;
+                self.state = StreamState::Ended;
                 Flow::Stop
             }
             Ok(Effect::WaitShown(frame)) => {
-                self.standing = Standing::WaitsFor(frame);
+                self.state = StreamState::WaitsFor(frame);
                 Flow::Pause
             }
             Err(fault) => self.refuse(place, verb, fault),
@@ -232,21 +232,21 @@ impl<'a> Runner<'a> {
     }
 }
 
-impl Sink for Runner<'_> {
+impl Sink for CommandExecutor<'_> {
     /// One that was not written plainly.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
-        self.settle();
+        self.flush();
         self.engine.put_pixel(self.session, x, y, color);
     }
 
     /// The hot one.
     fn pixels(&mut self, records: &[[u8; 8]]) {
-        self.settle();
+        self.flush();
         self.engine.put_pixels(self.session, records);
     }
 
     fn binary_pixels(&mut self, records: &[u8]) {
-        self.settle();
+        self.flush();
         self.engine.put_binary_pixels(self.session, records);
     }
 
@@ -256,12 +256,12 @@ impl Sink for Runner<'_> {
 
     fn command(&mut self, command: Command, place: Place) -> Flow {
         if let Command::Line { p0, p1, color } = command
-            && self.gathers_lines
+            && self.batches_lines
         {
-            return self.gather(Line { p0, p1, color }, &command);
+            return self.enqueue(Line { p0, p1, color }, &command);
         }
         let verb = command.verb();
-        self.settle();
+        self.flush();
         if matches!(command, Command::Stats) {
             // Up to this command; the rest of the piece is not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
@@ -288,17 +288,17 @@ impl Sink for Runner<'_> {
             _ => {
                 let flow = self.refuse(error.place, &error.subject.name(), Fault::from(&error));
                 if std::str::from_utf8(&error.token).is_err()
-                    && let Some(Notice::Refused(complaint)) = self.out.notices.last_mut()
-                    && complaint.place == error.place
+                    && let Some(Notice::Refused(refused)) = self.out.notices.last_mut()
+                    && refused.place == error.place
                 {
-                    complaint.raw_token = Some(error.token);
+                    refused.raw_token = Some(error.token);
                 }
                 flow
             }
         };
         match error.closes {
             true => {
-                self.standing = Standing::Ended;
+                self.state = StreamState::Ended;
                 Flow::Stop
             }
             false => flow,
@@ -306,19 +306,19 @@ impl Sink for Runner<'_> {
     }
 
     fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
-        self.settle();
+        self.flush();
         let result = self.engine.put_pixel_run(self.session, x, y, rgba);
         self.after(result.map(|()| Effect::Done), place, "PXMULTI")
     }
 
     fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
-        self.settle();
+        self.flush();
         let result = self.engine.put_blit(self.session, rect, rgba);
         self.after(result.map(|()| Effect::Done), place, "BLIT")
     }
 
     fn points(&mut self, packed: &[u8], place: Place) -> Flow {
-        self.settle();
+        self.flush();
         let has_room = || self.engine.memory_budget().available() >= packed.len() as u64;
         if packed.len() > LONG_LIST_BYTES && self.budget.suspends && has_room() {
             return self.command(Command::Points { packed: packed.to_vec() }, place);

@@ -120,7 +120,7 @@ impl Engine {
     pub(super) fn present(&mut self, s: &mut Session, wait: bool, out: &mut Vec<u8>) -> Effect {
         self.frames += 1;
         s.stats.frames += 1;
-        self.tell_frame();
+        self.publish_frame();
         if let Some(action) = &mut self.on_present.0 {
             action(&self.memory);
         }

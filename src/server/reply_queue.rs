@@ -2,7 +2,7 @@
 //!
 //! In: whole replies, from the render thread. Out: bytes in order, through a writer on a thread of its own that is started
 //! with the first reply. A client that does not read fills its own outbox alone; the render thread then lets that
-//! client's commands wait ([`Outbox::is_full`]) until the writer has made room.
+//! client's commands wait ([`ReplyQueue::is_full`]) until the writer has made room.
 
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::io::{self, Write};
@@ -10,10 +10,10 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 #[derive(Debug, Default)]
-struct State {
+struct QueueState {
     ready: Vec<u8>,
     /// Bytes that the writer has taken and not written yet.
-    in_hand: usize,
+    in_flight: usize,
     /// Nothing more will be put in.
     is_closed: bool,
     /// The writer has ended: all written, or nobody takes more.
@@ -27,7 +27,7 @@ struct State {
     batch_room: usize,
 }
 
-impl State {
+impl QueueState {
     /// States what is held.
     fn count(&mut self) {
         let bytes = (self.ready.capacity() + self.batch_room) as u64;
@@ -39,16 +39,16 @@ impl State {
 
 /// The replies of one connection that its client has not been sent yet.
 #[derive(Debug, Default)]
-pub(crate) struct Outbox {
-    state: Mutex<State>,
+pub(crate) struct ReplyQueue {
+    state: Mutex<QueueState>,
     changed: Condvar,
 }
 
 /// A buffer longer than this is given back after use.
 const KEPT_BYTES: usize = 1 << 20;
 
-impl Outbox {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl ReplyQueue {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -77,13 +77,13 @@ impl Outbox {
     /// Bytes that wait.
     pub fn pending(&self) -> usize {
         let state = self.lock();
-        state.ready.len() + state.in_hand
+        state.ready.len() + state.in_flight
     }
 
     /// Whether `limit` bytes or more wait. If so, the writer will call `on_room` once half of them are gone.
     pub fn is_full(&self, limit: usize) -> bool {
         let mut state = self.lock();
-        let is_full = state.ready.len() + state.in_hand >= limit;
+        let is_full = state.ready.len() + state.in_flight >= limit;
         state.is_awaited = is_full;
         is_full
     }
@@ -130,20 +130,20 @@ impl Outbox {
                 break;
             }
             std::mem::swap(&mut state.ready, &mut batch);
-            (state.in_hand, state.batch_room) = (batch.len(), batch.capacity());
+            (state.in_flight, state.batch_room) = (batch.len(), batch.capacity());
             state.count();
             drop(state);
             let mut result = Ok(());
             for piece in batch.chunks(1 << 16) {
                 result = out.write_all(piece);
                 let mut state = self.lock();
-                state.in_hand -= piece.len();
+                state.in_flight -= piece.len();
                 if result.is_err() {
-                    (state.has_failed, state.in_hand) = (true, 0);
+                    (state.has_failed, state.in_flight) = (true, 0);
                     state.ready = Vec::new();
                     state.count();
                 }
-                let has_room = state.ready.len() + state.in_hand <= limit / 2;
+                let has_room = state.ready.len() + state.in_flight <= limit / 2;
                 if state.is_awaited && has_room {
                     state.is_awaited = false;
                     drop(state);
@@ -173,19 +173,19 @@ mod tests {
 
     #[test]
     fn all_of_it_arrives_in_order_and_room_is_told_once() {
-        let outbox = Arc::new(Outbox::default());
+        let reply_queue = Arc::new(ReplyQueue::default());
         let mut whole = Vec::new();
         for i in 0..1000u32 {
             let mut piece = i.to_le_bytes().repeat(i as usize % 7);
             whole.extend_from_slice(&piece);
-            outbox.put(&mut piece);
+            reply_queue.put(&mut piece);
         }
-        assert!(outbox.is_full(10));
-        outbox.close();
-        let (mut written, told) = (Vec::new(), AtomicUsize::new(0));
-        outbox.write_all_to(&mut written, 10, || _ = told.fetch_add(1, Ordering::Relaxed)).unwrap();
+        assert!(reply_queue.is_full(10));
+        reply_queue.close();
+        let (mut written, calls) = (Vec::new(), AtomicUsize::new(0));
+        reply_queue.write_all_to(&mut written, 10, || _ = calls.fetch_add(1, Ordering::Relaxed)).unwrap();
         assert_eq!(written, whole);
-        assert_eq!((told.into_inner(), outbox.pending()), (1, 0));
+        assert_eq!((calls.into_inner(), reply_queue.pending()), (1, 0));
     }
 
     #[test]
@@ -199,12 +199,12 @@ mod tests {
                 Ok(())
             }
         }
-        let outbox = Outbox::default();
-        outbox.put(&mut vec![1; 100]);
-        assert!(outbox.is_full(50));
-        assert!(outbox.write_all_to(&mut Broken, 50, || ()).is_err());
-        outbox.put(&mut vec![1; 100]);
-        assert!(!outbox.is_full(50));
-        assert!(!outbox.wait_done(Instant::now()));
+        let reply_queue = ReplyQueue::default();
+        reply_queue.put(&mut vec![1; 100]);
+        assert!(reply_queue.is_full(50));
+        assert!(reply_queue.write_all_to(&mut Broken, 50, || ()).is_err());
+        reply_queue.put(&mut vec![1; 100]);
+        assert!(!reply_queue.is_full(50));
+        assert!(!reply_queue.wait_done(Instant::now()));
     }
 }

@@ -1,11 +1,11 @@
-//! LEASES: few read buffers for all sockets, so that what is on its way stays in the processor's
-//! caches.
+//! The pool of read buffers: few for all sockets, so that what is on its way stays in the
+//! processor's caches.
 //!
 //! Bytes are read into the buffer that came back last and go to the render thread in it. With
 //! buffers of their own many connections would read into memory that was last seen a round ago. A
-//! lease is short: the render thread keeps one until the connection's next turn and copies out what
-//! is left then, what comes from a client that waits for something, and everything while there is
-//! slow work about. So nobody who stalls or computes keeps a buffer from the others.
+//! buffer is held for a short time: the render thread keeps it until the connection's next slice
+//! and copies out what is left then, what comes from a client that waits for something, and
+//! everything while there is slow work about. A stalled connection holds no buffer.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,15 +13,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Buffers on their way at a time: one that is run, one that each reader fills, and some for
 /// threads that wake up late.
-const LEASES: usize = 6;
+const POOLED_BUFFERS: usize = 6;
 /// The size of one. Smaller ones cost more changes of threads than the caches give back.
-pub(crate) const LEASE_BYTES: usize = 256 << 10;
+pub(crate) const POOLED_BUFFER_BYTES: usize = 256 << 10;
 
 /// Free buffers that are kept when a socket has ended: one to be filled, one to be run.
 const KEPT: usize = 2;
 
 /// Buffers to be had one by one.
-pub(crate) struct Buffers {
+pub(crate) struct BufferPool {
     /// The last one given back, the warmest, is the next to go.
     free: Mutex<Vec<Vec<u8>>>,
     is_back: Condvar,
@@ -29,10 +29,10 @@ pub(crate) struct Buffers {
     ready: AtomicUsize,
 }
 
-impl Buffers {
+impl BufferPool {
     pub fn new() -> Self {
-        Buffers {
-            free: Mutex::new(vec![Vec::new(); LEASES]),
+        BufferPool {
+            free: Mutex::new(vec![Vec::new(); POOLED_BUFFERS]),
             is_back: Condvar::new(),
             ready: AtomicUsize::new(0),
         }
@@ -44,7 +44,7 @@ impl Buffers {
     }
 
     /// Waits for a buffer.
-    pub fn lease(self: &Arc<Self>) -> Lease {
+    pub fn acquire(self: &Arc<Self>) -> PooledBuffer {
         let mut free = self.lock();
         let buffer = loop {
             match free.pop() {
@@ -57,15 +57,15 @@ impl Buffers {
     }
 
     /// A buffer, if there is one.
-    pub fn try_lease(self: &Arc<Self>) -> Option<Lease> {
+    pub fn try_acquire(self: &Arc<Self>) -> Option<PooledBuffer> {
         let buffer = self.lock().pop();
         buffer.map(|buffer| self.made(buffer))
     }
 
-    fn made(self: &Arc<Self>, mut buffer: Vec<u8>) -> Lease {
+    fn made(self: &Arc<Self>, mut buffer: Vec<u8>) -> PooledBuffer {
         // Made when it is first used.
-        buffer.resize(LEASE_BYTES, 0);
-        Lease { buffers: self.clone(), buffer }
+        buffer.resize(POOLED_BUFFER_BYTES, 0);
+        PooledBuffer { buffers: self.clone(), buffer }
     }
 
     /// Gives the system what only many sockets at once had use for. To be called where one has
@@ -88,28 +88,28 @@ impl Buffers {
     }
 }
 
-impl fmt::Debug for Buffers {
+impl fmt::Debug for BufferPool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Buffers({} free)", self.lock().len())
+        write!(f, "BufferPool({} free)", self.lock().len())
     }
 }
 
 /// A buffer, which goes back when this is dropped.
-pub(crate) struct Lease {
-    buffers: Arc<Buffers>,
+pub(crate) struct PooledBuffer {
+    buffers: Arc<BufferPool>,
     pub buffer: Vec<u8>,
 }
 
-impl Drop for Lease {
+impl Drop for PooledBuffer {
     fn drop(&mut self) {
         self.buffers.lock().push(std::mem::take(&mut self.buffer));
         self.buffers.is_back.notify_one();
     }
 }
 
-impl fmt::Debug for Lease {
+impl fmt::Debug for PooledBuffer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Lease({})", self.buffer.len())
+        write!(f, "PooledBuffer({})", self.buffer.len())
     }
 }
 
@@ -120,12 +120,12 @@ mod tests {
 
     #[test]
     fn the_last_one_back_is_the_next_to_go_and_there_are_no_more_than_there_are() {
-        let buffers = Arc::new(Buffers::new());
-        let mut held: Vec<_> = (0..LEASES).map(|_| buffers.lease()).collect();
+        let buffers = Arc::new(BufferPool::new());
+        let mut held: Vec<_> = (0..POOLED_BUFFERS).map(|_| buffers.acquire()).collect();
         let (sender, order) = crossbeam_channel::unbounded();
         let too = buffers.clone();
-        let thread = std::thread::spawn(move || sender.send(too.lease()).unwrap());
-        assert!(order.recv_timeout(Duration::from_millis(20)).is_err(), "all leases are held");
+        let thread = std::thread::spawn(move || sender.send(too.acquire()).unwrap());
+        assert!(order.recv_timeout(Duration::from_millis(20)).is_err(), "all buffers are held");
         let last = held.pop().unwrap();
         let place = last.buffer.as_ptr();
         drop(last);
@@ -134,12 +134,12 @@ mod tests {
         let [a, b] = [held.pop().unwrap(), held.pop().unwrap()];
         let (_, second) = (drop(a), b.buffer.as_ptr());
         drop(b);
-        assert_eq!(buffers.lease().buffer.as_ptr(), second);
+        assert_eq!(buffers.acquire().buffer.as_ptr(), second);
         drop(held);
         buffers.trim();
         let free = buffers.lock();
         assert_eq!(free.iter().map(Vec::capacity).collect::<Vec<_>>(), {
-            [vec![0; LEASES - KEPT], vec![LEASE_BYTES; KEPT]].concat()
+            [vec![0; POOLED_BUFFERS - KEPT], vec![POOLED_BUFFER_BYTES; KEPT]].concat()
         });
     }
 }

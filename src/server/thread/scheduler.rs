@@ -1,18 +1,19 @@
-//! TURNS: the loop of the render thread. Takes what came, gives each connection its turn, and does what is due in between.
+//! The scheduler of the render thread: receives messages, gives each connection its slice, and
+//! does the periodic work in between.
 
-mod chores;
 mod input;
-mod order;
+mod periodic;
+mod run_queue;
 
-use super::connection::{Connection, Leaving};
+use super::connection::{ClosingConnection, Connection};
 use super::message::{Id, Message};
 use super::{Finish, ROUND_TIME, SLICE_BYTES, SLICE_TIME};
 use crate::cancel::CancelToken;
 use crate::server::jobs::JobPool;
-use crate::server::transport::{Buffers, Hand};
-use crate::server::{Budget, Engine, Input, Output, Pace, Standing};
+use crate::server::transport::{BufferPool, InlineReader};
+use crate::server::{Budget, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
-use order::Step;
+use run_queue::Step;
 use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -21,39 +22,40 @@ use std::time::{Duration, Instant};
 /// Room for replies that is kept when a connection has ended.
 const KEPT_REPLY_BYTES: usize = 64 << 10;
 
-/// After so much time of turns the sockets of those who ask for little are looked at, so many at once.
-const BRIEF_EVERY: Duration = Duration::from_micros(50);
-const BRIEF_AT_ONCE: usize = 16;
+/// After so much time of slices interactive sockets are asked for, so many at once.
+const INTERACTIVE_EVERY: Duration = Duration::from_micros(50);
+const INTERACTIVE_AT_ONCE: usize = 16;
 
-pub(super) struct Loop {
+pub(super) struct Scheduler {
     engine: Engine,
     messages: Receiver<Message>,
     sender: Sender<Message>,
     inputs: Receiver<Input>,
     connections: HashMap<Id, Connection>,
-    /// Those that can run, in the order of their turns.
-    round: VecDeque<Id>,
-    /// The same of those that ask for little. They have every other turn at most.
-    brief: VecDeque<Id>,
-    was_brief: bool,
+    /// Connections that can run, in the order of their slices.
+    run_queue: VecDeque<Id>,
+    /// Interactive ones that can run: those that ask for little. They have every other slice at
+    /// most.
+    interactive_queue: VecDeque<Id>,
+    was_interactive: bool,
     /// Those that wait for a frame to be shown.
-    waiting: Vec<Id>,
+    awaiting_frame: Vec<Id>,
     /// The step of a paused display that has begun and is not over.
     step: Option<Step>,
-    leaving: Vec<Leaving>,
+    closing: Vec<ClosingConnection>,
     /// Where sockets' buffers come from, and how many connections have work that holds none.
-    buffers: Arc<Buffers>,
+    buffers: Arc<BufferPool>,
     slow: usize,
     /// The means to read sockets.
-    hand: Hand,
-    /// How long turns took since those who ask for little were looked for.
+    inline_reader: InlineReader,
+    /// How long slices took since interactive sockets were asked for.
     ran_since: Duration,
     /// Stream bytes received and not run.
     queued_bytes: u64,
     output: Output,
     jobs: JobPool,
     /// Connections that wait for a job.
-    working: Vec<Id>,
+    awaiting_job: Vec<Id>,
     /// When the next of them may have to be given up.
     jobs_until: Option<Instant>,
     /// The connection whose command is in pieces: the others may only ask.
@@ -66,36 +68,36 @@ pub(super) struct Loop {
     finish: Option<Finish>,
 }
 
-impl Loop {
+impl Scheduler {
     pub fn new(
         engine: Engine,
         messages: Receiver<Message>,
         sender: Sender<Message>,
-        buffers: Arc<Buffers>,
-        hand: Hand,
+        buffers: Arc<BufferPool>,
+        inline_reader: InlineReader,
     ) -> Self {
         let inputs = engine.display().map_or_else(never, |d| d.inputs());
         let jobs = JobPool::new(sender.clone());
-        Loop {
+        Scheduler {
             engine,
             messages,
             sender,
             inputs,
             connections: HashMap::new(),
-            round: VecDeque::new(),
-            brief: VecDeque::new(),
-            was_brief: false,
-            waiting: Vec::new(),
+            run_queue: VecDeque::new(),
+            interactive_queue: VecDeque::new(),
+            was_interactive: false,
+            awaiting_frame: Vec::new(),
             step: None,
-            leaving: Vec::new(),
+            closing: Vec::new(),
             buffers,
             slow: 0,
-            hand,
+            inline_reader,
             ran_since: Duration::ZERO,
             queued_bytes: 0,
             output: Output::default(),
             jobs,
-            working: Vec::new(),
+            awaiting_job: Vec::new(),
             jobs_until: None,
             in_pieces: None,
             shown_at: Instant::now(),
@@ -110,15 +112,15 @@ impl Loop {
         loop {
             // Whatever came must be looked at before the thread may sleep.
             self.receive_all();
-            self.look_around();
+            self.run_due_work();
             if self.is_over() {
                 return self.end();
             }
-            self.read_brief();
-            match self.next_turn() {
+            self.read_interactive();
+            match self.next_slice() {
                 Some((id, pace)) => {
-                    self.hand.pass_on(Some(id));
-                    self.turn(id, pace);
+                    self.inline_reader.pass_on(Some(id));
+                    self.run_slice(id, pace);
                 }
                 None => self.wait(),
             }
@@ -160,18 +162,18 @@ impl Loop {
             }
             Message::Bytes(id, mut batch) if self.connections.contains_key(&id) => {
                 self.queued_bytes += batch.filled as u64;
-                // Its turn is far: others could use the buffer in the meantime.
+                // Its slice is far: others could use the buffer in the meantime.
                 if self.slow > 0 {
                     if self.engine.memory_budget().available() < batch.filled as u64 {
                         self.queued_bytes -= batch.filled as u64;
                         return self.give_up(id);
                     }
-                    batch.keep_from(0);
+                    batch.unpool_from(0);
                     self.engine.count_queue(self.queued_bytes);
                 }
                 self.with(id, |c| {
                     c.add_bytes(batch);
-                    c.shorten_leases();
+                    c.release_buffers();
                 });
             }
             // Its connection is over.
@@ -205,16 +207,21 @@ impl Loop {
         self.engine.set_in_pieces(self.in_pieces.is_some());
         self.queued_bytes -= connection.queued_bytes;
         self.engine.count_queue(self.queued_bytes);
-        self.leaving.extend(connection.close(&mut self.engine));
+        self.closing.extend(connection.close(&mut self.engine));
     }
 
-    /// Does something to a connection, and puts it into the round when it can run. One that is over is not there.
+    /// Does something to a connection, and queues it when it can run. One that is over is not
+    /// there.
     fn with(&mut self, id: Id, action: impl FnOnce(&mut Connection)) {
         if let Some(connection) = self.connections.get_mut(&id) {
             action(connection);
             if connection.is_runnable() && !connection.is_queued {
                 connection.is_queued = true;
-                let queue = if connection.is_brief() { &mut self.brief } else { &mut self.round };
+                let queue = if connection.is_interactive() {
+                    &mut self.interactive_queue
+                } else {
+                    &mut self.run_queue
+                };
                 queue.push_back(id);
             }
         }
@@ -229,14 +236,14 @@ impl Loop {
                 for connection in self.connections.values_mut() {
                     let limit = limit.min(self.engine.reply_room(connection.unread()));
                     if connection.stream.session().events {
-                        connection.tell_event(&event, limit, &self.sender);
+                        connection.push_event(&event, limit, &self.sender);
                     }
                 }
             }
         }
     }
 
-    fn turn(&mut self, id: Id, pace: Pace) {
+    fn run_slice(&mut self, id: Id, pace: Pace) {
         self.engine.set_queue_bytes(self.queued_bytes);
         self.metrics_are_stale = true;
         let Some(connection) = self.connections.get_mut(&id) else { return };
@@ -247,7 +254,8 @@ impl Loop {
         let reply_bytes = limit.saturating_sub(unread).min(self.engine.reply_room(unread)).max(1);
         let now = Instant::now();
         let others =
-            u32::try_from(self.round.len() + self.brief.len() + self.buffers.ready()).unwrap_or(u32::MAX);
+            u32::try_from(self.run_queue.len() + self.interactive_queue.len() + self.buffers.ready())
+                .unwrap_or(u32::MAX);
         let time = (ROUND_TIME / others.saturating_add(1)).clamp(SLICE_TIME / 10, SLICE_TIME);
         let suspends = pace == Pace::Free;
         let only_asks = self.in_pieces.is_some_and(|other| other != id);
@@ -257,22 +265,22 @@ impl Loop {
         if self.in_pieces.is_none() {
             self.engine.before_slice(now);
         }
-        let mut standing = Standing::Rests;
+        let mut state = StreamState::Yields;
         if connection.is_runnable() {
             // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
             let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
-            standing = catch_unwind(AssertUnwindSafe(run)).unwrap_or(Standing::Ended);
+            state = catch_unwind(AssertUnwindSafe(run)).unwrap_or(StreamState::Ended);
         }
         if !only_asks {
-            self.in_pieces = Some(id).filter(|_| connection.is_in_pieces && standing != Standing::Ended);
+            self.in_pieces = Some(id).filter(|_| connection.is_in_pieces && state != StreamState::Ended);
             self.engine.set_in_pieces(self.in_pieces.is_some());
         }
         if let Some(job) = self.output.job.take() {
             match self.jobs.submit(id, job) {
                 Ok(ticket) => {
                     connection.wait_for_job(ticket);
-                    if !self.working.contains(&id) {
-                        self.working.push(id);
+                    if !self.awaiting_job.contains(&id) {
+                        self.awaiting_job.push(id);
                     }
                     self.jobs_until = Some(now);
                 }
@@ -284,7 +292,7 @@ impl Loop {
         self.queued_bytes -= run_bytes;
         self.engine.count_queue(self.queued_bytes);
         let took = now.elapsed();
-        connection.last_turn = took;
+        connection.last_slice = took;
         self.ran_since += took;
         self.engine.count(connection.stream.session_mut());
         if !self.output.replies.is_empty() {
@@ -292,20 +300,21 @@ impl Loop {
         }
         connection.reply(&mut self.output.replies, limit, &self.sender);
         self.slow -= usize::from(connection.is_slow);
-        connection.is_slow = standing != Standing::Ended && connection.shorten_leases();
+        connection.is_slow = state != StreamState::Ended && connection.release_buffers();
         self.slow += usize::from(connection.is_slow);
-        if standing == Standing::Ended {
+        if state == StreamState::Ended {
             self.end_connection(id);
         } else {
-            if matches!(standing, Standing::WaitsFor(_)) {
-                self.waiting.push(id);
+            if matches!(state, StreamState::WaitsFor(_)) {
+                self.awaiting_frame.push(id);
             }
             self.with(id, |_| ());
         }
         if pace != Pace::Free {
             self.engine.show();
         }
-        // A step takes as many turns, and pieces of input, as it needs; its connection's end is its end.
+        // A step takes as many slices, and pieces of input, as it needs; its connection's end is
+        // its end.
         let is_over = |step: &Step| {
             !self.connections.contains_key(&step.id) || self.progress_of(step.id, step.pace) > step.before
         };
@@ -317,7 +326,7 @@ impl Loop {
     fn end_connection(&mut self, id: Id) {
         if let Some(connection) = self.connections.remove(&id) {
             self.queued_bytes -= connection.queued_bytes;
-            self.leaving.extend(connection.close(&mut self.engine));
+            self.closing.extend(connection.close(&mut self.engine));
             // Room that one client's replies took is not kept for the others.
             self.output.replies.shrink_to(KEPT_REPLY_BYTES);
         }
@@ -332,11 +341,11 @@ impl Loop {
             _ => Instant::now() + Duration::from_secs(1 << 32),
         };
         for (_, connection) in self.connections.drain() {
-            self.leaving.extend(connection.close(&mut self.engine));
+            self.closing.extend(connection.close(&mut self.engine));
         }
-        for mut leaving in self.leaving.drain(..) {
-            leaving.outbox.wait_done(until);
-            leaving.port.abort();
+        for mut closing in self.closing.drain(..) {
+            closing.reply_queue.wait_done(until);
+            closing.port.abort();
         }
         self.engine.set_cancel(CancelToken::default());
         self.engine.end();

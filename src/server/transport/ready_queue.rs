@@ -1,5 +1,6 @@
-//! READY: the order in which readable sockets are read: those whose last read was short before all
-//! others, and of those that send large payloads the one whose payload began first.
+//! The queue of readable sockets: the order in which readable sockets are read: those whose last
+//! read was short before all others, and of those that send large payloads the one whose payload
+//! began first.
 //!
 //! A payload is held until it is whole. When many connections send large ones and each is read in
 //! its turn, all of them are held at the same time, in more memory than any cache has. So those
@@ -16,24 +17,24 @@ pub(super) trait Member: Clone {
     fn payload_since(&self) -> u64;
 
     /// Whether its last read was short.
-    fn is_brief(&self) -> bool;
+    fn is_interactive(&self) -> bool;
 }
 
-pub(super) struct Ready<T> {
-    brief: VecDeque<T>,
-    line: VecDeque<T>,
+pub(super) struct ReadyQueue<T> {
+    interactive: VecDeque<T>,
+    throughput: VecDeque<T>,
 }
 
-impl<T: Member> Ready<T> {
+impl<T: Member> ReadyQueue<T> {
     pub fn new() -> Self {
-        Ready { brief: VecDeque::new(), line: VecDeque::new() }
+        ReadyQueue { interactive: VecDeque::new(), throughput: VecDeque::new() }
     }
 
     /// Adds a readable socket.
     pub fn push(&mut self, member: T) {
-        match member.is_brief() {
-            true => self.brief.push_back(member),
-            false => self.line.push_back(member),
+        match member.is_interactive() {
+            true => self.interactive.push_back(member),
+            false => self.throughput.push_back(member),
         }
     }
 
@@ -42,34 +43,34 @@ impl<T: Member> Ready<T> {
     }
 
     pub fn len(&self) -> usize {
-        self.brief.len() + self.line.len()
+        self.interactive.len() + self.throughput.len()
     }
 
     /// Whether there is one of this kind.
     pub fn holds(&self, what: impl FnMut(&T) -> bool) -> bool {
-        self.brief.iter().chain(&self.line).any(what)
+        self.interactive.iter().chain(&self.throughput).any(what)
     }
 
     /// Returns the next socket among those whose last read was short.
-    pub fn next_brief(&mut self) -> Option<T> {
-        self.brief.pop_front()
+    pub fn next_interactive(&mut self) -> Option<T> {
+        self.interactive.pop_front()
     }
 
     /// Returns the next socket.
     pub fn next(&mut self) -> Option<T> {
-        if let Some(brief) = self.next_brief() {
-            return Some(brief);
+        if let Some(interactive) = self.next_interactive() {
+            return Some(interactive);
         }
-        let first = self.line.pop_front()?;
+        let first = self.throughput.pop_front()?;
         let since = first.payload_since();
         if since == 0 {
             return Some(first);
         }
         let began = |member: &T| Some(member.payload_since()).filter(|&n| n > 0 && n < since);
-        let oldest = (0..self.line.len()).filter_map(|i| Some((began(&self.line[i])?, i))).min();
-        match oldest.and_then(|(_, i)| self.line.remove(i)) {
+        let oldest = (0..self.throughput.len()).filter_map(|i| Some((began(&self.throughput[i])?, i))).min();
+        match oldest.and_then(|(_, i)| self.throughput.remove(i)) {
             Some(oldest) => {
-                self.line.push_back(first);
+                self.throughput.push_back(first);
                 Some(oldest)
             }
             None => Some(first),
@@ -92,7 +93,7 @@ mod tests {
             self.1.get()
         }
 
-        fn is_brief(&self) -> bool {
+        fn is_interactive(&self) -> bool {
             self.2
         }
     }
@@ -103,7 +104,7 @@ mod tests {
 
     #[test]
     fn those_within_payloads_give_their_turns_to_the_oldest_and_others_keep_theirs() {
-        let mut ready = Ready::new();
+        let mut ready = ReadyQueue::new();
         let all = [named('a', 7), named('b', 5), named('x', 0), named('c', 6), named('y', 0)];
         all.iter().for_each(|member| ready.push(member.clone()));
         let mut turns = |count: usize| {
@@ -121,15 +122,15 @@ mod tests {
     }
 
     #[test]
-    fn those_that_said_little_go_before_all_others() {
-        let mut ready = Ready::new();
-        assert!(ready.is_empty() && ready.next().is_none() && ready.next_brief().is_none());
+    fn interactive_sockets_go_before_all_others() {
+        let mut ready = ReadyQueue::new();
+        assert!(ready.is_empty() && ready.next().is_none() && ready.next_interactive().is_none());
         ready.push(named('a', 1));
         ready.push(named('x', 0));
         ready.push(Named('s', Rc::default(), true));
         ready.push(Named('t', Rc::default(), true));
         assert!(ready.len() == 4 && ready.holds(|member| member.0 == 't'));
-        assert_eq!(ready.next_brief().unwrap().0, 's');
+        assert_eq!(ready.next_interactive().unwrap().0, 's');
         let mut turn = || ready.next().unwrap().0;
         assert_eq!([turn(), turn(), turn()], ['t', 'a', 'x']);
         assert!(ready.is_empty());

@@ -63,7 +63,7 @@ impl Eye {
 
 /// A kind of resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ResourceKind {
     /// `MESH`
     Mesh,
     /// `TEX`
@@ -74,26 +74,26 @@ pub enum Kind {
     Scene,
 }
 
-impl Kind {
+impl ResourceKind {
     /// The kind in messages.
     pub const fn as_str(self) -> &'static str {
         match self {
-            Kind::Mesh => "mesh",
-            Kind::Texture => "texture",
-            Kind::Eye => "eye",
-            Kind::Scene => "scene",
+            ResourceKind::Mesh => "mesh",
+            ResourceKind::Texture => "texture",
+            ResourceKind::Eye => "eye",
+            ResourceKind::Scene => "scene",
         }
     }
 }
 
 impl Resource {
     /// Its kind.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ResourceKind {
         match self {
-            Resource::Mesh(_) => Kind::Mesh,
-            Resource::Texture(_) => Kind::Texture,
-            Resource::Eye(_) => Kind::Eye,
-            Resource::Scene(..) => Kind::Scene,
+            Resource::Mesh(_) => ResourceKind::Mesh,
+            Resource::Texture(_) => ResourceKind::Texture,
+            Resource::Eye(_) => ResourceKind::Eye,
+            Resource::Scene(..) => ResourceKind::Scene,
         }
     }
 
@@ -114,8 +114,8 @@ impl Resource {
 
 /// The names of one connection, or the shared ones.
 #[derive(Debug, Default)]
-pub struct Names {
-    of: HashMap<(Kind, String), Entry>,
+pub struct ResourceTable {
+    of: HashMap<(ResourceKind, String), Entry>,
     bytes: u64,
 }
 
@@ -131,20 +131,20 @@ struct Entry {
 /// Bytes of a name's entry in the table, the name itself aside.
 const ENTRY_BYTES: u64 = 256;
 
-impl Names {
+impl ResourceTable {
     /// Whether `name` belongs to all connections.
     pub fn is_shared(name: &str) -> bool {
         name.starts_with('@')
     }
 
     /// What `name` stands for, of this kind.
-    pub fn get(&self, kind: Kind, name: &str) -> Option<&Resource> {
+    pub fn get(&self, kind: ResourceKind, name: &str) -> Option<&Resource> {
         // A key that borrows both halves does not exist for tuples; names are short.
         self.of.get(&(kind, name.to_owned())).map(|entry| &entry.resource)
     }
 
     /// Bytes that something new under `name` may hold within `limits`.
-    pub fn room(&self, kind: Kind, name: &str, limits: &Limits) -> u64 {
+    pub fn room(&self, kind: ResourceKind, name: &str, limits: &Limits) -> u64 {
         let old = self.of.get(&(kind, name.to_owned())).map_or(0, |entry| entry.bytes);
         limits.resource_bytes.saturating_sub(self.bytes - old)
     }
@@ -188,7 +188,7 @@ impl Names {
     /// Forgets `name` in every kind; whether there was one.
     pub fn free(&mut self, name: &str) -> bool {
         let mut found = false;
-        for kind in [Kind::Mesh, Kind::Texture, Kind::Eye] {
+        for kind in [ResourceKind::Mesh, ResourceKind::Texture, ResourceKind::Eye] {
             if let Some(entry) = self.of.remove(&(kind, name.to_owned())) {
                 let bytes = entry.bytes;
                 let_go(entry, bytes);
@@ -215,7 +215,7 @@ impl Names {
     }
 }
 
-impl Drop for Names {
+impl Drop for ResourceTable {
     fn drop(&mut self) {
         let_go(std::mem::take(&mut self.of), self.bytes);
     }
@@ -245,9 +245,9 @@ mod tests {
     #[test]
     fn quotas_count_names_and_bytes_and_replacing_gives_back() {
         let limits = Limits { names: 2, resource_bytes: 200, ..Limits::default() };
-        let mut names = Names::default();
+        let mut names = ResourceTable::default();
         let budget = MemoryBudget::new(2000);
-        let insert = |names: &mut Names, name: &str, side: u32| {
+        let insert = |names: &mut ResourceTable, name: &str, side: u32| {
             names.insert(name, texture(side), budget.empty(MemoryUse::Resources), &limits)
         };
         insert(&mut names, "a", 1).unwrap();
@@ -256,7 +256,9 @@ mod tests {
         insert(&mut names, "a", 8).unwrap();
         assert_eq!(insert(&mut names, "a", 64).unwrap_err().code, Code::Quota);
         assert_eq!(budget.used(), names.size_bytes() + 2 * ENTRY_BYTES);
-        assert!(names.get(Kind::Texture, "a").is_some() && names.get(Kind::Mesh, "a").is_none());
+        assert!(
+            names.get(ResourceKind::Texture, "a").is_some() && names.get(ResourceKind::Mesh, "a").is_none()
+        );
         assert!(names.free("a") && !names.free("a"));
         names.free("b");
         assert_eq!((names.len(), names.size_bytes(), budget.used()), (0, 0, 0));

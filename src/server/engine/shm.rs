@@ -4,7 +4,7 @@
 //! [`LOOK_EVERY`]. Given out: before replies leave, and soon after drawing where there are none.
 
 use super::Engine;
-use super::control::{NO_ROWS, join};
+use super::queries::{NO_ROWS, join};
 use crate::error::Fault;
 use crate::memory::{SharedError, SharedFile};
 use std::ops::Range;
@@ -129,8 +129,8 @@ impl Engine {
     fn stop_sharing(&mut self, error: &SharedError) {
         self.shared_file = None;
         self.shared_failure = Some(error.to_string());
-        if let Some(tell) = &mut self.on_shared_failure.0 {
-            tell(error);
+        if let Some(notify) = &mut self.on_shared_failure.0 {
+            notify(error);
         }
     }
 
@@ -161,7 +161,7 @@ impl Engine {
     }
 
     /// Tells those who map the file that a frame has ended: its pixels are there first.
-    pub(super) fn tell_frame(&mut self) {
+    pub(super) fn publish_frame(&mut self) {
         self.give_out();
         if let Some(shared) = &self.shared_file {
             shared.file.set_frame(self.frames);

@@ -1,46 +1,46 @@
-//! Periodic work of the render thread between turns: showing frames, ending jobs that are past their
-//! time, closing idle and finished connections, updating metrics.
+//! Periodic work of the render thread between slices: showing frames, ending jobs that are past
+//! their time, closing idle and finished connections, updating metrics.
 //!
 //! In: the time. Out: the state with all due work done, and the time of the next check. Runs on the
 //! render thread. Promises that each kind of work costs one comparison while none is due. Tested by
 //! `tests/serving/quotas.rs` (idle clients), `metrics.rs` and `fairness.rs` (jobs) beside it.
 
-use super::Loop;
+use super::Scheduler;
 use crate::server::metrics;
-use crate::server::thread::connection::{Connection, Leaving};
+use crate::server::thread::connection::{ClosingConnection, Connection};
 use crate::server::thread::message::Id;
-use crate::server::thread::{Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, LEAVE_WITHIN, SHOW_EVERY};
+use crate::server::thread::{CLOSE_WITHIN, Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, SHOW_EVERY};
 use std::time::{Duration, Instant};
 
-impl Loop {
+impl Scheduler {
     /// Does the work between slices: shows frames, updates the display and the shared file, closes
     /// connections that have ended.
-    pub(super) fn look_around(&mut self) {
+    pub(super) fn run_due_work(&mut self) {
         let now = Instant::now();
         self.engine.tick(now);
         if now >= self.shown_at + SHOW_EVERY && self.engine.has_unshown() {
             self.engine.show();
             self.shown_at = now;
         }
-        self.answer_waiting();
-        if !self.working.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
+        self.answer_shown();
+        if !self.awaiting_job.is_empty() && self.jobs_until.is_none_or(|until| now >= until) {
             self.check_jobs(now);
         }
         self.close_idle(now);
         self.update_metrics(now);
-        self.leaving.retain_mut(|l| !is_gone(l, now));
+        self.closing.retain_mut(|l| !is_gone(l, now));
     }
 
     /// Gives up jobs that take too long.
     fn check_jobs(&mut self, now: Instant) {
         let limit = self.engine.limits().command_time;
         let mut next: Option<Instant> = None;
-        for id in std::mem::take(&mut self.working) {
+        for id in std::mem::take(&mut self.awaiting_job) {
             let mut until = None;
             self.with(id, |c| until = c.check_job(now, limit));
             if let Some(until) = until {
                 next = Some(next.map_or(until, |n| n.min(until)));
-                self.working.push(id);
+                self.awaiting_job.push(id);
             }
         }
         self.jobs_until = next;
@@ -69,12 +69,12 @@ impl Loop {
     }
 
     /// Answers those whose frame is on the screen, and lets them go on.
-    fn answer_waiting(&mut self) {
+    fn answer_shown(&mut self) {
         let limit = self.engine.limits().reply_bytes;
-        for id in std::mem::take(&mut self.waiting) {
+        for id in std::mem::take(&mut self.awaiting_frame) {
             let Some(connection) = self.connections.get_mut(&id) else { continue };
             match connection.waits_for {
-                Some(frame) if !self.engine.is_shown(frame) => self.waiting.push(id),
+                Some(frame) if !self.engine.is_shown(frame) => self.awaiting_frame.push(id),
                 Some(_) => {
                     connection.frame_is_shown(&self.engine, &mut self.output);
                     connection.reply(&mut self.output.replies, limit, &self.sender);
@@ -114,16 +114,16 @@ impl Loop {
 
     pub(super) fn next_deadline(&mut self) -> Option<Instant> {
         let mut deadline = self.engine.next_deadline(Instant::now());
-        let spare = self.engine.sweep_spare(Instant::now());
+        let pool_sweep = self.engine.sweep_payload_pool(Instant::now());
         let mut at = |time: Instant| deadline = Some(deadline.map_or(time, |d| d.min(time)));
-        spare.into_iter().for_each(&mut at);
+        pool_sweep.into_iter().for_each(&mut at);
         if self.engine.has_unshown() && !self.engine.is_frozen() {
             at(self.shown_at + SHOW_EVERY);
         }
-        if !self.working.is_empty() {
+        if !self.awaiting_job.is_empty() {
             self.jobs_until.into_iter().for_each(&mut at);
         }
-        if !self.leaving.is_empty() {
+        if !self.closing.is_empty() {
             at(Instant::now() + Duration::from_millis(100));
         }
         if self.engine.limits().idle_timeout.is_some() && !self.connections.is_empty() {
@@ -141,18 +141,18 @@ impl Loop {
 }
 
 /// Whether a connection that is over needs no more care; aborts one whose client takes too long.
-fn is_gone(leaving: &mut Leaving, now: Instant) -> bool {
-    if leaving.port.is_gone() {
+fn is_gone(closing: &mut ClosingConnection, now: Instant) -> bool {
+    if closing.port.is_gone() {
         return true;
     }
-    let pending = leaving.outbox.pending();
-    if pending != leaving.pending {
-        (leaving.pending, leaving.since) = (pending, now);
+    let pending = closing.reply_queue.pending();
+    if pending != closing.pending {
+        (closing.pending, closing.since) = (pending, now);
     }
-    let patience = if leaving.outbox.is_done() { HANG_UP_WITHIN } else { LEAVE_WITHIN };
-    let is_late = now >= leaving.since + patience;
+    let patience = if closing.reply_queue.is_done() { HANG_UP_WITHIN } else { CLOSE_WITHIN };
+    let is_late = now >= closing.since + patience;
     if is_late {
-        leaving.port.abort();
+        closing.port.abort();
     }
     is_late
 }

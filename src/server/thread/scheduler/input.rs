@@ -5,22 +5,22 @@
 //! thread. Promises that it sleeps only when there is nothing to do, and not past the next due time.
 //! Tested by the latencies of `benches/socket.rs`.
 
-use super::{BRIEF_AT_ONCE, BRIEF_EVERY, Loop};
+use super::{INTERACTIVE_AT_ONCE, INTERACTIVE_EVERY, Scheduler};
 use crate::server::thread::Finish;
 use crate::server::transport::Next;
 use crossbeam_channel::select;
 use std::time::{Duration, Instant};
 
-impl Loop {
-    /// Reads, between turns, the sockets whose last read was short. This keeps short requests from
+impl Scheduler {
+    /// Reads, between slices, the sockets whose last read was short. This keeps short requests from
     /// waiting for the reader thread, which the system may run after many senders.
-    pub(super) fn read_brief(&mut self) {
-        if self.ran_since < BRIEF_EVERY {
+    pub(super) fn read_interactive(&mut self) {
+        if self.ran_since < INTERACTIVE_EVERY {
             return;
         }
         self.ran_since = Duration::ZERO;
-        for _ in 0..BRIEF_AT_ONCE {
-            let Some(next) = self.hand.next_brief() else { return };
+        for _ in 0..INTERACTIVE_AT_ONCE {
+            let Some(next) = self.inline_reader.next_interactive() else { return };
             self.read_now(next);
         }
     }
@@ -28,7 +28,7 @@ impl Loop {
     fn read_now(&mut self, next: Next) {
         // What came of this socket before comes first.
         self.receive_all();
-        if let Some(message) = self.hand.read(next) {
+        if let Some(message) = self.inline_reader.read(next) {
             self.receive(message);
         }
     }
@@ -36,12 +36,12 @@ impl Loop {
     /// Sleeps until there is something to do.
     pub(super) fn wait(&mut self) {
         let until = self.next_deadline();
-        if let Some(next) = self.hand.next() {
+        if let Some(next) = self.inline_reader.next() {
             self.read_now(next);
             return;
         }
         // There was none, or no buffer for it.
-        self.hand.pass_on(None);
+        self.inline_reader.pass_on(None);
         let timeout = match until {
             Some(until) => until.saturating_duration_since(Instant::now()),
             None => Duration::from_secs(3600),
