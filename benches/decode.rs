@@ -5,7 +5,8 @@
 //! of 256 KiB, which cut commands anywhere.
 
 use fbptr::command::{
-    Command, Decoder, EndOfInput, Flow, Limits, Place, Rect, Sink, SparePayload, StreamError, binary_pixel,
+    Command, Decoder, EndOfInput, Flow, Limits, PayloadPool, Rect, Sink, StreamError, StreamPosition,
+    binary_pixel,
 };
 use std::hint::black_box;
 use std::time::Instant;
@@ -47,7 +48,7 @@ impl Sink for Sums {
             self.add(x.into(), y.into(), color);
         }
     }
-    fn command(&mut self, command: Command, place: Place) -> Flow {
+    fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
         self.commands += 1;
         black_box((command, place));
         Flow::Continue
@@ -56,12 +57,12 @@ impl Sink for Sums {
         self.errors += 1;
         Flow::Continue
     }
-    fn blit(&mut self, _: Rect, rgba: &[u8], _: Place) -> Flow {
+    fn blit(&mut self, _: Rect, rgba: &[u8], _: StreamPosition) -> Flow {
         self.commands += 1;
         self.bytes += black_box(rgba).len() as u64;
         Flow::Continue
     }
-    fn pixel_run(&mut self, _: u16, _: u16, rgba: &[u8], _: Place) -> Flow {
+    fn pixel_run(&mut self, _: u16, _: u16, rgba: &[u8], _: StreamPosition) -> Flow {
         self.commands += 1;
         self.bytes += black_box(rgba).len() as u64;
         Flow::Continue
@@ -86,7 +87,7 @@ impl Sink for Frame {
             self.pixel(x.into(), y.into(), color);
         }
     }
-    fn command(&mut self, _: Command, _: Place) -> Flow {
+    fn command(&mut self, _: Command, _: StreamPosition) -> Flow {
         Flow::Continue
     }
     fn error(&mut self, _: StreamError) -> Flow {
@@ -210,8 +211,8 @@ fn cases() -> Vec<Case> {
 }
 
 /// Plays a stream in pieces and answers the seconds it took.
-fn play(stream: &[u8], spare: &SparePayload, sink: &mut impl Sink) -> f64 {
-    let mut decoder = Decoder::with_spare(Limits::default(), spare);
+fn play(stream: &[u8], pool: &PayloadPool, sink: &mut impl Sink) -> f64 {
+    let mut decoder = Decoder::with_payload_pool(Limits::default(), pool);
     let start = Instant::now();
     for piece in stream.chunks(PIECE) {
         assert_eq!(decoder.feed(black_box(piece), sink), Flow::Continue);
@@ -232,14 +233,14 @@ fn rates(units: u64, mut seconds: Vec<f64>) -> (f64, f64) {
 }
 
 fn main() {
-    let spare = SparePayload::default();
+    let pool = PayloadPool::default();
     let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
     println!("{:34} {:>9} {:>9}         {:>7}", "one core, from memory", "best", "median", "GB/s");
     for case in cases().iter().filter(|c| c.name.contains(&filter)) {
         let mut seconds = Vec::new();
         for _ in 0..ROUNDS {
             let mut sums = Sums::default();
-            seconds.push(play(&case.stream, &spare, &mut sums));
+            seconds.push(play(&case.stream, &pool, &mut sums));
             let e = &case.expected;
             assert_eq!(
                 (sums.pixels, sums.hash, sums.commands, sums.bytes, sums.errors),
@@ -255,7 +256,7 @@ fn main() {
     if filter.is_empty() || "painting".contains(&filter) {
         for case in &cases()[..2] {
             let mut frame = Frame(vec![[0; 4]; WIDTH * HEIGHT]);
-            let seconds = (0..ROUNDS).map(|_| play(&case.stream, &spare, &mut frame)).collect();
+            let seconds = (0..ROUNDS).map(|_| play(&case.stream, &pool, &mut frame)).collect();
             assert!(frame.0.iter().filter(|p| p[3] == 255).count() > 20_000, "nothing was painted");
             let (best, median) = rates(case.units, seconds);
             println!("{:34} {best:9.1} {median:9.1} {:6}", format!("painting: {}", case.name), case.unit);

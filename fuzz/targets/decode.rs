@@ -3,7 +3,7 @@
 #![no_main]
 
 use fbptr::command::{
-    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, Place, Sink, StreamError, binary_pixel,
+    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError, binary_pixel,
     encode,
 };
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +12,7 @@ const LIMITS: Limits = Limits { payload_bytes: 4096 };
 
 #[derive(Debug, PartialEq)]
 enum Event {
-    Command(Command, Option<Place>),
+    Command(Command, Option<StreamPosition>),
     Error(StreamError),
 }
 
@@ -30,7 +30,7 @@ impl Sink for Heard {
             self.0.push(Event::Command(Command::BinaryPixel { x, y, color }, None));
         }
     }
-    fn command(&mut self, command: Command, place: Place) -> Flow {
+    fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
         let flow = if command == Command::Quit { Flow::Stop } else { Flow::Continue };
         self.0.push(Event::Command(command, Some(place)));
         flow
@@ -44,7 +44,7 @@ impl Sink for Heard {
     }
 }
 
-fn hear<'a>(pieces: impl IntoIterator<Item = &'a [u8]>, end: EndOfInput) -> (Vec<Event>, Place) {
+fn hear<'a>(pieces: impl IntoIterator<Item = &'a [u8]>, end: EndOfInput) -> (Vec<Event>, StreamPosition) {
     let (mut decoder, mut heard) = (Decoder::new(LIMITS), Heard::default());
     for piece in pieces {
         if decoder.feed(piece, &mut heard) == Flow::Stop {
@@ -82,7 +82,7 @@ fuzz_target!(|input: &[u8]| {
     let mut bytes = Vec::new();
     for event in whole {
         let Event::Command(command, _) = event else { continue };
-        command.check().expect("what is heard is in order");
+        command.validate().expect("what is heard is in order");
         bytes.clear();
         // Only a long line of numbers, each longer when it is written in full, has no bytes.
         if encode(&command, &mut bytes).is_err() {

@@ -11,15 +11,15 @@ use std::borrow::Cow;
 
 /// Why a command is refused: the decoder's form of [`crate::error::Fault`], with the word as the bytes that came.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Refusal {
+pub(super) struct ParseError {
     pub code: Code,
     pub message: Cow<'static, str>,
     pub token: Vec<u8>,
 }
 
-impl Refusal {
+impl ParseError {
     pub fn new(code: Code, message: impl Into<Cow<'static, str>>, token: &[u8]) -> Self {
-        Refusal { code, message: message.into(), token: token.to_vec() }
+        ParseError { code, message: message.into(), token: token.to_vec() }
     }
 }
 
@@ -98,12 +98,12 @@ impl<'a> Args<'a> {
         self.last
     }
 
-    fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, Refusal> {
-        Err(Refusal::new(code, format!("argument {} must be {what}", self.taken), word))
+    fn refuse<T>(&self, code: Code, what: &str, word: &[u8]) -> Result<T, ParseError> {
+        Err(ParseError::new(code, format!("argument {} must be {what}", self.taken), word))
     }
 
     /// A whole number in i32.
-    pub fn int(&mut self) -> Result<i32, Refusal> {
+    pub fn int(&mut self) -> Result<i32, ParseError> {
         let word = self.word();
         match parse_int(word) {
             Some(n) => Ok(n),
@@ -112,7 +112,7 @@ impl<'a> Args<'a> {
     }
 
     /// `N` whole numbers.
-    pub fn ints<const N: usize>(&mut self) -> Result<[i32; N], Refusal> {
+    pub fn ints<const N: usize>(&mut self) -> Result<[i32; N], ParseError> {
         let mut numbers = [0; N];
         for n in &mut numbers {
             *n = self.int()?;
@@ -121,7 +121,7 @@ impl<'a> Args<'a> {
     }
 
     /// A whole number from 0 on.
-    pub fn count_number(&mut self) -> Result<u32, Refusal> {
+    pub fn count_number(&mut self) -> Result<u32, ParseError> {
         let word = self.peek();
         match u32::try_from(self.int()?) {
             Ok(n) => Ok(n),
@@ -130,7 +130,7 @@ impl<'a> Args<'a> {
     }
 
     /// A finite real.
-    pub fn real(&mut self) -> Result<f64, Refusal> {
+    pub fn real(&mut self) -> Result<f64, ParseError> {
         let word = self.word();
         match parse_real(word) {
             Some(n) => Ok(n),
@@ -139,7 +139,7 @@ impl<'a> Args<'a> {
     }
 
     /// `N` finite reals.
-    pub fn reals<const N: usize>(&mut self) -> Result<[f64; N], Refusal> {
+    pub fn reals<const N: usize>(&mut self) -> Result<[f64; N], ParseError> {
         let mut numbers = [0.0; N];
         for n in &mut numbers {
             *n = self.real()?;
@@ -148,12 +148,12 @@ impl<'a> Args<'a> {
     }
 
     /// Three finite reals.
-    pub fn vector(&mut self) -> Result<DVec3, Refusal> {
+    pub fn vector(&mut self) -> Result<DVec3, ParseError> {
         Ok(DVec3::from_array(self.reals()?))
     }
 
     /// A colour.
-    pub fn color(&mut self) -> Result<Rgba, Refusal> {
+    pub fn color(&mut self) -> Result<Rgba, ParseError> {
         let word = self.word();
         match parse_color(word) {
             Some(color) => Ok(color),
@@ -166,7 +166,7 @@ impl<'a> Args<'a> {
     }
 
     /// A colour of light: three finite reals, or one word where `form` says that words may stand for them.
-    pub fn light_color(&mut self, form: LightForm) -> Result<DVec3, Refusal> {
+    pub fn light_color(&mut self, form: LightForm) -> Result<DVec3, ParseError> {
         if form == LightForm::Reals || !may_be_color(self.peek()) {
             return self.vector();
         }
@@ -191,12 +191,12 @@ impl<'a> Args<'a> {
         words(self.rest).filter(|word| may_be_color(word)).all(|word| parse_light_color(word).is_some())
     }
 
-    /// A keyword that `find` knows, in either case. `wanted` lists the keywords.
-    pub fn keyword<T>(&mut self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, Refusal> {
+    /// A keyword that `find` knows, in either case. `expected` lists the keywords.
+    pub fn keyword<T>(&mut self, expected: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, ParseError> {
         let word = self.word();
         match std::str::from_utf8(word).ok().and_then(find) {
             Some(value) => Ok(value),
-            None => self.refuse(Code::Args, wanted, word),
+            None => self.refuse(Code::Args, expected, word),
         }
     }
 
@@ -210,7 +210,7 @@ impl<'a> Args<'a> {
     }
 
     /// A name: UTF-8 without control characters, and not one that would read as a payload length.
-    pub fn name(&mut self) -> Result<String, Refusal> {
+    pub fn name(&mut self) -> Result<String, ParseError> {
         let word = self.word();
         match std::str::from_utf8(word) {
             Ok(name) if is_name(name) => Ok(name.to_owned()),
@@ -359,9 +359,9 @@ mod tests {
         assert_eq!((args.count(), args.left(), args.peek()), (3, 3, &b"1"[..]));
         assert_eq!(args.int().unwrap(), 1);
         assert_eq!((args.left(), args.nth_left(1)), (2, &b"3"[..]));
-        let refusal = args.int().unwrap_err();
-        assert_eq!((refusal.code, refusal.token.as_slice()), (Code::Num, &b"two"[..]));
-        assert!(refusal.message.starts_with("argument 2 "), "{}", refusal.message);
+        let parse_error = args.int().unwrap_err();
+        assert_eq!((parse_error.code, parse_error.token.as_slice()), (Code::Num, &b"two"[..]));
+        assert!(parse_error.message.starts_with("argument 2 "), "{}", parse_error.message);
         assert_eq!(args.word(), b"3");
         assert_eq!((args.word(), args.left()), (&b""[..], 0));
     }

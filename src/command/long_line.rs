@@ -1,7 +1,7 @@
 //! The rest of a line over the limit: nothing of it is kept but whether it ends in `:N`.
 
 use super::args::is_blank;
-use super::decoder::Announced;
+use super::decoder::PayloadLength;
 
 /// The last word so far.
 #[derive(Clone, Copy)]
@@ -11,7 +11,7 @@ enum Word {
     /// A colon alone.
     Colon,
     /// A colon and more.
-    After(Announced),
+    After(PayloadLength),
 }
 
 /// A line that is read to its LF for the sake of its last word.
@@ -62,16 +62,16 @@ impl LongLine {
         self.last = match (begins, self.last) {
             (true, _) if byte == b':' => Word::Colon,
             (true, _) | (false, Word::Plain) => Word::Plain,
-            (false, Word::Colon) => Word::After(Announced::Length(0).with(byte)),
-            (false, Word::After(announced)) => Word::After(announced.with(byte)),
+            (false, Word::Colon) => Word::After(PayloadLength::Length(0).with(byte)),
+            (false, Word::After(payload_length)) => Word::After(payload_length.with(byte)),
         };
     }
 
     /// What the line announces, once it has ended.
-    pub fn payload(&self) -> Option<Announced> {
+    pub fn payload(&self) -> Option<PayloadLength> {
         self.ended.then_some(match self.last {
-            Word::After(announced) if !self.comment => announced,
-            _ => Announced::Length(0),
+            Word::After(payload_length) if !self.comment => payload_length,
+            _ => PayloadLength::Length(0),
         })
     }
 }

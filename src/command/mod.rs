@@ -4,32 +4,32 @@
 //! sends and what the decoder makes of a stream.
 
 mod args;
-mod check;
+mod commands;
 mod decoder;
 mod encode;
 mod help;
 mod long_line;
-mod model;
 mod parse;
+mod payload_pool;
 mod scan;
 mod sink;
-mod spare;
 mod stream_error;
 mod suggest;
 mod table;
+mod validate;
 mod verb;
 
 pub use crate::memory::{parse_color, parse_light_color};
-pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
-pub use encode::{EncodeError, encode};
-pub use help::help_text;
-pub use model::{
+pub use commands::{
     AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect, Rect,
     Shears, SnapTarget,
 };
-pub use sink::{BINARY_PIXEL_BYTES, Flow, Place, Sink, binary_pixel};
-pub use spare::SparePayload;
+pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
+pub use encode::{EncodeError, encode};
+pub use help::help_text;
+pub use payload_pool::PayloadPool;
+pub use sink::{BINARY_PIXEL_BYTES, Flow, Sink, StreamPosition, binary_pixel};
 pub use stream_error::{
     StreamError, Subject, format_error, format_fault, format_play_error, format_play_fault,
 };
-pub use verb::{Counts, Form, Group, Payload, Verb};
+pub use verb::{Arity, Form, Group, Payload, Verb};

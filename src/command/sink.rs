@@ -1,21 +1,21 @@
 //! What takes the commands that a decoder makes.
 
-use super::model::{Command, Rect};
+use super::commands::{Command, Rect};
 use super::stream_error::StreamError;
 use crate::memory::{Reservation, Rgba};
 
 /// Where a command begins in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct StreamPosition {
     /// 1 + the LF bytes before it, those in payloads and binary commands included.
     pub line: u64,
     /// Bytes before it.
     pub byte: u64,
 }
 
-impl Place {
+impl StreamPosition {
     /// Where every stream begins.
-    pub const START: Place = Place { line: 1, byte: 0 };
+    pub const START: StreamPosition = StreamPosition { line: 1, byte: 0 };
 }
 
 /// Whether the decoder shall go on.
@@ -51,7 +51,7 @@ pub trait Sink {
     fn binary_pixels(&mut self, records: &[u8]);
 
     /// Any other command, whole and checked.
-    fn command(&mut self, command: Command, place: Place) -> Flow;
+    fn command(&mut self, command: Command, place: StreamPosition) -> Flow;
 
     /// Takes over what the payload of the next [`Sink::command`] holds of the memory budget, where
     /// the bytes go to that command: they are counted once, by whoever holds them.
@@ -64,17 +64,17 @@ pub trait Sink {
     fn error(&mut self, error: StreamError) -> Flow;
 
     /// `PXMULTI`: RGBA bytes of a run of pixels, linear from (x, y). The bytes are the decoder's: what is kept is copied.
-    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
+    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::PixelRun { x, y, rgba: rgba.to_vec() }, place)
     }
 
     /// `BLIT`: RGBA rows, as many bytes as the rectangle has.
-    fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+    fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::Blit { rect, rgba: rgba.to_vec() }, place)
     }
 
     /// `POINTS`: 8 bytes a pixel, see [`Command::Points`].
-    fn points(&mut self, packed: &[u8], place: Place) -> Flow {
+    fn points(&mut self, packed: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::Points { packed: packed.to_vec() }, place)
     }
 }

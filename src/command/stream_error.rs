@@ -3,8 +3,8 @@
 //! `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, one ASCII line under 1,000 bytes. A token is cut at
 //! `TOKEN_BYTES` bytes; its bytes beyond printable ASCII, `"` and `\` are written as `\xNN`.
 
-use super::args::Refusal;
-use super::sink::Place;
+use super::args::ParseError;
+use super::sink::StreamPosition;
 use super::suggest::nearest_verb;
 use super::verb::Verb;
 use crate::error::{Code, Fault};
@@ -50,7 +50,7 @@ impl Subject {
 #[error("{}", format_play_error("-", self.place, &self.subject.name(), self.code, &self.message, Some(&self.token)))]
 pub struct StreamError {
     /// Where the command begins.
-    pub place: Place,
+    pub place: StreamPosition,
     /// What it was.
     pub subject: Subject,
     /// Why it is refused.
@@ -64,8 +64,8 @@ pub struct StreamError {
 }
 
 impl StreamError {
-    pub(super) fn new(place: Place, subject: Subject, refusal: Refusal) -> Self {
-        let Refusal { code, message, mut token } = refusal;
+    pub(super) fn new(place: StreamPosition, subject: Subject, parse_error: ParseError) -> Self {
+        let ParseError { code, message, mut token } = parse_error;
         token.truncate(TOKEN_BYTES);
         StreamError { place, subject, code, message, token, closes: false }
     }
@@ -105,20 +105,26 @@ impl From<&StreamError> for Fault {
 }
 
 /// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under `LINE_BYTES`.
-pub fn format_error(place: Place, verb: &str, code: Code, message: &str, token: Option<&[u8]>) -> String {
+pub fn format_error(
+    place: StreamPosition,
+    verb: &str,
+    code: Code,
+    message: &str,
+    token: Option<&[u8]>,
+) -> String {
     let head = format!("ERR {} {} {code} {}", place.line, place.byte, one_word(verb));
     with_reason(head, &with_suggestion(code, verb, message), token)
 }
 
 /// The wire line of a refusal by the engine.
-pub fn format_fault(place: Place, verb: &str, fault: &Fault) -> String {
+pub fn format_fault(place: StreamPosition, verb: &str, fault: &Fault) -> String {
     format_error(place, verb, fault.code, &fault.message, fault.token.as_ref().map(String::as_bytes))
 }
 
 /// `FILE:LINE: CODE VERB: message, got "token"`, without LF: what `play` says on stderr. The file's name stands as given.
 pub fn format_play_error(
     file: &str,
-    place: Place,
+    place: StreamPosition,
     verb: &str,
     code: Code,
     message: &str,
@@ -129,7 +135,7 @@ pub fn format_play_error(
 }
 
 /// `play`'s line for a refusal by the engine.
-pub fn format_play_fault(file: &str, place: Place, verb: &str, fault: &Fault) -> String {
+pub fn format_play_fault(file: &str, place: StreamPosition, verb: &str, fault: &Fault) -> String {
     format_play_error(
         file,
         place,
@@ -198,7 +204,7 @@ fn written(bytes: &[u8], plain: impl Fn(u8) -> bool) -> String {
 mod tests {
     use super::*;
 
-    const HERE: Place = Place { line: 3, byte: 41 };
+    const HERE: StreamPosition = StreamPosition { line: 3, byte: 41 };
 
     #[test]
     fn the_line_has_the_form_of_the_specification() {
@@ -229,7 +235,7 @@ mod tests {
 
     #[test]
     fn the_longest_line_is_ascii_and_under_1000_bytes() {
-        let far = Place { line: u64::MAX, byte: u64::MAX };
+        let far = StreamPosition { line: u64::MAX, byte: u64::MAX };
         let long = "é\n".repeat(4000);
         for token in [None, Some(long.as_bytes())] {
             let line = format_error(far, &long, Code::Colour, &long, token);

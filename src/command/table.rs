@@ -3,13 +3,13 @@
 //! Templates: words in lower case stand for arguments, `[...]` may be left out, `a|b` is a choice, `:N` announces N
 //! payload bytes after the line. Pixelflut's own verbs come first: clients that probe read no further.
 
-use super::args::{Args, Refusal};
-use super::model::Command;
-use super::parse::{control, memory, plane, space};
-use super::verb::Counts::{From, Of};
-use super::verb::{Counts, Form, Group, Payload, Reading, Verb};
+use super::args::{Args, ParseError};
+use super::commands::Command;
+use super::parse::{control, memory, three_d, two_d};
+use super::verb::Arity::{From, Of};
+use super::verb::{Arity, Encoding, Form, Group, Payload, Verb};
 
-type Parse = fn(&mut Args<'_>) -> Result<Command, Refusal>;
+type Parse = fn(&mut Args<'_>) -> Result<Command, ParseError>;
 
 const fn form(syntax: &'static str, about: &'static str) -> Form {
     Form { syntax, about }
@@ -18,26 +18,26 @@ const fn form(syntax: &'static str, about: &'static str) -> Form {
 const fn text(
     name: &'static str,
     group: Group,
-    counts: Counts,
+    arity: Arity,
     payload: Payload,
     parse: Parse,
     forms: &'static [Form],
 ) -> Verb {
-    Verb { name, group, counts, payload, forms, reading: Reading::Text(parse) }
+    Verb { name, group, arity, payload, forms, encoding: Encoding::Text(parse) }
 }
 
 const fn binary(name: &'static str, forms: &'static [Form]) -> Verb {
     Verb {
         name,
         group: Group::Pixelflut,
-        counts: Of(&[]),
+        arity: Of(&[]),
         payload: Payload::Never,
         forms,
-        reading: Reading::Binary,
+        encoding: Encoding::Binary,
     }
 }
 
-use Group::{Control, Memory, Pixelflut, Plane, Space};
+use Group::{Control, Memory, Pixelflut, ThreeD, TwoD};
 use Payload::{Always, BySubject, Never};
 
 #[rustfmt::skip]
@@ -96,44 +96,44 @@ pub(super) static TABLE: [Verb; 75] = [
         form("CLEAR [colour]", "fills the frame (default 000000ff) and clears the depth"),
     ]),
 
-    text("LINE", Plane, Of(&[5, 6]), Never, plane::line, &[
+    text("LINE", TwoD, Of(&[5, 6]), Never, two_d::line, &[
         form("LINE x0 y0 x1 y1 c0 [c1]", "draws a line, both ends lit; with c1 the colour runs from c0 to c1"),
     ]),
-    text("TRI", Plane, Of(&[7, 9]), Never, plane::tri, &[
+    text("TRI", TwoD, Of(&[7, 9]), Never, two_d::tri, &[
         form("TRI x0 y0 x1 y1 x2 y2 c0 [c1 c2]", "draws a triangle's three lines"),
     ]),
-    text("FILL", Plane, Of(&[7, 9]), Never, plane::fill, &[
+    text("FILL", TwoD, Of(&[7, 9]), Never, two_d::fill, &[
         form("FILL x0 y0 x1 y1 x2 y2 c0 [c1 c2]", "fills a triangle, colours interpolated; reals"),
     ]),
-    text("RECT", Plane, Of(&[5]), Never, plane::rect, &[
+    text("RECT", TwoD, Of(&[5]), Never, two_d::rect, &[
         form("RECT x y w h c", "draws the border of a rectangle"),
     ]),
-    text("FILLRECT", Plane, Of(&[5]), Never, plane::fillrect, &[
+    text("FILLRECT", TwoD, Of(&[5]), Never, two_d::fillrect, &[
         form("FILLRECT x y w h c", "fills the pixels with centres in [x,x+w) x [y,y+h); reals"),
     ]),
-    text("CIRCLE", Plane, Of(&[4]), Never, plane::circle, &[
+    text("CIRCLE", TwoD, Of(&[4]), Never, two_d::circle, &[
         form("CIRCLE cx cy r c", "draws a circle about a pixel"),
     ]),
-    text("FILLCIRCLE", Plane, Of(&[4]), Never, plane::fillcircle, &[
+    text("FILLCIRCLE", TwoD, Of(&[4]), Never, two_d::fillcircle, &[
         form("FILLCIRCLE cx cy r c", "fills the pixel centres nearer than r to a point; reals"),
     ]),
-    text("POLY", Plane, From(3), Never, plane::poly, &[
+    text("POLY", TwoD, From(3), Never, two_d::poly, &[
         form("POLY c x0 y0 [x1 y1 ...]", "draws a closed outline"),
     ]),
-    text("FILLPOLY", Plane, From(3), Never, plane::fillpoly, &[
+    text("FILLPOLY", TwoD, From(3), Never, two_d::fillpoly, &[
         form("FILLPOLY c x0 y0 [x1 y1 ...]", "fills a polygon, even-odd; reals"),
     ]),
-    text("TEXT", Plane, Of(&[3]), Always, plane::text, &[
+    text("TEXT", TwoD, Of(&[3]), Always, two_d::text, &[
         form("TEXT x y c :N", "writes N bytes of UTF-8 in 8x8 letters from the upper left corner (x,y)"),
     ]),
-    text("LINEAA", Plane, Of(&[5]), Never, plane::lineaa, &[
+    text("LINEAA", TwoD, Of(&[5]), Never, two_d::lineaa, &[
         form("LINEAA x0 y0 x1 y1 c", "draws an anti-aliased line by exact coverage; reals"),
     ]),
-    text("BLEND", Plane, Of(&[1]), Never, plane::blend, &[
+    text("BLEND", TwoD, Of(&[1]), Never, two_d::blend, &[
         form("BLEND replace|over", "stores colours as they are, or composes them source-over"),
     ]),
 
-    text("MESH", Space, From(2), BySubject, space::mesh, &[
+    text("MESH", ThreeD, From(2), BySubject, three_d::mesh, &[
         form("MESH name OBJ :N", "makes a mesh from the N bytes of an OBJ file"),
         form("MESH name BOX [x y z]", "makes a box (2 2 2)"),
         form("MESH name SPHERE [r]", "makes a sphere (1)"),
@@ -142,118 +142,118 @@ pub(super) static TABLE: [Verb; 75] = [
         form("MESH name TEAPOT [level]", "makes Newell's teapot, each patch cut level x level"),
         form("MESH name KNOT nu nv", "makes a torus knot of nu x nv quads"),
     ]),
-    text("TEX", Space, Of(&[1]), Always, space::tex, &[
+    text("TEX", ThreeD, Of(&[1]), Always, three_d::tex, &[
         form("TEX name :N", "makes a texture from the N bytes of a PNG or JPEG file"),
     ]),
-    text("SCENE", Space, Of(&[1]), Always, space::scene, &[
+    text("SCENE", ThreeD, Of(&[1]), Always, three_d::scene, &[
         form("SCENE X3D :N", "replaces camera, lights and objects by those of an X3D file"),
     ]),
-    text("EYE", Space, Of(&[1]), Always, space::eye, &[
+    text("EYE", ThreeD, Of(&[1]), Always, three_d::eye, &[
         form("EYE name :N", "makes an N-dimensional scene from JSON"),
     ]),
-    text("FREE", Space, Of(&[1]), Never, space::free, &[
+    text("FREE", ThreeD, Of(&[1]), Never, three_d::free, &[
         form("FREE name", "forgets a mesh, texture or scene"),
     ]),
-    text("LOAD", Space, Of(&[2, 3]), Never, space::load, &[
+    text("LOAD", ThreeD, Of(&[2, 3]), Never, three_d::load, &[
         form("LOAD MESH|TEX name path", "loads a file of the server's own folder"),
         form("LOAD SCENE path", "loads an X3D file of the server's own folder"),
     ]),
-    text("LOOKAT", Space, Of(&[9]), Never, space::lookat, &[
+    text("LOOKAT", ThreeD, Of(&[9]), Never, three_d::lookat, &[
         form("LOOKAT ex ey ez rx ry rz ux uy uz", "puts the eye at e, looking at r, u up"),
     ]),
-    text("PERSPECTIVE", Space, Of(&[3, 4]), Never, space::perspective, &[
+    text("PERSPECTIVE", ThreeD, Of(&[3, 4]), Never, three_d::perspective, &[
         form("PERSPECTIVE fov near far [FOVMIN]", "sees in perspective; the angle is vertical, or on the smaller side"),
     ]),
-    text("PLANE", Space, Of(&[3]), Never, space::plane, &[
+    text("PLANE", ThreeD, Of(&[3]), Never, three_d::plane, &[
         form("PLANE d near far", "sees in perspective on a view plane at distance d"),
     ]),
-    text("FRUSTUM", Space, Of(&[6]), Never, space::frustum, &[
+    text("FRUSTUM", ThreeD, Of(&[6]), Never, three_d::frustum, &[
         form("FRUSTUM l r b t near far", "sees in perspective through a window at the near plane"),
     ]),
-    text("ORTHO", Space, Of(&[6]), Never, space::ortho, &[
+    text("ORTHO", ThreeD, Of(&[6]), Never, three_d::ortho, &[
         form("ORTHO l r b t near far", "sees in parallel"),
     ]),
-    text("OBLIQUE", Space, Of(&[8]), Never, space::oblique, &[
+    text("OBLIQUE", ThreeD, Of(&[8]), Never, three_d::oblique, &[
         form("OBLIQUE cavalier|cabinet angle l r b t near far", "sees in oblique parallel"),
     ]),
-    text("ISOMETRIC", Space, Of(&[6]), Never, space::isometric, &[
+    text("ISOMETRIC", ThreeD, Of(&[6]), Never, three_d::isometric, &[
         form("ISOMETRIC l r b t near far", "sees isometrically"),
     ]),
-    text("PSEUDOISO", Space, Of(&[6]), Never, space::pseudoiso, &[
+    text("PSEUDOISO", ThreeD, Of(&[6]), Never, three_d::pseudoiso, &[
         form("PSEUDOISO l r b t near far", "sees pseudo-isometrically"),
     ]),
-    text("WINDOW", Space, Of(&[16]), Never, space::window, &[
+    text("WINDOW", ThreeD, Of(&[16]), Never, three_d::window, &[
         form("WINDOW vrp(3) p(3) vup(3) cu cv su sv dp near far", "sees by the viewing transformation"),
     ]),
-    text("VIEWPORT", Space, Of(&[4, 5]), Never, space::viewport, &[
+    text("VIEWPORT", ThreeD, Of(&[4, 5]), Never, three_d::viewport, &[
         form("VIEWPORT x y w h [centres|corners]", "puts the picture into a part of the frame"),
     ]),
-    text("IDENTITY", Space, Of(&[0]), Never, space::identity, &[
+    text("IDENTITY", ThreeD, Of(&[0]), Never, three_d::identity, &[
         form("IDENTITY", "resets the model matrix"),
     ]),
-    text("PUSH", Space, Of(&[0]), Never, space::push, &[
+    text("PUSH", ThreeD, Of(&[0]), Never, three_d::push, &[
         form("PUSH", "keeps the model matrix"),
     ]),
-    text("POP", Space, Of(&[0]), Never, space::pop, &[
+    text("POP", ThreeD, Of(&[0]), Never, three_d::pop, &[
         form("POP", "brings back the model matrix kept last"),
     ]),
-    text("TRANSLATE", Space, Of(&[3]), Never, space::translate, &[
+    text("TRANSLATE", ThreeD, Of(&[3]), Never, three_d::translate, &[
         form("TRANSLATE x y z", "multiplies the model matrix on the right, as the next four do"),
     ]),
-    text("ROTATE", Space, Of(&[4]), Never, space::rotate, &[
+    text("ROTATE", ThreeD, Of(&[4]), Never, three_d::rotate, &[
         form("ROTATE ax ay az angle", "turns about an axis, in radians"),
     ]),
-    text("SCALE", Space, Of(&[3]), Never, space::scale, &[
+    text("SCALE", ThreeD, Of(&[3]), Never, three_d::scale, &[
         form("SCALE x y z", "scales along the axes"),
     ]),
-    text("SHEAR", Space, Of(&[6]), Never, space::shear, &[
+    text("SHEAR", ThreeD, Of(&[6]), Never, three_d::shear, &[
         form("SHEAR xy xz yx yz zx zy", "shears: x' = x + xy*y + xz*z and so on"),
     ]),
-    text("MATRIX", Space, Of(&[16]), Never, space::matrix, &[
+    text("MATRIX", ThreeD, Of(&[16]), Never, three_d::matrix, &[
         form("MATRIX m00..m33", "sixteen numbers, row by row"),
     ]),
-    text("AMBIENT", Space, From(1), Never, space::ambient, &[
+    text("AMBIENT", ThreeD, From(1), Never, three_d::ambient, &[
         form("AMBIENT r g b", "sets the ambient light; colours of light are 0..1 and above"),
         form("AMBIENT name", "the same by a CSS name or #rrggbb; so may any r g b of LIGHT and MATERIAL be given"),
     ]),
-    text("LIGHT", Space, From(2), Never, space::light, &[
+    text("LIGHT", ThreeD, From(2), Never, three_d::light, &[
         form("LIGHT i POINT x y z r g b [c l q]", "puts a light at a point, fading by 1/(c + l d + q d^2)"),
         form("LIGHT i DIR dx dy dz r g b", "lets light fall in a direction"),
         form("LIGHT i SPOT x y z dx dy dz angle exponent r g b [c l q]", "puts a spot light"),
         form("LIGHT i OFF", "takes a light away"),
     ]),
-    text("MATERIAL", Space, From(4), Never, space::material, &[
+    text("MATERIAL", ThreeD, From(4), Never, three_d::material, &[
         form("MATERIAL ka(3) kd(3) ks(3) n [emissive(3) [transparency]]", "says how surfaces answer light"),
         form("MATERIAL ka kd ks n [emissive [transparency]]", "the same with names of colours"),
     ]),
-    text("TEXTURE", Space, Of(&[1, 2, 3]), Never, space::texture, &[
+    text("TEXTURE", ThreeD, Of(&[1, 2, 3]), Never, three_d::texture, &[
         form("TEXTURE name|OFF [nearest|bilinear|mipmap|trilinear] [repeat|clamp]", "lays a texture on what is drawn next"),
     ]),
-    text("SHADE", Space, Of(&[1]), Never, space::shade, &[
+    text("SHADE", ThreeD, Of(&[1]), Never, three_d::shade, &[
         form("SHADE wire|flat|gouraud|phong", "chooses how faces are coloured"),
     ]),
-    text("CULL", Space, Of(&[1]), Never, space::cull, &[
+    text("CULL", ThreeD, Of(&[1]), Never, three_d::cull, &[
         form("CULL back|front|none", "chooses the faces to leave out"),
     ]),
-    text("HIDE", Space, Of(&[1]), Never, space::hide, &[
+    text("HIDE", ThreeD, Of(&[1]), Never, three_d::hide, &[
         form("HIDE zbuffer|painter|none", "chooses how hidden surfaces are found"),
     ]),
-    text("DEPTH", Space, Of(&[1]), Never, space::depth, &[
+    text("DEPTH", ThreeD, Of(&[1]), Never, three_d::depth, &[
         form("DEPTH u16|u24|u32|f32|reversed", "chooses how depth is stored, and clears it"),
     ]),
-    text("INTERP", Space, Of(&[1]), Never, space::interp, &[
+    text("INTERP", ThreeD, Of(&[1]), Never, three_d::interp, &[
         form("INTERP perspective|affine", "chooses how values run across a face"),
     ]),
-    text("DRAW", Space, Of(&[1]), Never, space::draw, &[
+    text("DRAW", ThreeD, Of(&[1]), Never, three_d::draw, &[
         form("DRAW name", "draws a mesh"),
     ]),
-    text("DRAWSCENE", Space, Of(&[0, 1, 2]), Never, space::drawscene, &[
+    text("DRAWSCENE", ThreeD, Of(&[0, 1, 2]), Never, three_d::drawscene, &[
         form("DRAWSCENE [time] [SORTED]", "draws the scene at a time, transparent faces in order or sorted"),
     ]),
-    text("DRAWEYE", Space, Of(&[5]), Never, space::draweye, &[
+    text("DRAWEYE", ThreeD, Of(&[5]), Never, three_d::draweye, &[
         form("DRAWEYE name x y w h", "draws an N-dimensional scene into a rectangle"),
     ]),
-    text("QUALITY", Space, Of(&[1, 2]), Never, space::quality, &[
+    text("QUALITY", ThreeD, Of(&[1, 2]), Never, three_d::quality, &[
         form("QUALITY exact", "draws exactly"),
         form("QUALITY max-error e", "draws the cheapest way that stays within e steps of colour"),
     ]),

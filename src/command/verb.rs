@@ -1,34 +1,34 @@
 //! A row of the verb table: what a verb is called, what it takes, how it is read, and what HELP says of it.
 
-use super::args::{Args, Refusal};
-use super::model::Command;
+use super::args::{Args, ParseError};
+use super::commands::Command;
 use super::table::TABLE;
 
 /// How many words a verb takes after its name, `:N` not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Counts {
+pub enum Arity {
     /// One of these numbers.
     Of(&'static [usize]),
     /// This many or more; the verb's own parser says which.
     From(usize),
 }
 
-impl Counts {
+impl Arity {
     /// Whether `count` words are right.
     pub fn allows(self, count: usize) -> bool {
         match self {
-            Counts::Of(counts) => counts.contains(&count),
-            Counts::From(least) => count >= least,
+            Arity::Of(arity) => arity.contains(&count),
+            Arity::From(least) => count >= least,
         }
     }
 
     /// The counts in words, as in `takes 5 or 6 arguments`.
     pub(super) fn in_words(self) -> String {
         let numbers = match self {
-            Counts::From(least) => format!("{least} or more"),
-            Counts::Of([]) | Counts::Of([0]) => return "no arguments".to_owned(),
-            Counts::Of([1]) => return "1 argument".to_owned(),
-            Counts::Of(counts) => counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" or "),
+            Arity::From(least) => format!("{least} or more"),
+            Arity::Of([]) | Arity::Of([0]) => return "no arguments".to_owned(),
+            Arity::Of([1]) => return "1 argument".to_owned(),
+            Arity::Of(arity) => arity.iter().map(usize::to_string).collect::<Vec<_>>().join(" or "),
         };
         format!("{numbers} arguments")
     }
@@ -47,9 +47,9 @@ pub enum Payload {
 
 /// How a verb's arguments come.
 #[derive(Clone, Copy)]
-pub(super) enum Reading {
+pub(super) enum Encoding {
     /// A text line, read by this function after its words were counted.
-    Text(fn(&mut Args<'_>) -> Result<Command, Refusal>),
+    Text(fn(&mut Args<'_>) -> Result<Command, ParseError>),
     /// Bytes, read by the framing.
     Binary,
 }
@@ -62,24 +62,24 @@ pub enum Group {
     /// Bytes and rectangles of the video memory.
     Memory,
     /// Lines and areas.
-    Plane,
+    TwoD,
     /// Meshes, cameras, lights, materials.
-    Space,
+    ThreeD,
     /// Queries, frames, settings.
     Control,
 }
 
 impl Group {
     /// All groups in order.
-    pub const ALL: [Group; 5] = [Group::Pixelflut, Group::Memory, Group::Plane, Group::Space, Group::Control];
+    pub const ALL: [Group; 5] = [Group::Pixelflut, Group::Memory, Group::TwoD, Group::ThreeD, Group::Control];
 
     /// The group's title.
     pub const fn title(self) -> &'static str {
         match self {
             Group::Pixelflut => "Pixelflut",
             Group::Memory => "Memory",
-            Group::Plane => "2-D",
-            Group::Space => "3-D",
+            Group::TwoD => "2-D",
+            Group::ThreeD => "3-D",
             Group::Control => "Queries and control",
         }
     }
@@ -101,12 +101,12 @@ pub struct Verb {
     /// What it is for.
     pub group: Group,
     /// How many words it takes.
-    pub counts: Counts,
+    pub arity: Arity,
     /// Whether it takes a payload.
     pub payload: Payload,
     /// The ways to write it, for HELP and messages.
     pub forms: &'static [Form],
-    pub(super) reading: Reading,
+    pub(super) encoding: Encoding,
 }
 
 impl std::fmt::Debug for Verb {
@@ -136,7 +136,7 @@ impl Verb {
         loop {
             let verb = &TABLE[INDEX[slot].checked_sub(1)? as usize];
             if verb.name.as_bytes().eq_ignore_ascii_case(word) {
-                return matches!(verb.reading, Reading::Text(_)).then_some(verb);
+                return matches!(verb.encoding, Encoding::Text(_)).then_some(verb);
             }
             slot = (slot + 1) % INDEX.len();
         }
@@ -199,9 +199,9 @@ mod tests {
     #[test]
     fn every_text_verb_is_found_in_either_case_and_no_binary_one() {
         for verb in Verb::all() {
-            let wanted = matches!(verb.reading, Reading::Text(_)).then_some(verb);
-            assert_eq!(Verb::find(verb.name.as_bytes()), wanted, "{}", verb.name);
-            assert_eq!(Verb::find(verb.name.to_lowercase().as_bytes()), wanted, "{}", verb.name);
+            let expected = matches!(verb.encoding, Encoding::Text(_)).then_some(verb);
+            assert_eq!(Verb::find(verb.name.as_bytes()), expected, "{}", verb.name);
+            assert_eq!(Verb::find(verb.name.to_lowercase().as_bytes()), expected, "{}", verb.name);
             assert_eq!(Verb::named(verb.name), Some(verb));
             assert_eq!(Verb::index_of(verb.name).map(|i| &Verb::all()[i]), Some(verb));
         }
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn no_text_verb_begins_with_the_reserved_letters() {
         for verb in Verb::all() {
-            let text = matches!(verb.reading, Reading::Text(_));
+            let text = matches!(verb.encoding, Encoding::Text(_));
             assert!(!text || !verb.name.starts_with("PB"), "{}", verb.name);
             assert!(verb.name.bytes().all(|b| b.is_ascii_uppercase()), "{}", verb.name);
         }
@@ -239,11 +239,11 @@ mod tests {
     }
 
     /// How many words a template allows: the least, and the most unless it goes on.
-    fn counts_of(syntax: &str) -> (usize, Option<usize>) {
+    fn arity_of(syntax: &str) -> (usize, Option<usize>) {
         let (mut least, mut most, mut endless, mut depth) = (0, 0, false, 0i32);
         for word in syntax.split(' ').skip(1) {
             if word == "|" {
-                return counts_of(&syntax[..syntax.find(" | ").unwrap()]);
+                return arity_of(&syntax[..syntax.find(" | ").unwrap()]);
             }
             depth += word.matches('[').count() as i32;
             match word.trim_matches(['[', ']']) {
@@ -267,23 +267,23 @@ mod tests {
 
     #[test]
     fn the_counts_are_those_of_the_templates() {
-        for verb in Verb::all().iter().filter(|v| matches!(v.reading, Reading::Text(_))) {
+        for verb in Verb::all().iter().filter(|v| matches!(v.encoding, Encoding::Text(_))) {
             for form in verb.forms {
                 assert_eq!(form.syntax.split(' ').next(), Some(verb.name));
                 assert!(!form.about.is_empty() && form.about.is_ascii() && form.syntax.is_ascii());
-                let (least, most) = counts_of(form.syntax);
-                assert!(verb.counts.allows(least), "{}: {least}", form.syntax);
-                assert!(most.is_none_or(|m| verb.counts.allows(m)), "{}: {most:?}", form.syntax);
+                let (least, most) = arity_of(form.syntax);
+                assert!(verb.arity.allows(least), "{}: {least}", form.syntax);
+                assert!(most.is_none_or(|m| verb.arity.allows(m)), "{}: {most:?}", form.syntax);
                 match verb.payload {
                     Payload::Never => assert!(!form.syntax.ends_with(":N"), "{}", form.syntax),
                     Payload::Always => assert!(form.syntax.ends_with(":N"), "{}", form.syntax),
                     Payload::BySubject => {}
                 }
             }
-            let all: Vec<_> = verb.forms.iter().map(|f| counts_of(f.syntax)).collect();
-            let (least, most) = match verb.counts {
-                Counts::Of(counts) => (counts[0], counts.last().copied()),
-                Counts::From(least) => (least, None),
+            let all: Vec<_> = verb.forms.iter().map(|f| arity_of(f.syntax)).collect();
+            let (least, most) = match verb.arity {
+                Arity::Of(arity) => (arity[0], arity.last().copied()),
+                Arity::From(least) => (least, None),
             };
             assert_eq!(all.iter().map(|c| c.0).min(), Some(least), "{}", verb.name);
             // What follows a name that chooses the form is counted by the form's own reader.

@@ -1,7 +1,9 @@
 //! Lines, payloads and binary commands: where each begins and ends.
 
 use crate::recorder::{Event, Recorder, errors, hear, hear_pieces, short_error};
-use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, MAX_LINE_BYTES, Place, Sink, SparePayload};
+use fbptr::command::{
+    Command, Decoder, EndOfInput, Flow, Limits, MAX_LINE_BYTES, PayloadPool, Sink, StreamPosition,
+};
 use fbptr::memory::MemoryBudget;
 
 fn pixel(x: i32, y: i32) -> Event {
@@ -233,7 +235,7 @@ fn places_count_lf_and_bytes_of_everything_before() {
     let Event::Error(error) = &heard[heard.len() - 2] else { panic!() };
     assert_eq!((error.place.line, error.place.byte), here);
     let Event::Command(Command::Size, place) = heard[heard.len() - 1] else { panic!() };
-    assert_eq!(place, Place { line: here.0 + 1, byte: here.1 + 5 });
+    assert_eq!(place, StreamPosition { line: here.0 + 1, byte: here.1 + 5 });
 }
 
 #[test]
@@ -261,18 +263,18 @@ fn what_waits_is_bounded_and_given_back() {
     impl Sink for Nothing {
         fn pixel(&mut self, _: i32, _: i32, _: [u8; 4]) {}
         fn binary_pixels(&mut self, _: &[u8]) {}
-        fn command(&mut self, _: Command, _: Place) -> Flow {
+        fn command(&mut self, _: Command, _: StreamPosition) -> Flow {
             Flow::Continue
         }
         fn error(&mut self, _: fbptr::command::StreamError) -> Flow {
             Flow::Continue
         }
-        fn blit(&mut self, _: fbptr::command::Rect, _: &[u8], _: Place) -> Flow {
+        fn blit(&mut self, _: fbptr::command::Rect, _: &[u8], _: StreamPosition) -> Flow {
             Flow::Continue
         }
     }
-    let spare = SparePayload::default();
-    let mut decoder = Decoder::with_spare(Limits::default(), &spare);
+    let pool = PayloadPool::default();
+    let mut decoder = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = decoder.feed(b"BLIT 0 0 4096 4096 :67108864\n", &mut Nothing);
     assert!(decoder.pending_bytes() < 1 << 14, "an announcement alone holds {}", decoder.pending_bytes());
     let piece = vec![7; 1 << 20];
@@ -284,11 +286,11 @@ fn what_waits_is_bounded_and_given_back() {
     assert!(decoder.is_at_boundary());
     assert!(decoder.pending_bytes() < 1 << 14, "{}", decoder.pending_bytes());
     // The large buffer waits for the next one, until nobody has used it for a while.
-    assert_eq!(spare.held_bytes(), 64 << 20);
+    assert_eq!(pool.held_bytes(), 64 << 20);
     let _ = decoder.feed(b"BLIT 0 0 4096 4000 :65536000\nabc", &mut Nothing);
     assert!(decoder.pending_bytes() < 1 << 15, "one that has only begun holds {}", decoder.pending_bytes());
     let _ = decoder.feed(&piece, &mut Nothing);
-    assert_eq!((spare.held_bytes(), decoder.pending_bytes() >> 20), (0, 64));
+    assert_eq!((pool.held_bytes(), decoder.pending_bytes() >> 20), (0, 64));
     drop(decoder);
     let mut decoder = Decoder::new(Limits::default());
     let _ = decoder.feed(&vec![b'x'; 1 << 22], &mut Nothing);
@@ -298,21 +300,21 @@ fn what_waits_is_bounded_and_given_back() {
 #[test]
 fn a_room_that_was_filled_before_is_of_the_budget_whole() {
     let budget = MemoryBudget::new(64 << 20);
-    let spare = SparePayload::within(&budget);
+    let pool = PayloadPool::within(&budget);
     let mut recorder = Recorder::default();
-    let mut first = Decoder::with_spare(Limits::default(), &spare);
+    let mut first = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = first.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
     for _ in 0..8 {
         let _ = first.feed(&vec![7; 1 << 20], &mut recorder);
     }
-    assert_eq!((spare.held_bytes(), budget.used()), (8 << 20, 8 << 20), "it waits for the next payload");
+    assert_eq!((pool.held_bytes(), budget.used()), (8 << 20, 8 << 20), "it waits for the next payload");
     // One that has only begun, and may never end, sits in all of it: no page of it goes back to the system.
-    let mut stalled = Decoder::with_spare(Limits::default(), &spare);
+    let mut stalled = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = stalled.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
     let _ = stalled.feed(&vec![7; 300 << 10], &mut recorder);
-    assert_eq!((spare.held_bytes(), budget.used()), (0, 8 << 20));
+    assert_eq!((pool.held_bytes(), budget.used()), (0, 8 << 20));
     // A new room of that size is reserved as it is filled.
-    let mut other = Decoder::with_spare(Limits::default(), &spare);
+    let mut other = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = other.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
     let _ = other.feed(&vec![7; 300 << 10], &mut recorder);
     assert_eq!(budget.used(), (8 << 20) + (1 << 20));

@@ -1,7 +1,7 @@
 //! A sink that writes down what it is told.
 
 use fbptr::command::{
-    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, Place, Rect, Sink, StreamError,
+    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, Rect, Sink, StreamError, StreamPosition,
     binary_pixel,
 };
 
@@ -10,7 +10,7 @@ use fbptr::command::{
 pub enum Event {
     Pixel(i32, i32, [u8; 4]),
     Binary(u16, u16, [u8; 4]),
-    Command(Command, Place),
+    Command(Command, StreamPosition),
     Error(StreamError),
 }
 
@@ -38,8 +38,8 @@ impl Sink for Recorder {
         }
     }
 
-    fn command(&mut self, command: Command, place: Place) -> Flow {
-        command.check().expect("what the decoder passes on is in order");
+    fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
+        command.validate().expect("what the decoder passes on is in order");
         let stop = self.obeys_quit && command == Command::Quit;
         self.events.push(Event::Command(command, place));
         if stop { Flow::Stop } else { Flow::Continue }
@@ -52,7 +52,7 @@ impl Sink for Recorder {
         if self.stops_at_error { Flow::Stop } else { Flow::Continue }
     }
 
-    fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+    fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
         self.calls_by_slice += 1;
         self.command(Command::Blit { rect, rgba: rgba.to_vec() }, place)
     }

@@ -225,7 +225,7 @@ fn fbptr_commands(stream: &str, commands: &mut Vec<fbptr::command::Command>) {
         fn command(
             &mut self,
             command: fbptr::command::Command,
-            _: fbptr::command::Place,
+            _: fbptr::command::StreamPosition,
         ) -> fbptr::command::Flow {
             self.0.push(command);
             fbptr::command::Flow::Continue

@@ -1,8 +1,8 @@
 //! Which commands only ask: known before they are decoded, so that they can be run while all others wait.
 
-use super::{Decoder, State};
+use super::{Decoder, DecoderState};
 use crate::command::args::words;
-use crate::command::model::{Command, Rect};
+use crate::command::commands::{Command, Rect};
 
 /// A rectangle of more pixels is not asked for in passing.
 const FEW_PIXELS: u64 = 1 << 16;
@@ -36,7 +36,7 @@ impl Decoder {
     /// How many of `bytes` end the next command, where that is a whole line whose words say that it only asks, an empty
     /// one, or a comment. `None` where it is anything else, or not whole.
     pub fn next_asks(&self, bytes: &[u8]) -> Option<usize> {
-        if !matches!(self.state, State::Head) {
+        if !matches!(self.state, DecoderState::Head) {
             return None;
         }
         let window = &bytes[..bytes.len().min(SHORT_LINE)];
@@ -80,7 +80,7 @@ fn line_asks(line: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{Flow, Limits, Place, Sink, StreamError};
+    use crate::command::{Flow, Limits, Sink, StreamError, StreamPosition};
 
     #[derive(Default)]
     struct Heard(Vec<Command>);
@@ -92,7 +92,7 @@ mod tests {
         fn binary_pixels(&mut self, _: &[u8]) {
             panic!("a pixel only asks?");
         }
-        fn command(&mut self, command: Command, _: Place) -> Flow {
+        fn command(&mut self, command: Command, _: StreamPosition) -> Flow {
             self.0.push(command);
             Flow::Continue
         }

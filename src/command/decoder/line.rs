@@ -1,11 +1,11 @@
 //! One whole line: the length that it announces, its verb, its words.
 
-use super::{Decoder, State};
-use crate::command::args::{Args, Refusal, is_blank};
-use crate::command::model::Command;
+use super::{Decoder, DecoderState};
+use crate::command::args::{Args, ParseError, is_blank};
+use crate::command::commands::Command;
 use crate::command::sink::Sink;
 use crate::command::stream_error::{StreamError, Subject};
-use crate::command::verb::{Counts, Payload, Reading, Verb};
+use crate::command::verb::{Arity, Encoding, Payload, Verb};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, parse_color};
 
@@ -22,64 +22,69 @@ impl Decoder {
         let word = &line[verb_start..verb_end];
         let last_end = line.iter().rposition(|&b| !is_blank(b)).map_or(0, |n| n + 1);
         let last_start = line[..last_end].iter().rposition(|&b| is_blank(b)).map_or(0, |n| n + 1);
-        let announced = match &line[last_start..last_end] {
-            [b':', digits @ ..] if !digits.is_empty() => match announced(digits) {
-                Announced::Length(n) => Some(n),
-                Announced::Beyond => {
-                    let refusal = Refusal::new(
+        let payload_length = match &line[last_start..last_end] {
+            [b':', digits @ ..] if !digits.is_empty() => match payload_length(digits) {
+                PayloadLength::Length(n) => Some(n),
+                PayloadLength::Beyond => {
+                    let parse_error = ParseError::new(
                         Code::Proto,
                         "a payload's length must be below 2^64",
                         &line[last_start..last_end],
                     );
-                    let mut error = StreamError::new(self.start, Subject::of(word), refusal);
+                    let mut error = StreamError::new(self.start, Subject::of(word), parse_error);
                     error.closes = true;
-                    self.state = State::Closed;
+                    self.state = DecoderState::Closed;
                     // Whatever it answers: no later command of this stream can be found.
                     let _ = sink.error(error);
                     return 0;
                 }
-                Announced::Junk => {
+                PayloadLength::Junk => {
                     let message = "the last word after a colon must be a payload's length";
-                    let refusal = Refusal::new(Code::Proto, message, &line[last_start..last_end]);
-                    self.error(Subject::of(word), refusal, sink);
+                    let parse_error = ParseError::new(Code::Proto, message, &line[last_start..last_end]);
+                    self.error(Subject::of(word), parse_error, sink);
                     return 0;
                 }
             },
             _ => None,
         };
-        let arguments = match announced {
+        let arguments = match payload_length {
             Some(_) => &line[verb_end.min(last_start)..last_start],
             None => &line[verb_end..],
         };
-        let length = announced.unwrap_or(0);
+        let length = payload_length.unwrap_or(0);
         if length > self.limits.payload_bytes {
             return self.refuse_payload(Subject::of(word), length, rest, sink);
         }
         let Some(verb) = Verb::find(word) else {
-            let refusal = Refusal::new(Code::Verb, "unknown verb", word);
-            return self.refuse(Subject::of(word), refusal, length, rest, sink);
+            let parse_error = ParseError::new(Code::Verb, "unknown verb", word);
+            return self.refuse(Subject::of(word), parse_error, length, rest, sink);
         };
-        match read_command(verb, arguments, announced, word) {
+        match read_command(verb, arguments, payload_length, word) {
             Ok(Command::Pixel { x, y, color }) => {
                 sink.pixel(x, y, color);
                 0
             }
             Ok(command) => self.payload(command, length, rest, sink),
-            Err(refusal) => match self.grey_pixel(verb, arguments, &refusal) {
+            Err(parse_error) => match self.grey_pixel(verb, arguments, &parse_error) {
                 Some((x, y, color)) => {
                     sink.pixel(x, y, color);
                     0
                 }
-                None => self.refuse(Subject::Known(verb), refusal, length, rest, sink),
+                None => self.refuse(Subject::Known(verb), parse_error, length, rest, sink),
             },
         }
     }
 
     /// A `PX` whose colour is one hex digit, where those are taken: refused as any other word first, so that nothing else
     /// pays for it.
-    fn grey_pixel(&self, verb: &Verb, arguments: &[u8], refusal: &Refusal) -> Option<(i32, i32, Rgba)> {
-        let [digit] = refusal.token[..] else { return None };
-        if !self.takes_grey_digits || verb.name != "PX" || refusal.code != Code::Colour {
+    fn grey_pixel(
+        &self,
+        verb: &Verb,
+        arguments: &[u8],
+        parse_error: &ParseError,
+    ) -> Option<(i32, i32, Rgba)> {
+        let [digit] = parse_error.token[..] else { return None };
+        if !self.takes_grey_digits || verb.name != "PX" || parse_error.code != Code::Colour {
             return None;
         }
         let color = parse_color(&[digit, digit])?;
@@ -100,7 +105,7 @@ pub(super) fn is_idle(line: &[u8]) -> bool {
 
 /// What a last word after its colon announces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::command) enum Announced {
+pub(in crate::command) enum PayloadLength {
     Length(u64),
     /// Digits, and too many.
     Beyond,
@@ -108,23 +113,23 @@ pub(in crate::command) enum Announced {
     Junk,
 }
 
-fn announced(digits: &[u8]) -> Announced {
-    let mut length = Announced::Length(0);
+fn payload_length(digits: &[u8]) -> PayloadLength {
+    let mut length = PayloadLength::Length(0);
     for digit in digits {
         length = length.with(*digit);
     }
     length
 }
 
-impl Announced {
+impl PayloadLength {
     /// One more byte after the colon and what came before.
     pub(in crate::command) fn with(self, byte: u8) -> Self {
         let digit = u64::from(byte.wrapping_sub(b'0'));
         match self {
-            _ if digit > 9 => Announced::Junk,
-            Announced::Length(n) => match n.checked_mul(10).and_then(|n| n.checked_add(digit)) {
-                Some(n) => Announced::Length(n),
-                None => Announced::Beyond,
+            _ if digit > 9 => PayloadLength::Junk,
+            PayloadLength::Length(n) => match n.checked_mul(10).and_then(|n| n.checked_add(digit)) {
+                Some(n) => PayloadLength::Length(n),
+                None => PayloadLength::Beyond,
             },
             other => other,
         }
@@ -137,9 +142,9 @@ fn read_command(
     rest: &[u8],
     payload: Option<u64>,
     word: &[u8],
-) -> Result<Command, Refusal> {
+) -> Result<Command, ParseError> {
     let mut args = Args::new(rest);
-    if !verb.counts.allows(args.count()) {
+    if !verb.arity.allows(args.count()) {
         return Err(wrong_count(verb, &args, word));
     }
     match (verb.payload, payload) {
@@ -147,8 +152,8 @@ fn read_command(
         (Payload::Always, None) => return Err(missing(&args, word)),
         _ => {}
     }
-    let Reading::Text(parse) = verb.reading else {
-        return Err(Refusal::new(Code::Verb, "unknown verb", word));
+    let Encoding::Text(parse) = verb.encoding else {
+        return Err(ParseError::new(Code::Verb, "unknown verb", word));
     };
     // Looked at where it is: taking it out of its Result and putting it back would copy it twice.
     let parsed = parse(&mut args);
@@ -160,21 +165,26 @@ fn read_command(
                 _ => {}
             }
         }
-        let checked = command.check_sizes().and_then(|()| command.check_payload_length(payload.unwrap_or(0)));
-        checked.map_err(refusal)?;
+        let checked =
+            command.validate_sizes().and_then(|()| command.validate_payload_length(payload.unwrap_or(0)));
+        checked.map_err(parse_error)?;
     }
     parsed
 }
 
-pub(super) fn refusal(fault: Fault) -> Refusal {
-    Refusal { code: fault.code, message: fault.message.into(), token: fault.token.unwrap_or_default().into() }
+pub(super) fn parse_error(fault: Fault) -> ParseError {
+    ParseError {
+        code: fault.code,
+        message: fault.message.into(),
+        token: fault.token.unwrap_or_default().into(),
+    }
 }
 
-fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> Refusal {
+fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> ParseError {
     let found = args.count();
-    let most = match verb.counts {
-        Counts::Of(counts) => counts.last().copied().unwrap_or(0),
-        Counts::From(_) => usize::MAX,
+    let most = match verb.arity {
+        Arity::Of(arity) => arity.last().copied().unwrap_or(0),
+        Arity::From(_) => usize::MAX,
     };
     // The first word too many, or the last one before those that are missing.
     let blamed = match found.min(most) {
@@ -183,14 +193,14 @@ fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> Refusal {
         n => args.nth_left(n - 1),
     };
     let syntax = verb.forms.first().map_or("", |f| f.syntax);
-    Refusal::new(Code::Args, format!("takes {}, not {found} ({syntax})", verb.counts.in_words()), blamed)
+    ParseError::new(Code::Args, format!("takes {}, not {found} ({syntax})", verb.arity.in_words()), blamed)
 }
 
-fn unwanted(length: u64) -> Refusal {
-    Refusal::new(Code::Args, "takes no payload", format!(":{length}").as_bytes())
+fn unwanted(length: u64) -> ParseError {
+    ParseError::new(Code::Args, "takes no payload", format!(":{length}").as_bytes())
 }
 
-fn missing(args: &Args<'_>, word: &[u8]) -> Refusal {
+fn missing(args: &Args<'_>, word: &[u8]) -> ParseError {
     let last = if args.count() == 0 { word } else { args.nth_left(args.count() - 1) };
-    Refusal::new(Code::Args, "the line must end with a payload's length :N", last)
+    ParseError::new(Code::Args, "the line must end with a payload's length :N", last)
 }

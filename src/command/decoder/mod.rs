@@ -12,22 +12,22 @@
 //! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
 
 mod asks;
-mod heads;
+mod framing;
 mod line;
 mod payload;
 
-pub(super) use line::Announced;
+pub(super) use line::PayloadLength;
 
-use super::args::{Refusal, words};
+use super::args::{ParseError, words};
+use super::commands::Command;
 use super::long_line::LongLine;
-use super::model::Command;
+use super::payload_pool::PayloadPool;
 use super::scan::count_lf;
-use super::sink::{Flow, Place, Sink};
-use super::spare::SparePayload;
+use super::sink::{Flow, Sink, StreamPosition};
 use super::stream_error::{StreamError, Subject};
 use crate::error::Code;
 use crate::memory::Reservation;
-use heads::{Kind, binary_or_text, kind};
+use framing::{FrameKind, binary_or_text, frame_kind};
 use line::{is_idle, without_cr};
 
 /// The bytes that a line may have, LF and one CR before it not counted.
@@ -57,7 +57,7 @@ pub enum EndOfInput {
 }
 
 /// Where in a command the stream stands.
-enum State {
+enum DecoderState {
     /// At a boundary, or in a head of which `Decoder::head` holds what has come.
     Head,
     /// In the payload of a command that waits for it; `Decoder::payload` holds what has come.
@@ -92,14 +92,14 @@ enum State {
 pub struct Decoder {
     limits: Limits,
     /// Where the current command begins.
-    start: Place,
+    start: StreamPosition,
     /// Where the next unread byte stands.
-    here: Place,
-    state: State,
+    here: StreamPosition,
+    state: DecoderState,
     /// The beginning of a command whose head is not whole.
     head: Vec<u8>,
     payload: Vec<u8>,
-    spare: Option<SparePayload>,
+    pool: Option<PayloadPool>,
     /// Bytes of the payload's room that the system has found already: another payload was in it.
     warm_bytes: usize,
     /// What the payload holds of the budget.
@@ -117,12 +117,12 @@ impl Decoder {
         let payload_bytes = limits.payload_bytes.min(isize::MAX as u64);
         Decoder {
             limits: Limits { payload_bytes },
-            start: Place::START,
-            here: Place::START,
-            state: State::Head,
+            start: StreamPosition::START,
+            here: StreamPosition::START,
+            state: DecoderState::Head,
             head: Vec::new(),
             payload: Vec::new(),
-            spare: None,
+            pool: None,
             warm_bytes: 0,
             payload_held: None,
             takes_grey_digits: false,
@@ -130,9 +130,9 @@ impl Decoder {
         }
     }
 
-    /// The same, which takes the buffers of large payloads from `spare` and gives them back there.
-    pub fn with_spare(limits: Limits, spare: &SparePayload) -> Self {
-        Decoder { spare: Some(spare.clone()), ..Decoder::new(limits) }
+    /// The same, which takes the buffers of large payloads from `pool` and gives them back there.
+    pub fn with_payload_pool(limits: Limits, pool: &PayloadPool) -> Self {
+        Decoder { pool: Some(pool.clone()), ..Decoder::new(limits) }
     }
 
     /// Takes `PX x y g` with one hex digit from now on, the grey `gg`; otherwise such a word is no colour.
@@ -141,13 +141,13 @@ impl Decoder {
     }
 
     /// Where the next byte to be fed stands.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> StreamPosition {
         self.here
     }
 
     /// Whether the stream stands between two commands: nothing is pending.
     pub fn is_at_boundary(&self) -> bool {
-        self.head.is_empty() && matches!(self.state, State::Head)
+        self.head.is_empty() && matches!(self.state, DecoderState::Head)
     }
 
     /// Bytes held while waiting for the rest of a command.
@@ -156,9 +156,9 @@ impl Decoder {
     }
 
     /// Bytes that the payload which has begun is waiting for.
-    pub fn wanted_bytes(&self) -> usize {
+    pub fn missing_bytes(&self) -> usize {
         match self.state {
-            State::Collect { length, .. } => length - self.payload.len(),
+            DecoderState::Collect { length, .. } => length - self.payload.len(),
             _ => 0,
         }
     }
@@ -182,12 +182,12 @@ impl Decoder {
         self.paused = false;
         while !bytes.is_empty() && !self.paused {
             let used = match self.state {
-                State::Closed => break,
-                State::Head if self.head.is_empty() => self.read_whole(bytes, sink),
-                State::Head => self.read_head(bytes, sink),
-                State::Collect { .. } => self.read_payload(bytes, sink),
-                State::Skip { .. } => self.skip(bytes),
-                State::LongLine(_) => self.read_long_line(bytes),
+                DecoderState::Closed => break,
+                DecoderState::Head if self.head.is_empty() => self.read_complete(bytes, sink),
+                DecoderState::Head => self.read_head(bytes, sink),
+                DecoderState::Collect { .. } => self.read_payload(bytes, sink),
+                DecoderState::Skip { .. } => self.skip(bytes),
+                DecoderState::LongLine(_) => self.read_long_line(bytes),
             };
             bytes = &bytes[used..];
         }
@@ -200,29 +200,38 @@ impl Decoder {
 
     /// Ends the stream: says what is left unfinished. Further calls do nothing.
     pub fn finish(&mut self, end: EndOfInput, sink: &mut impl Sink) -> Flow {
-        if matches!(self.state, State::Closed) {
+        if matches!(self.state, DecoderState::Closed) {
             return Flow::Stop;
         }
         let head = std::mem::take(&mut self.head);
-        if end == EndOfInput::File && !head.is_empty() && !matches!(kind(&head), Kind::Pixel | Kind::Run) {
+        if end == EndOfInput::File
+            && !head.is_empty()
+            && !matches!(frame_kind(&head), FrameKind::Pixel | FrameKind::Run)
+        {
             self.line(without_cr(&head), &[], sink);
         } else if !head.is_empty() && !is_idle(&head) {
-            let word = match kind(&head) {
-                Kind::Pixel => &head[..2],
-                Kind::Run => &head[..7],
-                Kind::Undecided | Kind::Text => words(&head).next().unwrap_or(b""),
+            let word = match frame_kind(&head) {
+                FrameKind::Pixel => &head[..2],
+                FrameKind::Run => &head[..7],
+                FrameKind::Undecided | FrameKind::Text => words(&head).next().unwrap_or(b""),
             };
             let subject = binary_or_text(word);
-            self.error(subject, Refusal::new(Code::Proto, "the stream ends inside the command", &head), sink);
+            self.error(
+                subject,
+                ParseError::new(Code::Proto, "the stream ends inside the command", &head),
+                sink,
+            );
         }
-        match std::mem::replace(&mut self.state, State::Closed) {
-            State::Collect { command, length } => {
+        match std::mem::replace(&mut self.state, DecoderState::Closed) {
+            DecoderState::Collect { command, length } => {
                 let missing = (length - self.payload.len()) as u64;
                 self.unfinished(binary_or_text(command.verb().as_bytes()), missing, sink)
             }
-            State::Skip { left, subject: Some(subject) } => self.unfinished(subject, left, sink),
-            State::Skip { subject: None, .. } | State::Head | State::LongLine(_) => Flow::Continue,
-            State::Closed => Flow::Stop,
+            DecoderState::Skip { left, subject: Some(subject) } => self.unfinished(subject, left, sink),
+            DecoderState::Skip { subject: None, .. } | DecoderState::Head | DecoderState::LongLine(_) => {
+                Flow::Continue
+            }
+            DecoderState::Closed => Flow::Stop,
         }
     }
 
@@ -230,24 +239,24 @@ impl Decoder {
     fn unfinished(&mut self, subject: Subject, missing: u64, sink: &mut impl Sink) -> Flow {
         let message = format!("the stream ends {missing} bytes before the payload does");
         let token = subject.name();
-        let refusal = Refusal::new(Code::Proto, message, token.as_bytes());
-        sink.error(StreamError::new(self.start, subject, refusal))
+        let parse_error = ParseError::new(Code::Proto, message, token.as_bytes());
+        sink.error(StreamError::new(self.start, subject, parse_error))
     }
 
     fn flow(&self) -> Flow {
-        if matches!(self.state, State::Closed) { Flow::Stop } else { Flow::Continue }
+        if matches!(self.state, DecoderState::Closed) { Flow::Stop } else { Flow::Continue }
     }
 
     fn obey(&mut self, flow: Flow) {
         match flow {
             Flow::Continue => {}
             Flow::Pause => self.paused = true,
-            Flow::Stop => self.state = State::Closed,
+            Flow::Stop => self.state = DecoderState::Closed,
         }
     }
 
-    fn error(&mut self, subject: Subject, refusal: Refusal, sink: &mut impl Sink) {
-        let flow = sink.error(StreamError::new(self.start, subject, refusal));
+    fn error(&mut self, subject: Subject, parse_error: ParseError, sink: &mut impl Sink) {
+        let flow = sink.error(StreamError::new(self.start, subject, parse_error));
         self.obey(flow);
     }
 

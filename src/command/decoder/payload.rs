@@ -1,11 +1,11 @@
 //! Payloads: waited for, handed on, or discarded.
 
-use super::heads::binary_or_text;
-use super::line::refusal;
-use super::{Decoder, State};
-use crate::command::args::Refusal;
-use crate::command::model::Command;
-use crate::command::sink::{Flow, Place, Sink};
+use super::framing::binary_or_text;
+use super::line::parse_error;
+use super::{Decoder, DecoderState};
+use crate::command::args::ParseError;
+use crate::command::commands::Command;
+use crate::command::sink::{Flow, Sink, StreamPosition};
 use crate::command::stream_error::{StreamError, Subject};
 use crate::error::Code;
 use crate::memory::{MemoryUse, OverBudget, Reservation};
@@ -39,19 +39,19 @@ impl Decoder {
             self.obey(flow);
             return length;
         }
-        self.state = State::Collect { command, length };
+        self.state = DecoderState::Collect { command, length };
         if rest.is_empty() { 0 } else { self.read_payload(rest, sink) }
     }
 
     pub(super) fn read_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
-        let State::Collect { length, .. } = self.state else { return 0 };
+        let DecoderState::Collect { length, .. } = self.state else { return 0 };
         let held = self.payload.len();
         let taken = &bytes[..bytes.len().min(length - held)];
         // What has been announced may never come: room is made as bytes do, and never more than for all of them.
         if self.payload.capacity() < held + taken.len() {
-            let wanted = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
-            let result = match wanted <= KEPT_BYTES {
-                true => self.payload.try_reserve_exact(wanted - held),
+            let expected = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
+            let result = match expected <= KEPT_BYTES {
+                true => self.payload.try_reserve_exact(expected - held),
                 false => self.make_large_room(length),
             };
             if result.is_err() {
@@ -65,7 +65,8 @@ impl Decoder {
         self.pass(taken);
         self.payload.extend_from_slice(taken);
         if self.payload.len() == length
-            && let State::Collect { command, .. } = std::mem::replace(&mut self.state, State::Head)
+            && let DecoderState::Collect { command, .. } =
+                std::mem::replace(&mut self.state, DecoderState::Head)
         {
             let payload = Bytes::Owned(&mut self.payload, &mut self.payload_held);
             let flow = deliver(command, payload, self.start, sink);
@@ -78,7 +79,7 @@ impl Decoder {
     /// Moves to a room for all of the payload: one that was used before, or a new one in huge pages where that pays. The
     /// system has to find no more of it than is written.
     fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
-        let mut room = self.spare.as_ref().and_then(|spare| spare.take(length)).unwrap_or_default();
+        let mut room = self.pool.as_ref().and_then(|pool| pool.take(length)).unwrap_or_default();
         self.warm_bytes = room.capacity();
         if room.capacity() < length {
             room.try_reserve_exact(length)?;
@@ -96,8 +97,8 @@ impl Decoder {
             Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
             Some(held) => held,
             none => {
-                let Some(spare) = &self.spare else { return Ok(()) };
-                none.insert(spare.budget().empty(MemoryUse::Payloads))
+                let Some(pool) = &self.pool else { return Ok(()) };
+                none.insert(pool.budget().empty(MemoryUse::Payloads))
             }
         };
         let room = match self.payload.capacity() {
@@ -109,13 +110,15 @@ impl Decoder {
 
     /// There is no memory for the payload that has begun: says why, and discards it to its end.
     fn give_up_payload(&mut self, bytes: &[u8], (code, why): (Code, String), sink: &mut impl Sink) -> usize {
-        let State::Collect { command, length } = std::mem::replace(&mut self.state, State::Head) else {
+        let DecoderState::Collect { command, length } =
+            std::mem::replace(&mut self.state, DecoderState::Head)
+        else {
             return 0;
         };
         let left = (length - self.payload.len()) as u64;
         (self.payload, self.payload_held, self.warm_bytes) = (Vec::new(), None, 0);
-        let refusal = Refusal::new(code, why, format!(":{length}").as_bytes());
-        self.refuse(binary_or_text(command.verb().as_bytes()), refusal, left, bytes, sink)
+        let parse_error = ParseError::new(code, why, format!(":{length}").as_bytes());
+        self.refuse(binary_or_text(command.verb().as_bytes()), parse_error, left, bytes, sink)
     }
 
     fn put_away_payload(&mut self) {
@@ -123,8 +126,8 @@ impl Decoder {
         self.payload.clear();
         if self.payload.capacity() > KEPT_BYTES {
             let large = std::mem::take(&mut self.payload);
-            if let Some(spare) = &self.spare {
-                spare.give(large);
+            if let Some(pool) = &self.pool {
+                pool.give(large);
             }
         }
         if let Some(held) = &mut self.payload_held {
@@ -136,11 +139,11 @@ impl Decoder {
     }
 
     pub(super) fn skip(&mut self, bytes: &[u8]) -> usize {
-        let State::Skip { left, .. } = &mut self.state else { return 0 };
+        let DecoderState::Skip { left, .. } = &mut self.state else { return 0 };
         let taken = usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len());
         *left -= taken as u64;
         if *left == 0 {
-            self.state = State::Head;
+            self.state = DecoderState::Head;
         }
         self.pass(&bytes[..taken]);
         taken
@@ -156,24 +159,24 @@ impl Decoder {
     ) -> usize {
         let message = format!("a payload has at most {} bytes here", self.limits.payload_bytes);
         let token = format!(":{length}");
-        self.refuse(subject, Refusal::new(Code::TooBig, message, token.as_bytes()), length, rest, sink)
+        self.refuse(subject, ParseError::new(Code::TooBig, message, token.as_bytes()), length, rest, sink)
     }
 
     /// Says an error and skips the payload of the refused command. Answers how many bytes of `rest` it took.
     pub(super) fn refuse(
         &mut self,
         subject: Subject,
-        refusal: Refusal,
+        parse_error: ParseError,
         payload: u64,
         rest: &[u8],
         sink: &mut impl Sink,
     ) -> usize {
         if payload > 0 {
-            self.state = State::Skip { left: payload, subject: Some(subject.clone()) };
+            self.state = DecoderState::Skip { left: payload, subject: Some(subject.clone()) };
         }
-        self.error(subject, refusal, sink);
+        self.error(subject, parse_error, sink);
         match self.state {
-            State::Skip { .. } if !rest.is_empty() => self.skip(rest),
+            DecoderState::Skip { .. } if !rest.is_empty() => self.skip(rest),
             _ => 0,
         }
     }
@@ -187,7 +190,7 @@ enum Bytes<'a> {
 }
 
 /// Gives a whole command to the sink.
-fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut impl Sink) -> Flow {
+fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink: &mut impl Sink) -> Flow {
     let seen: &[u8] = match &payload {
         Bytes::Borrowed(bytes) => bytes,
         Bytes::Owned(bytes, _) => bytes,
@@ -210,7 +213,7 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut im
             }
         };
     }
-    match command.check_text() {
+    match command.validate_text() {
         Ok(()) => {
             if let Some(held) = moved {
                 sink.payload_held(held);
@@ -219,7 +222,7 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: Place, sink: &mut im
         }
         Err(fault) => {
             let subject = Subject::of(command.verb().as_bytes());
-            sink.error(StreamError::new(place, subject, refusal(fault)))
+            sink.error(StreamError::new(place, subject, parse_error(fault)))
         }
     }
 }

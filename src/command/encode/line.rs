@@ -1,21 +1,23 @@
 //! A text line: words of every kind, and those of each command.
 
 use super::EncodeError;
-use crate::command::model::{AreaColors, Command, ErrorMode, FileKind, Quality, RealRect, Rect, SnapTarget};
+use crate::command::commands::{
+    AreaColors, Command, ErrorMode, FileKind, Quality, RealRect, Rect, SnapTarget,
+};
 use crate::memory::Rgba;
 use crate::scene::ViewportRule;
 use glam::DVec3;
 use std::io::Write;
 
 /// A text line in the making.
-pub(super) struct Line<'a> {
+pub(super) struct LineWriter<'a> {
     verb: &'static str,
     out: &'a mut Vec<u8>,
 }
 
-impl<'a> Line<'a> {
+impl<'a> LineWriter<'a> {
     pub(super) fn new(verb: &'static str, out: &'a mut Vec<u8>) -> Self {
-        Line { verb, out }
+        LineWriter { verb, out }
     }
 
     pub(super) fn word(&mut self, word: impl std::fmt::Display) {

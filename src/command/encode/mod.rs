@@ -4,12 +4,12 @@
 //! left out where the reader puts them back.
 
 mod line;
-mod space;
+mod three_d;
 
+use super::commands::Command;
 use super::decoder::MAX_LINE_BYTES;
-use super::model::Command;
 use crate::error::{Code, Fault};
-use line::Line;
+use line::LineWriter;
 
 /// Why a command has no bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -58,7 +58,7 @@ impl EncodeError {
 /// # Ok::<(), fbptr::command::EncodeError>(())
 /// ```
 pub fn encode(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
-    command.check()?;
+    command.validate()?;
     let start = out.len();
     let result = write(command, out);
     if result.is_err() {
@@ -91,7 +91,7 @@ fn write(command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError> {
     }
     let start = out.len();
     out.extend_from_slice(verb.as_bytes());
-    let mut line = Line::new(verb, out);
+    let mut line = LineWriter::new(verb, out);
     line.arguments(command)?;
     if let Some(payload) = command.payload() {
         line.word(format_args!(":{}", payload.len()));

@@ -2,7 +2,7 @@
 
 use super::{Parsed, switch};
 use crate::command::args::Args;
-use crate::command::model::{Command, ErrorMode, SnapTarget};
+use crate::command::commands::{Command, ErrorMode, SnapTarget};
 
 pub fn help(_: &mut Args<'_>) -> Parsed {
     Ok(Command::Help)

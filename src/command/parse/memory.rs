@@ -1,8 +1,8 @@
 //! Pixels and bytes.
 
 use super::Parsed;
-use crate::command::args::{Args, Refusal};
-use crate::command::model::{Command, Rect};
+use crate::command::args::{Args, ParseError};
+use crate::command::commands::{Command, Rect};
 use crate::error::Code;
 use crate::memory::read_hex;
 
@@ -20,7 +20,7 @@ pub fn offset(args: &mut Args<'_>) -> Parsed {
 }
 
 /// Four whole numbers: x, y, w, h.
-pub fn rectangle(args: &mut Args<'_>) -> Result<Rect, Refusal> {
+pub fn rectangle(args: &mut Args<'_>) -> Result<Rect, ParseError> {
     let [x, y, w, h] = args.ints()?;
     Ok(Rect { x, y, w, h })
 }
@@ -31,7 +31,7 @@ pub fn poke(args: &mut Args<'_>) -> Parsed {
     let mut bytes = vec![0; hex.len() / 2];
     match hex.len().is_multiple_of(2) && read_hex(hex, &mut bytes) {
         true => Ok(Command::Poke { offset, bytes }),
-        false => Err(Refusal::new(Code::Format, "argument 2 must be bytes of two hex digits each", hex)),
+        false => Err(ParseError::new(Code::Format, "argument 2 must be bytes of two hex digits each", hex)),
     }
 }
 

@@ -3,49 +3,50 @@
 
 pub(super) mod control;
 pub(super) mod memory;
-pub(super) mod plane;
-pub(super) mod space;
+pub(super) mod three_d;
+pub(super) mod two_d;
 
-use super::args::{Args, LightForm, Refusal};
-use super::model::Command;
+use super::args::{Args, LightForm, ParseError};
+use super::commands::Command;
 use crate::error::Code;
 
-type Parsed = Result<Command, Refusal>;
+type Parsed = Result<Command, ParseError>;
 
-/// The words left, which must be one of `counts` as the subject before them says; `what` is the subject, or the whole line.
-fn expect_left(args: &Args<'_>, counts: &[usize], what: &str) -> Result<(), Refusal> {
-    if counts.contains(&args.left()) {
+/// The words left, which must be one of `arity` as the subject before them says; `what` is the
+/// subject, or the whole line.
+fn expect_left(args: &Args<'_>, arity: &[usize], what: &str) -> Result<(), ParseError> {
+    if arity.contains(&args.left()) {
         return Ok(());
     }
-    let most = counts.last().copied().unwrap_or(0);
+    let most = arity.last().copied().unwrap_or(0);
     // The first word too many, or the last one before those that are missing.
     let blamed = match args.left() {
         0 => args.last(),
         left => args.nth_left(most.min(left - 1)),
     };
-    let wanted = counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
+    let expected = arity.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
     let message = match args.left() {
-        left if left == args.count() => format!("takes {wanted} arguments, not {left} ({what})"),
-        left => format!("{what} takes {wanted} more arguments, not {left}"),
+        left if left == args.count() => format!("takes {expected} arguments, not {left} ({what})"),
+        left => format!("{what} takes {expected} more arguments, not {left}"),
     };
-    Err(Refusal::new(Code::Args, message, blamed))
+    Err(ParseError::new(Code::Args, message, blamed))
 }
 
-/// How the colours of light are written in the words left, which are `counts` many when a colour's one word is counted as
-/// the three reals that it stands for.
-fn light_form(args: &Args<'_>, counts: &[usize], what: &str) -> Result<LightForm, Refusal> {
+/// How the colours of light are written in the words left, which are `arity` many when a colour's
+/// one word is counted as the three reals that it stands for.
+fn light_form(args: &Args<'_>, arity: &[usize], what: &str) -> Result<LightForm, ParseError> {
     let colors = args.color_words_left();
-    let fits_words = colors > 0 && counts.contains(&(args.left() + 2 * colors));
+    let fits_words = colors > 0 && arity.contains(&(args.left() + 2 * colors));
     // Where there are as many words as numbers could be, words that are no colours are numbers gone wrong.
-    if fits_words && (!counts.contains(&args.left()) || args.color_words_are_colors()) {
+    if fits_words && (!arity.contains(&args.left()) || args.color_words_are_colors()) {
         return Ok(LightForm::Words);
     }
     // A word that is no number then gets the blame, not the count.
-    expect_left(args, counts, what).map(|()| LightForm::Reals)
+    expect_left(args, arity, what).map(|()| LightForm::Reals)
 }
 
 /// `on` or `off`.
-fn switch(args: &mut Args<'_>) -> Result<bool, Refusal> {
+fn switch(args: &mut Args<'_>) -> Result<bool, ParseError> {
     args.keyword("on or off", |word| match () {
         () if word.eq_ignore_ascii_case("on") => Some(true),
         () if word.eq_ignore_ascii_case("off") => Some(false),

@@ -38,7 +38,7 @@ use super::record::{FailedRecording, ReadFile, Recorder};
 use super::resources::ResourceTable;
 use super::{Display, Limits, Session, Stats};
 use crate::cancel::CancelToken;
-use crate::command::{Command, SparePayload};
+use crate::command::{Command, PayloadPool};
 use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
 use crate::load::{Folder, QuotaFolder};
@@ -154,7 +154,7 @@ pub struct Engine {
     abandoned: Option<&'static str>,
     is_in_pieces: bool,
     /// Where the decoders of all connections put large payloads' buffers.
-    payload_pool: SparePayload,
+    payload_pool: PayloadPool,
     payload_pool_swept: Instant,
 }
 
@@ -220,7 +220,7 @@ const HOLD_PAYLOADS: Duration = Duration::from_secs(1);
 
 impl Engine {
     /// The buffer that decoders share.
-    pub(crate) fn payload_pool(&self) -> &SparePayload {
+    pub(crate) fn payload_pool(&self) -> &PayloadPool {
         &self.payload_pool
     }
 
@@ -292,7 +292,7 @@ impl Engine {
             files_read: Vec::new(),
             abandoned: None,
             is_in_pieces: false,
-            payload_pool: SparePayload::within(&budget),
+            payload_pool: PayloadPool::within(&budget),
             payload_pool_swept: Instant::now(),
             budget,
         })

@@ -170,7 +170,7 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{Decoder, EndOfInput, Flow, Place, Sink, StreamError};
+    use crate::command::{Decoder, EndOfInput, Flow, Sink, StreamError, StreamPosition};
     use crate::server::Audience;
 
     struct Runs<'a>(&'a mut Engine, &'a mut Session);
@@ -178,7 +178,7 @@ mod tests {
     impl Sink for Runs<'_> {
         fn pixel(&mut self, _: i32, _: i32, _: [u8; 4]) {}
         fn binary_pixels(&mut self, _: &[u8]) {}
-        fn command(&mut self, command: Command, _: Place) -> Flow {
+        fn command(&mut self, command: Command, _: StreamPosition) -> Flow {
             let _ = self.0.run(self.1, command, &mut Vec::new()).expect("a sound command");
             Flow::Continue
         }

@@ -7,7 +7,7 @@ use super::super::session::FileAccess;
 use super::super::stream::Resume;
 use super::super::{Audience, Budget, CommandError, Engine, Notice, Output, Stream, StreamState};
 use super::{END_MARK, FileSet, RECORD_MAGIC};
-use crate::command::{EndOfInput, Place};
+use crate::command::{EndOfInput, StreamPosition};
 use crate::error::{Code, Fault};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -251,7 +251,7 @@ impl Replay {
     }
 
     fn refuse(&self, fault: Fault, out: &mut Output) {
-        let place = Place { line: self.line, byte: 0 };
+        let place = StreamPosition { line: self.line, byte: 0 };
         let verb = "RECORD".into();
         out.notices.push(Notice::Refused(CommandError { place, verb, fault, raw_token: None }));
     }

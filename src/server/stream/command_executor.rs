@@ -2,7 +2,7 @@
 
 use super::{Budget, CommandError, Notice, Output, Pace, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
-use crate::command::{Command, Flow, Place, Rect, Sink, StreamError, format_fault};
+use crate::command::{Command, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
 use crate::memory::{Reservation, Rgba};
@@ -80,7 +80,7 @@ impl<'a> CommandExecutor<'a> {
     }
 
     /// Tells the audience of a refusal, which is counted already.
-    pub(super) fn refuse(&mut self, place: Place, verb: &str, fault: Fault) -> Flow {
+    pub(super) fn refuse(&mut self, place: StreamPosition, verb: &str, fault: Fault) -> Flow {
         if self.session.reports_errors() {
             match self.session.audience {
                 Audience::Connection => {
@@ -157,7 +157,12 @@ impl<'a> CommandExecutor<'a> {
     }
 
     /// Suspends the stream where a job comes first; otherwise tells what came of the command.
-    fn after_part(&mut self, progress: Result<Progress, Fault>, place: Place, verb: &'static str) -> Flow {
+    fn after_part(
+        &mut self,
+        progress: Result<Progress, Fault>,
+        place: StreamPosition,
+        verb: &'static str,
+    ) -> Flow {
         if !self.session.warnings.is_empty() {
             let warnings = self.session.warnings.drain(..).map(Notice::Warning);
             match self.session.audience {
@@ -216,7 +221,7 @@ impl<'a> CommandExecutor<'a> {
         Flow::Continue
     }
 
-    fn after(&mut self, result: Result<Effect, Fault>, place: Place, verb: &'static str) -> Flow {
+    fn after(&mut self, result: Result<Effect, Fault>, place: StreamPosition, verb: &'static str) -> Flow {
         match result {
             Ok(Effect::Done) => self.yield_if_due(verb == "PRESENT"),
             Ok(Effect::Quit) => {
@@ -254,7 +259,7 @@ impl Sink for CommandExecutor<'_> {
         self.session.payload_held = Some(held);
     }
 
-    fn command(&mut self, command: Command, place: Place) -> Flow {
+    fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
         if let Command::Line { p0, p1, color } = command
             && self.batches_lines
         {
@@ -305,19 +310,19 @@ impl Sink for CommandExecutor<'_> {
         }
     }
 
-    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: Place) -> Flow {
+    fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: StreamPosition) -> Flow {
         self.flush();
         let result = self.engine.put_pixel_run(self.session, x, y, rgba);
         self.after(result.map(|()| Effect::Done), place, "PXMULTI")
     }
 
-    fn blit(&mut self, rect: Rect, rgba: &[u8], place: Place) -> Flow {
+    fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
         self.flush();
         let result = self.engine.put_blit(self.session, rect, rgba);
         self.after(result.map(|()| Effect::Done), place, "BLIT")
     }
 
-    fn points(&mut self, packed: &[u8], place: Place) -> Flow {
+    fn points(&mut self, packed: &[u8], place: StreamPosition) -> Flow {
         self.flush();
         let has_room = || self.engine.memory_budget().available() >= packed.len() as u64;
         if packed.len() > LONG_LIST_BYTES && self.budget.suspends && has_room() {

@@ -10,7 +10,8 @@ use super::engine::Pieces;
 use super::jobs::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use crate::command::{
-    Command, Decoder, EndOfInput, Limits as StreamLimits, Place, Sink, format_play_error, format_play_fault,
+    Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, format_play_error,
+    format_play_fault,
 };
 use crate::error::Fault;
 use command_executor::CommandExecutor;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
     /// Where the command begins.
-    pub place: Place,
+    pub place: StreamPosition,
     /// Its verb.
     pub verb: String,
     /// Why it was refused.
@@ -52,7 +53,7 @@ pub enum Notice {
     /// A command ran, and probably not as it was meant.
     Remark {
         /// Where the command begins.
-        place: Place,
+        place: StreamPosition,
         /// Its verb.
         verb: &'static str,
         /// The explanation, one line.
@@ -140,7 +141,7 @@ pub struct Stream {
 
 /// A command in the middle of which the stream stands.
 struct Suspended {
-    place: Place,
+    place: StreamPosition,
     verb: &'static str,
     /// What is left of it, unless it waits for a job.
     pieces: Option<Box<Pieces>>,
@@ -159,7 +160,7 @@ impl Stream {
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
         let dialect = engine.dialect();
-        let mut decoder = Decoder::with_spare(limits, engine.payload_pool());
+        let mut decoder = Decoder::with_payload_pool(limits, engine.payload_pool());
         decoder.set_grey_digits(dialect.grey_digits);
         Stream {
             decoder,
@@ -179,7 +180,7 @@ impl Stream {
     }
 
     /// Where the next byte to be fed stands.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> StreamPosition {
         self.decoder.place()
     }
 
@@ -189,8 +190,8 @@ impl Stream {
     }
 
     /// Bytes that the payload which has begun is waiting for.
-    pub fn wanted_bytes(&self) -> usize {
-        self.decoder.wanted_bytes()
+    pub fn missing_bytes(&self) -> usize {
+        self.decoder.missing_bytes()
     }
 
     /// Runs what is whole in `bytes`, until the budget is used up. Answers how many bytes were taken.
@@ -288,8 +289,8 @@ impl Stream {
         out: &mut Output,
         budget: Budget,
     ) -> StreamState {
-        let place = Place { line: self.session.stats.commands + 1, byte: 0 };
-        let checked = command.check();
+        let place = StreamPosition { line: self.session.stats.commands + 1, byte: 0 };
+        let checked = command.validate();
         let mut executor = CommandExecutor::new(engine, &mut self.session, out, budget);
         let flow = match checked {
             Ok(()) => executor.command(command, place),

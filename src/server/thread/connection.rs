@@ -433,7 +433,7 @@ impl Connection {
 
     fn give_back(&self, batch: Batch) {
         if let ConnectionSource::Stream { recycle, .. } = &self.source {
-            recycle.put(batch, self.stream.wanted_bytes());
+            recycle.put(batch, self.stream.missing_bytes());
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::memory::rectangle;
 use super::{Parsed, expect_left, light_form};
-use crate::command::args::{Args, Refusal};
-use crate::command::model::{Command, FileKind, LightCommand, MeshSource, Quality};
+use crate::command::args::{Args, ParseError};
+use crate::command::commands::{Command, FileKind, LightCommand, MeshSource, Quality};
 use crate::error::Code;
 use crate::memory::DepthFormat;
 use crate::scene::{
@@ -45,8 +45,8 @@ pub fn mesh(args: &mut Args<'_>) -> Parsed {
             MeshSource::Knot(args.count_number()?, args.count_number()?)
         }
         _ => {
-            let wanted = "argument 2 must be OBJ, BOX, SPHERE, CONE, CYLINDER, TEAPOT or KNOT";
-            return Err(Refusal::new(Code::Args, wanted, what));
+            let expected = "argument 2 must be OBJ, BOX, SPHERE, CONE, CYLINDER, TEAPOT or KNOT";
+            return Err(ParseError::new(Code::Args, expected, what));
         }
     };
     Ok(Command::Mesh { name, source: Box::new(source) })
@@ -55,7 +55,7 @@ pub fn mesh(args: &mut Args<'_>) -> Parsed {
 /// How finely a patch of the teapot is cut unless said.
 const DEFAULT_TEAPOT_LEVEL: u32 = 10;
 
-fn radius_and_height(args: &mut Args<'_>, what: &str) -> Result<[f64; 2], Refusal> {
+fn radius_and_height(args: &mut Args<'_>, what: &str) -> Result<[f64; 2], ParseError> {
     expect_left(args, &[0, 2], what)?;
     if args.left() == 0 { Ok([1.0, 2.0]) } else { args.reals() }
 }
@@ -206,7 +206,7 @@ pub fn ambient(args: &mut Args<'_>) -> Parsed {
     Ok(Command::Ambient(args.light_color(form)?))
 }
 
-fn attenuation(args: &mut Args<'_>) -> Result<Attenuation, Refusal> {
+fn attenuation(args: &mut Args<'_>) -> Result<Attenuation, ParseError> {
     if args.left() == 0 {
         return Ok(Attenuation::NONE);
     }
@@ -245,7 +245,7 @@ pub fn light(args: &mut Args<'_>) -> Parsed {
             expect_left(args, &[0], "OFF")?;
             LightCommand::Off
         }
-        _ => return Err(Refusal::new(Code::Args, "argument 2 must be POINT, DIR, SPOT or OFF", kind)),
+        _ => return Err(ParseError::new(Code::Args, "argument 2 must be POINT, DIR, SPOT or OFF", kind)),
     };
     Ok(Command::Light { index, light: Box::new(light) })
 }
@@ -278,8 +278,8 @@ pub fn texture(args: &mut Args<'_>) -> Parsed {
     match args.left() {
         0 => Ok(Command::UseTexture { name, sampling }),
         _ => {
-            let wanted = "expected nearest, bilinear, mipmap or trilinear, then repeat or clamp";
-            Err(Refusal::new(Code::Args, wanted, args.peek()))
+            let expected = "expected nearest, bilinear, mipmap or trilinear, then repeat or clamp";
+            Err(ParseError::new(Code::Args, expected, args.peek()))
         }
     }
 }
@@ -317,7 +317,7 @@ pub fn drawscene(args: &mut Args<'_>) -> Parsed {
     match args.left() {
         0 => Ok(Command::DrawScene { time, sorted: false }),
         1 if args.take_keyword("sorted") => Ok(Command::DrawScene { time, sorted: true }),
-        _ => Err(Refusal::new(
+        _ => Err(ParseError::new(
             Code::Args,
             "after the time stands SORTED or nothing",
             args.nth_left(args.left() - 1),

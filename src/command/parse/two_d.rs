@@ -2,8 +2,8 @@
 
 use super::Parsed;
 use super::memory::rectangle;
-use crate::command::args::{Args, Refusal};
-use crate::command::model::{AreaColors, Command, RampColor, RealRect};
+use crate::command::args::{Args, ParseError};
+use crate::command::commands::{AreaColors, Command, RampColor, RealRect};
 use crate::error::Code;
 
 pub fn line(args: &mut Args<'_>) -> Parsed {
@@ -13,7 +13,7 @@ pub fn line(args: &mut Args<'_>) -> Parsed {
     Ok(Command::Line { p0: [x0, y0], p1: [x1, y1], color: RampColor { from, to } })
 }
 
-fn colors(args: &mut Args<'_>) -> Result<AreaColors, Refusal> {
+fn colors(args: &mut Args<'_>) -> Result<AreaColors, ParseError> {
     let first = args.color()?;
     Ok(match args.left() {
         0 => AreaColors::One(first),
@@ -51,10 +51,10 @@ pub fn fillcircle(args: &mut Args<'_>) -> Parsed {
 }
 
 /// Coordinates come in pairs: a colour before them makes the count odd.
-fn expect_pairs(args: &Args<'_>) -> Result<usize, Refusal> {
+fn expect_pairs(args: &Args<'_>) -> Result<usize, ParseError> {
     match args.count() {
         count if count % 2 == 1 => Ok(count / 2),
-        count => Err(Refusal::new(
+        count => Err(ParseError::new(
             Code::Args,
             format!("takes a colour and pairs of coordinates, not {} numbers", count - 1),
             args.nth_left(count - 1),

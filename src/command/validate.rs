@@ -8,19 +8,19 @@
 //! - EARGS: a name that could not stand in a line; no byte to write, no point to join.
 
 use super::args::is_name;
-use super::model::{Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
+use super::commands::{Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
 use crate::error::{Code, Fault};
 use crate::scene::{Attenuation, Projection};
 use glam::DVec3;
 
 impl Command {
     /// Refuses what could not be right in any state: see the module's list.
-    pub fn check(&self) -> Result<(), Fault> {
-        self.check_numbers()?;
-        self.check_sizes()?;
-        self.check_names()?;
+    pub fn validate(&self) -> Result<(), Fault> {
+        self.validate_numbers()?;
+        self.validate_sizes()?;
+        self.validate_names()?;
         if let Some(payload) = self.payload() {
-            self.check_payload_length(payload.len() as u64)?;
+            self.validate_payload_length(payload.len() as u64)?;
         }
         match self {
             Command::Poke { bytes, .. } if bytes.is_empty() => {
@@ -28,12 +28,12 @@ impl Command {
             }
             Command::Poly { points, .. } if points.is_empty() => no_points(),
             Command::FillPoly { points, .. } if points.is_empty() => no_points(),
-            _ => self.check_text(),
+            _ => self.validate_text(),
         }
     }
 
     /// Refuses text that is not UTF-8.
-    pub(super) fn check_text(&self) -> Result<(), Fault> {
+    pub(super) fn validate_text(&self) -> Result<(), Fault> {
         match self {
             Command::Text { utf8, .. } => utf8_or_fault(utf8),
             _ => Ok(()),
@@ -41,8 +41,8 @@ impl Command {
     }
 
     /// Refuses a payload length that the words before it contradict.
-    pub(super) fn check_payload_length(&self, length: u64) -> Result<(), Fault> {
-        let wrong = |wanted: String| Err(Fault::new(Code::Format, wanted).got(format!(":{length}")));
+    pub(super) fn validate_payload_length(&self, length: u64) -> Result<(), Fault> {
+        let wrong = |expected: String| Err(Fault::new(Code::Format, expected).got(format!(":{length}")));
         match self {
             Command::Blit { rect: Rect { w, h, .. }, .. } if *w >= 0 && *h >= 0 => {
                 // Both below 2^31: the product stays below 2^64.
@@ -63,7 +63,7 @@ impl Command {
     }
 
     /// Refuses negative sizes, which need no payload to be seen.
-    pub(super) fn check_sizes(&self) -> Result<(), Fault> {
+    pub(super) fn validate_sizes(&self) -> Result<(), Fault> {
         match self {
             Command::Blit { rect, .. }
             | Command::Read { rect }
@@ -102,7 +102,7 @@ impl Command {
         }
     }
 
-    fn check_names(&self) -> Result<(), Fault> {
+    fn validate_names(&self) -> Result<(), Fault> {
         let wrong = |name: &str| {
             Err(Fault::new(Code::Args, "a name is printable text without blanks, with no colon before more")
                 .got(name))
@@ -125,7 +125,7 @@ impl Command {
     }
 
     /// Refuses numbers that are not finite, which only typed commands can hold.
-    fn check_numbers(&self) -> Result<(), Fault> {
+    fn validate_numbers(&self) -> Result<(), Fault> {
         let reals = |numbers: &[f64]| match numbers.iter().find(|n| !n.is_finite()) {
             Some(n) => Err(Fault::new(Code::Num, "numbers must be finite").got(n.to_string())),
             None => Ok(()),

@@ -12,7 +12,7 @@ const MOST_TIMES: usize = 4;
 
 /// Few buffers, shared by the decoders that were made with it. Clones share.
 #[derive(Clone, Debug)]
-pub struct SparePayload {
+pub struct PayloadPool {
     held: Arc<Mutex<Held>>,
     budget: MemoryBudget,
 }
@@ -27,9 +27,9 @@ struct Held {
     reserved: Reservation,
 }
 
-impl Default for SparePayload {
+impl Default for PayloadPool {
     fn default() -> Self {
-        SparePayload::within(&MemoryBudget::unlimited())
+        PayloadPool::within(&MemoryBudget::unlimited())
     }
 }
 
@@ -44,12 +44,12 @@ impl Held {
     }
 }
 
-impl SparePayload {
+impl PayloadPool {
     /// No buffer yet. Payloads of the decoders that are made with it, and buffers that are kept, are of `budget`.
     pub fn within(budget: &MemoryBudget) -> Self {
         let reserved = budget.empty(MemoryUse::Payloads);
         let held = Held { buffers: Vec::new(), used: false, reserved };
-        SparePayload { held: Arc::new(Mutex::new(held)), budget: budget.clone() }
+        PayloadPool { held: Arc::new(Mutex::new(held)), budget: budget.clone() }
     }
 
     /// What payloads are of.
@@ -116,30 +116,30 @@ mod tests {
 
     #[test]
     fn a_few_stay_until_nobody_used_them() {
-        let spare = SparePayload::default();
-        spare.give(Vec::with_capacity(1000));
-        spare.give(Vec::with_capacity(10));
-        assert!(spare.held_bytes() >= 1010);
-        spare.sweep();
-        assert!(spare.held_bytes() >= 1010, "they were used before the first sweep");
-        assert!(spare.take(2000).is_none());
-        assert!(spare.take(200).is_none(), "it would hold five times as much as is needed");
-        let buffer = spare.take(500).unwrap();
-        assert!(buffer.capacity() >= 1000 && spare.held_bytes() < 1000);
-        spare.clone().give(buffer);
-        spare.sweep();
-        spare.sweep();
-        assert_eq!(spare.held_bytes(), 0);
+        let pool = PayloadPool::default();
+        pool.give(Vec::with_capacity(1000));
+        pool.give(Vec::with_capacity(10));
+        assert!(pool.held_bytes() >= 1010);
+        pool.sweep();
+        assert!(pool.held_bytes() >= 1010, "they were used before the first sweep");
+        assert!(pool.take(2000).is_none());
+        assert!(pool.take(200).is_none(), "it would hold five times as much as is needed");
+        let buffer = pool.take(500).unwrap();
+        assert!(buffer.capacity() >= 1000 && pool.held_bytes() < 1000);
+        pool.clone().give(buffer);
+        pool.sweep();
+        pool.sweep();
+        assert_eq!(pool.held_bytes(), 0);
     }
 
     #[test]
     fn where_they_are_too_many_the_largest_stay() {
-        let spare = SparePayload::default();
+        let pool = PayloadPool::default();
         for capacity in [100, 7, 300, 200, 400, 50] {
-            spare.give(Vec::with_capacity(capacity));
+            pool.give(Vec::with_capacity(capacity));
         }
-        assert!((1000..1050).contains(&spare.held_bytes()), "{}", spare.held_bytes());
-        spare.give(Vec::with_capacity(KEPT_BYTES + 1));
-        assert_eq!(spare.held_bytes(), KEPT_BYTES + 1);
+        assert!((1000..1050).contains(&pool.held_bytes()), "{}", pool.held_bytes());
+        pool.give(Vec::with_capacity(KEPT_BYTES + 1));
+        assert_eq!(pool.held_bytes(), KEPT_BYTES + 1);
     }
 }

@@ -1,11 +1,11 @@
 //! The words of meshes, projections, lights, materials and textures.
 
 use super::EncodeError;
-use super::line::Line;
-use crate::command::model::{LightCommand, MeshSource};
+use super::line::LineWriter;
+use crate::command::commands::{LightCommand, MeshSource};
 use crate::scene::{Attenuation, Material, ObliqueKind, Projection, Sampling};
 
-impl Line<'_> {
+impl LineWriter<'_> {
     fn attenuation(&mut self, a: Attenuation) {
         if a != Attenuation::NONE {
             self.reals(&[a.c, a.l, a.q]);

@@ -1,15 +1,15 @@
 //! Where commands begin, and where their heads end.
 
 use super::line::without_cr;
-use super::{Decoder, MAX_LINE_BYTES, State};
-use crate::command::args::{Refusal, words};
-use crate::command::decoder::Announced;
+use super::{Decoder, DecoderState, MAX_LINE_BYTES};
+use crate::command::args::{ParseError, words};
+use crate::command::commands::Command;
+use crate::command::decoder::PayloadLength;
 use crate::command::long_line::LongLine;
-use crate::command::model::Command;
 use crate::command::scan::find_lf;
 use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
 use crate::command::stream_error::Subject;
-use crate::command::verb::{Reading, Verb};
+use crate::command::verb::{Encoding, Verb};
 use crate::error::Code;
 use crate::simd::{binary_pixels, pixel_lexer};
 
@@ -20,30 +20,30 @@ const RUN_HEADER_BYTES: usize = 15;
 const BYTES_AT_ONCE: usize = 1024 * BINARY_PIXEL_BYTES;
 
 /// What the first bytes of a command tell.
-pub(super) enum Kind {
+pub(super) enum FrameKind {
     Undecided,
     Pixel,
     Run,
     Text,
 }
 
-pub(super) fn kind(bytes: &[u8]) -> Kind {
+pub(super) fn frame_kind(bytes: &[u8]) -> FrameKind {
     const RUN: &[u8] = b"PXMULTI";
     match bytes {
-        [b'P', b'B', ..] => Kind::Pixel,
-        _ if bytes.starts_with(RUN) => Kind::Run,
-        b"P" => Kind::Undecided,
-        _ if RUN.starts_with(bytes) => Kind::Undecided,
-        _ => Kind::Text,
+        [b'P', b'B', ..] => FrameKind::Pixel,
+        _ if bytes.starts_with(RUN) => FrameKind::Run,
+        b"P" => FrameKind::Undecided,
+        _ if RUN.starts_with(bytes) => FrameKind::Undecided,
+        _ => FrameKind::Text,
     }
 }
 
 impl Decoder {
     /// Reads commands that lie whole in `bytes`, from a boundary on; keeps the beginning of one that does not.
     /// Answers how many bytes it took.
-    pub(super) fn read_whole(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+    pub(super) fn read_complete(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
-        while at < bytes.len() && matches!(self.state, State::Head) && !self.paused {
+        while at < bytes.len() && matches!(self.state, DecoderState::Head) && !self.paused {
             let (used, lines) = pixel_lexer::pixel_records(&bytes[at..], &mut |records| sink.pixels(records));
             self.here.byte += used as u64;
             self.here.line += lines;
@@ -53,24 +53,26 @@ impl Decoder {
                 break;
             }
             self.start = self.here;
-            at += match kind(rest) {
-                Kind::Pixel if rest.len() >= BINARY_PIXEL_BYTES => self.binary_pixels(rest, sink),
-                Kind::Run if rest.len() >= RUN_HEADER_BYTES => self.run(rest, sink),
-                Kind::Text => match find_lf(&rest[..rest.len().min(MAX_LINE_BYTES + 2)]) {
+            at += match frame_kind(rest) {
+                FrameKind::Pixel if rest.len() >= BINARY_PIXEL_BYTES => self.binary_pixels(rest, sink),
+                FrameKind::Run if rest.len() >= RUN_HEADER_BYTES => self.run(rest, sink),
+                FrameKind::Text => match find_lf(&rest[..rest.len().min(MAX_LINE_BYTES + 2)]) {
                     Some(lf) if !is_too_long(&rest[..lf]) => {
                         self.pass(&rest[..lf + 1]);
                         lf + 1 + self.line(without_cr(&rest[..lf]), &rest[lf + 1..], sink)
                     }
-                    _ => return at + self.keep(rest, sink),
+                    _ => return at + self.hold_head(rest, sink),
                 },
-                Kind::Undecided | Kind::Pixel | Kind::Run => return at + self.keep(rest, sink),
+                FrameKind::Undecided | FrameKind::Pixel | FrameKind::Run => {
+                    return at + self.hold_head(rest, sink);
+                }
             };
         }
         at
     }
 
     /// Keeps the beginning of a command for the next piece; a line that is already too long is not kept.
-    fn keep(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
+    fn hold_head(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let taken = &bytes[..bytes.len().min(MAX_LINE_BYTES + 2)];
         self.pass(taken);
         self.head.extend_from_slice(taken);
@@ -82,25 +84,25 @@ impl Decoder {
 
     /// Adds to a head that came in pieces, as little as can make it whole. Answers how many bytes it took.
     pub(super) fn read_head(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
-        let wanted = match kind(&self.head) {
-            Kind::Undecided => 1,
-            Kind::Pixel => BINARY_PIXEL_BYTES - self.head.len(),
-            Kind::Run => RUN_HEADER_BYTES - self.head.len(),
-            Kind::Text => MAX_LINE_BYTES + 2 - self.head.len(),
+        let expected = match frame_kind(&self.head) {
+            FrameKind::Undecided => 1,
+            FrameKind::Pixel => BINARY_PIXEL_BYTES - self.head.len(),
+            FrameKind::Run => RUN_HEADER_BYTES - self.head.len(),
+            FrameKind::Text => MAX_LINE_BYTES + 2 - self.head.len(),
         };
-        let mut taken = &bytes[..bytes.len().min(wanted)];
-        if let (Kind::Text | Kind::Undecided, Some(lf)) = (kind(&self.head), find_lf(taken)) {
+        let mut taken = &bytes[..bytes.len().min(expected)];
+        if let (FrameKind::Text | FrameKind::Undecided, Some(lf)) = (frame_kind(&self.head), find_lf(taken)) {
             taken = &taken[..lf + 1];
         }
         self.pass(taken);
         let mut head = std::mem::take(&mut self.head);
         head.extend_from_slice(taken);
-        match kind(&head) {
-            Kind::Pixel if head.len() == BINARY_PIXEL_BYTES => sink.binary_pixels(&head),
-            Kind::Run if head.len() == RUN_HEADER_BYTES => {
+        match frame_kind(&head) {
+            FrameKind::Pixel if head.len() == BINARY_PIXEL_BYTES => sink.binary_pixels(&head),
+            FrameKind::Run if head.len() == RUN_HEADER_BYTES => {
                 self.run_header(&head, &[], sink);
             }
-            Kind::Text if head.ends_with(b"\n") && !is_too_long(&head[..head.len() - 1]) => {
+            FrameKind::Text if head.ends_with(b"\n") && !is_too_long(&head[..head.len() - 1]) => {
                 self.line(without_cr(&head[..head.len() - 1]), &[], sink);
             }
             _ => {
@@ -150,14 +152,15 @@ impl Decoder {
         let head = std::mem::take(&mut self.head);
         let long = LongLine::new(&head);
         let word = words(&head).next().unwrap_or(b"");
-        let refusal = Refusal::new(Code::Proto, format!("a line has at most {MAX_LINE_BYTES} bytes"), &head);
-        self.state = State::LongLine(long);
-        self.error(Subject::of(word), refusal, sink);
+        let parse_error =
+            ParseError::new(Code::Proto, format!("a line has at most {MAX_LINE_BYTES} bytes"), &head);
+        self.state = DecoderState::LongLine(long);
+        self.error(Subject::of(word), parse_error, sink);
         self.end_long_line();
     }
 
     pub(super) fn read_long_line(&mut self, bytes: &[u8]) -> usize {
-        let State::LongLine(long) = &mut self.state else { return 0 };
+        let DecoderState::LongLine(long) = &mut self.state else { return 0 };
         let taken = long.read(bytes);
         self.pass(&bytes[..taken]);
         self.end_long_line();
@@ -165,12 +168,12 @@ impl Decoder {
     }
 
     fn end_long_line(&mut self) {
-        let State::LongLine(long) = &self.state else { return };
-        let Some(announced) = long.payload() else { return };
-        self.state = match announced {
-            Announced::Length(0) | Announced::Junk => State::Head,
-            Announced::Length(left) => State::Skip { left, subject: None },
-            Announced::Beyond => State::Closed,
+        let DecoderState::LongLine(long) = &self.state else { return };
+        let Some(payload_length) = long.payload() else { return };
+        self.state = match payload_length {
+            PayloadLength::Length(0) | PayloadLength::Junk => DecoderState::Head,
+            PayloadLength::Length(left) => DecoderState::Skip { left, subject: None },
+            PayloadLength::Beyond => DecoderState::Closed,
         };
     }
 }
@@ -182,7 +185,7 @@ fn is_too_long(line: &[u8]) -> bool {
 
 /// The subject of a command that begins with `word`, a binary verb's name included.
 pub(super) fn binary_or_text(word: &[u8]) -> Subject {
-    match Verb::all().iter().find(|v| matches!(v.reading, Reading::Binary) && v.name.as_bytes() == word) {
+    match Verb::all().iter().find(|v| matches!(v.encoding, Encoding::Binary) && v.name.as_bytes() == word) {
         Some(verb) => Subject::Known(verb),
         None => Subject::of(word),
     }
