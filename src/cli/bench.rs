@@ -2,7 +2,7 @@
 
 use super::drawing::Drawing;
 use super::{FrameSize, Status, output, say_as_program};
-use crate::measure::bench::{self, Air, Options, Row, Size, Workload};
+use crate::measure::bench::{self, Air, BenchOptions, Row, Size, Workload};
 use crate::memory::DepthFormat;
 use crate::save;
 use crate::server::Limits;
@@ -77,7 +77,7 @@ impl Bench {
             say_as_program(error.message);
             return Status::BadArguments;
         }
-        let options = Options {
+        let options = BenchOptions {
             render: self.drawing.options(),
             depth_format: self.depth.0,
             air: if self.fog { Air::Fog } else { Air::Clear },
@@ -114,13 +114,13 @@ fn table_line(row: &Row) -> String {
         let name = t.name.replace('_', " ");
         format!("{:.2} times the {name}'s speed ({:.3} ms)", t.median_ms / row.median_ms, t.median_ms)
     });
-    let growing = row.growing.as_ref().map_or(String::new(), |g| {
+    let scaling = row.scaling.as_ref().map_or(String::new(), |g| {
         let exponent = g.exponent.map_or(String::new(), |b| format!(", exponent {b:.2}"));
         let steps: Vec<String> = g.steps.iter().map(|(x, ms)| format!("{x}: {ms:.2}")).collect();
         format!("ms by {}: {}{exponent}", g.what, steps.join(", "))
     });
     let line = format!(
-        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}{growing}",
+        "{:<18} {:>7}  {:<8} {:>10.3} {:>10.3} {:>7} {:>6}/255 {:>11}  {twin}{scaling}",
         row.workload.name(),
         row.threads,
         row.simd,
@@ -133,7 +133,7 @@ fn table_line(row: &Row) -> String {
     line.trim_end().to_owned()
 }
 
-fn export(folder: &Path, chosen: &[Workload], options: &Options) -> Status {
+fn export(folder: &Path, chosen: &[Workload], options: &BenchOptions) -> Status {
     if let Err(error) = std::fs::create_dir_all(folder) {
         say_as_program(format_args!("cannot make {}: {error}", folder.display()));
         return Status::Failed;

@@ -43,7 +43,7 @@ impl Report {
                 ("report.md", write::markdown(&report, &machine)),
                 ("report.json", json),
                 ("report.html", write::html(&report, &machine)),
-                ("report.svg", write::sheet(&report, &machine)),
+                ("report.svg", write::contact_sheet(&report, &machine)),
             ];
             (files, report.broken_bounds())
         };

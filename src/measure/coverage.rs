@@ -70,9 +70,9 @@ const PARTS: f64 = 16_777_216.0;
 
 /// Whether the unsnapped triangle holds the centre of pixel (x, y), by the same rule for edges.
 fn holds(corners: &Corners, x: i32, y: i32) -> bool {
-    let whole = |v: f64| (v * PARTS) as i128;
-    let mut c = corners.map(|p| p.map(whole));
-    let p = [whole(x as f64 + 0.5), whole(y as f64 + 0.5)];
+    let integer = |v: f64| (v * PARTS) as i128;
+    let mut c = corners.map(|p| p.map(integer));
+    let p = [integer(x as f64 + 0.5), integer(y as f64 + 0.5)];
     let doubled = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
     if doubled < 0 {
         c.swap(1, 2);

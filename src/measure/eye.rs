@@ -1,8 +1,8 @@
 //! The N-dimensional eye: how fast, on how many threads, with the same picture.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
-use super::growth::{Growth, GrowthPoint};
 use super::memory;
+use super::scaling::{Scaling, ScalingPoint};
 use super::threads::usual_threads;
 use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
 use crate::eye::{Executor, EyePicture, EyeScene, Fibre, Serial, render_with};
@@ -122,7 +122,7 @@ fn cloud(facets: usize, reach: f64, pixels: [u32; 2]) -> EyeScene {
 }
 
 /// Time a picture against facets: the same room filled with more and smaller facets, and with more of the same size.
-pub(super) fn growth_with_facets(effort: &Effort) -> Vec<Growth> {
+pub(super) fn scaling_with_facets(effort: &Effort) -> Vec<Scaling> {
     let counts: &[usize] =
         effort.pick(&[100, 1_000, 10_000], &[100, 316, 1_000, 3_162, 10_000, 31_623, 100_000]);
     let pixels = effort.pick([160, 120], [640, 480]);
@@ -131,9 +131,9 @@ pub(super) fn growth_with_facets(effort: &Effort) -> Vec<Growth> {
             let scene = cloud(count, reach(count), pixels);
             memory::forget_peak();
             let (_, timing) = effort.run(|| draw(&scene, &Serial));
-            GrowthPoint { x: count as f64, timing, peak_bytes: memory::peak() }
+            ScalingPoint { x: count as f64, timing, peak_bytes: memory::peak() }
         });
-        Growth {
+        Scaling {
             title: format!(
                 "{title}, 4-D on a plane of {}x{}, one light with shadows, one thread",
                 pixels[0], pixels[1]

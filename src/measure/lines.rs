@@ -81,7 +81,7 @@ fn midpoint_rule(p0: [i32; 2], p1: [i32; 2]) -> Vec<[i32; 2]> {
 }
 
 /// The share of pixel (x, y), the unit square about (x, y), that lies in the rectangle about the segment.
-fn sampled_share(p0: [i32; 2], p1: [i32; 2], x: i32, y: i32) -> f64 {
+fn sampled_coverage(p0: [i32; 2], p1: [i32; 2], x: i32, y: i32) -> f64 {
     let d = [(p1[0] - p0[0]) as f64, (p1[1] - p0[1]) as f64];
     let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
     if length == 0.0 {
@@ -152,16 +152,16 @@ fn errors_of(segments: &[[[i32; 2]; 2]], pictures: &[Vec<u8>]) -> Vec<f64> {
         let rule = midpoint_rule(p0, p1);
         let [a, b] = [p0.map(f64::from), p1.map(f64::from)];
         for (x, y) in (0..SIDE as i32).flat_map(|y| (0..SIDE as i32).map(move |x| (x, y))) {
-            let share = picture[(SIDE as i32 * y + x) as usize] as f64 / 255.0;
+            let coverage = picture[(SIDE as i32 * y + x) as usize] as f64 / 255.0;
             let distance = line_distance(a, b, &[[x, y]]).0;
-            if share > 0.0 {
-                max = max.max(distance * share);
-                weighed += distance * share;
-                weight += share;
+            if coverage > 0.0 {
+                max = max.max(distance * coverage);
+                weighed += distance * coverage;
+                weight += coverage;
             }
-            off += usize::from((share >= 0.5) != rule.contains(&[x, y]));
+            off += usize::from((coverage >= 0.5) != rule.contains(&[x, y]));
             if distance < 1.5 {
-                let difference = 255.0 * (share - sampled_share(p0, p1, x, y));
+                let difference = 255.0 * (coverage - sampled_coverage(p0, p1, x, y));
                 squares += difference * difference;
                 samples += 1;
             }
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(midpoint_rule([0, 0], [4, 2]), [[0, 0], [1, 0], [2, 1], [3, 1], [4, 2]]);
         assert_eq!(midpoint_rule([4, 2], [0, 0]), [[4, 2], [3, 2], [2, 1], [1, 1], [0, 0]]);
         assert_eq!(midpoint_rule([3, 3], [3, 3]), [[3, 3]]);
-        assert!((sampled_share([0, 0], [9, 0], 4, 0) - 1.0).abs() < 1e-12);
-        assert!((sampled_share([0, 0], [9, 0], 0, 0) - 0.5).abs() < 1e-12);
+        assert!((sampled_coverage([0, 0], [9, 0], 4, 0) - 1.0).abs() < 1e-12);
+        assert!((sampled_coverage([0, 0], [9, 0], 0, 0) - 0.5).abs() < 1e-12);
     }
 }

@@ -9,33 +9,33 @@
 //!   experiments() -> Experiment { columns, rows(&effort) } -> Report -> Markdown | JSON | one HTML page
 //! ```
 
+mod approximations;
 pub mod bench;
 mod clock;
 mod coverage;
 mod depth;
 mod experiment;
 mod eye;
-mod fan;
-mod growing;
-mod growth;
+mod fibre_fan;
+mod goals;
 mod hard;
-mod hidden;
+mod hidden_surfaces;
 mod interpolation;
 mod lines;
 mod memory;
 mod picture;
 mod report;
-mod rsqrt;
+mod scaling;
+mod scaling_studies;
 mod shading;
-mod target;
 mod textures;
 mod threads;
 pub mod write;
 
 pub use clock::Timing;
 pub use experiment::{Bound, Effort, Experiment, Picture, Row};
-pub use growth::{Growth, GrowthPoint};
+pub use goals::{Goal, eye_goals};
 pub use hard::{HardRow, hard};
 pub use picture::{Drawn, draw_case};
-pub use report::{GrowthStudy, Report, Section, experiments, growth_studies, run};
-pub use target::{Target, eye_targets};
+pub use report::{Report, ScalingStudy, Section, experiments, run, scaling_studies};
+pub use scaling::{Scaling, ScalingPoint};

@@ -36,8 +36,9 @@ pub fn draw_case(case: &Case) -> Drawn {
 
 fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
     let s = &case.settings;
-    let whole = Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
-    let viewport = s.viewport.unwrap_or(whole);
+    let full_frame =
+        Viewport { x: 0, y: 0, width: case.width, height: case.height, rule: ViewportRule::Corners };
+    let viewport = s.viewport.unwrap_or(full_frame);
     match s.transparency {
         Transparency::AfterOpaque(transparency) => {
             let mut scene = case.scene.clone();
@@ -82,18 +83,18 @@ fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
 }
 
 /// A renderer with the memories that it draws into, kept from frame to frame as a server keeps them.
-pub(super) struct Stage {
+pub(super) struct BenchFrame {
     renderer: Renderer,
     /// The frame.
     pub memory: VideoMemory,
     depth: Option<DepthMemory>,
 }
 
-impl Stage {
+impl BenchFrame {
     /// A frame of so many pixels.
-    pub fn new(renderer: Renderer, width: u32, height: u32) -> Stage {
+    pub fn new(renderer: Renderer, width: u32, height: u32) -> BenchFrame {
         let memory = VideoMemory::new(width, height).expect("a frame of at most 8K");
-        Stage { renderer, memory, depth: None }
+        BenchFrame { renderer, memory, depth: None }
     }
 
     fn clear(&mut self) {
@@ -123,9 +124,9 @@ impl Stage {
 
 /// Draws a case as programs get it, by the tile renderer, on one thread: its bytes, and how long it takes.
 pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<Timing>) {
-    let mut stage = Stage::new(Renderer::new(RenderOptions::default()), case.width, case.height);
-    let ((), timing) = effort.run(|| stage.draw_case(case));
-    (stage.memory.bytes().to_vec(), timing)
+    let mut frame = BenchFrame::new(Renderer::new(RenderOptions::default()), case.width, case.height);
+    let ((), timing) = effort.run(|| frame.draw_case(case));
+    (frame.memory.bytes().to_vec(), timing)
 }
 
 /// The truth of a case.

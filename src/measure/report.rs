@@ -1,7 +1,7 @@
 //! The report: all experiments, run one after the other.
 
 use super::experiment::{Effort, Experiment, Row};
-use super::growth::Growth;
+use super::scaling::Scaling;
 
 /// Every experiment, in the order of the stages.
 pub fn experiments() -> Vec<Experiment> {
@@ -12,8 +12,8 @@ pub fn experiments() -> Vec<Experiment> {
         super::depth::DEPTH,
         super::shading::SHADING,
         super::textures::TEXTURES,
-        super::hidden::HIDDEN,
-        super::fan::FAN,
+        super::hidden_surfaces::HIDDEN,
+        super::fibre_fan::FAN,
         super::eye::EYE,
         super::threads::THREADS,
     ]
@@ -21,26 +21,26 @@ pub fn experiments() -> Vec<Experiment> {
 
 /// A set of growths that is measured together.
 #[derive(Clone, Copy, Debug)]
-pub struct GrowthStudy {
+pub struct ScalingStudy {
     /// Short name.
     pub id: &'static str,
     /// Heading.
     pub title: &'static str,
     /// Measures it; points carry no time where [`Effort`] has no clock.
-    pub run: fn(&Effort) -> Vec<Growth>,
+    pub run: fn(&Effort) -> Vec<Scaling>,
 }
 
 /// Every growth study.
-pub fn growth_studies() -> Vec<GrowthStudy> {
-    use super::{eye, growing};
-    let study = |id, title, run| GrowthStudy { id, title, run };
+pub fn scaling_studies() -> Vec<ScalingStudy> {
+    use super::{eye, scaling_studies};
+    let study = |id, title, run| ScalingStudy { id, title, run };
     vec![
-        study("triangles", "Growth with triangles", growing::triangles),
-        study("pixels", "Growth with pixels", growing::pixels),
-        study("lights", "Growth with lights", growing::lights),
-        study("overdraw", "Growth with overdraw", growing::overdraw),
-        study("clients", "Growth with clients", growing::clients),
-        study("facets", "Growth with the eye's facets", eye::growth_with_facets),
+        study("triangles", "Growth with triangles", scaling_studies::triangles),
+        study("pixels", "Growth with pixels", scaling_studies::pixels),
+        study("lights", "Growth with lights", scaling_studies::lights),
+        study("overdraw", "Growth with overdraw", scaling_studies::overdraw),
+        study("clients", "Growth with clients", scaling_studies::clients),
+        study("facets", "Growth with the eye's facets", eye::scaling_with_facets),
     ]
 }
 
@@ -118,7 +118,7 @@ pub struct Report {
     /// One section an experiment.
     pub sections: Vec<Section>,
     /// How cost grows.
-    pub growth: Vec<Growth>,
+    pub scaling: Vec<Scaling>,
 }
 
 impl Report {
@@ -153,12 +153,12 @@ pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
             Section { experiment, rows: (experiment.rows)(&effort) }
         })
         .collect();
-    let mut growth = Vec::new();
+    let mut scaling = Vec::new();
     if effort.time_per_row.is_some() {
-        for study in growth_studies() {
+        for study in scaling_studies() {
             progress(study.title);
-            growth.extend((study.run)(&effort));
+            scaling.extend((study.run)(&effort));
         }
     }
-    Report { effort, sections, growth }
+    Report { effort, sections, scaling }
 }

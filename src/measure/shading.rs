@@ -1,7 +1,7 @@
 //! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and powers.
 
 use super::experiment::{Bound, Effort, Experiment, Picture, Row};
-use super::{picture, rsqrt};
+use super::{approximations, picture};
 use crate::math::power;
 use crate::memory::DepthFormat;
 use crate::scene::{Light, Material, Scene, ShadeMode, shapes};
@@ -105,12 +105,12 @@ fn on_a_sphere(effort: &Effort) -> Vec<Row> {
     let ways: [(&str, Root, Power, f64); 7] = [
         ("f32, exact root and power", exact_root, exact_power, 1.0),
         // 2^-12 of the root, twice in R, of which V sees twice that; to the 32nd power, times ks.
-        ("12-bit root", |x| rsqrt::of_12_bits(x, 0), exact_power, 6.0),
-        ("12-bit root and one Newton step", |x| rsqrt::of_12_bits(x, 1), exact_power, 1.0),
-        ("root by bits, one Newton step", |x| rsqrt::by_bits(x, 1), exact_power, 40.0),
-        ("root by bits, two Newton steps", |x| rsqrt::by_bits(x, 2), exact_power, 1.0),
-        ("power by parabolas", exact_root, rsqrt::power_by_parabolas, 64.0),
-        ("power of Schlick", exact_root, rsqrt::power_of_schlick, 128.0),
+        ("12-bit root", |x| approximations::of_12_bits(x, 0), exact_power, 6.0),
+        ("12-bit root and one Newton step", |x| approximations::of_12_bits(x, 1), exact_power, 1.0),
+        ("root by bits, one Newton step", |x| approximations::by_bits(x, 1), exact_power, 40.0),
+        ("root by bits, two Newton steps", |x| approximations::by_bits(x, 2), exact_power, 1.0),
+        ("power by parabolas", exact_root, approximations::power_by_parabolas, 64.0),
+        ("power of Schlick", exact_root, approximations::power_of_schlick, 128.0),
     ];
     let side = effort.pick(128usize, 512);
     let normals = normals_of_a_ball(side);

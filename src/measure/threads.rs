@@ -1,7 +1,7 @@
 //! Vector width and threads: the same bytes, different time.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
-use super::picture::Stage;
+use super::picture::BenchFrame;
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Scene, shapes};
 use crate::server::worker_pool;
@@ -52,8 +52,8 @@ fn rows(effort: &Effort) -> Vec<Row> {
         path,
         ..RenderOptions::default()
     };
-    let stage = |options| Stage::new(Renderer::new(options), width, height);
-    let mut base = stage(options(RenderPath::Fast, Level::Portable, 1));
+    let frame = |options| BenchFrame::new(Renderer::new(options), width, height);
+    let mut base = frame(options(RenderPath::Fast, Level::Portable, 1));
     base.draw(&scene);
     let mut ways = vec![(
         "plain path, 1 thread".to_owned(),
@@ -72,9 +72,9 @@ fn rows(effort: &Effort) -> Vec<Row> {
     ways.into_iter()
         .map(|(name, options, is_available, is_default)| {
             let is_plain = options.path == RenderPath::Plain;
-            let mut stage = stage(options);
-            let ((), timing) = effort.run(|| stage.draw(&scene));
-            let pairs = stage.memory.bytes().chunks_exact(4).zip(base.memory.bytes().chunks_exact(4));
+            let mut frame = frame(options);
+            let ((), timing) = effort.run(|| frame.draw(&scene));
+            let pairs = frame.memory.bytes().chunks_exact(4).zip(base.memory.bytes().chunks_exact(4));
             let off = pairs.clone().filter(|(a, b)| a != b).count();
             let worst = pairs.flat_map(|(a, b)| a.iter().zip(b)).fold(0, |m, (a, b)| m.max(a.abs_diff(*b)));
             // The plain path is another way of working; both are within a step of the truth.

@@ -2,7 +2,7 @@
 
 use crate::cli::report::machine;
 use crate::cli::{Status, output, say_as_program};
-use crate::measure::{Effort, Report, Section, experiments, eye_targets, growth_studies, write};
+use crate::measure::{Effort, Report, Section, experiments, eye_goals, scaling_studies, write};
 use crate::save;
 use clap::Args;
 use std::path::PathBuf;
@@ -27,18 +27,18 @@ impl Bench {
         let sections = experiments().into_iter().filter(|e| matches!(e.id, "fan" | "eye"));
         let sections = sections.map(|experiment| Section { experiment, rows: (experiment.rows)(&effort) });
         let sections = sections.collect();
-        let growth = growth_studies().into_iter().filter(|g| g.id == "facets");
-        let growth = growth.flat_map(|study| (study.run)(&effort)).collect();
-        let report = Report { effort, sections, growth };
+        let scaling = scaling_studies().into_iter().filter(|g| g.id == "facets");
+        let scaling = scaling.flat_map(|study| (study.run)(&effort)).collect();
+        let report = Report { effort, sections, scaling };
         let machine = machine(if self.quick { "fbptr eye --bench --quick" } else { "fbptr eye --bench" });
-        let targets = eye_targets(&report);
-        let text = write::markdown(&report, &machine) + &write::targets_markdown(&targets);
+        let goals = eye_goals(&report);
+        let text = write::markdown(&report, &machine) + &write::goals_markdown(&goals);
         output::print(text);
         let broken = report.broken_bounds();
         broken.iter().for_each(say_as_program);
         let is_picture = self.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "svg"));
         let page = match is_picture {
-            true => write::sheet(&report, &machine),
+            true => write::contact_sheet(&report, &machine),
             false => write::html(&report, &machine),
         };
         let saved =

@@ -1,7 +1,7 @@
 //! How far a workload's picture is from the truth, and how far it may be: as the specification has it, at every pixel.
 
 use super::Workload;
-use super::stage::BACKGROUND;
+use super::frame::BACKGROUND;
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use crate::truth::TruthPicture;
 use crate::truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};

@@ -1,7 +1,7 @@
 //! The workloads' meshes and texture as plain files, so that other programs draw the same.
 
 use super::space;
-use super::{Options, Workload};
+use super::{BenchOptions, Workload};
 use crate::scene::{Corner, Filter, Mesh};
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ pub type ExportedFile = (&'static str, Vec<u8>);
 ///
 /// A mesh: vertex count and triangle count as u32; 8 f32 a vertex: position, normal, texture coordinate; 3 u32 a triangle,
 /// counter-clockwise from outside; all little-endian. The texture: RGBA rows, row 0 at t = 0.
-pub fn export(options: &Options) -> Vec<ExportedFile> {
+pub fn export(options: &BenchOptions) -> Vec<ExportedFile> {
     let mesh = |workload| mesh_bytes(&space::Space::new(workload, options).subject().geometry.mesh);
     let textured = space::Space::new(Workload::Textured(Filter::Nearest), options);
     let texture = textured.subject().texture.as_ref();

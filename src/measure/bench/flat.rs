@@ -1,8 +1,8 @@
 //! W6 and W7: lines and pixels, beside the plainest loops that draw them.
 
 use super::check::Check;
-use super::stage::BACKGROUND;
-use super::{Job, Options, Workload, Xorshift};
+use super::frame::BACKGROUND;
+use super::{BenchOptions, BenchRun, Workload, Xorshift};
 use crate::draw2d::{self, Blend, Line, RampColor};
 use crate::memory::{Rgba, VideoMemory};
 use crate::pipeline::tile::{Alone, Pool};
@@ -72,7 +72,7 @@ fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
 }
 
 /// What is drawn, and the plainest loop that draws the same.
-pub(super) trait Kind {
+pub(super) trait FlatDrawing {
     /// The plain loop's name.
     const TWIN: &str;
     fn draw(&self, memory: &mut VideoMemory);
@@ -82,24 +82,24 @@ pub(super) trait Kind {
 
 /// A workload whose truth is its twin, to the byte.
 pub(super) struct Flat<K> {
-    kind: K,
+    drawing: K,
     memory: VideoMemory,
     twin: VideoMemory,
 }
 
-impl<K: Kind> Flat<K> {
-    fn new(kind: K, options: &Options) -> Self {
+impl<K: FlatDrawing> Flat<K> {
+    fn new(drawing: K, options: &BenchOptions) -> Self {
         let size = options.size;
         let [memory, twin] = [0, 1]
             .map(|_| VideoMemory::new(size.width, size.height).expect("the size of a benchmark's frame"));
-        Flat { kind, memory, twin }
+        Flat { drawing, memory, twin }
     }
 }
 
-impl<K: Kind> Job for Flat<K> {
+impl<K: FlatDrawing> BenchRun for Flat<K> {
     fn frame(&mut self) {
         self.memory.clear(BACKGROUND);
-        self.kind.draw(&mut self.memory);
+        self.drawing.draw(&mut self.memory);
     }
 
     fn bytes(&self) -> &[u8] {
@@ -126,11 +126,11 @@ impl<K: Kind> Job for Flat<K> {
 
     fn twin_frame(&mut self) {
         self.twin.clear(BACKGROUND);
-        self.kind.draw_twin(&mut self.twin);
+        self.drawing.draw_twin(&mut self.twin);
     }
 
     fn threads(&self) -> usize {
-        self.kind.threads()
+        self.drawing.threads()
     }
 
     fn simd(&self) -> &'static str {
@@ -144,7 +144,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    pub fn job(workload: Workload, options: &Options) -> Flat<Self> {
+    pub fn run_of(workload: Workload, options: &BenchOptions) -> Flat<Self> {
         let (is_short, size) = (workload == Workload::LinesShort, options.size);
         let count = if is_short { 5_000_000 } else { 1_000_000 } / size.divisor as usize;
         let lines = packed_lines(count, is_short, size.width, size.height);
@@ -152,7 +152,7 @@ impl Lines {
     }
 }
 
-impl Kind for Lines {
+impl FlatDrawing for Lines {
     const TWIN: &str = "naive";
 
     fn draw(&self, memory: &mut VideoMemory) {
@@ -178,7 +178,7 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
-    pub fn job(options: &Options) -> Flat<Self> {
+    pub fn run_of(options: &BenchOptions) -> Flat<Self> {
         Flat::new(Pixels { count: 100_000_000 / options.size.divisor as usize }, options)
     }
 
@@ -194,7 +194,7 @@ impl Pixels {
     }
 }
 
-impl Kind for Pixels {
+impl FlatDrawing for Pixels {
     const TWIN: &str = "raw_store";
 
     fn draw(&self, memory: &mut VideoMemory) {

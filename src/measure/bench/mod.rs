@@ -13,19 +13,19 @@
 mod check;
 mod export;
 mod flat;
+mod frame;
 mod row;
 mod scenes;
 mod space;
-mod stage;
 mod workload;
 
 pub use check::{Check, Refusal};
 pub use export::{ExportedFile, export};
-pub use row::{Growing, Row, Twin};
+pub use row::{Row, ScalingFit, Twin};
 pub use workload::Workload;
 
 use super::clock::Timing;
-use super::growth::{Growth, GrowthPoint};
+use super::scaling::{Scaling, ScalingPoint};
 use crate::memory::{DepthFormat, VideoMemory};
 use crate::pipeline::RenderOptions;
 use crate::scene::{Fog, FogKind};
@@ -68,7 +68,7 @@ impl Air {
 
 /// How it is drawn and how often.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct BenchOptions {
     /// Threads and vectors.
     pub render: RenderOptions,
     /// How depths are stored, W6 and W7 aside.
@@ -84,7 +84,7 @@ pub struct Options {
 }
 
 /// A workload made ready.
-trait Job {
+trait BenchRun {
     /// Draws one whole frame.
     fn frame(&mut self);
     /// The frame's RGBA bytes.
@@ -111,7 +111,7 @@ trait Job {
     fn simd(&self) -> &'static str;
 }
 
-fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
+fn run_of(workload: Workload, options: &BenchOptions) -> Box<dyn BenchRun> {
     let last = scenes::steps(workload).and_then(|(_, steps)| steps.last().copied());
     match workload {
         Workload::Room
@@ -122,8 +122,8 @@ fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
         | Workload::Sizes
         | Workload::Lights
         | Workload::Hidden => Box::new(scenes::Scenes::new(workload, options, last.unwrap_or(1))),
-        Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::job(workload, options)),
-        Workload::PutPixel => Box::new(flat::Pixels::job(options)),
+        Workload::LinesLong | Workload::LinesShort => Box::new(flat::Lines::run_of(workload, options)),
+        Workload::PutPixel => Box::new(flat::Pixels::run_of(options)),
         _ => Box::new(space::Space::new(workload, options)),
     }
 }
@@ -132,70 +132,70 @@ fn job(workload: Workload, options: &Options) -> Box<dyn Job> {
 ///
 /// # Errors
 /// When its picture is outside its bound, or a later frame differs from the first.
-pub fn run(workload: Workload, options: &Options) -> Result<Row, Refusal> {
+pub fn run(workload: Workload, options: &BenchOptions) -> Result<Row, Refusal> {
     let Some((what, steps)) = scenes::steps(workload) else {
-        return measure(workload, &mut *job(workload, options), options);
+        return measure(workload, &mut *run_of(workload, options), options);
     };
-    let own = Options { budget: options.budget / steps.len() as u32, ..options.clone() };
+    let own = BenchOptions { budget: options.budget / steps.len() as u32, ..options.clone() };
     let mut rows = Vec::with_capacity(steps.len());
     for &step in steps {
-        let mut job = scenes::Scenes::new(workload, options, step);
-        let row = measure(workload, &mut job, &own)?;
-        rows.push((job.amount(), row));
+        let mut run_of = scenes::Scenes::new(workload, options, step);
+        let row = measure(workload, &mut run_of, &own)?;
+        rows.push((run_of.amount(), row));
     }
     let points = rows.iter().map(|(x, row)| {
         let timing = Timing { min_s: row.min_ms, median_s: row.median_ms, runs: row.frames };
-        GrowthPoint { x: *x, timing: Some(timing), peak_bytes: None }
+        ScalingPoint { x: *x, timing: Some(timing), peak_bytes: None }
     });
-    let growth = Growth { title: String::new(), grows: what, at_most: None, points: points.collect() };
+    let scaling = Scaling { title: String::new(), grows: what, at_most: None, points: points.collect() };
     let steps = rows.iter().map(|(x, row)| (*x, row.min_ms)).collect();
-    let growing = Some(Growing { what, steps, exponent: growth.exponent() });
+    let scaling = Some(ScalingFit { what, steps, exponent: scaling.exponent() });
     let (_, last) = rows.pop().expect("a workload that grows has steps");
-    Ok(Row { growing, ..last })
+    Ok(Row { scaling, ..last })
 }
 
 /// The picture that the truth draws: what other programs' pictures of the workload are held to.
-pub fn truth_picture(workload: Workload, options: &Options) -> VideoMemory {
-    job(workload, options).truth()
+pub fn truth_picture(workload: Workload, options: &BenchOptions) -> VideoMemory {
+    run_of(workload, options).truth()
 }
 
 /// Frames that are not timed, where they are short.
 const WARM_UP_FRAMES: usize = 5;
 const SHORT_FRAME: Duration = Duration::from_millis(300);
 
-fn measure(workload: Workload, job: &mut dyn Job, options: &Options) -> Result<Row, Refusal> {
+fn measure(workload: Workload, run_of: &mut dyn BenchRun, options: &BenchOptions) -> Result<Row, Refusal> {
     let refuse = |reason: String| Refusal { workload, reason };
-    job.spoil();
-    let (first_time, _) = timed(|| job.frame());
-    let check = job.check();
+    run_of.spoil();
+    let (first_time, _) = timed(|| run_of.frame());
+    let check = run_of.check();
     check.within(workload).map_err(refuse)?;
-    let first = job.bytes().to_vec();
+    let first = run_of.bytes().to_vec();
     if first_time < SHORT_FRAME {
-        (0..WARM_UP_FRAMES).for_each(|_| job.frame());
+        (0..WARM_UP_FRAMES).for_each(|_| run_of.frame());
     }
     let begin = Instant::now();
     let (mut times, mut twin_times) = (Vec::new(), Vec::new());
     while times.len() < options.frames.max(1) && (times.len() < 3 || begin.elapsed() < options.budget) {
-        times.push(timed(|| job.frame()).0);
-        if job.twin().is_some() {
-            twin_times.push(timed(|| job.twin_frame()).0);
+        times.push(timed(|| run_of.frame()).0);
+        if run_of.twin().is_some() {
+            twin_times.push(timed(|| run_of.twin_frame()).0);
         }
     }
-    job.spoil();
-    job.frame();
-    if job.bytes() != first {
+    run_of.spoil();
+    run_of.frame();
+    if run_of.bytes() != first {
         return Err(refuse(
             "a later frame differs from the first: what was timed is not what was checked".into(),
         ));
     }
     let (median_ms, min_ms) = summary(&mut times);
-    let twin = job.twin().map(|name| {
+    let twin = run_of.twin().map(|name| {
         let (median_ms, min_ms) = summary(&mut twin_times);
         Twin { name, median_ms, min_ms }
     });
-    let (threads, simd) = (job.threads(), job.simd());
+    let (threads, simd) = (run_of.threads(), run_of.simd());
     let (frames, stored) = (times.len(), (options.depth_format, options.air));
-    Ok(Row { workload, threads, simd, median_ms, min_ms, frames, stored, check, twin, growing: None })
+    Ok(Row { workload, threads, simd, median_ms, min_ms, frames, stored, check, twin, scaling: None })
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {

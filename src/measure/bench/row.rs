@@ -16,7 +16,7 @@ pub struct Twin {
 
 /// How a workload's time grows with its size.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Growing {
+pub struct ScalingFit {
     /// What grows, a plural.
     pub what: &'static str,
     /// How much of it, and the shortest frame then, ms; the last is the workload itself.
@@ -47,7 +47,7 @@ pub struct Row {
     /// The plain loop timed in turn with it.
     pub twin: Option<Twin>,
     /// How its time grows, where it was measured at several sizes.
-    pub growing: Option<Growing>,
+    pub scaling: Option<ScalingFit>,
 }
 
 impl Row {
@@ -81,10 +81,10 @@ impl Row {
                 twin.median_ms / self.median_ms
             );
         }
-        if let Some(growing) = &self.growing {
-            let steps: Vec<String> = growing.steps.iter().map(|(x, ms)| format!("[{x},{ms:.3}]")).collect();
-            line += &format!(",\"{}_min_ms\":[{}]", growing.what, steps.join(","));
-            if let Some(exponent) = growing.exponent {
+        if let Some(scaling) = &self.scaling {
+            let steps: Vec<String> = scaling.steps.iter().map(|(x, ms)| format!("[{x},{ms:.3}]")).collect();
+            line += &format!(",\"{}_min_ms\":[{}]", scaling.what, steps.join(","));
+            if let Some(exponent) = scaling.exponent {
                 line += &format!(",\"exponent\":{exponent:.3}");
             }
         }

@@ -5,8 +5,8 @@
 //! colour = (0.8, 0.4, 0.2) (0.1 + 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
 
 use super::check::Check;
-use super::stage::Stage;
-use super::{Job, Options, Workload};
+use super::frame::SceneFrame;
+use super::{BenchOptions, BenchRun, Workload};
 use crate::math::matrix;
 use crate::memory::{DepthMemory, VideoMemory};
 use crate::pipeline::{self, DrawCall};
@@ -23,7 +23,7 @@ const LAYERS: u32 = 20;
 
 pub(super) struct Space {
     workload: Workload,
-    stage: Stage,
+    on: SceneFrame,
     scene: Subject,
 }
 
@@ -42,11 +42,11 @@ pub(super) struct Subject {
 }
 
 impl Space {
-    pub fn new(workload: Workload, options: &Options) -> Self {
+    pub fn new(workload: Workload, options: &BenchOptions) -> Self {
         let size = options.size;
         Space {
             workload,
-            stage: Stage::new(options, [size.width, size.height]),
+            on: SceneFrame::new(options, [size.width, size.height]),
             scene: Subject { fog: options.air.fog(), ..Subject::new(workload, size.divisor) },
         }
     }
@@ -58,18 +58,18 @@ impl Space {
 
     /// The plain path's picture and depths.
     fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
-        let [width, height] = self.stage.size();
+        let [width, height] = self.on.size();
         let call = DrawCall { shared: None, ..self.scene.call(width, height) };
-        self.stage.plain(|target| {
+        self.on.plain(|target| {
             pipeline::draw(target, &call).expect("the scene is sound");
         })
     }
 
     /// The reference's picture of some pixels.
     pub fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
-        let mut picture = self.stage.reference();
+        let mut picture = self.on.reference();
         let settings = truth::Settings { shade: self.scene.shade, ..truth::Settings::default() };
-        picture.draw_at(&self.scene.whole(), &settings, Some(pixels)).expect("the camera is sound");
+        picture.draw_at(&self.scene.as_scene(), &settings, Some(pixels)).expect("the camera is sound");
         picture
     }
 
@@ -83,29 +83,29 @@ impl Space {
         Arc::make_mut(&mut self.scene.geometry).mesh.texcoords = right;
     }
 
-    /// Draws a frame and changes it: what [`Job::check`] must see.
+    /// Draws a frame and changes it: what [`BenchRun::check`] must see.
     #[cfg(test)]
     pub fn frame_changed(&mut self, change: impl FnOnce(&mut VideoMemory, &mut DepthMemory)) {
         self.frame();
-        change(&mut self.stage.memory, self.stage.depth.as_mut().expect("depth is kept"));
+        change(&mut self.on.memory, self.on.depth.as_mut().expect("depth is kept"));
     }
 }
 
-impl Job for Space {
+impl BenchRun for Space {
     fn frame(&mut self) {
-        let [width, height] = self.stage.size();
+        let [width, height] = self.on.size();
         let call = self.scene.call(width, height);
-        self.stage.draw(|renderer, target| {
+        self.on.draw(|renderer, target| {
             renderer.draw(target, &call).expect("the scene is sound");
         });
     }
 
     fn bytes(&self) -> &[u8] {
-        self.stage.memory.bytes()
+        self.on.memory.bytes()
     }
 
     fn spoil(&mut self) {
-        self.stage.spoil();
+        self.on.spoil();
     }
 
     fn truth(&mut self) -> VideoMemory {
@@ -113,15 +113,15 @@ impl Job for Space {
     }
 
     fn check(&mut self) -> Check {
-        self.stage.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
+        self.on.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
     }
 
     fn threads(&self) -> usize {
-        self.stage.threads()
+        self.on.threads()
     }
 
     fn simd(&self) -> &'static str {
-        self.stage.renderer.level().as_str()
+        self.on.renderer.level().as_str()
     }
 }
 
@@ -195,7 +195,7 @@ impl Subject {
     }
 
     /// The same as a scene.
-    fn whole(&self) -> Scene {
+    fn as_scene(&self) -> Scene {
         let object = Object {
             name: String::new(),
             geometry: self.geometry.clone(),

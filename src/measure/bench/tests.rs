@@ -3,9 +3,9 @@
 use super::*;
 use crate::scene::Filter;
 
-fn small() -> Options {
+fn small() -> BenchOptions {
     let size = Size { width: 96, height: 54, divisor: 5_000 };
-    Options {
+    BenchOptions {
         render: RenderOptions::default(),
         depth_format: Default::default(),
         air: Default::default(),
@@ -27,11 +27,11 @@ fn every_workload_is_held_to_its_truth_and_then_timed() {
         );
         let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
         assert_eq!((&json["peer"], &json["wl"]), (&"fbptr".into(), &workload.name().into()));
-        assert_eq!(row.growing.is_some(), scenes::steps(workload).is_some());
-        if let Some(growing) = &row.growing {
-            let list = json[format!("{}_min_ms", growing.what)].as_array().expect("a list of steps");
-            assert_eq!(list.len(), growing.steps.len());
-            assert_eq!(growing.exponent.is_some(), json["exponent"].is_f64());
+        assert_eq!(row.scaling.is_some(), scenes::steps(workload).is_some());
+        if let Some(scaling) = &row.scaling {
+            let list = json[format!("{}_min_ms", scaling.what)].as_array().expect("a list of steps");
+            assert_eq!(list.len(), scaling.steps.len());
+            assert_eq!(scaling.exponent.is_some(), json["exponent"].is_f64());
         }
         let fields = ["{\"peer\":", ",\"cfg\":\"1T\",\"wl\":", ",\"med_ms\":", ",\"min_ms\":"];
         let places = fields.map(|f| row.json().find(f).expect("a field of all peers"));
@@ -49,7 +49,7 @@ fn other_depths_and_fog_are_held_to_their_truth_too() {
             (Workload::Layers64, Air::Fog),
             (Workload::Hidden, Air::Clear),
         ] {
-            let row = run(workload, &Options { depth_format, air, ..small() });
+            let row = run(workload, &BenchOptions { depth_format, air, ..small() });
             let row = row.unwrap_or_else(|refusal| panic!("{depth_format:?}, {air:?}: {refusal}"));
             assert!(row.check.covered > 200, "{row:?}");
             let json: serde_json::Value = serde_json::from_str(&row.json()).expect("one object");
@@ -98,7 +98,7 @@ struct Fake {
     shown: [u8; 4],
 }
 
-impl Job for Fake {
+impl BenchRun for Fake {
     fn frame(&mut self) {
         self.shown = self.frames[self.drawn.min(self.frames.len() - 1)];
         self.drawn += 1;
@@ -147,51 +147,51 @@ fn a_picture_outside_its_bound_has_no_time() {
 
 #[test]
 fn nearest_may_take_either_texel_at_a_border_and_no_other() {
-    let mut job = space::Space::new(Workload::Textured(Filter::Nearest), &small());
-    job.frame();
-    assert_eq!(job.check().within(Workload::Textured(Filter::Nearest)), Ok(()));
+    let mut run_of = space::Space::new(Workload::Textured(Filter::Nearest), &small());
+    run_of.frame();
+    assert_eq!(run_of.check().within(Workload::Textured(Filter::Nearest)), Ok(()));
     // A fiftieth of a texel is no turn.
-    job.frame_shifted(0.02);
-    assert!(job.check().max_error_steps > 2);
+    run_of.frame_shifted(0.02);
+    assert!(run_of.check().max_error_steps > 2);
 }
 
 #[test]
 fn a_scene_with_one_thing_out_of_place_has_no_time() {
     for workload in Workload::named("scenes") {
         let step = scenes::steps(workload).map_or(1, |(_, steps)| steps[0]);
-        let mut job = scenes::Scenes::new(workload, &small(), step);
-        job.frame();
-        assert_eq!(job.check().within(workload), Ok(()), "{}", workload.name());
-        job.frame_moved(glam::DVec3::splat(0.02));
-        assert!(job.check().within(workload).is_err(), "{}", workload.name());
+        let mut run_of = scenes::Scenes::new(workload, &small(), step);
+        run_of.frame();
+        assert_eq!(run_of.check().within(workload), Ok(()), "{}", workload.name());
+        run_of.frame_moved(glam::DVec3::splat(0.02));
+        assert!(run_of.check().within(workload).is_err(), "{}", workload.name());
     }
 }
 
 /// The job's verdict on its own frame with one pixel changed.
 fn verdict_with(
-    job: &mut space::Space,
+    run_of: &mut space::Space,
     workload: Workload,
     index: usize,
     color: impl FnOnce([u8; 4]) -> [u8; 4],
     z: impl FnOnce(f64) -> f64,
 ) -> Result<(), String> {
-    job.frame_changed(|memory, depth| {
+    run_of.frame_changed(|memory, depth| {
         let pixel = &mut memory.bytes_mut().as_chunks_mut().0[index];
         *pixel = color(*pixel);
         let z = z(depth.format().decode(depth.word(index)));
         depth.set_word(index, depth.format().encode(z, 1.0 - z));
     });
-    job.check().within(workload)
+    run_of.check().within(workload)
 }
 
 #[test]
 fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
     let workload = Workload::Phong70k;
     let size = Size { width: 480, height: 270, divisor: 20 };
-    let mut job = space::Space::new(workload, &Options { size, ..small() });
+    let mut run_of = space::Space::new(workload, &BenchOptions { size, ..small() });
     let pixels: Vec<[u32; 2]> =
         (0..size.width * size.height).map(|i| [i % size.width, i / size.width]).collect();
-    let truth = job.reference(&pixels);
+    let truth = run_of.reference(&pixels);
     let states = |i: usize| truth.states(pixels[i][0], pixels[i][1]);
     let is_drawn = |i: &usize| states(*i).iter().all(|s| s.drawn.is_some());
     let spread = |i: &usize| (states(*i)[0].z[1] - states(*i)[0].z[0]).to_f64();
@@ -201,14 +201,14 @@ fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
     let keep = |c: [u8; 4]| c;
     // Three steps from what is right to a step.
     let brighter = |c: [u8; 4]| c.map(|v| if v == 255 { v } else { v.saturating_add(3).min(254) });
-    assert_eq!(verdict_with(&mut job, workload, inside, keep, same), Ok(()));
-    let refused = verdict_with(&mut job, workload, inside, brighter, same).unwrap_err();
+    assert_eq!(verdict_with(&mut run_of, workload, inside, keep, same), Ok(()));
+    let refused = verdict_with(&mut run_of, workload, inside, brighter, same).unwrap_err();
     assert!(refused.contains("a colour is"), "{refused}");
     for (off, is_right) in [(1e-7, true), (1e-6, false), (-1e-6, false)] {
-        let verdict = verdict_with(&mut job, workload, inside, keep, |z| z + off);
+        let verdict = verdict_with(&mut run_of, workload, inside, keep, |z| z + off);
         assert_eq!(verdict.is_ok(), is_right, "{off} {verdict:?}");
     }
-    let refused = verdict_with(&mut job, workload, inside, keep, |_| 1.0).unwrap_err();
+    let refused = verdict_with(&mut run_of, workload, inside, keep, |_| 1.0).unwrap_err();
     assert!(refused.contains("coverage"), "{refused}");
     // Where the centre lies outside of the true face, either end is right, and what lies beyond is not.
     let outside: Vec<usize> = (0..pixels.len())
@@ -219,15 +219,15 @@ fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
     for i in outside {
         let [near, far] = states(i)[0].z.map(|z| z.to_f64());
         for (z, is_right) in [(near, true), (far, true), (near - 1e-6, false), (far + 1e-6, false)] {
-            let verdict = verdict_with(&mut job, workload, i, keep, |_| z);
+            let verdict = verdict_with(&mut run_of, workload, i, keep, |_| z);
             assert_eq!(verdict.is_ok(), is_right, "{:?} {near} {far} {z} {verdict:?}", pixels[i]);
         }
-        let refused = verdict_with(&mut job, workload, i, brighter, same).unwrap_err();
+        let refused = verdict_with(&mut run_of, workload, i, brighter, same).unwrap_err();
         assert!(refused.contains("a colour is"), "{refused}");
     }
     // A picture that is wrong everywhere is refused without asking.
-    job.frame_changed(|memory, _| {
+    run_of.frame_changed(|memory, _| {
         memory.bytes_mut().as_chunks_mut::<4>().0.iter_mut().for_each(|c| *c = brighter(*c))
     });
-    assert!(job.check().within(workload).is_err());
+    assert!(run_of.check().within(workload).is_err());
 }

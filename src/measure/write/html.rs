@@ -1,6 +1,6 @@
 //! The report as one HTML page: no script, nothing from a network, plots as SVG inside.
 
-use super::plot::{escape, growth, speed_against_error};
+use super::plot::{escape, scaling, speed_against_error};
 use super::{mebibytes, number, time};
 use crate::measure::{Report, Section};
 use std::fmt::Write;
@@ -45,22 +45,22 @@ pub fn html(report: &Report, machine: &str) -> String {
     for section in &report.sections {
         section_html(&mut out, section);
     }
-    growth_html(&mut out, report);
+    scaling_html(&mut out, report);
     out.push_str("</body>\n</html>\n");
     out
 }
 
 /// Times against sizes, with the fitted exponents.
-fn growth_html(out: &mut String, report: &Report) {
-    if report.growth.is_empty() {
+fn scaling_html(out: &mut String, report: &Report) {
+    if report.scaling.is_empty() {
         return;
     }
     out.push_str(
         "<section id=\"growth\">\n<h2>Growth</h2>\n<p>Time against size, both logarithmic; the line is the power that fits best. \
          Memory is the largest resident set of the whole process meanwhile.</p>\n<div class=\"plots\">\n",
     );
-    for g in &report.growth {
-        let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{}", escape(&g.title), growth(g));
+    for g in &report.scaling {
+        let _ = writeln!(out, "<figure><figcaption>{}</figcaption>\n{}", escape(&g.title), scaling(g));
         let exponent = g.exponent().map_or("-".into(), |e| format!("{e:.2}"));
         let promise = g.at_most.map_or(String::new(), |m| format!(" (at most {m} is promised)"));
         let _ = writeln!(

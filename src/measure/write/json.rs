@@ -50,8 +50,8 @@ pub fn json(report: &Report, machine: &str) -> Value {
             })
         })
         .collect();
-    let growth: Vec<Value> = report
-        .growth
+    let scaling: Vec<Value> = report
+        .scaling
         .iter()
         .map(|g| {
             let points: Vec<Value> = g
@@ -62,7 +62,7 @@ pub fn json(report: &Report, machine: &str) -> Value {
             json!({ "title": g.title, "grows": g.grows, "exponent": g.exponent(), "at_most": g.at_most, "points": points })
         })
         .collect();
-    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections, "growth": growth })
+    json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections, "growth": scaling })
 }
 
 /// The errors alone, which are the same to the digit on every machine: section, subject, alternative, columns.

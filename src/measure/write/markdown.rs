@@ -1,7 +1,7 @@
 //! The report as Markdown tables.
 
 use super::{mebibytes, number, time};
-use crate::measure::{HardRow, Report, Section, Target};
+use crate::measure::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
 /// The whole report. `machine` says where and when it was made.
@@ -16,29 +16,29 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     for section in &report.sections {
         table(&mut out, section);
     }
-    growth_tables(&mut out, report);
+    scaling_tables(&mut out, report);
     out
 }
 
 /// Goals beside what was measured, as a table.
-pub fn targets_markdown(targets: &[Target]) -> String {
+pub fn goals_markdown(goals: &[Goal]) -> String {
     let mut out = String::from("\n## Goals\n\n| of | asked | measured | |\n|---|---|---|---|\n");
-    for t in targets {
+    for t in goals {
         let verdict = if t.is_met { "met" } else { "**missed**" };
         let _ = writeln!(out, "| {} | {} | {} | {verdict} |", t.what, t.asked, t.measured);
     }
     out
 }
 
-fn growth_tables(out: &mut String, report: &Report) {
-    if report.growth.is_empty() {
+fn scaling_tables(out: &mut String, report: &Report) {
+    if report.scaling.is_empty() {
         return;
     }
     out.push_str(
         "\n## Growth\n\nThe exponent is that of the power of the first column that fits the times best. Memory is the largest \
          resident set of the whole process meanwhile, the scene and the report itself included.\n",
     );
-    for g in &report.growth {
+    for g in &report.scaling {
         let exponent = g.exponent().map_or("-".into(), |e| format!("{e:.2}"));
         let promise = g.at_most.map_or(String::new(), |m| format!(", at most {m} is promised"));
         let _ = writeln!(out, "\n### {}\n\n{}^{exponent}{promise}.\n", g.title, g.grows);

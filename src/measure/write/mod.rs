@@ -7,8 +7,8 @@ mod plot;
 
 pub use html::html;
 pub use json::{errors_json, json};
-pub use markdown::{hard_markdown, markdown, targets_markdown};
-pub use plot::sheet;
+pub use markdown::{goals_markdown, hard_markdown, markdown};
+pub use plot::contact_sheet;
 
 /// An error as it stands in a table: the digits that matter, the same everywhere.
 pub(super) fn number(x: f64) -> String {

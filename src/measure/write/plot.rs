@@ -1,7 +1,7 @@
 //! Plots as SVG: speed against error, both axes logarithmic.
 
 use super::{number, time};
-use crate::measure::{Growth, Report, Row, Section};
+use crate::measure::{Report, Row, Scaling, Section};
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
@@ -179,7 +179,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
 }
 
 /// Time against size, with the line of the fitted power; empty where nothing was timed.
-pub(super) fn growth(g: &Growth) -> String {
+pub(super) fn scaling(g: &Scaling) -> String {
     let points: Vec<(f64, f64)> =
         g.points.iter().filter_map(|p| Some((p.x, p.timing?.min_s * 1e9))).collect();
     if points.is_empty() {
@@ -231,7 +231,7 @@ fn number_of_decade(v: f64) -> String {
 }
 
 /// What plots look like outside a page.
-const SHEET_STYLE: &str = "
+const CONTACT_SHEET_STYLE: &str = "
 text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14px; font-weight: 600; } .subject { fill: #4a5564; }
 .grid { stroke: #d7dce3; stroke-width: 1; } .dot { fill: #1c2430; } .default { fill: #0b62c4; stroke: #fff; stroke-width: 1.5; }
 .number { fill: #fff; font-weight: 600; } .usual { fill: #0b62c4; font-weight: 600; }
@@ -240,7 +240,7 @@ text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14
 ";
 
 /// One picture of several plots, two abreast: each experiment's first subject, then the growths.
-pub fn sheet(report: &Report, machine: &str) -> String {
+pub fn contact_sheet(report: &Report, machine: &str) -> String {
     const MARGIN: f64 = 24.0;
     const HEAD: f64 = 40.0;
     const LEGEND: f64 = 74.0;
@@ -253,15 +253,15 @@ pub fn sheet(report: &Report, machine: &str) -> String {
         let count = if report.sections.len() > 2 { 1 } else { usize::MAX };
         cells.extend(plots.take(count).map(|(subject, plot)| (section.experiment.title, subject, plot)));
     }
-    for g in report.growth.iter().filter(|g| g.exponent().is_some()) {
-        cells.push(("Growth", g.title.clone(), Plot { svg: growth(g), names: Vec::new() }));
+    for g in report.scaling.iter().filter(|g| g.exponent().is_some()) {
+        cells.push(("Growth", g.title.clone(), Plot { svg: scaling(g), names: Vec::new() }));
     }
     let rows = cells.len().div_ceil(2) as f64;
     let (width, cell) = (2.0 * WIDTH + 3.0 * MARGIN, HEAD + HEIGHT + LEGEND);
     let height = rows * cell + 3.0 * MARGIN;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
-         <style>{SHEET_STYLE}</style>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+         <style>{CONTACT_SHEET_STYLE}</style>\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <text x=\"{MARGIN}\" y=\"{MARGIN}\">{}</text>\n",
         escape(machine)
     );

@@ -1,6 +1,6 @@
 //! The scenes themselves, made by fixed rules and a fixed seed.
 
-use super::parts::{box_of, material, perspective, texture, textured, turned};
+use super::pieces::{box_of, material, perspective, texture, textured, turned};
 use crate::scene::{
     Attenuation, Corner, Cull, Filter, Geometry, Light, LightKind, Mesh, NONE, Object, Scene, ShadeMode,
     shapes,
@@ -37,7 +37,8 @@ pub(super) fn room(divisor: u32) -> Scene {
     objects[walls].texture = textured(&tiles, Filter::Trilinear);
     objects[carpet].texture = textured(&tiles, Filter::Bilinear);
     let fading = Attenuation { c: 0.6, l: 0.1, q: 0.02 };
-    let lamp = |at: [f64; 3]| LightKind::Point { position: at.into(), attenuation: fading, radius: 30.0 };
+    let point_light =
+        |at: [f64; 3]| LightKind::Point { position: at.into(), attenuation: fading, radius: 30.0 };
     let spot = LightKind::Spot {
         position: DVec3::new(0.0, 3.8, 0.0),
         direction: DVec3::new(-0.1, -1.0, -0.2),
@@ -50,8 +51,8 @@ pub(super) fn room(divisor: u32) -> Scene {
         camera: Some(perspective(DVec3::new(1.2, 1.6, 3.4), DVec3::new(-1.0, 1.2, -2.0), 0.05, 50.0)),
         ambient: DVec3::splat(0.4),
         lights: vec![
-            light(lamp([3.0, 3.4, 2.0]), DVec3::new(0.5, 0.45, 0.4)),
-            light(lamp([-3.5, 3.4, -2.5]), DVec3::new(0.3, 0.4, 0.5)),
+            light(point_light([3.0, 3.4, 2.0]), DVec3::new(0.5, 0.45, 0.4)),
+            light(point_light([-3.5, 3.4, -2.5]), DVec3::new(0.3, 0.4, 0.5)),
             light(spot, DVec3::splat(0.5)),
             Light::directional(DVec3::new(0.3, -1.0, -0.4), DVec3::splat(0.15)),
         ],

@@ -2,11 +2,11 @@
 //! through, thousands of small objects, a mesh of millions, frames and lights that grow, walls behind walls.
 
 mod made;
-mod parts;
+mod pieces;
 
 use super::check::Check;
-use super::stage::Stage;
-use super::{Job, Options, Workload};
+use super::frame::SceneFrame;
+use super::{BenchOptions, BenchRun, Workload};
 use crate::memory::{DepthMemory, VideoMemory};
 use crate::pipeline::{self, DrawCall, SceneOptions};
 use crate::scene::Scene;
@@ -41,7 +41,7 @@ enum By {
 
 pub(super) struct Scenes {
     workload: Workload,
-    stage: Stage,
+    on: SceneFrame,
     scene: Scene,
     options: SceneOptions,
     by: By,
@@ -51,7 +51,7 @@ pub(super) struct Scenes {
 
 impl Scenes {
     /// The workload's step of this number.
-    pub fn new(workload: Workload, options: &Options, step: u32) -> Self {
+    pub fn new(workload: Workload, options: &BenchOptions, step: u32) -> Self {
         let mut size = [options.size.width, options.size.height];
         let divisor = options.size.divisor.max(1);
         if workload == Workload::Sizes {
@@ -80,7 +80,7 @@ impl Scenes {
         scene.fog = options.air.fog();
         Scenes {
             workload,
-            stage: Stage::new(options, size),
+            on: SceneFrame::new(options, size),
             scene,
             options: SceneOptions::new(width, height),
             by: if workload == Workload::Objects10k { By::Draws } else { By::Scene },
@@ -90,7 +90,7 @@ impl Scenes {
 
     /// The plain path's picture and depths.
     fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
-        self.stage.plain(|target| match self.by {
+        self.on.plain(|target| match self.by {
             By::Scene => {
                 pipeline::draw_scene(target, &self.scene, &self.options).expect("the scene is sound");
             }
@@ -103,7 +103,7 @@ impl Scenes {
 
     /// The reference's picture of some pixels.
     fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
-        let mut picture = self.stage.reference();
+        let mut picture = self.on.reference();
         let transparency = match self.by {
             By::Scene => Transparency::AfterOpaque(self.options.transparency),
             By::Draws => Transparency::AtOnce,
@@ -123,11 +123,11 @@ impl Scenes {
     }
 }
 
-impl Job for Scenes {
+impl BenchRun for Scenes {
     fn frame(&mut self) {
         let (scene, options) = (&self.scene, &self.options);
         let mut tested = 0;
-        self.stage.draw(|renderer, target| match self.by {
+        self.on.draw(|renderer, target| match self.by {
             By::Scene => {
                 let stats = renderer.draw_scene(target, scene, options).expect("the scene is sound");
                 tested = stats.pixels_tested;
@@ -143,11 +143,11 @@ impl Job for Scenes {
     }
 
     fn bytes(&self) -> &[u8] {
-        self.stage.memory.bytes()
+        self.on.memory.bytes()
     }
 
     fn spoil(&mut self) {
-        self.stage.spoil();
+        self.on.spoil();
     }
 
     fn truth(&mut self) -> VideoMemory {
@@ -155,7 +155,7 @@ impl Job for Scenes {
     }
 
     fn check(&mut self) -> Check {
-        self.stage.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
+        self.on.check(self.workload, &self.plain(), |pixels| self.reference(pixels))
     }
 
     fn amount(&self) -> f64 {
@@ -163,10 +163,10 @@ impl Job for Scenes {
     }
 
     fn threads(&self) -> usize {
-        self.stage.threads()
+        self.on.threads()
     }
 
     fn simd(&self) -> &'static str {
-        self.stage.renderer.level().as_str()
+        self.on.renderer.level().as_str()
     }
 }

@@ -5,7 +5,7 @@ use super::report::Report;
 
 /// A goal for speed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Target {
+pub struct Goal {
     /// Of what.
     pub what: String,
     /// What is asked for.
@@ -17,15 +17,15 @@ pub struct Target {
 }
 
 /// The eye's goals for speed and growth, as far as `report` has measured them.
-pub fn eye_targets(report: &Report) -> Vec<Target> {
+pub fn eye_goals(report: &Report) -> Vec<Goal> {
     let seconds = |subject: &str, alternative: &str| {
         let rows = report.sections.iter().flat_map(|s| &s.rows);
         let row = rows.filter(|r| r.subject == subject).find(|r| r.alternative == alternative)?;
         Some((row.nanoseconds_per_unit()? * row.work * 1e-9, row.work))
     };
-    let mut targets = Vec::new();
+    let mut goals = Vec::new();
     if let Some((s, _)) = seconds(ON_A_PLANE, "2 threads") {
-        targets.push(Target {
+        goals.push(Goal {
             what: format!("{ON_A_PLANE}, 2 threads"),
             asked: "at least 10 pictures a second, goal 30".into(),
             measured: format!("{:.1} pictures a second", 1.0 / s),
@@ -33,16 +33,16 @@ pub fn eye_targets(report: &Report) -> Vec<Target> {
         });
     }
     if let Some((s, pixels)) = seconds(IN_A_VOLUME, "1 thread") {
-        targets.push(Target {
+        goals.push(Goal {
             what: format!("{IN_A_VOLUME}, 1 thread"),
             asked: "at least 5 Mpixel/s".into(),
             measured: format!("{:.1} Mpixel/s", pixels / s * 1e-6),
             is_met: pixels / s >= 5e6,
         });
     }
-    for g in report.growth.iter().filter(|g| g.grows == "facets") {
+    for g in report.scaling.iter().filter(|g| g.grows == "facets") {
         if let (Some(exponent), Some(at_most)) = (g.exponent(), g.at_most) {
-            targets.push(Target {
+            goals.push(Goal {
                 what: format!("time a pixel against facets: {}", g.title),
                 asked: format!("facets^{at_most} at most"),
                 measured: format!("facets^{exponent:.2}"),
@@ -50,5 +50,5 @@ pub fn eye_targets(report: &Report) -> Vec<Target> {
             });
         }
     }
-    targets
+    goals
 }

@@ -4,7 +4,7 @@ use super::clock::Timing;
 
 /// One size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GrowthPoint {
+pub struct ScalingPoint {
     /// How many of what grows.
     pub x: f64,
     /// How long one run took, where times are taken.
@@ -15,7 +15,7 @@ pub struct GrowthPoint {
 
 /// Times at growing sizes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Growth {
+pub struct Scaling {
     /// What was done.
     pub title: String,
     /// What grows, a plural.
@@ -23,10 +23,10 @@ pub struct Growth {
     /// The exponent that is promised, where one is.
     pub at_most: Option<f64>,
     /// Smallest first.
-    pub points: Vec<GrowthPoint>,
+    pub points: Vec<ScalingPoint>,
 }
 
-impl Growth {
+impl Scaling {
     /// b of the line log t = a + b log x that fits the times best (least squares); `None` without two sizes.
     pub fn exponent(&self) -> Option<f64> {
         let timed = self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.min_s))));
@@ -44,23 +44,23 @@ impl Growth {
 mod tests {
     use super::*;
 
-    fn growth(time: impl Fn(f64) -> f64, sizes: &[f64]) -> Growth {
+    fn scaling(time: impl Fn(f64) -> f64, sizes: &[f64]) -> Scaling {
         let point = |&x: &f64| {
             let timing = Some(Timing { min_s: time(x), median_s: 0.0, runs: 3 });
-            GrowthPoint { x, timing, peak_bytes: None }
+            ScalingPoint { x, timing, peak_bytes: None }
         };
         let points = sizes.iter().map(point).collect();
-        Growth { title: String::new(), grows: "things", at_most: None, points }
+        Scaling { title: String::new(), grows: "things", at_most: None, points }
     }
 
     #[test]
     fn a_power_law_gives_its_exponent() {
         let sizes = [100.0, 1e3, 1e4, 1e5];
         for exponent in [0.0, 0.6, 1.0, 2.0] {
-            let found = growth(|x| 3e-6 * libm::pow(x, exponent), &sizes).exponent().unwrap();
+            let found = scaling(|x| 3e-6 * libm::pow(x, exponent), &sizes).exponent().unwrap();
             assert!((found - exponent).abs() < 1e-12, "{found}");
         }
-        assert_eq!(growth(|x| x, &[7.0]).exponent(), None);
-        assert_eq!(growth(|x| x, &[7.0, 7.0]).exponent(), None);
+        assert_eq!(scaling(|x| x, &[7.0]).exponent(), None);
+        assert_eq!(scaling(|x| x, &[7.0, 7.0]).exponent(), None);
     }
 }

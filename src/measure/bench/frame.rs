@@ -1,7 +1,7 @@
 //! What every workload in space is drawn on, spoilt on and checked on: a renderer with a frame and its depths.
 
 use super::check::{Check, Drawn, limit_steps};
-use super::{Options, Workload};
+use super::{BenchOptions, Workload};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::{Renderer, Target};
 use crate::truth::TruthPicture;
@@ -10,17 +10,17 @@ use crate::truth::TruthPicture;
 pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];
 
 /// A renderer, and the memories that it draws into.
-pub(super) struct Stage {
+pub(super) struct SceneFrame {
     pub renderer: Renderer,
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
     depth_format: DepthFormat,
 }
 
-impl Stage {
+impl SceneFrame {
     /// A frame of this size, for a renderer as the options want it.
-    pub fn new(options: &Options, [width, height]: [u32; 2]) -> Self {
-        Stage {
+    pub fn new(options: &BenchOptions, [width, height]: [u32; 2]) -> Self {
+        SceneFrame {
             renderer: Renderer::new(options.render.clone()),
             memory: VideoMemory::new(width, height).expect("the size of a benchmark's frame"),
             depth: Some(DepthMemory::new(width, height, options.depth_format)),

@@ -39,11 +39,11 @@ pub(super) fn power_by_parabolas(x: f32, n: f32) -> f32 {
     if t < -126.0 {
         return 0.0;
     }
-    let whole = t.floor();
-    let part = t - whole;
+    let integer = t.floor();
+    let part = t - integer;
     // 2^part on 0..1, exact at both ends.
     let base = 1.0 + part * (0.6565 + 0.3435 * part);
-    base * f32::from_bits(((whole as i32 + 127) as u32) << 23)
+    base * f32::from_bits(((integer as i32 + 127) as u32) << 23)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! How the 3-D pipeline's and the server's cost grows: triangles, pixels, lights, overdraw, clients.
 
 use super::experiment::Effort;
-use super::growth::{Growth, GrowthPoint};
 use super::memory;
-use super::picture::Stage;
+use super::picture::BenchFrame;
+use super::scaling::{Scaling, ScalingPoint};
 use super::threads::knot;
 use crate::pipeline::{RenderOptions, Renderer};
 use crate::scene::{Light, Mesh, Scene, ShadeMode};
@@ -30,19 +30,19 @@ fn series(
     grows: &'static str,
     sizes: &[(f64, [u32; 2])],
     scene: impl Fn(f64) -> Scene,
-) -> Growth {
+) -> Scaling {
     let points = sizes.iter().map(|&(x, [width, height])| {
         let scene = scene(x);
-        let mut stage = Stage::new(renderer(), width, height);
+        let mut frame = BenchFrame::new(renderer(), width, height);
         memory::forget_peak();
-        let ((), timing) = effort.run(|| stage.draw(&scene));
-        GrowthPoint { x, timing, peak_bytes: memory::peak() }
+        let ((), timing) = effort.run(|| frame.draw(&scene));
+        ScalingPoint { x, timing, peak_bytes: memory::peak() }
     });
-    Growth { title, grows, at_most: None, points: points.collect() }
+    Scaling { title, grows, at_most: None, points: points.collect() }
 }
 
 /// Knots of ever more triangles on one frame.
-pub(super) fn triangles(effort: &Effort) -> Vec<Growth> {
+pub(super) fn triangles(effort: &Effort) -> Vec<Scaling> {
     // nu x nv quads of 2 triangles.
     let knots: &[[u32; 2]] = effort.pick(
         &[[10, 5], [50, 10], [250, 20], [500, 100]],
@@ -57,7 +57,7 @@ pub(super) fn triangles(effort: &Effort) -> Vec<Growth> {
 }
 
 /// One knot on ever larger frames.
-pub(super) fn pixels(effort: &Effort) -> Vec<Growth> {
+pub(super) fn pixels(effort: &Effort) -> Vec<Scaling> {
     let frames: &[[u32; 2]] = effort.pick(
         &[[640, 480], [1280, 720], [1920, 1080]],
         &[[640, 480], [1280, 720], [1920, 1080], [3840, 2160], [7680, 4320]],
@@ -69,7 +69,7 @@ pub(super) fn pixels(effort: &Effort) -> Vec<Growth> {
 }
 
 /// A knot under ever more lights.
-pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
+pub(super) fn lights(effort: &Effort) -> Vec<Scaling> {
     let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
         let mut scene = knot(250, 20);
@@ -86,7 +86,7 @@ pub(super) fn lights(effort: &Effort) -> Vec<Growth> {
 }
 
 /// Ever more walls before each other, the farthest first.
-pub(super) fn overdraw(effort: &Effort) -> Vec<Growth> {
+pub(super) fn overdraw(effort: &Effort) -> Vec<Scaling> {
     let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
         let mut scene = lit_triangle();
@@ -106,7 +106,7 @@ pub(super) fn overdraw(effort: &Effort) -> Vec<Growth> {
 }
 
 /// The same work sent by ever more clients inside the process.
-pub(super) fn clients(effort: &Effort) -> Vec<Growth> {
+pub(super) fn clients(effort: &Effort) -> Vec<Scaling> {
     const RECTS: u32 = 6400;
     let points = to_64(effort).iter().filter_map(|&count| {
         let engine = Engine::new(640, 480).ok()?;
@@ -130,9 +130,9 @@ pub(super) fn clients(effort: &Effort) -> Vec<Growth> {
         let (_, timing) = effort.run(work);
         drop(clients);
         thread.finish(Finish::Now);
-        Some(GrowthPoint { x: f64::from(count), timing, peak_bytes: memory::peak() })
+        Some(ScalingPoint { x: f64::from(count), timing, peak_bytes: memory::peak() })
     });
-    vec![Growth {
+    vec![Scaling {
         title: format!("{RECTS} rectangles of 40x40 in all, shared among clients of one server"),
         grows: "clients",
         at_most: None,
