@@ -9,7 +9,7 @@ use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, output, say_as_program};
 use crate::eye::{self, EyeScene};
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
-use crate::pipeline::budget::{Budget, BudgetKind, choose};
+use crate::pipeline::quality::{Budget, BudgetKind, choose};
 use crate::pipeline::{DepthUse, Renderer, SceneOptions, Target};
 use crate::save::{self, Movie, MovieFormat, SaveError};
 use crate::scene::{FRAME_FOV_RAD, Scene, ShadeMode, frame_along};

@@ -3,7 +3,7 @@
 use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::Crew;
+use crate::pipeline::tile::Executor;
 use crate::simd::prefetch::ForWrite;
 use std::hint::select_unpredictable;
 use std::ops::Range;
@@ -42,25 +42,25 @@ pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(
     Ok(())
 }
 
-/// Lights the pixels of `POINTS` as [`points`] does, on all threads of `crew` where there is enough to do.
+/// Lights the pixels of `POINTS` as [`points`] does, on all threads of `executor` where there is enough to do.
 ///
 /// Every thread has a band of rows of its own, in which the records come in their order: the same bytes with any number
 /// of threads.
-pub fn points_on<C: Crew>(
-    crew: &C,
+pub fn points_on<C: Executor>(
+    executor: &C,
     memory: &mut VideoMemory,
     packed: &[u8],
     blend: Blend,
 ) -> Result<(), DrawError> {
     let (records, broken) = packed.as_chunks::<8>();
     let (width, height) = (memory.width(), memory.height());
-    let bands = crew.threads().clamp(1, height as usize);
+    let bands = executor.threads().clamp(1, height as usize);
     if bands == 1 || records.len() < FEW_POINTS || !broken.is_empty() {
         return points(memory, packed, blend);
     }
     let band_rows = height.div_ceil(bands as u32);
     let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
-    crew.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
+    executor.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
         let top = i as u32 * band_rows;
         let rows = points_of_band(pixels, top..(top + band_rows).min(height), width, records, blend);
         low.fetch_min(rows.start, Ordering::Relaxed);

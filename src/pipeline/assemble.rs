@@ -5,10 +5,10 @@
 //! where nothing is seen. Each such edge is cut at a point that depends on that edge alone, from its end in front, so
 //! neighbours share it bit for bit.
 
-use super::call::DrawStats;
-use super::plane::{FacePlane, Linear};
+use super::draw_call::DrawStats;
+use super::plane_equation::{FacePlane, PlaneEquation};
 use super::vertex::{Transform, Vertex};
-use super::viewport::Screen;
+use super::viewport::ViewportTransform;
 use crate::math::coverage::SnappedTriangle;
 use crate::scene::{Cull, Interpolation};
 use glam::DVec4;
@@ -16,7 +16,7 @@ use std::cmp::Ordering;
 
 /// Which side of a face is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(crate) enum Facing {
     Front,
     Back,
 }
@@ -24,7 +24,7 @@ pub(crate) enum Side {
 /// A face on the screen.
 #[derive(Clone, Debug)]
 pub(crate) struct Face {
-    pub side: Side,
+    pub side: Facing,
     pub plane: FacePlane,
     /// Whether 0 <= z < 1 at every corner, so that no pixel needs to be checked.
     pub wholly_between_near_and_far: bool,
@@ -45,10 +45,10 @@ pub(crate) struct Assembler {
 
 impl Face {
     /// The plane over the pixels of a face that crosses near or far: each pixel has to be checked by
-    /// [`Linear::is_between_near_and_far`] with [`Self::z_range`].
-    pub fn crossing(&self, screen: &Screen) -> Option<Linear> {
+    /// [`PlaneEquation::is_between_near_and_far`] with [`Self::z_range`].
+    pub fn crossing(&self, screen: &ViewportTransform) -> Option<PlaneEquation> {
         let is_crossing = !self.wholly_between_near_and_far;
-        is_crossing.then(|| self.plane.linear(screen, Interpolation::Perspective))
+        is_crossing.then(|| self.plane.plane_equation(screen, Interpolation::Perspective))
     }
 }
 
@@ -92,9 +92,9 @@ impl Assembler {
             return None;
         };
         let counter_clockwise = winding == Ordering::Less;
-        let side = if counter_clockwise != self.mirrored { Side::Front } else { Side::Back };
+        let side = if counter_clockwise != self.mirrored { Facing::Front } else { Facing::Back };
         match (self.cull, side) {
-            (Cull::Back, Side::Back) | (Cull::Front, Side::Front) => {
+            (Cull::Back, Facing::Back) | (Cull::Front, Facing::Front) => {
                 stats.faces_culled += 1;
                 return None;
             }
@@ -117,11 +117,11 @@ impl Assembler {
     }
 
     /// Which side of a face is seen, before anything is left out; `None` without area on the screen.
-    pub fn side(&self, corners: [&Vertex; 3]) -> Option<Side> {
+    pub fn side(&self, corners: [&Vertex; 3]) -> Option<Facing> {
         let on_screen = corners.iter().all(|v| v.screen[0].is_finite() && v.screen[1].is_finite());
         let outlines = if on_screen { [outline(corners.map(|v| v.screen)), None] } else { self.cut(corners) };
         let winding = outlines.iter().flatten().map(SnappedTriangle::orientation).next()?;
-        Some(if (winding == Ordering::Less) != self.mirrored { Side::Front } else { Side::Back })
+        Some(if (winding == Ordering::Less) != self.mirrored { Facing::Front } else { Facing::Back })
     }
 
     /// Whether all corners are beyond the same side of the view, so far that snapping cannot bring them back.

@@ -3,20 +3,20 @@
 //! In: one colour, or a sky and the camera that sees it. Out: the bytes of every pixel of the viewport on the frame; depth stays as
 //! it is. A pixel's colour is that of the ray through its centre: with M = projection * view without its translation (the sky is
 //! infinitely far away) and p(z) = M^-1 (x_ndc, y_ndc, z, 1), the ray runs along p(0.5) - p(0), each divided by its w. Rays
-//! of a parallel projection all run along the view axis. Rows are shared by the crew; each pixel is found by itself, so the bytes do
-//! not depend on how. A cancelled crew leaves rows out.
+//! of a parallel projection all run along the view axis. Rows are shared by the executor's threads; each pixel is found by itself, so the bytes do
+//! not depend on how. A cancelled executor leaves rows out.
 
-use super::call::Target;
-use super::raster::{blend, opaque};
-use super::tile::Workers;
-use super::viewport::Screen;
+use super::draw_call::Target;
+use super::rasterize::{blend, opaque};
+use super::tile::CancellableExecutor;
+use super::viewport::ViewportTransform;
 use crate::scene::{Camera, CameraMatrices, Sky, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 
 /// Paints one colour over the viewport.
 pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
     let width = target.memory.width();
-    let clip = Screen::new(viewport, width, target.memory.height()).clip;
+    let clip = ViewportTransform::new(viewport, width, target.memory.height()).clip;
     if clip.is_empty() {
         return;
     }
@@ -29,9 +29,15 @@ pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
 }
 
 /// Paints a sky over the viewport, as the camera sees it; nothing where the camera makes no picture.
-pub(super) fn paint_sky(target: &mut Target, viewport: Viewport, camera: &Camera, sky: &Sky, crew: &Workers) {
+pub(super) fn paint_sky(
+    target: &mut Target,
+    viewport: Viewport,
+    camera: &Camera,
+    sky: &Sky,
+    executor: &CancellableExecutor,
+) {
     let width = target.memory.width();
-    let screen = Screen::new(viewport, width, target.memory.height());
+    let screen = ViewportTransform::new(viewport, width, target.memory.height());
     let clip = screen.clip;
     let aspect = f64::from(viewport.width.max(1)) / f64::from(viewport.height.max(1));
     let Ok(matrices) = camera.matrices(aspect) else { return };
@@ -52,7 +58,7 @@ pub(super) fn paint_sky(target: &mut Target, viewport: Viewport, camera: &Camera
             }
         }
     };
-    crew.run(|| crew.chunks(rows, width, paint_row));
+    executor.run(|| executor.chunks(rows, width, paint_row));
     target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
 }
 

@@ -4,7 +4,7 @@
 //! in place of R. Specular only where N.L > 0. All vectors are unit, in world space; L points to the light, V to the
 //! viewer. What the texture multiplies (Ka and Kd terms) and what it does not (Ks and Ke) are kept apart.
 
-use super::tile::{Cone, Exponent, FastLight, Place};
+use super::tile::{Cone, Exponent, FastLight, LightPosition};
 use crate::math::matrix::unit;
 use crate::math::power::pow;
 use crate::scene::{Attenuation, CameraMatrices, Light, LightKind, LightingModel, Material};
@@ -15,11 +15,11 @@ const MAX_FACTOR: f64 = 1e30;
 
 /// A colour in two parts, R, G, B each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lit {
+pub(crate) struct LitColor {
     /// The Ka and Kd terms: multiplied by vertex colour and texture.
-    pub base: DVec3,
+    pub diffuse_ambient: DVec3,
     /// The Ks and Ke terms.
-    pub extra: DVec3,
+    pub specular_emissive: DVec3,
 }
 
 /// Where the light falls.
@@ -32,33 +32,33 @@ pub(crate) struct SurfacePoint {
 
 /// How V is found.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Viewer {
+pub(crate) enum ViewerPosition {
     /// From every point to the eye.
     Eye(DVec3),
     /// The same everywhere (parallel projections).
     Axis(DVec3),
 }
 
-impl Viewer {
+impl ViewerPosition {
     pub fn of(camera: &CameraMatrices) -> Self {
         match camera.is_parallel {
-            true => Viewer::Axis(camera.to_viewer),
-            false => Viewer::Eye(camera.eye),
+            true => ViewerPosition::Axis(camera.to_viewer),
+            false => ViewerPosition::Eye(camera.eye),
         }
     }
 
     /// V; zero at the eye itself.
     fn direction_from(&self, position: DVec3) -> DVec3 {
         match *self {
-            Viewer::Eye(eye) => unit(eye - position).unwrap_or(DVec3::ZERO),
-            Viewer::Axis(axis) => axis,
+            ViewerPosition::Eye(eye) => unit(eye - position).unwrap_or(DVec3::ZERO),
+            ViewerPosition::Axis(axis) => axis,
         }
     }
 }
 
 /// A light with what does not depend on the point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lamp {
+pub(crate) struct PreparedLight {
     light: Light,
     /// For DIR unit towards the light, for spots the unit axis; zero without direction.
     direction: DVec3,
@@ -66,7 +66,7 @@ pub(crate) struct Lamp {
     cos_angle: f64,
 }
 
-impl Lamp {
+impl PreparedLight {
     fn new(light: &Light) -> Self {
         let (direction, cos_angle) = match light.kind {
             LightKind::Point { .. } => (DVec3::ZERO, 0.0),
@@ -77,7 +77,7 @@ impl Lamp {
             ),
             LightKind::X3dSpot { direction, .. } => (unit(direction).unwrap_or(DVec3::ZERO), 0.0),
         };
-        Lamp { light: *light, direction, cos_angle }
+        PreparedLight { light: *light, direction, cos_angle }
     }
 
     /// L and the strength that reaches `p` (attenuation times cone); `None` where nothing does.
@@ -131,7 +131,7 @@ pub(crate) struct LightTerm {
     pub specular: DVec3,
 }
 
-impl Lamp {
+impl PreparedLight {
     /// `None` where the light does not reach.
     #[inline]
     fn term(&self, point: SurfacePoint, material: &Material, v: DVec3) -> Option<LightTerm> {
@@ -193,15 +193,15 @@ fn strength(a: Attenuation, d: f64, clamped: bool) -> f64 {
 /// The lights of one draw.
 #[derive(Clone, Debug)]
 pub(crate) struct Lighting {
-    lamps: Vec<Lamp>,
+    prepared_lights: Vec<PreparedLight>,
     ambient: DVec3,
-    viewer: Viewer,
+    viewer: ViewerPosition,
 }
 
 impl Lighting {
     /// The lights that can add anything, in order; black ones are left out.
     #[cfg(test)]
-    pub fn new<'a>(lights: impl Iterator<Item = &'a Light>, ambient: DVec3, viewer: Viewer) -> Self {
+    pub fn new<'a>(lights: impl Iterator<Item = &'a Light>, ambient: DVec3, viewer: ViewerPosition) -> Self {
         Lighting::new_in(lights, ambient, viewer, Vec::new())
     }
 
@@ -209,41 +209,45 @@ impl Lighting {
     pub fn new_in<'a>(
         lights: impl Iterator<Item = &'a Light>,
         ambient: DVec3,
-        viewer: Viewer,
-        mut lamps: Vec<Lamp>,
+        viewer: ViewerPosition,
+        mut prepared_lights: Vec<PreparedLight>,
     ) -> Self {
         let shines = |l: &&Light| l.color != DVec3::ZERO || l.ambient != DVec3::ZERO;
-        lamps.clear();
-        lamps.extend(lights.filter(shines).map(Lamp::new));
-        Lighting { lamps, ambient, viewer }
+        prepared_lights.clear();
+        prepared_lights.extend(lights.filter(shines).map(PreparedLight::new));
+        Lighting { prepared_lights, ambient, viewer }
     }
 
     /// The list, for another draw.
-    pub fn into_lamps(self) -> Vec<Lamp> {
-        self.lamps
+    pub fn into_lights(self) -> Vec<PreparedLight> {
+        self.prepared_lights
     }
 
     /// How many lights take part.
-    pub fn lamp_count(&self) -> usize {
-        self.lamps.len()
+    pub fn light_count(&self) -> usize {
+        self.prepared_lights.len()
     }
 
     /// Whether the colour of `material` depends on where a point is and how it is turned.
     pub fn depends_on_point(&self, material: &Material) -> bool {
         let answers = |c: DVec3| c != DVec3::ZERO;
         material.model != LightingModel::Unlit
-            && self.lamps.iter().any(|l| {
+            && self.prepared_lights.iter().any(|l| {
                 (answers(l.light.color) && (answers(material.kd) || answers(material.ks)))
                     || (answers(l.light.ambient) && answers(material.ka))
             })
     }
 
     /// The colour where no light makes a difference.
-    pub fn constant(&self, material: &Material) -> Lit {
+    pub fn constant(&self, material: &Material) -> LitColor {
         match material.model {
             // The emissive colour is all there is: vertex colour and texture multiply it.
-            LightingModel::Unlit => Lit { base: material.emissive, extra: DVec3::ZERO },
-            _ => Lit { base: material.ka * self.ambient, extra: material.emissive },
+            LightingModel::Unlit => {
+                LitColor { diffuse_ambient: material.emissive, specular_emissive: DVec3::ZERO }
+            }
+            _ => {
+                LitColor { diffuse_ambient: material.ka * self.ambient, specular_emissive: material.emissive }
+            }
         }
     }
 
@@ -258,20 +262,20 @@ impl Lighting {
         let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
         fast.clear();
-        for lamp in &self.lamps {
-            let light = &lamp.light;
-            let at = |p: DVec3| Place::At(f32s(point(p)));
-            let axis = f32s(direction(lamp.direction));
-            let (place, cone, radius, attenuation) = match light.kind {
+        for prepared_light in &self.prepared_lights {
+            let light = &prepared_light.light;
+            let at = |p: DVec3| LightPosition::At(f32s(point(p)));
+            let axis = f32s(direction(prepared_light.direction));
+            let (position, cone, radius, attenuation) = match light.kind {
                 LightKind::Directional { .. } => {
-                    (Place::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
+                    (LightPosition::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
                 }
                 LightKind::Point { position, attenuation, radius } => {
                     (at(position), Cone::None, radius, attenuation)
                 }
                 LightKind::Spot { position, exponent, attenuation, .. } => {
                     let exponent = Exponent::new(exponent)?;
-                    let cone = Cone::Power { axis, cos_angle: lamp.cos_angle as f32, exponent };
+                    let cone = Cone::Power { axis, cos_angle: prepared_light.cos_angle as f32, exponent };
                     (at(position), cone, f64::INFINITY, attenuation)
                 }
                 LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
@@ -280,7 +284,7 @@ impl Lighting {
                 }
             };
             let own = FastLight {
-                place,
+                position,
                 cone,
                 radius: radius as f32,
                 ambient: f32s(material.ka * light.ambient),
@@ -290,7 +294,7 @@ impl Lighting {
                     .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
                 is_clamped: light.clamp_attenuation,
             };
-            let (Place::At(p) | Place::Toward(p)) = place;
+            let (LightPosition::At(p) | LightPosition::Toward(p)) = position;
             let sums = own.attenuation.unwrap_or([0.0; 3]);
             if ![p, own.ambient, own.diffuse, own.specular, sums].into_iter().all(carried) || radius.is_nan()
             {
@@ -302,17 +306,17 @@ impl Lighting {
     }
 
     /// The colour of one point.
-    pub fn at(&self, point: SurfacePoint, material: &Material) -> Lit {
+    pub fn at(&self, point: SurfacePoint, material: &Material) -> LitColor {
         let mut lit = self.constant(material);
         if material.model == LightingModel::Unlit {
             return lit;
         }
         let v = self.viewer.direction_from(point.position);
-        for lamp in &self.lamps {
-            let Some(term) = lamp.term(point, material, v) else { continue };
-            lit.base += term.ambient;
-            lit.base += term.diffuse;
-            lit.extra += term.specular;
+        for prepared_light in &self.prepared_lights {
+            let Some(term) = prepared_light.term(point, material, v) else { continue };
+            lit.diffuse_ambient += term.ambient;
+            lit.diffuse_ambient += term.diffuse;
+            lit.specular_emissive += term.specular;
         }
         lit
     }
@@ -320,8 +324,8 @@ impl Lighting {
     /// V at a point, and what each light that reaches it adds there, in order.
     pub fn terms(&self, point: SurfacePoint, material: &Material) -> (DVec3, Vec<LightTerm>) {
         let v = self.viewer.direction_from(point.position);
-        let lamps = self.lamps.iter().filter(|_| material.model != LightingModel::Unlit);
-        (v, lamps.filter_map(|lamp| lamp.term(point, material, v)).collect())
+        let prepared_lights = self.prepared_lights.iter().filter(|_| material.model != LightingModel::Unlit);
+        (v, prepared_lights.filter_map(|prepared_light| prepared_light.term(point, material, v)).collect())
     }
 
     /// The ambient light.

@@ -10,13 +10,13 @@
 //! zbuffer hidden lines are removed by depth: the faces go into the depth memory first, without colour, and a line's pixel
 //! is seen when its depth, or that of one of its own faces there, is not behind what is stored.
 
-use super::call::{DrawStats, Target};
 use super::clip::{ClipVertex, ClippedLine, clip_line};
-use super::light::Lit;
+use super::draw_call::{DrawStats, Target};
+use super::light::LitColor;
 use super::plan::Part;
-use super::plane::FacePlane;
-use super::prepare::Prepared;
-use super::raster::{blend, opaque};
+use super::plane_equation::FacePlane;
+use super::prepared_draw::PreparedDraw;
+use super::rasterize::{blend, opaque};
 use super::shade::visibility;
 use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Material, Mesh};
 use glam::{DVec3, DVec4};
@@ -50,7 +50,7 @@ pub(crate) fn wire_bytes(mesh: &Mesh) -> u64 {
         + (mesh.triangles.len() + mesh.polygons.len()) as u64
 }
 
-impl Prepared<'_> {
+impl PreparedDraw<'_> {
     /// Draws the edges of all polygons that CULL leaves.
     pub fn draw_wire(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
@@ -77,7 +77,7 @@ impl Prepared<'_> {
                 return;
             }
             let material =
-                self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Side::Front).0;
+                self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Facing::Front).0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
             let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?).each_ref()));
             let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };
@@ -174,11 +174,13 @@ impl Prepared<'_> {
         let v = self.vertex(corner.position);
         let p = self.assembler.transform.world(mesh.positions[corner.position as usize]);
         let color = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
-        let Lit { base, extra } = match material.model {
-            LightingModel::Unlit => Lit { base: material.emissive, extra: DVec3::ZERO },
-            _ => Lit { base: material.kd, extra: material.emissive },
+        let LitColor { diffuse_ambient, specular_emissive } = match material.model {
+            LightingModel::Unlit => {
+                LitColor { diffuse_ambient: material.emissive, specular_emissive: DVec3::ZERO }
+            }
+            _ => LitColor { diffuse_ambient: material.kd, specular_emissive: material.emissive },
         };
-        let rgb = base * color.truncate() + extra;
+        let rgb = diffuse_ambient * color.truncate() + specular_emissive;
         ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
     }
 

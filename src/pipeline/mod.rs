@@ -16,40 +16,40 @@
 
 mod assemble;
 mod backdrop;
-mod bands;
-pub mod budget;
-mod call;
 mod clip;
-mod derive;
-mod fast;
-mod known;
+mod depth_sort;
+mod draw_call;
+mod geometry_cache;
 mod light;
 mod lines;
 mod normals;
-mod order;
+mod ordered;
 mod plan;
-mod plane;
-mod prepare;
-mod raster;
+mod plane_equation;
+mod planner;
+mod prepared_draw;
+pub mod quality;
+mod rasterize;
 mod renderer;
-mod sample;
+mod sampler;
+mod scene;
 mod shade;
 pub mod tile;
+mod tile_frontend;
 pub mod trace;
 mod vertex;
 mod viewport;
-mod whole;
 mod working;
 
-pub use call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
+pub use draw_call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
 pub use renderer::{RenderOptions, RenderPath, Renderer};
-pub use whole::{draw_scene, plan_scene};
+pub use scene::{draw_scene, plan_scene};
 
 use crate::scene::ShadeMode;
-use prepare::{Layer, Prepared};
+use prepared_draw::{Layer, PreparedDraw};
 
 /// Draws one mesh at once, its faces in file order (or sorted by the painter), transparent ones among the others.
 ///
@@ -59,8 +59,8 @@ use prepare::{Layer, Prepared};
 pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
     let mut stats = DrawStats::default();
     // 1 plan, 2 transform vertices, 3 normals
-    let prepared = Prepared::new(call, target, &mut stats)?;
-    prepared.open_memories(target);
+    let prepared = PreparedDraw::new(call, target, &mut stats)?;
+    prepared.open_buffers(target);
     if call.shade == ShadeMode::Wire {
         prepared.draw_wire(target, &mut stats);
     } else {

@@ -5,16 +5,16 @@
 //! known of shared geometries, their prepared forms included. It starts no thread: a pool is given to it. The same bytes
 //! with any pool and at any level.
 
-use super::bands::{Listed, draw_listed};
-use super::call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
-use super::fast::{Memories, Together, Tools, obstacle, surface_bytes};
-use super::known::{Known, Needs};
-use super::order::Order;
+use super::depth_sort::FaceOrder;
+use super::draw_call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use super::geometry_cache::{GeometryInfo, Needs};
+use super::ordered::{FaceList, draw_in_order};
 use super::plan::{Part, Plan};
-use super::prepare::{Layer, Prepared, Spare};
-use super::tile::{COARSE_BYTES, LIST_BYTES, Workers, list_bound};
+use super::prepared_draw::{Layer, PreparedDraw, RecycledLists};
+use super::scene::{SceneBackend, SceneLists, draw_scene_with, plan_scene_for};
+use super::tile::{CancellableExecutor, HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
+use super::tile_frontend::{DrawBatch, DrawContext, Workspace, binding_bytes, unsupported_reason};
 use super::vertex::Vertex;
-use super::whole::{Painter, SceneLists, draw_scene_with, plan_scene_for};
 use super::working::{SMALL_FACES, Working, WorkingBytes, WorkingMemory, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
@@ -53,17 +53,17 @@ pub struct RenderOptions {
 #[derive(Debug, Default)]
 pub struct Renderer {
     options: RenderOptions,
-    crew: Workers,
-    memories: Memories,
+    executor: CancellableExecutor,
+    workspace: Workspace,
     cache: Cache,
     /// The last draw's lists, for the next one.
-    spare: Spare,
+    recycled: RecycledLists,
     /// The faces of one object that are drawn one after the other.
-    order: Order,
+    order: FaceOrder,
     /// What they are drawn from.
-    listed: Listed,
+    face_list: FaceList,
     /// What small draws leave that are drawn together.
-    together: Together,
+    draw_batch: DrawBatch,
     /// What a scene leaves to the next one.
     lists: SceneLists,
     /// What it holds of its budget for all of these.
@@ -88,8 +88,8 @@ const LARGE_SHARE: usize = 1 << 19;
 impl Renderer {
     /// A renderer that has drawn nothing yet.
     pub fn new(options: RenderOptions) -> Self {
-        let crew = Workers::new(options.pool.clone(), options.cancel.clone());
-        Renderer { options, crew, ..Renderer::default() }
+        let executor = CancellableExecutor::new(options.pool.clone(), options.cancel.clone());
+        Renderer { options, executor, ..Renderer::default() }
     }
 
     /// Ends the draw that is made when `cancel` is cancelled, and every one after it, until another token is given.
@@ -101,7 +101,7 @@ impl Renderer {
             *self = Renderer::default();
             self.set_budget(&budget);
         }
-        self.crew = Workers::new(options.pool.clone(), options.cancel.clone());
+        self.executor = CancellableExecutor::new(options.pool.clone(), options.cancel.clone());
         self.options = options;
     }
 
@@ -124,11 +124,11 @@ impl Renderer {
 
     /// Gives back what is kept from draw to draw, but for what is known of geometries that can still be drawn.
     pub fn release(&mut self) {
-        self.memories = Memories::default();
-        self.spare = Spare::default();
-        self.order = Order::default();
-        self.listed = Listed::default();
-        self.together = Together::default();
+        self.workspace = Workspace::default();
+        self.recycled = RecycledLists::default();
+        self.order = FaceOrder::default();
+        self.face_list = FaceList::default();
+        self.draw_batch = DrawBatch::default();
         self.lists = SceneLists::default();
         self.cache.forget_dropped();
         self.working.clear();
@@ -140,25 +140,25 @@ impl Renderer {
     }
 
     /// Makes what is known of a draw's geometry, within the budget.
-    fn prepare_known(&mut self, prepared: &Prepared) -> Result<(), OverBudget> {
+    fn prepare_geometry(&mut self, prepared: &PreparedDraw) -> Result<(), OverBudget> {
         let mesh = &prepared.call.geometry.mesh;
         let needs = match self.options.path {
             RenderPath::Fast => prepared.needs(),
             RenderPath::Plain => Needs { prepared: None, faces: false, ..prepared.needs() },
         };
-        match prepared.known.prepare(mesh, needs, self.working.budget()) {
+        match prepared.geometry_info.prepare(mesh, needs, self.working.budget()) {
             Ok(()) => Ok(()),
             Err(_) => {
                 self.release();
-                prepared.known.prepare(mesh, needs, self.working.budget())
+                prepared.geometry_info.prepare(mesh, needs, self.working.budget())
             }
         }
     }
 
     /// What a draw asks for at worst.
-    fn at_worst(&self, prepared: &Prepared, target: &Target) -> WorkingBytes {
+    fn at_worst(&self, prepared: &PreparedDraw, target: &Target) -> WorkingBytes {
         let bound = (self.threads(), self.bound.0);
-        at_worst(prepared.call, target, &prepared.plan, prepared.known.vertex_count(), bound)
+        at_worst(prepared.call, target, &prepared.plan, prepared.geometry_info.vertex_count(), bound)
     }
 
     /// Reserves what `worst` tells for the present bound of the tiles' lists. Where that does not fit, gives back what other draws
@@ -168,38 +168,38 @@ impl Renderer {
         target: &Target,
         worst: impl Fn(&Renderer) -> WorkingBytes,
     ) -> Result<(), OverBudget> {
-        let mut wanted = worst(self);
-        if self.working.reserve(&wanted).is_err() {
+        let mut required = worst(self);
+        if self.working.reserve(&required).is_err() {
             self.release();
-            wanted = worst(self);
-            if let Err(e) = self.working.reserve(&wanted) {
-                let others = wanted.sum() - wanted[Working::Lists];
+            required = worst(self);
+            if let Err(e) = self.working.reserve(&required) {
+                let others = required.sum() - required[Working::Lists];
                 let free = self.working.budget().available();
                 let size = (target.memory.width() as usize, target.memory.height() as usize);
                 // Something is left to those who decode or answer meanwhile, unless it takes everything.
                 let bound = |part: u64| list_bound(part.checked_sub(others)?, self.threads(), size);
                 let bound = bound(free / 4 * 3).or_else(|| bound(free));
-                self.bound = ListBound(bound.filter(|_| wanted[Working::Lists] > 0).ok_or(e)?);
+                self.bound = ListBound(bound.filter(|_| required[Working::Lists] > 0).ok_or(e)?);
                 self.working.reserve(&worst(self))?;
             }
         }
-        self.memories.bound_lists(self.bound.0 as usize);
+        self.workspace.bound_lists(self.bound.0 as usize);
         Ok(())
     }
 
     /// Reserves what the plain path takes for a draw that the tile renderer was meant for; whether there is room.
-    fn reserve_plain(&mut self, prepared: &Prepared) -> bool {
+    fn reserve_plain(&mut self, prepared: &PreparedDraw) -> bool {
         let mesh = &prepared.call.geometry.mesh;
-        let mut wanted = WorkingBytes::default();
-        wanted[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
-        ordered(&mut wanted, mesh.triangles.len() as u64, false);
-        self.working.reserve(&wanted).is_ok()
+        let mut required = WorkingBytes::default();
+        required[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
+        ordered(&mut required, mesh.triangles.len() as u64, false);
+        self.working.reserve(&required).is_ok()
     }
 
     /// Gives back what was reserved for the worst and is not held.
-    fn settle(&mut self) {
+    fn shrink_reservation(&mut self) {
         if self.working.is_large() {
-            self.working.settle(self.memories.list_bytes(), self.together.held_bytes());
+            self.working.shrink_reservation(self.workspace.list_bytes(), self.draw_batch.held_bytes());
         }
     }
 
@@ -210,18 +210,18 @@ impl Renderer {
 
     /// Bytes that it keeps from draw to draw: working memories and prepared meshes.
     pub fn size_bytes(&self) -> usize {
-        self.memories.size_bytes()
+        self.workspace.size_bytes()
             + self.lists.size_bytes()
-            + self.spare.size_bytes()
+            + self.recycled.size_bytes()
             + self.order.size_bytes()
-            + self.together.size_bytes()
-            + self.listed.size_bytes()
-            + self.cache.entries.values().map(|e| e.known.size_bytes()).sum::<usize>()
+            + self.draw_batch.size_bytes()
+            + self.face_list.size_bytes()
+            + self.cache.entries.values().map(|e| e.geometry_info.size_bytes()).sum::<usize>()
     }
 
     /// Fills the frame with `color`, on all threads where that pays.
     pub fn clear(&self, memory: &mut VideoMemory, color: Rgba) {
-        let Some(pool) = self.crew.pool() else { return memory.clear(color) };
+        let Some(pool) = self.executor.pool() else { return memory.clear(color) };
         let pixels = memory.bytes_mut().as_chunks_mut::<4>().0;
         let share = pixels.len().div_ceil(pool.current_num_threads());
         if share < LARGE_SHARE {
@@ -244,7 +244,7 @@ impl Renderer {
                         Part::CoarseDepth,
                         reason,
                         plan.item(Part::TileRenderer).count,
-                        threads * COARSE_BYTES,
+                        threads * HIERARCHICAL_Z_BYTES,
                     );
                 }
                 (CoarseDepth::On, _) => plan.leave_out(Part::CoarseDepth, "only f32 depths have it"),
@@ -260,17 +260,22 @@ impl Renderer {
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
         let cancel = self.options.cancel.clone();
-        let mut prepared =
-            Prepared::with(call, target, self.known(call), std::mem::take(&mut self.spare), &mut stats)?;
+        let mut prepared = PreparedDraw::with(
+            call,
+            target,
+            self.geometry_info(call),
+            std::mem::take(&mut self.recycled),
+            &mut stats,
+        )?;
         prepared.cancel = &cancel;
-        self.prepare_known(&prepared)?;
+        self.prepare_geometry(&prepared)?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
-        prepared.open_memories(target);
+        prepared.open_buffers(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
-        self.spare = prepared.into_spare();
-        self.settle();
+        self.recycled = prepared.into_recycled();
+        self.shrink_reservation();
         Ok(stats)
     }
 
@@ -285,20 +290,20 @@ impl Renderer {
         options: &SceneOptions,
     ) -> Result<DrawStats, PipelineError> {
         let stats = draw_scene_with(self, target, scene, options)?;
-        self.settle();
+        self.shrink_reservation();
         Ok(stats)
     }
 }
 
-impl Painter for Renderer {
-    fn crew(&self) -> &Workers {
-        &self.crew
+impl SceneBackend for Renderer {
+    fn executor(&self) -> &CancellableExecutor {
+        &self.executor
     }
 
-    fn known(&mut self, call: &DrawCall) -> Arc<Known> {
+    fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo> {
         match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
-            Some(shared) => self.cache.known(shared, &self.options.cancel),
-            None => Arc::new(Known::of(call.geometry, CancelToken::default())),
+            Some(shared) => self.cache.geometry_info(shared, &self.options.cancel),
+            None => Arc::new(GeometryInfo::of(call.geometry, CancelToken::default())),
         }
     }
 
@@ -307,29 +312,29 @@ impl Painter for Renderer {
     }
 
     fn reserve_objects(&mut self, bytes: u64) -> Result<(), PipelineError> {
-        let mut wanted = WorkingBytes::default();
-        wanted[Working::Objects] = bytes;
-        if self.working.reserve(&wanted).is_err() {
+        let mut required = WorkingBytes::default();
+        required[Working::Objects] = bytes;
+        if self.working.reserve(&required).is_err() {
             self.release();
-            self.working.reserve(&wanted)?;
+            self.working.reserve(&required)?;
         }
         Ok(())
     }
 
     fn reserve_scene(
         &mut self,
-        all: &[Prepared],
-        (target, listed): (&Target, &WorkingBytes),
+        all: &[PreparedDraw],
+        (target, face_list): (&Target, &WorkingBytes),
     ) -> Result<(), PipelineError> {
         for prepared in all {
-            self.prepare_known(prepared)?;
+            self.prepare_geometry(prepared)?;
         }
         self.reserve(target, |own| {
-            let mut worst = *listed;
-            let is_large = |p: &&Prepared| !is_small(p);
+            let mut worst = *face_list;
+            let is_large = |p: &&PreparedDraw| !is_small(p);
             all.iter().filter(is_large).for_each(|p| worst.cover(&own.at_worst(p, target)));
             // Of many small objects each asks for little: the most that any of them can.
-            let small = all.iter().filter(|p| is_small(p)).map(|p| surface_bytes(p.call)).max();
+            let small = all.iter().filter(|p| is_small(p)).map(|p| binding_bytes(p.call)).max();
             if let Some(surfaces) = small {
                 worst.cover(&small_at_worst(surfaces, target, (own.threads(), own.bound.0)));
             }
@@ -338,14 +343,25 @@ impl Painter for Renderer {
         Ok(())
     }
 
-    fn faces(&mut self, prepared: &mut Prepared, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+    fn faces(
+        &mut self,
+        prepared: &mut PreparedDraw,
+        layer: Layer,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
         let is_fast = self.options.path == RenderPath::Fast
             && layer != Layer::Transparent
-            && obstacle(prepared.call, target, &prepared.plan).is_none();
+            && unsupported_reason(prepared.call, target, &prepared.plan).is_none();
         if is_fast {
             let coarse = self.options.coarse;
-            let tools = Tools { level: self.level(), crew: &self.crew, coarse, memories: &mut self.memories };
-            if prepared.draw_fast(tools, target, stats) {
+            let context = DrawContext {
+                level: self.level(),
+                executor: &self.executor,
+                coarse,
+                workspace: &mut self.workspace,
+            };
+            if prepared.draw_fast(context, target, stats) {
                 return;
             }
         }
@@ -361,46 +377,51 @@ impl Painter for Renderer {
         } else {
             let all = std::slice::from_ref(&*prepared);
             let mut order = std::mem::take(&mut self.order);
-            order.gather(all, |p, t| p.is_in(t, layer));
+            order.collect_faces(all, |p, t| p.is_in(t, layer));
             if prepared.plan.uses(Part::SortFaces) {
-                order.sort(all, self.crew.cancel());
+                order.sort(all, self.executor.cancel());
             }
-            self.listed(all, order.list(), target, stats);
+            self.draw_in_order(all, order.list(), target, stats);
             self.order = order;
         }
     }
 
-    fn together(&mut self, all: &[Prepared], target: &mut Target, stats: &mut DrawStats) -> usize {
+    fn draw_batch(&mut self, all: &[PreparedDraw], target: &mut Target, stats: &mut DrawStats) -> usize {
         if self.options.path == RenderPath::Plain || self.threads() < 2 {
             return 0;
         }
-        let count = self.together.count(all, target);
-        let mut wanted = WorkingBytes::default();
-        wanted[Working::Together] = {
-            let surfaces = all[..count].iter().map(|p| surface_bytes(p.call));
-            Together::worst_bytes(surfaces, self.threads(), target)
+        let count = self.draw_batch.count(all, target);
+        let mut required = WorkingBytes::default();
+        required[Working::DrawBatch] = {
+            let surfaces = all[..count].iter().map(|p| binding_bytes(p.call));
+            DrawBatch::worst_bytes(surfaces, self.threads(), target)
         };
         // Without room for all of them each is drawn by itself.
-        if count == 0 || self.working.reserve(&wanted).is_err() {
+        if count == 0 || self.working.reserve(&required).is_err() {
             return 0;
         }
-        self.together.draw((self.level(), &self.crew, self.options.coarse), &all[..count], target, stats)
+        self.draw_batch.draw(
+            (self.level(), &self.executor, self.options.coarse),
+            &all[..count],
+            target,
+            stats,
+        )
     }
 
-    fn listed(
+    fn draw_in_order(
         &mut self,
-        all: &[Prepared],
+        all: &[PreparedDraw],
         list: &[(usize, u32)],
         target: &mut Target,
         stats: &mut DrawStats,
     ) {
         let level = (self.options.path == RenderPath::Fast).then(|| self.level());
-        draw_listed((&self.crew, level), &mut self.listed, all, list, target, stats);
+        draw_in_order((&self.executor, level), &mut self.face_list, all, list, target, stats);
     }
 }
 
 /// Whether a draw's working memory is that of [`small_at_worst`] at most.
-fn is_small(prepared: &Prepared) -> bool {
+fn is_small(prepared: &PreparedDraw) -> bool {
     prepared.plan.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
 }
 
@@ -423,23 +444,26 @@ struct Entry {
     /// Keeps the address from being given to another geometry, but not the geometry alive. Whoever changes a geometry in
     /// place while this is held gets a new address for it (`Arc::make_mut`), or is refused (`Arc::get_mut`).
     geometry: Weak<Geometry>,
-    known: Arc<Known>,
+    geometry_info: Arc<GeometryInfo>,
     last_used: u64,
 }
 
 impl Cache {
-    fn known(&mut self, shared: &Arc<Geometry>, cancel: &CancelToken) -> Arc<Known> {
+    fn geometry_info(&mut self, shared: &Arc<Geometry>, cancel: &CancelToken) -> Arc<GeometryInfo> {
         self.clock += 1;
         let address = Arc::as_ptr(shared).addr();
         if let Some(entry) = self.entries.get_mut(&address) {
             entry.last_used = self.clock;
-            return Arc::clone(&entry.known);
+            return Arc::clone(&entry.geometry_info);
         }
         self.forget();
-        let known = Arc::new(Known::of(shared, cancel.clone()));
+        let geometry_info = Arc::new(GeometryInfo::of(shared, cancel.clone()));
         let geometry = Arc::downgrade(shared);
-        self.entries.insert(address, Entry { geometry, known: Arc::clone(&known), last_used: self.clock });
-        known
+        self.entries.insert(
+            address,
+            Entry { geometry, geometry_info: Arc::clone(&geometry_info), last_used: self.clock },
+        );
+        geometry_info
     }
 
     /// Drops what nobody can ask for again.
@@ -452,7 +476,7 @@ impl Cache {
         // A look through all of them at every doubling, or when they are many.
         if self.entries.len().is_power_of_two() || self.entries.len() >= MOST_ENTRIES {
             self.forget_dropped();
-            let bytes: usize = self.entries.values().map(|e| e.known.size_bytes()).sum();
+            let bytes: usize = self.entries.values().map(|e| e.geometry_info.size_bytes()).sum();
             if self.entries.len() >= MOST_ENTRIES || bytes > MOST_BYTES {
                 let mut times: Vec<u64> = self.entries.values().map(|e| e.last_used).collect();
                 times.sort_unstable();
@@ -474,16 +498,16 @@ mod tests {
         let geometry = |n| Arc::new(Geometry { mesh: shapes::knot(n, 4).expect("a knot"), textures: vec![] });
         let mut first = geometry(5);
         let never = &CancelToken::default();
-        let known = cache.known(&first, never);
-        assert!(Arc::ptr_eq(&known, &cache.known(&first, never)));
+        let geometry_info = cache.geometry_info(&first, never);
+        assert!(Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
         // Changed in place: it moves, because the cache holds on to the address.
         Arc::make_mut(&mut first).mesh.positions[0].x = 9.0;
-        assert!(!Arc::ptr_eq(&known, &cache.known(&first, never)));
+        assert!(!Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
         drop(first);
         for n in 6..40 {
             let other = geometry(n);
-            let known = cache.known(&other, never);
-            assert_eq!(known.prepared(&other.mesh, false).triangle_count, n as usize * 8);
+            let geometry_info = cache.geometry_info(&other, never);
+            assert_eq!(geometry_info.prepared(&other.mesh, false).triangle_count, n as usize * 8);
         }
         assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
     }

@@ -7,18 +7,18 @@
 //!
 //! Source: notes 000 (stages, Phong), 001 (matrices, homogenisation, viewport), 003 (barycentrics, depth, mip level).
 
+mod collect;
+mod display;
 mod fast;
-mod follow;
-mod write;
 
-use super::call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use super::draw_call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::light::{LightTerm, SurfacePoint};
-use super::prepare::Prepared;
-use super::whole::calls_of;
+use super::prepared_draw::PreparedDraw;
+use super::scene::calls_of;
 use crate::memory::{DepthFormat, FbPtr, MemoryError, Rgba, VideoMemory};
 use crate::scene::{CameraMatrices, Material, Scene, ShadeMode};
+use collect::{follow, middle_pixel, seen_at};
 pub use fast::{FastCorner, FastTrace};
-use follow::{follow, middle_pixel, seen_at};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 /// What is followed.
@@ -90,8 +90,8 @@ pub(crate) struct LitAt {
     pub point: SurfacePoint,
     pub to_viewer: DVec3,
     pub terms: Vec<LightTerm>,
-    pub base: DVec3,
-    pub extra: DVec3,
+    pub diffuse_ambient: DVec3,
+    pub specular_emissive: DVec3,
 }
 
 /// A texture at the pixel.
@@ -215,7 +215,7 @@ fn trace_calls(
     let mut memory = VideoMemory::new(size[0], size[1])?;
     let mut depth = None;
     let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
-    let prepared = calls.iter().map(|call| Prepared::new(call, &target, &mut DrawStats::default()));
+    let prepared = calls.iter().map(|call| PreparedDraw::new(call, &target, &mut DrawStats::default()));
     let all = prepared.collect::<Result<Vec<_>, _>>()?;
     let (object, triangle, at) = match probe {
         Probe::Triangle(n) => {
@@ -239,7 +239,7 @@ fn trace_calls(
 }
 
 /// The object and triangle of a number that counts over all objects.
-fn numbered(all: &[Prepared], asked: u64) -> Result<(usize, u32), TraceError> {
+fn numbered(all: &[PreparedDraw], asked: u64) -> Result<(usize, u32), TraceError> {
     let mut left = asked;
     for (object, p) in all.iter().enumerate() {
         let count = p.call.geometry.mesh.triangles.len() as u64;

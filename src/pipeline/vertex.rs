@@ -1,6 +1,6 @@
 //! Stage 2: every position once from object space to clip space and the screen.
 
-use super::viewport::Screen;
+use super::viewport::ViewportTransform;
 use crate::scene::CameraMatrices;
 use glam::{DMat4, DVec3, DVec4};
 
@@ -22,7 +22,7 @@ pub(crate) struct Vertex {
 pub(crate) struct Transform {
     pub model: DMat4,
     pub camera: CameraMatrices,
-    pub screen: Screen,
+    pub screen: ViewportTransform,
 }
 
 impl Transform {

@@ -8,14 +8,14 @@ use crate::scene::{Viewport, ViewportRule};
 
 /// The map of one viewport, per axis: pixel = origin + ndc * half.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Screen {
+pub(crate) struct ViewportTransform {
     origin: [f64; 2],
     half: [f64; 2],
     /// The viewport's pixels that are on the frame.
     pub clip: PixelRect,
 }
 
-impl Screen {
+impl ViewportTransform {
     pub fn new(viewport: Viewport, frame_width: u32, frame_height: u32) -> Self {
         let corner = [viewport.x as f64, viewport.y as f64];
         let size = [viewport.width as f64, viewport.height as f64];
@@ -26,7 +26,7 @@ impl Screen {
         };
         let half = size.map(|s| (s - inset) * 0.5);
         let end = |at: i32, size: u32, frame: u32| (at as i64 + size as i64).clamp(0, frame as i64) as i32;
-        Screen {
+        ViewportTransform {
             origin: [corner[0] + shift + half[0], corner[1] + shift + half[1]],
             half: [half[0], -half[1]],
             clip: PixelRect {
@@ -67,15 +67,15 @@ mod tests {
     #[test]
     fn both_rules_bound_the_drawing_and_turn_y() {
         let viewport = Viewport { x: -2, y: 3, width: 10, height: 4, rule: ViewportRule::Corners };
-        let s = Screen::new(viewport, 6, 100);
+        let s = ViewportTransform::new(viewport, 6, 100);
         assert_eq!((s.of_ndc([-1.0, 1.0]), s.of_ndc([1.0, -1.0])), ([-2.0, 3.0], [8.0, 7.0]));
         assert_eq!(s.clip, PixelRect { x0: 0, y0: 3, x1: 6, y1: 7 });
         // Notes 001: (-1,1) is the centre of the first pixel, (1,-1) that of the last.
-        let s = Screen::new(Viewport { rule: ViewportRule::Centres, ..viewport }, 6, 100);
+        let s = ViewportTransform::new(Viewport { rule: ViewportRule::Centres, ..viewport }, 6, 100);
         assert_eq!((s.of_ndc([-1.0, 1.0]), s.of_ndc([1.0, -1.0])), ([-1.5, 3.5], [7.5, 6.5]));
         assert_eq!(s.ndc_of_pixel(-2, 3), [-1.0, 1.0]);
         let far =
             Viewport { x: i32::MAX, y: i32::MIN, width: u32::MAX, height: 1, rule: ViewportRule::Corners };
-        assert!(Screen::new(far, 6, 6).clip.is_empty());
+        assert!(ViewportTransform::new(far, 6, 6).clip.is_empty());
     }
 }

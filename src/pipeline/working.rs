@@ -4,13 +4,13 @@
 //! any draw asked of it; so what a renderer holds is the sum of the largest, which it reserves in its budget before it draws.
 //! Nothing is allocated here. One would know by tests/allocations/draw_memory.rs, which compares with an allocator that counts.
 
-use super::bands::listed_bytes;
-use super::call::{DrawCall, Target};
-use super::fast::{surface_bytes, working_bytes};
+use super::depth_sort::{FACE_ENTRY_BYTES, SORT_KEY_BYTES};
+use super::draw_call::{DrawCall, Target};
 use super::lines::wire_bytes;
-use super::order::{LISTED_BYTES, SORTED_BYTES};
+use super::ordered::face_list_bytes;
 use super::plan::{Part, Plan};
-use super::tile::{DEEP_VERTEX_BYTES, RECORD_BYTES, worst_list_bytes};
+use super::tile::{DEPTH_VERTEX_BYTES, SCREEN_VERTEX_BYTES, worst_list_bytes};
+use super::tile_frontend::{binding_bytes, working_bytes};
 use super::vertex::Vertex;
 use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 use crate::scene::ShadeMode;
@@ -20,15 +20,15 @@ use std::ops::{Index, IndexMut};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Working {
     /// Vertices on the screen.
-    Records,
+    ScreenVertices,
     /// Their depths in f64.
-    Deep,
+    DepthVertices,
     /// Normals in the shading frame.
     Normals,
     /// Points that are lit before pixels are: all of it, or what a texture multiplies,
     Lit,
     /// and what it does not.
-    Gloss,
+    Specular,
     /// Positions in the shading frame.
     Positions,
     /// Materials and lights as the kernels read them.
@@ -36,7 +36,7 @@ pub(crate) enum Working {
     /// Faces that wait for their tiles.
     Lists,
     /// The same of small draws that are drawn together.
-    Together,
+    DrawBatch,
     /// Vertices of the plain path.
     Vertices,
     /// Lists of faces that are drawn in order,
@@ -103,7 +103,7 @@ pub(crate) fn at_worst(
         return bytes;
     }
     let mut bytes = WorkingBytes::default();
-    bytes[Working::Surfaces] = surface_bytes(call);
+    bytes[Working::Surfaces] = binding_bytes(call);
     if plan.uses(Part::TransformVertices) {
         bytes[Working::Vertices] = mesh.positions.len() as u64 * size_of::<Vertex>() as u64;
     }
@@ -127,10 +127,10 @@ pub(crate) fn small_at_worst(
     let (faces, size) =
         (SMALL_FACES as u64, (target.memory.width() as usize, target.memory.height() as usize));
     let mut bytes = WorkingBytes::default();
-    bytes[Working::Records] = 3 * faces * RECORD_BYTES + faces;
-    bytes[Working::Deep] = 3 * faces * DEEP_VERTEX_BYTES;
-    for table in [Working::Normals, Working::Lit, Working::Gloss, Working::Positions] {
-        bytes[table] = 3 * faces * RECORD_BYTES;
+    bytes[Working::ScreenVertices] = 3 * faces * SCREEN_VERTEX_BYTES + faces;
+    bytes[Working::DepthVertices] = 3 * faces * DEPTH_VERTEX_BYTES;
+    for table in [Working::Normals, Working::Lit, Working::Specular, Working::Positions] {
+        bytes[table] = 3 * faces * SCREEN_VERTEX_BYTES;
     }
     bytes[Working::Surfaces] = surfaces;
     bytes[Working::Lists] = worst_list_bytes(faces, threads, size, list_bytes);
@@ -139,9 +139,9 @@ pub(crate) fn small_at_worst(
 
 /// Adds what drawing `faces` faces in order takes: lists have room for twice their items, and while one moves its old room is there.
 pub(crate) fn ordered(bytes: &mut WorkingBytes, faces: u64, is_sorted: bool) {
-    bytes[Working::Order] = 3 * faces * LISTED_BYTES;
-    bytes[Working::Sort] = if is_sorted { 3 * faces * SORTED_BYTES } else { 0 };
-    bytes[Working::Made] = listed_bytes(faces);
+    bytes[Working::Order] = 3 * faces * FACE_ENTRY_BYTES;
+    bytes[Working::Sort] = if is_sorted { 3 * faces * SORT_KEY_BYTES } else { 0 };
+    bytes[Working::Made] = face_list_bytes(faces);
 }
 
 /// What a renderer holds of its budget for the memories that it works in.
@@ -181,9 +181,9 @@ impl WorkingMemory {
     ///
     /// # Errors
     /// When it is more than what is free.
-    pub fn reserve(&mut self, wanted: &WorkingBytes) -> Result<(), OverBudget> {
+    pub fn reserve(&mut self, required: &WorkingBytes) -> Result<(), OverBudget> {
         let mut all = self.bytes;
-        all.cover(wanted);
+        all.cover(required);
         if all != self.bytes {
             self.held.try_cover(all.sum())?;
             self.bytes = all;
@@ -198,9 +198,9 @@ impl WorkingMemory {
 
     /// States what is held for the tiles' lists and for draws that are drawn together after a draw, and that edges were given
     /// back.
-    pub fn settle(&mut self, lists: u64, together: u64) {
+    pub fn shrink_reservation(&mut self, lists: u64, draw_batch: u64) {
         let mut now = self.bytes;
-        (now[Working::Lists], now[Working::Together], now[Working::Edges]) = (lists, together, 0);
+        (now[Working::Lists], now[Working::DrawBatch], now[Working::Edges]) = (lists, draw_batch, 0);
         if self.bytes.sum() > now.sum() + SLACK_BYTES {
             self.bytes = now;
             self.held.shrink_to(now.sum());

@@ -6,7 +6,7 @@ use crate::TURN;
 use crate::counting::most_held;
 use fbptr::error::Code;
 use fbptr::memory::{DepthFormat, MemoryBudget, PickBuffer, VideoMemory};
-use fbptr::pipeline::budget::{Budget, BudgetKind, choose, search_bytes};
+use fbptr::pipeline::quality::{Budget, BudgetKind, choose, search_bytes};
 use fbptr::pipeline::{
     DrawCall, DrawStats, PipelineError, Plan, RenderOptions, RenderPath, Renderer, SceneOptions, Target,
 };

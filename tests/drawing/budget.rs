@@ -4,7 +4,7 @@
 //! percentile of the colour error over the pixels drawn on stays within E, coverage and depth are those of the exact picture.
 
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
-use fbptr::pipeline::budget::{Budget, BudgetKind, Choice, LOOK_AT_ALL, choose};
+use fbptr::pipeline::quality::{Budget, BudgetKind, Choice, LOOK_AT_ALL, choose};
 use fbptr::pipeline::{RenderOptions, Renderer, SceneOptions, Target};
 use fbptr::scene::{Interpolation, Scene, ShadeMode, Viewport, ViewportRule, shapes};
 use fbptr::truth::compare::color_error;

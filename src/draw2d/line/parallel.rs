@@ -1,4 +1,4 @@
-//! Many lines at once: one after the other on this thread, or every thread of a crew in a band of rows of its own.
+//! Many lines at once: one after the other on this thread, or every thread of an executor in a band of rows of its own.
 //!
 //! A pixel belongs to one band, and in it the lines come in their order, so the bytes are those of [`line`](super::line) called for
 //! each, with any number of threads.
@@ -7,7 +7,7 @@ use super::bresenham::{NO_ROWS, VisibleRun};
 use super::{draw, inside, is_short, store_short};
 use crate::draw2d::{Blend, RampColor, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::Crew;
+use crate::pipeline::tile::Executor;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -51,20 +51,20 @@ pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, bl
     }
 }
 
-/// Draws lines as [`lines`] does, on all threads of `crew` where there is enough to do; in any form that can be read as
+/// Draws lines as [`lines`] does, on all threads of `executor` where there is enough to do; in any form that can be read as
 /// [`Line`]s.
-pub fn lines_on<C: Crew, L>(crew: &C, memory: &mut VideoMemory, lines: &[L], blend: Blend)
+pub fn lines_on<C: Executor, L>(executor: &C, memory: &mut VideoMemory, lines: &[L], blend: Blend)
 where
     L: Copy + Sync + Into<Line>,
 {
     let (width, height) = (memory.width(), memory.height());
-    let bands = crew.threads().clamp(1, height as usize);
+    let bands = executor.threads().clamp(1, height as usize);
     if bands == 1 || !is_worth_threads(lines) {
         return super::lines(memory, lines.iter().map(|&l| l.into()), blend);
     }
     let band_rows = height.div_ceil(bands as u32);
     let (low, high) = (AtomicU32::new(u32::MAX), AtomicU32::new(0));
-    crew.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
+    executor.chunks(pixels_mut(memory), band_rows as usize * width as usize, |i, pixels| {
         let top = i as u32 * band_rows;
         let band = Band { top: top as i32, rows: band_rows.min(height - top), width };
         let drawn = band.draw(pixels, lines, blend);

@@ -5,7 +5,7 @@ use super::frame::BACKGROUND;
 use super::{BenchOptions, BenchRun, Workload, Xorshift};
 use crate::draw2d::{self, Blend, Line, RampColor};
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::{Alone, Pool};
+use crate::pipeline::tile::{Pool, Serial};
 
 /// A line as a program would keep it: half the bytes of [`Line`].
 #[derive(Clone, Copy, Debug)]
@@ -158,7 +158,7 @@ impl FlatDrawing for Lines {
     fn draw(&self, memory: &mut VideoMemory) {
         match &self.pool {
             Some(pool) => draw2d::lines_on(pool, memory, &self.lines, Blend::Replace),
-            None => draw2d::lines_on(&Alone, memory, &self.lines, Blend::Replace),
+            None => draw2d::lines_on(&Serial, memory, &self.lines, Blend::Replace),
         }
     }
 

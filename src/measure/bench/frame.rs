@@ -1,4 +1,5 @@
-//! What every workload in space is drawn on, spoilt on and checked on: a renderer with a frame and its depths.
+//! The frame that every workload in space is drawn on, spoilt on and checked on: a renderer, a frame
+//! and its depths.
 
 use super::check::{Check, Drawn, limit_steps};
 use super::{BenchOptions, Workload};

@@ -51,12 +51,12 @@ fn solid() -> Mesh {
     Mesh::from_triangles(p.to_vec(), &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 }
 
-fn lamp() -> Light {
+fn prepared_light() -> Light {
     Light::directional(DVec3::NEG_Z, DVec3::ONE)
 }
 
 fn scene(objects: Vec<Object>) -> Scene {
-    Scene { camera: Some(Camera::default()), lights: vec![lamp()], objects, ..Scene::default() }
+    Scene { camera: Some(Camera::default()), lights: vec![prepared_light()], objects, ..Scene::default() }
 }
 
 fn texture(alpha: u8) -> Option<(Arc<Texture>, Sampling)> {
@@ -127,7 +127,7 @@ fn one_emissive_triangle_needs_no_light_no_attribute_and_no_depth() {
     assert!(plan.uses(Part::DepthMemory) && has_depth);
     assert_eq!(plan.item(Part::DepthMemory).bytes, 800);
     // A black light is no light, and an unlit material asks for none.
-    let black = Scene { lights: vec![Light { color: DVec3::ZERO, ..lamp() }], ..dark };
+    let black = Scene { lights: vec![Light { color: DVec3::ZERO, ..prepared_light() }], ..dark };
     assert_absent(&plan_and_draw(&black, whole).0, &LIGHTING);
     thing.material.model = LightingModel::Unlit;
     assert_absent(&plan_and_draw(&scene(vec![thing]), whole).0, &LIGHTING);

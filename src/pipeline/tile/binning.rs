@@ -5,14 +5,14 @@
 //! that is at worst is stated by [`worst_list_bytes`]. One would know by tests/allocations/draw_memory.rs, which counts.
 
 use super::bins::{self, Chunk, Grid, ListBytes};
-use super::clusters::{CLUSTER_FACES, ClusterKernel, Outlook};
-use super::deep::DeepVertexKernel;
-use super::prepared::chunk_faces;
+use super::clusters::{CLUSTER_FACES, ClusterKernel, CullView};
+use super::depth_f64::DepthVertexKernel;
+use super::exact_faces::ExactFace;
+use super::indexed_mesh::chunk_faces;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
-use super::wide::WideFace;
-use super::{Deep, Job, Scratch, View, Workers};
-use crate::pipeline::call::DrawStats;
+use super::{CancellableExecutor, ClipRect, DepthF64, DrawJob, Scratch};
+use crate::pipeline::draw_call::DrawStats;
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use std::ops::Range;
@@ -25,7 +25,7 @@ const CHUNK_CLUSTERS: usize = 2048;
 
 /// Bytes of the empty lists of all tiles of a frame of this size.
 pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
-    Grid::new(&View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width).bytes()
+    Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width).bytes()
 }
 
 /// About how many bytes the tiles' lists take for a mesh of `faces` faces of which `kept` are drawn, most of them small, in a
@@ -61,10 +61,10 @@ pub(crate) fn list_bound(bytes: u64, threads: u64, size: (usize, usize)) -> Opti
 
 /// Bytes of a chunk's lists for all tiles of a frame before a face is in them, and of the room that vectors write over.
 fn empty_chunk_bytes((width, height): (usize, usize)) -> u64 {
-    let grid = Grid::new(&View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+    let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
     let entry = size_of::<bins::Larger>() + size_of::<bins::Small>();
     let room = 2 * 16 * (size_of::<bins::TinyWords>() + 12) + 4 * entry;
-    (grid.bytes() + grid.columns * grid.rows * room + 4 * size_of::<WideFace>()) as u64
+    (grid.bytes() + grid.columns * grid.rows * room + 4 * size_of::<ExactFace>()) as u64
 }
 
 /// Tiles that a small face reaches at most: it is narrower than two columns of tiles and lower than three rows.
@@ -72,9 +72,9 @@ const SMALL_TILES: usize = 2 * 3;
 
 /// Bytes of the room for so many faces, each of them in all tiles.
 fn waiting_bytes(faces: u64, (width, height): (usize, usize)) -> u64 {
-    let grid = Grid::new(&View { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
+    let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
     let places = grid.columns * grid.rows * size_of::<bins::Larger>();
-    let own = size_of::<WideFace>() + SMALL_TILES * size_of::<bins::Small>();
+    let own = size_of::<ExactFace>() + SMALL_TILES * size_of::<bins::Small>();
     (2 * faces).saturating_mul((places + own) as u64)
 }
 
@@ -114,30 +114,36 @@ pub(crate) struct Binning {
 }
 
 impl Binning {
-    /// Decides on the clusters of `job`, and makes room for its vertices. To be called inside [`Workers::run`].
-    pub fn new(level: Level, crew: &Workers, scratch: &mut Scratch, job: &Job<'_>, width: usize) -> Self {
+    /// Decides on the clusters of `job`, and makes room for its vertices. To be called inside [`CancellableExecutor::run`].
+    pub fn new(
+        level: Level,
+        executor: &CancellableExecutor,
+        scratch: &mut Scratch,
+        job: &DrawJob<'_>,
+        width: usize,
+    ) -> Self {
         let (mesh, view) = (job.mesh, job.view);
         let to_view = job.to_screen.to_view();
         // Clusters: those of which nothing can be seen are left out, with the vertices that no other asks for.
         let clusters = &mesh.clusters;
-        scratch.fates.resize(clusters.len(), 0);
+        scratch.visibilities.resize(clusters.len(), 0);
         scratch.marks.clear();
         if clusters.knows_blocks() {
             scratch.marks.resize_with(mesh.vertex_count().div_ceil(WIDTH), AtomicU8::default);
         }
         let marks = scratch.marks.as_slice();
         if !clusters.is_empty() {
-            let outlook =
-                &Outlook::new(&job.to_screen, &to_view, mesh.farthest, job.complement, &view, job.keep);
-            crew.chunks(&mut scratch.fates, CHUNK_CLUSTERS, |i, fates| {
+            let cull_view =
+                &CullView::new(&job.to_screen, &to_view, mesh.farthest, job.complement, &view, job.winding);
+            executor.chunks(&mut scratch.visibilities, CHUNK_CLUSTERS, |i, visibilities| {
                 let first = i * CHUNK_CLUSTERS;
-                level.dispatch(ClusterKernel { clusters, first, outlook, fates, marks });
+                level.dispatch(ClusterKernel { clusters, first, cull_view, visibilities, marks });
             });
         }
         let vertex_count = mesh.vertex_count();
-        resize_in_huge_pages(&mut scratch.records, vertex_count, [0.0; 4]);
-        if job.deep.is_some() {
-            resize_in_huge_pages(&mut scratch.deep, vertex_count, [0.0; 4]);
+        resize_in_huge_pages(&mut scratch.screen_vertices, vertex_count, [0.0; 4]);
+        if job.depth_f64.is_some() {
+            resize_in_huge_pages(&mut scratch.depth_f64, vertex_count, [0.0; 4]);
         }
         Binning {
             projector: Projector::new(job.to_screen, &to_view, mesh.farthest),
@@ -150,13 +156,13 @@ impl Binning {
     }
 
     /// Brings the faces of the next piece to their tiles, in `scratch`, and adds what was left out to `stats`; `None` after the
-    /// last one. To be called inside [`Workers::run`].
+    /// last one. To be called inside [`CancellableExecutor::run`].
     pub fn next(
         &mut self,
         level: Level,
-        crew: &Workers,
+        executor: &CancellableExecutor,
         scratch: &mut Scratch,
-        job: &Job<'_>,
+        job: &DrawJob<'_>,
         stats: &mut DrawStats,
     ) -> Option<Binned> {
         let faces = job.mesh.triangle_count;
@@ -179,7 +185,7 @@ impl Binning {
         }
         // In rounds: vertices, then the faces that ask for them while they are still near. Threads that meet after each stage
         // take all chunks in one round.
-        let round = if crew.pool().is_some() { chunk_count } else { 1 };
+        let round = if executor.pool().is_some() { chunk_count } else { 1 };
         let faces_of = |i: usize| {
             let start = first_face + i * chunk_faces;
             start..(start + chunk_faces).min(end)
@@ -187,9 +193,9 @@ impl Binning {
         let (mut begun, mut is_stopped) = (0, false);
         while begun < chunk_count && !is_stopped {
             let chunks = begun..(begun + round).min(chunk_count);
-            self.place_vertices(level, crew, scratch, job, faces_of(chunks.end - 1).end);
-            self.set_up(level, crew, scratch, job, (chunks.clone(), &faces_of));
-            if crew.is_cancelled() {
+            self.place_vertices(level, executor, scratch, job, faces_of(chunks.end - 1).end);
+            self.set_up(level, executor, scratch, job, (chunks.clone(), &faces_of));
+            if executor.is_cancelled() {
                 // Lists may be those of another draw.
                 return None;
             }
@@ -219,9 +225,9 @@ impl Binning {
     fn place_vertices(
         &mut self,
         level: Level,
-        crew: &Workers,
+        executor: &CancellableExecutor,
         scratch: &mut Scratch,
-        job: &Job<'_>,
+        job: &DrawJob<'_>,
         end: usize,
     ) {
         let (mesh, projector, placed) = (job.mesh, &self.projector, self.placed);
@@ -238,14 +244,14 @@ impl Binning {
             };
             ([0, 1, 2].map(|axis| &mesh.positions[axis][start..start + length]), marks)
         };
-        crew.chunks(&mut scratch.records[placed..until], CHUNK_VERTICES, |i, records| {
-            let (positions, marks) = range_of(i, records.len());
-            level.dispatch(VertexKernel { positions, projector, marks, records });
+        executor.chunks(&mut scratch.screen_vertices[placed..until], CHUNK_VERTICES, |i, screen_vertices| {
+            let (positions, marks) = range_of(i, screen_vertices.len());
+            level.dispatch(VertexKernel { positions, projector, marks, screen_vertices });
         });
-        if let Some(Deep { row, .. }) = job.deep {
-            crew.chunks(&mut scratch.deep[placed..until], CHUNK_VERTICES, |i, out| {
+        if let Some(DepthF64 { row, .. }) = job.depth_f64 {
+            executor.chunks(&mut scratch.depth_f64[placed..until], CHUNK_VERTICES, |i, out| {
                 let (positions, marks) = range_of(i, out.len());
-                level.dispatch(DeepVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
+                level.dispatch(DepthVertexKernel { positions, to_screen: &job.to_screen, row, marks, out });
             });
         }
         self.placed = until;
@@ -255,28 +261,29 @@ impl Binning {
     fn set_up(
         &self,
         level: Level,
-        crew: &Workers,
+        executor: &CancellableExecutor,
         scratch: &mut Scratch,
-        job: &Job<'_>,
+        job: &DrawJob<'_>,
         (chunks, faces_of): (Range<usize>, &(impl Fn(usize) -> Range<usize> + Sync)),
     ) {
         let (mesh, grid) = (job.mesh, self.grid);
         let (most_bytes, is_shared) = (scratch.list_bytes, scratch.is_shared);
-        let (records, fates, bytes) = (scratch.records.as_slice(), scratch.fates.as_slice(), &scratch.bytes);
+        let (screen_vertices, visibilities, bytes) =
+            (scratch.screen_vertices.as_slice(), scratch.visibilities.as_slice(), &scratch.bytes);
         let first_chunk = chunks.start;
-        crew.chunks(&mut scratch.chunks[chunks], 1, |i, chunk| {
+        executor.chunks(&mut scratch.chunks[chunks], 1, |i, chunk| {
             let range = faces_of(first_chunk + i);
             let padded = range.start..range.end.next_multiple_of(16);
             chunk[0].reset(grid.columns * grid.rows, bytes);
             level.dispatch(SetupKernel {
-                records,
+                screen_vertices,
                 corners: [0, 1, 2].map(|k| &mesh.corners[k][padded.clone()]),
                 faces: range.len(),
-                fates: fates
+                visibilities: visibilities
                     .get(range.start / CLUSTER_FACES..range.end.div_ceil(CLUSTER_FACES))
                     .unwrap_or(&[]),
                 first_face: range.start as u32,
-                keep: job.keep,
+                winding: job.winding,
                 view: job.view,
                 grid,
                 plain: job.plain,

@@ -1,9 +1,9 @@
 //! Where faces that are set up wait for their tiles: the tiles of a view, and each one's lists.
 
+use super::exact_faces::ExactFace;
 use super::fragments::{FragmentList, Fragments};
-use super::wide::WideFace;
 use crate::memory::DEPTH_CELL;
-use crate::pipeline::call::DrawStats;
+use crate::pipeline::draw_call::DrawStats;
 use crate::simd::Simd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -165,31 +165,31 @@ impl std::ops::Deref for TinyList {
     }
 }
 
-/// In a bin, a face that is not tiny, or a turn.
+/// In a bin, a face that is not tiny, or a break of the order.
 #[derive(Clone, Copy, Debug)]
 pub struct Larger {
     /// How many fragments of the bin come before it.
     pub fragments_before: u32,
     /// How many tiny faces come before it; those since the last `Larger` are drawn after its fragments.
     pub tiny_before: u32,
-    /// Its place, and in which list.
-    pub place: Place,
+    /// Its list and its index there.
+    pub entry: BinEntry,
 }
 
-/// Where a face waits that is not tiny.
+/// The list that holds a face that is not tiny, and its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum BinEntry {
     /// Among the bin's small faces.
     Small(u32),
-    /// Among the chunk's wide faces.
-    Wide(u32),
+    /// Among the chunk's exact faces.
+    Exact(u32),
     /// Nowhere: fragments come after tiny faces.
-    Turn,
+    OrderBreak,
 }
 
-/// Which faces are left out, by the sign of their area on the screen (rows grow downwards).
+/// The windings that are drawn, by the sign of the area on the screen (rows grow downwards).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
+pub enum Winding {
     /// Those that are counter-clockwise as seen.
     CounterClockwise,
     /// Those that are clockwise as seen.
@@ -200,7 +200,7 @@ pub enum Keep {
 
 /// The pixels that may be drawn, half-open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct View {
+pub struct ClipRect {
     /// Left column.
     pub x0: i32,
     /// Top row.
@@ -231,7 +231,7 @@ impl Grid {
     pub const TILE_ROWS: i32 = 32;
 
     /// The tiles of a view in a frame of this width.
-    pub fn new(view: &View, width: usize) -> Self {
+    pub fn new(view: &ClipRect, width: usize) -> Self {
         Grid {
             columns: (width / Self::TILE_COLUMNS as usize).max(1),
             rows: ((view.y1 - view.y0).max(0) as usize).div_ceil(Self::TILE_ROWS as usize),
@@ -302,11 +302,11 @@ impl Bin {
         [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)]
     }
 
-    /// A larger face comes, or a turn.
+    /// Adds a larger face, or a break of the order.
     #[inline(always)]
-    fn add_larger(&mut self, place: Place, bytes: &ListBytes) {
+    fn add_larger(&mut self, entry: BinEntry, bytes: &ListBytes) {
         let (fragments_before, tiny_before) = (self.fragments.len() as u32, self.tiny.len() as u32);
-        bytes.push(&mut self.larger, Larger { fragments_before, tiny_before, place });
+        bytes.push(&mut self.larger, Larger { fragments_before, tiny_before, entry });
     }
 
     /// Something within these bounds reaches the tile.
@@ -332,7 +332,7 @@ impl Default for Bin {
 #[derive(Debug, Default)]
 pub struct Chunk {
     /// Faces set up in f64.
-    pub wide: Vec<WideFace>,
+    pub exact_faces: Vec<ExactFace>,
     /// For each tile, row by row, the faces that reach it.
     pub bins: Vec<Bin>,
     /// The tiles that are reached.
@@ -353,7 +353,7 @@ impl Chunk {
             self.bytes = bytes.clone();
         }
         self.done = 0;
-        self.wide.clear();
+        self.exact_faces.clear();
         for tile in self.reached.drain(..) {
             let bin = &mut self.bins[tile as usize];
             bin.fragments.clear();
@@ -405,7 +405,7 @@ impl Chunk {
     ) {
         let bin = touch(&mut self.bins, &mut self.reached, tile);
         if bin.tiny.len() > bin.larger.last().map_or(0, |last| last.tiny_before as usize) {
-            bin.add_larger(Place::Turn, &self.bytes);
+            bin.add_larger(BinEntry::OrderBreak, &self.bytes);
         }
         for (fragments, inside) in fragments.iter().zip(inside) {
             bin.fragments.add(s, inside, fragments, &self.bytes);
@@ -418,21 +418,26 @@ impl Chunk {
     pub fn add_small(&mut self, face: &Small, grid: &Grid) {
         self.add_larger(face.bounds, grid, |bin, bytes| {
             bytes.push(&mut bin.small, *face);
-            Place::Small(bin.small.len() as u32 - 1)
+            BinEntry::Small(bin.small.len() as u32 - 1)
         });
     }
 
-    /// Adds a wide face, and puts its place among the wide ones into the tiles of its bounds.
+    /// Adds an exact face, and its index among the exact ones to the tiles of its bounds.
     #[inline(always)]
-    pub fn add_wide(&mut self, face: WideFace, grid: &Grid) {
-        let place = Place::Wide(self.wide.len() as u32);
+    pub fn add_exact(&mut self, face: ExactFace, grid: &Grid) {
+        let place = BinEntry::Exact(self.exact_faces.len() as u32);
         let b = face.bounds;
-        self.bytes.push(&mut self.wide, face);
+        self.bytes.push(&mut self.exact_faces, face);
         self.add_larger([b.x0 as i16, b.y0 as i16, b.x1 as i16, b.y1 as i16], grid, |_, _| place);
     }
 
     #[inline(always)]
-    fn add_larger(&mut self, bounds: [i16; 4], grid: &Grid, place: impl Fn(&mut Bin, &ListBytes) -> Place) {
+    fn add_larger(
+        &mut self,
+        bounds: [i16; 4],
+        grid: &Grid,
+        place: impl Fn(&mut Bin, &ListBytes) -> BinEntry,
+    ) {
         let [left, top, right, bottom] = grid.tiles_of(bounds.map(i32::from));
         for row in top..=bottom {
             for column in left..=right {

@@ -13,7 +13,7 @@
 //!
 //! How one would know: `tests` hold every face of what is left out to the set-up of single faces.
 
-use super::bins::{Keep, View};
+use super::bins::{ClipRect, Winding};
 use super::vertex::{ROUNDINGS, ToScreen, WIDTH};
 use crate::cancel::CancelToken;
 use crate::simd::{Kernel, Simd};
@@ -54,11 +54,11 @@ pub struct Clusters {
     blocks: Vec<u32>,
 }
 
-/// What becomes of a cluster.
+/// The visibility of a cluster, as culling decides it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fate;
+pub struct Visibility;
 
-impl Fate {
+impl Visibility {
     /// Its faces are looked at one by one.
     pub const OPEN: u8 = 0;
     /// All are culled.
@@ -121,11 +121,11 @@ impl Clusters {
     /// Adds the sphere and the cone of these faces, rounded outwards.
     fn add(&mut self, faces: &[[DVec3; 3]]) {
         let points = || faces.iter().flatten();
-        let mut box_ = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for p in points() {
-            box_ = (box_.0.min(*p), box_.1.max(*p));
+            bounds = (bounds.0.min(*p), bounds.1.max(*p));
         }
-        let middle = ((box_.0 + box_.1) * 0.5).as_vec3();
+        let middle = ((bounds.0 + bounds.1) * 0.5).as_vec3();
         // Around a point that is nowhere no sphere is large enough: `max` would pass over what is no number.
         let radius2 = match points().all(|p| p.is_finite()) {
             true => points().fold(0.0f64, |r, p| r.max(p.distance_squared(middle.as_dvec3()))),
@@ -195,9 +195,9 @@ fn up(value: f64) -> f32 {
     ((value * (1.0 + 1e-6)) as f32).next_up()
 }
 
-/// What a draw shows of space, as clusters ask for it: everything in object space.
+/// A draw's view volume and cofactors in object space, for culling clusters.
 #[derive(Clone, Copy, Debug)]
-pub struct Outlook {
+pub struct CullView {
     /// Unit planes with their distances: inside is >= 0. Left, right, top, bottom, near, far.
     planes: [[f64; 4]; 6],
     /// The first four moved outwards by more than a pixel.
@@ -215,20 +215,20 @@ pub struct Outlook {
     /// How far the numbers of planes and cofactors reach: their roundings are a part of it.
     reach: f64,
     /// How far the plain path's roundings move a point seen from a plane or from the eye, in object space.
-    astray: f64,
+    object_error: f64,
     /// Pixels that they move a corner by on the screen, where W is 1.
-    shaken: f64,
+    screen_error: f64,
 }
 
-impl Outlook {
+impl CullView {
     /// Of a draw of positions whose coordinates are at most `farthest` from 0; `complement` is w - z as a row over view space.
     pub fn new(
         t: &ToScreen,
         to_view: &DMat4,
         farthest: [f64; 3],
         complement: [f64; 4],
-        view: &View,
-        keep: Keep,
+        view: &ClipRect,
+        winding: Winding,
     ) -> Self {
         let back = to_view.transpose();
         let clip = [t.projection[0], t.projection[1], t.projection[2], complement, t.projection[3]];
@@ -249,7 +249,7 @@ impl Outlook {
             let span = t.center[axis].abs() + low.max(high);
             t.half[axis].abs() * [far_x, far_y][axis] + span * far_w
         });
-        let astray = [(left, sums[0]), (right, sums[0]), (top, sums[1]), (bottom, sums[1])]
+        let object_error = [(left, sums[0]), (right, sums[0]), (top, sums[1]), (bottom, sums[1])]
             .into_iter()
             .chain([(z, far_z), (rest, far_rest), (w, far_w)])
             .map(|(row, sum)| (row.truncate().length(), sum))
@@ -257,10 +257,10 @@ impl Outlook {
             .map(|(slope, sum)| if sum.is_finite() { ROUNDINGS * sum / slope } else { f64::INFINITY })
             .fold(0.0, f64::max);
         let [gx, gy, gw] = [x, y, w].map(|row| row.truncate());
-        let turn = match keep {
-            Keep::CounterClockwise => (hx * hy).signum(),
-            Keep::Clockwise => -(hx * hy).signum(),
-            Keep::Both => 0.0,
+        let turn = match winding {
+            Winding::CounterClockwise => (hx * hy).signum(),
+            Winding::Clockwise => -(hx * hy).signum(),
+            Winding::Both => 0.0,
         };
         let spread = gx.cross(gy).dot(gw) * turn;
         let cofactor = (gy.cross(gw) * x.w + gw.cross(gx) * y.w + gx.cross(gy) * w.w) * turn;
@@ -269,7 +269,7 @@ impl Outlook {
         let slope = gw.length();
         let offsets =
             planes.iter().map(|p| p[3].abs()).chain([cofactor.length() / spread.abs(), w.w.abs() / slope]);
-        Outlook {
+        CullView {
             planes,
             beyond: sides(1.01).map(plane),
             w: w.to_array(),
@@ -279,8 +279,8 @@ impl Outlook {
             area_scale: (hx * hy * turn).abs(),
             edge_scale: (hx.abs() * gx.length() + across * slope).max(hy.abs() * gy.length() + down * slope),
             reach: offsets.filter(|o| o.is_finite()).fold(0.0, f64::max),
-            astray,
-            shaken: ROUNDINGS * sums[0].max(sums[1]),
+            object_error,
+            screen_error: ROUNDINGS * sums[0].max(sums[1]),
         }
     }
 }
@@ -300,9 +300,9 @@ pub struct ClusterKernel<'a> {
     /// The number of the run's first; a multiple of [`WIDTH`].
     pub first: usize,
     /// The draw's.
-    pub outlook: &'a Outlook,
-    /// The [`Fate`] of each of the run.
-    pub fates: &'a mut [u8],
+    pub cull_view: &'a CullView,
+    /// The [`Visibility`] of each of the run.
+    pub visibilities: &'a mut [u8],
     /// One a block of vertices: 1 where an open cluster asks for it. Empty where all are worked anyway.
     pub marks: &'a [AtomicU8],
 }
@@ -316,7 +316,7 @@ impl Kernel for ClusterKernel<'_> {
     fn run<S: Simd>(self, _: S) {
         let c = self.clusters;
         let [s, n] = [&c.spheres, &c.cones];
-        for (i, fates) in self.fates.chunks_mut(WIDTH).enumerate() {
+        for (i, visibilities) in self.visibilities.chunks_mut(WIDTH).enumerate() {
             let at = self.first + i * WIDTH;
             let lists = [
                 lanes(&s[0], at),
@@ -330,12 +330,12 @@ impl Kernel for ClusterKernel<'_> {
                 lanes(&c.least_areas, at),
                 lanes(&c.longest_edges, at),
             ];
-            let decided = decide(self.outlook, &lists);
-            fates.copy_from_slice(&decided[..fates.len()]);
+            let decided = decide(self.cull_view, &lists);
+            visibilities.copy_from_slice(&decided[..visibilities.len()]);
             if self.marks.is_empty() {
                 continue;
             }
-            for (k, _) in fates.iter().enumerate().filter(|(_, f)| **f == Fate::OPEN) {
+            for (k, _) in visibilities.iter().enumerate().filter(|(_, f)| **f == Visibility::OPEN) {
                 for &block in c.blocks_of(at + k) {
                     self.marks[block as usize].store(1, Relaxed);
                 }
@@ -355,15 +355,15 @@ fn lanes(list: &[f32], at: usize) -> Lanes {
     to
 }
 
-/// The fates of clusters: spheres, cones, areas and edges, a list each.
+/// The visibilities of clusters: spheres, cones, areas and edges, a list each.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
-fn decide(o: &Outlook, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lanes; 10]) -> [u8; WIDTH] {
-    let mut fates = [Fate::OPEN; WIDTH];
+fn decide(o: &CullView, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lanes; 10]) -> [u8; WIDTH] {
+    let mut visibilities = [Visibility::OPEN; WIDTH];
     for i in 0..WIDTH {
         // What roundings may do is far below this.
         let far = (x[i].abs() + y[i].abs()) + z[i].abs();
-        let r = (radius[i] + 1e-12 * (far + o.reach)) + o.astray;
+        let r = (radius[i] + 1e-12 * (far + o.reach)) + o.object_error;
         let (mut inside, mut outside) = (true, false);
         for p in &o.planes {
             inside &= ((p[0] * x[i] + p[1] * y[i]) + p[2] * z[i]) + p[3] >= r;
@@ -390,12 +390,12 @@ fn decide(o: &Outlook, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lane
         // Both sides times w_max^3; snapping 4 L / 256, with a hundredth to spare.
         let moved = (0.0158 * pixels / w_min + 1e-4) * (w_max * w_max * w_max);
         // Beside snapping, roundings must be nothing.
-        let turned = (doubled_area > moved) & (o.shaken <= 1e-5 * w_min);
+        let flip_normal = (doubled_area > moved) & (o.screen_error <= 1e-5 * w_min);
         let gone = (outside & is_before) | (w_max < 0.0);
-        let culled = inside & is_before & turned & !gone;
-        fates[i] = (culled as u8 * Fate::CULLED) | (gone as u8 * Fate::OUTSIDE);
+        let culled = inside & is_before & flip_normal & !gone;
+        visibilities[i] = (culled as u8 * Visibility::CULLED) | (gone as u8 * Visibility::OUTSIDE);
     }
-    fates
+    visibilities
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
 /// What makes a vertex: its corner without the normal, its material's number, and its normal.
-pub(super) type Key = (Corner, u32, DVec3);
+pub(super) type VertexKey = (Corner, u32, DVec3);
 
 /// A chain of so many vertices is the longest that is searched.
 const LONGEST_CHAIN: usize = 16;
@@ -22,7 +22,7 @@ const NONE: i32 = -1;
 const CROWDED: i32 = -2;
 
 /// Bytes that a vertex takes here at most: in its lists, which have room for twice their items and move, and among the hashes.
-pub(super) const DISTINCT_BYTES: u64 = 3 * (size_of::<Key>() + 4) as u64 + 56;
+pub(super) const DISTINCT_BYTES: u64 = 3 * (size_of::<VertexKey>() + 4) as u64 + 56;
 
 /// See the module's text.
 pub(super) struct Distinct {
@@ -30,7 +30,7 @@ pub(super) struct Distinct {
     first: Vec<i32>,
     /// Of each vertex, the one before it in its chain.
     next: Vec<i32>,
-    keys: Vec<Key>,
+    keys: Vec<VertexKey>,
     /// Of each hash of crowded positions' keys, the last vertex.
     crowded: HashMap<u64, i32>,
     hasher: RandomState,
@@ -58,7 +58,7 @@ impl Distinct {
 
     /// The vertex of a key, if there is one.
     #[inline]
-    pub fn find(&mut self, key: &Key) -> Option<i32> {
+    pub fn find(&mut self, key: &VertexKey) -> Option<i32> {
         let mut vertex = self.first[key.0.position as usize];
         if vertex == CROWDED {
             vertex = self.crowded.get(&self.hash(key)).copied().unwrap_or(NONE);
@@ -73,7 +73,7 @@ impl Distinct {
 
     /// Adds a key that the last search was for and has not found; the number of its vertex.
     #[inline]
-    pub fn add(&mut self, key: Key) -> i32 {
+    pub fn add(&mut self, key: VertexKey) -> i32 {
         let (vertex, position) = (self.keys.len() as i32, key.0.position as usize);
         self.keys.push(key);
         if self.passed >= LONGEST_CHAIN || self.first[position] == CROWDED {
@@ -103,7 +103,7 @@ impl Distinct {
     }
 
     /// Equal keys have equal hashes: -0 is 0, and normals are numbers.
-    fn hash(&self, (corner, material, normal): &Key) -> u64 {
+    fn hash(&self, (corner, material, normal): &VertexKey) -> u64 {
         let normal = normal.to_array().map(|v| (v + 0.0).to_bits());
         self.hasher.hash_one((corner.position, corner.texcoord, corner.color, *material, normal))
     }

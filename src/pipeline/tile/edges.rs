@@ -76,14 +76,14 @@ pub(super) struct Edges<S: Simd> {
 }
 
 impl<S: Simd> Edges<S> {
-    /// At LANES columns from `start` on, of which those of `wanted` count, and at row `y`.
+    /// At LANES columns from `start` on, of which those of `counted` count, and at row `y`.
     #[inline(always)]
-    pub fn new(s: S, face: &Small, start: i32, wanted: Range<i32>, y: i32) -> Self {
+    pub fn new(s: S, face: &Small, start: i32, counted: Range<i32>, y: i32) -> Self {
         let lanes = S::LANES as i32;
         let column = s.iota() + s.splat_i(start - i32::from(face.bounds[0]));
         let down = y - i32::from(face.bounds[1]);
         let ([e0, e1, e2], [x0, x1, x2], [y0, y1, y2]) = (face.edges, face.steps_x, face.steps_y);
-        let to = (wanted.end - start).min(lanes);
+        let to = (counted.end - start).min(lanes);
         Edges {
             at: [
                 s.splat_i(x0) * column + s.splat_i(e0 + y0 * down),
@@ -91,7 +91,7 @@ impl<S: Simd> Edges<S> {
                 s.splat_i(x2) * column + s.splat_i(e2 + y2 * down),
             ],
             steps_y: [s.splat_i(y0), s.splat_i(y1), s.splat_i(y2)],
-            columns: s.mask((u32::MAX << (wanted.start - start)) & (((1u64 << to) - 1) as u32)),
+            columns: s.mask((u32::MAX << (counted.start - start)) & (((1u64 << to) - 1) as u32)),
         }
     }
 

@@ -2,87 +2,97 @@
 //!
 //! Visibility first: faces are set up a vector at a time, binned into bands of rows, and each band finds out which face
 //! is seen at each of its pixels (exact integer coverage, then depth, in file order); then every pixel that was won is
-//! shaded once. A face that f32 records cannot hold (behind the eye, steep, huge) is set up by the plain path in f64 in the
+//! shaded once. A face that f32 screen vertices cannot hold (behind the eye, steep, huge) is set up by the plain path in f64 in the
 //! middle of it, so the picture is the plain path's within its limits: the same coverage, depth within 4e-7, colour within
 //! 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of threads and at every
 //! vector width.
 //!
-//! Stages: clusters (what cannot be seen) -> vertex -> setup (cull, bound, cover, bin) -> raster (band by band) -> resolve (band by band).
+//! Stages: clusters (what cannot be seen) -> vertex -> setup (cull, bound, cover, bin) -> raster and
+//! resolve, a row of tiles after the other.
 
-mod bands;
+mod attribute_fetch;
+mod bin_fragments;
 mod binning;
 mod bins;
+mod blended_face;
+mod blended_texture;
+mod cancellable_executor;
 mod clusters;
-mod coarse;
-mod corners;
-mod crew;
-mod deep;
+mod depth_f64;
 mod distinct;
 mod edges;
-mod faces;
+mod exact_faces;
+mod executor;
+mod face_tables;
+mod fog;
 mod fragments;
-mod hand_out;
-mod haze;
-mod light;
-mod prepared;
+mod hierarchical_z;
+mod indexed_mesh;
+mod interpolate;
+mod lighting;
 mod raster;
 mod resolve;
+mod sampler;
 mod setup;
-mod shading;
-mod shares;
-mod sheet;
-mod tables;
-mod texels;
-mod texture;
-mod veil;
+mod shading_state;
+mod texel_fetch;
+mod texture_queue;
+mod tile_rows;
+mod traverse;
 mod vertex;
-mod waiting;
-mod walk;
-mod wide;
-mod workers;
+mod vertex_lighting;
 
-pub(crate) use bands::{BandMemories, Counts, bands, draw_band};
 pub(crate) use binning::{Binned, Binning, LIST_BYTES, bin_bytes, grid_bytes, list_bound, worst_list_bytes};
-pub(crate) use bins::{Keep, ListBytes, View};
+pub(crate) use bins::{ClipRect, ListBytes, Winding};
+pub(crate) use blended_face::{BlendedFace, BlendedFaceKernel, FaceLighting};
+pub(crate) use blended_texture::BlendedTexture;
+pub(crate) use cancellable_executor::CancellableExecutor;
 #[cfg(test)]
 pub(crate) use clusters::Clusters;
 pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
-pub(crate) use coarse::COARSE_BYTES;
-pub use crew::{Alone, Crew, Pool};
-pub(crate) use deep::Form;
-pub(crate) use haze::Haze;
-pub(crate) use light::{Cone, Exponent, FastLight, Lighting, Place};
-pub(crate) use prepared::{FaceTable, PreparedMesh};
-pub(crate) use shading::{Eye, Shading, Source, Surface};
-pub(crate) use sheet::Sheet;
-pub(crate) use tables::TableKernel;
-pub(crate) use texture::TextureShade;
-pub(crate) use veil::{Glow, Veil, VeilKernel};
-pub(crate) use vertex::{Record, ToScreen};
-pub(crate) use wide::WideFace;
-pub(crate) use workers::Workers;
+pub(crate) use depth_f64::DepthEncoder;
+pub(crate) use exact_faces::ExactFace;
+pub use executor::{Executor, Pool, Serial};
+pub(crate) use fog::FogParams;
+pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
+pub(crate) use indexed_mesh::{FaceTable, IndexedMesh};
+pub(crate) use lighting::{Cone, Exponent, FastLight, LightPosition, MaterialLighting};
+pub(crate) use sampler::TextureSampler;
+pub(crate) use shading_state::{ColorSource, Eye, MaterialBinding, Shading};
+pub(crate) use tile_rows::{Counts, TileRowBuffers, draw_tile_row, for_each_tile_row};
+pub(crate) use vertex::{ScreenVertex, ToScreen};
+pub(crate) use vertex_lighting::VertexLightingKernel;
 
 use crate::memory::DepthCells;
-use crate::pipeline::call::{CoarseDepth, DrawStats};
+use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::simd::Level;
 use bins::{Bin, Chunk};
-use deep::DeepVertex;
+use depth_f64::DepthVertex;
 use std::sync::atomic::AtomicU8;
 use vertex::{Projector, VertexKernel};
 
 /// The records of three points of object space.
-pub(crate) fn records_of(level: Level, to_screen: &ToScreen, points: [[f64; 3]; 3]) -> [Record; 3] {
+pub(crate) fn screen_vertices_of(
+    level: Level,
+    to_screen: &ToScreen,
+    points: [[f64; 3]; 3],
+) -> [ScreenVertex; 3] {
     let axis = |axis: usize| points.map(|p| p[axis]);
     let (xs, ys, zs) = (axis(0), axis(1), axis(2));
-    let mut records = [[0.0; 4]; 3];
+    let mut screen_vertices = [[0.0; 4]; 3];
     let farthest = [0, 1, 2].map(|axis| points.iter().fold(0.0f64, |far, p| far.max(p[axis].abs())));
     let projector = &Projector::new(*to_screen, &to_screen.to_view(), farthest);
-    level.dispatch(VertexKernel { positions: [&xs, &ys, &zs], projector, marks: &[], records: &mut records });
-    records
+    level.dispatch(VertexKernel {
+        positions: [&xs, &ys, &zs],
+        projector,
+        marks: &[],
+        screen_vertices: &mut screen_vertices,
+    });
+    screen_vertices
 }
 
 /// A frame's memories, as the tile renderer writes them.
-pub(crate) struct Frame<'a> {
+pub(crate) struct FrameSlices<'a> {
     /// Pixels in a row.
     pub width: usize,
     /// RGBA bytes.
@@ -97,12 +107,12 @@ pub(crate) struct Frame<'a> {
 #[derive(Debug)]
 pub(crate) struct Scratch {
     /// What becomes of each cluster of faces.
-    fates: Vec<u8>,
+    visibilities: Vec<u8>,
     /// Which blocks of vertices are asked for.
     marks: Vec<AtomicU8>,
-    records: Vec<Record>,
+    screen_vertices: Vec<ScreenVertex>,
     /// The same in f64, for the depth formats that ask for that.
-    deep: Vec<DeepVertex>,
+    depth_f64: Vec<DepthVertex>,
     chunks: Vec<Chunk>,
     /// For each tile the chunks that reach it, a bit each; empty where there is but one chunk.
     visitors: Vec<u64>,
@@ -117,10 +127,10 @@ pub(crate) struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Scratch {
-            fates: Vec::new(),
+            visibilities: Vec::new(),
             marks: Vec::new(),
-            records: Vec::new(),
-            deep: Vec::new(),
+            screen_vertices: Vec::new(),
+            depth_f64: Vec::new(),
             chunks: Vec::new(),
             visitors: Vec::new(),
             bytes: ListBytes::default(),
@@ -141,7 +151,7 @@ impl Scratch {
                 + b.small.capacity() * size_of::<bins::Small>()
         };
         let chunk = |c: &Chunk| {
-            c.wide.capacity() * size_of::<WideFace>()
+            c.exact_faces.capacity() * size_of::<ExactFace>()
                 + c.reached.capacity() * 4
                 + c.bins.iter().map(bin).sum::<usize>()
         };
@@ -150,26 +160,26 @@ impl Scratch {
 
     /// Bytes of all memories but the tiles' lists.
     pub fn vertex_bytes(&self) -> usize {
-        self.fates.capacity()
+        self.visibilities.capacity()
             + self.marks.capacity()
             + self.visitors.capacity() * 8
-            + self.records.capacity() * 16
-            + self.deep.capacity() * size_of::<DeepVertex>()
+            + self.screen_vertices.capacity() * 16
+            + self.depth_f64.capacity() * size_of::<DepthVertex>()
     }
 }
 
 /// One draw of opaque faces.
-pub(crate) struct Job<'a> {
+pub(crate) struct DrawJob<'a> {
     /// The mesh.
-    pub mesh: &'a PreparedMesh,
+    pub mesh: &'a IndexedMesh,
     /// Object space to the screen.
     pub to_screen: ToScreen,
     /// View space to w - z, free of cancellation.
     pub complement: [f64; 4],
     /// Which windings are drawn.
-    pub keep: Keep,
+    pub winding: Winding,
     /// Which pixels may be drawn; inside the frame.
-    pub view: View,
+    pub view: ClipRect,
     /// How pixels get their colours.
     pub shading: Shading<'a>,
     /// The plain path's set-up, for faces that records cannot hold.
@@ -177,16 +187,16 @@ pub(crate) struct Job<'a> {
     /// What the memory of ids keeps.
     pub name: u32,
     /// How depth is worked in f64; `None` for f32 depths, and where there are none.
-    pub deep: Option<Deep>,
+    pub depth_f64: Option<DepthF64>,
     /// Whether hidden faces are left out tile by tile.
     pub coarse: CoarseDepth,
 }
 
 /// What depth formats other than f32 ask for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Deep {
+pub(crate) struct DepthF64 {
     /// How words are made.
-    pub form: Form,
+    pub encoder: DepthEncoder,
     /// View space to what is stored, times w: z or w - z.
     pub row: [f64; 4],
 }
@@ -206,31 +216,31 @@ pub(crate) struct TileStats {
 }
 
 /// Bytes of a vertex on the screen, and of one with its depth in f64.
-pub(crate) const RECORD_BYTES: u64 = size_of::<Record>() as u64;
-pub(crate) const DEEP_VERTEX_BYTES: u64 = size_of::<DeepVertex>() as u64;
+pub(crate) const SCREEN_VERTEX_BYTES: u64 = size_of::<ScreenVertex>() as u64;
+pub(crate) const DEPTH_VERTEX_BYTES: u64 = size_of::<DepthVertex>() as u64;
 
 /// Draws `job` into `frame`.
 ///
 /// The frame's sides must lie within [`FRAME_LIMITS`] and the view inside the frame; the faces must be fewer than 2^30. To be
-/// called inside [`Workers::run`].
+/// called inside [`CancellableExecutor::run`].
 pub(crate) fn render(
     level: Level,
-    crew: &Workers,
+    executor: &CancellableExecutor,
     scratch: &mut Scratch,
-    job: &Job<'_>,
-    frame: Frame<'_>,
+    job: &DrawJob<'_>,
+    frame: FrameSlices<'_>,
 ) -> TileStats {
     let mut stats = TileStats { rows: (u32::MAX, 0), ..TileStats::default() };
-    let Frame { width, bytes, mut depth, pick } = frame;
+    let FrameSlices { width, bytes, mut depth, pick } = frame;
     let counts = Counts::default();
-    let mut binning = Binning::new(level, crew, scratch, job, width);
-    while let Some(binned) = binning.next(level, crew, scratch, job, &mut stats.draw) {
+    let mut binning = Binning::new(level, executor, scratch, job, width);
+    while let Some(binned) = binning.next(level, executor, scratch, job, &mut stats.draw) {
         let Some(reached) = binned.bands else { continue };
         let scratch = &*scratch;
         let depth = depth.as_mut().map(DepthCells::reborrow);
-        let frame = Frame { width, bytes: &mut *bytes, depth, pick: &mut *pick };
-        let rows = bands(crew, reached, &job.view, frame, &|band, far, memories| {
-            draw_band(level, (scratch, &binned), job, (width, far), band, memories, &counts);
+        let frame = FrameSlices { width, bytes: &mut *bytes, depth, pick: &mut *pick };
+        let rows = for_each_tile_row(executor, reached, &job.view, frame, &|band, far, workspace| {
+            draw_tile_row(level, (scratch, &binned), job, (width, far), band, workspace, &counts);
         });
         stats.rows = (stats.rows.0.min(rows.0), stats.rows.1.max(rows.1));
     }

@@ -6,8 +6,8 @@
 
 use super::bins::{Bin, Grid, Small, Tiny};
 use super::edges::Edges;
-use super::walk::{FaceRaster, Walked, walk};
-use super::wide::{self, WideFace};
+use super::exact_faces::{self, ExactFace};
+use super::traverse::{FaceRaster, RasterStats, traverse};
 use crate::math::coverage::Filling;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
@@ -62,8 +62,8 @@ impl Tile<'_> {
 pub struct RasterKernel<'a, 'b> {
     /// The chunk's faces in this tile.
     pub bin: &'a Bin,
-    /// The chunk's wide faces.
-    pub wide: &'a [WideFace],
+    /// The chunk's exact faces.
+    pub exact_faces: &'a [ExactFace],
     /// What will be asked of each face that is seen.
     pub corners: &'a [[f32; 4]],
     /// The memories.
@@ -71,11 +71,11 @@ pub struct RasterKernel<'a, 'b> {
 }
 
 impl Kernel for RasterKernel<'_, '_> {
-    type Output = Walked;
+    type Output = RasterStats;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, s: S) -> Walked {
-        walk(s, self.bin, self.wide, &mut self)
+    fn run<S: Simd>(mut self, s: S) -> RasterStats {
+        traverse(s, self.bin, self.exact_faces, &mut self)
     }
 }
 
@@ -105,16 +105,16 @@ impl FaceRaster for RasterKernel<'_, '_> {
         small(s, face, self.tile)
     }
     #[inline(always)]
-    fn wide<S: Simd>(&mut self, s: S, face: &WideFace) -> (u64, u64) {
-        wide::draw(s, face, self.tile)
+    fn exact_face<S: Simd>(&mut self, s: S, face: &ExactFace) -> (u64, u64) {
+        exact_faces::draw(s, face, self.tile)
     }
     #[inline(always)]
-    fn filling(&self, face: &WideFace) -> Filling {
-        wide::filling(face, self.tile)
+    fn filling(&self, face: &ExactFace) -> Filling {
+        exact_faces::filling(face, self.tile)
     }
     #[inline(always)]
-    fn stack<S: Simd>(&mut self, s: S, faces: &[&WideFace]) -> u64 {
-        wide::stack(s, faces, self.tile)
+    fn stack<S: Simd>(&mut self, s: S, faces: &[&ExactFace]) -> u64 {
+        exact_faces::stack(s, faces, self.tile)
     }
     #[inline(always)]
     fn pixels(&self) -> u64 {

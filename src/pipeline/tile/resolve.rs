@@ -3,27 +3,27 @@
 //! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped to the face's,
 //! of whose sign it is;
 //! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
-//! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. A wide face brings e_i / w_i as linear functions of the
+//! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. An exact face brings e_i / w_i as linear functions of the
 //! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
 
-use super::bins::View;
-use super::corners::{Few, MOST_FEW};
-use super::faces::Faces;
-use super::light::{pack, splat3};
+use super::attribute_fetch::{Few, MOST_FEW};
+use super::bins::ClipRect;
+use super::exact_faces::ExactFace;
+use super::face_tables::Faces;
+use super::interpolate::FragmentInputs;
+use super::lighting::{pack, splat3};
 use super::raster::{ID_STRIDE, NO_FACE, Tile};
-use super::shares::Weighed;
-use super::waiting::{Line, ROOM};
-use super::wide::WideFace;
+use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use crate::simd::{I32, Kernel, Mask, Simd};
 
 /// Set in the memory of ids beside the number of a face that was set up in f64.
-pub const WIDE_BIT: i32 = 1 << 30;
+pub const EXACT_FACE_BIT: i32 = 1 << 30;
 /// Shades a tile.
 pub struct ResolveKernel<'a, 'b, 'c> {
     /// The faces.
     pub faces: Faces<'a>,
     /// Which columns and rows may hold faces, inside the tile.
-    pub reach: View,
+    pub reach: ClipRect,
     /// The tile; its memory of ids is left empty.
     pub tile: &'b mut Tile<'c>,
     /// The RGBA bytes of the frame's rows from the tile's first on.
@@ -35,9 +35,9 @@ pub struct ResolveKernel<'a, 'b, 'c> {
 }
 
 /// A face that was set up in f64, looked up once for all its neighbouring vectors.
-struct Known<'a, S: Simd> {
+struct CachedFace<'a, S: Simd> {
     face: i32,
-    wide: Option<&'a WideFace>,
+    exact_face: Option<&'a ExactFace>,
     /// Its packed colour, where it has but one.
     color: Option<S::I>,
 }
@@ -52,27 +52,27 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
-        let mut known = Known { face: NO_FACE, wide: None, color: None };
+        let mut cached = CachedFace { face: NO_FACE, exact_face: None, color: None };
         // Only what is textured ever waits.
-        let is_textured = self.faces.shading.surfaces.iter().any(|surface| surface.texture.is_some());
-        let mut line = if is_textured { Some(Line::new(s)) } else { None };
+        let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
+        let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
         let (x0, y0) = (self.tile.x0, self.tile.y0);
         let left = x0 + ((self.reach.x0 - x0) & !(STRIP[0] - 1));
         let mut y = y0 + ((self.reach.y0 - y0) & !(STRIP[1] - 1));
         while y < self.reach.y1 {
             let mut x = left;
             while x < self.reach.x1 {
-                if self.is_full_of(s, &known, x, y) {
+                if self.is_full_of(s, &cached, x, y) {
                     shaded += (STRIP[0] * STRIP[1]) as u64;
                     x += STRIP[0];
                     continue;
                 }
-                let (seen, has_narrow, has_wide) = self.look(s, x, y);
+                let (seen, has_narrow, has_exact) = self.look(s, x, y);
                 if has_narrow {
-                    self.blocks(s, x, y, &mut line);
+                    self.blocks(s, x, y, &mut queue);
                 }
-                if has_wide {
-                    self.wide_rows(s, x, y, &mut known);
+                if has_exact {
+                    self.exact_rows(s, x, y, &mut cached);
                 }
                 if seen > 0 && !self.pick.is_empty() {
                     self.keep_ids(x, y);
@@ -82,8 +82,8 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
             }
             y += STRIP[1];
         }
-        if let Some(line) = &mut line {
-            self.draw_line(s, line);
+        if let Some(queue) = &mut queue {
+            self.drain_queue(s, queue);
         }
         let rows = (self.reach.y0 - y0) as usize..(self.reach.y1 - y0) as usize;
         let columns = (self.reach.x0 - x0) as usize..(self.reach.x1 - x0) as usize;
@@ -99,30 +99,30 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     #[inline(always)]
     fn look<S: Simd>(&self, s: S, x: i32, y: i32) -> (u32, bool, bool) {
         let at = self.tile.id_at(x, y);
-        let (mut seen, mut wide) = (0, 0);
+        let (mut seen, mut exact_face) = (0, 0);
         let mut row = 0;
         while row < STRIP[1] as usize {
             let mut column = 0;
             while column < STRIP[0] as usize {
                 let ids = s.load_i(&self.tile.ids[at + row * ID_STRIDE + column..]);
                 seen += ids.gt(s.splat_i(NO_FACE)).bits().count_ones();
-                wide += ids.gt(s.splat_i(WIDE_BIT - 1)).bits().count_ones();
+                exact_face += ids.gt(s.splat_i(EXACT_FACE_BIT - 1)).bits().count_ones();
                 column += S::LANES;
             }
             row += 1;
         }
-        (seen, wide < seen, wide > 0)
+        (seen, exact_face < seen, exact_face > 0)
     }
 
     /// Whether a whole strip shows the face that was looked up last, of one colour; then it has got it.
     #[inline(always)]
-    fn is_full_of<S: Simd>(&mut self, s: S, known: &Known<'a, S>, x: i32, y: i32) -> bool {
-        let Some(color) = known.color else { return false };
+    fn is_full_of<S: Simd>(&mut self, s: S, cached: &CachedFace<'a, S>, x: i32, y: i32) -> bool {
+        let Some(color) = cached.color else { return false };
         let is_inside = x + STRIP[0] <= self.tile.x1 && y + STRIP[1] <= self.tile.y1;
         if !is_inside || !self.pick.is_empty() {
             return false;
         }
-        let (at, face) = (self.tile.id_at(x, y), s.splat_i(known.face | WIDE_BIT));
+        let (at, face) = (self.tile.id_at(x, y), s.splat_i(cached.face | EXACT_FACE_BIT));
         let mut same = s.mask(u32::MAX);
         let mut row = 0;
         while row < STRIP[1] as usize {
@@ -152,13 +152,13 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// The pixels of a strip whose faces have records, a block of four columns at a time.
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Option<Line<S>>) {
+    fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
         let height = S::LANES as i32 / 4;
         let mut row = y;
         while row < y + STRIP[1] {
             let mut column = x;
             while column < (x + STRIP[0]).min(self.tile.x1) {
-                self.block(s, column.min(self.tile.x1 - 4), row, line);
+                self.block(s, column.min(self.tile.x1 - 4), row, queue);
                 column += 4;
             }
             row += height;
@@ -166,9 +166,9 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     }
 
     #[inline(always)]
-    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, line: &mut Option<Line<S>>) {
+    fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
         let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
-        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(WIDE_BIT).gt(ids);
+        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(EXACT_FACE_BIT).gt(ids);
         if !narrow.any() {
             return;
         }
@@ -184,78 +184,84 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             return;
         }
         let mut few = Few { count: 0, pixels: [narrow; MOST_FEW], vertices: [[0; 3]; MOST_FEW] };
-        let (weighed, surfaces) = self.faces.weigh(s, narrow, ids, at, &mut few);
-        if self.faces.shading.surfaces.len() == 1 {
-            self.surface(s, narrow, 0, &weighed, (x, y), line);
+        let (inputs, bindings) = self.faces.fragment_inputs(s, narrow, ids, at, &mut few);
+        if self.faces.shading.bindings.len() == 1 {
+            self.binding(s, narrow, 0, &inputs, (x, y), queue);
             return;
         }
         // One surface after the other; mostly there is one in a block.
         let mut numbers = [0; 16];
-        s.store_i(surfaces, &mut numbers[..S::LANES]);
+        s.store_i(bindings, &mut numbers[..S::LANES]);
         let mut left = narrow;
         while left.any() {
             let number = numbers[left.bits().trailing_zeros() as usize];
-            let same = left & surfaces.eq(s.splat_i(number));
+            let same = left & bindings.eq(s.splat_i(number));
             left = left & !same;
-            self.surface(s, same, number as usize, &weighed, (x, y), line);
+            self.binding(s, same, number as usize, &inputs, (x, y), queue);
         }
     }
 
     /// The pixels of a block that show a surface: drawn, or put in line for their texels.
     #[inline(always)]
-    fn surface<S: Simd>(
+    fn binding<S: Simd>(
         &mut self,
         s: S,
         mask: S::M,
         number: usize,
-        weighed: &Weighed<'_, S>,
+        inputs: &FragmentInputs<'_, S>,
         (x, y): (i32, i32),
-        line: &mut Option<Line<S>>,
+        queue: &mut Option<TextureQueue<S>>,
     ) {
-        let surface = &self.faces.shading.surfaces[number];
-        let (lit, delicate) = self.faces.lit(s, mask, surface, weighed);
-        let sure = mask & !delicate;
-        if let (Some(texture), Some(line)) = (&surface.texture, line) {
-            let place = &mut line.vectors[line.count];
+        let binding = &self.faces.shading.bindings[number];
+        let (lit, needs_f64) = self.faces.lit(s, mask, binding, inputs);
+        let sure = mask & !needs_f64;
+        if let (Some(texture), Some(queue)) = (&binding.texture, queue) {
+            let place = &mut queue.vectors[queue.count];
             place.mask = sure;
-            place.surface = number;
+            place.binding = number;
             place.corner = [x, y];
             place.lit = lit;
-            place.spot = self.faces.spot(s, mask, texture, weighed);
-            line.count += 1;
-            if line.count == ROOM {
-                self.draw_line(s, line);
+            place.sample_coord = self.faces.sample_coord(s, mask, texture, inputs);
+            queue.count += 1;
+            if queue.count == QUEUE_CAPACITY {
+                self.drain_queue(s, queue);
             }
         } else {
             let color = self.faces.finish(s, &lit);
             let first = self.tile.depth_at(x, y);
             s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
         }
-        self.plain_pixels((mask & delicate).bits(), (x, y));
+        self.plain_pixels((mask & needs_f64).bits(), (x, y));
     }
 
     /// Draws the pixels that wait for their texels.
     #[inline(always)]
-    fn draw_line<S: Simd>(&mut self, s: S, line: &mut Line<S>) {
+    fn drain_queue<S: Simd>(&mut self, s: S, queue: &mut TextureQueue<S>) {
         let shading = self.faces.shading;
-        let vectors = &mut line.vectors[..line.count];
+        let vectors = &mut queue.vectors[..queue.count];
         for vector in &mut *vectors {
-            if let Some(texture) = &shading.surfaces[vector.surface].texture {
-                vector.aim = texture.aim(s, vector.mask, &vector.spot);
+            if let Some(texture) = &shading.bindings[vector.binding].texture {
+                vector.texel_addresses = texture.texel_addresses(s, vector.mask, &vector.sample_coord);
             }
         }
         for vector in &mut *vectors {
-            if let Some(texture) = &shading.surfaces[vector.surface].texture {
-                vector.lit.multiply(texture.texel(s, vector.mask, &vector.spot, &vector.aim));
+            if let Some(texture) = &shading.bindings[vector.binding].texture {
+                vector.lit.multiply(texture.texel(
+                    s,
+                    vector.mask,
+                    &vector.sample_coord,
+                    &vector.texel_addresses,
+                ));
             }
             let color = self.faces.finish(s, &vector.lit);
             let [x, y] = vector.corner;
-            let (first, delicate) = (self.tile.depth_at(x, y), vector.aim.delicate() & vector.mask);
-            let sure = vector.mask & !delicate;
+            let (first, needs_f64) =
+                (self.tile.depth_at(x, y), vector.texel_addresses.needs_f64() & vector.mask);
+            let sure = vector.mask & !needs_f64;
             s.store_block_bytes(sure, color, &mut self.bytes[first * 4..], self.tile.width);
-            self.plain_pixels(delicate.bits(), (x, y));
+            self.plain_pixels(needs_f64.bits(), (x, y));
         }
-        line.count = 0;
+        queue.count = 0;
     }
 
     /// Shades these pixels of a block by the plain path.
@@ -271,14 +277,14 @@ impl<'a> ResolveKernel<'a, '_, '_> {
 
     /// Shades one pixel by the plain path.
     fn plain_pixel(&mut self, id: i32, x: i32, y: i32) {
-        let color = (self.faces.shading.plain)((id & !WIDE_BIT) as u32, x, y);
+        let color = (self.faces.shading.plain)((id & !EXACT_FACE_BIT) as u32, x, y);
         let at = self.tile.depth_at(x, y) * 4;
         self.bytes[at..at + 4].copy_from_slice(&color);
     }
 
     /// The pixels of a strip whose faces were set up in f64, row by row, face by face: a vector mostly shows one.
     #[inline(always)]
-    fn wide_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, known: &mut Known<'a, S>) {
+    fn exact_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
         let lanes = S::LANES as i32;
         let end = (x + STRIP[0]).min(self.tile.x1);
         let mut row = y;
@@ -289,9 +295,9 @@ impl<'a> ResolveKernel<'a, '_, '_> {
                 let start = column.min(self.tile.x1 - lanes);
                 let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, row)..]);
                 let fresh = s.mask(u32::MAX << (column - start));
-                let wide = ids.gt(s.splat_i(WIDE_BIT - 1)) & fresh;
-                if wide.any() {
-                    self.wide_row(s, (start, row), ids, wide, known);
+                let exact_face = ids.gt(s.splat_i(EXACT_FACE_BIT - 1)) & fresh;
+                if exact_face.any() {
+                    self.exact_row(s, (start, row), ids, exact_face, cached);
                 }
                 column = start + lanes;
             }
@@ -300,13 +306,13 @@ impl<'a> ResolveKernel<'a, '_, '_> {
     }
 
     #[inline(always)]
-    fn wide_row<S: Simd>(
+    fn exact_row<S: Simd>(
         &mut self,
         s: S,
         (x, y): (i32, i32),
         ids: S::I,
         mut left: S::M,
-        known: &mut Known<'a, S>,
+        cached: &mut CachedFace<'a, S>,
     ) {
         let at = self.tile.depth_at(x, y) * 4;
         let mut numbers = [0; 16];
@@ -315,20 +321,20 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             let id = numbers[left.bits().trailing_zeros() as usize];
             let same = left & ids.eq(s.splat_i(id));
             left = left & !same;
-            let face = id & !WIDE_BIT;
-            if known.face != face {
+            let face = id & !EXACT_FACE_BIT;
+            if cached.face != face {
                 let color = self.faces.only_color(face as usize).map(|c| pack(s, splat3(s, c)));
-                *known = Known { face, wide: (self.faces.wide)(face as u32), color };
+                *cached = CachedFace { face, exact_face: (self.faces.exact_face)(face as u32), color };
             }
-            if let Some(color) = known.color {
+            if let Some(color) = cached.color {
                 s.store_masked_bytes(same, color, &mut self.bytes[at..at + S::LANES * 4]);
                 continue;
             }
             let mut plain = same;
-            if let Some(wide) = known.wide {
-                let (color, delicate) = self.faces.wide(s, same, wide, x, y);
-                s.store_masked_bytes(same & !delicate, color, &mut self.bytes[at..at + S::LANES * 4]);
-                plain = same & delicate;
+            if let Some(exact_face) = cached.exact_face {
+                let (color, needs_f64) = self.faces.exact_face(s, same, exact_face, x, y);
+                s.store_masked_bytes(same & !needs_f64, color, &mut self.bytes[at..at + S::LANES * 4]);
+                plain = same & needs_f64;
             }
             let mut plain = plain.bits();
             while plain != 0 {
@@ -345,7 +351,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             for column in x..(x + STRIP[0]).min(self.tile.x1) {
                 let id = self.tile.ids[self.tile.id_at(column, row)];
                 if id != NO_FACE {
-                    self.pick[self.tile.depth_at(column, row)] = [self.name, (id & !WIDE_BIT) as u32];
+                    self.pick[self.tile.depth_at(column, row)] = [self.name, (id & !EXACT_FACE_BIT) as u32];
                 }
             }
         }

@@ -5,16 +5,16 @@
 //! - [`Tiny`]: at most 8 pixels a side; its coverage is found here, a bit a pixel, and what covers none is dropped. A vector
 //!   of faces that cover one or two each becomes [`fragments`].
 //! - [`Small`]: edge functions that stay exact in i32.
-//! - [`WideFace`]: everything else, by the plain path's own set-up in f64.
+//! - [`ExactFace`]: everything else, by the plain path's own set-up in f64.
 
-use super::bins::{Chunk, Grid, Keep, Small, View};
-use super::clusters::{CLUSTER_FACES, Fate};
+use super::bin_fragments::bin_fragments;
+use super::bins::{Chunk, ClipRect, Grid, Small, Winding};
+use super::clusters::{CLUSTER_FACES, Visibility};
 use super::edges::{bounds3, corner, coverage, edge, ones, pixels, snapped, sort_corners};
+use super::exact_faces::ExactFace;
 use super::fragments;
-use super::hand_out::hand_out;
-use super::vertex::{Outcode, Record};
-use super::wide::WideFace;
-use crate::pipeline::call::DrawStats;
+use super::vertex::{Outcode, ScreenVertex};
+use crate::pipeline::draw_call::DrawStats;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// The largest side of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
@@ -38,24 +38,24 @@ const THINNEST: f32 = 1.0 / 256.0;
 const STEEPEST_SLOPE: f32 = 1.0 / 128.0;
 
 /// Sets up one face as the plain path does, for what records cannot hold: its number; `None` when nothing of it is drawn.
-pub type PlainSetup<'a> = &'a (dyn Fn(u32, &mut DrawStats) -> Option<WideFace> + Sync);
+pub type PlainSetup<'a> = &'a (dyn Fn(u32, &mut DrawStats) -> Option<ExactFace> + Sync);
 
 /// Sets up the faces `first_face..` of a chunk.
 pub struct SetupKernel<'a> {
     /// The vertices.
-    pub records: &'a [Record],
+    pub screen_vertices: &'a [ScreenVertex],
     /// Three vertices a face: this chunk's faces, with what fills up the last vector.
     pub corners: [&'a [i32]; 3],
     /// How many faces this chunk has.
     pub faces: usize,
     /// What became of this chunk's clusters; empty where all are open.
-    pub fates: &'a [u8],
+    pub visibilities: &'a [u8],
     /// The number of the chunk's first face in the mesh.
     pub first_face: u32,
     /// Which windings are kept.
-    pub keep: Keep,
+    pub winding: Winding,
     /// What may be drawn.
-    pub view: View,
+    pub view: ClipRect,
     /// The tiles.
     pub grid: Grid,
     /// The plain path's set-up.
@@ -98,12 +98,13 @@ impl Kernel for SetupKernel<'_> {
                 break;
             }
             let count = (self.faces - start).min(S::LANES);
-            let fate = self.fates.get(start / CLUSTER_FACES).copied().unwrap_or(Fate::OPEN);
-            if fate != Fate::OPEN {
+            let visibility =
+                self.visibilities.get(start / CLUSTER_FACES).copied().unwrap_or(Visibility::OPEN);
+            if visibility != Visibility::OPEN {
                 let (stats, count) = (&mut self.chunk.stats, count as u64);
                 stats.faces += count;
-                match fate {
-                    Fate::CULLED => stats.faces_culled += count,
+                match visibility {
+                    Visibility::CULLED => stats.faces_culled += count,
                     _ => stats.faces_outside += count,
                 }
                 continue;
@@ -114,9 +115,9 @@ impl Kernel for SetupKernel<'_> {
             let c0 = s.load_i(&self.corners[0][start..start + S::LANES]);
             let c1 = s.load_i(&self.corners[1][start..start + S::LANES]);
             let c2 = s.load_i(&self.corners[2][start..start + S::LANES]);
-            let r0 = s.gather4(all, self.records, c0);
-            let r1 = s.gather4(all, self.records, c1);
-            let r2 = s.gather4(all, self.records, c2);
+            let r0 = s.gather4(all, self.screen_vertices, c0);
+            let r1 = s.gather4(all, self.screen_vertices, c1);
+            let r2 = s.gather4(all, self.screen_vertices, c2);
             // A record without 1/w is one that only the plain path can place.
             let (odd0, odd1, odd2) = (r0[3].bits().eq(none), r1[3].bits().eq(none), r2[3].bits().eq(none));
             let is_odd = live & (odd0 | odd1 | odd2);
@@ -143,10 +144,10 @@ impl Kernel for SetupKernel<'_> {
             let area = ux * vy - vx * uy;
             let is_clockwise = area.gt(none);
             let is_counter = none.gt(area);
-            let kept = match self.keep {
-                Keep::CounterClockwise => is_counter,
-                Keep::Clockwise => is_clockwise,
-                Keep::Both => is_counter | is_clockwise,
+            let kept = match self.winding {
+                Winding::CounterClockwise => is_counter,
+                Winding::Clockwise => is_clockwise,
+                Winding::Both => is_counter | is_clockwise,
             };
             let inside = fits & !outside;
             let sized = inside & is_small & !is_at_far;
@@ -249,7 +250,7 @@ impl Kernel for SetupKernel<'_> {
                 let few_tiles = (last_column - first_column + 1) * (last_row - first_row + 1) <= MOST_TILES;
                 if few_tiles && !(tiny & !fragments::has_few(s, (low, high))).any() {
                     let (vectors, count) = fragments::of(s, tiny, words[2], low, words[3], [z, zx, zy]);
-                    hand_out(s, self.chunk, &self.grid, &vectors[..count], tiles, reach);
+                    bin_fragments(s, self.chunk, &self.grid, &vectors[..count], tiles, reach);
                     continue;
                 }
                 if (first_column == last_column) & (first_row == last_row) {
@@ -316,9 +317,9 @@ impl Kernel for SetupKernel<'_> {
                 let face = self.first_face + (start + lane) as u32;
                 if plain_bits >> lane & 1 != 0 {
                     let mut own = DrawStats::default();
-                    let wide = (self.plain)(face, &mut own);
-                    if let Some(wide) = wide.filter(|w| !w.bounds.is_empty()) {
-                        self.chunk.add_wide(wide, &self.grid);
+                    let exact_face = (self.plain)(face, &mut own);
+                    if let Some(exact_face) = exact_face.filter(|w| !w.bounds.is_empty()) {
+                        self.chunk.add_exact(exact_face, &self.grid);
                     }
                     // What the vectors have decided is counted already.
                     if work_bits >> lane & 1 == 0 {
@@ -345,7 +346,7 @@ impl SetupKernel<'_> {
     #[inline(always)]
     fn ask_ahead(&self, start: usize) {
         let at = start / CLUSTER_FACES + AHEAD;
-        if !start.is_multiple_of(CLUSTER_FACES) || self.fates.get(at) != Some(&Fate::OPEN) {
+        if !start.is_multiple_of(CLUSTER_FACES) || self.visibilities.get(at) != Some(&Visibility::OPEN) {
             return;
         }
         for list in self.corners {

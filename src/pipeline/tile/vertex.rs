@@ -15,7 +15,7 @@ use glam::{DMat4, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 /// A vertex on the screen; see the module's text.
-pub type Record = [f32; 4];
+pub type ScreenVertex = [f32; 4];
 
 /// The farthest from pixel (0,0) that a record can hold, in pixels.
 const REACH: f64 = 16_000.0;
@@ -56,7 +56,7 @@ pub struct ToScreen {
 impl ToScreen {
     /// Object space to view space.
     pub fn to_view(self) -> DMat4 {
-        whole(self.view) * whole(self.model)
+        affine_matrix(self.view) * affine_matrix(self.model)
     }
 
     /// Object space to view space as the plain path goes: by the model matrix, then by the view's.
@@ -72,12 +72,13 @@ impl ToScreen {
     /// For positions whose coordinates are at most `farthest` from 0, the sizes of what is added up on their way to view space.
     pub fn sizes_in_view(self, [x, y, z]: [f64; 3]) -> DVec4 {
         let sizes = |row: [f64; 4]| row.map(f64::abs);
-        whole(self.view.map(sizes)) * (whole(self.model.map(sizes)) * DVec4::new(x, y, z, 1.0))
+        affine_matrix(self.view.map(sizes))
+            * (affine_matrix(self.model.map(sizes)) * DVec4::new(x, y, z, 1.0))
     }
 }
 
 /// Three rows, and 0 0 0 1.
-fn whole([a, b, c]: [[f64; 4]; 3]) -> DMat4 {
+fn affine_matrix([a, b, c]: [[f64; 4]; 3]) -> DMat4 {
     DMat4::from_cols_array_2d(&[a, b, c, [0.0, 0.0, 0.0, 1.0]]).transpose()
 }
 
@@ -123,7 +124,7 @@ pub struct VertexKernel<'a> {
     /// For each [`WIDTH`] vertices 1, or 0 where nobody will ask for them; empty where all are wanted.
     pub marks: &'a [AtomicU8],
     /// One record a vertex.
-    pub records: &'a mut [Record],
+    pub screen_vertices: &'a mut [ScreenVertex],
 }
 
 /// Vertices worked on at once: one AVX-512 register of f64, two of AVX2.
@@ -133,7 +134,7 @@ pub(super) type Lanes = [f64; WIDTH];
 
 /// Whether somebody will ask for a block of vertices.
 #[inline(always)]
-pub(super) fn is_wanted(marks: &[AtomicU8], block: usize) -> bool {
+pub(super) fn is_marked(marks: &[AtomicU8], block: usize) -> bool {
     marks.get(block).is_none_or(|m| m.load(Relaxed) != 0)
 }
 
@@ -143,9 +144,9 @@ impl Kernel for VertexKernel<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         let [xs, ys, zs] = self.positions.map(|p| p.as_chunks::<WIDTH>());
-        let (chunks, tail) = self.records.as_chunks_mut::<WIDTH>();
+        let (chunks, tail) = self.screen_vertices.as_chunks_mut::<WIDTH>();
         for ((((i, out), x), y), z) in chunks.iter_mut().enumerate().zip(xs.0).zip(ys.0).zip(zs.0) {
-            if is_wanted(self.marks, i) {
+            if is_marked(self.marks, i) {
                 transform(self.projector, [x, y, z], out);
             }
         }
@@ -156,9 +157,9 @@ impl Kernel for VertexKernel<'_> {
         for (lanes, from) in last.iter_mut().zip([xs.1, ys.1, zs.1]) {
             lanes[..from.len()].copy_from_slice(from);
         }
-        let mut records = [[0.0; 4]; WIDTH];
-        transform(self.projector, [&last[0], &last[1], &last[2]], &mut records);
-        tail.copy_from_slice(&records[..tail.len()]);
+        let mut screen_vertices = [[0.0; 4]; WIDTH];
+        transform(self.projector, [&last[0], &last[1], &last[2]], &mut screen_vertices);
+        tail.copy_from_slice(&screen_vertices[..tail.len()]);
     }
 }
 
@@ -196,7 +197,7 @@ fn from_whole(pixels: f64) -> f64 {
 /// Places by the one matrix and 1/w; where that leaves in doubt what the steps would give, by the steps.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
-fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
+fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
     let clip = [affine(p.rows[0], at), affine(p.rows[1], at), affine(p.rows[2], at), affine(p.rows[3], at)];
     let mut words = [[0u32; WIDTH]; 4];
     let (mut all_fit, mut in_doubt) = (true, false);
@@ -235,7 +236,7 @@ fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
 /// stay so.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
-fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [Record; WIDTH]) {
+fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
     let view = t.steps_to_view(at);
     let view = [&view[0], &view[1], &view[2]];
     let [p0, p1, p2, p3] = t.projection;

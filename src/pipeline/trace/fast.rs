@@ -1,11 +1,11 @@
 //! The same triangle as the fast path has it: the records of its corners, and the depth and bytes that it stores alone.
 
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
-use crate::pipeline::call::{DrawCall, Target};
-use crate::pipeline::fast::obstacle;
-use crate::pipeline::prepare::Prepared;
+use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::renderer::Renderer;
-use crate::pipeline::tile::{ToScreen, records_of};
+use crate::pipeline::tile::{ToScreen, screen_vertices_of};
+use crate::pipeline::tile_frontend::unsupported_reason;
 use crate::scene::{Geometry, Mesh};
 use crate::simd::Level;
 
@@ -24,7 +24,7 @@ pub struct FastCorner {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FastTrace {
     /// Why the plain path draws it instead; `None` where the fast one does.
-    pub obstacle: Option<&'static str>,
+    pub unsupported_reason: Option<&'static str>,
     /// The corners' records.
     pub corners: [FastCorner; 3],
     /// The stored depth (where depth is kept) and the bytes of the pixel, the triangle being drawn alone; `None` where it does not
@@ -34,7 +34,7 @@ pub struct FastTrace {
 
 /// The numbers of `triangle` of the prepared draw, and of pixel `at`.
 pub(super) fn fast(
-    p: &Prepared,
+    p: &PreparedDraw,
     triangle: u32,
     at: Option<[i32; 2]>,
     size: [u32; 2],
@@ -43,7 +43,7 @@ pub(super) fn fast(
     let mesh = &p.call.geometry.mesh;
     let to_screen: ToScreen = p.to_screen();
     let points = p.corners(triangle).map(|c| mesh.positions[c.position as usize].to_array());
-    let corners = records_of(Level::best(), &to_screen, points).map(|[x, y, z, w]| FastCorner {
+    let corners = screen_vertices_of(Level::best(), &to_screen, points).map(|[x, y, z, w]| FastCorner {
         position_fixed: [x.to_bits() as i32, y.to_bits() as i32],
         z,
         inverse_w: w,
@@ -66,20 +66,24 @@ pub(super) fn fast(
         memory.clear(background);
         let mut depth = None;
         let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
-        let obstacle = obstacle(&call, &target, &p.plan);
+        let unsupported_reason = unsupported_reason(&call, &target, &p.plan);
         Renderer::default().draw(&mut target, &call).ok()?;
         let [x, y] = at?;
         let pixel = memory.get_pixel(x, y).ok()?;
-        Some((obstacle, depth.and_then(|d| d.z(x, y)), pixel))
+        Some((unsupported_reason, depth.and_then(|d| d.z(x, y)), pixel))
     };
     let over_black = draw([0, 0, 0, 255]);
     let over_white = draw([255; 4]);
-    let (obstacle, stored) = match (over_black, over_white) {
-        (Some((obstacle, _, black)), Some((_, _, white))) if black == [0, 0, 0, 255] && white == [255; 4] => {
-            (obstacle, None)
+    let (unsupported_reason, stored) = match (over_black, over_white) {
+        (Some((unsupported_reason, _, black)), Some((_, _, white)))
+            if black == [0, 0, 0, 255] && white == [255; 4] =>
+        {
+            (unsupported_reason, None)
         }
-        (Some((obstacle, z, black)), Some(_)) => (obstacle, Some((z.filter(|z| *z < 1.0), black))),
+        (Some((unsupported_reason, z, black)), Some(_)) => {
+            (unsupported_reason, Some((z.filter(|z| *z < 1.0), black)))
+        }
         _ => (None, None),
     };
-    Some(FastTrace { obstacle, corners, stored })
+    Some(FastTrace { unsupported_reason, corners, stored })
 }

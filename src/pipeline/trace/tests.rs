@@ -179,7 +179,10 @@ fn every_shading_mode_ends_in_the_byte_that_is_stored() {
             for lit in &pixel.lit {
                 let sum = |part: fn(&LightTerm) -> DVec3| lit.terms.iter().map(part).sum::<DVec3>();
                 let base = trace.material.ka * trace.ambient + sum(|t| t.ambient) + sum(|t| t.diffuse);
-                assert!((base - lit.base).abs().max_element() < 1e-15 && sum(|t| t.specular) == lit.extra);
+                assert!(
+                    (base - lit.diffuse_ambient).abs().max_element() < 1e-15
+                        && sum(|t| t.specular) == lit.specular_emissive
+                );
             }
             let text = trace.to_string();
             for word in
@@ -189,7 +192,7 @@ fn every_shading_mode_ends_in_the_byte_that_is_stored() {
             }
             // The fast path's own numbers are those within its limits.
             let fast = trace.fast.as_ref().expect("there is always one");
-            assert_eq!(fast.obstacle, None);
+            assert_eq!(fast.unsupported_reason, None);
             let (z, bytes) = fast.stored.expect("the pixel is lit");
             let most = bytes.iter().zip(pixel.bytes).map(|(a, b)| a.abs_diff(b)).max();
             assert!(most <= Some(1) && (z.expect("a z-buffer") - pixel.z).abs() < 4e-7, "{trace}");

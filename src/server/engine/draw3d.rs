@@ -8,7 +8,7 @@ use crate::error::{Code, Fault};
 use crate::load::x3d::X3dDocument;
 use crate::math::matrix;
 use crate::memory::{DepthFormat, MemoryUse, PickBuffer};
-use crate::pipeline::budget::BudgetKind;
+use crate::pipeline::quality::BudgetKind;
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
     Camera, CameraError, HiddenSurface, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene,

@@ -46,7 +46,7 @@ use crate::memory::{
     DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, Rgba, VideoMemory,
 };
 use crate::pipeline::Renderer;
-use crate::pipeline::budget::Memo;
+use crate::pipeline::quality::ChoiceCache;
 use crate::scene::ViewOverrides;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -105,7 +105,7 @@ pub struct Engine {
     ids: Option<PickBuffer>,
     renderer: Renderer,
     /// What QUALITY chose for which state.
-    budgets: Memo,
+    budgets: ChoiceCache,
     view_overrides: ViewOverrides,
     /// The names that ids stand for.
     id_names: IdNames,
@@ -259,7 +259,7 @@ impl Engine {
             depth_format: DepthFormat::default(),
             ids: None,
             renderer,
-            budgets: Memo::default(),
+            budgets: ChoiceCache::default(),
             view_overrides: ViewOverrides::default(),
             id_names: IdNames::default(),
             shared: ResourceTable::default(),

@@ -4,7 +4,7 @@ use super::{Engine, Progress};
 use crate::command::Command;
 use crate::error::Fault;
 use crate::memory::{DepthFormat, MemoryUse};
-use crate::pipeline::budget::{self, Budget, BudgetKind, Choice};
+use crate::pipeline::quality::{self, Budget, BudgetKind, Choice};
 use crate::pipeline::{DrawCall, RenderOptions, Renderer, SceneOptions};
 use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
 use crate::server::Session;
@@ -134,7 +134,7 @@ impl Engine {
 
     /// The choice for what is wanted, if it was searched already.
     pub(super) fn cached_choice(&mut self, request: &QualityRequest) -> Option<Choice> {
-        self.budgets.known(&request.budget())
+        self.budgets.get(&request.budget())
     }
 
     /// The job that searches; `then` goes on with the command on the render thread.
@@ -151,12 +151,12 @@ impl Engine {
         let options = RenderOptions { pool, ..options.clone() };
         let is_small = request.max_error < 1.0;
         let [width, height] = request.size;
-        let bytes = if is_small { 0 } else { budget::search_bytes(&request.scene, width, height) };
+        let bytes = if is_small { 0 } else { quality::search_bytes(&request.scene, width, height) };
         let (held, memory) = (self.budget.try_reserve(MemoryUse::Draws, bytes)?, self.budget.clone());
         Ok(Progress::Job(Job::new(is_small, move |cancel| {
             let mut renderer = Renderer::new(RenderOptions { cancel: cancel.clone(), ..options });
             renderer.set_budget(&memory);
-            let choice = budget::choose(&mut renderer, &request.budget());
+            let choice = quality::choose(&mut renderer, &request.budget());
             let effect = choice.map(|choice| {
                 let found = Found { request, choice };
                 move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| then(engine, s, found)

@@ -20,19 +20,19 @@ fn records_hold_the_floor_and_the_snap_of_every_position() {
     let xs: Vec<f64> = (0..n).map(|i| (i as f64 - 300.0) / 51200.0).collect();
     let ys: Vec<f64> = (0..n).map(|i| (i as f64 * 7.0 - 300.0) / 25600.0 / 4.0).collect();
     let zs: Vec<f64> = (0..n).map(|i| i as f64 / n as f64).collect();
-    let mut first: Option<Vec<Record>> = None;
+    let mut first: Option<Vec<ScreenVertex>> = None;
     for level in Level::ALL {
-        let mut records = vec![[0f32; 4]; n];
+        let mut screen_vertices = vec![[0f32; 4]; n];
         level.dispatch(VertexKernel {
             positions: [&xs, &ys, &zs],
             projector: &Projector::new(to_screen, &to_screen.to_view(), [1.0; 3]),
             marks: &[],
-            records: &mut records,
+            screen_vertices: &mut screen_vertices,
         });
         for i in 0..n {
             let sx = 100.0 + xs[i] * 0.5 * 100.0;
             let sy = 50.0 + ys[i] * 0.5 * -50.0;
-            let bits = records[i].map(|v| v.to_bits());
+            let bits = screen_vertices[i].map(|v| v.to_bits());
             for (axis, s) in [sx, sy].into_iter().enumerate() {
                 assert_eq!(bits[axis] as i32, (s * 65536.0).floor() as i32);
                 let snapped = ((bits[axis] as i32) >> 8) + (bits[3] >> axis & 1) as i32;
@@ -40,9 +40,9 @@ fn records_hold_the_floor_and_the_snap_of_every_position() {
             }
             assert!((f32::from_bits(bits[3]) - 0.5).abs() < 3e-7);
         }
-        let same = first.get_or_insert_with(|| records.clone());
+        let same = first.get_or_insert_with(|| screen_vertices.clone());
         assert!(
-            same.iter().zip(&records).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)),
+            same.iter().zip(&screen_vertices).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)),
             "{level:?}"
         );
     }
@@ -65,14 +65,14 @@ fn places_are_those_of_the_steps(t: ToScreen, points: &[[f64; 3]]) {
     let (xs, ys, zs) = (axis(0), axis(1), axis(2));
     let far = |list: &[f64]| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
     let projector = &Projector::new(t, &t.to_view(), [far(&xs), far(&ys), far(&zs)]);
-    let mut records = vec![[0f32; 4]; points.len()];
+    let mut screen_vertices = vec![[0f32; 4]; points.len()];
     Level::best().dispatch(VertexKernel {
         positions: [&xs, &ys, &zs],
         projector,
         marks: &[],
-        records: &mut records,
+        screen_vertices: &mut screen_vertices,
     });
-    for (p, record) in points.iter().zip(&records) {
+    for (p, record) in points.iter().zip(&screen_vertices) {
         let bits = record.map(f32::to_bits);
         if bits[3] == 0 {
             continue;
@@ -162,15 +162,15 @@ fn what_a_record_cannot_hold_says_where_it_is() {
     };
     let xs = [1.0, 1.0, 1e9, f64::NAN, 1.0];
     let zs = [0.0, -1.0, 1.0, 1.0, 1e-300];
-    let mut records = vec![[1f32; 4]; 5];
+    let mut screen_vertices = vec![[1f32; 4]; 5];
     Level::best().dispatch(VertexKernel {
         positions: [&xs, &[0.0; 5], &zs],
         projector: &Projector::new(to_screen, &to_screen.to_view(), [1e9, 0.0, 1.0]),
         marks: &[],
-        records: &mut records,
+        screen_vertices: &mut screen_vertices,
     });
-    assert!(records.iter().all(|r| r[3] == 0.0), "{records:?}");
-    let codes: Vec<i32> = records.iter().map(|r| r[0].to_bits() as i32).collect();
+    assert!(screen_vertices.iter().all(|r| r[3] == 0.0), "{screen_vertices:?}");
+    let codes: Vec<i32> = screen_vertices.iter().map(|r| r[0].to_bits() as i32).collect();
     let right = Outcode::SIDES[1];
     assert_eq!(codes, [Outcode::BEHIND, Outcode::BEHIND | Outcode::NEAR, right, 0, right]);
 }

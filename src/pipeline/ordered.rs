@@ -1,0 +1,199 @@
+//! The plain path over threads: faces set up in pieces of the list, then drawn band by band of rows, in the list's order.
+//!
+//! Every pixel belongs to one band and every band draws its faces in order, so bytes, depths and ids are those of the plain
+//! path for everything that it draws: transparency, fog, every depth format, painter. With a level of vectors, faces that
+//! allow it are drawn by them.
+
+use super::assemble::Face;
+use super::depth_sort::{FACE_ENTRY_BYTES, recycle};
+use super::draw_call::{DrawStats, Target};
+use super::prepared_draw::PreparedDraw;
+use super::rasterize::{TargetRows, WriteMask};
+use super::shade::FaceShade;
+use super::tile::{BlendedFace, CancellableExecutor};
+use super::tile_frontend::BlendedSetup;
+use crate::cancel::CancelToken;
+use crate::math::coverage::PixelRect;
+use crate::simd::Level;
+use rayon::prelude::*;
+use std::fmt;
+use std::ops::Range;
+
+/// Faces that are set up before they are drawn: bounds what the set-ups take.
+const BATCH: usize = 8192;
+/// Rows of a band.
+const BAND_ROWS: u32 = 16;
+/// Boxes of fewer pixels than this together are drawn by the calling thread: waking others costs more.
+const FEW_PIXELS: u64 = 20_000;
+
+/// A face ready for its pixels.
+struct PreparedFace<'a> {
+    object: usize,
+    triangle: u32,
+    face: Face,
+    shade: FaceShade<'a>,
+    bounds: PixelRect,
+    blended_face: Option<BlendedFace<'a>>,
+}
+
+/// A face, unless nothing of it is seen, and what was counted on the way.
+type PreparedFaceResult<'a> = (Option<PreparedFace<'a>>, DrawStats);
+
+/// Fewer faces than this are set up by the calling thread.
+const FEW_FACES: usize = 64;
+
+/// Bytes that drawing `faces` faces in order takes beside their vertices.
+pub(crate) fn face_list_bytes(faces: u64) -> u64 {
+    faces.min(BATCH as u64) * size_of::<PreparedFaceResult>() as u64 + faces * FACE_ENTRY_BYTES
+}
+
+/// Lists that one draw leaves to the next.
+#[derive(Default)]
+pub(crate) struct FaceList {
+    blended_setups: Vec<BlendedSetup>,
+    prepared_faces: Vec<PreparedFaceResult<'static>>,
+}
+
+impl fmt::Debug for FaceList {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "FaceList of {} bytes", self.size_bytes())
+    }
+}
+
+impl FaceList {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.prepared_faces.capacity() * size_of::<PreparedFaceResult>()
+            + self.blended_setups.capacity() * size_of::<BlendedSetup>()
+            + self.blended_setups.iter().map(BlendedSetup::size_bytes).sum::<usize>()
+    }
+}
+
+/// Draws a list of faces - object, triangle - in its order. All objects are drawn through one viewport, with one rule for
+/// depth.
+pub(crate) fn draw_in_order(
+    (executor, level): (&CancellableExecutor, Option<Level>),
+    lists: &mut FaceList,
+    all: &[PreparedDraw],
+    list: &[(usize, u32)],
+    target: &mut Target,
+    stats: &mut DrawStats,
+) {
+    let pool = executor.pool();
+    if pool.is_none() && level.is_none() {
+        let faces = list.iter().take_while(|_| !executor.is_cancelled());
+        return faces.for_each(|&(o, t)| all[o].draw_any_face(t, target, stats));
+    }
+    let FaceList { blended_setups, prepared_faces } = std::mem::take(lists);
+    let (mut blended_setups, mut prepared_faces): (Vec<BlendedSetup>, Vec<PreparedFaceResult>) =
+        (blended_setups, prepared_faces);
+    if level.is_some() {
+        blended_setups.iter_mut().for_each(BlendedSetup::forget);
+        blended_setups.resize_with(blended_setups.len().max(all.len()), BlendedSetup::default);
+        let mut last = usize::MAX;
+        for &(object, _) in list {
+            if object != last && blended_setups[object].is_unasked() {
+                all[object].set_up_blended(target, &mut blended_setups[object]);
+            }
+            last = object;
+        }
+    }
+    for batch in list.chunks(BATCH).take_while(|_| !executor.is_cancelled()) {
+        let set_up = |&(object, triangle): &(usize, u32)| {
+            let mut own = DrawStats::default();
+            let prepared = &all[object];
+            let prepared_faces = prepared.assemble(triangle, &mut own).map(|face| {
+                let shade = prepared.shade(triangle, face.side, &mut own);
+                let bounds = prepared.bounds_of(triangle);
+                let blended_face = blended_setups
+                    .get(object)
+                    .and_then(|v| prepared.blended_face(v, triangle, &face, &shade));
+                PreparedFace { object, triangle, face, shade, bounds, blended_face }
+            });
+            (prepared_faces, own)
+        };
+        prepared_faces.clear();
+        match pool.filter(|_| batch.len() >= FEW_FACES) {
+            None => prepared_faces.extend(batch.iter().map(set_up)),
+            Some(pool) => pool.install(|| batch.par_iter().map(set_up).collect_into_vec(&mut prepared_faces)),
+        }
+        prepared_faces.iter().for_each(|(_, own)| *stats += *own);
+        let faces = || prepared_faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
+        let Some(top) = faces().map(|f| f.bounds.y0).min() else { continue };
+        let bottom = faces().map(|f| f.bounds.y1).max().unwrap_or(top);
+        let area = |b: &PixelRect| (b.x1 - b.x0).max(0) as u64 * (b.y1 - b.y0).max(0) as u64;
+        let pixels: u64 = faces().map(|f| area(&f.bounds)).sum();
+        let Some(any) = all.first() else { continue };
+        let target_rows = any.target_rows(target);
+        let rows = top.max(0) as u32..bottom.max(top).max(0) as u32;
+        let (_, target_rows) = target_rows.split(rows.start);
+        let (target_rows, _) = target_rows.split(rows.end);
+        let work = Work {
+            all,
+            faces: &prepared_faces,
+            level: level.unwrap_or(Level::Portable),
+            cancel: executor.cancel(),
+        };
+        let (own, written) = match pool.filter(|_| pixels >= FEW_PIXELS) {
+            None => work.draw_band(target_rows),
+            Some(pool) => pool.install(|| work.share(target_rows, rows)),
+        };
+        *stats += own;
+        target.memory.mark_rows(written);
+    }
+    prepared_faces.clear();
+    lists.prepared_faces = recycle(prepared_faces);
+    lists.blended_setups = blended_setups;
+}
+
+/// What all bands draw.
+struct Work<'w, 'a> {
+    all: &'w [PreparedDraw<'a>],
+    faces: &'w [PreparedFaceResult<'w>],
+    level: Level,
+    cancel: &'w CancelToken,
+}
+
+impl Work<'_, '_> {
+    /// Halves the canvas until it is a band.
+    fn share(&self, target_rows: TargetRows, rows: Range<u32>) -> (DrawStats, Range<u32>) {
+        if rows.len() as u32 <= BAND_ROWS {
+            return self.draw_band(target_rows);
+        }
+        let middle = rows.start + (rows.len() as u32 / 2).next_multiple_of(BAND_ROWS);
+        let (above, below) = target_rows.split(middle);
+        let (a, b) =
+            rayon::join(|| self.share(above, rows.start..middle), || self.share(below, middle..rows.end));
+        let mut stats = a.0;
+        stats += b.0;
+        (stats, joined(a.1, b.1))
+    }
+
+    fn draw_band(&self, mut target_rows: TargetRows) -> (DrawStats, Range<u32>) {
+        let mut stats = DrawStats::default();
+        let rows = target_rows.rows();
+        let faces = self.faces.iter().filter_map(|(prepared_faces, _)| prepared_faces.as_ref());
+        for f in faces.filter(|f| f.bounds.y0 < rows.end && f.bounds.y1 > rows.start) {
+            if self.cancel.is_cancelled() {
+                break;
+            }
+            let mut raster = self.all[f.object].raster(&mut target_rows);
+            match &f.blended_face {
+                Some(blended_face) => {
+                    raster.blended_face(self.level, blended_face, (&f.face, &f.shade), f.triangle, &mut stats)
+                }
+                None => raster.face(&f.face, &f.shade, f.triangle, WriteMask::Color, &mut stats),
+            }
+        }
+        (stats, target_rows.written)
+    }
+}
+
+/// The smallest range that holds both, either of which may be empty.
+fn joined(a: Range<u32>, b: Range<u32>) -> Range<u32> {
+    match (a.is_empty(), b.is_empty()) {
+        (true, _) => b,
+        (_, true) => a,
+        _ => a.start.min(b.start)..a.end.max(b.end),
+    }
+}

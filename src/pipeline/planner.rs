@@ -1,0 +1,365 @@
+//! Stage 1: from a draw call to its plan.
+
+use super::assemble::Facing;
+use super::depth_sort::SORT_KEY_BYTES;
+use super::draw_call::{DrawCall, Target};
+use super::geometry_cache::GeometryInfo;
+use super::light::{Lighting, PreparedLight, ViewerPosition};
+use super::ordered::face_list_bytes;
+use super::plan::{Part, Plan, Title};
+use super::tile::LIST_BYTES;
+use super::tile_frontend::{blended_unsupported_reason, estimated_bytes, unsupported_reason};
+use super::vertex::Vertex;
+use super::working::at_worst;
+use crate::cancel::CancelToken;
+use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
+use glam::DVec3;
+
+/// Whether faces are sorted before they are drawn, and why.
+pub(crate) const SORTED_BY_PAINTER: &str = "HIDE painter draws far to near";
+
+impl Plan {
+    /// The plan of one DRAW into `target`.
+    ///
+    /// It costs a look at the mesh's polygons and corners, not at its vertices.
+    pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
+        let lighting = call.lighting(ViewerPosition::Axis(DVec3::Z));
+        let mut plan =
+            plan_draw(call, target, &lighting, &GeometryInfo::of(call.geometry, CancelToken::default()));
+        let working = at_worst(call, target, &plan, None, (1, LIST_BYTES as u64));
+        plan.set_working_bytes(working.sum());
+        plan
+    }
+}
+
+impl<'a> DrawCall<'a> {
+    /// The lights that reach this mesh.
+    pub(crate) fn lighting(&self, viewer: ViewerPosition) -> Lighting {
+        self.lighting_in(viewer, Vec::new())
+    }
+
+    /// The same in a list that another draw has left.
+    pub(crate) fn lighting_in(&self, viewer: ViewerPosition, recycled: Vec<PreparedLight>) -> Lighting {
+        match self.light_subset {
+            None => Lighting::new_in(self.lights.iter(), self.ambient, viewer, recycled),
+            Some(subset) => {
+                let chosen = subset.iter().filter_map(|&i| self.lights.get(i as usize));
+                Lighting::new_in(chosen, self.ambient, viewer, recycled)
+            }
+        }
+    }
+
+    /// The material and texture of a polygon seen from one side: its own, or the draw's.
+    pub(crate) fn material_of(&self, polygon: &Polygon, side: Facing) -> (&'a Material, Option<&'a Texture>) {
+        let own = match polygon.material {
+            NONE => None,
+            i => self.geometry.mesh.materials.get(i as usize),
+        };
+        let texture = self.geometry.textures.get(polygon.material as usize).and_then(|t| t.as_deref());
+        let material = match (side, self.back_material) {
+            (Facing::Back, Some(back)) => back,
+            _ => own.unwrap_or(self.material),
+        };
+        (material, texture.or(self.texture))
+    }
+
+    /// Whether a face with this material and texture lets light through, vertex colours aside.
+    pub(crate) fn is_transparent(material: &Material, texture: Option<&Texture>) -> bool {
+        material.transparency > 0.0 || texture.is_some_and(Texture::has_alpha)
+    }
+
+    /// Which sides of faces can be seen.
+    fn sides(&self) -> &'static [Facing] {
+        match self.cull {
+            Cull::Back => &[Facing::Front],
+            Cull::Front => &[Facing::Back],
+            Cull::None => &[Facing::Front, Facing::Back],
+        }
+    }
+
+    pub(crate) fn is_parallel(&self) -> bool {
+        !matches!(
+            self.camera.projection,
+            Projection::Perspective { .. }
+                | Projection::Plane { .. }
+                | Projection::Frustum { .. }
+                | Projection::Window { .. }
+        )
+    }
+}
+
+pub(crate) fn plan_draw(
+    call: &DrawCall,
+    target: &Target,
+    lighting: &Lighting,
+    geometry_info: &GeometryInfo,
+) -> Plan {
+    let mesh = &call.geometry.mesh;
+    let (width, height) = (target.memory.width(), target.memory.height());
+    let pixels = width as u64 * height as u64;
+    let faces = mesh.triangles.len() as u64;
+    let wire = call.shade == ShadeMode::Wire;
+    let mut plan = Plan::of_frame(
+        Title::Draw { faces, vertices: mesh.positions.len() as u64 },
+        width,
+        height,
+        "nothing asks for it",
+    );
+    if faces == 0 && mesh.lines.is_empty() && mesh.points.is_empty() {
+        plan.title = Title::Words("draw of an empty mesh");
+        return plan;
+    }
+    let vertices = mesh.positions.len() as u64;
+    let vertex_bytes = vertices * size_of::<Vertex>() as u64;
+    plan.add(Part::TransformVertices, "every position once", vertices, vertex_bytes);
+    match call.is_parallel() {
+        true => plan.leave_out(Part::PerspectiveDivision, "a parallel projection: w is 1"),
+        false => plan.add(Part::PerspectiveDivision, "a perspective projection", vertices, 0),
+    }
+    match call.hide {
+        HiddenSurface::ZBuffer => {
+            let bytes = pixels * target.depth_format.bytes_per_pixel() as u64;
+            let reason = "HIDE zbuffer; a stream's future is not known, so depth is kept";
+            plan.add(Part::DepthMemory, reason, pixels, bytes);
+        }
+        HiddenSurface::Painter => {
+            plan.leave_out(Part::DepthMemory, "HIDE painter neither tests nor writes depth");
+            plan.add(Part::SortFaces, SORTED_BY_PAINTER, faces, faces * SORT_KEY_BYTES);
+        }
+        HiddenSurface::None => plan.leave_out(Part::DepthMemory, "HIDE none neither tests nor writes depth"),
+    }
+    if let Some(ids) = target.ids.as_ref().filter(|_| call.hide == HiddenSurface::ZBuffer) {
+        plan.add(Part::PickBuffer, "PICK asks which face is seen", pixels, ids.size_bytes() as u64);
+    }
+    if !mesh.lines.is_empty() {
+        plan.add(Part::Lines, "the mesh has line segments", mesh.lines.len() as u64, 0);
+    } else if wire && faces > 0 {
+        plan.add(Part::Lines, "SHADE wire draws each polygon edge once", mesh.corners.len() as u64, 0);
+    }
+    if !mesh.points.is_empty() {
+        plan.add(Part::Points, "the mesh has points", mesh.points.len() as u64, 0);
+    }
+    if faces > 0 {
+        plan_faces(call, lighting, geometry_info, &mut plan, faces, wire);
+    }
+    match unsupported_reason(call, target, &plan) {
+        None => {
+            let bytes = estimated_bytes(call, target, &plan);
+            plan.set_bytes(Part::TransformVertices, 0);
+            plan.add(
+                Part::TileRenderer,
+                "opaque faces: first what is seen, then its colour, in vectors",
+                faces,
+                bytes,
+            );
+        }
+        Some(why) => plan.leave_out(Part::TileRenderer, why),
+    }
+    match plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
+        true => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
+        false => plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth"),
+    }
+    match blended_unsupported_reason(call, target) {
+        _ if plan.uses(Part::TileRenderer) => {
+            plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
+        }
+        None => {
+            let bytes = face_list_bytes(faces);
+            plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, bytes);
+        }
+        Some(why) => plan.leave_out(Part::FacesInOrder, why),
+    }
+    plan
+}
+
+/// What the polygons ask for.
+#[derive(Default)]
+struct Asks {
+    light: bool,
+    texture: bool,
+    texture_bytes: u64,
+    transparent: bool,
+}
+
+fn asks_of(call: &DrawCall, lighting: &Lighting, geometry_info: &GeometryInfo) -> Asks {
+    let mesh = &call.geometry.mesh;
+    let mut asks = Asks::default();
+    // Most meshes have few: those need no list.
+    let (mut few, mut count, mut more) = ([std::ptr::null(); 8], 0, Vec::new());
+    for p in geometry_info.materials.iter().map(|&p| &mesh.polygons[p as usize]) {
+        for &side in call.sides() {
+            let (material, texture) = call.material_of(p, side);
+            asks.light |= lighting.depends_on_point(material);
+            asks.transparent |= DrawCall::is_transparent(material, texture);
+            if let Some(t) = texture {
+                asks.texture = true;
+                let address: *const Texture = t;
+                if !few[..count].contains(&address) && !more.contains(&address) {
+                    match few.get_mut(count) {
+                        Some(place) => (*place, count) = (address, count + 1),
+                        None => more.push(address),
+                    }
+                    asks.texture_bytes += t.size_bytes() as u64;
+                }
+            }
+        }
+    }
+    if let Some(stages) = call.stages {
+        asks.transparent |= stages.may_be_transparent();
+        asks.texture |= !stages.stages.is_empty();
+        let textures = stages.stages.iter().filter_map(|s| s.texture.as_ref());
+        asks.texture_bytes += textures.map(|t| t.size_bytes() as u64).sum::<u64>();
+    }
+    asks
+}
+
+fn plan_faces(
+    call: &DrawCall,
+    lighting: &Lighting,
+    geometry_info: &GeometryInfo,
+    plan: &mut Plan,
+    faces: u64,
+    wire: bool,
+) {
+    let mesh = &call.geometry.mesh;
+    let parallel = call.is_parallel();
+    match call.cull {
+        Cull::None => plan.leave_out(Part::CullFaces, "CULL none"),
+        _ => plan.add(Part::CullFaces, "by the sign of the screen area", faces, 0),
+    }
+    match parallel {
+        true => plan.leave_out(Part::CutFaces, "a parallel projection has no eye plane"),
+        false => plan.add(Part::CutFaces, "only faces with some w <= 0", faces, 0),
+    }
+    if wire && call.hide != HiddenSurface::ZBuffer {
+        plan.leave_out(Part::Coverage, "SHADE wire without depth: lines alone");
+    } else {
+        plan.add(
+            Part::Coverage,
+            if wire { "depth that hides lines" } else { "every face that is seen" },
+            faces,
+            0,
+        );
+    }
+    if wire {
+        return;
+    }
+    let asks = asks_of(call, lighting, geometry_info);
+    let prepared_lights = lighting.light_count() as u64;
+    let polygons = mesh.polygons.len() as u64;
+    let normal_bytes = size_of::<DVec3>() as u64;
+    if asks.light {
+        let flat = call.shade == ShadeMode::Flat;
+        // A corner without a normal of its own takes the mean of its faces' normals.
+        let all_given = geometry_info.all_normals_given;
+        if flat || !all_given {
+            let reason = if flat { "SHADE flat lights with them" } else { "vertex normals are their means" };
+            plan.add(Part::FaceNormals, reason, polygons, polygons * normal_bytes);
+        } else {
+            plan.leave_out(Part::FaceNormals, "the file gives every normal");
+        }
+        if !flat && !all_given {
+            let positions = mesh.positions.len() as u64;
+            let bytes = positions * (normal_bytes * 2 + 8);
+            plan.add(Part::VertexNormals, "the file does not give them", positions, bytes);
+        } else {
+            let reason = if flat { "SHADE flat uses the faces'" } else { "the file gives every normal" };
+            plan.leave_out(Part::VertexNormals, reason);
+        }
+        match call.shade {
+            ShadeMode::Flat => plan.add(Part::LightFaces, "SHADE flat: once a face", faces, 0),
+            ShadeMode::Gouraud => plan.add(Part::LightVertices, "SHADE gouraud: once a corner", faces * 3, 0),
+            _ => {
+                plan.add(Part::LightPixels, "SHADE phong: once a pixel", prepared_lights, 0);
+                plan.add(Part::InterpolateNormals, "lit per pixel", faces, 0);
+                plan.add(Part::InterpolatePositions, "lit per pixel", faces, 0);
+            }
+        }
+        if call.shade == ShadeMode::Gouraud {
+            plan.add(Part::InterpolateColors, "lit at the corners", faces, 0);
+        }
+    } else {
+        let reason = if prepared_lights == 0 { "no light" } else { "no material answers the lights" };
+        for part in [
+            Part::FaceNormals,
+            Part::VertexNormals,
+            Part::LightFaces,
+            Part::LightVertices,
+            Part::LightPixels,
+            Part::InterpolateNormals,
+            Part::InterpolatePositions,
+        ] {
+            plan.leave_out(part, reason);
+        }
+        plan.leave_out(Part::InterpolateColors, "one colour a face");
+    }
+    if has_colors(call) && call.shade != ShadeMode::Flat {
+        plan.add(Part::InterpolateColors, "the mesh has vertex colours", faces, 0);
+    }
+    if asks.texture {
+        plan.add(Part::Textures, "the faces are textured", 1, asks.texture_bytes);
+        plan.add(Part::InterpolateTexcoords, "the faces are textured", faces, 0);
+        plan.add(Part::SampleTextures, call.sampling.filter.as_str(), faces, 0);
+    } else {
+        for part in [Part::Textures, Part::InterpolateTexcoords, Part::SampleTextures] {
+            plan.leave_out(part, "no texture");
+        }
+    }
+    if call.fog.is_some_and(|f| f.visibility_range > 0.0) {
+        plan.add(Part::Fog, "the scene has fog", faces, 0);
+        plan.add(Part::InterpolatePositions, "fog needs the distance", faces, 0);
+    }
+    if asks.transparent || geometry_info.has_clear_colors {
+        plan.add(Part::ReadBack, "transparent faces are blended", faces, 0);
+    } else {
+        plan.leave_out(Part::ReadBack, "every face is opaque");
+    }
+}
+
+fn has_colors(call: &DrawCall) -> bool {
+    !call.geometry.mesh.colors.is_empty()
+}
+
+/// More products of faces and vertices than this are not looked at to find out whether a mesh is convex.
+const CONVEX_LIMIT: u64 = 4_000_000;
+
+/// Whether no face of this draw can lie in front of another: one face alone, or a closed convex solid of which CULL
+/// leaves one side. Its faces must be opaque, for a pixel on a seam is then the same whichever face comes last.
+pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
+    let mesh = &call.geometry.mesh;
+    if !mesh.lines.is_empty() || !mesh.points.is_empty() || call.shade == ShadeMode::Wire {
+        return false;
+    }
+    match mesh.triangles.len() {
+        0 => true,
+        1 => true,
+        _ => call.cull != Cull::None && is_convex_solid(call.geometry),
+    }
+}
+
+/// Whether the triangles close a convex body: every edge is met once from each side, and no vertex lies above a face.
+fn is_convex_solid(geometry: &crate::scene::Geometry) -> bool {
+    let mesh = &geometry.mesh;
+    if mesh.triangles.len() as u64 * mesh.positions.len() as u64 > CONVEX_LIMIT {
+        return false;
+    }
+    let position = |c: u32| mesh.corners[c as usize].position;
+    let mut edges = std::collections::HashSet::new();
+    for t in &mesh.triangles {
+        for i in 0..3 {
+            if !edges.insert([position(t[i]), position(t[(i + 1) % 3])]) {
+                return false;
+            }
+        }
+    }
+    if edges.iter().any(|&[a, b]| !edges.contains(&[b, a])) {
+        return false;
+    }
+    let Some((low, high)) = mesh.bounds() else { return false };
+    let slack = 1e-12 * (high - low).length();
+    mesh.triangles.iter().all(|t| {
+        let [a, b, c] = t.map(|c| mesh.positions[position(c) as usize]);
+        let Some(normal) = crate::math::matrix::unit((b - a).cross(c - a)) else { return false };
+        edges.iter().all(|&[p, _]| (mesh.positions[p as usize] - a).dot(normal) <= slack)
+    })
+}

@@ -1,0 +1,304 @@
+//! A draw made ready: its plan, and the tables that hold for all of its faces.
+
+mod face;
+
+use crate::cancel::{CancelToken, NEVER};
+use crate::memory::DepthMemory;
+use crate::pipeline::assemble::{Assembler, Face};
+use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, Target};
+use crate::pipeline::geometry_cache::{GeometryInfo, Needs};
+use crate::pipeline::light::{Lighting, PreparedLight, ViewerPosition};
+use crate::pipeline::normals::{NormalMatrix, Normals};
+use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::planner::plan_draw;
+use crate::pipeline::rasterize::{Raster, TargetRows, WriteMask};
+use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::vertex::{Transform, Vertex};
+use crate::pipeline::viewport::ViewportTransform;
+use crate::scene::{CameraMatrices, FillStyle, Interpolation, ShadeMode};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Which faces of a draw are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Layer {
+    All,
+    Opaque,
+    Transparent,
+}
+
+/// Lists that a draw leaves to another one.
+#[derive(Debug, Default)]
+pub(crate) struct RecycledLists {
+    prepared_lights: Vec<PreparedLight>,
+    vertices: Vec<Vertex>,
+}
+
+impl RecycledLists {
+    /// Bytes that the lists take.
+    pub fn size_bytes(&self) -> usize {
+        self.prepared_lights.capacity() * size_of::<PreparedLight>()
+            + self.vertices.capacity() * size_of::<Vertex>()
+    }
+}
+
+/// One draw with everything that is found once.
+pub(crate) struct PreparedDraw<'a> {
+    pub call: &'a DrawCall<'a>,
+    pub plan: Plan,
+    pub assembler: Assembler,
+    /// All vertices, or none yet.
+    vertices: Vec<Vertex>,
+    pub lighting: Lighting,
+    pub geometry_info: Arc<GeometryInfo>,
+    pub normal_matrix: NormalMatrix,
+    /// Ends long loops over faces, lines and points early.
+    pub cancel: &'a CancelToken,
+}
+
+impl<'a> PreparedDraw<'a> {
+    /// Stages 1 to 3. Nothing is written; an error leaves the memories untouched.
+    pub fn new(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
+        let mut prepared = PreparedDraw::with(
+            call,
+            target,
+            Arc::new(GeometryInfo::of(call.geometry, CancelToken::default())),
+            RecycledLists::default(),
+            stats,
+        )?;
+        prepared.transform_all();
+        Ok(prepared)
+    }
+
+    /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
+    /// [`PreparedDraw::transform_all`]. Its lists are made in `recycled`.
+    pub fn with(
+        call: &'a DrawCall<'a>,
+        target: &Target,
+        geometry_info: Arc<GeometryInfo>,
+        recycled: RecycledLists,
+        stats: &mut DrawStats,
+    ) -> Result<Self, PipelineError> {
+        let camera = PreparedDraw::check(call, &geometry_info, None)?;
+        let prepared = PreparedDraw::of(call, camera, target, geometry_info, recycled);
+        stats.vertices += prepared.vertices_in();
+        Ok(prepared)
+    }
+
+    /// Refuses what no picture can be made of; the camera's matrices, unless they are at hand.
+    pub fn check(
+        call: &DrawCall,
+        geometry_info: &GeometryInfo,
+        camera: Option<CameraMatrices>,
+    ) -> Result<CameraMatrices, PipelineError> {
+        check(call, geometry_info)?;
+        let aspect = call.viewport.width.max(1) as f64 / call.viewport.height.max(1) as f64;
+        match camera {
+            Some(camera) => Ok(camera),
+            None => Ok(call.camera.matrices(aspect)?),
+        }
+    }
+
+    /// A draw that was checked, seen by this camera.
+    pub fn of(
+        call: &'a DrawCall<'a>,
+        camera: CameraMatrices,
+        target: &Target,
+        geometry_info: Arc<GeometryInfo>,
+        mut recycled: RecycledLists,
+    ) -> Self {
+        let screen = ViewportTransform::new(call.viewport, target.memory.width(), target.memory.height());
+        let transform = Transform { model: call.model, camera, screen };
+        let lighting = call.lighting_in(ViewerPosition::of(&camera), recycled.prepared_lights);
+        recycled.vertices.clear();
+        // 1: what this draw needs
+        let plan = plan_draw(call, target, &lighting, &geometry_info);
+        PreparedDraw {
+            call,
+            plan,
+            assembler: Assembler::new(transform, call.cull),
+            vertices: recycled.vertices,
+            lighting,
+            geometry_info,
+            normal_matrix: NormalMatrix::of(&call.model),
+            cancel: &NEVER,
+        }
+    }
+
+    /// What this draw asks to be known of its geometry.
+    pub fn needs(&self) -> Needs {
+        let plan = &self.plan;
+        let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+        let is_flat = self.call.shade == ShadeMode::Flat;
+        let is_fast = plan.uses(Part::TileRenderer);
+        Needs {
+            normals: plan.uses(Part::FaceNormals).then(|| plan.uses(Part::VertexNormals)),
+            prepared: is_fast.then_some(is_lit && !is_flat),
+            faces: is_fast && is_flat && (is_lit || !self.call.geometry.mesh.colors.is_empty()),
+        }
+    }
+
+    /// Vertices that come in.
+    pub fn vertices_in(&self) -> u64 {
+        match self.plan.uses(Part::TransformVertices) {
+            true => self.call.geometry.mesh.positions.len() as u64,
+            false => 0,
+        }
+    }
+
+    /// 2: all positions to clip space and the screen; 3: normals.
+    pub fn transform_all(&mut self) {
+        if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
+            let positions = &self.call.geometry.mesh.positions;
+            let transform = self.assembler.transform;
+            for some in positions.chunks(1 << 14).take_while(|_| !self.cancel.is_cancelled()) {
+                self.vertices.extend(some.iter().map(|&p| transform.vertex(p)));
+            }
+        }
+    }
+
+    /// The lists, for another draw.
+    pub fn into_recycled(self) -> RecycledLists {
+        RecycledLists { prepared_lights: self.lighting.into_lights(), vertices: self.vertices }
+    }
+
+    /// The vertex of a position.
+    #[inline]
+    pub fn vertex(&self, position: u32) -> Vertex {
+        match self.vertices.get(position as usize) {
+            Some(vertex) => *vertex,
+            None => self.transform().vertex(self.call.geometry.mesh.positions[position as usize]),
+        }
+    }
+
+    /// 3: the normals that the plan asks for.
+    fn normals(&self) -> Option<&Normals> {
+        let smooth = self.plan.uses(Part::VertexNormals);
+        self.plan
+            .uses(Part::FaceNormals)
+            .then(|| self.geometry_info.normals(&self.call.geometry.mesh, smooth))
+    }
+
+    pub fn transform(&self) -> &Transform {
+        &self.assembler.transform
+    }
+
+    /// Makes the memories that the plan asks for and that are not there yet.
+    pub fn open_buffers(&self, target: &mut Target) {
+        if !self.plan.uses(Part::DepthMemory) {
+            return;
+        }
+        let (width, height, format) = (target.memory.width(), target.memory.height(), target.depth_format);
+        let fits = |d: &DepthMemory| (d.width(), d.height(), d.format()) == (width, height, format);
+        if !target.depth.as_ref().is_some_and(fits) {
+            *target.depth = Some(DepthMemory::new(width, height, format));
+        }
+    }
+
+    /// The triangles in the order in which they are drawn.
+    pub fn face_order(&self) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.call.geometry.mesh.triangles.len() as u32).collect();
+        if self.plan.uses(Part::SortFaces) {
+            // Far first: view z is more negative there. Stable, so equals keep the file's order.
+            order.sort_by(|&a, &b| self.center_z(a).total_cmp(&self.center_z(b)));
+        }
+        order
+    }
+
+    /// Stages 4 and 5 for one triangle.
+    pub fn assemble(&self, triangle: u32, stats: &mut DrawStats) -> Option<Face> {
+        self.assembler.face(self.corner_vertices(triangle).each_ref(), stats)
+    }
+
+    /// Stages 4 to 10 for one triangle, if it belongs to `layer`.
+    pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+        if self.is_in(triangle, layer) {
+            self.draw_any_face(triangle, target, stats);
+        }
+    }
+
+    /// Whether a triangle belongs to `layer`.
+    pub fn is_in(&self, triangle: u32, layer: Layer) -> bool {
+        layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
+    }
+
+    /// Stages 4 to 10 for one triangle.
+    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = self.shade(triangle, face.side, stats);
+        self.cover(&face, &shade, triangle, WriteMask::Color, target, stats);
+    }
+
+    /// Stages 6, 7 and 10 for one triangle, into the depth alone.
+    pub fn draw_depth(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = FaceShade {
+            light: ShadingFrequency::Constant(crate::pipeline::light::LitColor {
+                diffuse_ambient: DVec3::ZERO,
+                specular_emissive: DVec3::ZERO,
+            }),
+            colors: None,
+            texture: None,
+            stages: None,
+            fill: FillStyle::default(),
+            positions: [DVec3::ZERO; 3],
+            opacity: 1.0,
+            fog: None,
+            is_transparent: false,
+        };
+        self.cover(&face, &shade, triangle, WriteMask::DepthOnly, target, stats);
+    }
+
+    fn cover(
+        &self,
+        face: &Face,
+        shade: &FaceShade,
+        triangle: u32,
+        writes: WriteMask,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let mut target_rows = self.target_rows(target);
+        self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
+        let written = target_rows.written;
+        target.memory.mark_rows(written);
+    }
+
+    /// The memories of this draw.
+    pub fn target_rows<'t>(&self, target: &'t mut Target) -> TargetRows<'t> {
+        TargetRows::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
+    }
+
+    /// What covers and colours the faces of this draw.
+    pub fn raster<'r, 't>(&'r self, target_rows: &'r mut TargetRows<'t>) -> Raster<'r, 't> {
+        Raster {
+            target_rows,
+            screen: &self.transform().screen,
+            lighting: &self.lighting,
+            interp: self.call.interp,
+            divide: self.plan.uses(Part::PerspectiveDivision),
+            name: self.call.name,
+        }
+    }
+
+    /// Whether values run straight on the screen.
+    pub fn is_affine(&self) -> bool {
+        self.call.interp == Interpolation::Affine
+    }
+}
+
+/// Refuses what no picture can be made of.
+fn check(call: &DrawCall, geometry_info: &GeometryInfo) -> Result<(), PipelineError> {
+    if !call.model.is_finite() {
+        return Err(PipelineError::NotFinite { what: "the model matrix" });
+    }
+    let row = call.model.row(3).to_array();
+    if row != [0.0, 0.0, 0.0, 1.0] {
+        return Err(PipelineError::PerspectiveModel { row });
+    }
+    geometry_info.checked.clone()
+}

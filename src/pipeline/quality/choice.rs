@@ -1,0 +1,122 @@
+//! What a search for the cheapest way came to: the choice, what was tried, and how it is told.
+
+use super::{Budget, QualitySettings, settings};
+use crate::pipeline::draw_call::SceneOptions;
+use crate::scene::{Interpolation, Scene};
+use std::fmt;
+
+/// A recipe that was tried on all objects at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// What was done.
+    pub name: String,
+    /// The 99.9th percentile of the error over the sample, steps.
+    pub error: u8,
+    /// The part of the sample's pixels that was over E.
+    pub over: f64,
+    /// What it would cost, in units of the cost table.
+    pub cost: f64,
+    /// Objects for which it holds.
+    pub holds_for: usize,
+}
+
+/// What was chosen, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// E, in steps.
+    pub max_error: f64,
+    /// One recipe an object.
+    pub recipes: Vec<QualitySettings>,
+    /// How values run across faces.
+    pub interp: Interpolation,
+    /// What was tried, in order.
+    pub trials: Vec<Trial>,
+    /// Pixels drawn on.
+    pub pixels: usize,
+    /// Pixels of the last sample that the choice was held to; 0 when nothing cheaper than exact came so far.
+    pub sampled: usize,
+    /// How many of these were over E.
+    pub over: usize,
+    /// How sure it is that at most 1 in 1000 pixels is over E.
+    pub confidence: f64,
+    /// What errors are measured against.
+    pub reference: &'static str,
+    /// The exact picture's cost, and the choice's, in units of the cost table.
+    pub costs: [f64; 2],
+    /// What else is to be said.
+    pub notes: Vec<String>,
+}
+
+impl Choice {
+    /// The choice that changes nothing.
+    pub(super) fn exact(budget: &Budget, note: String) -> Choice {
+        Choice {
+            max_error: budget.max_error,
+            recipes: budget.scene.objects.iter().map(|_| QualitySettings::default()).collect(),
+            interp: budget.options.interp,
+            trials: Vec::new(),
+            pixels: 0,
+            sampled: 0,
+            over: 0,
+            confidence: 1.0,
+            reference: "nothing: exact",
+            costs: [0.0; 2],
+            notes: vec![note],
+        }
+    }
+
+    /// Whether everything is drawn exactly.
+    pub fn is_exact(&self, options: &SceneOptions) -> bool {
+        self.interp == options.interp && self.recipes.iter().all(|r| *r == QualitySettings::default())
+    }
+
+    /// Changes a scene and its options to what was chosen.
+    pub fn apply(&self, scene: &mut Scene, options: &mut SceneOptions) {
+        options.interp = self.interp;
+        for (object, recipe) in scene.objects.iter_mut().zip(&self.recipes) {
+            recipe.apply(object);
+        }
+    }
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "budget: at most {} steps of 255 for 999 of 1000 pixels drawn on", self.max_error)?;
+        writeln!(f, "  truth      {}", self.reference)?;
+        for t in &self.trials {
+            writeln!(
+                f,
+                "  tried      {}: {} steps, {:.2} % of the sample over; cost {:.3e}; holds for {} of {} objects",
+                t.name,
+                t.error,
+                100.0 * t.over,
+                t.cost,
+                t.holds_for,
+                self.recipes.len()
+            )?;
+        }
+        for note in &self.notes {
+            writeln!(f, "  note       {note}")?;
+        }
+        for (recipe, objects) in settings::grouped(&self.recipes) {
+            writeln!(f, "  chosen     {recipe} for {objects} objects")?;
+        }
+        writeln!(f, "  values run {} across faces", self.interp.as_str())?;
+        let [exact, chosen] = self.costs;
+        if exact > 0.0 {
+            let part = 100.0 * chosen / exact;
+            writeln!(f, "  cost       {chosen:.3e} of {exact:.3e} units by the fixed table ({part:.0} %)")?;
+        }
+        if self.sampled > 0 {
+            writeln!(
+                f,
+                "  sample     {} of {} pixels drawn on, {} over; that at most 1 in 1000 is over is sure to {:.2} %",
+                self.sampled,
+                self.pixels,
+                self.over,
+                100.0 * self.confidence
+            )?;
+        }
+        Ok(())
+    }
+}

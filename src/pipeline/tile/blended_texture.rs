@@ -1,0 +1,112 @@
+//! The texture of a face that is blended: which texels its pixels show, exact enough for the plain path's bytes.
+//!
+//! Shares and u, v run in f64 along a row, all lanes together; the texels are then the plain path's own. Where a decision
+//! (which texel, which level) is too near to its turning point for two ways of working in f64 to agree, the pixel is left
+//! to the plain path.
+
+use super::exact_faces::ExactFace;
+use crate::pipeline::sampler::{Footprint, sample};
+use crate::scene::{Filter, Sampling, Texture, Wrap};
+use crate::simd::{Mask, Simd};
+use glam::DVec2;
+
+/// A texture on a face.
+#[derive(Clone, Copy, Debug)]
+pub struct BlendedTexture<'a> {
+    /// The texture.
+    pub texture: &'a Texture,
+    /// Its rules.
+    pub sampling: Sampling,
+    /// u, v at the corners.
+    pub uv: [DVec2; 3],
+}
+
+/// How near to the edge of a texel, or of a level, the two paths may disagree; in texels, and in levels.
+const EDGE: f64 = 1e-7;
+
+impl BlendedTexture<'_> {
+    /// R, G, B, A in 0..1 at LANES pixels from (x, y) on, where `mask` is set, and where the plain path is to be asked.
+    #[inline(always)]
+    pub fn texels<S: Simd>(
+        &self,
+        s: S,
+        exact_face: &ExactFace,
+        mask: S::M,
+        x: i32,
+        y: i32,
+    ) -> ([S::F; 4], S::M) {
+        let mut b = [[0.0f64; 16]; 3];
+        for (k, lanes) in b.iter_mut().enumerate() {
+            for (i, lane) in lanes[..S::LANES].iter_mut().enumerate() {
+                *lane = exact_face.plane.barycentric_at(k, x + i as i32, y);
+            }
+        }
+        let (mut us, mut vs) = ([0.0f64; 16], [0.0f64; 16]);
+        let [from, u1, u2] = [self.uv[0], self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]];
+        for i in 0..S::LANES {
+            let sum = b[0][i] + b[1][i] + b[2][i];
+            let (s1, s2) = (b[1][i] / sum, b[2][i] / sum);
+            us[i] = u1.x * s1 + u2.x * s2;
+            vs[i] = u1.y * s1 + u2.y * s2;
+        }
+        let mut out = [[0f32; 16]; 4];
+        let (mut off, mut left) = (0, mask.bits());
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let weights = [b[0][i], b[1][i], b[2][i]];
+            // Beside the face weights are clamped, in a way that is the plain path's own.
+            let is_inside = weights.iter().all(|b| *b >= 0.0);
+            match self.texel(exact_face, weights, DVec2::new(us[i], vs[i]), from).filter(|_| is_inside) {
+                Some(texel) => out.iter_mut().zip(texel).for_each(|(out, c)| out[i] = c as f32),
+                None => off |= 1 << i,
+            }
+        }
+        (out.map(|lanes| s.load(&lanes[..S::LANES])), s.mask(off))
+    }
+
+    /// One pixel's texel; `None` near an edge.
+    fn texel(&self, exact_face: &ExactFace, b: [f64; 3], here: DVec2, from: DVec2) -> Option<[f64; 4]> {
+        let (texture, sampling) = (self.texture, self.sampling);
+        let at = from + here;
+        let level = match sampling.filter {
+            Filter::Nearest => {
+                let near = |c: f64, wrap, size: u32| {
+                    let c = if wrap == Wrap::Repeat { c - c.floor() } else { c } * f64::from(size);
+                    (c - (c + 0.5).floor()).abs() < EDGE * (1.0 + c.abs())
+                };
+                let is_edge = near(at.x, sampling.wrap_s, texture.width())
+                    || near(at.y, sampling.wrap_t, texture.height());
+                if is_edge {
+                    return None;
+                }
+                0.0
+            }
+            Filter::Bilinear => 0.0,
+            Filter::Mipmap | Filter::Trilinear => {
+                let d = self.footprint(exact_face, b, here).level(texture.width(), texture.height());
+                let from_edge = (d - d.floor() - 0.5).abs();
+                if sampling.filter == Filter::Mipmap && d.is_finite() && from_edge < EDGE {
+                    return None;
+                }
+                d
+            }
+        };
+        Some(sample(texture, sampling, at, || level))
+    }
+
+    /// The steps to the pixel on the right and to the one below.
+    fn footprint(&self, exact_face: &ExactFace, b: [f64; 3], here: DVec2) -> Footprint {
+        let [u1, u2] = [self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]];
+        let at = |axis: usize| {
+            let barycentrics = &exact_face.plane.barycentrics;
+            let [b0, b1, b2] = [0, 1, 2].map(|k| b[k] + barycentrics[k][axis]);
+            let sum = b0 + b1 + b2;
+            (sum > 0.0).then(|| u1 * (b1 / sum) + u2 * (b2 / sum) - here)
+        };
+        match (at(1), at(2)) {
+            (Some(right), Some(below)) => Footprint::Steps(right, below),
+            _ => Footprint::Horizon,
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Who does the work: the calling thread alone, or a pool of threads that the caller gives.
+//!
+//! Work is handed out in pieces whose bounds do not depend on who does them, so the result does not either.
+
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Runs pieces of work, each once, in any order, perhaps at the same time.
+pub trait Executor: Sync {
+    /// How many threads there are, at least 1.
+    fn threads(&self) -> usize;
+
+    /// Calls `work` with the number and the items of each run of `size` items (the last may be shorter).
+    fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync);
+}
+
+/// The calling thread.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Serial;
+
+impl Executor for Serial {
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+        items.chunks_mut(size).enumerate().for_each(|(i, run)| work(i, run));
+    }
+}
+
+/// A pool of threads, shared by whoever draws.
+#[derive(Clone, Debug)]
+pub struct Pool(pub Arc<rayon::ThreadPool>);
+
+impl Executor for Pool {
+    fn threads(&self) -> usize {
+        self.0.current_num_threads().max(1)
+    }
+
+    fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+        self.0.install(|| {
+            items.par_chunks_mut(size).with_max_len(1).enumerate().for_each(|(i, run)| work(i, run));
+        });
+    }
+}

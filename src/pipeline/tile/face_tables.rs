@@ -1,0 +1,277 @@
+//! The colours of a vector of pixels from the faces that they show: weights, attributes, light, texture.
+//!
+//! The weights of faces with records come from those; a face that was set up in f64 brings its own. From there on both go one
+//! way ([`super::interpolate`]). What kernel walks over the pixels: [`super::resolve`].
+
+use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
+use super::exact_faces::{self, ExactFace};
+use super::interpolate::{Barycentrics, FragmentInputs, add};
+use super::lighting::{MaterialLighting, pack, splat3};
+use super::raster::NO_FACE;
+use super::resolve::EXACT_FACE_BIT;
+use super::shading_state::{ColorSource, Shading};
+use super::vertex::ScreenVertex;
+use crate::simd::{F32, I32, Mask, Simd, prefetch};
+
+/// The faces that pixels are shaded from.
+#[derive(Clone, Copy)]
+pub struct Faces<'a> {
+    /// What all pixels share.
+    pub shading: &'a Shading<'a>,
+    /// The bits of the three vertices of each face, and of its material's number.
+    pub corners: &'a [[f32; 4]],
+    /// The vertices.
+    pub screen_vertices: &'a [ScreenVertex],
+    /// Whether the mesh is larger than the nearer caches.
+    pub is_far_flung: bool,
+    /// Finds a face that was set up in f64.
+    pub exact_face: &'a (dyn Fn(u32) -> Option<&'a ExactFace> + Sync),
+}
+
+impl Faces<'_> {
+    /// Asks for the vertices that the next block will gather.
+    #[inline(always)]
+    pub fn prefetch<S: Simd>(&self, s: S, ids: S::I) {
+        let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(EXACT_FACE_BIT).gt(ids);
+        let mut faces = [0; 16];
+        let count = s.compress_i(narrow, ids, &mut faces[..S::LANES]);
+        let mut last = NO_FACE;
+        for &face in &faces[..count] {
+            if face != last {
+                last = face;
+                let [c0, c1, c2, _] = self.corners[face as usize];
+                for corner in [c0, c1, c2] {
+                    let vertex = corner.to_bits() as usize;
+                    prefetch::for_read(self.screen_vertices, vertex);
+                    if let ColorSource::Pixels(table) | ColorSource::Vertices(table, _) = self.shading.source
+                    {
+                        prefetch::for_read(table, vertex);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The packed colours of pixels whose faces have records, where they need no weights.
+    #[inline(always)]
+    pub fn unweighed_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
+        let shading = self.shading;
+        if let (Some(binding), None) = (self.is_plain_color(), shading.fog) {
+            return Some(pack(s, add::<S>(splat3(s, binding.diffuse), splat3(s, binding.specular))));
+        }
+        if let (ColorSource::Faces(diffuse, []), [], None, 0) =
+            (shading.source, shading.colors, shading.fog, shading.back)
+        {
+            let [r, g, b, _] = s.gather4(mask, diffuse, faces);
+            return Some(pack(s, [r, g, b]));
+        }
+        None
+    }
+
+    /// Weights of pixels whose faces have records, and the numbers of their surfaces.
+    #[inline(always)]
+    pub(super) fn fragment_inputs<'f, S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        faces: S::I,
+        at: (S::I, S::I),
+        few: &'f mut Few<S>,
+    ) -> (FragmentInputs<'f, S>, S::I) {
+        let shading = self.shading;
+        let none = s.mask(0);
+        let faces = s.select_i(mask, faces, s.splat_i(0));
+        let (corners, mut materials) = self.corners_of(s, mask, faces, few);
+        let [r0, r1, r2] = gather3(s, mask, self.screen_vertices, &corners);
+        let px = at.0.shl::<16>() + s.splat_i(1 << 15);
+        let py = at.1.shl::<16>() + s.splat_i(1 << 15);
+        let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
+        let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
+        let area = (e0 + e1) + e2;
+        // Inside a face that is seen from its other side all of these are below 0: their ratios are the same.
+        let zero = s.splat(0.0);
+        let is_normal_flipped = area.lt(zero);
+        let f = [e0, e1, e2];
+        // Beside the face: clamped to it, as the plain path does.
+        let (least, most) = (area.min(zero), area.max(zero));
+        let (e0, e1, e2) = (e0.max(least).min(most), e1.max(least).min(most), e2.max(least).min(most));
+        let [i0, i1, i2] = match shading.is_affine {
+            true => [s.splat(1.0); 3],
+            false => [r0[3], r1[3], r2[3]],
+        };
+        let p = [e0 * i0, e1 * i1, e2 * i2];
+        let inverse = s.splat(1.0) / ((p[0] + p[1]) + p[2]);
+        let w = ((e0 + e1) + e2) * inverse;
+        let (mut right, mut below) = (p, p);
+        if shading.bindings.iter().any(|m| m.texture.is_some()) {
+            // A pixel further on, an edge function has moved by the edge's extent on the other axis.
+            let unit = s.splat(65536.0);
+            let steps = [(d1, d2), (d2, d0), (d0, d1)];
+            let i = [i0, i1, i2];
+            right = [
+                (f[0] + unit * (steps[0].0[1] - steps[0].1[1])) * i[0],
+                (f[1] + unit * (steps[1].0[1] - steps[1].1[1])) * i[1],
+                (f[2] + unit * (steps[2].0[1] - steps[2].1[1])) * i[2],
+            ];
+            below = [
+                (f[0] + unit * (steps[0].1[0] - steps[0].0[0])) * i[0],
+                (f[1] + unit * (steps[1].1[0] - steps[1].0[0])) * i[1],
+                (f[2] + unit * (steps[2].1[0] - steps[2].0[0])) * i[2],
+            ];
+        }
+        let turn = match shading.flip_normal {
+            0 => none,
+            1 => !is_normal_flipped,
+            _ => is_normal_flipped,
+        };
+        if shading.back > 0 {
+            let back_facing = if shading.back_facing > 0 { !is_normal_flipped } else { is_normal_flipped };
+            materials = s.select_i(back_facing, materials + s.splat_i(shading.back), materials);
+        }
+        let barycentrics = Barycentrics { p, inverse, w, right, below };
+        (FragmentInputs { faces, corners, barycentrics, turn, at }, materials)
+    }
+
+    /// The vertices of pixels' faces, and their materials' numbers.
+    #[inline(always)]
+    fn corners_of<'f, S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        faces: S::I,
+        few: &'f mut Few<S>,
+    ) -> (Corners<'f, S>, S::I) {
+        let mut numbers = [0; 16];
+        s.store_i(faces, &mut numbers[..S::LANES]);
+        // Found all at once, so that none has to wait for the one before it.
+        let mut left = s.first_occurrences(mask, faces).bits();
+        let count = left.count_ones() as usize;
+        if count == 0 || count > most_few::<S>() {
+            let [c0, c1, c2, materials] = s.gather4(mask, self.corners, faces);
+            return (Corners::Many([c0.bits(), c1.bits(), c2.bits()]), materials.bits());
+        }
+        few.count = count.min(MOST_FEW);
+        let mut materials = s.splat_i(0);
+        let mut slot = 0;
+        while slot < few.count {
+            let face = numbers[left.trailing_zeros() as usize & 15];
+            left &= left - 1;
+            let same = mask & faces.eq(s.splat_i(face));
+            let [c0, c1, c2, material] = self.corners[face as usize];
+            few.pixels[slot] = same;
+            few.vertices[slot] = [c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize];
+            materials = s.select_i(same, s.splat_i(material.to_bits() as i32), materials);
+            slot += 1;
+        }
+        (Corners::Few(few), materials)
+    }
+
+    /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
+    #[inline(always)]
+    pub fn exact_face<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        exact_face: &ExactFace,
+        x: i32,
+        y: i32,
+    ) -> (S::I, S::M) {
+        let shading = self.shading;
+        let face = exact_face.face as usize;
+        let [b0, b1, b2] = exact_faces::weights(s, exact_face, x, y);
+        let p = match exact_face.is_cut {
+            true => [b0, b1, b2],
+            false => exact_faces::clamped(s, exact_face, [b0, b1, b2]),
+        };
+        let sum = (p[0] + p[1]) + p[2];
+        let inverse = s.splat(1.0) / sum;
+        let (mut right, mut below) = (p, p);
+        if shading.bindings.iter().any(|m| m.texture.is_some()) {
+            let [g0, g1, g2] = &exact_face.plane.barycentrics;
+            right = [b0 + s.splat(g0[1] as f32), b1 + s.splat(g1[1] as f32), b2 + s.splat(g2[1] as f32)];
+            below = [b0 + s.splat(g0[2] as f32), b1 + s.splat(g1[2] as f32), b2 + s.splat(g2[2] as f32)];
+        }
+        let [c0, c1, c2, material] = self.corners[face];
+        let corners =
+            Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
+        let turn = s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 });
+        // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
+        let off = mask & !s.splat(1e-30).lt(sum);
+        let mut w = inverse;
+        if shading.is_affine {
+            w = s.splat(1.0);
+        }
+        let barycentrics = Barycentrics { p, inverse, w, right, below };
+        let faces = s.splat_i(exact_face.face as i32);
+        let back = if exact_face.is_back { shading.back } else { 0 };
+        let at = (s.iota() + s.splat_i(x), s.splat_i(y));
+        let inputs = FragmentInputs { faces, corners, barycentrics, turn, at };
+        let binding = &shading.bindings[(material.to_bits() as i32 + back) as usize];
+        let (color, needs_f64) = self.shade(s, mask, binding, &inputs);
+        let needs_w =
+            shading.is_affine && (matches!(shading.source, ColorSource::Pixels(_)) || shading.fog.is_some());
+        (color, if needs_w { mask } else { needs_f64 | off })
+    }
+
+    /// The one colour of a face, where it is easily seen that it has but one.
+    #[inline(always)]
+    pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
+        let shading = self.shading;
+        let [only] = shading.bindings else { return None };
+        if only.texture.is_some() || shading.fog.is_some() {
+            return None;
+        }
+        let [c0, c1, c2, _] = self.corners[face];
+        let alike = |table: &[[f32; 4]]| {
+            let [v0, v1, v2] =
+                [table[c0.to_bits() as usize], table[c1.to_bits() as usize], table[c2.to_bits() as usize]];
+            (v0 == v1 && v1 == v2).then_some([v0[0], v0[1], v0[2]])
+        };
+        let (diffuse, specular) = (only.lighting.diffuse, only.lighting.specular);
+        match shading.source {
+            ColorSource::Constant if shading.colors.is_empty() => {
+                Some([diffuse[0] + specular[0], diffuse[1] + specular[1], diffuse[2] + specular[2]])
+            }
+            ColorSource::Constant => {
+                let c = alike(shading.colors)?;
+                Some([
+                    diffuse[0] * c[0] + specular[0],
+                    diffuse[1] * c[1] + specular[1],
+                    diffuse[2] * c[2] + specular[2],
+                ])
+            }
+            ColorSource::Vertices(table, []) if shading.colors.is_empty() => alike(table),
+            ColorSource::Faces(table, []) if shading.colors.is_empty() => {
+                let [r, g, b, _] = table[face];
+                Some([r, g, b])
+            }
+            _ => None,
+        }
+    }
+
+    /// The one colour of everything, where there is one.
+    #[inline(always)]
+    fn is_plain_color(&self) -> Option<&MaterialLighting> {
+        let s = self.shading;
+        match (s.source, s.bindings) {
+            (ColorSource::Constant, [only]) if s.colors.is_empty() && only.texture.is_none() => {
+                Some(&only.lighting)
+            }
+            _ => None,
+        }
+    }
+}
+
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+/// From the pixel's centre to a record's position, in 1/65536 pixel; the floor in the record is half a unit low.
+#[inline(always)]
+fn offset<S: Simd>(s: S, r: [S::F; 4], px: S::I, py: S::I) -> [S::F; 2] {
+    let half = s.splat(0.5);
+    [(r[0].bits() - px).to_f32() + half, (r[1].bits() - py).to_f32() + half]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [S::F; 2], b: [S::F; 2]) -> S::F {
+    a[0] * b[1] - b[0] * a[1]
+}

@@ -1,0 +1,297 @@
+//! A mesh as the tile renderer wants it, made once: every distinct corner is one vertex with all its attributes.
+//!
+//! Positions stay f64 (they are transformed in f64); normals, texture coordinates and colours become f32 records of
+//! four numbers, as the shading kernels gather them. Vertices stand in the order in which the faces first ask for them,
+//! so neighbours lie together. Nothing here depends on camera, light or frame.
+
+use super::clusters::{CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
+use super::distinct::{DISTINCT_BYTES, Distinct};
+use crate::cancel::CancelToken;
+use crate::memory::OverBudget;
+use crate::scene::{Corner, Mesh, NONE};
+use crate::simd::allocator::prefer_huge_pages;
+use glam::{DVec3, DVec4};
+
+/// The index lists are filled up to a multiple of this, with faces without area.
+const PADDING: usize = 16;
+
+/// Faces that one piece of set-up work takes.
+const CHUNK_FACES: usize = 4096;
+/// The most pieces: each has a list for each tile, and a bit of its visitors.
+const MOST_CHUNKS: usize = 64;
+
+/// Faces in a piece of set-up work of so many.
+pub fn chunk_faces(faces: usize) -> usize {
+    faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
+}
+
+/// See the module's text.
+#[derive(Clone, Debug, Default)]
+pub struct IndexedMesh {
+    /// Object-space positions, x of every vertex, then y, then z.
+    pub positions: [Vec<f64>; 3],
+    /// Three vertices a triangle, in file order: first corners, second corners, third corners. Filled up with vertex 0.
+    pub corners: [Vec<i32>; 3],
+    /// The same as one record a triangle: the bits of its three vertices and of its material's number.
+    pub screen_vertices: Vec<[f32; 4]>,
+    /// How many triangles there are.
+    pub triangle_count: usize,
+    /// How many vertices, from the first on, each piece of [`chunk_faces`] and those before it ask for.
+    pub asked: Vec<u32>,
+    /// Unit normals in object space; w is 0.
+    pub normals: Vec<[f32; 4]>,
+    /// u and v, then what f32 lost of them: together they have 48 bits.
+    pub texcoords: Vec<[f32; 4]>,
+    /// R, G, B, A.
+    pub colors: Vec<[f32; 4]>,
+    /// Of each triangle, its material's number in `materials`; empty where there is but one.
+    pub face_materials: Vec<i32>,
+    /// A polygon of each material that occurs, in the order in which they do.
+    pub materials: Vec<u32>,
+    /// Runs of vertices of one material: where each ends, and which.
+    pub vertex_runs: Vec<(usize, usize)>,
+    /// Whether every corner has texture coordinates.
+    pub has_all_texcoords: bool,
+    /// How far u and v run over a face at most.
+    pub longest_texcoord_run: f64,
+    /// How far from 0 positions lie at most, axis by axis.
+    pub farthest: [f64; 3],
+    /// Faces that follow each other, and what is known of them together.
+    pub clusters: Clusters,
+}
+
+/// The shading of faces one by one: centres and normals, in object space.
+#[derive(Clone, Debug, Default)]
+pub struct FaceTable {
+    /// The middle of each triangle's polygon, x of all, then y, then z.
+    pub centers: [Vec<f64>; 3],
+    /// The unit normal of each triangle's polygon; w is 0.
+    pub normals: Vec<[f32; 4]>,
+    /// The mean of each polygon's colours; empty without colours.
+    pub colors: Vec<[f32; 4]>,
+}
+
+impl IndexedMesh {
+    /// The prepared form of `mesh`. `normal_of` gives a corner's unit normal in object space: triangle, corner.
+    #[cfg(test)]
+    pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3, cancel: &CancelToken) -> Self {
+        IndexedMesh::within(mesh, normal_of, |_| Ok(()), cancel).expect("nothing refuses")
+    }
+
+    /// Bytes that making a prepared form takes at most while it has no more than so many vertices: its lists, those that find
+    /// equal corners, and the old room of a list that moves.
+    fn most_bytes(mesh: &Mesh, vertices: u64) -> u64 {
+        let faces = mesh.triangles.len() as u64;
+        let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
+        let lists = 24 + 16 + per(!mesh.texcoords.is_empty(), 16) + per(!mesh.colors.is_empty(), 16);
+        // A cluster asks for 48 blocks at most; lists have room for twice their items.
+        let clusters = faces.div_ceil(CLUSTER_FACES as u64) * (2 * CLUSTER_BYTES + 3 * 48 * 4) + vertices;
+        let padded = faces + PADDING as u64;
+        vertices * (lists + 24 + DISTINCT_BYTES)
+            + padded * (12 + 16 + 4)
+            + mesh.positions.len() as u64 * 4
+            + mesh.materials.len() as u64 * 4
+            + per(faces >= LEAST_FACES as u64, clusters)
+    }
+
+    /// The prepared form, which asks `room` before it takes memory: bytes in all, from the first list on. Without faces when it is
+    /// cancelled.
+    ///
+    /// # Errors
+    /// As `room`.
+    pub fn within(
+        mesh: &Mesh,
+        normal_of: impl Fn(u32, &Corner) -> DVec3,
+        mut room: impl FnMut(u64) -> Result<(), OverBudget>,
+        cancel: &CancelToken,
+    ) -> Result<Self, OverBudget> {
+        let mut prepared =
+            IndexedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
+        let has_colors = !mesh.colors.is_empty();
+        // So many vertices, if corners differ in one way only.
+        let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
+        let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
+        let mut granted = most;
+        room(Self::most_bytes(mesh, granted as u64))?;
+        let mut slots = vec![u32::MAX; mesh.materials.len() + 1];
+        let mut distinct = Distinct::new(mesh.positions.len());
+        let mut face_materials = Vec::with_capacity(mesh.triangles.len());
+        for list in &mut prepared.corners {
+            list.reserve(mesh.triangles.len() + PADDING);
+            prefer_huge_pages(list);
+        }
+        for list in &mut prepared.positions {
+            list.reserve(most);
+            prefer_huge_pages(list);
+        }
+        for (list, is_used) in [
+            (&mut prepared.normals, true),
+            (&mut prepared.texcoords, !mesh.texcoords.is_empty()),
+            (&mut prepared.colors, has_colors),
+        ] {
+            list.reserve(if is_used { most } else { 0 });
+            prefer_huge_pages(list);
+        }
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            if t % CHUNK_FACES == 0 && cancel.is_cancelled() {
+                return Ok(Self::default());
+            }
+            let polygon = mesh.triangle_polygon[t];
+            let material = mesh.polygons[polygon as usize].material as usize;
+            let slot = &mut slots[material.min(mesh.materials.len())];
+            if *slot == u32::MAX {
+                *slot = prepared.materials.len() as u32;
+                prepared.materials.push(polygon);
+            }
+            let slot = *slot;
+            face_materials.push(slot as i32);
+            let mut low = DVec4::INFINITY;
+            let mut high = DVec4::NEG_INFINITY;
+            let mut least_run: f64 = 0.0;
+            for (k, &at) in triangle.iter().enumerate() {
+                let corner = mesh.corners[at as usize];
+                let normal = normal_of(t as u32, &corner);
+                let key = (Corner { normal: NONE, ..corner }, slot, normal);
+                let found = distinct.find(&key);
+                let vertex = found.unwrap_or(distinct.len() as i32);
+                let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
+                if found.is_none() {
+                    if distinct.len() == granted {
+                        granted = 2 * granted.max(4);
+                        room(Self::most_bytes(mesh, granted as u64))?;
+                    }
+                    distinct.add(key);
+                    let p = mesh.positions[corner.position as usize];
+                    for (axis, list) in prepared.positions.iter_mut().enumerate() {
+                        list.push(p[axis]);
+                    }
+                    prepared.normals.push(normal.extend(0.0).as_vec4().to_array());
+                    if !mesh.texcoords.is_empty() {
+                        let uv = uv.unwrap_or_default();
+                        let near = [uv.x as f32, uv.y as f32];
+                        let rest = [uv.x - near[0] as f64, uv.y - near[1] as f64];
+                        prepared.texcoords.push([near[0], near[1], rest[0] as f32, rest[1] as f32]);
+                    }
+                    if has_colors {
+                        let c = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
+                        prepared.colors.push(c.as_vec4().to_array());
+                    }
+                    match prepared.vertex_runs.last_mut() {
+                        Some((end, last)) if *last == slot as usize => *end += 1,
+                        _ => prepared.vertex_runs.push((vertex as usize + 1, slot as usize)),
+                    }
+                }
+                prepared.corners[k].push(vertex);
+                match uv {
+                    Some(uv) => {
+                        // What f32 does not reach, or is no number, is longest however little it changes.
+                        let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
+                        least_run = if is_carried { least_run } else { f64::INFINITY };
+                        let uv = uv.extend(0.0).extend(0.0);
+                        (low, high) = (low.min(uv), high.max(uv));
+                    }
+                    None => prepared.has_all_texcoords = false,
+                }
+            }
+            let run = least_run.max((high - low).max_element());
+            if prepared.has_all_texcoords {
+                prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
+            }
+        }
+        if prepared.vertex_count() > most {
+            prepared.positions.iter_mut().for_each(Vec::shrink_to_fit);
+            [&mut prepared.normals, &mut prepared.texcoords, &mut prepared.colors]
+                .into_iter()
+                .for_each(Vec::shrink_to_fit);
+        }
+        prepared.screen_vertices.reserve_exact(mesh.triangles.len());
+        prefer_huge_pages(&mut prepared.screen_vertices);
+        prepared.screen_vertices.extend((0..mesh.triangles.len()).map(|t| {
+            let bits = |v: i32| f32::from_bits(v as u32);
+            let [a, b, c] = &prepared.corners;
+            [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
+        }));
+        for list in &mut prepared.corners {
+            list.resize(mesh.triangles.len().next_multiple_of(PADDING), 0);
+        }
+        if prepared.materials.len() > 1 {
+            prepared.face_materials = face_materials;
+        }
+        let far = |list: &Vec<f64>| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
+        prepared.farthest = prepared.positions.each_ref().map(far);
+        let size = chunk_faces(prepared.triangle_count);
+        let mut asked = 0;
+        for start in (0..prepared.triangle_count).step_by(size) {
+            let end = (start + size).min(prepared.triangle_count);
+            for list in &prepared.corners {
+                asked = list[start..end].iter().fold(asked, |asked, &v| asked.max(v as u32 + 1));
+            }
+            prepared.asked.push(asked);
+        }
+        prepared.clusters =
+            Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count, cancel);
+        Ok(if cancel.is_cancelled() { Self::default() } else { prepared })
+    }
+
+    /// The corners of a triangle, in object space.
+    pub fn points_of(&self, triangle: u32) -> [DVec3; 3] {
+        let [xs, ys, zs] = &self.positions;
+        self.corners.each_ref().map(|list| {
+            let vertex = list[triangle as usize] as usize;
+            DVec3::new(xs[vertex], ys[vertex], zs[vertex])
+        })
+    }
+
+    /// How many vertices there are.
+    pub fn vertex_count(&self) -> usize {
+        self.positions[0].len()
+    }
+
+    /// Bytes that the arrays take.
+    pub fn size_bytes(&self) -> usize {
+        self.clusters.size_bytes()
+            + self.vertex_count() * 24
+            + (self.normals.len() + self.texcoords.len() + self.colors.len()) * 16
+            + (self.corners[0].len() * 7 + self.face_materials.len() + self.materials.len()) * 4
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+
+    #[test]
+    fn corners_that_agree_are_one_vertex_and_seams_are_two() {
+        let mesh = shapes::knot(12, 5).expect("a knot");
+        let unit = |_: u32, c: &Corner| mesh.normals[c.normal as usize].normalize();
+        let prepared = IndexedMesh::new(&mesh, unit, &Default::default());
+        assert_eq!(prepared.triangle_count, 120);
+        assert_eq!(prepared.corners[0].len(), 128);
+        assert!(prepared.vertex_count() <= mesh.corners.len() && prepared.vertex_count() >= 60);
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            for (k, &at) in triangle.iter().enumerate() {
+                let vertex = prepared.corners[k][t] as usize;
+                let corner = mesh.corners[at as usize];
+                let p = mesh.positions[corner.position as usize].to_array();
+                assert_eq!([0, 1, 2].map(|a| prepared.positions[a][vertex]), p);
+                let n = unit(0, &corner).as_vec3().to_array();
+                assert_eq!(prepared.normals[vertex][..3], n);
+            }
+        }
+        assert!(prepared.face_materials.is_empty() && prepared.materials.len() == 1);
+        assert_eq!(prepared.vertex_runs, [(prepared.vertex_count(), 0)]);
+    }
+
+    #[test]
+    fn coordinates_that_f32_does_not_reach_run_without_end() {
+        let mut mesh = shapes::knot(12, 5).expect("a knot");
+        let run =
+            |mesh: &Mesh| IndexedMesh::new(mesh, |_, _| DVec3::Z, &Default::default()).longest_texcoord_run;
+        assert!(run(&mesh) < 10.0);
+        for far in [1e39, -1e200, f64::INFINITY, f64::NAN] {
+            mesh.texcoords.iter_mut().for_each(|uv| uv.x = far);
+            assert_eq!(run(&mesh), f64::INFINITY, "all at {far}");
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Interpolates attributes by barycentrics, then lights, textures and fogs a vector of pixels, the
+//! same for all kinds of faces.
+
+use super::attribute_fetch::{Corners, blend, gather3};
+use super::face_tables::Faces;
+use super::lighting::{V3, dot, light, pack, scale, splat3};
+use super::sampler::{SampleCoord, TextureSampler, UvDerivatives};
+use super::shading_state::{ColorSource, Eye, MaterialBinding};
+use crate::simd::{F32, I32, Simd};
+
+/// The barycentrics of a vector of pixels on the faces that they show.
+pub(super) struct Barycentrics<S: Simd> {
+    /// e_i / w_i, not yet divided by their sum: all of them below 0 where a face is seen from its other side.
+    pub p: [S::F; 3],
+    /// `p` at the pixel on the right and at the one below, where a texture asks; not clamped to the face.
+    pub right: [S::F; 3],
+    pub below: [S::F; 3],
+    /// 1 / the sum of `p`, with its sign.
+    pub inverse: S::F,
+    /// The pixel's w, above 0.
+    pub w: S::F,
+}
+
+/// Inputs of a vector of fragments before their light.
+pub(super) struct FragmentInputs<'f, S: Simd> {
+    /// The faces that they show.
+    pub faces: S::I,
+    /// The corners of those faces.
+    pub corners: Corners<'f, S>,
+    /// The corners' weights in each pixel.
+    pub barycentrics: Barycentrics<S>,
+    /// Whose normals are turned.
+    pub turn: S::M,
+    /// Columns and rows.
+    pub at: (S::I, S::I),
+}
+
+/// Light, before texture and fog.
+#[derive(Clone, Copy)]
+pub struct ReflectedLight<S: Simd> {
+    /// What a texture multiplies.
+    pub diffuse: V3<S>,
+    /// What it does not.
+    pub specular: V3<S>,
+    /// In the shading frame, where there is fog.
+    pub position: V3<S>,
+}
+
+impl Faces<'_> {
+    /// Colours at once of pixels that show this surface, and where f32 lacks the digits.
+    #[inline(always)]
+    pub(super) fn shade<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        binding: &MaterialBinding<'_>,
+        inputs: &FragmentInputs<'_, S>,
+    ) -> (S::I, S::M) {
+        let (mut lit, mut needs_f64) = self.lit(s, mask, binding, inputs);
+        if let Some(texture) = &binding.texture {
+            let sample_coord = self.sample_coord(s, mask, texture, inputs);
+            let texel_addresses = texture.texel_addresses(s, mask, &sample_coord);
+            needs_f64 = needs_f64 | texel_addresses.needs_f64();
+            lit.multiply(texture.texel(s, mask, &sample_coord, &texel_addresses));
+        }
+        (self.finish(s, &lit), needs_f64)
+    }
+
+    /// The light of pixels that show this surface, and where f32 lacks the digits.
+    #[inline(always)]
+    pub(super) fn lit<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        binding: &MaterialBinding<'_>,
+        inputs: &FragmentInputs<'_, S>,
+    ) -> (ReflectedLight<S>, S::M) {
+        let FragmentInputs { faces, corners, barycentrics, turn, at: (column, row), .. } = inputs;
+        let (column, row) = (*column, *row);
+        let shading = self.shading;
+        let lighting = &binding.lighting;
+        let mut needs_f64 = s.mask(0);
+        let b = barycentrics.weights();
+        let zero = s.splat(0.0);
+        let (mut diffuse, specular) = match shading.source {
+            ColorSource::Constant => (splat3(s, lighting.diffuse), splat3(s, lighting.specular)),
+            ColorSource::Faces(diffuse, specular) => {
+                let [r, g, b, _] = s.gather4(mask, diffuse, *faces);
+                let specular = match specular.is_empty() {
+                    true => [zero; 3],
+                    false => {
+                        let [r, g, b, _] = s.gather4(mask, specular, *faces);
+                        [r, g, b]
+                    }
+                };
+                ([r, g, b], specular)
+            }
+            ColorSource::Vertices(diffuse, specular) => {
+                let diffuse = blend(s, mask, diffuse, corners, b);
+                let specular =
+                    if specular.is_empty() { [zero; 3] } else { blend(s, mask, specular, corners, b) };
+                (diffuse, specular)
+            }
+            ColorSource::Pixels(_) if lighting.lights.is_empty() => {
+                (splat3(s, lighting.diffuse), splat3(s, lighting.specular))
+            }
+            ColorSource::Pixels(normals) => {
+                let n = blend(s, mask, normals, corners, b);
+                let length2 = dot::<S>(n, n);
+                // Normals that cancel fall back to the face's, in f64.
+                needs_f64 = mask & !s.splat(1e-4).le(length2);
+                let n_inverse = s.splat(1.0) / length2.sqrt();
+                let n_inverse = s.select(*turn, zero - n_inverse, n_inverse);
+                let normal = scale::<S>(n, n_inverse);
+                let (position, to_viewer) = match shading.eye {
+                    Eye::Perspective { ray } => {
+                        let ray = ray_at(s, ray, column, row);
+                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
+                        let position = match shading.is_affine {
+                            false => scale::<S>(ray, barycentrics.w),
+                            true => blend(s, mask, shading.positions, corners, b),
+                        };
+                        let to_viewer = match shading.is_affine {
+                            false => scale::<S>(ray, back),
+                            true => {
+                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
+                                scale::<S>(position, back)
+                            }
+                        };
+                        (position, to_viewer)
+                    }
+                    Eye::Parallel { to_viewer } => {
+                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
+                    }
+                };
+                let lit = light(s, lighting, position, normal, to_viewer);
+                needs_f64 = needs_f64 | (lit.needs_f64 & mask);
+                (lit.diffuse, lit.specular)
+            }
+        };
+        if !shading.colors.is_empty() {
+            let color = blend(s, mask, shading.colors, corners, b);
+            diffuse = [diffuse[0] * color[0], diffuse[1] * color[1], diffuse[2] * color[2]];
+        }
+        let position = match (&shading.fog, shading.eye) {
+            (None, _) => [zero; 3],
+            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
+                scale::<S>(ray_at(s, ray, column, row), barycentrics.w)
+            }
+            (Some(_), _) => blend(s, mask, shading.positions, corners, b),
+        };
+        (ReflectedLight { diffuse, specular, position }, needs_f64)
+    }
+
+    /// Where pixels look into a texture.
+    #[inline(always)]
+    pub(super) fn sample_coord<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        texture: &TextureSampler<'_>,
+        inputs: &FragmentInputs<'_, S>,
+    ) -> SampleCoord<S> {
+        let (barycentrics, zero) = (&inputs.barycentrics, s.splat(0.0));
+        let b = barycentrics.weights();
+        let [t0, t1, t2] = gather3(s, mask, self.shading.texcoords, &inputs.corners);
+        // Relative to the first corner, so that coordinates far from 0 keep their digits.
+        let ([u1, v1], [u2, v2]) = (between::<S>(t0, t1), between::<S>(t0, t2));
+        let here = [b[1] * u1 + b[2] * u2, b[1] * v1 + b[2] * v2];
+        let footprint = match texture.needs_level() {
+            false => None,
+            true => {
+                let (right, rs) = run_of(s, barycentrics.right, (u1, u2), (v1, v2));
+                let (below, bs) = run_of(s, barycentrics.below, (u1, u2), (v1, v2));
+                // Their sign is that of the pixel's own sum unless the face's plane runs to the horizon between them.
+                let is_horizon =
+                    mask & !(zero.lt(rs * barycentrics.inverse) & zero.lt(bs * barycentrics.inverse));
+                Some(UvDerivatives {
+                    right: [right[0] - here[0], right[1] - here[1]],
+                    below: [below[0] - here[0], below[1] - here[1]],
+                    is_horizon,
+                })
+            }
+        };
+        texture.sample_coord(s, [[t0[0], t0[1]], [t0[2], t0[3]]], here, footprint)
+    }
+
+    /// Packed colours.
+    #[inline(always)]
+    pub(super) fn finish<S: Simd>(&self, s: S, lit: &ReflectedLight<S>) -> S::I {
+        let color = add::<S>(lit.diffuse, lit.specular);
+        match &self.shading.fog {
+            None => pack(s, color),
+            Some(fog) => pack(s, fog.over(s, color, lit.position)),
+        }
+    }
+}
+
+impl<S: Simd> Barycentrics<S> {
+    /// The corners' weights: their sum is 1.
+    #[inline(always)]
+    fn weights(&self) -> [S::F; 3] {
+        [self.p[0] * self.inverse, self.p[1] * self.inverse, self.p[2] * self.inverse]
+    }
+}
+
+impl<S: Simd> ReflectedLight<S> {
+    /// Takes the texels' colours on.
+    #[inline(always)]
+    pub fn multiply(&mut self, texel: V3<S>) {
+        self.diffuse = [self.diffuse[0] * texel[0], self.diffuse[1] * texel[1], self.diffuse[2] * texel[2]];
+    }
+}
+
+/// The eye's ray through pixels, from which a point is w times as far.
+#[inline(always)]
+fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
+    let (column, row) = (column.to_f32(), row.to_f32());
+    [
+        s.splat(ray[0][0]) + (s.splat(ray[1][0]) * column + s.splat(ray[2][0]) * row),
+        s.splat(ray[0][1]) + (s.splat(ray[1][1]) * column + s.splat(ray[2][1]) * row),
+        s.splat(ray[0][2]) + (s.splat(ray[1][2]) * column + s.splat(ray[2][2]) * row),
+    ]
+}
+
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+
+/// u, v relative to the first corner at these barycentrics, and their sum.
+#[inline(always)]
+fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S::F; 2], S::F) {
+    let sum = (p[0] + p[1]) + p[2];
+    let inverse = s.splat(1.0) / sum;
+    let (b1, b2) = (p[1] * inverse, p[2] * inverse);
+    ([b1 * u.0 + b2 * u.1, b1 * v.0 + b2 * v.1], sum)
+}
+
+/// From texture coordinates to others, both in two parts.
+#[inline(always)]
+fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
+    [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]
+}
+
+#[inline(always)]
+pub(super) fn add<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}

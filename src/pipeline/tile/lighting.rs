@@ -1,0 +1,395 @@
+//! Lighting a vector of points at once: the pipeline's equations in f32, in the shading frame.
+//!
+//! The shading frame has its origin in the eye, so that no digits are lost far from the world's origin, and the axes in
+//! which the normals are given. Equations: `pipeline::light`, of which this is the fast twin; exponents up to 1000.
+
+use crate::scene::LightingModel;
+use crate::simd::{F32, I32, Simd};
+use std::f32::consts::FRAC_PI_2;
+
+/// A vector of points or directions: x, y, z.
+pub type V3<S> = [<S as Simd>::F; 3];
+
+/// Where a light is, in the shading frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightPosition {
+    /// Towards the light, unit.
+    Toward([f32; 3]),
+    /// The light's position.
+    At([f32; 3]),
+}
+
+/// Which directions a light shines in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cone {
+    /// All of them.
+    None,
+    /// Within an angle of the axis, with a power of the cosine.
+    Power {
+        /// Unit, in which light travels.
+        axis: [f32; 3],
+        /// The cosine of the angle.
+        cos_angle: f32,
+        /// The power.
+        exponent: Exponent,
+    },
+    /// Full within one angle, none from another on, straight between.
+    Linear {
+        /// Unit, in which light travels.
+        axis: [f32; 3],
+        /// The angle of the full beam, radians.
+        beam: f32,
+        /// The angle where the light ends, radians.
+        cut_off: f32,
+    },
+}
+
+/// One light with the material's answer multiplied in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FastLight {
+    /// Where it is.
+    pub position: LightPosition,
+    /// Where it shines.
+    pub cone: Cone,
+    /// Beyond this distance it gives nothing.
+    pub radius: f32,
+    /// Ka times the light's own ambient colour.
+    pub ambient: [f32; 3],
+    /// Kd times colour.
+    pub diffuse: [f32; 3],
+    /// Ks times colour; all 0 leaves the specular term out.
+    pub specular: [f32; 3],
+    /// 1 / (c + l d + q d^2), or `None` for none.
+    pub attenuation: Option<[f32; 3]>,
+    /// Whether that sum is at least 1.
+    pub is_clamped: bool,
+}
+
+/// The specular exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exponent {
+    /// A whole number, by repeated squaring.
+    Integer(u32),
+    /// Any other.
+    Real(f32),
+}
+
+impl Exponent {
+    /// The exponent, or 1 where it is less.
+    fn at_least_one(self) -> f32 {
+        match self {
+            Exponent::Integer(n) => n.max(1) as f32,
+            Exponent::Real(n) => n.max(1.0),
+        }
+    }
+
+    /// The form in which n is raised to; `None` above what f32 carries.
+    pub fn new(n: f64) -> Option<Exponent> {
+        match n {
+            n if !(0.0..=1000.0).contains(&n) => None,
+            n if n == n.trunc() => Some(Exponent::Integer(n as u32)),
+            n => Some(Exponent::Real(n as f32)),
+        }
+    }
+}
+
+/// Everything that lights one material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialLighting {
+    /// What is there without lights and answers texture and vertex colour: Ka times ambient light.
+    pub diffuse: [f32; 3],
+    /// What is there without lights and answers nothing: Ke.
+    pub specular: [f32; 3],
+    /// The lights that are on; none for what no light reaches.
+    pub lights: Vec<FastLight>,
+    /// The exponent.
+    pub exponent: Exponent,
+    /// Phong or Blinn.
+    pub model: LightingModel,
+}
+
+/// a . b, in a fixed order.
+#[inline(always)]
+pub fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> S::F {
+    (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
+}
+
+/// The colour of points: `diffuse` is what a texture multiplies (ambient and diffuse), `specular` what it does not.
+pub struct LitPoints<S: Simd> {
+    /// Ambient and diffuse terms.
+    pub diffuse: V3<S>,
+    /// Emissive and specular terms.
+    pub specular: V3<S>,
+    /// Where f32 lacks the digits: a light much nearer than the eye, or all but opposite to it.
+    pub needs_f64: S::M,
+}
+
+/// A light nearer than this part of the eye's distance is delicate.
+const NEAR_LIGHT: f32 = 1.0 / 64.0;
+
+/// Blinn's half vector is short where light and viewer are all but opposite: 1 + L.V below this times the exponent leaves
+/// f32 too few digits of its length.
+const OPPOSITE: f32 = 1e-4;
+
+/// The largest attenuation factor, as in the plain path.
+const MAX_FACTOR: f32 = 1e30;
+
+/// Lights points at `position` with unit normals `normal`, seen along unit `to_viewer`.
+#[inline(always)]
+pub fn light<S: Simd>(
+    s: S,
+    lighting: &MaterialLighting,
+    position: V3<S>,
+    normal: V3<S>,
+    to_viewer: V3<S>,
+) -> LitPoints<S> {
+    let zero = s.splat(0.0);
+    let one = s.splat(1.0);
+    let mut diffuse = splat3(s, lighting.diffuse);
+    let mut specular = splat3(s, lighting.specular);
+    let mut needs_f64 = s.mask(0);
+    let n_dot_v = dot::<S>(normal, to_viewer);
+    for light in &lighting.lights {
+        let (toward, strength) = match light.position {
+            LightPosition::Toward(d) => (splat3(s, d), one),
+            LightPosition::At(p) => {
+                let d =
+                    [s.splat(p[0]) - position[0], s.splat(p[1]) - position[1], s.splat(p[2]) - position[2]];
+                let d2 = dot::<S>(d, d);
+                let away2 = dot::<S>(position, position);
+                needs_f64 = needs_f64 | d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
+                let length = d2.sqrt();
+                // A light at the surface point gives 0: its direction is made 0.
+                let toward = scale::<S>(d, s.select(zero.lt(d2), one / length, zero));
+                (toward, reach(s, light, length, d2, toward))
+            }
+        };
+        if light.ambient != [0.0; 3] {
+            diffuse = add_scaled(s, diffuse, light.ambient, strength);
+        }
+        let n_dot_l = dot::<S>(normal, toward);
+        let diffuse_factor = n_dot_l.max(zero) * strength;
+        diffuse = add_scaled(s, diffuse, light.diffuse, diffuse_factor);
+        if light.specular == [0.0; 3] {
+            continue;
+        }
+        let l_dot_v = dot::<S>(toward, to_viewer);
+        let cosine = match lighting.model {
+            LightingModel::Blinn => {
+                // |L + V|^2 = 2 + 2 L.V for unit vectors.
+                let half = (l_dot_v + one).max(zero);
+                let is_opposite = half.lt(s.splat(lighting.exponent.at_least_one() * OPPOSITE));
+                needs_f64 = needs_f64 | (is_opposite & zero.lt(n_dot_l));
+                let length = (half + half).sqrt();
+                s.select(zero.lt(length), (n_dot_l + n_dot_v) / length, zero)
+            }
+            _ => (n_dot_l + n_dot_l) * n_dot_v - l_dot_v,
+        };
+        let cosine = cosine.max(zero).min(one);
+        let specular_factor = power(s, cosine, lighting.exponent) * strength;
+        let specular_factor = s.select(zero.lt(n_dot_l), specular_factor, zero);
+        specular = add_scaled(s, specular, light.specular, specular_factor);
+    }
+    LitPoints { diffuse, specular, needs_f64 }
+}
+
+/// What of a light reaches a point: attenuation, radius, cone.
+#[inline(always)]
+fn reach<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F, toward: V3<S>) -> S::F {
+    let (zero, one) = (s.splat(0.0), s.splat(1.0));
+    let mut strength = one;
+    if let Some([c, l, q]) = light.attenuation {
+        let sum = s.splat(c) + (s.splat(l) * length + s.splat(q) * d2);
+        let sum = if light.is_clamped { sum.max(one) } else { sum };
+        strength = (one / sum).min(s.splat(MAX_FACTOR)).max(s.splat(-MAX_FACTOR));
+        strength = s.select(zero.lt(d2), strength, zero);
+    } else if light.ambient != [0.0; 3] {
+        strength = s.select(zero.lt(d2), strength, zero);
+    }
+    if light.radius < f32::INFINITY {
+        strength = s.select(length.le(s.splat(light.radius)), strength, zero);
+    }
+    match light.cone {
+        Cone::None => strength,
+        Cone::Power { axis, cos_angle, exponent } => {
+            let cos = zero - dot::<S>(toward, splat3(s, axis));
+            let part = power(s, cos.max(zero).min(one), exponent);
+            s.select(s.splat(cos_angle).le(cos), strength * part, zero)
+        }
+        Cone::Linear { axis, beam, cut_off } => {
+            let angle = acos(s, zero - dot::<S>(toward, splat3(s, axis)));
+            let part = (s.splat(cut_off) - angle) / s.splat(cut_off - beam);
+            let part = s.select(angle.le(s.splat(beam)), one, part);
+            s.select(angle.lt(s.splat(cut_off)), strength * part, zero)
+        }
+    }
+}
+
+/// The angle in 0..pi whose cosine this is, to about 2e-7: Abramowitz, Stegun, "Handbook of mathematical functions", 4.4.46.
+#[inline(always)]
+fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
+    let one = s.splat(1.0);
+    let x = cos.abs().min(one);
+    let mut series = s.splat(-0.001_262_491_1);
+    for c in
+        [0.006_670_09, -0.017_088_126, 0.030_891_88, -0.050_174_303, 0.088_978_99, -0.214_598_8, FRAC_PI_2]
+    {
+        series = series * x + s.splat(c);
+    }
+    let angle = (one - x).sqrt() * series;
+    s.select(cos.lt(s.splat(0.0)), s.splat(std::f32::consts::PI) - angle, angle)
+}
+
+/// x^n for x in [0, about 1]; 0^0 = 1.
+#[inline(always)]
+pub fn power<S: Simd>(s: S, x: S::F, n: Exponent) -> S::F {
+    match n {
+        Exponent::Integer(mut n) => {
+            let (mut result, mut quad) = (s.splat(1.0), x);
+            while n > 0 {
+                if n & 1 == 1 {
+                    result = result * quad;
+                }
+                n >>= 1;
+                if n > 0 {
+                    quad = quad * quad;
+                }
+            }
+            result
+        }
+        Exponent::Real(n) => exp2(s, s.splat(n) * log2(s, x)),
+    }
+}
+
+/// log2 of x > 0, to about 1e-7 relative near 1 and absolute elsewhere; x = 0 gives -150.
+///
+/// x = m 2^e with m in [1/sqrt 2, sqrt 2); log2 m = 2/ln 2 (t + t^3/3 + t^5/5 + ...), t = (m-1)/(m+1).
+#[inline(always)]
+pub fn log2<S: Simd>(s: S, x: S::F) -> S::F {
+    let bits = x.bits();
+    // The bits of 1/sqrt 2 taken away, the exponent's bits are those of e.
+    let e = (bits - s.splat_i(0x3f35_04f3)).sar::<23>();
+    let m = (bits - e.shl::<23>()).as_f32();
+    let one = s.splat(1.0);
+    let t = (m - one) / (m + one);
+    let t2 = t * t;
+    // What follows is less than 2e-9: t is at most 0.172.
+    let mut series = s.splat(1.0 / 9.0);
+    for c in [1.0 / 7.0, 0.2, 1.0 / 3.0] {
+        series = series * t2 + s.splat(c);
+    }
+    let log_m = (t + t * t2 * series) * s.splat(2.0 * std::f32::consts::LOG2_E);
+    s.select(s.splat(1e-38).lt(x), e.to_f32() + log_m, s.splat(-150.0))
+}
+
+/// 2^x for x <= 0 or little above; 0 below -126.
+#[inline(always)]
+pub fn exp2<S: Simd>(s: S, x: S::F) -> S::F {
+    let integer = x.max(s.splat(-200.0)).min(s.splat(126.0)).floor();
+    let f = (x - integer) * s.splat(std::f32::consts::LN_2);
+    // e^f, f in [0, ln 2): Taylor to f^8, below 1e-8.
+    let mut series = s.splat(1.0 / 40320.0);
+    for c in [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
+        series = series * f + s.splat(c);
+    }
+    let scale = (integer.to_i32() + s.splat_i(127)).shl::<23>().as_f32();
+    s.select(s.splat(-126.0).le(integer), series * scale, s.splat(0.0))
+}
+
+/// Bytes of colours in 0..1 and beyond: floor(255 clamp(c) + 0.5), alpha 255, R lowest.
+#[inline(always)]
+pub fn pack<S: Simd>(s: S, color: V3<S>) -> S::I {
+    let (r, g, b) = (byte(s, color[0]), byte(s, color[1]), byte(s, color[2]));
+    (r | g.shl::<8>()) | (b.shl::<16>() | s.splat_i(255 << 24))
+}
+
+#[inline(always)]
+fn byte<S: Simd>(s: S, c: S::F) -> S::I {
+    (c.max(s.splat(0.0)).min(s.splat(1.0)) * s.splat(255.0) + s.splat(0.5)).to_i32()
+}
+
+/// The same point in every lane.
+#[inline(always)]
+pub fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
+    [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
+}
+
+/// v * k.
+#[inline(always)]
+pub fn scale<S: Simd>(v: V3<S>, k: S::F) -> V3<S> {
+    [v[0] * k, v[1] * k, v[2] * k]
+}
+
+/// sum + color * k.
+#[inline(always)]
+fn add_scaled<S: Simd>(s: S, sum: V3<S>, color: [f32; 3], k: S::F) -> V3<S> {
+    [sum[0] + s.splat(color[0]) * k, sum[1] + s.splat(color[1]) * k, sum[2] + s.splat(color[2]) * k]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Kernel, Level, Portable};
+
+    struct Angles(Vec<f32>);
+
+    impl Kernel for Angles {
+        type Output = Vec<f32>;
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Vec<f32> {
+            let mut out = vec![0.0; self.0.len()];
+            for (from, to) in self.0.chunks_exact(S::LANES).zip(out.chunks_exact_mut(S::LANES)) {
+                s.store(acos(s, s.load(from)), to);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn angles_are_those_of_their_cosines() {
+        let cos: Vec<f32> = (0..4096).map(|i| i as f32 / 2047.5 - 1.0).collect();
+        let truth = Angles(cos.clone()).run(Portable::<16>);
+        for (c, a) in cos.iter().zip(&truth) {
+            assert!((libm::acos(*c as f64) - *a as f64).abs() < 4e-7, "acos {c} is not {a}");
+        }
+        for level in Level::ALL {
+            assert_eq!(level.dispatch(Angles(cos.clone())), truth, "{level:?}");
+        }
+    }
+
+    struct Powers(Vec<f32>, Exponent);
+
+    impl Kernel for Powers {
+        type Output = Vec<f32>;
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Vec<f32> {
+            let mut out = vec![0.0; self.0.len()];
+            for (from, to) in self.0.chunks_exact(S::LANES).zip(out.chunks_exact_mut(S::LANES)) {
+                s.store(power(s, s.load(from), self.1), to);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn powers_are_within_a_hundredth_of_a_byte_and_alike_at_every_level() {
+        let xs: Vec<f32> =
+            (0..4096).map(|i| i as f32 / 4095.0).chain((0..4096).map(|i| 1.0 - i as f32 * 1e-6)).collect();
+        for n in [0.0, 0.5, 1.0, 2.0, 25.6, 32.0, 100.3, 999.5, 1000.0] {
+            let exponent = Exponent::new(n).expect("in range");
+            let truth = Powers(xs.clone(), exponent).run(Portable::<16>);
+            for (x, p) in xs.iter().zip(&truth) {
+                let exact = if n == 0.0 { 1.0 } else { libm::pow(*x as f64, n) };
+                assert!((*p as f64 - exact).abs() < 1e-4, "{x}^{n} = {exact}, not {p}");
+            }
+            for level in Level::ALL {
+                let fast = level.dispatch(Powers(xs.clone(), exponent));
+                assert!(
+                    fast.iter().zip(&truth).all(|(a, b)| a.to_bits() == b.to_bits()),
+                    "{level:?} n = {n}"
+                );
+            }
+        }
+        assert_eq!((Exponent::new(1000.5), Exponent::new(f64::NAN), Exponent::new(-1.0)), (None, None, None));
+    }
+}

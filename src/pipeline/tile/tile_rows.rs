@@ -1,0 +1,298 @@
+//! Bands of tiles: who draws which, what of the frame's memories it gets, and the tiles one after the other.
+//!
+//! A band is as high as a tile. Bands are handed out by halves, so that a thread that is done takes over half of what another
+//! one still has; a band is drawn by one thread, its tiles from left to right, each by visibility and then by colour.
+
+use super::bins::Grid;
+use super::depth_f64::DepthRasterKernel;
+use super::face_tables::Faces;
+use super::hierarchical_z::HierarchicalZKernel;
+use super::raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
+use super::resolve::ResolveKernel;
+use super::{Binned, CancellableExecutor, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
+use crate::memory::DepthCells;
+use crate::pipeline::draw_call::CoarseDepth;
+use crate::simd::Level;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
+const NEAR_BYTES: usize = 4 << 20;
+/// A draw that reaches no more tiles than this is drawn tile by tile of its list.
+const FEW_TILES: usize = 24;
+/// Rows of a band of tiles: what one thread draws at a time.
+const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
+
+/// Fragments tested and passed, and pixels shaded: each of these once.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub(super) tested: AtomicU64,
+    pub(super) passed: AtomicU64,
+    pub(super) shaded: AtomicU64,
+    pub(super) hidden: AtomicU64,
+}
+
+impl Counts {
+    /// Fragments tested and passed.
+    pub fn fragments(&self) -> (u64, u64) {
+        (self.tested.load(Relaxed), self.passed.load(Relaxed))
+    }
+
+    /// Faces left out by coarse depth, each once for every tile.
+    pub fn hidden(&self) -> u64 {
+        self.hidden.load(Relaxed)
+    }
+}
+
+/// What draws one band: its number, the word that a cleared depth has, its memories.
+type TileRowWork<'w> = &'w (dyn Fn(usize, i32, &mut TileRowBuffers<'_>) + Sync);
+
+/// Hands the bands of tiles from the first to the last to `work`, and says which rows they are.
+pub(crate) fn for_each_tile_row(
+    executor: &CancellableExecutor,
+    (first, last): (usize, usize),
+    view: &ClipRect,
+    frame: FrameSlices<'_>,
+    work: TileRowWork<'_>,
+) -> (u32, u32) {
+    let width = frame.width;
+    let depth =
+        frame.depth.unwrap_or(DepthCells { words: &mut [], narrow: &mut [], pending_clear: &mut [], far: 0 });
+    let far = depth.far;
+    let top = view.y0 as usize + first * BAND_ROWS;
+    let bottom = (view.y0 as usize + (last + 1) * BAND_ROWS).min(view.y1 as usize);
+    let pixels = top * width..bottom * width;
+    let some = |length: usize| if length == 0 { 0..0 } else { pixels.clone() };
+    let rows = if depth.pending_clear.is_empty() { 0..0 } else { top..bottom };
+    let (depth_range, pick_range) = (some(depth.words.len()), some(frame.pick.len()));
+    let narrow_range = some(depth.narrow.len());
+    let workspace = TileRowBuffers {
+        depth: &mut depth.words[depth_range],
+        narrow: &mut depth.narrow[narrow_range],
+        pending_clear: &mut depth.pending_clear[rows],
+        bytes: &mut frame.bytes[pixels.start * 4..pixels.end * 4],
+        pick: &mut frame.pick[pick_range],
+        ids: None,
+    };
+    let work = |band: usize, workspace: TileRowBuffers<'_>| {
+        let mut ids = AtLine([NO_FACE; _]);
+        let mut workspace = TileRowBuffers { ids: Some(&mut ids), ..workspace };
+        work(band, far, &mut workspace);
+    };
+    share(executor, first..last + 1, workspace, BAND_ROWS * width, &work);
+    (top as u32, bottom as u32)
+}
+
+/// Draws the faces that wait in one band of tiles: visibility, then colour.
+pub(crate) fn draw_tile_row(
+    level: Level,
+    (scratch, binned): (&Scratch, &Binned),
+    job: &DrawJob<'_>,
+    (width, far): (usize, i32),
+    band: usize,
+    workspace: &mut TileRowBuffers<'_>,
+    counts: &Counts,
+) {
+    let (mesh, grid) = (job.mesh, binned.grid);
+    let (screen_vertices, vertices) = (scratch.screen_vertices.as_slice(), scratch.depth_f64.as_slice());
+    let chunks = &scratch.chunks[..binned.chunk_count];
+    let depth_f64 = job.depth_f64.filter(|_| !(workspace.depth.is_empty() && workspace.narrow.is_empty()));
+    let exact_face_of = |face: u32| {
+        let list = &chunks[(face as usize - binned.first_face) / binned.chunk_faces].exact_faces;
+        list.binary_search_by_key(&face, |w| w.face).ok().map(|i| &list[i])
+    };
+    let is_far_flung = mesh.vertex_count() * 32 + mesh.triangle_count * 16 > NEAR_BYTES;
+    let faces = Faces {
+        shading: &job.shading,
+        corners: &mesh.screen_vertices,
+        screen_vertices,
+        is_far_flung,
+        exact_face: &exact_face_of,
+    };
+    let y0 = job.view.y0 + (band * BAND_ROWS) as i32;
+    let y1 = y0 + (workspace.bytes.len() / 4 / width) as i32;
+    let Some(AtLine(ids)) = workspace.ids.as_deref_mut() else { return };
+    // Words of 16 bits are widened while a tile is drawn.
+    let is_narrow = !workspace.narrow.is_empty();
+    let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
+    let (mut own_tested, mut own_passed, mut own_shaded, mut own_hidden) = (0, 0, 0, 0);
+    // What few tiles are reached is read from their list: to look through all of them costs a small draw more than its pixels.
+    let few = match chunks {
+        [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
+        _ => None,
+    };
+    for i in 0..few.map_or(grid.columns, <[u32]>::len) {
+        let bin = few.map_or(band * grid.columns + i, |few| few[i] as usize);
+        if bin / grid.columns != band {
+            continue;
+        }
+        let column = bin % grid.columns;
+        let columns = grid.pixels_of(column);
+        let (x0, x1) = (columns.start, columns.end);
+        let mut visits = match scratch.visitors.get(bin) {
+            Some(visitors) => *visitors,
+            None => u64::from(!chunks[0].bins[bin].is_empty()),
+        };
+        if visits == 0 {
+            continue;
+        }
+        // What is still to be cleared is cleared here, on its way into the cache.
+        for (row, pending_clear) in
+            workspace.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
+        {
+            let start = row * width;
+            workspace.depth[start + x0 as usize..start + x1 as usize].fill(far);
+            *pending_clear &= !(1 << column);
+        }
+        if let Some(words) = &mut widened {
+            widen(&*workspace.narrow, width, columns.clone(), &mut words.0);
+        }
+        let (own_depth, words): (&mut [i32], &mut [i32]) = match (depth_f64, &mut widened) {
+            (None, _) => (&mut *workspace.depth, &mut []),
+            (Some(_), None) => (&mut [], &mut *workspace.depth),
+            (Some(_), Some(widened)) => (&mut [], &mut widened.0),
+        };
+        let (stride, first_column) = if is_narrow { (ID_STRIDE, x0) } else { (width, 0) };
+        let mut tile = Tile { x0, x1, y0, y1, width, depth: own_depth, ids: &mut *ids };
+        let mut reach = [i16::MAX, i16::MAX, 0, 0];
+        let mut tile_passed = 0;
+        while visits != 0 {
+            let chunk = &chunks[visits.trailing_zeros() as usize];
+            visits &= visits - 1;
+            let r = chunk.bins[bin].reach;
+            reach = [reach[0].min(r[0]), reach[1].min(r[1]), reach[2].max(r[2]), reach[3].max(r[3])];
+            let (exact_faces, bin) = (&chunk.exact_faces, &chunk.bins[bin]);
+            let corners = &mesh.screen_vertices;
+            let done = match depth_f64 {
+                None => {
+                    let tile = &mut tile;
+                    let is_coarse = job.coarse == CoarseDepth::On && !tile.depth.is_empty();
+                    let kernel = RasterKernel { bin, exact_faces, corners, tile };
+                    match is_coarse && HierarchicalZKernel::pays(bin) {
+                        false => level.dispatch(kernel),
+                        true => level.dispatch(HierarchicalZKernel(kernel)),
+                    }
+                }
+                Some(DepthF64 { encoder, .. }) => {
+                    let (words, tile) = (&mut *words, &mut tile);
+                    level.dispatch(DepthRasterKernel {
+                        bin,
+                        exact_faces,
+                        corners,
+                        vertices,
+                        encoder,
+                        tile,
+                        words,
+                        stride,
+                        first_column,
+                    })
+                }
+            };
+            own_tested += done.tested;
+            own_hidden += done.hidden;
+            tile_passed += done.passed;
+        }
+        if tile_passed == 0 {
+            continue;
+        }
+        own_passed += tile_passed;
+        if let Some(words) = &widened {
+            narrow(&words.0, width, columns.clone(), &mut *workspace.narrow);
+        }
+        let [left, top, right, bottom] = reach.map(i32::from);
+        own_shaded += level.dispatch(ResolveKernel {
+            faces,
+            reach: ClipRect { x0: left.max(x0), y0: top.max(y0), x1: right.min(x1), y1: bottom.min(y1) },
+            tile: &mut tile,
+            bytes: &mut *workspace.bytes,
+            pick: &mut *workspace.pick,
+            name: job.name,
+        });
+    }
+    counts.tested.fetch_add(own_tested, Relaxed);
+    counts.passed.fetch_add(own_passed, Relaxed);
+    counts.shaded.fetch_add(own_shaded, Relaxed);
+    counts.hidden.fetch_add(own_hidden, Relaxed);
+}
+
+/// A tile's ids from a cache line on: a vector that straddles two costs twice.
+#[repr(align(64))]
+struct AtLine(Ids);
+
+/// Words of 16 bits of these columns, row by row, to a tile's own.
+fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
+    let columns = columns.start as usize..columns.end as usize;
+    for (from, to) in from.chunks_exact(width).zip(to.chunks_exact_mut(ID_STRIDE)) {
+        to.iter_mut().zip(&from[columns.clone()]).for_each(|(to, from)| *to = i32::from(*from));
+    }
+}
+
+/// And back.
+fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
+    let columns = columns.start as usize..columns.end as usize;
+    for (to, from) in to.chunks_exact_mut(width).zip(from.chunks_exact(ID_STRIDE)) {
+        to[columns.clone()].iter_mut().zip(from).for_each(|(to, from)| *to = *from as u16);
+    }
+}
+
+/// The memories of some bands; all but the bytes may be empty altogether.
+pub(crate) struct TileRowBuffers<'a> {
+    depth: &'a mut [i32],
+    /// The same of 16 bits.
+    narrow: &'a mut [u16],
+    /// A word a row.
+    pending_clear: &'a mut [u128],
+    bytes: &'a mut [u8],
+    pick: &'a mut [[u32; 2]],
+    /// The faces of a tile; of one band's memories.
+    ids: Option<&'a mut AtLine>,
+}
+
+/// Hands each band's memories to `work`; `size` pixels a band.
+fn share(
+    executor: &CancellableExecutor,
+    bands: Range<usize>,
+    workspace: TileRowBuffers<'_>,
+    size: usize,
+    work: &(impl Fn(usize, TileRowBuffers<'_>) + Sync),
+) {
+    if bands.len() <= 1 {
+        if !executor.is_cancelled() {
+            work(bands.start, workspace);
+        }
+        return;
+    }
+    let half = bands.len() / 2;
+    let middle = half * size;
+    let split = |length: usize| if length == 0 { 0 } else { middle };
+    let (at_depth, at_pick) = (split(workspace.depth.len()), split(workspace.pick.len()));
+    let (depth, depth_below) = workspace.depth.split_at_mut(at_depth);
+    let at_narrow = split(workspace.narrow.len());
+    let (narrow, narrow_below) = workspace.narrow.split_at_mut(at_narrow);
+    let at_stale = if workspace.pending_clear.is_empty() { 0 } else { half * BAND_ROWS };
+    let (pending_clear, stale_below) = workspace.pending_clear.split_at_mut(at_stale);
+    let (pick, pick_below) = workspace.pick.split_at_mut(at_pick);
+    let (bytes, bytes_below) = workspace.bytes.split_at_mut(middle * 4);
+    let above = TileRowBuffers { depth, narrow, pending_clear, bytes, pick, ids: None };
+    let below = TileRowBuffers {
+        depth: depth_below,
+        narrow: narrow_below,
+        pending_clear: stale_below,
+        bytes: bytes_below,
+        pick: pick_below,
+        ids: None,
+    };
+    let (upper, lower) = (bands.start..bands.start + half, bands.start + half..bands.end);
+    match executor.pool() {
+        None => {
+            share(executor, upper, above, size, work);
+            share(executor, lower, below, size, work);
+        }
+        Some(_) => {
+            rayon::join(
+                || share(executor, upper, above, size, work),
+                || share(executor, lower, below, size, work),
+            );
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Sets up faces that vectors draw in order: transparent ones, and those that the painter sorted.
+
+use super::f32s;
+use crate::pipeline::assemble::{Face, Facing};
+use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::light::LitColor;
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::tile::{
+    BlendedFace, BlendedTexture, Exponent, FRAME_LIMITS, FaceLighting, FastLight, FogParams, MaterialLighting,
+};
+use crate::scene::{FillStyle, Material, ShadeMode};
+use glam::DVec3;
+
+/// What the faces of one draw share; its lists are kept for another draw.
+#[derive(Debug, Default)]
+pub(crate) struct BlendedSetup {
+    state: SetupState,
+    /// What positions are relative to.
+    origin: DVec3,
+    /// V, where it is the same everywhere.
+    to_viewer: Option<[f32; 3]>,
+    /// The materials that are lit at pixels, by their addresses.
+    lightings: Vec<(usize, MaterialLighting)>,
+    /// Lists of lights that are not in use.
+    recycled: Vec<Vec<FastLight>>,
+}
+
+/// Who draws the faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum SetupState {
+    #[default]
+    Unasked,
+    Vectors,
+    PlainPath,
+}
+
+impl BlendedSetup {
+    /// Makes it ready for another draw.
+    pub fn forget(&mut self) {
+        self.state = SetupState::Unasked;
+        self.recycled.extend(self.lightings.drain(..).map(|(_, l)| l.lights).filter(|l| l.capacity() > 0));
+    }
+
+    /// Whether it was not made yet.
+    pub fn is_unasked(&self) -> bool {
+        self.state == SetupState::Unasked
+    }
+
+    /// Bytes that its lists take.
+    pub fn size_bytes(&self) -> usize {
+        let lights = self.recycled.iter().chain(self.lightings.iter().map(|(_, l)| &l.lights));
+        self.lightings.capacity() * size_of::<(usize, MaterialLighting)>()
+            + self.recycled.capacity() * size_of::<Vec<FastLight>>()
+            + lights.map(|l| l.capacity() * size_of::<FastLight>()).sum::<usize>()
+    }
+}
+
+/// Why the plain path draws the faces of a draw that the tile renderer does not, as far as the plan tells; `None` where vectors
+/// draw them one after the other.
+pub(crate) fn blended_unsupported_reason(call: &DrawCall, target: &Target) -> Option<&'static str> {
+    let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
+    let is_sized = width >= FRAME_LIMITS.0 && width <= FRAME_LIMITS.1 && height <= FRAME_LIMITS.1;
+    if call.geometry.mesh.triangles.is_empty() {
+        return Some("no face");
+    }
+    if call.shade == ShadeMode::Wire {
+        return Some("SHADE wire: the plain path hides its lines");
+    }
+    if call.stages.is_some() || call.fill != FillStyle::default() {
+        return Some("several textures, or hatches: the plain path");
+    }
+    (!is_sized).then_some("the frame is too narrow, too wide or too high for vectors: the plain path")
+}
+
+fn address(material: &Material) -> usize {
+    std::ptr::from_ref(material).addr()
+}
+
+impl PreparedDraw<'_> {
+    /// Finds what the faces of this draw share, and whether the plain path draws them all.
+    pub fn set_up_blended(&self, target: &Target, setup: &mut BlendedSetup) {
+        setup.forget();
+        setup.state = SetupState::PlainPath;
+        if blended_unsupported_reason(self.call, target).is_some() {
+            return;
+        }
+        let Some(frame) = self.shading_space() else { return };
+        setup.state = SetupState::Vectors;
+        setup.origin = frame.origin;
+        let camera = &self.transform().camera;
+        setup.to_viewer = camera.is_parallel.then(|| f32s(camera.to_viewer));
+        let BlendedSetup { lightings, recycled, .. } = setup;
+        if self.plan.uses(Part::LightPixels) {
+            let mesh = &self.call.geometry.mesh;
+            for &polygon in &self.geometry_info.materials {
+                for side in [Facing::Front, Facing::Back] {
+                    let (material, _) = self.call.material_of(&mesh.polygons[polygon as usize], side);
+                    if lightings.iter().any(|l| l.0 == address(material)) {
+                        continue;
+                    }
+                    let mut lights = recycled.pop().unwrap_or_default();
+                    match self.lighting_of(material, frame.origin, &mut lights) {
+                        Some(lighting) => {
+                            lightings.push((address(material), MaterialLighting { lights, ..lighting }))
+                        }
+                        None => recycled.push(lights),
+                    }
+                }
+            }
+        }
+    }
+
+    /// A material's light in the world's axes, relative to `origin`, its lights in the list given; `None` where f32 does not carry
+    /// them.
+    fn lighting_of(
+        &self,
+        material: &Material,
+        origin: DVec3,
+        lights: &mut Vec<FastLight>,
+    ) -> Option<MaterialLighting> {
+        lights.clear();
+        let constant = self.lighting.constant(material);
+        let (diffuse, specular) = (f32s(constant.diffuse_ambient), f32s(constant.specular_emissive));
+        let is_finite = diffuse.iter().chain(&specular).all(|c| c.abs() < 1e30);
+        let exponent = match material.ks == DVec3::ZERO {
+            true => Exponent::Integer(0),
+            false => Exponent::new(material.n)?,
+        };
+        if self.lighting.depends_on_point(material) {
+            self.lighting.fast(material, |p| p - origin, |d| d, lights)?;
+        }
+        is_finite.then_some(MaterialLighting {
+            diffuse,
+            specular,
+            lights: Vec::new(),
+            exponent,
+            model: material.model,
+        })
+    }
+
+    /// A face for vectors; `None` where it is the plain path's: lit by what f32 does not carry.
+    pub fn blended_face<'v>(
+        &self,
+        setup: &'v BlendedSetup,
+        triangle: u32,
+        face: &Face,
+        shade: &FaceShade<'v>,
+    ) -> Option<BlendedFace<'v>> {
+        if setup.state != SetupState::Vectors {
+            return None;
+        }
+        let exact_face = self.exact_face_of(triangle, self.corner_vertices(triangle), face.clone());
+        let fog = match &shade.fog {
+            None => None,
+            Some((fog, eye)) if fog.visibility_range > 0.0 => {
+                Some((FogParams::new(fog, [0.0; 3])?, shade.positions.map(|p| f32s(p - *eye))))
+            }
+            Some(_) => None,
+        };
+        let inputs = |lit: &LitColor| [f32s(lit.diffuse_ambient), f32s(lit.specular_emissive)];
+        let face_lighting = match &shade.light {
+            ShadingFrequency::Constant(lit) => FaceLighting::Solid(inputs(lit)),
+            ShadingFrequency::Vertices(lit) => FaceLighting::Corners(lit.each_ref().map(inputs)),
+            ShadingFrequency::Pixels { material, normals, .. } => FaceLighting::Pixels {
+                lighting: &setup.lightings.iter().find(|l| l.0 == address(material))?.1,
+                normals: normals.map(f32s),
+                positions: shade.positions.map(|p| f32s(p - setup.origin)),
+                to_viewer: setup.to_viewer,
+            },
+        };
+        Some(BlendedFace {
+            exact_face,
+            face_lighting,
+            vertex_colors: shade.colors.map(|c| c.map(|c| c.as_vec4().to_array())),
+            texture: shade.texture.map(|(texture, sampling, uv)| BlendedTexture { texture, sampling, uv }),
+            fog,
+            opacity: shade.opacity as f32,
+            is_transparent: shade.is_transparent,
+        })
+    }
+}

@@ -1,0 +1,207 @@
+//! Batches of small draws that follow each other: each has too little work for two threads, all of them have enough.
+//!
+//! First each draw by itself, on any thread: its parts, its tables, its faces in their tiles. Then band by band of tiles, on any
+//! thread: the draws that reach a band, in their order. A pixel belongs to one band, so it sees the draws in their order, and each
+//! draw does at it what it would do alone: the same bytes.
+
+use super::draw_inputs::DrawInputs;
+use super::{FEW_FACES, Workspace, frame_of, unsupported_reason};
+use crate::memory::DepthFormat;
+use crate::pipeline::depth_sort::recycle;
+use crate::pipeline::draw_call::{CoarseDepth, DrawStats, Target};
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::tile::{self, Binned, Binning, CancellableExecutor, Counts, ListBytes};
+use crate::simd::Level;
+use rayon::prelude::*;
+use std::fmt;
+
+/// Draws that are drawn together at most,
+const MOST_DRAWS: usize = 256;
+
+/// and the bytes that their tiles' empty lists may take.
+const MOST_BYTES: usize = 8 << 20;
+
+/// Bytes that their tiles' lists have room for before no further draw begins.
+const LIST_BYTES: usize = 32 << 20;
+
+/// What draws that are drawn together leave to the next ones.
+#[derive(Default)]
+pub(crate) struct DrawBatch {
+    /// Of each draw, its working memories.
+    slots: Vec<Workspace>,
+    /// What all their lists have room for.
+    bytes: ListBytes,
+    drawn: Vec<Option<Drawn<'static>>>,
+    /// Twice as many draws as this are tried at once: few where one was beyond the tile renderer.
+    half: usize,
+    /// As many were tried last.
+    most: usize,
+}
+
+/// A draw whose faces wait in their tiles, unless none reaches one.
+struct Drawn<'p> {
+    inputs: DrawInputs<'p>,
+    /// Its faces, and the bands that they reach.
+    binned: Option<(Binned, (usize, usize))>,
+    counts: Counts,
+    stats: DrawStats,
+}
+
+impl fmt::Debug for DrawBatch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "DrawBatch of {} bytes", self.size_bytes())
+    }
+}
+
+impl DrawBatch {
+    /// Bytes that are kept.
+    pub fn size_bytes(&self) -> usize {
+        let slots = self.slots.iter().map(|m| size_of::<Workspace>() + m.size_bytes());
+        slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
+    }
+
+    /// Bytes that are held: the tiles' lists, and of each draw its vertices and tables.
+    pub fn held_bytes(&self) -> u64 {
+        let slots: usize = self.slots.iter().map(|slot| size_of::<Workspace>() + slot.table_bytes()).sum();
+        (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
+    }
+
+    /// Bytes that drawing draws together takes at worst, whose materials and lights take so many bytes each.
+    pub fn worst_bytes(bindings: impl Iterator<Item = u64>, threads: u64, target: &Target) -> u64 {
+        let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
+        // A vertex on the screen and its depth, and four tables.
+        let draw = 3 * FEW_FACES as u64 * (tile::SCREEN_VERTEX_BYTES + tile::DEPTH_VERTEX_BYTES + 4 * 16)
+            + (size_of::<Workspace>() + size_of::<Option<Drawn>>()) as u64;
+        let (count, bindings) = bindings
+            .take(MOST_DRAWS)
+            .fold((0, 0), |(count, sum): (u64, u64), bytes| (count + 1, sum + bytes));
+        let faces = count * FEW_FACES as u64;
+        count * draw + bindings + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
+    }
+
+    /// How many of the first of these draws can be drawn together; 0 where the first one is not for this.
+    pub fn count(&mut self, all: &[PreparedDraw], target: &Target) -> usize {
+        let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
+        let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
+        self.most = most;
+        let count = all.iter().take(most).take_while(|p| can_join(p, &all[0], target)).count();
+        if count < 2 {
+            self.half = most;
+            return 0;
+        }
+        count
+    }
+
+    /// Draws the opaque faces of the first of these draws, which [`DrawBatch::count`] has found, and says how many were drawn.
+    pub fn draw(
+        &mut self,
+        (level, executor, coarse): (Level, &CancellableExecutor, CoarseDepth),
+        all: &[PreparedDraw],
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) -> usize {
+        let (Some(pool), count) = (executor.pool(), all.len()) else { return 0 };
+        let serial = &executor.serial();
+        if self.bytes.get() > LIST_BYTES {
+            self.slots.iter_mut().for_each(|slot| slot.scratch.give_lists_back());
+        }
+        let mut drawn: Vec<Option<Drawn>> = std::mem::take(&mut self.drawn);
+        if self.slots.len() < count {
+            let bytes = &self.bytes;
+            self.slots.resize_with(count, || {
+                let mut slot = Workspace::default();
+                slot.scratch.share_lists(bytes, LIST_BYTES);
+                slot
+            });
+        }
+        let slots = &mut self.slots[..count];
+        let (width, format) = (target.memory.width() as usize, target.depth_format);
+        let complete = pool.install(|| {
+            let pairs = slots.par_iter_mut().zip(all).with_min_len(4);
+            pairs
+                .map(|(slot, p)| Drawn::new(p, slot, (level, serial, coarse), (width, format)))
+                .collect_into_vec(&mut drawn);
+            let complete = drawn.iter().take_while(|d| d.is_some()).count();
+            let each = || drawn[..complete].iter().flatten().zip(&*slots).zip(all);
+            let reached = || each().filter_map(|((d, _), _)| d.binned.as_ref()).map(|b| b.1);
+            let (first, last) = (reached().map(|b| b.0).min(), reached().map(|b| b.1).max());
+            let (Some(first), Some(last), Some(((any, _), _))) = (first, last, each().next()) else {
+                return complete;
+            };
+            let frame = frame_of(target, all[0].plan.uses(Part::DepthMemory));
+            let work = |band: usize, far, workspace: &mut tile::TileRowBuffers<'_>| {
+                for ((d, slot), prepared) in each() {
+                    let reaches = |b: &&(Binned, (usize, usize))| b.1.0 <= band && band <= b.1.1;
+                    let Some((binned, _)) = d.binned.as_ref().filter(reaches) else { continue };
+                    prepared.with_job(&d.inputs, &slot.tables, format, |job| {
+                        let binned_draw = (&slot.scratch, binned);
+                        tile::draw_tile_row(
+                            level,
+                            binned_draw,
+                            job,
+                            (width, far),
+                            band,
+                            workspace,
+                            &d.counts,
+                        );
+                    });
+                }
+            };
+            let rows = tile::for_each_tile_row(executor, (first, last), &any.inputs.view, frame, &work);
+            target.memory.mark_rows(rows.0..rows.1);
+            complete
+        });
+        self.half = if complete < count { complete.max(1) } else { self.most };
+        for (i, ((drawn, slot), prepared)) in drawn.drain(..).zip(slots).zip(all).enumerate() {
+            let Some(Drawn { inputs, counts, stats: mut own, .. }) = drawn else { continue };
+            slot.recycled.take_back(inputs.bindings);
+            if i < complete {
+                let (tested, passed) = counts.fragments();
+                (own.pixels_tested, own.pixels_written) = (own.pixels_tested + tested, passed);
+                own.faces_hidden = counts.hidden();
+                *stats += prepared.counted(own);
+            }
+        }
+        self.drawn = recycle(drawn);
+        complete
+    }
+}
+
+impl<'p> Drawn<'p> {
+    /// Everything up to the faces in their tiles; `None` when the draw is beyond the tile renderer.
+    fn new(
+        prepared: &'p PreparedDraw,
+        slot: &mut Workspace,
+        (level, executor, coarse): (Level, &CancellableExecutor, CoarseDepth),
+        (width, format): (usize, DepthFormat),
+    ) -> Option<Self> {
+        let Workspace { scratch, tables, recycled } = slot;
+        let mut inputs = prepared.inputs(recycled)?;
+        inputs.coarse = coarse;
+        prepared.make_tables(&mut inputs, level, executor, tables);
+        let mut stats = DrawStats::default();
+        let binned = prepared.with_job(&inputs, tables, format, |job| {
+            Binning::new(level, executor, scratch, job, width).next(level, executor, scratch, job, &mut stats)
+        });
+        // One that would be drawn in pieces is drawn by itself.
+        let faces = prepared.call.geometry.mesh.triangles.len();
+        if binned.is_some_and(|b| b.until < faces) {
+            return None;
+        }
+        let binned = binned.and_then(|b| Some((b, b.bands?)));
+        Some(Drawn { inputs, binned, counts: Counts::default(), stats })
+    }
+}
+
+/// Whether a draw can be drawn together with `first`: by the tile renderer, over the same pixels and memories.
+fn can_join(prepared: &PreparedDraw, first: &PreparedDraw, target: &Target) -> bool {
+    let mesh = &prepared.call.geometry.mesh;
+    let has_depth = |p: &PreparedDraw| p.plan.uses(Part::DepthMemory);
+    mesh.triangles.len() <= FEW_FACES
+        && mesh.lines.is_empty()
+        && mesh.points.is_empty()
+        && prepared.transform().screen.clip == first.transform().screen.clip
+        && has_depth(prepared) == has_depth(first)
+        && unsupported_reason(prepared.call, target, &prepared.plan).is_none()
+}

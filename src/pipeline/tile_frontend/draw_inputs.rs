@@ -1,0 +1,185 @@
+//! Per-draw inputs of the tile renderer.
+
+use super::f32s;
+use super::light_setup::{Light, RecycledBindings, TableWork, Tables};
+use super::shading_space::ShadingSpace;
+use crate::memory::DepthFormat;
+use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::tile::{
+    CancellableExecutor, ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, IndexedMesh,
+    MaterialBinding, Shading, ToScreen, Winding,
+};
+use crate::scene::{Cull, Interpolation, ShadeMode};
+use crate::simd::Level;
+
+/// Inputs found once a draw, and joined to a [`DrawJob`] where the draw is done.
+pub(crate) struct DrawInputs<'p> {
+    prepared: &'p IndexedMesh,
+    frame: ShadingSpace,
+    /// The materials.
+    pub bindings: Vec<MaterialBinding<'p>>,
+    /// Which pixels may be drawn.
+    pub view: ClipRect,
+    light: Light,
+    winding: Winding,
+    flip_normal: i32,
+    back: i32,
+    fog: Option<FogParams>,
+    is_lit: bool,
+    needs_positions: bool,
+    /// Whether hidden faces are left out tile by tile: off unless it is set.
+    pub coarse: CoarseDepth,
+}
+
+impl PreparedDraw<'_> {
+    /// The inputs of this draw; `None` when it is beyond the tile renderer.
+    pub(super) fn inputs<'p>(&'p self, recycled: &mut RecycledBindings) -> Option<DrawInputs<'p>> {
+        let (call, mesh) = (self.call, &self.call.geometry.mesh);
+        let clip = self.transform().screen.clip;
+        if clip.is_empty() {
+            // Everything is outside; the plain path counts it.
+            return None;
+        }
+        let is_lit = self.plan.uses(Part::LightPixels)
+            || self.plan.uses(Part::LightVertices)
+            || self.plan.uses(Part::LightFaces);
+        let frame = self.shading_space()?;
+        let fog = match self.call.fog.filter(|_| self.plan.uses(Part::Fog)) {
+            None => None,
+            Some(fog) => {
+                let eye = frame.axes * (self.transform().camera.eye - frame.origin);
+                Some(FogParams::new(&fog, f32s(eye))?)
+            }
+        };
+        let prepared = self.geometry_info.prepared(mesh, is_lit && call.shade != ShadeMode::Flat);
+        let bindings = self.bindings(prepared, &frame, recycled)?;
+        let winding = match (call.cull, self.assembler.mirrored) {
+            (Cull::None, _) => Winding::Both,
+            (Cull::Back, false) | (Cull::Front, true) => Winding::CounterClockwise,
+            (Cull::Back, true) | (Cull::Front, false) => Winding::Clockwise,
+        };
+        // Faces seen from behind turn: clockwise ones, unless something mirrors.
+        let flip_normal = match (call.two_sided_lighting, self.assembler.mirrored) {
+            (false, _) => 0,
+            (true, false) => 1,
+            (true, true) => -1,
+        };
+        let back = match call.back_material.is_some() && call.cull == Cull::None {
+            true => prepared.materials.len() as i32,
+            false => 0,
+        };
+        let needs_positions = (call.shade == ShadeMode::Phong && is_lit || fog.is_some())
+            && (call.interp == Interpolation::Affine || matches!(frame.eye, Eye::Parallel { .. }));
+        let view = ClipRect { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 };
+        let light = Light::Constant;
+        let coarse = CoarseDepth::Off;
+        Some(DrawInputs {
+            prepared,
+            frame,
+            bindings,
+            view,
+            light,
+            winding,
+            flip_normal,
+            back,
+            fog,
+            is_lit,
+            needs_positions,
+            coarse,
+        })
+    }
+
+    /// Works out the tables of the draw.
+    pub(super) fn make_tables(
+        &self,
+        inputs: &mut DrawInputs<'_>,
+        level: Level,
+        executor: &CancellableExecutor,
+        tables: &mut Tables,
+    ) {
+        let DrawInputs { prepared, frame, bindings, is_lit, .. } = &*inputs;
+        let work = TableWork { prepared, frame, bindings, is_lit: *is_lit, level, executor };
+        let light = self.light_tables(&work, tables);
+        if inputs.needs_positions {
+            self.position_table(&work, &mut tables.positions);
+        }
+        inputs.light = light;
+    }
+
+    /// Hands the draw's job to `work`.
+    pub(super) fn with_job<R>(
+        &self,
+        inputs: &DrawInputs<'_>,
+        tables: &Tables,
+        format: DepthFormat,
+        work: impl FnOnce(&DrawJob<'_>) -> R,
+    ) -> R {
+        let DrawInputs { prepared, frame, .. } = inputs;
+        let plain = |face: u32, own: &mut DrawStats| self.exact_face(face, prepared, own);
+        let pixel = |face: u32, x: i32, y: i32| self.shaded_pixel(face, x, y);
+        let source = match inputs.light {
+            Light::Pixels if frame.has_own_normals => ColorSource::Pixels(&prepared.normals),
+            Light::Pixels => ColorSource::Pixels(&tables.normals),
+            Light::Vertices => ColorSource::Vertices(&tables.diffuse, &tables.specular),
+            Light::Faces => ColorSource::Faces(&tables.diffuse, &tables.specular),
+            Light::Constant => ColorSource::Constant,
+        };
+        let has_colors = !self.call.geometry.mesh.colors.is_empty();
+        let runs_colors = has_colors && matches!(source, ColorSource::Pixels(_) | ColorSource::Constant);
+        let has_depth = self.plan.uses(Part::DepthMemory);
+        work(&DrawJob {
+            mesh: prepared,
+            to_screen: self.to_screen(),
+            complement: self.transform().camera.one_minus_z_row.to_array(),
+            winding: inputs.winding,
+            view: inputs.view,
+            shading: Shading {
+                source,
+                eye: frame.eye,
+                bindings: &inputs.bindings,
+                back: inputs.back,
+                back_facing: if self.assembler.mirrored { -1 } else { 1 },
+                fog: inputs.fog,
+                colors: if runs_colors { &prepared.colors } else { &[] },
+                texcoords: &prepared.texcoords,
+                positions: if inputs.needs_positions { &tables.positions } else { &[] },
+                is_affine: self.call.interp == Interpolation::Affine
+                    && self.plan.uses(Part::PerspectiveDivision),
+                flip_normal: inputs.flip_normal,
+                plain: &pixel,
+            },
+            plain: &plain,
+            name: self.call.name,
+            depth_f64: has_depth.then(|| self.depth_f64(format)).flatten(),
+            coarse: inputs.coarse,
+        })
+    }
+
+    /// The steps of an object's points to the screen.
+    pub fn to_screen(&self) -> ToScreen {
+        let t = self.transform();
+        let rows = |m: &glam::DMat4| m.transpose().to_cols_array_2d();
+        let three = |m: [[f64; 4]; 4]| [m[0], m[1], m[2]];
+        let clip = t.screen.clip;
+        let sides = [[clip.x0 as f64, clip.x1 as f64], [clip.y0 as f64, clip.y1 as f64]];
+        let (center, half) = t.screen.map();
+        ToScreen {
+            model: three(rows(&t.model)),
+            view: three(rows(&t.camera.view)),
+            projection: rows(&t.camera.projection),
+            center,
+            half,
+            sides,
+        }
+    }
+
+    /// How depth is worked in f64, where its format asks for that.
+    fn depth_f64(&self, format: DepthFormat) -> Option<DepthF64> {
+        let encoder = DepthEncoder::of(format)?;
+        let camera = &self.transform().camera;
+        let row = if encoder.is_reversed { camera.one_minus_z_row } else { camera.projection.row(2) };
+        Some(DepthF64 { encoder, row: row.to_array() })
+    }
+}

@@ -1,0 +1,297 @@
+//! What the light rests on: the materials as the kernels want them, and the tables of points that are lit once.
+
+use super::f32s;
+use super::shading_space::ShadingSpace;
+use crate::pipeline::assemble::Facing;
+use crate::pipeline::depth_sort::recycle;
+use crate::pipeline::light::SurfacePoint;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::tile::{
+    CancellableExecutor, Exponent, FastLight, IndexedMesh, MaterialBinding, MaterialLighting, TextureSampler,
+    VertexLightingKernel,
+};
+use crate::scene::{Cull, ShadeMode};
+use crate::simd::Level;
+use crate::simd::allocator::resize_in_huge_pages;
+use glam::{DMat3, DVec3};
+
+/// The most texels that a face may run over: beyond, f32 does not know which.
+const LONGEST_RUN: f64 = 8192.0;
+
+/// Points that one piece of table work takes.
+const CHUNK_POINTS: usize = 4096;
+
+/// Tables that hold for all faces of a draw, a record a point or a face.
+#[derive(Debug, Default)]
+pub(super) struct Tables {
+    pub normals: Vec<[f32; 4]>,
+    pub positions: Vec<[f32; 4]>,
+    pub diffuse: Vec<[f32; 4]>,
+    pub specular: Vec<[f32; 4]>,
+}
+
+impl Tables {
+    /// Bytes that the tables take.
+    pub fn size_bytes(&self) -> usize {
+        [&self.normals, &self.positions, &self.diffuse, &self.specular]
+            .iter()
+            .map(|t| t.capacity() * 16)
+            .sum()
+    }
+}
+
+/// Lists that a draw leaves to the next one, all of them empty.
+#[derive(Debug, Default)]
+pub(super) struct RecycledBindings {
+    bindings: Vec<MaterialBinding<'static>>,
+    lights: Vec<Vec<FastLight>>,
+}
+
+impl RecycledBindings {
+    /// Takes a draw's lists back.
+    pub fn take_back(&mut self, mut bindings: Vec<MaterialBinding<'_>>) {
+        self.lights.extend(bindings.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
+        self.bindings = recycle(bindings);
+    }
+}
+
+/// Where colours come from.
+pub(super) enum Light {
+    Pixels,
+    Vertices,
+    Faces,
+    Constant,
+}
+
+/// What the tables of a draw are worked from, and with.
+pub(super) struct TableWork<'a> {
+    pub prepared: &'a IndexedMesh,
+    pub frame: &'a ShadingSpace,
+    pub bindings: &'a [MaterialBinding<'a>],
+    pub is_lit: bool,
+    pub level: Level,
+    pub executor: &'a CancellableExecutor,
+}
+
+/// Points to be lit, in object space.
+struct Points<'a> {
+    positions: &'a [Vec<f64>; 3],
+    normals: &'a [[f32; 4]],
+    colors: &'a [[f32; 4]],
+    /// The run of points of one material that begins at the first number, looked for up to the second: its end, and the
+    /// material.
+    run: &'a (dyn Fn(usize, usize) -> (usize, usize) + Sync),
+}
+
+impl PreparedDraw<'_> {
+    /// The materials as the kernels want them; `None` where f32 does not carry one.
+    pub(super) fn bindings<'s>(
+        &'s self,
+        prepared: &IndexedMesh,
+        frame: &ShadingSpace,
+        recycled: &mut RecycledBindings,
+    ) -> Option<Vec<MaterialBinding<'s>>> {
+        let mut bindings: Vec<MaterialBinding<'s>> = std::mem::take(&mut recycled.bindings);
+        if self.add_surfaces(prepared, frame, &mut recycled.lights, &mut bindings).is_none() {
+            recycled.take_back(bindings);
+            return None;
+        }
+        Some(bindings)
+    }
+
+    fn add_surfaces<'s>(
+        &'s self,
+        prepared: &IndexedMesh,
+        frame: &ShadingSpace,
+        recycled: &mut Vec<Vec<FastLight>>,
+        bindings: &mut Vec<MaterialBinding<'s>>,
+    ) -> Option<()> {
+        let (call, mesh) = (self.call, &self.call.geometry.mesh);
+        let side = if call.cull == Cull::Front { Facing::Back } else { Facing::Front };
+        // Behind the front's surfaces come those of faces seen from behind, where they have a material of their own.
+        let has_back = call.back_material.is_some() && call.cull == Cull::None;
+        let sides = [Some(side), has_back.then_some(Facing::Back)].into_iter().flatten();
+        let wanted = sides.flat_map(|side| prepared.materials.iter().map(move |p| (side, *p)));
+        for (side, polygon) in wanted {
+            let (material, texture) = call.material_of(&mesh.polygons[polygon as usize], side);
+            let is_lit = self.lighting.depends_on_point(material);
+            let constant = self.lighting.constant(material);
+            let mut lighting = MaterialLighting {
+                diffuse: f32s(constant.diffuse_ambient),
+                specular: f32s(constant.specular_emissive),
+                lights: Vec::new(),
+                exponent: Exponent::Integer(0),
+                model: material.model,
+            };
+            if is_lit {
+                if material.ks != DVec3::ZERO {
+                    lighting.exponent = Exponent::new(material.n)?;
+                }
+                let (place, turn) = (|p| frame.axes * (p - frame.origin), |d| frame.axes * d);
+                lighting.lights = recycled.pop().unwrap_or_default();
+                let carried = self.lighting.fast(material, place, turn, &mut lighting.lights);
+                if carried.is_none() {
+                    recycled.push(lighting.lights);
+                    return None;
+                }
+            }
+            let finite = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e30);
+            let is_finite = finite(lighting.diffuse) && finite(lighting.specular);
+            let shade = texture.map(|t| TextureSampler::new(t, t.sampling(call.sampling)));
+            bindings.push(MaterialBinding { lighting, texture: shade });
+            if !is_finite {
+                return None;
+            }
+            if let Some(texture) = texture {
+                let texels = texture.width().max(texture.height()) as f64;
+                let run = prepared.longest_texcoord_run * texels;
+                // A file may leave out what the texture needs: then the face has none.
+                if !prepared.has_all_texcoords || run.is_nan() || run > LONGEST_RUN {
+                    return None;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Works out the tables that the light needs, and says where colours come from.
+    pub(super) fn light_tables(&self, work: &TableWork<'_>, tables: &mut Tables) -> Light {
+        let (prepared, mesh) = (work.prepared, &self.call.geometry.mesh);
+        match self.call.shade {
+            ShadeMode::Flat if work.is_lit || !mesh.colors.is_empty() => {
+                let faces = self.geometry_info.faces(mesh);
+                let points = Points {
+                    positions: &faces.centers,
+                    normals: &faces.normals,
+                    colors: &faces.colors,
+                    run: &|first, end| run_of_faces(&prepared.face_materials, first, end),
+                };
+                self.light_points(work, &points, tables);
+                Light::Faces
+            }
+            ShadeMode::Gouraud if work.is_lit => {
+                let points = Points {
+                    positions: &prepared.positions,
+                    normals: &prepared.normals,
+                    colors: &prepared.colors,
+                    run: &|first, _| {
+                        let run = prepared.vertex_runs.partition_point(|(end, _)| *end <= first);
+                        prepared.vertex_runs[run]
+                    },
+                };
+                self.light_points(work, &points, tables);
+                Light::Vertices
+            }
+            ShadeMode::Phong if work.is_lit => {
+                if !work.frame.has_own_normals {
+                    self.turn_normals(&prepared.normals, work.executor, &mut tables.normals);
+                }
+                Light::Pixels
+            }
+            _ => Light::Constant,
+        }
+    }
+
+    /// Lights points into the tables `diffuse` and, where a texture keeps the two parts of light apart, `specular`.
+    fn light_points(&self, work: &TableWork<'_>, points: &Points<'_>, tables: &mut Tables) {
+        let TableWork { prepared, frame, bindings, level, executor, .. } = *work;
+        let Tables { normals: flip_normal, diffuse, specular, .. } = tables;
+        let model = self.transform().model;
+        let linear = frame.axes * DMat3::from_mat4(model);
+        let moved = frame.axes * (model.w_axis.truncate() - frame.origin);
+        let to_frame = [0, 1, 2].map(|r| {
+            let row = linear.row(r);
+            [row.x, row.y, row.z, moved[r]]
+        });
+        let normals = match frame.has_own_normals {
+            true => points.normals,
+            false => {
+                self.turn_normals(points.normals, executor, flip_normal);
+                flip_normal
+            }
+        };
+        let is_textured = bindings.iter().any(|s| s.texture.is_some());
+        resize_in_huge_pages(diffuse, points.normals.len(), [0.0; 4]);
+        resize_in_huge_pages(specular, if is_textured { points.normals.len() } else { 0 }, [0.0; 4]);
+        let exact = |i: usize| {
+            let position = [0, 1, 2].map(|a| points.positions[a][i]);
+            let (_, material) = (points.run)(i, i + 1);
+            self.exact_light(position, points.normals[i], prepared.materials[material])
+        };
+        let light = |i: usize, diffuse: &mut [[f32; 4]], specular: &mut [[f32; 4]]| {
+            let (first, end) = (i * CHUNK_POINTS, i * CHUNK_POINTS + diffuse.len());
+            let mut at = first;
+            while at < end {
+                let (until, material) = (points.run)(at, end);
+                let until = until.min(end);
+                let own = at - first..until - first;
+                let specular: &mut [[f32; 4]] =
+                    if specular.is_empty() { &mut [] } else { &mut specular[own.clone()] };
+                level.dispatch(VertexLightingKernel {
+                    lighting: &bindings[material].lighting,
+                    eye: frame.eye,
+                    to_frame,
+                    positions: [0, 1, 2].map(|a| &points.positions[a][at..until]),
+                    normals: &normals[at..until],
+                    colors: points.colors.get(at..until).unwrap_or(&[]),
+                    first: at,
+                    exact: &exact,
+                    diffuse: &mut diffuse[own],
+                    specular,
+                });
+                at = until;
+            }
+        };
+        match specular.is_empty() {
+            true => executor.chunks(diffuse, CHUNK_POINTS, |i, diffuse| light(i, diffuse, &mut [])),
+            false => executor.pairs(diffuse, specular, CHUNK_POINTS, light),
+        }
+    }
+
+    /// Object-space normals to unit normals in the world.
+    fn turn_normals(&self, from: &[[f32; 4]], executor: &CancellableExecutor, to: &mut Vec<[f32; 4]>) {
+        resize_in_huge_pages(to, from.len(), [0.0; 4]);
+        executor.chunks(to, CHUNK_POINTS, |i, run| {
+            let from = &from[i * CHUNK_POINTS..][..run.len()];
+            for (to, n) in run.iter_mut().zip(from) {
+                let n = DVec3::new(n[0] as f64, n[1] as f64, n[2] as f64);
+                let n = self.normal_matrix.apply(n).unwrap_or(DVec3::ZERO);
+                *to = n.extend(0.0).as_vec4().to_array();
+            }
+        });
+    }
+
+    /// Positions in the shading frame.
+    pub(super) fn position_table(&self, work: &TableWork<'_>, to: &mut Vec<[f32; 4]>) {
+        let TableWork { prepared, frame, executor, .. } = *work;
+        resize_in_huge_pages(to, prepared.vertex_count(), [0.0; 4]);
+        executor.chunks(to, CHUNK_POINTS, |i, run| {
+            for (k, to) in run.iter_mut().enumerate() {
+                let at = i * CHUNK_POINTS + k;
+                let [x, y, z] = [0, 1, 2].map(|axis| prepared.positions[axis][at]);
+                let p = frame.axes * (self.transform().world(DVec3::new(x, y, z)) - frame.origin);
+                *to = p.extend(0.0).as_vec4().to_array();
+            }
+        });
+    }
+
+    /// The light at a point in f64, in its two parts, without vertex colours.
+    fn exact_light(&self, position: [f64; 3], normal: [f32; 4], polygon: u32) -> [[f32; 3]; 2] {
+        let side = if self.call.cull == Cull::Front { Facing::Back } else { Facing::Front };
+        let (material, _) = self.call.material_of(&self.call.geometry.mesh.polygons[polygon as usize], side);
+        let n = DVec3::new(normal[0] as f64, normal[1] as f64, normal[2] as f64);
+        let point = SurfacePoint {
+            position: self.transform().world(DVec3::from(position)),
+            normal: self.normal_matrix.apply(n).unwrap_or(DVec3::ZERO),
+        };
+        let lit = self.lighting.at(point, material);
+        [f32s(lit.diffuse_ambient), f32s(lit.specular_emissive)]
+    }
+}
+
+/// The run of faces of one material from `first` on: its end, and the material.
+fn run_of_faces(materials: &[i32], first: usize, end: usize) -> (usize, usize) {
+    let Some(&own) = materials.get(first) else { return (end, 0) };
+    let length = materials[first..end].iter().take_while(|m| **m == own).count();
+    (first + length, own as usize)
+}

@@ -1,0 +1,87 @@
+//! Estimates the memory of a draw by the tile renderer: what the plan states, and what is reserved.
+//!
+//! Known to the item: what is kept of a mesh, the vertices on the screen, the tables of light, the tiles' lists as such.
+//! Estimated: how many vertices corners with different normals or texture coordinates make, and what lists of faces take
+//! that grow as faces come.
+
+use crate::memory::DepthFormat;
+use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::plan::{Part, Plan};
+use crate::pipeline::tile::{
+    CLUSTER_BYTES, DEPTH_VERTEX_BYTES, FastLight, LEAST_FACES, MaterialBinding, SCREEN_VERTEX_BYTES,
+    bin_bytes,
+};
+use crate::pipeline::working::{Working, WorkingBytes};
+use crate::scene::{Cull, Interpolation, ShadeMode};
+
+/// A record of four f32.
+const FOUR: u64 = 16;
+
+/// Bytes that the tile renderer takes for a draw, the frame's memories and the plan's own tables of normals aside.
+pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> u64 {
+    let mesh = &call.geometry.mesh;
+    let faces = mesh.triangles.len() as u64;
+    let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
+    let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
+    let vertices = most as u64;
+    let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+    let is_textured = plan.uses(Part::SampleTextures);
+    let is_flat = call.shade == ShadeMode::Flat;
+    let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
+
+    // Once a mesh: its prepared form, and the faces that are lit as wholes.
+    let own = 24
+        + per(is_lit && !is_flat, FOUR)
+        + per(!mesh.texcoords.is_empty(), FOUR)
+        + per(!mesh.colors.is_empty(), FOUR);
+    let clusters = per(faces >= LEAST_FACES as u64, faces * CLUSTER_BYTES / 16 + vertices / 8);
+    let prepared = vertices * own + faces * (12 + FOUR) + per(mesh.materials.len() > 1, faces * 4) + clusters;
+    let has_face_table = is_flat && (is_lit || !mesh.colors.is_empty());
+    let face_table = per(has_face_table, faces * (24 + FOUR + per(!mesh.colors.is_empty(), FOUR)));
+
+    // Once a draw: vertices on the screen, and what is lit before pixels are.
+    let is_deep = plan.uses(Part::DepthMemory) && target.depth_format != Default::default();
+    let screen = vertices * (SCREEN_VERTEX_BYTES + per(is_deep, DEPTH_VERTEX_BYTES));
+    let points = if is_flat { faces } else { vertices };
+    let lit_first = has_face_table || plan.uses(Part::LightVertices);
+    let tables = per(lit_first, points * (FOUR + per(is_textured, FOUR)));
+    let runs_positions =
+        plan.uses(Part::InterpolatePositions) && (call.is_parallel() || call.interp == Interpolation::Affine);
+    let positions = per(runs_positions, vertices * FOUR);
+    let kept_faces = if call.cull == Cull::None { faces } else { faces.div_ceil(2) };
+    let size = (target.memory.width() as usize, target.memory.height() as usize);
+    prepared + face_table + screen + tables + positions + bin_bytes(faces, kept_faces, size)
+}
+
+/// Bytes that the tile renderer works in at most for a draw of so many prepared vertices: all but the tiles' lists.
+pub(crate) fn working_bytes(
+    call: &DrawCall,
+    format: DepthFormat,
+    plan: &Plan,
+    vertices: u64,
+) -> WorkingBytes {
+    let mesh = &call.geometry.mesh;
+    let faces = mesh.triangles.len() as u64;
+    let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
+    let points = if call.shade == ShadeMode::Flat { faces } else { vertices };
+    let has_points = is_lit || call.shade == ShadeMode::Flat && !mesh.colors.is_empty();
+    let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
+    // Few words a cluster and a block of vertices: their lists have room for twice as many.
+    let marks = (faces + vertices).div_ceil(4);
+    let mut bytes = WorkingBytes::default();
+    bytes[Working::ScreenVertices] = vertices * SCREEN_VERTEX_BYTES + marks;
+    bytes[Working::DepthVertices] = per(format != DepthFormat::F32, vertices * DEPTH_VERTEX_BYTES);
+    bytes[Working::Normals] = per(has_points, points * FOUR);
+    bytes[Working::Lit] = per(has_points && call.shade != ShadeMode::Phong, points * FOUR);
+    bytes[Working::Specular] = per(plan.uses(Part::SampleTextures), bytes[Working::Lit]);
+    bytes[Working::Positions] = per(plan.uses(Part::InterpolatePositions), vertices * FOUR);
+    bytes[Working::Surfaces] = binding_bytes(call);
+    bytes
+}
+
+/// Bytes that materials and lights take as the kernels read them.
+pub(crate) fn binding_bytes(call: &DrawCall) -> u64 {
+    let lights = call.light_subset.map_or(call.lights.len(), <[u32]>::len);
+    let binding = size_of::<MaterialBinding>() + size_of::<FastLight>() * 2 * lights;
+    2 * (call.geometry.mesh.materials.len() as u64 + 1) * binding as u64
+}

@@ -1,0 +1,90 @@
+//! The shading frame, in which colours are worked, and the ray of each pixel in it.
+//!
+//! Its origin is the eye (or, in parallel projections, the mesh's middle), its axes are the mesh's own where the model
+//! turns, moves and scales evenly, so that normals need no work, and the world's otherwise.
+
+use super::f32s;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::tile::Eye;
+use glam::{DMat3, DVec3};
+
+/// Numbers that f32 and their squares carry.
+const LARGEST: f64 = 1e15;
+
+/// What a draw's shading rests on.
+pub(super) struct ShadingSpace {
+    /// World to frame axes.
+    pub axes: DMat3,
+    /// Its origin in the world.
+    pub origin: DVec3,
+    /// Whether the mesh's normals are those of the frame.
+    pub has_own_normals: bool,
+    pub eye: Eye,
+}
+
+impl PreparedDraw<'_> {
+    /// The shading frame; `None` where numbers leave f32.
+    pub(super) fn shading_space(&self) -> Option<ShadingSpace> {
+        let t = self.transform();
+        let linear = DMat3::from_mat4(t.model);
+        let own = evenly_turned(&linear);
+        let axes = own.unwrap_or(DMat3::IDENTITY);
+        let (low, high) = self.geometry_info.bounds?;
+        let center = t.world((low + high) * 0.5);
+        let reach = (t.model.transform_vector3(high - low)).abs().max_element()
+            + linear.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs())) * (high - low).max_element();
+        let origin = if t.camera.is_parallel { center } else { t.camera.eye };
+        let farthest = (center - origin).length() + reach;
+        if !(1e-12..LARGEST).contains(&farthest) {
+            return None;
+        }
+        let eye = match t.camera.is_parallel {
+            true => Eye::Parallel { to_viewer: f32s(axes * t.camera.to_viewer) },
+            false => Eye::Perspective { ray: self.rays(&axes)? },
+        };
+        Some(ShadingSpace { axes, origin, has_own_normals: own.is_some(), eye })
+    }
+
+    /// The point that a pixel shows is its ray times w, from the eye: at pixel (0,0), per column, per row.
+    fn rays(&self, axes: &DMat3) -> Option<[[f32; 3]; 3]> {
+        let t = self.transform();
+        let complete = t.camera.projection * t.camera.view;
+        let [x, y, _, w] = [0, 1, 2, 3].map(|r| complete.row(r));
+        let rows = [x, y, w].map(|r| r.truncate());
+        let from_eye = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
+        // Points reach the eye itself with w = 0, in every perspective that has its eye where the camera says.
+        let at_eye = [x, y, w].map(|r| r.dot(t.camera.eye.extend(1.0)).abs());
+        let size = from_eye.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let slack = 1e-9 * size * (1.0 + t.camera.eye.abs().max_element());
+        if at_eye.iter().any(|v| v.is_nan() || *v > slack) {
+            return None;
+        }
+        let back = from_eye.inverse();
+        if !back.is_finite() {
+            return None;
+        }
+        let ray = |x: i32, y: i32| {
+            let ndc = t.screen.ndc_of_pixel(x, y);
+            *axes * (back * DVec3::new(ndc[0], ndc[1], 1.0))
+        };
+        let first = ray(0, 0);
+        let rays = [first, ray(1, 0) - first, ray(0, 1) - first];
+        rays.iter().all(|r| r.is_finite() && r.length() < LARGEST).then(|| rays.map(f32s))
+    }
+}
+
+/// The turn that takes the world's axes to a mesh's own, where its model turns, moves and scales evenly.
+fn evenly_turned(linear: &DMat3) -> Option<DMat3> {
+    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+    let s2 = x.length_squared();
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * s2;
+    let even = s2 > 1e-200
+        && s2 < 1e200
+        && close(y.length_squared(), s2)
+        && close(z.length_squared(), s2)
+        && close(x.dot(y), 0.0)
+        && close(y.dot(z), 0.0)
+        && close(z.dot(x), 0.0)
+        && linear.determinant() > 0.0;
+    even.then(|| (*linear * (1.0 / s2.sqrt())).transpose())
+}
