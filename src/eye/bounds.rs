@@ -180,6 +180,122 @@ mod tests {
         }
     }
 
+    /// Whether a point of the triangle with x_0 > 0 and no negative value of `sides` lies in the plane f.x = 0: the plane's
+    /// part is the hull of vertices and of cuts of edges, and any multiple of a point does for it.
+    fn meets(v: &[[i64; 3]; 3], f: [i64; 3], sides: &[[i64; 3]]) -> bool {
+        type Point = [i128; 3];
+        let at = |g: &[i64; 3], p: &Point| (0..3).map(|k| i128::from(g[k]) * p[k]).sum::<i128>();
+        let cuts = |g: &[i64; 3], points: &[Point]| -> Vec<Point> {
+            let mut cuts = Vec::new();
+            for (p, q) in points.iter().flat_map(|p| points.iter().map(move |q| (p, q))) {
+                let (a, b) = (at(g, p), at(g, q));
+                if a > 0 && b < 0 {
+                    cuts.push(std::array::from_fn(|k| p[k] * -b + q[k] * a));
+                }
+            }
+            cuts
+        };
+        let corners = v.map(|p| p.map(i128::from));
+        let mut in_plane = cuts(&f, &corners);
+        in_plane.extend(corners.iter().filter(|p| at(&f, p) == 0));
+        let mut ends = in_plane.clone();
+        ends.extend(sides.iter().flat_map(|g| cuts(g, &in_plane)));
+        ends.iter().any(|p| p[0] > 0 && sides.iter().all(|g| at(g, p) >= 0))
+    }
+
+    /// The pixels of screen axis `axis`, of `n`, that [`meets`] says: d = 5/4, S = 2, so that 4n times a pixel's direction is
+    /// whole.
+    fn pixels_that_meet(v: &[[i64; 3]; 3], axis: usize, n: u32, sides: &[[i64; 3]]) -> Vec<u32> {
+        let n = i64::from(n);
+        let direction = |j: i64| {
+            let mut f = [0; 3];
+            (f[0], f[axis + 1]) = (-4 * (n - 1 - 2 * j), 5 * n);
+            f
+        };
+        (0..n).filter(|&j| meets(v, direction(j), sides)).map(|j| j as u32).collect()
+    }
+
+    fn screen(pixels: &[u32], tan: [f64; 3]) -> Screen<3> {
+        let centre = |n: u32, j: u32| (i64::from(n) - 1 - 2 * i64::from(j)) as f64 / f64::from(n);
+        let centres = pixels.iter().map(|&n| (0..n).map(|j| centre(n, j)).collect()).collect();
+        Screen { distance: 1.25, centres, tan }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+        /// Without hidden axes: the box's sides are the first and the last pixel whose plane meets the part before the eye.
+        #[test]
+        fn a_box_holds_the_pixels_between_the_ends_and_no_more(
+            v in prop::array::uniform3(prop::array::uniform3(-12i64..12)),
+            before in any::<bool>(),
+            pixels in prop::array::uniform2(2u32..40),
+        ) {
+            let v = if before { v.map(|p| [p[0].abs() + 1, p[1], p[2]]) } else { v };
+            // Where the eye lies in an edge as seen along an axis, any pixel may be added.
+            let holds_the_eye = |axis: usize| {
+                (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).any(|(i, j)| {
+                    let (p, q) = (v[i], v[j]);
+                    p[0] * q[axis + 1] == p[axis + 1] * q[0] && p[0] <= 0 && q[0] >= 0
+                        && p[axis + 1] * q[axis + 1] <= 0
+                })
+            };
+            let got = pixel_box(&v.map(|p| p.map(|x| x as f64)), &screen(&pixels, [0.0; 3]));
+            let want = [0, 1].map(|axis| pixels_that_meet(&v, axis, pixels[axis], &[]));
+            if want.iter().all(|w| !w.is_empty()) {
+                let boxed = got.expect("a pixel sees it");
+                for (axis, ([low, high], want)) in boxed.into_iter().zip(want).enumerate() {
+                    prop_assert!(want.iter().all(|j| (low..high).contains(j)), "{boxed:?} {want:?}");
+                    if !holds_the_eye(axis) {
+                        prop_assert_eq!((low..high).collect::<Vec<_>>(), want);
+                    }
+                }
+            } else if !holds_the_eye(0) && !holds_the_eye(1) {
+                prop_assert_eq!(got, None);
+            }
+        }
+
+        /// With a hidden axis of tan = 1/2: no pixel that sees the part inside is left out, and before the eye the box is that
+        /// of the parts inside one side each.
+        #[test]
+        fn an_aperture_cuts_a_box_down(
+            v in prop::array::uniform3(prop::array::uniform3(-12i64..12)),
+            before in any::<bool>(),
+            n in 2u32..40,
+        ) {
+            let v = if before { v.map(|p| [p[0].abs() + 1, p[1], p[2]]) } else { v };
+            let sides = [[1, 0, -2], [1, 0, 2]];
+            let got = pixel_box(&v.map(|p| p.map(|x| x as f64)), &screen(&[n], [0.0, 0.0, 0.5]));
+            let boxed: Vec<u32> = got.map_or(Vec::new(), |b| (b[0][0]..b[0][1]).collect());
+            let want = pixels_that_meet(&v, 0, n, &sides);
+            prop_assert!(want.iter().all(|j| boxed.contains(j)), "{boxed:?} {want:?}");
+            if before {
+                let by_side = sides.map(|side| pixels_that_meet(&v, 0, n, &[side]));
+                let in_both: Vec<u32> =
+                    by_side[0].iter().copied().filter(|j| by_side[1].contains(j)).collect();
+                prop_assert_eq!(boxed, in_both);
+            }
+        }
+
+        /// `along` is the least product but for rounding, and `nearest` no less than what the box around the facet says.
+        #[test]
+        fn the_bounds_are_of_use(
+            v in prop::array::uniform4(prop::array::uniform4(-40.0f64..40.0)),
+            direction in prop::array::uniform4(-1.0f64..1.0),
+        ) {
+            let farthest = v.iter().map(|p| dot(p, p)).fold(0.0, f64::max).sqrt();
+            let direction = unit(direction);
+            let least = v.iter().map(|p| dot(p, &direction)).fold(f64::INFINITY, f64::min);
+            let bound = along(&v, &direction, farthest);
+            prop_assert!(bound <= least && bound >= least - 1e-13 * farthest, "{bound} {least}");
+            let gaps = std::array::from_fn::<f64, 4, _>(|a| {
+                let (low, high) = (v.map(|p| p[a]).into_iter().fold(f64::INFINITY, f64::min),
+                    v.map(|p| p[a]).into_iter().fold(f64::NEG_INFINITY, f64::max));
+                if low > 0.0 { low } else if high < 0.0 { -high } else { 0.0 }
+            });
+            prop_assert!(nearest(&v, farthest) >= dot(&gaps, &gaps).sqrt() * (1.0 - 1e-11));
+        }
+    }
+
     #[test]
     fn a_wall_that_the_eye_nearly_touches_has_no_bound_beyond_it() {
         // x_0 = 2^-30 on all of it, and it reaches 1 to all sides: the products of the slanted direction cancel.

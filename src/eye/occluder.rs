@@ -187,3 +187,6 @@ pub(super) enum LightTarget<const N: usize> {
     /// At this place, for one point: its foot on a light plane.
     Foot { position: [f64; N] },
 }
+
+#[cfg(test)]
+mod tests;

@@ -191,3 +191,28 @@ fn scaled(m: glam::DMat4) -> glam::DMat4 {
     let a = glam::DMat3::from_mat4(m).to_cols_array().iter().fold(0.0f64, |a, v| a.max(v.abs()));
     if a > 0.0 && (1.0 / a) > 0.0 && (1.0 / a).is_finite() { m * (1.0 / a) } else { m }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::scaled;
+    use glam::{DMat3, DMat4, DVec4};
+
+    #[test]
+    fn a_scaled_model_has_1_as_its_largest_entry_and_the_same_handedness() {
+        // Turned a little, and mirrored in one of the two.
+        for side in [1.0, -1.0] {
+            let columns = [[0.5, 0.25, 0.0], [-0.25, 0.75, 0.125], [0.0, -0.125, side]];
+            for exponent in [-1000, -500, -200, -1, 0, 1, 200, 500, 1000] {
+                let size = libm::exp2(f64::from(exponent));
+                let column = |i: usize| DVec4::from((glam::DVec3::from(columns[i]) * size, 0.0));
+                let model = DMat4::from_cols(column(0), column(1), column(2), DVec4::new(3.0, 4.0, 5.0, 1.0));
+                let part = DMat3::from_mat4(scaled(model));
+                let largest = part.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+                assert_eq!(largest, 1.0, "2^{exponent}");
+                assert_eq!(part.determinant().signum(), side, "2^{exponent}");
+            }
+        }
+        // Nothing to scale by.
+        assert_eq!(scaled(DMat4::ZERO), DMat4::ZERO);
+    }
+}

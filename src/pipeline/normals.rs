@@ -118,6 +118,20 @@ mod tests {
     use crate::math::matrix;
 
     #[test]
+    fn a_polygon_of_any_size_anywhere_has_its_normal() {
+        for size in [1e-300, 1e-150, 1.0, 1e150, 1e300] {
+            for at in [DVec3::ZERO, DVec3::new(3.0, -2.0, 1.0) * size, DVec3::new(0.0, 0.0, 1.7e308)] {
+                let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+                    .map(|[x, y]| at + DVec3::new(x, y, 0.0) * size);
+                assert_eq!(polygon_normal(points.into_iter()), Some(DVec3::Z), "{size:e} at {at}");
+                assert_eq!(polygon_normal(points.into_iter().rev()), Some(-DVec3::Z), "{size:e} at {at}");
+            }
+        }
+        let line = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
+        assert_eq!(polygon_normal(line.into_iter()), None);
+    }
+
+    #[test]
     fn a_mean_of_equal_weights_and_one_that_cancels() {
         // Two big and one tiny face at position 0: weights are equal all the same.
         let p = [[0., 0., 0.], [9., 0., 0.], [0., 9., 0.], [0., 0., 1e-3], [0., 1e-3, 0.]].map(DVec3::from);

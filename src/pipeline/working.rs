@@ -213,3 +213,43 @@ impl WorkingMemory {
         self.held.shrink_to(0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(parts: &[(Working, u64)]) -> WorkingBytes {
+        let mut bytes = WorkingBytes::default();
+        parts.iter().for_each(|(memory, size)| bytes[*memory] = *size);
+        bytes
+    }
+
+    #[test]
+    fn each_memory_is_reserved_at_its_largest_until_it_is_given_back() {
+        let budget = MemoryBudget::new(5000);
+        let mut working = WorkingMemory::of(&budget);
+        let mut reserve = |parts: &[(Working, u64)]| working.reserve(&of(parts)).is_ok();
+        assert!(reserve(&[(Working::Lit, 1000), (Working::Lists, 300)]) && budget.used() == 1300);
+        assert!(reserve(&[(Working::Lit, 400), (Working::Lists, 500)]) && budget.used() == 1500);
+        assert!(!reserve(&[(Working::Specular, 3501)]) && budget.used() == 1500);
+        assert!(reserve(&[(Working::Specular, 3500)]) && budget.used() == 5000);
+        assert_eq!(working.bytes(), 5000);
+        working.clear();
+        assert_eq!((working.bytes(), budget.used()), (0, 0));
+        // What was given back must be asked for again.
+        working.reserve(&of(&[(Working::Lit, 700)])).unwrap();
+        assert_eq!((working.bytes(), budget.used()), (700, 700));
+    }
+
+    #[test]
+    fn reserved_bytes_that_nothing_holds_are_given_back_where_they_are_many() {
+        for (edges, left) in [(SLACK_BYTES, SLACK_BYTES + 10), (SLACK_BYTES + 1, 10)] {
+            let budget = MemoryBudget::unlimited();
+            let mut working = WorkingMemory::of(&budget);
+            working.reserve(&of(&[(Working::Lit, 10), (Working::Edges, edges)])).unwrap();
+            assert!(working.is_large());
+            working.shrink_reservation(0, 0);
+            assert_eq!((working.bytes(), working.is_large()), (left, left > SLACK_BYTES));
+        }
+    }
+}

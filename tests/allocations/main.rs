@@ -8,6 +8,7 @@ mod decoder_memory;
 mod draw_memory;
 mod stated_memory;
 mod steady_frame;
+mod text_of_scenes;
 
 /// Held by the test that counts.
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());

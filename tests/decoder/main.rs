@@ -9,4 +9,5 @@ mod naive;
 mod page;
 mod recorder;
 mod roundtrip;
+mod typed;
 mod verbs;

@@ -2,6 +2,7 @@
 
 mod cases;
 mod command_line;
+mod definitions;
 mod exact;
 mod hard;
 mod metamorphic;

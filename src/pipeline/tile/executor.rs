@@ -43,3 +43,21 @@ impl Executor for Pool {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_executor_tells_its_threads_and_hands_out_every_item_once() {
+        let pool =
+            |threads| Pool(Arc::new(rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()));
+        assert_eq!((Serial.threads(), pool(1).threads(), pool(3).threads()), (1, 1, 3));
+        let mark = |run: usize, items: &mut [usize]| items.iter_mut().for_each(|i| *i += 100 * (run + 1));
+        let (mut one, mut many) = ([0; 11], [0; 11]);
+        Serial.chunks(&mut one, 4, mark);
+        pool(3).chunks(&mut many, 4, mark);
+        assert_eq!(one, [100, 100, 100, 100, 200, 200, 200, 200, 300, 300, 300]);
+        assert_eq!(many, one);
+    }
+}
