@@ -10,7 +10,7 @@ use super::scene_file;
 use super::trace::TraceAt;
 use super::{FrameSize, Status, say, say_as_program};
 use crate::command::EndOfInput;
-use crate::load::Folder;
+use crate::load::SandboxDir;
 use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::save;
 use crate::server::{Display, Engine, Finish, Limits, Notice, Player, RenderThread, recorded_size};
@@ -129,7 +129,7 @@ impl Play {
         };
         let mut engine =
             Engine::with_limits(width, height, limits.for_frame(width, height)).map_err(|e| e.message)?;
-        let folder = |path: &Path| Folder::open(path).map_err(|e| format!("{}: {e}", path.display()));
+        let folder = |path: &Path| SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()));
         engine.set_renderer(self.drawing.renderer());
         if let Some(trace) = self.trace {
             engine.set_trace(trace.probe());

@@ -5,7 +5,7 @@ use super::mesh_args::MeshArgs;
 use super::{Status, say_as_program};
 use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, Folder, LoadContext, LoadError, LoadMemory, path_inside};
+use crate::load::{self, LoadContext, LoadError, LoadMemory, SandboxDir, path_inside};
 use crate::scene::Geometry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -124,7 +124,7 @@ pub(super) fn has_scene_ending(path: &Path) -> bool {
 /// The folder that a scene's file may read others from, and where in it the scene stands.
 struct Root {
     /// `None` where it cannot be opened: nothing is found in it.
-    folder: Option<Folder>,
+    folder: Option<SandboxDir>,
     /// Its path, as it was given.
     path: PathBuf,
     /// The scene's folder inside, with `/` at its end unless empty.
@@ -138,10 +138,10 @@ impl Root {
         let own = beside(scene.parent().unwrap_or(Path::new("")));
         let Some(asked) = asked else {
             let path = scene.parent().unwrap_or(Path::new("")).to_owned();
-            return Ok(Root { folder: Folder::open(&own).ok(), path, own: String::new() });
+            return Ok(Root { folder: SandboxDir::open(&own).ok(), path, own: String::new() });
         };
         let bad = |what: String| SceneError::NoFile(format!("--root {}: {what}", asked.display()));
-        let folder = Folder::open(asked).map_err(|e| bad(e.to_string()))?;
+        let folder = SandboxDir::open(asked).map_err(|e| bad(e.to_string()))?;
         let real = std::fs::canonicalize(&own).map_err(|e| bad(format!("{}: {e}", own.display())))?;
         let inside = real.strip_prefix(folder.root());
         let inside = inside.map_err(|_| bad(format!("{} does not lie in it", scene.display())))?;

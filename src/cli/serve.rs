@@ -8,7 +8,7 @@ use super::output::Stdout;
 use super::record_gate::RecordGate;
 use super::{FrameSize, Status, address, say_as_program};
 use crate::draw2d::Blend;
-use crate::load::Folder;
+use crate::load::SandboxDir;
 use crate::memory::SharedFile;
 use crate::save;
 use crate::server::{
@@ -481,8 +481,8 @@ impl Serve {
     }
 }
 
-pub(super) fn folder(path: &Path) -> Result<Folder, String> {
-    Folder::open(path).map_err(|e| format!("{}: {e}", path.display()))
+pub(super) fn folder(path: &Path) -> Result<SandboxDir, String> {
+    SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// SIGINT and SIGTERM end the server in order; a second one ends it at once.

@@ -5,7 +5,7 @@ use super::mesh_args::MeshArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{Executor, Serial};
-use crate::load::Folder;
+use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, worker_pool};
 use crate::viewer::{Model, Options, Viewer, help_lines};
@@ -143,7 +143,7 @@ impl View {
             let mut engine = Engine::with_limits(width, height, limits).map_err(|e| e.message)?;
             engine.set_renderer(crate::pipeline::Renderer::new(renderer.options().clone()));
             if let Some(path) = &load_dir {
-                engine.set_load_dir(Folder::open(path).map_err(|e| format!("{}: {e}", path.display()))?);
+                engine.set_load_dir(SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))?);
             }
             Ok(engine)
         };

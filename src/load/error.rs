@@ -6,7 +6,7 @@ use std::fmt;
 
 /// A place in a file that is being loaded.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct FilePosition {
     /// The file's name, as the caller gave it.
     pub file: String,
     /// The line, from 1; 0 means the file as a whole.
@@ -15,24 +15,24 @@ pub struct Place {
     pub column: u32,
 }
 
-impl Place {
+impl FilePosition {
     /// A file as a whole.
     pub fn file(file: impl Into<String>) -> Self {
-        Place { file: file.into(), line: 0, column: 0 }
+        FilePosition { file: file.into(), line: 0, column: 0 }
     }
 
     /// A line of a file, from 1.
     pub fn line(file: impl Into<String>, line: u32) -> Self {
-        Place { file: file.into(), line, column: 0 }
+        FilePosition { file: file.into(), line, column: 0 }
     }
 
     /// A line and a column, both from 1.
     pub fn column(file: impl Into<String>, line: u32, column: u32) -> Self {
-        Place { file: file.into(), line, column }
+        FilePosition { file: file.into(), line, column }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;
         match (self.line, self.column) {
@@ -129,14 +129,14 @@ pub enum LoadErrorKind {
 #[error("{place}: {kind}")]
 pub struct LoadError {
     /// Where.
-    pub place: Place,
+    pub place: FilePosition,
     /// Why.
     pub kind: LoadErrorKind,
 }
 
 impl LoadError {
     /// A refusal at a place.
-    pub fn new(place: Place, kind: LoadErrorKind) -> Self {
+    pub fn new(place: FilePosition, kind: LoadErrorKind) -> Self {
         LoadError { place, kind }
     }
 
@@ -161,7 +161,7 @@ impl LoadError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadWarning {
     /// Where.
-    pub place: Place,
+    pub place: FilePosition,
     /// What was done, in lower case, one line.
     pub message: String,
 }
@@ -179,13 +179,13 @@ mod tests {
     #[test]
     fn an_error_reads_as_file_line_column_and_reason() {
         let kind = LoadErrorKind::Index { what: "position", index: -4, count: 3 };
-        let error = LoadError::new(Place::line("a.obj", 7), kind);
+        let error = LoadError::new(FilePosition::line("a.obj", 7), kind);
         assert_eq!(error.to_string(), "a.obj:7: position index -4 names none of the 3 there are");
         assert_eq!(error.code(), Code::Format);
         let kind = LoadErrorKind::Missing { what: "texture", name: "a b.png".into() };
-        let error = LoadError::new(Place::column("s.x3d", 2, 5), kind);
+        let error = LoadError::new(FilePosition::column("s.x3d", 2, 5), kind);
         assert_eq!(error.to_string(), "s.x3d:2:5: texture \"a b.png\" cannot be found");
-        let warning = LoadWarning { place: Place::file("m"), message: "empty".into() };
+        let warning = LoadWarning { place: FilePosition::file("m"), message: "empty".into() };
         assert_eq!(warning.to_string(), "m: warning: empty");
     }
 }

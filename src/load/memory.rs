@@ -65,7 +65,7 @@ impl LoadMemory {
     /// # Errors
     /// When the result would be over its limit, the budget has no room, or reading was cancelled;
     /// nothing is reserved then.
-    pub fn keep(&mut self, bytes: u64) -> Result<(), LoadErrorKind> {
+    pub fn reserve_result(&mut self, bytes: u64) -> Result<(), LoadErrorKind> {
         self.check_cancelled()?;
         let found = self.kept.bytes().saturating_add(bytes);
         if found > self.most_kept {

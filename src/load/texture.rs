@@ -5,7 +5,7 @@
 //! header and checked before anything is unpacked, so a small file cannot ask for much memory.
 
 use super::polled::PolledBytes;
-use super::{LoadError, LoadErrorKind, LoadMemory, Place, never_panicking};
+use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
 use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::path::Path;
@@ -34,7 +34,7 @@ pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> 
 /// # Errors
 /// As [`decode_file`], and when `memory` refuses, or is cancelled.
 pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> Result<Texture, LoadError> {
-    let fail = |kind| LoadError::new(Place::file(file_name), kind);
+    let fail = |kind| LoadError::new(FilePosition::file(file_name), kind);
     let undecodable = |reason: String| fail(LoadErrorKind::Undecodable { format: "picture", reason });
     if bytes.is_empty() {
         return Err(undecodable("the file is empty".into()));
@@ -70,7 +70,7 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
             return Err(size_error(width, height));
         }
         let (texture, beside) = Texture::bytes_for(width.max(1), height.max(1));
-        memory.keep(texture).map_err(fail)?;
+        memory.reserve_result(texture).map_err(fail)?;
         let unpacking = unpacking_bytes(format, pixels, decoder.total_bytes());
         work.try_grow(unpacking.max(beside)).map_err(|e| fail(LoadErrorKind::OverBudget(e)))?;
         let mut limits = Limits::no_limits();

@@ -8,7 +8,7 @@
 
 use super::thread::RenderThread;
 use super::thread::message::Message;
-use crate::load::Folder;
+use crate::load::SandboxDir;
 use crate::memory::VideoMemory;
 use crate::save;
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
@@ -31,7 +31,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 #[derive(Clone, Debug)]
 pub struct SnapshotPlan {
     /// The folder.
-    pub folder: Folder,
+    pub folder: SandboxDir,
     /// Between two pictures.
     pub every: Duration,
     /// Bytes of all pictures together, in blocks of 4096.
@@ -321,7 +321,7 @@ mod tests {
         assert!((one.len() as u64) < BLOCK_BYTES);
         let keep_bytes = 2 * BLOCK_BYTES + 1;
         let plan = SnapshotPlan {
-            folder: Folder::open(&folder.0).unwrap(),
+            folder: SandboxDir::open(&folder.0).unwrap(),
             every: Duration::from_secs(1),
             keep_bytes,
         };
@@ -346,7 +346,7 @@ mod tests {
         fs::write(&target, vec![7; 9000]).unwrap();
         std::os::unix::fs::symlink(&target, folder.0.join("wall-19700101-000001.png")).unwrap();
         let plan = SnapshotPlan {
-            folder: Folder::open(&folder.0).unwrap(),
+            folder: SandboxDir::open(&folder.0).unwrap(),
             every: Duration::from_secs(1),
             keep_bytes: 1,
         };

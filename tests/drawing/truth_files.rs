@@ -4,7 +4,7 @@
 //! points have tests of their own), in two sizes and depth formats, and compared by the limits of `truth::compare`.
 
 use crate::against_truth::fault_of;
-use fbptr::load::{Folder, obj, x3d};
+use fbptr::load::{SandboxDir, obj, x3d};
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{Geometry, Light, Scene, ShadeMode, TransparencyOrder};
 use fbptr::truth::scenes::{Case, object};
@@ -88,7 +88,7 @@ fn every_x3d_file_agrees_with_the_truth() {
     files(Path::new("tests/data/x3d"), "x3d", &mut paths);
     let mut cases = Vec::new();
     for path in &paths {
-        let folder = Folder::open(path.parent().unwrap()).unwrap();
+        let folder = SandboxDir::open(path.parent().unwrap()).unwrap();
         let name = path.display().to_string();
         let mut side = |n: &str| folder.read(n, 1 << 26).ok();
         let Ok(document) = x3d::parse(&fs::read(path).unwrap(), &name, &mut side) else { continue };

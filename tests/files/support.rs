@@ -1,7 +1,7 @@
 //! Reading and drawing scenes in tests.
 
 use fbptr::load::x3d::{self, X3dDocument};
-use fbptr::load::{Folder, LoadError};
+use fbptr::load::{LoadError, SandboxDir};
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{SceneOptions, Target, draw_scene};
 use fbptr::scene::{Mesh, NONE, Object, Scene};
@@ -17,7 +17,7 @@ pub fn data() -> PathBuf {
 /// Reads a file of the test scenes by its path there, which is also its name in messages.
 pub fn load(name: &str) -> Result<X3dDocument, LoadError> {
     let path = data().join(name);
-    let folder = Folder::open(path.parent().unwrap()).unwrap();
+    let folder = SandboxDir::open(path.parent().unwrap()).unwrap();
     x3d::parse(&fs::read(&path).unwrap(), name, &mut |file| folder.read(file, 1 << 20).ok())
 }
 

@@ -53,7 +53,7 @@ fn a_file_that_is_loaded_holds_nobody_up() {
     }
     std::fs::write(folder.join("big.obj"), obj).unwrap();
     let mut engine = Engine::with_limits(64, 48, patient()).unwrap();
-    engine.set_load_dir(fbptr::load::Folder::open(folder.as_ref()).unwrap());
+    engine.set_load_dir(fbptr::load::SandboxDir::open(folder.as_ref()).unwrap());
     overtakes(&Serving::with(engine), "", "LOAD MESH m big.obj\n");
 }
 

@@ -5,7 +5,7 @@
 use crate::process::{Process, fbptr, play, text};
 use crate::support::{Folder, Serving, Wire};
 use crate::tools;
-use fbptr::load::Folder as FileFolder;
+use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};
 use std::os::unix::fs::FileExt;
 use std::process::{Command, Stdio};
@@ -103,7 +103,7 @@ fn a_loaded_file_that_becomes_a_pipe_holds_no_client_up() {
     let pipe = folder.join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut engine = Engine::new(8, 8).unwrap();
-    engine.set_load_dir(FileFolder::open(&folder.0).unwrap());
+    engine.set_load_dir(SandboxDir::open(&folder.0).unwrap());
     let serving = Serving::with(engine);
     let [kept, a] = ["kept.obj", "a.obj"].map(|name| folder.join(name));
     let is_over = std::sync::atomic::AtomicBool::new(false);
@@ -131,7 +131,7 @@ fn snapshots_have_a_quota() {
     std::fs::write(folder.join("theirs.png"), [0; 30_000]).unwrap();
     let limits = Limits { snap_bytes: 20_000, ..Limits::default() };
     let mut engine = Engine::with_limits(40, 40, limits).unwrap();
-    engine.set_snap_dir(FileFolder::open(&folder.0).unwrap());
+    engine.set_snap_dir(SandboxDir::open(&folder.0).unwrap());
     let serving = Serving::with(engine);
     let mut wire = serving.connect();
     assert!(wire.ask("SNAP a.raw\n").starts_with("SNAP a.raw 40 40 "));

@@ -1,7 +1,7 @@
 //! Limits and permissions: each refusal has its code, and what was refused did nothing.
 
 use crate::support::{Folder, Serving, Wire};
-use fbptr::load::Folder as FileFolder;
+use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};
 
 #[test]
@@ -91,8 +91,8 @@ fn files_are_touched_inside_their_folders_only() {
         std::os::unix::fs::symlink(&base, base.join("snaps/out")).unwrap();
     }
     let mut engine = Engine::with_limits(8, 8, Limits { payload_bytes: 4000, ..Limits::default() }).unwrap();
-    engine.set_snap_dir(FileFolder::open(&base.join("snaps")).unwrap());
-    engine.set_load_dir(FileFolder::open(&base.join("loads")).unwrap());
+    engine.set_snap_dir(SandboxDir::open(&base.join("snaps")).unwrap());
+    engine.set_load_dir(SandboxDir::open(&base.join("loads")).unwrap());
     let serving = Serving::with(engine);
     let secret = base.join("secret.obj").display().to_string();
     let refused = [

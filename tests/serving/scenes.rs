@@ -3,7 +3,7 @@
 //! Fear: that a stranger's few bytes become many nodes, or reach files that are not the stranger's to name.
 
 use crate::support::{Folder, Serving, Wire};
-use fbptr::load::Folder as FileFolder;
+use fbptr::load::SandboxDir;
 use fbptr::server::{Engine, Limits};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -89,7 +89,7 @@ fn prototypes_of_files_come_from_the_folder_of_the_server_alone() {
     std::fs::write(folder.join("inside/p.x3d"), ball).unwrap();
     std::fs::write(folder.join("p.x3d"), ball).unwrap();
     let mut engine = Engine::new(40, 30).unwrap();
-    engine.set_load_dir(FileFolder::open(&folder.join("inside")).unwrap());
+    engine.set_load_dir(SandboxDir::open(&folder.join("inside")).unwrap());
     let serving = Serving::with(engine);
     let outside = folder.join("p.x3d");
     for (url, is_shown) in

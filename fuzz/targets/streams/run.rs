@@ -8,7 +8,7 @@
 use super::case::{Case, Connection};
 use super::files::Folders;
 use fbptr::command::EndOfInput;
-use fbptr::load::Folder;
+use fbptr::load::SandboxDir;
 use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::server::{
     Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, StreamState,
@@ -90,8 +90,8 @@ fn engine(case: &Case, options: &RenderOptions, folders: &Folders, recording: &S
     let [width, height] = case.size;
     let mut engine = Engine::with_limits(width, height, case.limits).expect("a small frame");
     engine.set_renderer(Renderer::new(options.clone()));
-    engine.set_load_dir(Folder::open(&folders.load()).expect("the folder was made"));
-    engine.set_snap_dir(Folder::open(&folders.snap()).expect("the folder was made"));
+    engine.set_load_dir(SandboxDir::open(&folders.load()).expect("the folder was made"));
+    engine.set_snap_dir(SandboxDir::open(&folders.snap()).expect("the folder was made"));
     let recorder = Recorder::new(Box::new(recording.clone()), width, height).expect("a thread");
     engine.set_recorder(recorder);
     engine

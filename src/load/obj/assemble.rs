@@ -1,6 +1,6 @@
 //! What `tobj` returned and what the line check noted, put together as a [`Mesh`].
 
-use super::feed::{Element, ElementKind, FirstUse};
+use super::lexer::{Element, ElementKind, FirstUse};
 use super::through_tobj::RawMesh;
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3, DVec4};

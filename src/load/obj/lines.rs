@@ -1,6 +1,6 @@
 //! Statements of OBJ and MTL files: lines, numbered, whatever their ends, joined where `\` says so.
 
-use crate::load::{LoadError, LoadErrorKind, Place};
+use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use std::borrow::Cow;
 
 /// A file's lines, numbered from 1. A BOM is skipped. A line ends at LF, with any CRs before it dropped; where a file has no
@@ -94,7 +94,7 @@ pub(super) fn shown(bytes: &[u8]) -> String {
 pub(super) fn number(
     word: &[u8],
     what: &'static str,
-    place: impl FnOnce() -> Place,
+    place: impl FnOnce() -> FilePosition,
 ) -> Result<f64, LoadError> {
     let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse::<f64>().ok());
     parsed

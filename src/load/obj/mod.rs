@@ -4,16 +4,17 @@
 //! file has them, each corner with its own indices, in object space; a vertex is an OBJ position, so groups and objects do not
 //! part a surface. Numbers are read as f64 and are finite. Positions that nothing uses are left out.
 //!
-//! `tobj` knows neither lines nor `p`, takes `nan`, parts vertices by group, and can panic. So every line is checked first
-//! (`feed`), with the line's number at hand; `tobj` is given the checked lines alone, elements after vertices, in one group; and
-//! what it returns is put together with what the check noted of each element (`assemble`). Statements that are not known are
+//! `tobj` knows neither lines nor `p`, takes `nan`, parts vertices by group, and can panic. So
+//! every line is checked first (`lexer`), with the line's number at hand; `tobj` is given the
+//! checked lines alone, elements after vertices, in one group; and what it returns is put together
+//! with what the check noted of each element (`assemble`). Statements that are not known are
 //! skipped with a warning, those that are known and wrong are refused.
 //!
 //! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material format 4.2.
 
 mod assemble;
 mod cost;
-mod feed;
+mod lexer;
 mod lines;
 mod mtl;
 mod placement;
@@ -22,10 +23,10 @@ mod smooth;
 mod tests;
 mod through_tobj;
 
-use super::{LoadError, LoadErrorKind, LoadMemory, LoadWarning, Place, texture};
+use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, LoadWarning, texture};
 use crate::memory::Reservation;
 use crate::scene::{Geometry, Mesh, NONE, Texture};
-use feed::{ElementKind, Elements, Feed};
+use lexer::{ElementKind, Elements, Lexer};
 use placement::Placement;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -89,13 +90,13 @@ pub fn parse_smooth(
     memory: &mut LoadMemory,
     smoothing: Smoothing,
 ) -> Result<LoadedObj, LoadError> {
-    let refused = |kind| LoadError::new(Place::file(file_name), kind);
+    let refused = |kind| LoadError::new(FilePosition::file(file_name), kind);
     let (bytes, _decoded) = decoded(bytes, memory).map_err(refused)?;
     let bytes = &*bytes;
     let _tables = memory.work(cost::obj_bytes(bytes)).map_err(refused)?;
-    let mut feed = Feed::new(bytes, file_name);
-    let raw = through_tobj::obj(&mut feed)?;
-    let Elements { faces, uses, order, libraries, mut warnings } = feed.into_elements();
+    let mut lexer = Lexer::new(bytes, file_name);
+    let raw = through_tobj::obj(&mut lexer)?;
+    let Elements { faces, uses, order, libraries, mut warnings } = lexer.into_elements();
     let (library, _libraries) = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
     // Only what is used is kept, in the order of first use.
     let mut geometry = Geometry::default();
@@ -106,7 +107,7 @@ pub fn parse_smooth(
             // Without an MTL file at hand, that it is missing has been said already.
             if libraries.is_empty() || !library.is_empty() {
                 let message = format!("material {name:?} is not defined: the faces keep the draw's material");
-                warnings.push(LoadWarning { place: Place::line(file_name, *line), message });
+                warnings.push(LoadWarning { place: FilePosition::line(file_name, *line), message });
             }
             material_of_use.push(NONE);
             continue;
@@ -117,7 +118,7 @@ pub fn parse_smooth(
         placements.push(found.material.placement);
     }
     assemble::assemble(&mut geometry.mesh, raw, &faces, &order, &material_of_use).map_err(|reason| {
-        LoadError::new(Place::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
+        LoadError::new(FilePosition::file(file_name), LoadErrorKind::Undecodable { format: "OBJ", reason })
     })?;
     place_pictures(&mut geometry.mesh, &placements, memory).map_err(refused)?;
     let lacks_normals = faces.iter().any(|f| f.kind == ElementKind::Face && !f.has_normals);
@@ -131,10 +132,10 @@ pub fn parse_smooth(
         _ => false,
     };
     geometry.mesh.shrink_to_fit();
-    memory.keep(geometry.mesh.size_bytes() as u64).map_err(refused)?;
+    memory.reserve_result(geometry.mesh.size_bytes() as u64).map_err(refused)?;
     if faces.is_empty() {
         let message = "no faces, lines or points: nothing is drawn".into();
-        warnings.push(LoadWarning { place: Place::file(file_name), message });
+        warnings.push(LoadWarning { place: FilePosition::file(file_name), message });
     }
     Ok(LoadedObj { geometry, warnings, is_open })
 }
@@ -192,7 +193,7 @@ fn read_libraries(
 ) -> Result<(HashMap<String, Found>, Vec<Reservation>), LoadError> {
     let (mut all, mut held) = (HashMap::new(), Vec::new());
     let mut warn = |line: u32, message: String| {
-        warnings.push(LoadWarning { place: Place::line(file_name, line), message });
+        warnings.push(LoadWarning { place: FilePosition::line(file_name, line), message });
     };
     let mut files = Vec::new();
     for (names, line) in libraries {
@@ -211,9 +212,9 @@ fn read_libraries(
     for (name, bytes) in files {
         let shown = format!("{}{name}", folder_of(file_name));
         let room = memory.work(cost::mtl_bytes(&bytes));
-        held.push(room.map_err(|kind| LoadError::new(Place::file(&*shown), kind))?);
+        held.push(room.map_err(|kind| LoadError::new(FilePosition::file(&*shown), kind))?);
         let (text, text_held) =
-            decoded(&bytes, memory).map_err(|kind| LoadError::new(Place::file(&*shown), kind))?;
+            decoded(&bytes, memory).map_err(|kind| LoadError::new(FilePosition::file(&*shown), kind))?;
         held.extend(text_held);
         let (materials, mut its_warnings) = mtl::parse(&text, &shown)?;
         warnings.append(&mut its_warnings);

@@ -7,7 +7,7 @@
 use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
 use super::through_tobj::{self, RawMaterial};
-use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use crate::scene::{LightingModel, Material};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
@@ -20,7 +20,7 @@ pub(super) struct FileMaterial {
     pub(super) material: Material,
     /// How its picture lies on faces.
     pub(super) placement: Placement,
-    pub(super) place: Place,
+    pub(super) place: FilePosition,
 }
 
 struct Check<'a> {
@@ -57,14 +57,14 @@ pub(super) fn parse(
     if raw.len() != lines.len() {
         let reason = format!("{} materials are defined, and {} came back", lines.len(), raw.len());
         return Err(LoadError::new(
-            Place::file(file_name),
+            FilePosition::file(file_name),
             LoadErrorKind::Undecodable { format: "MTL", reason },
         ));
     }
     let mut names = HashSet::new();
     let mut materials = Vec::new();
     for (raw, (line, placement)) in raw.into_iter().zip(lines) {
-        let place = Place::line(file_name, line);
+        let place = FilePosition::line(file_name, line);
         if !names.insert(raw.name.clone()) {
             let message = format!("material {:?} is defined again: the first one counts", raw.name);
             warnings.push(LoadWarning { place: place.clone(), message });
@@ -75,8 +75,8 @@ pub(super) fn parse(
 }
 
 impl Check<'_> {
-    fn place(&self) -> Place {
-        Place::line(self.file_name, self.line)
+    fn place(&self) -> FilePosition {
+        FilePosition::line(self.file_name, self.line)
     }
 
     fn syntax(&self, expected: &str, found: &[u8]) -> LoadError {

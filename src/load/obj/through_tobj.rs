@@ -1,7 +1,7 @@
 //! The one file that knows `tobj`.
 
-use super::feed::Feed;
-use crate::load::{LoadError, LoadErrorKind, Place, never_panicking};
+use super::lexer::Lexer;
+use crate::load::{FilePosition, LoadError, LoadErrorKind, never_panicking};
 use std::io::BufRead;
 
 /// What `tobj` made of the checked lines, all in one group: arrays in the order of first use, and indices into them.
@@ -46,13 +46,13 @@ const AS_IT_STANDS: tobj::LoadOptions =
 
 /// Gives the checked lines to `tobj`. A refusal of the check comes back as it was made; one of `tobj`'s own, which the check
 /// should have foreseen, comes back with the line that it was at.
-pub(super) fn obj(feed: &mut Feed<'_>) -> Result<RawMesh, LoadError> {
+pub(super) fn obj(lexer: &mut Lexer<'_>) -> Result<RawMesh, LoadError> {
     let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let loaded = never_panicking(|| tobj::load_obj_buf(feed, &AS_IT_STANDS, no_materials));
-    if let Some(error) = feed.take_error() {
+    let loaded = never_panicking(|| tobj::load_obj_buf(lexer, &AS_IT_STANDS, no_materials));
+    if let Some(error) = lexer.take_error() {
         return Err(error);
     }
-    let (models, _) = told(loaded, "OBJ", || feed.place())?;
+    let (models, _) = tobj_result(loaded, "OBJ", || lexer.place())?;
     let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
     Ok(RawMesh {
         positions: mesh.positions,
@@ -69,7 +69,7 @@ pub(super) fn obj(feed: &mut Feed<'_>) -> Result<RawMesh, LoadError> {
 /// Gives checked lines of an MTL file to `tobj`.
 pub(super) fn mtl(checked: &mut impl BufRead, file_name: &str) -> Result<Vec<RawMaterial>, LoadError> {
     let loaded = never_panicking(|| tobj::load_mtl_buf(checked));
-    let (materials, _) = told(loaded, "MTL", || Place::file(file_name))?;
+    let (materials, _) = tobj_result(loaded, "MTL", || FilePosition::file(file_name))?;
     let raw = |m: tobj::Material| RawMaterial {
         name: m.name,
         ka: m.ambient,
@@ -85,10 +85,10 @@ pub(super) fn mtl(checked: &mut impl BufRead, file_name: &str) -> Result<Vec<Raw
     Ok(materials.into_iter().map(raw).collect())
 }
 
-fn told<T>(
+fn tobj_result<T>(
     loaded: Result<Result<T, tobj::LoadError>, String>,
     format: &'static str,
-    place: impl FnOnce() -> Place,
+    place: impl FnOnce() -> FilePosition,
 ) -> Result<T, LoadError> {
     let reason = match loaded {
         Ok(Ok(value)) => return Ok(value),

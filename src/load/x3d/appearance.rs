@@ -6,7 +6,7 @@
 //! 19775-1 clauses 12 (Shape), 17.2.2 (lighting model), 18 (Texturing).
 
 use super::geometry::{ColorUse, Stuff};
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use super::stages;
 use crate::scene::{LightingModel, Material, Sampling, Texture};
 use glam::{DVec2, DVec3};
@@ -22,7 +22,7 @@ pub(super) struct Appearance {
 }
 
 /// The texture node of an appearance: the material's own (X3D 4), else the appearance's.
-pub(super) fn texture_node(view: &View, appearance: Option<NodeId>) -> Option<NodeId> {
+pub(super) fn texture_node(view: &GraphView, appearance: Option<NodeId>) -> Option<NodeId> {
     let appearance = appearance?;
     let of_material = view.child(appearance, "material").and_then(|material| {
         let field = match view.name(material) {
@@ -39,7 +39,12 @@ pub(super) fn texture_node(view: &View, appearance: Option<NodeId>) -> Option<No
 }
 
 /// Reads an appearance for a geometry of this kind.
-pub(super) fn read(view: &View, appearance: Option<NodeId>, stuff: Stuff, colors: ColorUse) -> Appearance {
+pub(super) fn read(
+    view: &GraphView,
+    appearance: Option<NodeId>,
+    stuff: Stuff,
+    colors: ColorUse,
+) -> Appearance {
     let node = appearance.and_then(|a| view.child(a, "material"));
     let front = Surface::front(view, node);
     let back = match appearance.and_then(|a| view.child(a, "backMaterial")) {
@@ -81,7 +86,7 @@ impl Surface {
     }
 
     /// A material node's front; without one, white and unlit.
-    fn front(view: &View, node: Option<NodeId>) -> Surface {
+    fn front(view: &GraphView, node: Option<NodeId>) -> Surface {
         let Some(node) = node else { return Surface::unlit(DVec3::ONE, 0.0) };
         let transparency = view.real(node, "transparency");
         match view.name(node) {
@@ -131,7 +136,7 @@ impl Surface {
     }
 
     /// A TwoSidedMaterial's back, where it has colours of its own.
-    fn back(view: &View, node: NodeId) -> Option<Surface> {
+    fn back(view: &GraphView, node: NodeId) -> Option<Surface> {
         let is_separate = view.name(node) == "TwoSidedMaterial" && view.bool(node, "separateBackColor");
         is_separate.then(|| Surface {
             is_lit: true,
@@ -181,7 +186,7 @@ pub(super) struct TextureMap {
 
 impl TextureMap {
     /// The map of an appearance, if it changes anything.
-    pub(super) fn read(view: &View, node: NodeId) -> Option<TextureMap> {
+    pub(super) fn read(view: &GraphView, node: NodeId) -> Option<TextureMap> {
         let vec2 = |field| DVec2::from(view.array::<2>(node, field));
         let map = TextureMap {
             center: vec2("center"),

@@ -16,7 +16,7 @@ use super::units::Units;
 use super::unknown::{self, What};
 use super::value::Value;
 use super::{texture, xml};
-use crate::load::{LoadContext, LoadError, LoadErrorKind, Place, gzip};
+use crate::load::{FilePosition, LoadContext, LoadError, LoadErrorKind, gzip};
 use crate::memory::{MemoryUse, Reservation};
 use roxmltree::Node as Element;
 use std::collections::HashMap;
@@ -46,9 +46,9 @@ pub(super) struct File<'d> {
 /// Builds one graph from a file and what it inlines.
 pub(super) struct Builder<'d, 'r> {
     pub(super) graph: Graph,
-    texts: &'d Kept<xml::Source>,
+    texts: &'d Kept<xml::XmlSource>,
     documents: &'d Kept<roxmltree::Document<'d>>,
-    pub(super) sources: Vec<&'d xml::Source>,
+    pub(super) sources: Vec<&'d xml::XmlSource>,
     pub(super) remarks: Remarks<'d>,
     pub(super) context: LoadContext<'r>,
     /// The main file's folder as the caller names it, for messages about other files.
@@ -74,7 +74,7 @@ pub(super) struct Inlined {
 impl<'d, 'r> Builder<'d, 'r> {
     pub(super) fn new(
         context: LoadContext<'r>,
-        texts: &'d Kept<xml::Source>,
+        texts: &'d Kept<xml::XmlSource>,
         documents: &'d Kept<roxmltree::Document<'d>>,
     ) -> Self {
         let held = context.memory.budget().empty(MemoryUse::Decoders);
@@ -106,7 +106,7 @@ impl<'d, 'r> Builder<'d, 'r> {
             true => {
                 let what = "nodes, with those of USE and Inline";
                 let kind = LoadErrorKind::TooBig { what, found: root.visits, limit: MAX_VISITS };
-                Err(LoadError::new(Place::file(name), kind))
+                Err(LoadError::new(FilePosition::file(name), kind))
             }
             false => Ok(()),
         }
@@ -123,7 +123,7 @@ impl<'d, 'r> Builder<'d, 'r> {
 
     /// A file as a scope of names without any yet; text and XML tree are kept until everything is read.
     pub(super) fn open(&mut self, bytes: &[u8], name: &str, folder: Rc<str>) -> Result<File<'d>, LoadError> {
-        let refused = |kind| LoadError::new(Place::file(name), kind);
+        let refused = |kind| LoadError::new(FilePosition::file(name), kind);
         let limit = MAX_FILES as u64;
         let too_many =
             || refused(LoadErrorKind::TooBig { what: "files of a scene", found: limit + 1, limit });
@@ -132,11 +132,11 @@ impl<'d, 'r> Builder<'d, 'r> {
                 let (inflated, _held) =
                     gzip::inflate(bytes, gzip::MAX_INFLATED, self.context.memory).map_err(refused)?;
                 self.reserve_text(&inflated).map_err(refused)?;
-                xml::Source::decode(&inflated, name)?
+                xml::XmlSource::decode(&inflated, name)?
             }
             false => {
                 self.reserve_text(bytes).map_err(refused)?;
-                xml::Source::decode(bytes, name)?
+                xml::XmlSource::decode(bytes, name)?
             }
         };
         let text = self.texts.push(source).ok_or_else(too_many)?;

@@ -1,6 +1,6 @@
 //! Viewpoint and OrthoViewpoint to cameras. Source: ISO/IEC 19775-1 clause 23 (Navigation).
 
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use crate::math::matrix::{rotate, unit};
 use crate::scene::{Camera, LookAt, Projection, frame_along};
 use glam::{DMat4, DVec3};
@@ -31,7 +31,7 @@ pub(super) fn default_camera() -> Camera {
 /// The camera of a viewpoint node that stands at `model`. Its groups move and turn it; their scales move it only.
 ///
 /// `bounds`: the box around the scene, for viewAll, which moves the camera back or to the side until it sees everything.
-pub(super) fn camera(view: &View, id: NodeId, model: DMat4, bounds: Option<(DVec3, DVec3)>) -> Camera {
+pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<(DVec3, DVec3)>) -> Camera {
     let turn = model * rotation(view.array(id, "orientation"));
     let eye = model.transform_point3(view.vec3(id, "position"));
     let z = unit(turn.transform_vector3(DVec3::Z)).unwrap_or(DVec3::Z);
@@ -65,7 +65,7 @@ pub(super) fn camera(view: &View, id: NodeId, model: DMat4, bounds: Option<(DVec
 }
 
 fn ortho(
-    view: &View,
+    view: &GraphView,
     id: NodeId,
     mut look_at: LookAt,
     [near, mut far]: [f64; 2],

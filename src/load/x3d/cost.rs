@@ -4,7 +4,7 @@
 //! reader and the lists of numbers. Runs on whichever thread reads. One would know a wrong figure by tests/allocations/decoder_memory.rs.
 
 use super::geometry::text;
-use super::graph::{Child, Node, NodeId, View};
+use super::graph::{Child, GraphView, Node, NodeId};
 use super::schema::NodeType;
 use super::value::Value;
 use crate::scene::{MAX_STAGES, Object, TextureStage};
@@ -100,7 +100,7 @@ const QUAD_BYTES: u64 = 700;
 const FIXED_BYTES: u64 = 256 << 10;
 
 /// Bytes that making the mesh of a geometry node takes, the mesh included.
-pub(super) fn geometry_bytes(view: &View, id: NodeId) -> u64 {
+pub(super) fn geometry_bytes(view: &GraphView, id: NodeId) -> u64 {
     let items = |id: NodeId| -> u64 {
         let lists = view.node(id).values.iter().map(|value| match value {
             Value::Ints(ints) => ints.len() as u64,

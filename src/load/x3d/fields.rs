@@ -8,7 +8,7 @@ use super::units::in_radians;
 use super::unknown;
 use super::value::{self, Value, ValueError, ValueFault};
 use super::xml;
-use crate::load::{LoadError, LoadErrorKind, Place};
+use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
 
 impl<'d> Builder<'d, '_> {
@@ -73,7 +73,7 @@ impl<'d> Builder<'d, '_> {
 }
 
 /// The refusal of a field's text.
-fn bad_value(place: Place, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
+fn bad_value(place: FilePosition, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
     let asked = format!("<{}> {} takes {}", ty.name, field.name, field.kind.describe());
     let kind = match &error.fault {
         ValueFault::NotANumber(found) => LoadErrorKind::Number { what: field.name, found: found.clone() },

@@ -69,24 +69,24 @@ impl Mode {
 }
 
 /// A surface in its own coordinates and in those of a camera.
-pub(super) struct Place {
+pub(super) struct SurfaceFrame {
     /// Mesh coordinates to the geometry's own: the sides of a solid.
     size: DVec3,
     to_camera: DMat4,
     normal_to_camera: DMat3,
 }
 
-impl Place {
+impl SurfaceFrame {
     /// Of a mesh that `size` makes as large as its geometry, which stands at `model`. Without a camera its own coordinates are the camera's.
-    pub(super) fn new(size: DVec3, model: DMat4, camera: Option<&Camera>) -> Place {
+    pub(super) fn new(size: DVec3, model: DMat4, camera: Option<&Camera>) -> SurfaceFrame {
         let view = camera.and_then(|c| c.look_at.matrix().ok()).unwrap_or(DMat4::IDENTITY);
         let to_camera = view * model;
-        Place { size, to_camera, normal_to_camera: DMat3::from_mat4(to_camera).inverse().transpose() }
+        SurfaceFrame { size, to_camera, normal_to_camera: DMat3::from_mat4(to_camera).inverse().transpose() }
     }
 }
 
 /// Coordinates for each of a mesh's corners.
-pub(super) fn texcoords(generator: &Generator, mesh: &Mesh, place: &Place) -> Vec<DVec2> {
+pub(super) fn texcoords(generator: &Generator, mesh: &Mesh, place: &SurfaceFrame) -> Vec<DVec2> {
     let at = |corner: &crate::scene::Corner| {
         let p = mesh.positions[corner.position as usize] * place.size;
         let n = mesh.normals.get(corner.normal as usize).map(|n| *n / place.size);
@@ -98,7 +98,7 @@ pub(super) fn texcoords(generator: &Generator, mesh: &Mesh, place: &Place) -> Ve
     mesh.corners.iter().map(at).collect()
 }
 
-fn one(generator: &Generator, p: DVec3, n: DVec3, place: &Place) -> DVec3 {
+fn one(generator: &Generator, p: DVec3, n: DVec3, place: &SurfaceFrame) -> DVec3 {
     let camera_p = || place.to_camera.transform_point3(p);
     let camera_n = || unit(place.normal_to_camera * n).unwrap_or(DVec3::Z);
     let half = |v: DVec3| (v + DVec3::ONE) / 2.0;
@@ -184,7 +184,7 @@ mod tests {
         let mesh = Mesh { positions: vec![p], normals: vec![n], corners: vec![corner], ..Mesh::default() };
         let look_at = LookAt { eye: DVec3::X * 5.0, reference: DVec3::ZERO, up: DVec3::Y };
         let camera = Camera { look_at, ..Camera::default() };
-        let place = Place::new(DVec3::new(2.0, 1.0, 1.0), DMat4::IDENTITY, Some(&camera));
+        let place = SurfaceFrame::new(DVec3::new(2.0, 1.0, 1.0), DMat4::IDENTITY, Some(&camera));
         texcoords(&Generator { mode, parameter }, &mesh, &place)[0]
     }
 

@@ -111,12 +111,12 @@ pub(super) type Overrides = HashMap<(NodeId, usize), Value>;
 
 /// The graph as it is at one moment.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct GraphView<'a> {
     pub(super) graph: &'a Graph,
     pub(super) overrides: &'a Overrides,
 }
 
-impl<'a> View<'a> {
+impl<'a> GraphView<'a> {
     pub(super) fn node(&self, id: NodeId) -> &'a Node {
         &self.graph.nodes[id as usize]
     }

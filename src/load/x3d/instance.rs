@@ -357,7 +357,7 @@ impl<'d> Builder<'d, '_> {
         if file.given.is_some() {
             self.count_expanded(file, element, 1)?;
         }
-        let kept = self.context.memory.keep(cost::bare_node_bytes(ty));
+        let kept = self.context.memory.reserve_result(cost::bare_node_bytes(ty));
         kept.map_err(|kind| self.over_memory(file, element, kind))
     }
 
@@ -380,7 +380,7 @@ impl<'d> Builder<'d, '_> {
 
 /// A prototype field's text as a value.
 fn read_field(
-    source: &xml::Source,
+    source: &xml::XmlSource,
     name: &str,
     kind: Kind,
     text: &roxmltree::Attribute,

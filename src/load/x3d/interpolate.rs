@@ -3,7 +3,7 @@
 //! Keys do not decrease (checked when the file is read). Before the first key the first value holds, after the last one
 //! the last; where keys are equal, the later value holds from there on.
 
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use super::value::{Kind, Value};
 use glam::{DQuat, DVec3};
 
@@ -19,7 +19,7 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
 }
 
 /// An interpolator's value at a fraction; `None` without keys, or where the numbers overflow.
-pub(super) fn evaluate(view: &View, id: NodeId, fraction: f64) -> Option<Value> {
+pub(super) fn evaluate(view: &GraphView, id: NodeId, fraction: f64) -> Option<Value> {
     let (key, values) = (view.reals(id, "key"), view.reals(id, "keyValue"));
     let tuple = if key.is_empty() { 0 } else { values.len() / key.len() };
     if tuple == 0 {

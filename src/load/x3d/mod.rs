@@ -10,23 +10,25 @@
 //! (the children of an unknown grouping node are shown), text among elements, nodes where they cannot stand, files that cannot be
 //! found or lie outside of the root, ROUTEs that join nothing, shapes without a size.
 //!
-//! The right answer for each family of nodes stands in the head of its module, with the clause of ISO/IEC 19775-1:
-//! `proto` and `instance` (prototypes), `units`, `walk` (groups, lights, layers, what is bound), `facing` (LOD, Billboard), `camera`,
-//! `sky` (Background), `appearance`, `geometry`, `interpolate`, `time`, `route`.
+//! The right answer for each family of nodes stands in the head of its module, with the clause of
+//! ISO/IEC 19775-1: `proto` and `instance` (prototypes), `units`, `flatten` (groups, lights,
+//! layers, what is bound), `facing` (LOD, Billboard), `camera`, `sky` (Background), `appearance`,
+//! `geometry`, `interpolate`, `time`, `route`.
 //!
 //! ```text
 //! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes) -> shapes (meshes, made once)
-//!                                   at(time): route, time, interpolate -> walk -> Scene
+//!                                   at(time): route, time, interpolate -> flatten -> Scene
 //! ```
 
 mod appearance;
 mod build;
 mod camera;
-mod check;
 mod connect;
 mod cost;
+mod external_refs;
 mod facing;
 mod fields;
+mod flatten;
 mod generate;
 mod geometry;
 mod graph;
@@ -35,7 +37,6 @@ mod interpolate;
 mod kept;
 mod names;
 mod nodes;
-mod outside;
 mod proto;
 mod remarks;
 mod route;
@@ -48,8 +49,8 @@ mod time;
 mod units;
 mod unknown;
 mod url;
+mod validate;
 mod value;
-mod walk;
 mod xml;
 
 #[cfg(test)]
@@ -57,15 +58,15 @@ mod defaults;
 
 use super::{LoadContext, LoadError, LoadMemory, LoadWarning};
 use crate::scene::{Camera, Scene};
-use graph::{Graph, Overrides, View};
+use graph::{Graph, GraphView, Overrides};
 use kept::Kept;
-use shapes::Shelf;
+use shapes::MeshCache;
 
 /// An X3D file that has been read, with everything it refers to.
 #[derive(Debug)]
 pub struct X3dDocument {
     graph: Graph,
-    shelf: Shelf,
+    mesh_cache: MeshCache,
     warnings: Vec<LoadWarning>,
     names_outside: bool,
 }
@@ -74,7 +75,7 @@ pub struct X3dDocument {
 ///
 /// `file_name` stands in messages, and its last part counts against Inlines in a circle. `opener` is asked for Inline files and
 /// textures by their names inside the scene's folder (`/` between folders; never absolute, never with `..`); `None` means that
-/// there is no such file, or that it may not be read: [`Folder`](super::Folder) tells what may.
+/// there is no such file, or that it may not be read: [`SandboxDir`](super::Folder) tells what may.
 ///
 /// # Errors
 /// Where the file, or a file that it inlines, is refused: the module's list above.
@@ -108,13 +109,13 @@ pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<X
     let (texts, documents) = (Kept::new(), Kept::new());
     let mut builder = build::Builder::new(context, &texts, &documents);
     builder.main_file(bytes, file_name)?;
-    builder.graph.depends_on_viewer = walk::depends_on_viewer(&builder.graph);
-    let shelf = check::document(&mut builder)?;
+    builder.graph.depends_on_viewer = flatten::depends_on_viewer(&builder.graph);
+    let mesh_cache = validate::document(&mut builder)?;
     Ok(X3dDocument {
         warnings: builder.sorted_warnings(),
         names_outside: builder.remarks.names_outside,
         graph: builder.graph,
-        shelf,
+        mesh_cache,
     })
 }
 
@@ -131,7 +132,7 @@ impl X3dDocument {
     /// stands for the scene's own camera. The scene's camera is its own either way.
     pub fn seen_at(&self, time: f64, viewer: Option<&Camera>) -> Scene {
         let overrides = route::overrides(&self.graph, time);
-        walk::scene(View { graph: &self.graph, overrides: &overrides }, &self.shelf, viewer)
+        flatten::scene(GraphView { graph: &self.graph, overrides: &overrides }, &self.mesh_cache, viewer)
     }
 
     /// Whether the scene depends on where it is seen from.
@@ -143,7 +144,7 @@ impl X3dDocument {
     pub fn scene_bytes(&self) -> u64 {
         let root = &self.graph.nodes[self.graph.root as usize].totals;
         let lights = self.graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count() + 1;
-        let lists = 8 * lights.min(walk::MAX_LIGHTS + 1) as u64;
+        let lists = 8 * lights.min(flatten::MAX_LIGHTS + 1) as u64;
         let has = |name: &str| self.graph.nodes.iter().any(|n| n.ty.name == name);
         let mut meshes = if self.is_animated() { root.geometry_bytes } else { 0 };
         let mut object = cost::OBJECT_BYTES + root.name_bytes + lists;
@@ -170,12 +171,12 @@ impl X3dDocument {
 
     /// Whether the scene may change with time.
     pub fn is_animated(&self) -> bool {
-        self.graph.routes.iter().any(|r| !matches!(r.input, route::Input::Bind))
+        self.graph.routes.iter().any(|r| !matches!(r.input, route::RouteInput::Bind))
     }
 
     /// Whether the file has a viewpoint of its own, so that the camera is the author's.
     pub fn has_viewpoint(&self) -> bool {
         let still = Overrides::new();
-        walk::has_viewpoint(View { graph: &self.graph, overrides: &still }, &self.shelf)
+        flatten::has_viewpoint(GraphView { graph: &self.graph, overrides: &still }, &self.mesh_cache)
     }
 }

@@ -5,7 +5,7 @@
 
 use super::build::{Builder, File};
 use super::cost;
-use super::graph::{Child, Node, NodeId, Origin, Overrides, Totals, View};
+use super::graph::{Child, GraphView, Node, NodeId, Origin, Overrides, Totals};
 use super::schema::{self, NodeType};
 use crate::load::{LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
@@ -55,7 +55,7 @@ impl<'d> Builder<'d, '_> {
         let geometry = children.iter().find(|c| ty.name == "Shape" && c.container == "geometry");
         if let Some(geometry) = geometry {
             let still = Overrides::new();
-            let view = View { graph: &self.graph, overrides: &still };
+            let view = GraphView { graph: &self.graph, overrides: &still };
             let own = cost::geometry_bytes(&view, geometry.node);
             totals.geometry_bytes = totals.geometry_bytes.saturating_add(own);
         }
@@ -70,7 +70,7 @@ impl<'d> Builder<'d, '_> {
         node: Node,
     ) -> Result<NodeId, LoadError> {
         let more = cost::node_bytes(&node).saturating_sub(cost::bare_node_bytes(node.ty));
-        self.context.memory.keep(more).map_err(|kind| self.over_memory(file, element, kind))?;
+        self.context.memory.reserve_result(more).map_err(|kind| self.over_memory(file, element, kind))?;
         self.graph.nodes.push(node);
         Ok(self.graph.nodes.len() as NodeId - 1)
     }

@@ -7,9 +7,9 @@
 //! not recursive).
 
 use super::build::{Builder, File};
+use super::external_refs::READ_FROM;
 use super::graph::Child;
 use super::instance::{Field, Instance};
-use super::outside::READ_FROM;
 use super::units::Units;
 use super::url;
 use super::value::{self, Kind, Value};

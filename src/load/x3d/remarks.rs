@@ -2,7 +2,7 @@
 
 use super::build::{Builder, File};
 use super::graph::Origin;
-use crate::load::{LoadWarning, Place};
+use crate::load::{FilePosition, LoadWarning};
 use roxmltree::Node as Element;
 use std::collections::HashSet;
 
@@ -34,7 +34,7 @@ impl<'d> Builder<'d, '_> {
             return;
         }
         if count == MAX_WARNINGS {
-            let place = Place::file(&self.sources[0].name);
+            let place = FilePosition::file(&self.sources[0].name);
             let message = "further warnings are left out".into();
             self.remarks.warnings.push(LoadWarning { place, message });
         } else if self.remarks.said.insert((origin.source, origin.byte, message.clone())) {
@@ -69,7 +69,7 @@ impl<'d> Builder<'d, '_> {
     }
 
     /// The place of an origin in its file.
-    pub(super) fn place(&self, origin: Origin) -> Place {
+    pub(super) fn place(&self, origin: Origin) -> FilePosition {
         self.sources[origin.source].place(origin.byte)
     }
 }

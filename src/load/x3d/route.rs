@@ -3,7 +3,7 @@
 //! A timestamp's events begin at the time sensors. Each route carries one event a timestamp, which is the standard's rule
 //! for loops. Source: ISO/IEC 19775-1 clause 4.4.8 (event model).
 
-use super::graph::{Graph, NodeId, Overrides, View};
+use super::graph::{Graph, GraphView, NodeId, Overrides};
 use super::interpolate;
 use super::time;
 use super::value::{Kind, Value};
@@ -32,7 +32,7 @@ pub(super) enum Output {
 
 /// What a node takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Input {
+pub(super) enum RouteInput {
     /// An interpolator's set_fraction.
     Fraction,
     /// set_bind of a bindable node.
@@ -47,7 +47,7 @@ pub(super) struct Route {
     pub(super) from: NodeId,
     pub(super) output: Output,
     pub(super) to: NodeId,
-    pub(super) input: Input,
+    pub(super) input: RouteInput,
 }
 
 fn is_bindable(name: &str) -> bool {
@@ -74,15 +74,15 @@ pub(super) fn output(graph: &Graph, node: NodeId, field: &str) -> Option<(Output
 }
 
 /// The input of this name, with the type of its values.
-pub(super) fn input(graph: &Graph, node: NodeId, field: &str) -> Option<(Input, Kind)> {
+pub(super) fn input(graph: &Graph, node: NodeId, field: &str) -> Option<(RouteInput, Kind)> {
     let ty = graph.nodes[node as usize].ty;
     match field {
-        "set_fraction" if interpolate::kind(ty.name).is_some() => Some((Input::Fraction, Kind::Sf(1))),
-        "set_bind" if is_bindable(ty.name) => Some((Input::Bind, Kind::Bool)),
+        "set_fraction" if interpolate::kind(ty.name).is_some() => Some((RouteInput::Fraction, Kind::Sf(1))),
+        "set_bind" if is_bindable(ty.name) => Some((RouteInput::Bind, Kind::Bool)),
         _ => {
             let name = field.strip_prefix("set_").unwrap_or(field);
             let index = ty.field(field).or_else(|| ty.field(name))?;
-            Some((Input::Field(index), ty.fields[index].kind))
+            Some((RouteInput::Field(index), ty.fields[index].kind))
         }
     }
 }
@@ -94,7 +94,7 @@ pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
         return overrides;
     }
     let still = Overrides::new();
-    let view = View { graph, overrides: &still };
+    let view = GraphView { graph, overrides: &still };
     let mut events: VecDeque<(NodeId, Output, Value)> = VecDeque::new();
     for id in (0..graph.nodes.len() as NodeId).filter(|id| view.name(*id) == "TimeSensor") {
         if let Some(sample) = time::Sensor::read(&view, id).sample(time) {
@@ -120,18 +120,18 @@ pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
                 continue;
             }
             match route.input {
-                Input::Fraction => {
+                RouteInput::Fraction => {
                     let Value::Reals(fraction) = &value else { continue };
                     if let Some(value) = interpolate::evaluate(&view, route.to, fraction[0]) {
                         events.push_back((route.to, Output::Value, value));
                     }
                 }
-                Input::Field(field) => {
+                RouteInput::Field(field) => {
                     overrides.insert((route.to, field), value.clone());
                     events.push_back((route.to, Output::Field(field), value.clone()));
                 }
-                // Binding is settled when the file is read: see `walk`.
-                Input::Bind => {}
+                // Binding is settled when the file is read: see `flattener`.
+                RouteInput::Bind => {}
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Shapes ready to be drawn: each geometry node's mesh, made once and shared by all that use it.
 
 use super::appearance::{self, TextureMap};
-use super::generate::{self, Generator, Place};
+use super::generate::{self, Generator, SurfaceFrame};
 use super::geometry::{self, Built, ColorUse, Fault, Stuff};
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use super::stages;
 use crate::scene::{Camera, Geometry, Mesh, Object, Style};
 use glam::{DMat4, DVec3};
@@ -21,7 +21,7 @@ pub(super) struct Prepared {
 /// What tells prepared geometries apart: whose mesh (a solid of unit size is the same for all solids of its kind), and how its
 /// texture coordinates are made.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Key {
+pub(super) struct ShapeKey {
     mesh: MeshKey,
     is_textured: bool,
     /// The TextureTransform node, if it changes anything.
@@ -35,22 +35,22 @@ enum MeshKey {
     Solid(&'static str, [bool; 3]),
 }
 
-/// Everything prepared so far.
-pub(super) type Shelf = HashMap<Key, Prepared>;
+/// The meshes prepared so far.
+pub(super) type MeshCache = HashMap<ShapeKey, Prepared>;
 
 /// The nodes of a shape that decide its mesh.
-pub(super) struct Parts {
+pub(super) struct ShapeParts {
     pub(super) geometry: NodeId,
     appearance: Option<NodeId>,
     /// Its MultiTexture.
     multi: Option<NodeId>,
     /// Its TextureTransform or MultiTextureTransform.
     transform: Option<NodeId>,
-    key: Key,
+    key: ShapeKey,
 }
 
 /// A solid's size: half its sides. `None` for other nodes.
-fn solid_size(view: &View, id: NodeId) -> Option<DVec3> {
+fn solid_size(view: &GraphView, id: NodeId) -> Option<DVec3> {
     let real = |field| view.real(id, field);
     match view.name(id) {
         "Box" => Some(view.vec3(id, "size") / 2.0),
@@ -62,7 +62,7 @@ fn solid_size(view: &View, id: NodeId) -> Option<DVec3> {
 }
 
 /// The parts of a shape; `None` without a geometry.
-pub(super) fn parts(view: &View, shape: NodeId) -> Option<Parts> {
+pub(super) fn parts(view: &GraphView, shape: NodeId) -> Option<ShapeParts> {
     let geometry = view.child(shape, "geometry")?;
     let appearance = view.child(shape, "appearance");
     let is_textured = appearance::texture_node(view, appearance).is_some();
@@ -78,11 +78,11 @@ pub(super) fn parts(view: &View, shape: NodeId) -> Option<Parts> {
         Some(_) => MeshKey::Solid(view.name(geometry), ["side", "bottom", "top"].map(part)),
         None => MeshKey::Node(geometry),
     };
-    Some(Parts { geometry, appearance, multi, transform, key: Key { mesh, is_textured, map } })
+    Some(ShapeParts { geometry, appearance, multi, transform, key: ShapeKey { mesh, is_textured, map } })
 }
 
 /// Whether routes have changed what the mesh is made from.
-pub(super) fn is_driven(view: &View, parts: &Parts) -> bool {
+pub(super) fn is_driven(view: &GraphView, parts: &ShapeParts) -> bool {
     let of_geometry = view.node(parts.geometry).children.iter().any(|c| view.is_driven(c.node));
     // A solid's mesh has unit size: its fields matter only to its matrix.
     let own = matches!(parts.key.mesh, MeshKey::Node(_)) && view.is_driven(parts.geometry);
@@ -90,7 +90,7 @@ pub(super) fn is_driven(view: &View, parts: &Parts) -> bool {
 }
 
 /// The prepared geometry of a shape, and what was put right in it. The shelf keeps it unless routes drive it.
-pub(super) fn prepare(view: &View, parts: &Parts) -> Result<(Prepared, Vec<String>), Fault> {
+pub(super) fn prepare(view: &GraphView, parts: &ShapeParts) -> Result<(Prepared, Vec<String>), Fault> {
     let Built { mut mesh, colors, stuff, remarks } =
         geometry::build(view, parts.geometry, parts.key.is_textured)?;
     if let Some(map) = parts.key.map.and_then(|m| TextureMap::read(view, m)) {
@@ -102,28 +102,33 @@ pub(super) fn prepare(view: &View, parts: &Parts) -> Result<(Prepared, Vec<Strin
 }
 
 /// Keeps a prepared geometry.
-pub(super) fn keep(shelf: &mut Shelf, parts: &Parts, prepared: Prepared) {
-    shelf.insert(parts.key.clone(), prepared);
+pub(super) fn store(mesh_cache: &mut MeshCache, parts: &ShapeParts, prepared: Prepared) {
+    mesh_cache.insert(parts.key.clone(), prepared);
 }
 
 /// The kept geometry of a shape.
-pub(super) fn kept<'a>(shelf: &'a Shelf, parts: &Parts) -> Option<&'a Prepared> {
-    shelf.get(&parts.key)
+pub(super) fn cached<'a>(mesh_cache: &'a MeshCache, parts: &ShapeParts) -> Option<&'a Prepared> {
+    mesh_cache.get(&parts.key)
 }
 
 /// What is wrong with a solid's size, if anything.
-pub(super) fn size_remark(view: &View, parts: &Parts) -> Option<String> {
+pub(super) fn size_remark(view: &GraphView, parts: &ShapeParts) -> Option<String> {
     let is_bad = solid_size(view, parts.geometry).is_some_and(|size| size.min_element() <= 0.0);
     is_bad.then(|| format!("<{}> has no face: its size must be positive", view.name(parts.geometry)))
 }
 
 /// The generator that makes the coordinates of a geometry's one texture.
-fn generator<'a>(view: &View<'a>, geometry: NodeId) -> Option<Generator<'a>> {
+fn generator<'a>(view: &GraphView<'a>, geometry: NodeId) -> Option<Generator<'a>> {
     stages::entry(view, geometry, 0).and_then(|node| stages::generator(view, node))
 }
 
 /// A geometry whose texture coordinates are generated, seen from a place.
-fn generated(view: &View, parts: &Parts, prepared: &Prepared, place: &Place) -> Option<Arc<Geometry>> {
+fn generated(
+    view: &GraphView,
+    parts: &ShapeParts,
+    prepared: &Prepared,
+    place: &SurfaceFrame,
+) -> Option<Arc<Geometry>> {
     let generator = generator(view, parts.geometry).filter(|_| parts.key.is_textured)?;
     let mut mesh = prepared.geometry.mesh.clone();
     mesh.texcoords = generate::texcoords(&generator, &mesh, place);
@@ -137,8 +142,8 @@ fn generated(view: &View, parts: &Parts, prepared: &Prepared, place: &Place) -> 
 
 /// The object of a shape at a place, seen by a viewer; `None` where there is nothing to draw.
 pub(super) fn object(
-    view: &View,
-    parts: &Parts,
+    view: &GraphView,
+    parts: &ShapeParts,
     prepared: &Prepared,
     (model, viewer): (DMat4, Option<&Camera>),
     name: String,
@@ -148,7 +153,7 @@ pub(super) fn object(
         return None;
     }
     let size = solid_size(view, parts.geometry).unwrap_or(DVec3::ONE);
-    let place = Place::new(size, model, viewer);
+    let place = SurfaceFrame::new(size, model, viewer);
     let model = match solid_size(view, parts.geometry) {
         Some(size) if size.min_element() > 0.0 => model * crate::math::matrix::scale(size),
         Some(_) => return None,

@@ -4,7 +4,7 @@
 //! pi/2. Colours without an angle and angles without a colour are left out; an angle that is less than the one before counts as that
 //! one. The groups around turn a Background and do nothing else to it. `transparency` is that of the whole.
 
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use crate::math::matrix::unit;
 use crate::scene::{Background, Band, Sky, SkyPictures};
 use glam::{DMat3, DMat4, DVec3};
@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// The background of a node that stands at `model`, with the sky where it takes more than a colour.
-pub(super) fn read(view: &View, id: NodeId, model: DMat4) -> (Background, Option<Arc<Sky>>) {
+pub(super) fn read(view: &GraphView, id: NodeId, model: DMat4) -> (Background, Option<Arc<Sky>>) {
     let transparency = view.real(id, "transparency").clamp(0.0, 1.0);
     if transparency == 1.0 {
         return (Background::default(), None);

@@ -8,9 +8,9 @@
 //! are multiplied. A texture that could not be loaded is off. Limit: eight textures.
 
 use super::appearance::TextureMap;
-use super::generate::{self, Generator, Mode, Place};
+use super::generate::{self, Generator, Mode, SurfaceFrame};
 use super::geometry::vec2s;
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use crate::scene::{
     FillStyle, Hatch, LineKind, LineStyle, MAX_STAGES, Mesh, Sampling, StageFunction, StageMode, StageSource,
     TextureStage, TextureStages, Wrap,
@@ -19,18 +19,18 @@ use glam::{DVec2, DVec4};
 use std::sync::Arc;
 
 /// The texture nodes of a MultiTexture, as many as are used.
-fn textures(view: &View, multi: NodeId) -> Vec<NodeId> {
+fn textures(view: &GraphView, multi: NodeId) -> Vec<NodeId> {
     let all = view.node(multi).children.iter().filter(|c| c.container == "texture");
     all.map(|c| c.node).take(MAX_STAGES).collect()
 }
 
 /// The stages of a MultiTexture on a geometry whose mesh is `mesh`.
 pub(super) fn read(
-    view: &View,
+    view: &GraphView,
     multi: NodeId,
     (geometry, transform): (NodeId, Option<NodeId>),
     mesh: &Mesh,
-    place: &Place,
+    place: &SurfaceFrame,
 ) -> TextureStages {
     let word = |field: &str, i: usize| view.texts(multi, field).get(i).map_or("", |w| w.trim());
     let stage = |(i, node): (usize, &NodeId)| {
@@ -61,7 +61,7 @@ pub(super) fn read(
 }
 
 /// The rules of a texture node.
-pub(super) fn sampling(view: &View, node: NodeId) -> Sampling {
+pub(super) fn sampling(view: &GraphView, node: NodeId) -> Sampling {
     let wrap = |field| match view.node(node).ty.field(field).is_none() || view.bool(node, field) {
         true => Wrap::Repeat,
         false => Wrap::Clamp,
@@ -70,7 +70,7 @@ pub(super) fn sampling(view: &View, node: NodeId) -> Sampling {
 }
 
 /// The map of texture `i`.
-fn transform_of(view: &View, transform: Option<NodeId>, i: usize) -> Option<TextureMap> {
+fn transform_of(view: &GraphView, transform: Option<NodeId>, i: usize) -> Option<TextureMap> {
     let node = transform?;
     let own = match view.name(node) {
         "MultiTextureTransform" => view.node(node).children.get(i).map(|c| c.node)?,
@@ -81,12 +81,12 @@ fn transform_of(view: &View, transform: Option<NodeId>, i: usize) -> Option<Text
 
 /// The coordinates of texture `i` at each of the mesh's corners.
 fn texcoords(
-    view: &View,
+    view: &GraphView,
     geometry: NodeId,
     i: usize,
     map: Option<TextureMap>,
     mesh: &Mesh,
-    place: &Place,
+    place: &SurfaceFrame,
 ) -> Arc<[DVec2]> {
     let mapped = |tc: DVec2| map.as_ref().map_or(tc, |map| map.apply(tc));
     let node = entry(view, geometry, i);
@@ -107,7 +107,7 @@ fn texcoords(
 }
 
 /// The node that gives the coordinates of texture `i`.
-pub(super) fn entry(view: &View, geometry: NodeId, i: usize) -> Option<NodeId> {
+pub(super) fn entry(view: &GraphView, geometry: NodeId, i: usize) -> Option<NodeId> {
     let node = view.child(geometry, "texCoord")?;
     match view.name(node) {
         "MultiTextureCoordinate" => {
@@ -119,7 +119,7 @@ pub(super) fn entry(view: &View, geometry: NodeId, i: usize) -> Option<NodeId> {
 }
 
 /// A generator of coordinates; `None` for other nodes.
-pub(super) fn generator<'a>(view: &View<'a>, node: NodeId) -> Option<Generator<'a>> {
+pub(super) fn generator<'a>(view: &GraphView<'a>, node: NodeId) -> Option<Generator<'a>> {
     (view.name(node) == "TextureCoordinateGenerator").then(|| Generator {
         mode: Mode::from_word(view.text(node, "mode")).unwrap_or(Mode::Sphere),
         parameter: view.reals(node, "parameter"),
@@ -130,7 +130,7 @@ pub(super) fn generator<'a>(view: &View<'a>, node: NodeId) -> Option<Generator<'
 const MAX_LINE_WIDTH: f64 = 256.0;
 
 /// The line style of an appearance.
-pub(super) fn line_style(view: &View, appearance: Option<NodeId>) -> LineStyle {
+pub(super) fn line_style(view: &GraphView, appearance: Option<NodeId>) -> LineStyle {
     let node = appearance.and_then(|a| view.child(a, "lineProperties")).filter(|n| view.bool(*n, "applied"));
     let Some(node) = node else { return LineStyle::default() };
     let width = (view.real(node, "linewidthScaleFactor") + 0.5).floor().clamp(1.0, MAX_LINE_WIDTH) as u32;
@@ -154,7 +154,7 @@ pub(super) fn line_kind(linetype: i64) -> (LineKind, bool) {
 }
 
 /// The fill style of an appearance.
-pub(super) fn fill_style(view: &View, appearance: Option<NodeId>) -> FillStyle {
+pub(super) fn fill_style(view: &GraphView, appearance: Option<NodeId>) -> FillStyle {
     let Some(node) = appearance.and_then(|a| view.child(a, "fillProperties")) else {
         return FillStyle::default();
     };

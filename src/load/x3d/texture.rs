@@ -1,7 +1,7 @@
 //! ImageTexture and PixelTexture to textures.
 
 use super::build::Opener;
-use super::outside::READ_FROM;
+use super::external_refs::READ_FROM;
 use super::url;
 use crate::error::Code;
 use crate::load::texture::decode_within;
@@ -91,7 +91,7 @@ impl Pictures {
 pub(super) fn pixels(image: &[i64], memory: &mut LoadMemory) -> Result<Option<Arc<Texture>>, PictureError> {
     let Some((width, height)) = size_of_image(image).map_err(PictureError::Pixels)? else { return Ok(None) };
     let (texture, beside) = Texture::bytes_for(width, height);
-    memory.keep(texture).map_err(PictureError::OverMemory)?;
+    memory.reserve_result(texture).map_err(PictureError::OverMemory)?;
     let _work = memory.work(beside).map_err(PictureError::OverMemory)?;
     let texture = Texture::new(width, height, rgba(image, width));
     texture.map(|t| Some(Arc::new(t))).map_err(|e| PictureError::Pixels(e.to_string()))

@@ -3,7 +3,7 @@
 //! Times are seconds from the scene's start. The state is a function of the moment alone: after its end a sensor goes on
 //! saying what it said last, so that what it moved stays where it was left.
 
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 
 /// A TimeSensor's fields.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub(super) struct Sample {
 }
 
 impl Sensor {
-    pub(super) fn read(view: &View, id: NodeId) -> Sensor {
+    pub(super) fn read(view: &GraphView, id: NodeId) -> Sensor {
         Sensor {
             cycle_interval: view.real(id, "cycleInterval"),
             enabled: view.bool(id, "enabled"),

@@ -5,7 +5,7 @@
 //! (nesting, attributes of one element, namespaces, entities that expand).
 
 use crate::cancel::CancelToken;
-use crate::load::{LoadError, LoadErrorKind, Place};
+use crate::load::{FilePosition, LoadError, LoadErrorKind};
 
 /// The deepest nesting of elements, Inline files included.
 pub(super) const MAX_DEPTH: usize = 256;
@@ -22,7 +22,7 @@ const MAX_NODES: u32 = 8_000_000;
 
 /// A file's text with its name, to tell places in it.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct XmlSource {
     /// The file's name, for messages.
     pub(super) name: String,
     /// Its text, without byte order mark.
@@ -31,9 +31,9 @@ pub(super) struct Source {
     lines: Vec<usize>,
 }
 
-impl Source {
+impl XmlSource {
     /// Decodes a file: UTF-8, UTF-16 with byte order mark, or Latin-1 where the XML declaration says so.
-    pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Source, LoadError> {
+    pub(super) fn decode(bytes: &[u8], name: &str) -> Result<XmlSource, LoadError> {
         let utf16 = |unit: fn([u8; 2]) -> u16, rest: &[u8]| {
             let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
             char::decode_utf16(units).collect::<Result<String, _>>().ok()
@@ -50,18 +50,18 @@ impl Source {
         };
         let Some(text) = text else {
             let good = std::str::from_utf8(bytes).err().map_or(0, |e| e.valid_up_to());
-            let before = Source::new(name, String::from_utf8_lossy(&bytes[..good]).into_owned());
+            let before = XmlSource::new(name, String::from_utf8_lossy(&bytes[..good]).into_owned());
             let reason = "the bytes are not text in the encoding of the file".to_string();
             let kind = LoadErrorKind::Undecodable { format: "X3D file", reason };
             return Err(LoadError::new(before.place(before.text.len()), kind));
         };
-        Ok(Source::new(name, text))
+        Ok(XmlSource::new(name, text))
     }
 
-    fn new(name: &str, text: String) -> Source {
+    fn new(name: &str, text: String) -> XmlSource {
         let starts = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
         let lines = std::iter::once(0).chain(starts).collect();
-        Source { name: name.to_string(), text, lines }
+        XmlSource { name: name.to_string(), text, lines }
     }
 
     /// The line of a byte, from 1.
@@ -70,11 +70,11 @@ impl Source {
     }
 
     /// The place of a byte: line and column.
-    pub(super) fn place(&self, byte: usize) -> Place {
+    pub(super) fn place(&self, byte: usize) -> FilePosition {
         let line = self.line(byte);
         let start = self.lines[line as usize - 1];
         let column = self.text.get(start..byte).map_or(0, |s| s.chars().count()) as u32 + 1;
-        Place::column(&self.name, line, column)
+        FilePosition::column(&self.name, line, column)
     }
 
     /// What stands at a byte, for "found ...": up to the end of the word or tag, at most 24 characters.
@@ -100,7 +100,7 @@ impl Source {
 }
 
 /// The place of a byte of an attribute's text.
-pub(super) fn place_in(source: &Source, attribute: &roxmltree::Attribute, at: usize) -> Place {
+pub(super) fn place_in(source: &XmlSource, attribute: &roxmltree::Attribute, at: usize) -> FilePosition {
     let range = attribute.range_value();
     // Only a text without references and tabs has the same bytes in the file.
     let is_verbatim = source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
@@ -118,7 +118,7 @@ fn is_latin1(bytes: &[u8]) -> bool {
 
 /// Parses a checked text. `cancel` ends the check between any two tags, but not the parse after it.
 pub(super) fn parse<'s>(
-    source: &'s Source,
+    source: &'s XmlSource,
     cancel: &CancelToken,
 ) -> Result<roxmltree::Document<'s>, LoadError> {
     check(source, cancel)?;
@@ -127,7 +127,7 @@ pub(super) fn parse<'s>(
 }
 
 /// Walks over the tags: closed in order, and within the limits.
-fn check(source: &Source, cancel: &CancelToken) -> Result<(), LoadError> {
+fn check(source: &XmlSource, cancel: &CancelToken) -> Result<(), LoadError> {
     let text = source.text.as_str();
     let namespaces = text.match_indices("xmlns").count();
     if namespaces > MAX_NAMESPACES {
@@ -243,7 +243,7 @@ fn doctype_end(text: &str) -> Option<usize> {
 }
 
 /// Refuses entities that hold markup or could expand beyond [`MAX_EXPANSION`].
-fn entities(source: &Source, from: usize, to: usize) -> Result<(), LoadError> {
+fn entities(source: &XmlSource, from: usize, to: usize) -> Result<(), LoadError> {
     let (mut count, mut longest, mut nested) = (0_usize, 0_u64, false);
     for (at, _) in source.text[from..to].match_indices("<!ENTITY") {
         count += 1;
@@ -272,7 +272,7 @@ fn entities(source: &Source, from: usize, to: usize) -> Result<(), LoadError> {
 }
 
 /// The reader's error in plain words.
-fn explain(source: &Source, error: &roxmltree::Error) -> LoadError {
+fn explain(source: &XmlSource, error: &roxmltree::Error) -> LoadError {
     use roxmltree::Error as E;
     let expected = match error {
         E::UnexpectedCloseTag(expected, _, _) => format!("</{expected}>"),
@@ -296,7 +296,7 @@ fn explain(source: &Source, error: &roxmltree::Error) -> LoadError {
         E::NodesLimitReached => {
             let limit = MAX_NODES as u64;
             let kind = LoadErrorKind::TooBig { what: "XML nodes", found: limit + 1, limit };
-            return LoadError::new(Place::file(&source.name), kind);
+            return LoadError::new(FilePosition::file(&source.name), kind);
         }
         other => format!("well-formed XML ({other})"),
     };

@@ -4,7 +4,7 @@
 //! first byte. Before that one-byte write the file ends where it ended; after it, the frame is in. No moment between.
 //! Source: CompuServe, Graphics Interchange Format, version 89a (1990).
 
-use super::palette::indexed;
+use super::quantize::indexed;
 use super::{FrameWriter, Growing, Ticks, changed_box, cut_rgb};
 use crate::memory::VideoMemory;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};

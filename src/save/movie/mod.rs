@@ -11,7 +11,7 @@
 mod apng;
 mod gif;
 mod numbered;
-mod palette;
+mod quantize;
 mod y4m;
 
 pub use numbered::numbered_path;

@@ -5,7 +5,7 @@
 
 use super::Engine;
 use crate::error::{Code, Fault};
-use crate::load::{Folder, FolderError};
+use crate::load::{SandboxDir, SandboxError};
 use crate::memory::{MemoryUse, Reservation};
 use crate::server::Session;
 use crate::server::record::{FileHasher, FileSet, ReadFile, Recorder};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Where files come from.
 enum FileSource {
-    LoadFolder(Option<Folder>),
+    LoadFolder(Option<SandboxDir>),
     Recording(Arc<FileSet>),
 }
 
@@ -73,7 +73,7 @@ impl FileReader {
     /// The content of the file that a command names.
     ///
     /// # Errors
-    /// `EPERM` without a folder, and see [`FolderError`].
+    /// `EPERM` without a folder, and see [`SandboxError`].
     pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
         self.check_source(path)?;
         self.read_up_to(path, self.max_file_bytes)
@@ -99,7 +99,7 @@ impl FileReader {
         let bytes = match self.read_within(path, most) {
             Ok(bytes) => bytes,
             // The file is within its limit, and there is no memory for it.
-            Err(FolderError::TooLarge { found, .. }) if found <= limit => {
+            Err(SandboxError::TooLarge { found, .. }) if found <= limit => {
                 room.shrink_to(0);
                 room.try_grow(found.saturating_mul(copies))?;
                 self.read_within(path, found)?
@@ -111,12 +111,12 @@ impl FileReader {
         Ok(bytes)
     }
 
-    fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+    fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, SandboxError> {
         // A file that changes meanwhile is the same for the whole command, and for its replay.
         if let Some(file) = self.read.iter().find(|file| file.path == path) {
             return within(path, &file.bytes, limit);
         }
-        let missing = || FolderError::Missing { name: path.into() };
+        let missing = || SandboxError::Missing { name: path.into() };
         let bytes = match &self.source {
             FileSource::LoadFolder(folder) => folder.as_ref().ok_or_else(missing)?.read(path, limit)?,
             FileSource::Recording(files) => within(path, files.get(path).ok_or_else(missing)?, limit)?,
@@ -134,9 +134,9 @@ impl FileReader {
     }
 }
 
-fn within(path: &str, bytes: &[u8], limit: u64) -> Result<Vec<u8>, FolderError> {
+fn within(path: &str, bytes: &[u8], limit: u64) -> Result<Vec<u8>, SandboxError> {
     match bytes.len() as u64 <= limit {
         true => Ok(bytes.to_vec()),
-        false => Err(FolderError::TooLarge { name: path.into(), found: bytes.len() as u64, limit }),
+        false => Err(SandboxError::TooLarge { name: path.into(), found: bytes.len() as u64, limit }),
     }
 }

@@ -41,7 +41,7 @@ use crate::cancel::CancelToken;
 use crate::command::{Command, PayloadPool};
 use crate::draw2d::Blend;
 use crate::error::{Code, Fault};
-use crate::load::{Folder, QuotaFolder};
+use crate::load::{QuotaDir, SandboxDir};
 use crate::memory::{
     DepthFormat, DepthMemory, MemoryBudget, MemoryUse, OverBudget, PickBuffer, Reservation, Rgba, VideoMemory,
 };
@@ -120,10 +120,10 @@ pub struct Engine {
     foreign_refused: u64,
     metrics: Option<Arc<MetricsBoard>>,
     verb_counts: VerbCounts,
-    snap_dir: Option<Arc<QuotaFolder>>,
+    snap_dir: Option<Arc<QuotaDir>>,
     /// Names of periodic snapshots are the server's own.
     reserves_snapshot_names: bool,
-    load_dir: Option<Folder>,
+    load_dir: Option<SandboxDir>,
     display: Option<Arc<Display>>,
     /// Rows that the display has not been given yet.
     unshown: Range<u32>,
@@ -383,8 +383,8 @@ impl Engine {
     }
 
     /// Lets SNAP write files, in this folder only, up to `limits.snap_bytes` of them.
-    pub fn set_snap_dir(&mut self, folder: Folder) {
-        self.snap_dir = Some(Arc::new(QuotaFolder::new(folder, self.limits.snap_bytes)));
+    pub fn set_snap_dir(&mut self, folder: SandboxDir) {
+        self.snap_dir = Some(Arc::new(QuotaDir::new(folder, self.limits.snap_bytes)));
     }
 
     /// Keeps SNAP from the names of periodic snapshots in the same folder.
@@ -393,7 +393,7 @@ impl Engine {
     }
 
     /// Lets LOAD read files, from this folder only.
-    pub fn set_load_dir(&mut self, folder: Folder) {
+    pub fn set_load_dir(&mut self, folder: SandboxDir) {
         self.load_dir = Some(folder);
     }
 

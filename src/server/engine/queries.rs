@@ -3,7 +3,7 @@
 use super::{Effect, Engine, Progress};
 use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
-use crate::load::QuotaFolder;
+use crate::load::QuotaDir;
 use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
 use crate::server::jobs::{Job, JobResult};
@@ -370,7 +370,7 @@ const RECORDED_BYTES: usize = 4 << 20;
 const SMALL_SNAP_PIXELS: u64 = 1 << 12;
 
 /// Writes a frame into the snapshot folder; the reply.
-fn snap_file(folder: &QuotaFolder, name: &str, frame: &VideoMemory) -> Result<Vec<u8>, Fault> {
+fn snap_file(folder: &QuotaDir, name: &str, frame: &VideoMemory) -> Result<Vec<u8>, Fault> {
     // The folder first: what is not allowed at all is no question of formats.
     let path = folder.folder().path_to_write(name)?;
     let format = SnapshotFormat::of_path(path.as_path())

@@ -9,7 +9,7 @@ use crate::command::{Command, FileKind, MeshSource, Rect};
 use crate::error::{Code, Fault};
 use crate::eye::{self, EyeError, EyeScene};
 use crate::load::x3d::X3dDocument;
-use crate::load::{self, LoadError, LoadMemory, LoadWarning, Place};
+use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning};
 use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
@@ -351,7 +351,7 @@ fn shape_bytes(source: &MeshSource) -> u64 {
 
 impl Made {
     fn mesh_of_shape(source: &MeshSource, name: &str, mut memory: JobMemory) -> Result<Self, Fault> {
-        let refused = |kind| Fault::from(LoadError::new(Place::file(name), kind));
+        let refused = |kind| Fault::from(LoadError::new(FilePosition::file(name), kind));
         let work = memory.result.work(shape_bytes(source)).map_err(refused)?;
         let mut mesh = match *source {
             MeshSource::Obj(_) => Mesh::default(),
@@ -365,7 +365,7 @@ impl Made {
         mesh.shrink_to_fit();
         // From here on the mesh is counted as what it is.
         drop(work);
-        memory.result.keep(mesh.size_bytes() as u64).map_err(refused)?;
+        memory.result.reserve_result(mesh.size_bytes() as u64).map_err(refused)?;
         Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new(), memory })
     }
 
@@ -388,7 +388,7 @@ impl Made {
     }
 
     fn eye(json: &[u8], name: &str, most: u64, mut memory: JobMemory) -> Result<Self, Fault> {
-        let refused = |kind| Fault::from(LoadError::new(Place::file(name), kind));
+        let refused = |kind| Fault::from(LoadError::new(FilePosition::file(name), kind));
         let work = memory.result.work(eye::json_bytes(json)).map_err(refused)?;
         let eye = Eye::new(EyeScene::from_json(json)?);
         drop(work);
@@ -398,7 +398,7 @@ impl Made {
                 format!("a picture of the eye may take {most} bytes to make, and this one takes {working}");
             return Err(Fault::new(Code::TooBig, message).got(name));
         }
-        memory.result.keep(eye.size_bytes() as u64).map_err(refused)?;
+        memory.result.reserve_result(eye.size_bytes() as u64).map_err(refused)?;
         Ok(Made { resource: Resource::Eye(Arc::new(eye)), warnings: Vec::new(), memory })
     }
 
@@ -437,7 +437,7 @@ impl NewScene {
     ) -> Result<Self, Fault> {
         let opener = &mut |name: &str| files.read_beside(beside, name);
         let document = load::x3d::parse_within(x3d, file, opener, &mut memory.result)?;
-        let given_up = |kind| Fault::from(LoadError::new(Place::file(file), kind));
+        let given_up = |kind| Fault::from(LoadError::new(FilePosition::file(file), kind));
         memory.result.check_cancelled().map_err(given_up)?;
         let held = memory.result.budget().try_reserve(MemoryUse::Draws, document.scene_bytes())?;
         let at_start = document.at(0.0);

@@ -2,7 +2,7 @@
 
 use super::writer::Patience;
 use super::*;
-use crate::load::Folder;
+use crate::load::SandboxDir;
 use crate::memory::MemoryUse;
 use crate::server::Stats;
 use crate::server::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
@@ -194,7 +194,7 @@ fn folder_of_files(name: &str) -> TestFolder {
 
 fn with_folder(folder: &Path) -> Engine {
     let mut engine = Engine::new(80, 60).unwrap();
-    engine.set_load_dir(Folder::open(folder).unwrap());
+    engine.set_load_dir(SandboxDir::open(folder).unwrap());
     engine
 }
 

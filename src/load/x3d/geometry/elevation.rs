@@ -1,6 +1,6 @@
 //! ElevationGrid: heights over a grid in x and z.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::faces::finish;
 use super::normals::push;
 use super::vertices::Vertices;
@@ -8,7 +8,7 @@ use super::{Built, Result, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
-pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let dimension = |field| view.ints(id, field).first().copied().unwrap_or(0);
     let (nx, nz) = (dimension("xDimension"), dimension("zDimension"));
     let height = view.reals(id, "height");

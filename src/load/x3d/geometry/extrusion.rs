@@ -3,7 +3,7 @@
 //! At each spine point stands a plane with axes X, Y, Z: Y along the spine, Z across its bend, X = Y x Z. The cross-section's
 //! points (x, z) are scaled, turned by that point's orientation, and laid into the plane.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::normals::{push, smooth};
 use super::vertices::{vec2s, vec3s};
 use super::{Built, MAX_MADE_FACES, Result, too_big};
@@ -11,7 +11,7 @@ use crate::math::matrix::{rotate, unit};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
-pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let spine = vec3s(view.reals(id, "spine"));
     let section = vec2s(view.reals(id, "crossSection"));
     let (n, m) = (spine.len(), section.len());
@@ -104,7 +104,7 @@ impl Cap<'_> {
 }
 
 /// The cross-section's points at each spine point.
-fn rings(view: &View, id: NodeId, spine: &[DVec3], section: &[DVec2]) -> Vec<Vec<DVec3>> {
+fn rings(view: &GraphView, id: NodeId, spine: &[DVec3], section: &[DVec2]) -> Vec<Vec<DVec3>> {
     let scales = vec2s(view.reals(id, "scale"));
     let turns: Vec<DMat3> = view
         .reals(id, "orientation")

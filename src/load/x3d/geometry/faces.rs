@@ -1,6 +1,6 @@
 //! The triangle sets and IndexedFaceSet.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, push, smooth};
 use super::vertices::{Vertices, runs};
 use super::{Built, Result, too_few};
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 /// A TriangleSet, fan or strip, indexed or not. Normals that are not given are smooth across shared coordinates, or one a
 /// face with normalPerVertex='false'.
-pub(super) fn triangles(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let name = view.name(id);
     let vertices = Vertices::read(view, id);
     let (triangles, by) = triangle_indices(view, id, vertices.positions.len())?;
@@ -35,7 +35,7 @@ pub(super) fn triangles(view: &View, id: NodeId, is_textured: bool) -> Result<Bu
 }
 
 /// The corners of each triangle as coordinate indices, and the field that holds them (empty: they are counted).
-fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
+fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
     let mut triangles = Vec::new();
     let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| {
         out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]))
@@ -98,13 +98,13 @@ fn triangle_indices(view: &View, id: NodeId, count: usize) -> Result<(Vec<[i64; 
 }
 
 /// An IndexedFaceSet. Faces of fewer than three corners are left out; concave ones are cut right, whatever `convex` says.
-pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+pub(super) fn indexed_face_set(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let faces = runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?;
     let texcoords = Lookup::per_corner(view, id, "texCoordIndex", Some(vertices.texcoords.len()))?;
-    let lookup = |field, per_vertex: &str, spare| match view.bool(id, per_vertex) {
-        true => Lookup::per_corner(view, id, field, spare),
-        false => Ok(Lookup::per_face(view, id, field, spare)),
+    let lookup = |field, per_vertex: &str, fallback| match view.bool(id, per_vertex) {
+        true => Lookup::per_corner(view, id, field, fallback),
+        false => Ok(Lookup::per_face(view, id, field, fallback)),
     };
     let colors = lookup("colorIndex", "colorPerVertex", Some(vertices.colors.len()))?;
     let normals = lookup("normalIndex", "normalPerVertex", None)?;
@@ -147,31 +147,36 @@ pub(super) fn indexed_face_set(view: &View, id: NodeId, is_textured: bool) -> Re
     Ok(Built { mesh, ..built })
 }
 
-/// How a face set finds the colour, normal or texture coordinate of a corner. `spare`: how many of these there are, where an index
-/// that is missing may be put in.
+/// How a face set finds the colour, normal or texture coordinate of a corner. `fallback`: how many
+/// of these there are, where an index that is missing may be put in.
 enum Lookup<'a> {
     /// By a list of its own, in the same runs as the coordinates.
-    Corner { node: NodeId, field: &'static str, runs: Vec<&'a [i64]>, spare: Option<usize> },
+    Corner { node: NodeId, field: &'static str, runs: Vec<&'a [i64]>, fallback: Option<usize> },
     /// By the coordinate's own index.
     Shared(NodeId),
     /// By a list with one index a face.
-    Face { node: NodeId, field: &'static str, list: &'a [i64], spare: Option<usize> },
+    Face { node: NodeId, field: &'static str, list: &'a [i64], fallback: Option<usize> },
     /// By the face's number.
     Counted(NodeId),
 }
 
 impl<'a> Lookup<'a> {
-    fn per_corner(view: &View<'a>, node: NodeId, field: &'static str, spare: Option<usize>) -> Result<Self> {
+    fn per_corner(
+        view: &GraphView<'a>,
+        node: NodeId,
+        field: &'static str,
+        fallback: Option<usize>,
+    ) -> Result<Self> {
         match view.ints(node, field) {
             [] => Ok(Lookup::Shared(node)),
-            list => Ok(Lookup::Corner { node, field, runs: runs(list, (node, field))?, spare }),
+            list => Ok(Lookup::Corner { node, field, runs: runs(list, (node, field))?, fallback }),
         }
     }
 
-    fn per_face(view: &View<'a>, node: NodeId, field: &'static str, spare: Option<usize>) -> Self {
+    fn per_face(view: &GraphView<'a>, node: NodeId, field: &'static str, fallback: Option<usize>) -> Self {
         match view.ints(node, field) {
             [] => Lookup::Counted(node),
-            list => Lookup::Face { node, field, list, spare },
+            list => Lookup::Face { node, field, list, fallback },
         }
     }
 
@@ -180,9 +185,9 @@ impl<'a> Lookup<'a> {
     fn of(&self, face: usize, k: usize, coordinate: i64) -> Result<(i64, (NodeId, &'static str))> {
         let put_in = |count: usize| if (coordinate as u64) < count as u64 { coordinate } else { 0 };
         match self {
-            Lookup::Corner { node, field, runs, spare } => {
+            Lookup::Corner { node, field, runs, fallback } => {
                 let run = runs.get(face).copied().unwrap_or_default();
-                match (run.get(k), spare) {
+                match (run.get(k), fallback) {
                     (Some(index), _) => Ok((*index, (*node, field))),
                     (None, Some(count)) => Ok((put_in(*count), (*node, ""))),
                     (None, None) => {
@@ -192,7 +197,7 @@ impl<'a> Lookup<'a> {
                 }
             }
             Lookup::Shared(node) => Ok((coordinate, (*node, ""))),
-            Lookup::Face { node, field, list, spare } => match (list.get(face), spare) {
+            Lookup::Face { node, field, list, fallback } => match (list.get(face), fallback) {
                 (Some(index), _) => Ok((*index, (*node, field))),
                 (None, Some(_)) => Ok((0, (*node, ""))),
                 (None, None) => {

@@ -1,6 +1,6 @@
 //! The Geometry2D nodes: points, lines and faces in the plane z = 0, their front towards +z.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, smooth};
 use super::vertices::vec2s;
 use super::{Built, Stuff};
@@ -44,7 +44,7 @@ fn nothing(why: String) -> Built {
     Built { remarks: vec![why], ..Built::default() }
 }
 
-pub(super) fn build(view: &View, id: NodeId) -> Built {
+pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
     match view.name(id) {
         "Polypoint2D" => {
             let mut mesh = over(&vec2s(view.reals(id, "point")));

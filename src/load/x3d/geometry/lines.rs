@@ -1,6 +1,6 @@
 //! PointSet, LineSet and IndexedLineSet.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::vertices::{Vertices, runs};
 use super::{Built, ColorUse, Result, Stuff, too_few};
 use crate::scene::{Corner, Mesh, NONE};
@@ -27,7 +27,7 @@ fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
     })
 }
 
-pub(super) fn points(view: &View, id: NodeId) -> Result<Built> {
+pub(super) fn points(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let corners =
         (0..vertices.positions.len() as i64).map(|i| shared(&vertices, id, i)).collect::<Result<_>>()?;
@@ -37,7 +37,7 @@ pub(super) fn points(view: &View, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
-pub(super) fn line_set(view: &View, id: NodeId) -> Result<Built> {
+pub(super) fn line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let count = vertices.positions.len() as i64;
     let (mut corners, mut lines, mut first) = (Vec::new(), Vec::new(), 0);
@@ -63,7 +63,7 @@ pub(super) fn line_set(view: &View, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
-pub(super) fn indexed_line_set(view: &View, id: NodeId) -> Result<Built> {
+pub(super) fn indexed_line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let per_vertex = view.bool(id, "colorPerVertex");
     let color_index = view.ints(id, "colorIndex");

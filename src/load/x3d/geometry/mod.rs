@@ -20,7 +20,7 @@ mod vertices;
 
 pub(super) use vertices::vec2s;
 
-use super::graph::{NodeId, View};
+use super::graph::{GraphView, NodeId};
 use crate::load::LoadErrorKind;
 use crate::scene::Mesh;
 
@@ -99,7 +99,7 @@ fn too_big(node: NodeId, field: &'static str, found: u64) -> Fault {
 }
 
 /// The mesh of a geometry node. `is_textured`: whether texture coordinates are wanted.
-pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built> {
+pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let lacks_coord = view.graph.missing.get(&id).is_some_and(|m| m.contains(&"coord"));
     if lacks_coord && view.child(id, "coord").is_none() {
         let name = view.name(id);
@@ -126,6 +126,6 @@ pub(super) fn build(view: &View, id: NodeId, is_textured: bool) -> Result<Built>
 }
 
 /// Whether only the fronts of a geometry's faces are seen.
-pub(super) fn is_solid(view: &View, id: NodeId) -> bool {
+pub(super) fn is_solid(view: &GraphView, id: NodeId) -> bool {
     view.node(id).ty.field("solid").is_some() && view.bool(id, "solid")
 }

@@ -1,12 +1,12 @@
 //! Box, Sphere, Cone and Cylinder: the meshes of `scene::shapes` at unit size (half sides of 1), which every node of a kind shares;
 //! its size is part of the object's matrix.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::Built;
 use crate::scene::shapes::{self, RevolvedParts};
 use glam::DVec3;
 
-pub(super) fn build(view: &View, id: NodeId) -> Built {
+pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
     let part = |field| view.bool(id, field);
     let mesh = match view.name(id) {
         "Box" => shapes::cuboid(DVec3::splat(2.0)),

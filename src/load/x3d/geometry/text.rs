@@ -3,7 +3,7 @@
 //! A cell is `size` high and wide; its lowest row hangs below the baseline (tails). Where squares of a character meet they share
 //! positions, so that no edge can open.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::{Built, MAX_MADE_FACES, Result, too_big};
 use crate::draw2d::font::{CELL, glyph};
 use crate::scene::{Corner, Mesh, NONE};
@@ -56,7 +56,7 @@ impl Style {
         minor: Justify::First,
     };
 
-    fn read(view: &View, id: Option<NodeId>) -> Style {
+    fn read(view: &GraphView, id: Option<NodeId>) -> Style {
         let Some(id) = id else {
             return Style::DEFAULT;
         };
@@ -73,7 +73,7 @@ impl Style {
     }
 
     /// Lower left corners of each character's cell, line by line, in units of the size, and the stretch along the line.
-    fn cells(&self, lines: &[Line]) -> Vec<(DVec2, f64, char)> {
+    fn cells(&self, lines: &[TextLine]) -> Vec<(DVec2, f64, char)> {
         let mut cells = Vec::new();
         let is_forward = if self.is_horizontal { self.is_left_to_right } else { !self.is_top_to_bottom };
         let goes_up = if self.is_horizontal { !self.is_top_to_bottom } else { self.is_left_to_right };
@@ -114,13 +114,13 @@ impl Style {
     }
 }
 
-struct Line<'a> {
+struct TextLine<'a> {
     text: &'a str,
     /// Factor along the line that `length` or `maxExtent` asks for.
     stretch: f64,
 }
 
-pub(super) fn build(view: &View, id: NodeId) -> Result<Built> {
+pub(super) fn build(view: &GraphView, id: NodeId) -> Result<Built> {
     let style = Style::read(view, view.child(id, "fontStyle"));
     let texts = view.texts(id, "string");
     let mut built = Built::default();
@@ -136,8 +136,11 @@ pub(super) fn build(view: &View, id: NodeId) -> Result<Built> {
     };
     let longest = texts.iter().enumerate().map(|(i, t)| natural(i, t) * extent(t)).fold(0.0, f64::max);
     let shrink = if max_extent > 0.0 && longest > max_extent { max_extent / longest } else { 1.0 };
-    let lines: Vec<Line> =
-        texts.iter().enumerate().map(|(i, t)| Line { text: t, stretch: natural(i, t) * shrink }).collect();
+    let lines: Vec<TextLine> = texts
+        .iter()
+        .enumerate()
+        .map(|(i, t)| TextLine { text: t, stretch: natural(i, t) * shrink })
+        .collect();
     let faces = squares(texts);
     if faces > MAX_MADE_FACES {
         return Err(too_big(id, "string", faces));
@@ -160,8 +163,8 @@ pub(in super::super) fn squares(texts: &[String]) -> u64 {
 /// Adds one character: its lower left corner and the size of its pixels in units of `size`.
 fn add(mesh: &mut Mesh, rows: [u8; CELL], corner: DVec2, pixel: DVec2, size: f64) {
     let mut made = [[NONE; CELL + 1]; CELL + 1];
-    for (row, strokes) in rows.iter().enumerate() {
-        for column in (0..CELL).filter(|c| strokes & 0x80 >> c != 0) {
+    for (row, bits) in rows.iter().enumerate() {
+        for column in (0..CELL).filter(|c| bits & 0x80 >> c != 0) {
             let up = CELL - row - 1;
             let square = [(column, up), (column + 1, up), (column + 1, up + 1), (column, up + 1)];
             let corners = square.map(|(x, y)| {
@@ -188,7 +191,7 @@ mod tests {
 
     /// Lower left corners of the cells of "ab" over "c".
     fn corners(style: &Style) -> Vec<[f64; 2]> {
-        let lines = [Line { text: "ab", stretch: 1.0 }, Line { text: "c", stretch: 1.0 }];
+        let lines = [TextLine { text: "ab", stretch: 1.0 }, TextLine { text: "c", stretch: 1.0 }];
         style.cells(&lines).into_iter().map(|c| c.0.to_array()).collect()
     }
 

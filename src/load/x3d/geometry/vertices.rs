@@ -1,6 +1,6 @@
 //! The property nodes of a geometry: coordinates, colours, normals, texture coordinates.
 
-use super::super::graph::{NodeId, View};
+use super::super::graph::{GraphView, NodeId};
 use super::{ColorUse, Fault, Result, index};
 use crate::scene::NONE;
 use glam::{DVec2, DVec3, DVec4};
@@ -29,7 +29,7 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    pub(super) fn read(view: &View, id: NodeId) -> Vertices {
+    pub(super) fn read(view: &GraphView, id: NodeId) -> Vertices {
         let child = |container| view.child(id, container);
         let (coord, color, normal, texcoord) =
             (child("coord"), child("color"), child("normal"), child("texCoord"));

@@ -1,11 +1,11 @@
 //! The first pass: vertices are handed on, and every other statement is known, skipped with a warning, or refused.
 
-use super::{Feed, WHAT, WORD};
+use super::{Lexer, WHAT, WORD};
 use crate::load::obj::lines::{Lines, keyword, number, shown, words};
 use crate::load::{LoadError, LoadErrorKind};
 use std::io::Write;
 
-impl Feed<'_> {
+impl Lexer<'_> {
     /// First pass: vertices are handed on, and every other statement is known, skipped with a warning, or refused.
     pub(super) fn vertex_statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
         match word {

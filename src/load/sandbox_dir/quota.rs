@@ -4,7 +4,7 @@
 //! before, or that others write, do not count; those that others remove stop counting when room is next looked for.
 //! Writers on several threads share the quota.
 
-use super::{Folder, FolderError};
+use super::{SandboxDir, SandboxError};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::ops::Bound;
@@ -18,8 +18,8 @@ const LOOKED_FOR: usize = 500;
 
 /// See the module's text.
 #[derive(Debug)]
-pub struct QuotaFolder {
-    folder: Folder,
+pub struct QuotaDir {
+    folder: SandboxDir,
     limit_bytes: u64,
     usage: Mutex<Usage>,
 }
@@ -34,14 +34,14 @@ struct Usage {
     looked_at: Option<PathBuf>,
 }
 
-impl QuotaFolder {
+impl QuotaDir {
     /// `folder` with room for `limit_bytes`.
-    pub fn new(folder: Folder, limit_bytes: u64) -> Self {
-        QuotaFolder { folder, limit_bytes, usage: Mutex::default() }
+    pub fn new(folder: SandboxDir, limit_bytes: u64) -> Self {
+        QuotaDir { folder, limit_bytes, usage: Mutex::default() }
     }
 
     /// The folder.
-    pub fn folder(&self) -> &Folder {
+    pub fn folder(&self) -> &SandboxDir {
         &self.folder
     }
 
@@ -55,15 +55,16 @@ impl QuotaFolder {
         self.usage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes the file `name` as [`Folder::write`] does. A file that it replaces makes room for it.
+    /// Writes the file `name` as [`SandboxDir::write`] does. A file that it replaces makes room for
+    /// it.
     ///
     /// # Errors
-    /// [`FolderError::Quota`] when it does not fit, and see [`FolderError`].
+    /// [`SandboxError::Quota`] when it does not fit, and see [`SandboxError`].
     pub fn write(
         &self,
         name: &str,
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), FolderError> {
+    ) -> Result<(), SandboxError> {
         let path = self.folder.path_to_write(name)?;
         let replaced_bytes = self.lock().files.get(&path).copied().unwrap_or(0);
         let mut account =
@@ -81,7 +82,7 @@ impl QuotaFolder {
                 usage.used_bytes -= taken_bytes;
                 match full_at {
                     Some(used) => {
-                        Err(FolderError::Quota { name: name.into(), used, limit: self.limit_bytes })
+                        Err(SandboxError::Quota { name: name.into(), used, limit: self.limit_bytes })
                     }
                     None => Err(e),
                 }
@@ -114,7 +115,7 @@ impl Usage {
 
 /// What one file takes while it is written.
 struct Account<'a> {
-    quota: &'a QuotaFolder,
+    quota: &'a QuotaDir,
     replaced_bytes: u64,
     written_bytes: u64,
     taken_bytes: u64,

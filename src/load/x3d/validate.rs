@@ -2,12 +2,12 @@
 
 use super::build::Builder;
 use super::cost;
+use super::flatten::MAX_LIGHTS;
 use super::generate::Mode;
 use super::geometry::Fault;
-use super::graph::{NodeId, Origin, Overrides, View};
-use super::shapes::{self, Shelf};
+use super::graph::{GraphView, NodeId, Origin, Overrides};
+use super::shapes::{self, MeshCache};
 use super::stages;
-use super::walk::MAX_LIGHTS;
 use crate::load::{LoadError, LoadErrorKind};
 use crate::scene::{MAX_STAGES, StageMode};
 
@@ -18,12 +18,12 @@ const MAX_MADE_FACES: u64 = 4 << 20;
 const SHAPE_BYTES: u64 = 1024;
 
 /// Makes the meshes of a graph; refuses geometries that cannot be.
-pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError> {
+pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadError> {
     let still = Overrides::new();
-    let mut shelf = Shelf::new();
+    let mut mesh_cache = MeshCache::new();
     let mut remarks: Vec<(NodeId, String)> = Vec::new();
     let mut made_faces = 0_u64;
-    let view = View { graph: &builder.graph, overrides: &still };
+    let view = GraphView { graph: &builder.graph, overrides: &still };
     let mut lights = 0;
     for id in 0..builder.graph.nodes.len() as NodeId {
         match view.name(id) {
@@ -37,7 +37,7 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError
         }
         let Some(parts) = shapes::parts(&view, id) else { continue };
         remarks.extend(shapes::size_remark(&view, &parts).map(|r| (parts.geometry, r)));
-        if shapes::kept(&shelf, &parts).is_some() {
+        if shapes::cached(&mesh_cache, &parts).is_some() {
             continue;
         }
         let node = parts.geometry;
@@ -58,9 +58,10 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError
             }
         }
         drop(work);
-        let kept = builder.context.memory.keep(prepared.geometry.mesh.size_bytes() as u64 + SHAPE_BYTES);
+        let kept =
+            builder.context.memory.reserve_result(prepared.geometry.mesh.size_bytes() as u64 + SHAPE_BYTES);
         kept.map_err(|kind| refused(builder, &Fault { node, field: "", kind }))?;
-        shapes::keep(&mut shelf, &parts, prepared);
+        shapes::store(&mut mesh_cache, &parts, prepared);
     }
     if lights > MAX_LIGHTS {
         remarks.push((view.graph.root, format!("of {lights} lights, the first {MAX_LIGHTS} are used")));
@@ -69,7 +70,7 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<Shelf, LoadError
         let origin = builder.graph.nodes[id as usize].origin;
         builder.warn_at(origin, remark);
     }
-    Ok(shelf)
+    Ok(mesh_cache)
 }
 
 /// The refusal of a geometry, at the field to blame.
@@ -80,7 +81,7 @@ fn refused(builder: &Builder, fault: &Fault) -> LoadError {
 }
 
 /// What the fields of a node say together: a remark where something is put right, a refusal where nothing can be.
-fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
+fn node(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
     let name = view.name(id);
     let remark = match name {
         _ if view.node(id).ty.field("key").is_some() => return interpolator(view, id),
@@ -129,14 +130,14 @@ fn node(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
 }
 
 /// A remark on a material's textures but for the one that is drawn.
-fn unused_textures(view: &View, id: NodeId, used: &str) -> Option<String> {
+fn unused_textures(view: &GraphView, id: NodeId, used: &str) -> Option<String> {
     let unused: Vec<&str> =
         view.node(id).children.iter().map(|c| c.container).filter(|c| *c != used).collect();
     (!unused.is_empty()).then(|| format!("<{}> is drawn without its {}", view.name(id), unused.join(", ")))
 }
 
 /// A remark on a MultiTexture's words that are not known, and on textures beyond those that are drawn.
-fn multi_texture(view: &View, id: NodeId) -> Option<String> {
+fn multi_texture(view: &GraphView, id: NodeId) -> Option<String> {
     let count = view.node(id).children.len();
     if count > MAX_STAGES {
         return Some(format!("<MultiTexture> is drawn with {MAX_STAGES} of its {count} textures"));
@@ -149,7 +150,7 @@ fn multi_texture(view: &View, id: NodeId) -> Option<String> {
 }
 
 /// An interpolator's keys and values must go together.
-fn interpolator(view: &View, id: NodeId) -> Result<Option<String>, Fault> {
+fn interpolator(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
     let (name, key) = (view.name(id), view.reals(id, "key"));
     let fault = |field, expected: String, found: usize| Fault {
         node: id,

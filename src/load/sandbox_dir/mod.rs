@@ -3,7 +3,7 @@
 //! In: names from a stream or a file. Out: the file's bytes, or a path to write, or why not. A name is relative, has no
 //! `..`, meets no symbolic link on its way, and stands for a plain file: everything else is refused before it is opened.
 //! One that is exchanged between that look and the opening is refused after: no opening waits, and what counts is what was
-//! opened. [`QuotaFolder`] bounds what is written.
+//! opened. [`QuotaDir`] bounds what is written.
 
 mod open;
 mod put;
@@ -11,7 +11,7 @@ mod quota;
 #[cfg(all(test, unix))]
 mod tests;
 
-pub use quota::QuotaFolder;
+pub use quota::QuotaDir;
 
 use crate::error::{Code, Fault};
 use std::fs;
@@ -20,7 +20,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Why a name was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FolderError {
+pub enum SandboxError {
     /// The name is no relative path of plain steps.
     #[error("a file's name is relative, without \"..\", inside the folder: {name:?} is not")]
     BadName {
@@ -83,39 +83,39 @@ pub enum FolderError {
     },
 }
 
-impl FolderError {
+impl SandboxError {
     /// The protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
-            FolderError::Missing { .. } => Code::NoEnt,
-            FolderError::TooLarge { .. } => Code::TooBig,
-            FolderError::Full { .. } | FolderError::Quota { .. } => Code::Quota,
+            SandboxError::Missing { .. } => Code::NoEnt,
+            SandboxError::TooLarge { .. } => Code::TooBig,
+            SandboxError::Full { .. } | SandboxError::Quota { .. } => Code::Quota,
             _ => Code::Perm,
         }
     }
 }
 
-impl From<FolderError> for Fault {
-    fn from(e: FolderError) -> Self {
+impl From<SandboxError> for Fault {
+    fn from(e: SandboxError) -> Self {
         Fault::new(e.code(), e.to_string())
     }
 }
 
 /// A folder inside which files may be read or written by name.
 #[derive(Clone, Debug)]
-pub struct Folder {
+pub struct SandboxDir {
     root: PathBuf,
 }
 
-impl Folder {
+impl SandboxDir {
     /// The folder at `root`.
     ///
     /// # Errors
     /// When there is no folder.
-    pub fn open(root: &Path) -> io::Result<Folder> {
+    pub fn open(root: &Path) -> io::Result<SandboxDir> {
         let root = fs::canonicalize(root)?;
         match root.is_dir() {
-            true => Ok(Folder { root }),
+            true => Ok(SandboxDir { root }),
             false => Err(io::Error::new(io::ErrorKind::NotADirectory, "not a folder")),
         }
     }
@@ -128,15 +128,15 @@ impl Folder {
     /// The bytes of the file `name`, at most `limit` of them.
     ///
     /// # Errors
-    /// See [`FolderError`].
-    pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
+    /// See [`SandboxError`].
+    pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SandboxError> {
         // Says what is wrong with a name that is not meant well; what counts is what is opened after.
-        let path = self.walk(name)?;
+        let path = self.resolve(name)?;
         let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
         check_plain(name, &meta)?;
         let mut file = open::plain_file(&self.root, self.inside(&path)).map_err(|e| e.named(name))?;
         let opened = file.metadata().map_err(|e| from_io(name, &e))?;
-        let too_large = |found| FolderError::TooLarge { name: name.into(), found, limit };
+        let too_large = |found| SandboxError::TooLarge { name: name.into(), found, limit };
         if opened.len() > limit {
             return Err(too_large(opened.len()));
         }
@@ -158,9 +158,9 @@ impl Folder {
     /// The path under which the file `name` may be written: a plain file that is there, or none.
     ///
     /// # Errors
-    /// See [`FolderError`].
-    pub fn path_to_write(&self, name: &str) -> Result<PathBuf, FolderError> {
-        let path = self.walk(name)?;
+    /// See [`SandboxError`].
+    pub fn path_to_write(&self, name: &str) -> Result<PathBuf, SandboxError> {
+        let path = self.resolve(name)?;
         match fs::symlink_metadata(&path) {
             Ok(meta) => check_plain(name, &meta).map(|()| path),
             Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(path),
@@ -172,20 +172,20 @@ impl Folder {
     /// opened one from the other and never by path, so that one that is exchanged for a link meanwhile leads nowhere else.
     ///
     /// # Errors
-    /// See [`FolderError`].
+    /// See [`SandboxError`].
     pub fn write(
         &self,
         name: &str,
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), FolderError> {
+    ) -> Result<(), SandboxError> {
         // Says what is wrong with a name that is not meant well; what counts is what is opened after.
         let path = self.path_to_write(name)?;
         put::put(&self.root, self.inside(&path), fill).map_err(|e| e.named(name))
     }
 
     /// The path of `name`, all of its folders there and none of them a link. Its last step is not looked at.
-    fn walk(&self, name: &str) -> Result<PathBuf, FolderError> {
-        let bad_name = || FolderError::BadName { name: name.into() };
+    fn resolve(&self, name: &str) -> Result<PathBuf, SandboxError> {
+        let bad_name = || SandboxError::BadName { name: name.into() };
         if name.contains(['\0', '\\']) || name.ends_with('/') || name.ends_with("/.") {
             return Err(bad_name());
         }
@@ -203,10 +203,10 @@ impl Folder {
             path.push(step);
             let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
             if meta.is_symlink() {
-                return Err(FolderError::Link { name: name.into() });
+                return Err(SandboxError::Link { name: name.into() });
             }
             if !meta.is_dir() {
-                return Err(FolderError::NotPlain { name: name.into() });
+                return Err(SandboxError::NotPlain { name: name.into() });
             }
         }
         path.push(last);
@@ -214,18 +214,18 @@ impl Folder {
     }
 }
 
-fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), FolderError> {
+fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), SandboxError> {
     match () {
-        () if meta.is_symlink() => Err(FolderError::Link { name: name.into() }),
-        () if !meta.is_file() => Err(FolderError::NotPlain { name: name.into() }),
+        () if meta.is_symlink() => Err(SandboxError::Link { name: name.into() }),
+        () if !meta.is_file() => Err(SandboxError::NotPlain { name: name.into() }),
         () => Ok(()),
     }
 }
 
-fn from_io(name: &str, e: &io::Error) -> FolderError {
+fn from_io(name: &str, e: &io::Error) -> SandboxError {
     match e.kind() {
-        io::ErrorKind::NotFound => FolderError::Missing { name: name.into() },
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => FolderError::Full { name: name.into() },
-        _ => FolderError::Io { name: name.into(), reason: e.to_string() },
+        io::ErrorKind::NotFound => SandboxError::Missing { name: name.into() },
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => SandboxError::Full { name: name.into() },
+        _ => SandboxError::Io { name: name.into(), reason: e.to_string() },
     }
 }

@@ -1,11 +1,11 @@
 //! The second pass: elements are handed on with their indices checked.
 
-use super::{Element, ElementKind, Feed, LARGE_POLYGON, MAX_EAR_WORK, WHAT, WORD};
+use super::{Element, ElementKind, LARGE_POLYGON, Lexer, MAX_EAR_WORK, WHAT, WORD};
 use crate::load::obj::lines::{text, words};
 use crate::load::obj::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind};
 
-impl Feed<'_> {
+impl Lexer<'_> {
     /// Second pass: elements are handed on with their indices checked; vertices are counted for relative indices.
     pub(super) fn element_statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
         match word {

@@ -1,14 +1,15 @@
 //! Checked lines, one at a time, for `tobj` to read.
 //!
-//! The file is walked twice: first `v`, `vt` and `vn`, then `f`, `l` and `p`, so that an element may name a vertex that comes
-//! after it, and every index is checked against all that there are, on its own line. Indices are handed on counted from 1.
+//! The file is read twice: first `v`, `vt` and `vn`, then `f`, `l` and `p`, so that an element may
+//! name a vertex that comes after it, and every index is checked against all that there are, on its
+//! own line. Indices are handed on counted from 1.
 
 mod elements;
 mod vertices;
 
 use super::lines::{Lines, keyword, shown};
 use super::smooth::UNGROUPED;
-use crate::load::{LoadError, LoadErrorKind, LoadWarning, Place};
+use crate::load::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
 use vertices::has_colors;
@@ -98,8 +99,9 @@ enum Pass {
     Done,
 }
 
-/// The checked lines of a file, as a reader. A line that is refused ends it with an error, kept for [`Feed::take_error`].
-pub(super) struct Feed<'a> {
+/// The checked lines of a file, as a reader. A line that is refused ends it with an error, kept for
+/// [`Lexer::take_error`].
+pub(super) struct Lexer<'a> {
     bytes: &'a [u8],
     file_name: &'a str,
     lines: Lines<'a>,
@@ -127,7 +129,7 @@ pub(super) struct Feed<'a> {
     error: Option<LoadError>,
 }
 
-impl<'a> Feed<'a> {
+impl<'a> Lexer<'a> {
     pub(super) fn new(bytes: &'a [u8], file_name: &'a str) -> Self {
         let elements = Elements {
             faces: Vec::new(),
@@ -136,7 +138,7 @@ impl<'a> Feed<'a> {
             libraries: Vec::new(),
             warnings: Vec::new(),
         };
-        Feed {
+        Lexer {
             bytes,
             file_name,
             lines: Lines::new(bytes),
@@ -163,8 +165,8 @@ impl<'a> Feed<'a> {
     }
 
     /// The line that was handed out last.
-    pub(super) fn place(&self) -> Place {
-        Place::line(self.file_name, self.line)
+    pub(super) fn place(&self) -> FilePosition {
+        FilePosition::line(self.file_name, self.line)
     }
 
     /// Why the check ended the file early, if it did.
@@ -176,7 +178,7 @@ impl<'a> Feed<'a> {
     pub(super) fn into_elements(mut self) -> Elements {
         if self.dropped_warnings > 0 {
             let message = format!("{} more warnings are not shown", self.dropped_warnings);
-            self.elements.warnings.push(LoadWarning { place: Place::file(self.file_name), message });
+            self.elements.warnings.push(LoadWarning { place: FilePosition::file(self.file_name), message });
         }
         self.elements
     }
@@ -235,7 +237,7 @@ impl<'a> Feed<'a> {
         if let (0, Some((line, found))) = (self.known_statements, self.first_unknown.take()) {
             let expected = "expected an OBJ statement such as v or f".into();
             let kind = LoadErrorKind::Syntax { expected, found };
-            return Err(LoadError::new(Place::line(self.file_name, line), kind));
+            return Err(LoadError::new(FilePosition::line(self.file_name, line), kind));
         }
         self.totals = std::mem::take(&mut self.counts);
         self.lines = Lines::new(self.bytes);
@@ -244,7 +246,7 @@ impl<'a> Feed<'a> {
     }
 }
 
-impl Read for Feed<'_> {
+impl Read for Lexer<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.fill_buf()?.read(buffer)?;
         self.consume(read);
@@ -252,7 +254,7 @@ impl Read for Feed<'_> {
     }
 }
 
-impl BufRead for Feed<'_> {
+impl BufRead for Lexer<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.consumed == self.out.len()
             && let Err(error) = self.advance()

@@ -1,6 +1,6 @@
 //! Opens what lies below a folder step by step, so that nothing that is exchanged meanwhile leads elsewhere or waits.
 
-use super::FolderError;
+use super::SandboxError;
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -17,10 +17,10 @@ pub(super) enum OpenError {
 }
 
 impl OpenError {
-    pub fn named(self, name: &str) -> FolderError {
+    pub fn named(self, name: &str) -> SandboxError {
         match self {
-            OpenError::Link => FolderError::Link { name: name.into() },
-            OpenError::NotPlain => FolderError::NotPlain { name: name.into() },
+            OpenError::Link => SandboxError::Link { name: name.into() },
+            OpenError::NotPlain => SandboxError::NotPlain { name: name.into() },
             OpenError::Io(e) => super::from_io(name, &e),
         }
     }

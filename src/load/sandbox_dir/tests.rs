@@ -10,7 +10,7 @@ fn a_folder_that_is_exchanged_for_a_link_while_a_file_is_written_leads_nowhere_e
     fs::create_dir_all(base.join("in/sub/deep")).unwrap();
     fs::create_dir_all(base.join("elsewhere/deep")).unwrap();
     fs::write(base.join("elsewhere/deep/a"), "theirs").unwrap();
-    let folder = Folder::open(&base.join("in")).unwrap();
+    let folder = SandboxDir::open(&base.join("in")).unwrap();
     folder.write("sub/deep/a", |out| out.write_all(b"old")).unwrap();
     let exchange = |out: &mut dyn Write| {
         fs::rename(base.join("in/sub"), base.join("in/moved"))?;
@@ -26,7 +26,7 @@ fn a_folder_that_is_exchanged_for_a_link_while_a_file_is_written_leads_nowhere_e
     let refused = folder.write("sub/deep/a", |_| panic!("it is not opened")).unwrap_err();
     assert_eq!(refused.code(), Code::Perm);
     let failed = folder.write("b", |_| Err(io::Error::other("no"))).unwrap_err();
-    assert!(matches!(failed, FolderError::Io { .. }) && names("in").len() == 2);
+    assert!(matches!(failed, SandboxError::Io { .. }) && names("in").len() == 2);
     fs::remove_dir_all(&base).unwrap();
 }
 
@@ -41,7 +41,7 @@ fn only_plain_files_inside_are_read_or_written() {
     symlink(base.join("secret"), base.join("in/link")).unwrap();
     symlink(&base, base.join("in/out")).unwrap();
     symlink("sub", base.join("in/alias")).unwrap();
-    let folder = Folder::open(&base.join("in")).unwrap();
+    let folder = SandboxDir::open(&base.join("in")).unwrap();
 
     assert_eq!(folder.read("a", 3).unwrap(), b"abc");
     assert_eq!(folder.read("./sub/b", 3).unwrap(), b"b");
@@ -76,7 +76,7 @@ fn only_plain_files_inside_are_read_or_written() {
     assert_eq!(folder.path_to_write("sub/new").unwrap(), folder.root().join("sub/new"));
     assert_eq!(folder.path_to_write("a").unwrap(), folder.root().join("a"));
     assert_eq!(folder.path_to_write("nowhere/new").unwrap_err().code(), Code::NoEnt);
-    assert!(Folder::open(Path::new("/dev/null")).is_err());
+    assert!(SandboxDir::open(Path::new("/dev/null")).is_err());
     fs::remove_dir_all(&base).unwrap();
 }
 
@@ -89,7 +89,7 @@ fn a_folder_that_becomes_a_link_while_it_is_walked_leads_nowhere() {
     fs::write(base.join("in/sub/a"), "mine").unwrap();
     fs::write(base.join("out/a"), "secret").unwrap();
     symlink(base.join("out"), base.join("in/link")).unwrap();
-    let folder = Folder::open(&base.join("in")).unwrap();
+    let folder = SandboxDir::open(&base.join("in")).unwrap();
     // What the opening sees when the exchange comes after the first look.
     let opened = |name: &str| open::plain_file(folder.root(), Path::new(name));
     assert!(matches!(opened("link/a"), Err(open::OpenError::Link)));
@@ -115,7 +115,7 @@ fn a_folder_that_becomes_a_link_while_it_is_walked_leads_nowhere() {
 
 #[test]
 fn devices_are_refused_without_being_opened() {
-    let folder = Folder::open(Path::new("/dev")).unwrap();
+    let folder = SandboxDir::open(Path::new("/dev")).unwrap();
     assert_eq!(folder.read("zero", 10).unwrap_err().code(), Code::Perm);
     assert_eq!(folder.path_to_write("null").unwrap_err().code(), Code::Perm);
 }
@@ -166,7 +166,7 @@ fn a_file_that_is_exchanged_for_a_pipe_while_it_is_read_holds_nobody_up() {
     fs::create_dir_all(&base).unwrap();
     fs::write(base.join("kept"), "abc").unwrap();
     make_pipe(&base.join("pipe"));
-    let folder = Folder::open(&base).unwrap();
+    let folder = SandboxDir::open(&base).unwrap();
     let task = move || {
         let root = folder.root().to_owned();
         let is_over = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
@@ -197,7 +197,7 @@ fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
     let _ = fs::remove_dir_all(&base);
     fs::create_dir_all(&base).unwrap();
     fs::write(base.join("theirs"), [0; 50_000]).unwrap();
-    let folder = QuotaFolder::new(Folder::open(&base).unwrap(), 3 * 4096);
+    let folder = QuotaDir::new(SandboxDir::open(&base).unwrap(), 3 * 4096);
     let write = |name: &str, bytes: usize| {
         // In pieces, as encoders write.
         folder.write(name, |out| (0..bytes).try_for_each(|i| out.write_all(&[i as u8])))
@@ -206,7 +206,7 @@ fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
     assert_eq!(folder.used_bytes(), 8192);
     write("b", 1).unwrap();
     let refused = write("c", 1).unwrap_err();
-    assert_eq!(refused, FolderError::Quota { name: "c".into(), used: 12_288, limit: 12_288 });
+    assert_eq!(refused, SandboxError::Quota { name: "c".into(), used: 12_288, limit: 12_288 });
     assert_eq!(refused.code(), Code::Quota);
     assert!(!base.join("c").exists() && fs::read_dir(&base).unwrap().count() == 3, "nothing is left over");
     // A file makes room for its successor, however it is spelt, and for nobody else.
@@ -215,7 +215,7 @@ fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
     assert_eq!((fs::metadata(base.join("a")).unwrap().len(), folder.used_bytes()), (8192, 12_288));
     // What failed for another reason takes nothing.
     let failed = folder.write("b", |_| Err(io::Error::other("no"))).unwrap_err();
-    assert!(matches!(failed, FolderError::Io { .. }) && folder.used_bytes() == 12_288);
+    assert!(matches!(failed, SandboxError::Io { .. }) && folder.used_bytes() == 12_288);
     // What was removed by others makes room.
     fs::remove_file(base.join("a")).unwrap();
     write("c", 5000).unwrap();

@@ -1,5 +1,5 @@
-//! The walk through the graph at one moment: groups and transforms to world matrices, shapes to objects, lights with their
-//! scope, and the bound viewpoint, background, fog and navigation info.
+//! Flattens the graph at one moment: groups and transforms to world matrices, shapes to objects,
+//! lights with their scope, and the bound viewpoint, background, fog and navigation info.
 //!
 //! Sources, clauses of ISO/IEC 19775-1: 10 (Group, StaticGroup, Switch, Transform), 9.4.2 (Inline), 9.4.1 (Anchor: its children;
 //! nothing is followed), 23.4.2 (Collision: its children are seen, its proxy never is), 23.4.1 and .3 (`facing`), 17 (lights), 7.2.2
@@ -9,13 +9,13 @@
 //! counts before what is bound elsewhere. Limits: all layers are one space, seen through one camera, with one depth; a layer's
 //! viewport does not bound it (its children, as those of any Viewport, are shown).
 //!
-//! Where something depends on the viewer there are two walks: the first one finds the camera, with all levels of every LOD shown
-//! and no Billboard turned; the second one is seen from there.
+//! Where something depends on the viewer there are two passes: the first one finds the camera, with
+//! all levels of every LOD shown and no Billboard turned; the second one is seen from there.
 
 use super::camera::{self, rotation};
-use super::graph::{Graph, NodeId, Overrides, View};
-use super::route::{Input, Output};
-use super::shapes::{self, Shelf};
+use super::graph::{Graph, GraphView, NodeId, Overrides};
+use super::route::{Output, RouteInput};
+use super::shapes::{self, MeshCache};
 use super::{facing, sky, stages};
 use crate::math::matrix::{scale, translate, unit};
 use crate::scene::{Attenuation, Camera, Fog, FogKind, Light, LightKind, Object, Scene};
@@ -26,10 +26,10 @@ pub(super) const MAX_LIGHTS: usize = 1_000;
 
 const VIEWPOINTS: &[&str] = &["Viewpoint", "OrthoViewpoint"];
 
-/// What a walk gathers.
-struct Walk<'a> {
-    view: View<'a>,
-    shelf: &'a Shelf,
+/// One pass over the graph, and the scene that it builds.
+struct Flattener<'a> {
+    view: GraphView<'a>,
+    mesh_cache: &'a MeshCache,
     scene: Scene,
     /// The lights that reach everything.
     global: Vec<u32>,
@@ -49,17 +49,17 @@ struct Walk<'a> {
 }
 
 /// The scene as `view` has it, seen by `viewer`, or by its own camera.
-pub(super) fn scene(view: View, shelf: &Shelf, viewer: Option<&Camera>) -> Scene {
+pub(super) fn scene(view: GraphView, mesh_cache: &MeshCache, viewer: Option<&Camera>) -> Scene {
     if !view.graph.depends_on_viewer {
-        return Walk::of(view, shelf, None).finish(None);
+        return Flattener::of(view, mesh_cache, None).finish(None);
     }
-    let own = Walk::of(view, shelf, None).camera();
-    Walk::of(view, shelf, Some(viewer.copied().unwrap_or(own))).finish(Some(own))
+    let own = Flattener::of(view, mesh_cache, None).camera();
+    Flattener::of(view, mesh_cache, Some(viewer.copied().unwrap_or(own))).finish(Some(own))
 }
 
 /// Whether a scene depends on where it is seen from.
 pub(super) fn depends_on_viewer(graph: &Graph) -> bool {
-    let view = View { graph, overrides: &Overrides::new() };
+    let view = GraphView { graph, overrides: &Overrides::new() };
     let depends = |id: &NodeId| match view.name(*id) {
         "LOD" | "Billboard" => true,
         _ => stages::generator(&view, *id).is_some_and(|g| g.mode.depends_on_viewer()),
@@ -68,16 +68,16 @@ pub(super) fn depends_on_viewer(graph: &Graph) -> bool {
 }
 
 /// Whether a viewpoint of the file is bound.
-pub(super) fn has_viewpoint(view: View, shelf: &Shelf) -> bool {
-    Walk::of(view, shelf, None).bound(VIEWPOINTS, None).is_some()
+pub(super) fn has_viewpoint(view: GraphView, mesh_cache: &MeshCache) -> bool {
+    Flattener::of(view, mesh_cache, None).bound(VIEWPOINTS, None).is_some()
 }
 
-impl<'a> Walk<'a> {
+impl<'a> Flattener<'a> {
     /// Everything that a scene has.
-    fn of(view: View<'a>, shelf: &'a Shelf, viewer: Option<Camera>) -> Self {
-        let mut walk = Walk {
+    fn of(view: GraphView<'a>, mesh_cache: &'a MeshCache, viewer: Option<Camera>) -> Self {
+        let mut flattener = Flattener {
             view,
-            shelf,
+            mesh_cache,
             scene: Scene::default(),
             global: Vec::new(),
             bindable: Vec::new(),
@@ -91,11 +91,11 @@ impl<'a> Walk<'a> {
         let root = view.graph.root;
         let layers = view.children(root).find(|id| view.name(*id) == "LayerSet");
         if let Some(layers) = layers {
-            walk.active_layer = view.ints(layers, "activeLayer").first().copied().unwrap_or(0);
-            walk.hidden += usize::from(!view.ints(layers, "order").contains(&0));
+            flattener.active_layer = view.ints(layers, "activeLayer").first().copied().unwrap_or(0);
+            flattener.hidden += usize::from(!view.ints(layers, "order").contains(&0));
         }
-        walk.group(root, DMat4::IDENTITY, &[]);
-        walk
+        flattener.group(root, DMat4::IDENTITY, &[]);
+        flattener
     }
 
     /// Everything in a group that stands at `model`, under the scoped lights `lights`.
@@ -203,7 +203,9 @@ impl<'a> Walk<'a> {
             true => shapes::prepare(&view, &parts).ok().map(|(prepared, _)| prepared),
             false => None,
         };
-        let Some(prepared) = fresh.as_ref().or_else(|| shapes::kept(self.shelf, &parts)) else { return };
+        let Some(prepared) = fresh.as_ref().or_else(|| shapes::cached(self.mesh_cache, &parts)) else {
+            return;
+        };
         let node = view.node(id);
         let name = node.def.as_deref().or(self.names.last().copied());
         let name = match name {
@@ -246,7 +248,7 @@ impl<'a> Walk<'a> {
         let routed = viewpoint.and_then(|viewpoint| {
             let routes = self.view.graph.routes.iter();
             let binds = |r: &&super::route::Route| {
-                (r.from, r.output, r.input) == (viewpoint, Output::Bound, Input::Bind)
+                (r.from, r.output, r.input) == (viewpoint, Output::Bound, RouteInput::Bind)
             };
             routes.filter(binds).find_map(|r| met().find(|(id, ..)| *id == r.to))
         });
@@ -296,7 +298,7 @@ impl<'a> Walk<'a> {
 }
 
 /// A Transform's matrix: T C R SR S -SR -C.
-fn transform(view: &View, id: NodeId) -> DMat4 {
+fn transform(view: &GraphView, id: NodeId) -> DMat4 {
     let vec3 = |field| view.vec3(id, field);
     let center = vec3("center");
     let turn = rotation(view.array(id, "rotation"));
@@ -332,7 +334,7 @@ fn bounded(color: DVec3) -> DVec3 {
 }
 
 /// A light's kind in world space; `None` where its matrix or direction leaves it nowhere.
-fn light_kind(view: &View, id: NodeId, model: DMat4) -> Option<LightKind> {
+fn light_kind(view: &GraphView, id: NodeId, model: DMat4) -> Option<LightKind> {
     let direction = || unit(model.transform_vector3(view.vec3(id, "direction")));
     if view.name(id) == "DirectionalLight" {
         return direction().map(|direction| LightKind::Directional { direction });
@@ -356,7 +358,7 @@ fn light_kind(view: &View, id: NodeId, model: DMat4) -> Option<LightKind> {
     Some(LightKind::X3dSpot { position, direction, beam_width_rad, cut_off_rad, attenuation, radius })
 }
 
-fn fog(view: &View, id: NodeId, model: DMat4) -> Option<Fog> {
+fn fog(view: &GraphView, id: NodeId, model: DMat4) -> Option<Fog> {
     let kind = match view.text(id, "fogType").trim() {
         "EXPONENTIAL" => FogKind::Exponential,
         _ => FogKind::Linear,
