@@ -1,6 +1,6 @@
 //! `fbptr bench`: the fixed workloads, each held to its truth and then timed.
 
-use super::drawing::Drawing;
+use super::render_args::RenderArgs;
 use super::{FrameSize, Status, output, say_as_program};
 use crate::measure::bench::{self, Air, BenchOptions, Row, Size, Workload};
 use crate::memory::DepthFormat;
@@ -35,7 +35,7 @@ pub(super) struct Bench {
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
+    drawing: RenderArgs,
 }
 
 /// The workloads of one argument.

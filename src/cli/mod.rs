@@ -3,27 +3,25 @@
 //! Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use. Replies go to stdout, everything
 //! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere; a full disk is a failure.
 
-mod address;
+mod args;
 mod bench;
 mod bytes;
-mod color;
-mod drawing;
 mod eye;
-mod film;
 mod help;
 mod interval;
 mod magic;
 mod mesh_args;
+mod movie;
 mod output;
 mod play;
 mod progress;
 mod record_gate;
 mod render;
+mod render_args;
 mod report;
 mod scene_file;
 mod send;
 mod serve;
-mod size;
 mod snap;
 mod trace;
 mod usage;
@@ -33,7 +31,7 @@ use clap::{FromArgMatches, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-pub use size::FrameSize;
+pub use args::size::FrameSize;
 
 /// An emulated video memory that programs draw into by commands.
 #[derive(Debug, Parser)]
@@ -51,13 +49,13 @@ enum Task {
     /// Time fixed workloads, each held to its truth first
     Bench(bench::Bench),
     /// Measure every stage's alternatives for speed and error
-    Report(report::Report),
+    Report(report::ReportArgs),
     /// Serve a video memory to other programs, in a window or without one
     Serve(serve::Serve),
     /// Render a scene file to a picture, or to a movie
     Render(render::Render),
     /// Look at a mesh, a scene or a stream from everywhere
-    View(view::View),
+    View(view::ViewArgs),
     /// Take a picture of a running server
     Snap(snap::Snap),
     /// Send a stream to a running server, and print its replies

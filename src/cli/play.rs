@@ -1,11 +1,11 @@
 //! `fbptr play`: a stream of commands from a file or standard input, in a window or without one.
 
-use super::color::color;
-use super::drawing::Drawing;
-use super::film::{Clock, Film, FilmArgs};
+use super::args::color::color;
 use super::magic;
+use super::movie::{Clock, MovieArgs, MovieWriter};
 use super::output::{self, Stdout};
 use super::progress::Watched;
+use super::render_args::RenderArgs;
 use super::scene_file;
 use super::trace::TraceAt;
 use super::{FrameSize, Status, say, say_as_program};
@@ -60,9 +60,9 @@ pub struct Play {
     #[arg(long, value_name = "SECONDS", value_parser = super::serve::seconds, default_value = "10")]
     max_command_time: Duration,
     #[command(flatten)]
-    film: FilmArgs,
+    movie: MovieArgs,
     #[command(flatten)]
-    drawing: Drawing,
+    drawing: RenderArgs,
 }
 
 impl Play {
@@ -70,10 +70,10 @@ impl Play {
     pub(super) fn run(self) -> Status {
         let prepared = self.prepare().and_then(|prepared| {
             let memory = prepared.0.memory();
-            Ok((self.film.open(memory.width(), memory.height())?, prepared))
+            Ok((self.movie.open(memory.width(), memory.height())?, prepared))
         });
         match prepared {
-            Ok((film, (engine, input, name, end))) => self.play(engine, input, &name, end, film),
+            Ok((movie, (engine, input, name, end))) => self.play(engine, input, &name, end, movie),
             Err(message) => {
                 say_as_program(message);
                 Status::BadArguments
@@ -89,8 +89,8 @@ impl Play {
         if let Some(path) = &self.depth_out {
             save::check_depth_path(path).map_err(|e| e.to_string())?;
         }
-        self.film.check()?;
-        if self.film.takes_stdout() && self.trace.is_some() {
+        self.movie.check()?;
+        if self.movie.takes_stdout() && self.trace.is_some() {
             return Err("--movie - and --trace: both want standard output".to_owned());
         }
         let mut size_of_recording = None;
@@ -153,25 +153,25 @@ impl Play {
         input: Box<dyn Read + Send>,
         name: &str,
         end: EndOfInput,
-        film: Option<Film>,
+        movie: Option<MovieWriter>,
     ) -> Status {
         let new_display = || Display::new(engine.memory().width(), engine.memory().height());
         let display = self.wants_window().then(new_display);
         // A stream that somebody types or sends has a time of its own; a file has none but its PRESENTs.
-        let is_live = film.is_some() && end == EndOfInput::Stream;
+        let is_live = movie.is_some() && end == EndOfInput::Stream;
         let display_is_seen = display.is_some();
         let seen = display.clone().or_else(|| is_live.then(new_display));
         if let Some(display) = &seen {
             display.set_paused(self.paused && display_is_seen);
             engine.set_display(display.clone());
         }
-        if let Some(film) = &film {
-            engine.set_on_present(film.on_present());
+        if let Some(movie) = &movie {
+            engine.set_on_present(movie.on_present());
         }
         let is_alone = Arc::new(AtomicBool::new(display.is_none()));
-        let sampler = match (&film, &seen) {
-            (Some(film), Some(display)) if is_live => {
-                film.sample(display.clone(), Clock::UntilPresent, is_alone.clone())
+        let sampler = match (&movie, &seen) {
+            (Some(movie), Some(display)) if is_live => {
+                movie.sample(display.clone(), Clock::UntilPresent, is_alone.clone())
             }
             _ => None,
         };
@@ -194,7 +194,7 @@ impl Play {
             Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
         };
         // A movie on standard output leaves no room for replies there.
-        let replies: Box<dyn io::Write + Send> = match self.film.takes_stdout() {
+        let replies: Box<dyn io::Write + Send> = match self.movie.takes_stdout() {
             true => Box::new(io::stderr()),
             false => Box::new(Stdout),
         };
@@ -234,7 +234,7 @@ impl Play {
         }
         drop(sampler);
         let mut is_saved = self.save(&engine);
-        if let Some(e) = film.and_then(|film| film.finish(engine.memory()).err()) {
+        if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
             say_as_program(format_args!("the movie ends early: {e}"));
             is_saved = false;
         }
@@ -267,7 +267,7 @@ impl Play {
         thread: RenderThread,
         player: Player,
         display: Arc<Display>,
-        filmed: Option<&AtomicBool>,
+        recorded: Option<&AtomicBool>,
     ) -> Engine {
         let shown = display.clone();
         player.on_end(move || shown.finish());
@@ -279,7 +279,7 @@ impl Play {
             Ok(()) => thread.finish(Finish::Now),
             Err(e) => {
                 say_as_program(format_args!("{e}: going on headless"));
-                match filmed {
+                match recorded {
                     // The movie goes on: it is the window now.
                     Some(is_alone) => is_alone.store(true, Ordering::Release),
                     None => thread.drop_display(),

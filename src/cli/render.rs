@@ -1,9 +1,9 @@
 //! `fbptr render`: a scene file to a picture, or to the pictures of its animation.
 
-use super::color::color;
-use super::drawing::Drawing;
+use super::args::color::color;
 use super::mesh_args::MeshArgs;
 use super::progress::Progress;
+use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile};
 use super::trace::{self, TraceAt};
 use super::{FrameSize, Status, output, say_as_program};
@@ -70,7 +70,7 @@ pub struct Render {
     #[command(flatten)]
     meshes: MeshArgs,
     #[command(flatten)]
-    drawing: Drawing,
+    drawing: RenderArgs,
 }
 
 fn shade(text: &str) -> Result<ShadeMode, String> {

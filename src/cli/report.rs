@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Measures every stage's alternatives for speed and error, and writes report.md, .json, .html and .svg
 #[derive(Debug, Args)]
-pub(super) struct Report {
+pub(super) struct ReportArgs {
     /// The folder to write into; without one the tables go to standard output
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -20,7 +20,7 @@ pub(super) struct Report {
     hard: bool,
 }
 
-impl Report {
+impl ReportArgs {
     pub fn run(&self) -> Status {
         // Before minutes of measuring, not after.
         if let Some(folder) = &self.out

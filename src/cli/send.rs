@@ -1,6 +1,6 @@
 //! `fbptr send`: a stream to a running server, its replies to standard output.
 
-use super::address::{self, Target};
+use super::args::address::{self, ServerAddress};
 use super::output::Stdout;
 use super::progress::Watched;
 use super::{Status, say_as_program};
@@ -130,17 +130,17 @@ pub(super) enum Wire {
 }
 
 impl Wire {
-    pub fn connect(target: &Target) -> io::Result<Wire> {
+    pub fn connect(target: &ServerAddress) -> io::Result<Wire> {
         match target {
-            Target::Tcp(address) => {
+            ServerAddress::Tcp(address) => {
                 let stream = TcpStream::connect(address)?;
                 stream.set_nodelay(true)?;
                 Ok(Wire::Tcp(stream))
             }
             #[cfg(unix)]
-            Target::Unix(path) => UnixStream::connect(path).map(Wire::Unix),
+            ServerAddress::Unix(path) => UnixStream::connect(path).map(Wire::Unix),
             #[cfg(not(unix))]
-            Target::Unix(_) => {
+            ServerAddress::Unix(_) => {
                 Err(io::Error::new(io::ErrorKind::Unsupported, "this system has no unix sockets"))
             }
         }

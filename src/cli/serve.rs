@@ -1,12 +1,12 @@
 //! `fbptr serve`: a server for any program in any language, with a window or without one.
 
 use super::bytes::ByteSize;
-use super::drawing::Drawing;
-use super::film::{Clock, FilmArgs};
 use super::interval::Interval;
+use super::movie::{Clock, MovieArgs};
 use super::output::Stdout;
 use super::record_gate::RecordGate;
-use super::{FrameSize, Status, address, say_as_program};
+use super::render_args::RenderArgs;
+use super::{FrameSize, Status, args, say_as_program};
 use crate::draw2d::Blend;
 use crate::load::SandboxDir;
 use crate::memory::SharedFile;
@@ -92,9 +92,9 @@ pub struct Serve {
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     #[command(flatten)]
-    drawing: Drawing,
+    drawing: RenderArgs,
     #[command(flatten)]
-    film: FilmArgs,
+    movie: MovieArgs,
     #[command(flatten)]
     quotas: Quotas,
 }
@@ -218,8 +218,8 @@ impl Serve {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
-        self.film.check()?;
-        if self.film.takes_stdout() && self.stdin {
+        self.movie.check()?;
+        if self.movie.takes_stdout() && self.stdin {
             return Err("--movie - and --stdin: both want standard output".to_owned());
         }
         let places = self.places()?;
@@ -232,15 +232,15 @@ impl Serve {
             engine.set_metrics(board.clone());
         }
         let (width, height) = (engine.memory().width(), engine.memory().height());
-        let film = self.film.open(width, height)?;
+        let movie = self.movie.open(width, height)?;
         // What is filmed is what a window shows; without one, what it would show.
-        let seen = display.clone().or_else(|| film.is_some().then(|| Display::new(width, height)));
+        let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(width, height)));
         if let Some(display) = &seen {
             engine.set_display(display.clone());
         }
         let is_alone = std::sync::Arc::new(AtomicBool::new(display.is_none()));
-        let sampler = match (&film, seen) {
-            (Some(film), Some(display)) => film.sample(display, Clock::Always, is_alone.clone()),
+        let sampler = match (&movie, seen) {
+            (Some(movie), Some(display)) => movie.sample(display, Clock::Always, is_alone.clone()),
             _ => None,
         };
         let (endings, ending) = bounded(8);
@@ -292,7 +292,7 @@ impl Serve {
                     told,
                     endings,
                     &ending,
-                    film.is_some().then_some(&*is_alone),
+                    movie.is_some().then_some(&*is_alone),
                 )
             }
             None => ending.recv().unwrap_or(Ending::Signal),
@@ -315,7 +315,7 @@ impl Serve {
         let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
         let mut status = if has_failed { Status::Failed } else { Status::Success };
         drop(sampler);
-        if let Some(e) = film.and_then(|film| film.finish(engine.memory()).err()) {
+        if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
             say_as_program(format_args!("the movie ends early: {e}"));
             status = Status::Failed;
         }
@@ -331,7 +331,7 @@ impl Serve {
         let mut addresses: Vec<SocketAddr> =
             self.listen.iter().map(|text| self.checked(text)).collect::<Result<_, _>>()?;
         if addresses.is_empty() && self.unix.is_empty() && !self.stdin {
-            addresses.push(address::default_address());
+            addresses.push(args::address::default_address());
         }
         for address in addresses.iter().filter(|a| !is_loopback(a)) {
             say_as_program(format_args!(
@@ -344,7 +344,7 @@ impl Serve {
 
     /// An address that may be listened on.
     fn checked(&self, text: &str) -> Result<SocketAddr, String> {
-        let address = address::tcp(text)?;
+        let address = args::address::tcp(text)?;
         match is_loopback(&address) || self.allow_remote {
             true => Ok(address),
             false => Err(format!("{address} can be reached from other machines: that needs --allow-remote")),
@@ -356,7 +356,7 @@ impl Serve {
         address: SocketAddr,
         board: std::sync::Arc<MetricsBoard>,
     ) -> Result<MetricsServer, String> {
-        let name = self.metrics.as_deref().and_then(address::host_name);
+        let name = self.metrics.as_deref().and_then(args::address::host_name);
         MetricsServer::start(address, name, board)
             .map_err(|e| format!("cannot serve metrics on {address}: {e}"))
     }
@@ -432,7 +432,7 @@ impl Serve {
         told: Told,
         endings: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
-        filmed: Option<&AtomicBool>,
+        recorded: Option<&AtomicBool>,
     ) -> Ending {
         let (watched, seen) = (display.clone(), ending.clone());
         let watcher = std::thread::spawn(move || {
@@ -443,7 +443,7 @@ impl Serve {
         let options = self.window_options(told);
         if let Err(e) = crate::window::run(display, options) {
             say_as_program(format_args!("{e}: going on headless"));
-            match filmed {
+            match recorded {
                 // The movie goes on: it is the window now.
                 Some(is_alone) => is_alone.store(true, Ordering::Release),
                 None => server.thread().drop_display(),

@@ -1,6 +1,6 @@
 //! `fbptr snap`: a picture of a running server's memory, over the wire.
 
-use super::address;
+use super::args::address;
 use super::send::Wire;
 use super::{Status, say_as_program};
 use crate::memory::VideoMemory;

@@ -1,21 +1,21 @@
 //! `fbptr view`: a file seen from everywhere, in a window; or some frames of it, without one.
 
-use super::drawing::Drawing;
 use super::mesh_args::MeshArgs;
+use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::{FrameSize, Status, say, say_as_program};
 use crate::eye::{Executor, Serial};
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, worker_pool};
-use crate::viewer::{Model, Options, Viewer, help_lines};
+use crate::viewer::{Model, Viewer, ViewerOptions, help_lines};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Look at a mesh, a scene or a stream from everywhere.
 #[derive(Debug, Args)]
-pub struct View {
+pub struct ViewArgs {
     /// What to look at: .obj, .x3d, .x3dz, .json for N dimensions, anything else is a stream of
     /// commands
     #[arg(value_name = "FILE")]
@@ -53,7 +53,7 @@ pub struct View {
     #[command(flatten)]
     meshes: MeshArgs,
     #[command(flatten)]
-    drawing: Drawing,
+    drawing: RenderArgs,
 }
 
 /// Every key, for the foot of `--help` and the man page.
@@ -62,7 +62,7 @@ pub(super) fn keys_help() -> String {
     format!("Keys:\n{}\nKeys for N dimensions:\n{}", keys(false), keys(true))
 }
 
-impl View {
+impl ViewArgs {
     /// Shows the file until its user has seen enough; the exit status.
     pub(super) fn run(self) -> Status {
         match self.view() {
@@ -100,7 +100,7 @@ impl View {
             Some(pool) => Arc::new(SharedPool(pool)),
             None => Arc::new(Serial),
         };
-        let options = Options {
+        let options = ViewerOptions {
             name,
             size: [width, height],
             time: self.time,

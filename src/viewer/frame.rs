@@ -4,15 +4,15 @@ use crate::memory::{DepthFormat, DepthMemory, MemoryError, PickBuffer, VideoMemo
 use crate::pipeline::Target;
 
 /// Video memory, with depth and face ids where they are wanted.
-pub(super) struct Frame {
+pub(super) struct ViewerFrame {
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
     pub ids: Option<PickBuffer>,
 }
 
-impl Frame {
+impl ViewerFrame {
     pub fn new([width, height]: [u32; 2]) -> Result<Self, MemoryError> {
-        Ok(Frame { memory: VideoMemory::new(width, height)?, depth: None, ids: None })
+        Ok(ViewerFrame { memory: VideoMemory::new(width, height)?, depth: None, ids: None })
     }
 
     /// Everything as at the start; ids are kept only where depth is.

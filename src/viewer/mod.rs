@@ -6,17 +6,17 @@
 //! Promises: what is shown at the start is what rendering the file gives; a view of N dimensions is the picture that its
 //! JSON gives; nothing is drawn again that did not change. It reads a clock only to say how long drawing took.
 
-mod act;
 mod depth_picture;
 mod difference;
 mod frame;
+mod input;
 mod keys;
 mod nd;
 mod overlay;
+mod refresh;
 mod replay;
-mod shown;
-mod space;
-mod texts;
+mod scene3d;
+mod status_lines;
 mod time;
 
 pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
@@ -31,10 +31,10 @@ use crate::scene::{
     Cull, Geometry, HiddenSurface, Navigator, QualityUse, ShadeMode, TextureUse, ViewOverrides,
 };
 use difference::Exact;
-use frame::Frame;
+use frame::ViewerFrame;
 use nd::Nd;
 use replay::Replay;
-use space::{Source, Space};
+use scene3d::{SceneSource, Space};
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,7 +58,7 @@ pub enum Model {
 }
 
 /// How a viewer begins.
-pub struct Options {
+pub struct ViewerOptions {
     /// What is looked at, as the overlay calls it.
     pub name: String,
     /// The frame's size in pixels; [`Viewer::frame_size`] knows what fits.
@@ -158,7 +158,7 @@ pub struct Viewer {
     renderer: Renderer,
     pool: Arc<dyn Executor + Send + Sync>,
     wishes: Wishes,
-    frame: Frame,
+    frame: ViewerFrame,
     /// Depth or difference, where one of them is shown.
     other: VideoMemory,
     show: Show,
@@ -200,9 +200,9 @@ impl Viewer {
     ///
     /// # Errors
     /// A frame that cannot be had, or a model that cannot be drawn at all.
-    pub fn new(model: Model, options: Options) -> Result<Self, String> {
-        let Options { name, size, time, fps, cull, renderer, pool } = options;
-        let frame = Frame::new(size).map_err(|e| e.to_string())?;
+    pub fn new(model: Model, options: ViewerOptions) -> Result<Self, String> {
+        let ViewerOptions { name, size, time, fps, cull, renderer, pool } = options;
+        let frame = ViewerFrame::new(size).map_err(|e| e.to_string())?;
         let other = VideoMemory::new(size[0], size[1]).map_err(|e| e.to_string())?;
         let subject = Self::subject(model, &name, size, &pool);
         let frame_number = if time > 0.0 { (time * fps) as u64 } else { 0 };
@@ -250,9 +250,11 @@ impl Viewer {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         match model {
             Model::Mesh { geometry, is_open } => {
-                Subject::Space(Box::new(Space::new(Source::Mesh { geometry, is_open }, name, aspect)))
+                Subject::Space(Box::new(Space::new(SceneSource::Mesh { geometry, is_open }, name, aspect)))
             }
-            Model::X3d(document) => Subject::Space(Box::new(Space::new(Source::X3d(document), name, aspect))),
+            Model::X3d(document) => {
+                Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect)))
+            }
             Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, Arc::clone(pool)))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),
         }

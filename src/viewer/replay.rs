@@ -5,7 +5,7 @@
 
 use super::Wishes;
 use super::difference::{Difference, Work};
-use super::frame::Frame;
+use super::frame::ViewerFrame;
 use crate::command::{Command, EndOfInput};
 use crate::pipeline::{RenderOptions, RenderPath, Renderer};
 use crate::scene::{Camera, QualityUse, ViewOverrides};
@@ -123,7 +123,7 @@ impl Replay {
     }
 
     /// Draws frame number `wishes.frame`, from 0.
-    pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
+    pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
         let (view_overrides, requested) = (wishes.view_overrides(), wishes.frame + 1);
         // What was drawn after the last PRESENT is not taken back.
         let is_before = |p: &Playing| p.engine.frames() < requested + u64::from(!p.has_ended);
@@ -164,7 +164,7 @@ impl Replay {
     }
 
     /// What works out the difference to the picture of the plain path.
-    pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
+    pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let (bytes, make_engine) = (Arc::clone(&self.bytes), Arc::clone(&self.make_engine));
         let view_overrides = ViewOverrides { quality: QualityUse::Exact, ..wishes.view_overrides() };
         let (requested, found) = (wishes.frame + 1, frame.memory.bytes().to_vec());

@@ -10,8 +10,8 @@ use glam::DVec3;
 
 const SIZE: [u32; 2] = [96, 72];
 
-fn options(name: &str) -> Options {
-    Options {
+fn options(name: &str) -> ViewerOptions {
+    ViewerOptions {
         name: name.to_owned(),
         size: SIZE,
         time: 0.0,

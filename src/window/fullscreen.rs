@@ -17,7 +17,7 @@ use x11rb::wrapper::ConnectionExt as _;
 /// The means to change one window.
 #[derive(Default)]
 pub(super) struct Fullscreen {
-    screen: Option<Screen>,
+    screen: Option<RootWindow>,
     is_on: bool,
 }
 
@@ -29,7 +29,7 @@ impl Fullscreen {
     pub fn toggle(&mut self, window: &Window) -> Result<(), String> {
         let screen = match self.screen.take() {
             Some(screen) => screen,
-            None => Screen::of(window)?,
+            None => RootWindow::of(window)?,
         };
         let screen = self.screen.insert(screen);
         screen.set_fullscreen(!self.is_on).map_err(|e| format!("no fullscreen: {e}"))?;
@@ -41,7 +41,7 @@ impl Fullscreen {
 type Error = Box<dyn std::error::Error>;
 
 /// An X screen with our window on it.
-struct Screen {
+struct RootWindow {
     connection: RustConnection,
     root: WindowId,
     size: [u32; 2],
@@ -50,8 +50,8 @@ struct Screen {
     before: Option<[i32; 4]>,
 }
 
-impl Screen {
-    fn of(window: &Window) -> Result<Screen, String> {
+impl RootWindow {
+    fn of(window: &Window) -> Result<RootWindow, String> {
         let window = match window.window_handle().map(|handle| handle.as_raw()) {
             Ok(RawWindowHandle::Xlib(handle)) => u32::try_from(handle.window).ok(),
             _ => None,
@@ -60,7 +60,7 @@ impl Screen {
         let (connection, number) = x11rb::connect(None).map_err(|e| format!("no fullscreen: {e}"))?;
         let screen = &connection.setup().roots[number];
         let (root, size) = (screen.root, [screen.width_in_pixels.into(), screen.height_in_pixels.into()]);
-        Ok(Screen { connection, root, size, window, before: None })
+        Ok(RootWindow { connection, root, size, window, before: None })
     }
 
     fn set_fullscreen(&mut self, on: bool) -> Result<(), Error> {

@@ -100,23 +100,23 @@ pub enum WindowError {
 }
 
 /// What the window system reported since the last look, in order.
-enum Report {
+enum KeyReport {
     Key(Key, bool),
     Char(char),
 }
 
 /// Collects every key, taps shorter than a frame included.
-struct Collector(Rc<RefCell<VecDeque<Report>>>);
+struct Collector(Rc<RefCell<VecDeque<KeyReport>>>);
 
 impl InputCallback for Collector {
     fn add_char(&mut self, code: u32) {
         if let Some(c) = char::from_u32(code) {
-            self.0.borrow_mut().push_back(Report::Char(c));
+            self.0.borrow_mut().push_back(KeyReport::Char(c));
         }
     }
 
     fn set_key_state(&mut self, key: Key, is_down: bool) {
-        self.0.borrow_mut().push_back(Report::Key(key, is_down));
+        self.0.borrow_mut().push_back(KeyReport::Key(key, is_down));
     }
 }
 
@@ -156,8 +156,8 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
         }
         for report in reports.borrow_mut().drain(..) {
             match report {
-                Report::Key(key, is_down) => view.key(key, is_down),
-                Report::Char(c) => display.send(InputEvent::Text(c)),
+                KeyReport::Key(key, is_down) => view.key(key, is_down),
+                KeyReport::Char(c) => display.send(InputEvent::Text(c)),
             }
         }
         if std::mem::take(&mut toggles_fullscreen) || view.take_fullscreen_request() {

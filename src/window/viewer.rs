@@ -9,7 +9,7 @@ use super::hud;
 use super::layout::Scaling;
 use super::overlay::{Canvas, Corner};
 use super::scanout;
-use super::{Collector, Layout, MAX_WINDOW_SIDE, Report, TICK, USUAL_SCREEN, WindowError, open};
+use super::{Collector, KeyReport, Layout, MAX_WINDOW_SIDE, TICK, USUAL_SCREEN, WindowError, open};
 use crate::save::{self, Movie};
 use crate::viewer::{Key, Model, Overlay, Request, Viewer};
 use minifb::{MouseButton, MouseMode};
@@ -77,7 +77,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     window.set_input_callback(Box::new(Collector(reports.clone())));
     let mut movie = options.movie.take().map(|(movie, rate)| Recording::new(movie, rate));
     let mut gif: Option<Recording> = None;
-    let mut screen = Screen::new(frame);
+    let mut screen = FrameOnScreen::new(frame);
     let mut fullscreen = Fullscreen::default();
     let (begun, mut last, mut watched) = (Instant::now(), Instant::now(), Instant::now());
     while window.is_open() && options.ends_after.is_none_or(|time| begun.elapsed() < time) {
@@ -103,7 +103,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
         }
         let mut quits = false;
         for report in reports.borrow_mut().drain(..) {
-            let Report::Key(key, is_down) = report else { continue };
+            let KeyReport::Key(key, is_down) = report else { continue };
             match translate(key).and_then(|key| viewer.key(key, is_down)) {
                 Some(Request::Quit) => quits = true,
                 Some(Request::Fullscreen) => fullscreen.toggle(&window).unwrap_or_else(|why| viewer.say(why)),
@@ -129,7 +129,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
 }
 
 /// The window's words, and what they hold.
-struct Screen {
+struct FrameOnScreen {
     frame: [usize; 2],
     words: Vec<u32>,
     size: [usize; 2],
@@ -138,9 +138,9 @@ struct Screen {
     corner: Corner,
 }
 
-impl Screen {
+impl FrameOnScreen {
     fn new(frame: [usize; 2]) -> Self {
-        Screen {
+        FrameOnScreen {
             frame,
             words: Vec::new(),
             size: [0, 0],

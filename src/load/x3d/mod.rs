@@ -75,7 +75,7 @@ pub struct X3dDocument {
 ///
 /// `file_name` stands in messages, and its last part counts against Inlines in a circle. `opener` is asked for Inline files and
 /// textures by their names inside the scene's folder (`/` between folders; never absolute, never with `..`); `None` means that
-/// there is no such file, or that it may not be read: [`SandboxDir`](super::Folder) tells what may.
+/// there is no such file, or that it may not be read: [`SandboxDir`](super::SandboxDir) tells what may.
 ///
 /// # Errors
 /// Where the file, or a file that it inlines, is refused: the module's list above.

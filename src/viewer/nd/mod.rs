@@ -2,15 +2,15 @@
 //!
 //! A view is a scene with another pose: what is shown is what the JSON of that scene gives, to the bit.
 
-mod look;
+mod false_color;
 #[cfg(test)]
 mod tests;
 
 use super::difference::{Difference, Work};
-use super::frame::Frame;
+use super::frame::ViewerFrame;
 use super::{Wishes, depth_picture};
 use crate::eye::{self, ContactSheet, Executor, EyePicture, EyeScene, Fibre, MISS, Pose};
-use look::looked_at;
+use false_color::in_false_color;
 use std::sync::Arc;
 
 /// A step of turning, in degrees.
@@ -233,11 +233,11 @@ impl Nd {
         }
     }
 
-    pub fn draw(&mut self, wishes: &Wishes, frame: &mut Frame) -> Result<(), String> {
+    pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
         let scene = self.scene();
         let picture = eye::render_with(&scene, self.fibre, &*self.pool).map_err(|e| e.to_string())?;
         frame.clear(false);
-        paint(&looked_at(&picture, &scene, wishes.look), frame);
+        paint(&in_false_color(&picture, &scene, wishes.look), frame);
         self.picture = Some(picture);
         Ok(())
     }
@@ -262,7 +262,7 @@ impl Nd {
         }
     }
 
-    pub fn inspect(&self, frame: &Frame, x: u32, y: u32) -> Vec<String> {
+    pub fn inspect(&self, frame: &ViewerFrame, x: u32, y: u32) -> Vec<String> {
         let Some(picture) = &self.picture else { return Vec::new() };
         let Some(i) = pixel_at(picture, frame.memory.width(), frame.memory.height(), x, y) else {
             return vec!["no layer".to_owned()];
@@ -279,20 +279,20 @@ impl Nd {
     }
 
     /// What works out the difference to the picture of exact fibres.
-    pub fn exact(&self, wishes: &Wishes, frame: &Frame) -> Work {
+    pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let (scene, look, pool) = (self.scene(), wishes.look, Arc::clone(&self.pool));
         let found = frame.memory.bytes().to_vec();
         let size = [frame.memory.width(), frame.memory.height()];
         Box::new(move || {
             let picture = eye::render_with(&scene, Fibre::Exact, &*pool).map_err(|e| e.to_string())?;
-            let mut exact = Frame::new(size).map_err(|e| e.to_string())?;
-            paint(&looked_at(&picture, &scene, look), &mut exact);
+            let mut exact = ViewerFrame::new(size).map_err(|e| e.to_string())?;
+            paint(&in_false_color(&picture, &scene, look), &mut exact);
             Ok(Difference::of_bytes(&found, exact.memory.bytes()))
         })
     }
 }
 
-fn paint(picture: &EyePicture, frame: &mut Frame) {
+fn paint(picture: &EyePicture, frame: &mut ViewerFrame) {
     let (w, h) = (frame.memory.width() as i32, frame.memory.height() as i32);
     eye::blit(picture, &mut frame.memory, 0, 0, w, h);
 }

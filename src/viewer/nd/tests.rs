@@ -51,12 +51,12 @@ fn what_the_json_says_is_what_was_seen() {
     nd.walk(0, -2.0);
     nd.turn_by(1, 2, 0.7321);
     nd.toggle_slice();
-    let mut frame = Frame::new([48, 36]).expect("small");
+    let mut frame = ViewerFrame::new([48, 36]).expect("small");
     let wishes = Wishes::default();
     nd.draw(&wishes, &mut frame).expect("drawn");
     let text = nd.scene().to_value().to_string();
     let again = eye::render(&EyeScene::from_json(text.as_bytes()).expect("a scene"));
-    let mut other = Frame::new([48, 36]).expect("small");
+    let mut other = ViewerFrame::new([48, 36]).expect("small");
     paint(&again, &mut other);
     assert!(frame.memory.bytes() == other.memory.bytes());
     assert_eq!(nd.picture.expect("a picture").to_json(), again.to_json());

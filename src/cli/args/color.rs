@@ -4,7 +4,7 @@ use crate::command::parse_color;
 use crate::memory::Rgba;
 
 /// `rrggbb`, `rrggbbaa` or `gg` in hex, with or without a `#`, or a CSS name.
-pub(super) fn color(text: &str) -> Result<Rgba, String> {
+pub(in crate::cli) fn color(text: &str) -> Result<Rgba, String> {
     let word = text.strip_prefix('#').unwrap_or(text);
     parse_color(word.as_bytes()).ok_or_else(|| {
         format!(

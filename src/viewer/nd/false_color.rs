@@ -7,7 +7,7 @@ use crate::viewer::keys::Look;
 const GOLDEN: f64 = 0.618_033_988_75;
 
 /// The picture in the colours of a look.
-pub(super) fn looked_at(picture: &EyePicture, scene: &EyeScene, look: Look) -> EyePicture {
+pub(super) fn in_false_color(picture: &EyePicture, scene: &EyeScene, look: Look) -> EyePicture {
     let mut out = picture.clone();
     let width = picture.pixels[0] as usize;
     for (i, color) in out.color.iter_mut().enumerate() {

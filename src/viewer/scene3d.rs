@@ -2,7 +2,7 @@
 
 use super::Wishes;
 use super::difference::{Difference, Work};
-use super::frame::Frame;
+use super::frame::ViewerFrame;
 use super::keys::Look;
 use crate::load::x3d::X3dDocument;
 use crate::memory::DepthFormat;
@@ -14,14 +14,14 @@ use crate::truth::{self, Transparency};
 use std::sync::Arc;
 
 /// What a scene is made of.
-pub(super) enum Source {
+pub(super) enum SceneSource {
     Mesh { geometry: Arc<Geometry>, is_open: bool },
     X3d(Box<X3dDocument>),
 }
 
 /// A scene of three dimensions.
 pub(super) struct Space {
-    source: Source,
+    source: SceneSource,
     name: String,
     aspect: f64,
     /// The scene as its author has it, and the bits of its time.
@@ -35,14 +35,14 @@ pub(super) struct Space {
 }
 
 impl Space {
-    pub fn new(source: Source, name: &str, aspect: f64) -> Self {
+    pub fn new(source: SceneSource, name: &str, aspect: f64) -> Self {
         let name = name.to_owned();
         let (given, bare, checker) = (None, None, None);
         Space { source, name, aspect, given, bare, checker, names: Vec::new(), stats: DrawStats::default() }
     }
 
     pub fn is_animated(&self) -> bool {
-        matches!(&self.source, Source::X3d(document) if document.is_animated())
+        matches!(&self.source, SceneSource::X3d(document) if document.is_animated())
     }
 
     /// The scene as its author has it; one without a viewpoint is framed.
@@ -50,10 +50,10 @@ impl Space {
         let time = if self.is_animated() { time } else { 0.0 };
         if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
             let scene = match &self.source {
-                Source::Mesh { geometry, is_open } => {
+                SceneSource::Mesh { geometry, is_open } => {
                     Scene::of_mesh(Arc::clone(geometry), &self.name, self.aspect, *is_open)
                 }
-                Source::X3d(document) => {
+                SceneSource::X3d(document) => {
                     let mut scene = document.at(time);
                     if let (false, Some(bounds)) = (document.has_viewpoint(), scene.bounds()) {
                         let frame = scene::frame(bounds, self.aspect);
@@ -88,7 +88,7 @@ impl Space {
         let mut scene = self.given(wishes.time).clone();
         let view_overrides = wishes.view_overrides();
         if view_overrides.textures == TextureUse::Off
-            && let Source::Mesh { geometry, .. } = &self.source
+            && let SceneSource::Mesh { geometry, .. } = &self.source
         {
             let bare = self.bare.get_or_insert_with(|| Arc::new(geometry.without_textures()));
             scene.objects.iter_mut().for_each(|o| o.geometry = Arc::clone(bare));
@@ -100,7 +100,7 @@ impl Space {
             }
         }
         view_overrides.apply(&mut scene, Camera::default(), self.aspect);
-        if let (Source::X3d(document), Some(camera), false) =
+        if let (SceneSource::X3d(document), Some(camera), false) =
             (&self.source, scene.camera, view_overrides.navigator.is_home())
             && document.depends_on_viewer()
         {
@@ -111,7 +111,7 @@ impl Space {
             view_overrides.apply(&mut turned, camera, self.aspect);
             return turned;
         }
-        if let (Source::Mesh { .. }, Some(camera), false) =
+        if let (SceneSource::Mesh { .. }, Some(camera), false) =
             (&self.source, &scene.camera, view_overrides.navigator.is_home())
         {
             // A mesh brings no light: its viewer does.
@@ -125,7 +125,7 @@ impl Space {
         self.seen(wishes).camera.unwrap_or_default()
     }
 
-    fn options(wishes: &Wishes, frame: &Frame) -> SceneOptions {
+    fn options(wishes: &Wishes, frame: &ViewerFrame) -> SceneOptions {
         let ViewOverrides { hide, shade, .. } = wishes.view_overrides();
         SceneOptions {
             shade: shade.unwrap_or(ShadeMode::default()),
@@ -138,7 +138,7 @@ impl Space {
     pub fn draw(
         &mut self,
         wishes: &Wishes,
-        frame: &mut Frame,
+        frame: &mut ViewerFrame,
         renderer: &mut Renderer,
     ) -> Result<(), String> {
         let scene = self.seen(wishes);
@@ -151,7 +151,7 @@ impl Space {
     }
 
     /// What the picture needs and why, what is left out, and what went through it.
-    pub fn plan(&mut self, wishes: &Wishes, frame: &mut Frame) -> Vec<String> {
+    pub fn plan(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Vec<String> {
         let scene = self.seen(wishes);
         let options = Self::options(wishes, frame);
         let plan = pipeline::plan_scene(&frame.target(), &scene, &options);
@@ -177,7 +177,7 @@ impl Space {
     }
 
     /// What is known of a pixel beside its bytes.
-    pub fn inspect(&self, frame: &Frame, x: i32, y: i32) -> Vec<String> {
+    pub fn inspect(&self, frame: &ViewerFrame, x: i32, y: i32) -> Vec<String> {
         let z = frame.depth.as_ref().and_then(|d| d.z(x, y));
         let hit = frame.ids.as_ref().and_then(|ids| ids.get(x, y));
         let name = hit.and_then(|(name, triangle)| Some((self.names.get(name as usize)?, triangle)));
@@ -188,7 +188,7 @@ impl Space {
     }
 
     /// What works out the difference to the exact picture.
-    pub fn exact(&mut self, wishes: &Wishes, frame: &Frame) -> Work {
+    pub fn exact(&mut self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let scene = self.seen(wishes);
         let view_overrides = wishes.view_overrides();
         let settings = truth::Settings {

@@ -19,7 +19,7 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 
 /// The arguments of recording.
 #[derive(Clone, Debug, Args)]
-pub(super) struct FilmArgs {
+pub(super) struct MovieArgs {
     /// Record what is shown: .gif, .apng, .y4m, .png (numbered), or - for y4m on standard output
     #[arg(long, value_name = "OUT")]
     movie: Option<PathBuf>,
@@ -28,7 +28,7 @@ pub(super) struct FilmArgs {
     movie_fps: f64,
 }
 
-impl FilmArgs {
+impl MovieArgs {
     /// Whether standard output is the movie's.
     pub fn takes_stdout(&self) -> bool {
         self.movie.as_deref() == Some(Path::new("-"))
@@ -42,23 +42,23 @@ impl FilmArgs {
     }
 
     /// The movie that is asked for, if any.
-    pub fn open(&self, width: u32, height: u32) -> Result<Option<Film>, String> {
+    pub fn open(&self, width: u32, height: u32) -> Result<Option<MovieWriter>, String> {
         let Some(path) = &self.movie else { return Ok(None) };
         let movie = Movie::create(path, width, height, self.movie_fps).map_err(|e| e.to_string())?;
-        let state = State { movie, failure: None, presents: 0, last_crc: None };
-        Ok(Some(Film { state: Arc::new(Mutex::new(state)), rate: self.movie_fps }))
+        let state = MovieState { movie, failure: None, presents: 0, last_crc: None };
+        Ok(Some(MovieWriter { state: Arc::new(Mutex::new(state)), rate: self.movie_fps }))
     }
 }
 
 /// A movie that frames of several threads go into.
 #[derive(Clone, Debug)]
-pub(super) struct Film {
-    state: Arc<Mutex<State>>,
+pub(super) struct MovieWriter {
+    state: Arc<Mutex<MovieState>>,
     rate: f64,
 }
 
 #[derive(Debug)]
-struct State {
+struct MovieState {
     movie: Movie,
     failure: Option<SaveError>,
     presents: u64,
@@ -66,7 +66,7 @@ struct State {
     last_crc: Option<u32>,
 }
 
-impl State {
+impl MovieState {
     fn push(&mut self, memory: &VideoMemory) {
         if self.failure.is_none() {
             self.last_crc = Some(save::crc32(memory));
@@ -84,17 +84,17 @@ pub(super) enum Clock {
     UntilPresent,
 }
 
-impl Film {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl MovieWriter {
+    fn lock(&self) -> MutexGuard<'_, MovieState> {
         // A frame that was not finished is not in the file: the state is sound.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is to be called at each PRESENT: it is a frame.
     pub fn on_present(&self) -> Box<dyn FnMut(&VideoMemory) + Send> {
-        let film = self.clone();
+        let movie = self.clone();
         Box::new(move |memory| {
-            let mut state = film.lock();
+            let mut state = movie.lock();
             state.presents += 1;
             state.push(memory);
         })
@@ -103,10 +103,10 @@ impl Film {
     /// Takes frames by the clock from what `display` shows. `is_window` says that nobody else shows it: frames that are
     /// in the movie count as shown then.
     pub fn sample(&self, display: Arc<Display>, clock: Clock, is_window: Arc<AtomicBool>) -> Option<Sampler> {
-        let (film, ends) = (self.clone(), Arc::new(AtomicBool::new(false)));
+        let (movie, ends) = (self.clone(), Arc::new(AtomicBool::new(false)));
         let told = ends.clone();
         let thread = std::thread::Builder::new().name("movie".into()).spawn(move || {
-            film.run(&display, clock, &is_window, &told);
+            movie.run(&display, clock, &is_window, &told);
         });
         // Without a thread to spare there is the last frame at least.
         Some(Sampler { ends, thread: Some(thread.ok()?) })

@@ -5,15 +5,15 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
 /// The port that Pixelflut servers have.
-pub(super) const DEFAULT_PORT: u16 = 1234;
+pub(in crate::cli) const DEFAULT_PORT: u16 = 1234;
 
 /// Where a server listens unless it is told.
-pub(super) fn default_address() -> SocketAddr {
+pub(in crate::cli) fn default_address() -> SocketAddr {
     (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into()
 }
 
 /// Reads `HOST:PORT`, `:PORT`, `PORT` or `HOST`; loopback where no host is said.
-pub(super) fn tcp(text: &str) -> Result<SocketAddr, String> {
+pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     let expected =
         || format!("an address is HOST:PORT, :PORT or PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
     // A number alone is a port: the system would read it as one of the address's forms, 4567 as 0.0.17.215.
@@ -35,7 +35,7 @@ pub(super) fn tcp(text: &str) -> Result<SocketAddr, String> {
 }
 
 /// The host of an address where that is a name, not an IP address.
-pub(super) fn host_name(text: &str) -> Option<&str> {
+pub(in crate::cli) fn host_name(text: &str) -> Option<&str> {
     let host = text.rsplit_once(':').map_or(text, |(host, _)| host);
     let is_name =
         !host.is_empty() && !host.starts_with('[') && !host.contains(':') && host.parse::<IpAddr>().is_err();
@@ -44,21 +44,21 @@ pub(super) fn host_name(text: &str) -> Option<&str> {
 
 /// Where a client goes: a Unix socket for a text with `/` or `unix:` before it, else TCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub(in crate::cli) enum ServerAddress {
     Tcp(SocketAddr),
     Unix(PathBuf),
 }
 
-pub(super) fn target(text: &str) -> Result<Target, String> {
+pub(in crate::cli) fn target(text: &str) -> Result<ServerAddress, String> {
     match text.strip_prefix("unix:") {
-        Some(path) => Ok(Target::Unix(path.into())),
-        None if text.contains('/') => Ok(Target::Unix(text.into())),
-        None => tcp(text).map(Target::Tcp),
+        Some(path) => Ok(ServerAddress::Unix(path.into())),
+        None if text.contains('/') => Ok(ServerAddress::Unix(text.into())),
+        None => tcp(text).map(ServerAddress::Tcp),
     }
 }
 
 /// Why no server is reached, and what to do.
-pub(super) fn no_server(address: &str, error: &io::Error) -> String {
+pub(in crate::cli) fn no_server(address: &str, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::ConnectionRefused | io::ErrorKind::NotFound => {
             format!(
@@ -94,7 +94,7 @@ mod tests {
         for bad in ["", ":", ":x", "99999", ":99999", "127.0.0.1:", "127.0.0.1:x", "a b:1"] {
             assert!(tcp(bad).is_err(), "{bad}");
         }
-        assert_eq!(target("/a/b").unwrap(), Target::Unix("/a/b".into()));
-        assert_eq!(target("unix:b").unwrap(), Target::Unix("b".into()));
+        assert_eq!(target("/a/b").unwrap(), ServerAddress::Unix("/a/b".into()));
+        assert_eq!(target("unix:b").unwrap(), ServerAddress::Unix("b".into()));
     }
 }

@@ -9,7 +9,7 @@ use clap::Args;
 
 /// How drawing is done.
 #[derive(Clone, Debug, Default, Args)]
-pub(super) struct Drawing {
+pub(super) struct RenderArgs {
     /// Threads that draw [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -64,7 +64,7 @@ fn simd(text: &str) -> Result<Simd, String> {
     }
 }
 
-impl Drawing {
+impl RenderArgs {
     /// A renderer with its threads, within the memory that there may be.
     pub(super) fn renderer(&self) -> Renderer {
         let mut renderer = Renderer::new(self.options());
