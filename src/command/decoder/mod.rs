@@ -73,13 +73,13 @@ enum DecoderState {
 /// Makes commands of a stream's bytes, fed in pieces of any size.
 ///
 /// ```
-/// use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, Place, Sink, StreamError};
+/// use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError};
 /// #[derive(Default)]
 /// struct Heard(Vec<String>);
 /// impl Sink for Heard {
 ///     fn pixel(&mut self, x: i32, y: i32, color: [u8; 4]) { self.0.push(format!("pixel {x} {y} {color:?}")) }
 ///     fn binary_pixels(&mut self, records: &[u8]) { self.0.push(format!("{} binary", records.len() / 10)) }
-///     fn command(&mut self, command: Command, _: Place) -> Flow { self.0.push(format!("{command:?}")); Flow::Continue }
+///     fn command(&mut self, command: Command, _: StreamPosition) -> Flow { self.0.push(format!("{command:?}")); Flow::Continue }
 ///     fn error(&mut self, error: StreamError) -> Flow { self.0.push(error.wire_line()); Flow::Continue }
 /// }
 /// let (mut decoder, mut heard) = (Decoder::new(Limits::default()), Heard::default());

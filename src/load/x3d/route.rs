@@ -130,7 +130,7 @@ pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
                     overrides.insert((route.to, field), value.clone());
                     events.push_back((route.to, Output::Field(field), value.clone()));
                 }
-                // Binding is settled when the file is read: see `flattener`.
+                // Binding is settled when the file is read: see `flatten`.
                 RouteInput::Bind => {}
             }
         }

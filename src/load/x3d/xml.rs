@@ -1,6 +1,6 @@
 //! XML in: bytes to a checked text, and what is wrong with it in plain words.
 //!
-//! The one file besides `build` and `outside` that knows the XML reader (roxmltree). Before that reader sees the text, [`check`] walks over its
+//! The one file besides `build` and `external_refs` that knows the XML reader (roxmltree). Before that reader sees the text, [`check`] walks over its
 //! tags once: it names the tag that was left open and its line, and it refuses what would take unbounded time or memory
 //! (nesting, attributes of one element, namespaces, entities that expand).
 
