@@ -1,33 +1,35 @@
-//! A run of numbers that begins at a cache line: a vector of 64 bytes that straddles two lines costs twice.
+//! Slices that begin at a cache line: a vector of 64 bytes that straddles two lines costs twice.
 
 use crate::simd::allocator::{HUGE_PAGE_BYTES, ask_for_huge_pages};
 use std::ops::{Deref, DerefMut};
 
 /// Bytes of a cache line, and of the widest vector.
 const LINE: usize = 64;
-/// Runs of so many bytes get huge pages where the system gives them on request: pixels at random places need many pages.
+/// Slices of at least this many bytes get huge pages where the system grants them on request:
+/// accesses to pixels at random places touch many pages.
 const LARGE: usize = 2 * HUGE_PAGE_BYTES;
 
-/// See the module's text. Behaves as the slice that it holds.
+/// Fixed-length slice on the heap that begins at a cache line, or at a huge page if it is large.
 #[derive(Debug)]
 pub(super) struct Aligned<T> {
     items: Vec<T>,
-    /// Where the run begins; the items before it are not used.
+    /// Index of the first item of the slice; the items before it are padding.
     start: usize,
     len: usize,
 }
 
 impl<T: Copy> Aligned<T> {
-    /// `len` times `value`; `None` where the system has no room for them.
+    /// Allocates `len` items equal to `value`, or returns `None` if the system has no memory for
+    /// them.
     pub fn new(len: usize, value: T) -> Option<Self> {
         let line = if len.checked_mul(size_of::<T>())? >= LARGE { HUGE_PAGE_BYTES } else { LINE };
         let slack = line / size_of::<T>();
         let mut items = Vec::new();
-        // The last huge page is had as a whole, too.
+        // The last huge page belongs to this allocation alone.
         let rounded = len.checked_next_multiple_of(line / size_of::<T>())?;
         items.try_reserve_exact(rounded.checked_add(slack)?).ok()?;
         if line == HUGE_PAGE_BYTES {
-            // Before anything is stored: pages that are there stay as they are.
+            // Must precede the first store: pages that are already mapped keep their size.
             ask_for_huge_pages(items.spare_capacity_mut());
         }
         items.resize(len + slack, value);
@@ -38,7 +40,7 @@ impl<T: Copy> Aligned<T> {
 
 impl<T: Copy> Clone for Aligned<T> {
     fn clone(&self) -> Self {
-        // The copy stands elsewhere: its line begins at another item.
+        // The copy has another address, so its first aligned item has another index.
         let value = self.items[0];
         let mut copy = Aligned::new(self.len, value).expect("as much room as the original has");
         copy.copy_from_slice(self);

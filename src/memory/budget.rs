@@ -1,37 +1,39 @@
-//! The memory budget: one bound on everything that strangers can make a process hold.
+//! Memory budget: one limit on all memory that clients can make the process hold.
 //!
-//! In: reservations, made before memory is asked for, each for one use. Out: a [`Reservation`] that gives its bytes back when
-//! it is dropped, or [`OverBudget`] with the figures. Runs on any thread: counters are atomic, and a reservation is made by one
-//! compare-and-exchange on their sum. Promises that the sum of what [`MemoryBudget::try_reserve`] granted is never over the
-//! limit; what [`Reservation::set`] states of bytes that exist already is counted beside it and makes the next request fail.
-//! One would know by `STATS`, which prints every counter, and by the tests that count what the allocator holds.
+//! In: reservations for one use each, made before the memory is allocated. Out: a [`Reservation`]
+//! that returns its bytes when it is dropped, or [`OverBudget`] with the figures. Runs on any
+//! thread: the counters are atomic, and a reservation is one compare-and-exchange on their sum.
+//! Promises that [`MemoryBudget::try_reserve`] never grants bytes beyond the limit.
+//! [`Reservation::set`] counts bytes that exist already, which may exceed the limit and makes later
+//! requests fail. Checked by `STATS`, which prints every counter, and by tests that count the
+//! allocator's bytes.
 
 use crate::error::{Code, Fault};
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// A use of memory that is counted by itself.
+/// A purpose of memory with a counter of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MemoryUse {
-    /// The frame, its depth and ids, and the copies that a display shows.
+    /// The frame, its depth and pick buffers, and the copies that a display shows.
     Frame,
-    /// Meshes, textures and scenes with names, and the tables that the renderer keeps of them.
+    /// Named meshes, textures and scenes, and the tables that the renderer caches for them.
     Resources,
     /// Decoders' tables and buffers, while a file is read.
     Decoders,
-    /// Working memory of draws, some of it kept for the next one.
+    /// Working memory of draws, some of it kept between draws.
     Draws,
     /// Replies that clients have not read.
     Replies,
-    /// Recorded commands that are not in their file yet.
+    /// Recorded commands that have not been written to their file.
     Records,
-    /// Payloads that have not come whole, and received bytes that wait to be run.
+    /// Payloads that have not arrived in full, and received bytes that have not been run.
     Payloads,
 }
 
 impl MemoryUse {
-    /// Every use, in the order of `STATS`.
+    /// All uses, in the order of `STATS`.
     pub const ALL: [MemoryUse; 7] = [
         MemoryUse::Frame,
         MemoryUse::Resources,
@@ -42,7 +44,7 @@ impl MemoryUse {
         MemoryUse::Payloads,
     ];
 
-    /// The use's name in `STATS` and in messages.
+    /// Returns the use's name in `STATS` and in messages.
     pub const fn as_str(self) -> &'static str {
         match self {
             MemoryUse::Frame => "frame",
@@ -56,25 +58,25 @@ impl MemoryUse {
     }
 }
 
-/// A refused reservation.
+/// Error of a refused reservation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{needed} bytes more of memory for {} are needed, and {used} of the {limit} bytes that there may be are in use",
     .purpose.as_str()
 )]
 pub struct OverBudget {
-    /// The use that asked.
+    /// Use of the refused request.
     pub purpose: MemoryUse,
-    /// Bytes that it asked for.
+    /// Size of the refused request in bytes.
     pub needed: u64,
-    /// Bytes in use, of all uses.
+    /// Bytes in use by all purposes.
     pub used: u64,
-    /// The limit of all uses together.
+    /// Limit on the sum of all uses, in bytes.
     pub limit: u64,
 }
 
 impl OverBudget {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         Code::Quota
     }
@@ -93,47 +95,48 @@ struct Counters {
     uses: [AtomicU64; MemoryUse::ALL.len()],
 }
 
-/// A limit and what is used of it. Clones share both.
+/// Limit on memory with counters of its use. Clones share the counters.
 #[derive(Clone)]
 pub struct MemoryBudget(Arc<Counters>);
 
 impl MemoryBudget {
-    /// A budget of `limit` bytes, all of them free.
+    /// Creates a budget of `limit` bytes, all of them free.
     pub fn new(limit: u64) -> Self {
         MemoryBudget(Arc::new(Counters { limit, total: AtomicU64::new(0), uses: Default::default() }))
     }
 
-    /// A budget that refuses nothing, and counts.
+    /// Creates a budget that counts and never refuses.
     pub fn unlimited() -> Self {
         MemoryBudget::new(u64::MAX)
     }
 
-    /// The limit in bytes.
+    /// Returns the limit in bytes.
     pub fn limit(&self) -> u64 {
         self.0.limit
     }
 
-    /// Bytes in use for one purpose.
+    /// Returns the bytes in use for `purpose`.
     pub fn used_for(&self, purpose: MemoryUse) -> u64 {
         self.0.uses[purpose as usize].load(Relaxed)
     }
 
-    /// Bytes in use.
+    /// Returns the bytes in use by all purposes.
     pub fn used(&self) -> u64 {
         self.0.total.load(Relaxed)
     }
 
-    /// Bytes that are free.
+    /// Returns the free bytes; zero if the use exceeds the limit.
     pub fn available(&self) -> u64 {
         self.0.limit.saturating_sub(self.used())
     }
 
-    /// Whether less than a quarter is free: what is kept for speed alone is then better given back.
+    /// Returns whether less than a quarter of the limit is free. Memory that only saves time should
+    /// then be released.
     pub fn is_tight(&self) -> bool {
         self.available() < self.limit() / 4
     }
 
-    /// A reservation of nothing, to be grown.
+    /// Creates a reservation of zero bytes that can grow.
     pub fn empty(&self, purpose: MemoryUse) -> Reservation {
         Reservation { budget: self.clone(), purpose, bytes: 0 }
     }
@@ -141,17 +144,17 @@ impl MemoryBudget {
     /// Reserves `bytes`.
     ///
     /// # Errors
-    /// When they are more than what is free.
+    /// If fewer bytes are free.
     pub fn try_reserve(&self, purpose: MemoryUse, bytes: u64) -> Result<Reservation, OverBudget> {
         let mut reservation = self.empty(purpose);
         reservation.try_grow(bytes)?;
         Ok(reservation)
     }
 
-    /// Reserves `bytes`, or what is free if that is less.
+    /// Reserves `bytes`, or all free bytes if they are fewer.
     pub fn reserve_up_to(&self, purpose: MemoryUse, bytes: u64) -> Reservation {
         let mut reservation = self.empty(purpose);
-        // What is free may shrink between the look and the attempt.
+        // The free bytes may shrink between the query and the attempt.
         while reservation.try_grow(bytes.min(self.available())).is_err() {}
         reservation
     }
@@ -186,7 +189,7 @@ impl fmt::Debug for MemoryBudget {
     }
 }
 
-/// Bytes of a budget that are in use until this is dropped.
+/// Reserved bytes of a budget, returned on drop.
 #[derive(Debug)]
 pub struct Reservation {
     budget: MemoryBudget,
@@ -195,30 +198,30 @@ pub struct Reservation {
 }
 
 impl Reservation {
-    /// Bytes that are reserved.
+    /// Returns the number of reserved bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// The budget that they are of.
+    /// Returns the budget of this reservation.
     pub fn budget(&self) -> &MemoryBudget {
         &self.budget
     }
 
-    /// Reserves `more` bytes.
+    /// Reserves `more` bytes in addition.
     ///
     /// # Errors
-    /// When they are more than what is free; the reservation is then as it was.
+    /// If fewer bytes are free; the reservation is then unchanged.
     pub fn try_grow(&mut self, more: u64) -> Result<(), OverBudget> {
         self.budget.add(self.purpose, more)?;
         self.bytes += more;
         Ok(())
     }
 
-    /// Reserves so many more that `bytes` are reserved; never fewer than before.
+    /// Grows the reservation to at least `bytes` bytes; never shrinks it.
     ///
     /// # Errors
-    /// When they are more than what is free; the reservation is then as it was.
+    /// If fewer bytes are free than it lacks; the reservation is then unchanged.
     #[inline]
     pub fn try_cover(&mut self, bytes: u64) -> Result<(), OverBudget> {
         match bytes.checked_sub(self.bytes) {
@@ -227,7 +230,7 @@ impl Reservation {
         }
     }
 
-    /// Gives back all but `bytes`.
+    /// Returns all but `bytes` bytes to the budget.
     pub fn shrink_to(&mut self, bytes: u64) {
         if let Some(fewer @ 1..) = self.bytes.checked_sub(bytes) {
             self.budget.remove(self.purpose, fewer);
@@ -235,7 +238,8 @@ impl Reservation {
         }
     }
 
-    /// States that `bytes` are held, whether they fit or not: they exist. What is over the limit refuses others.
+    /// Sets the reservation to `bytes` bytes that are already allocated, even beyond the limit.
+    /// While the limit is exceeded, other requests are refused.
     pub fn set(&mut self, bytes: u64) {
         if let Some(more @ 1..) = bytes.checked_sub(self.bytes) {
             let Counters { total, uses, .. } = &*self.budget.0;
@@ -247,7 +251,7 @@ impl Reservation {
         }
     }
 
-    /// Counts the bytes as used for another purpose.
+    /// Moves the bytes to the counter of `purpose`.
     pub fn change_use(&mut self, purpose: MemoryUse) {
         let uses = &self.budget.0.uses;
         uses[purpose as usize].fetch_add(self.bytes, Relaxed);

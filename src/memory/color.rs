@@ -1,11 +1,14 @@
-//! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, or a CSS colour name; the alpha is ff where none is given.
+//! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, or a CSS colour name. Without an alpha, a
+//! colour is opaque (ff).
 //!
-//! A word that is hex of one of these three lengths is hex; no CSS name is.
+//! Hex digits of one of these three lengths are always hex; no CSS name consists of hex digits only
+//! at such a length.
 
 use super::color_names::NAMES;
 use super::video::Rgba;
 
-/// The value of every hex digit, either case; [`NO_DIGIT`] elsewhere. A table, since digits and letters come at random.
+/// Value of each hex digit, either case, and [`NO_DIGIT`] for other bytes. A table, because the mix
+/// of digits and letters makes branches unpredictable.
 static DIGITS: [u8; 256] = {
     let mut digits = [NO_DIGIT; 256];
     let mut n = 0;
@@ -17,10 +20,11 @@ static DIGITS: [u8; 256] = {
     digits
 };
 
-/// No digit's value; it stays what it is when others are or-ed to it.
+/// Marks a byte that is not a hex digit. All bits are set, so that or-ing other values keeps it.
 const NO_DIGIT: u8 = 0xff;
 
-/// The bytes that a word of hex digits stands for, into `bytes`, half as many; `false` when a digit is none.
+/// Decodes the hex digits of `word` into `bytes`, two digits each, and returns whether all of them
+/// were hex digits.
 pub(crate) fn read_hex(word: &[u8], bytes: &mut [u8]) -> bool {
     let mut seen = 0;
     for (byte, [high, low]) in bytes.iter_mut().zip(word.as_chunks::<2>().0) {
@@ -36,7 +40,7 @@ fn hex_bytes<const N: usize>(word: &[u8]) -> Option<[u8; N]> {
     read_hex(word, &mut bytes).then_some(bytes)
 }
 
-/// The colour that a word names, or `None`.
+/// Returns the colour that `word` stands for, or `None`.
 ///
 /// ```
 /// use fbptr::memory::parse_color;
@@ -56,9 +60,11 @@ pub fn parse_color(word: &[u8]) -> Option<Rgba> {
     hex.or_else(|| named(word))
 }
 
-/// The colour of a word in the place of three reals, R, G, B in 0..1: a CSS name, or `gg`, `rrggbb` after a `#`.
+/// Returns the colour that stands in place of three reals, R, G, B in 0..1: a CSS name, or `gg`,
+/// `rrggbb` or `rrggbbff` after a `#`.
 ///
-/// Hex without its `#` could be read as a number. A colour of light has no alpha: one that is not ff is refused.
+/// The `#` is required because hex digits alone could be read as a number. The colour of a light
+/// has no alpha: one that is not ff is refused.
 ///
 /// ```
 /// use fbptr::memory::parse_light_color;
@@ -78,7 +84,7 @@ pub fn parse_light_color(word: &[u8]) -> Option<[f64; 3]> {
     }
 }
 
-/// A CSS name in either case. `transparent` stands for all zeros, as in CSS.
+/// Looks up a CSS name in either case. `transparent` is all zeros, as in CSS.
 fn named(word: &[u8]) -> Option<Rgba> {
     let mut lower = [0; MAX_NAME];
     let lower = lower.get_mut(..word.len())?;
@@ -92,7 +98,7 @@ fn named(word: &[u8]) -> Option<Rgba> {
     Some([r, g, b, 255])
 }
 
-/// The length of `lightgoldenrodyellow`, the longest name.
+/// Length in bytes of `lightgoldenrodyellow`, the longest name.
 const MAX_NAME: usize = 20;
 
 #[cfg(test)]

@@ -1,15 +1,17 @@
-//! Depth memory: one stored depth a pixel, in the format that the stream chose. Made only when a scene needs it.
+//! Depth memory: one stored depth per pixel, in the format that the stream chose. Allocated only
+//! when a scene needs it.
 //!
-//! Depth z runs from 0 (near) to 1 (far) and is cleared to 1. A fragment passes when what it would store is strictly
-//! nearer than what is stored. Formats: u16 = round(65535 z), u24 = round((2^24-1) z), u32 = round((2^32-1) z),
-//! f32, and reversed f32, which stores 1-z computed without cancellation by the caller.
+//! Depth z runs from 0 (near) to 1 (far) and is cleared to 1. A fragment passes if its encoded
+//! depth is strictly nearer than the stored one. Formats: u16 = round(65535 z), u24 =
+//! round((2^24-1) z), u32 = round((2^32-1) z), f32, and reversed f32, which stores 1-z as the
+//! caller computed it without cancellation.
 //!
-//! Clearing costs next to nothing: runs of a row (cells) are marked as stale, and get their words when somebody first
-//! writes near them. What is read is always as if the words had been stored at once.
+//! Clears are deferred: runs of pixels of a row (cells) are marked, and their words are stored when
+//! a cell is first written. Reads always return the cleared value.
 
 use super::aligned::Aligned;
 
-/// How a depth is stored.
+/// Format of stored depths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum DepthFormat {
     /// round(65535 z).
@@ -30,7 +32,7 @@ impl DepthFormat {
     pub const ALL: [DepthFormat; 5] =
         [DepthFormat::U16, DepthFormat::U24, DepthFormat::U32, DepthFormat::F32, DepthFormat::Reversed];
 
-    /// The keyword of the command language.
+    /// Returns the keyword of the command language.
     pub const fn as_str(self) -> &'static str {
         match self {
             DepthFormat::U16 => "u16",
@@ -41,7 +43,7 @@ impl DepthFormat {
         }
     }
 
-    /// Bytes that one pixel's depth takes.
+    /// Returns the bytes of one pixel's depth.
     pub const fn bytes_per_pixel(self) -> usize {
         match self {
             DepthFormat::U16 => 2,
@@ -49,8 +51,8 @@ impl DepthFormat {
         }
     }
 
-    /// The stored word for depth `z` in 0..=1 and its complement `one_minus_z` (computed without cancellation):
-    /// smaller words are nearer in every format.
+    /// Encodes depth `z` in 0..=1, given with its complement `one_minus_z` (computed without
+    /// cancellation), as a word. Smaller words are nearer in every format.
     #[inline]
     pub fn encode(self, z: f64, one_minus_z: f64) -> u32 {
         match self {
@@ -63,7 +65,7 @@ impl DepthFormat {
         }
     }
 
-    /// The depth z in 0..=1 that a stored word stands for.
+    /// Decodes a stored word to its depth z in 0..=1.
     pub fn decode(self, word: u32) -> f64 {
         match self {
             DepthFormat::U16 => word as f64 / 65535.0,
@@ -75,23 +77,24 @@ impl DepthFormat {
     }
 }
 
-/// One stored depth a pixel, row 0 at the top, as words that order near to far in every format.
+/// One stored depth per pixel, row 0 at the top, as words that order near to far in every format.
 #[derive(Clone, Debug)]
 pub struct DepthMemory {
     width: u32,
     height: u32,
     format: DepthFormat,
     words: Words,
-    /// For each row the cells whose words are still to be cleared, a bit each; empty where clearing is done at once.
+    /// One bit per cell of each row, set while the cell's clear is pending; empty if clears are
+    /// immediate.
     pending_clear: Vec<u128>,
-    /// Whether some bit of `pending_clear` may be set.
+    /// Set while some bit of `pending_clear` may be set.
     has_pending_clear: bool,
 }
 
-/// Columns of a cell; the last cell of a row goes on to its end.
+/// Columns of a cell; the last cell of a row extends to the row's end.
 pub(crate) const DEPTH_CELL: usize = 128;
 
-/// The first column of cell number `cell` of a row, and the one beyond its last.
+/// Returns the columns of cell number `cell` of a row.
 fn cell_columns(cell: usize, width: usize) -> std::ops::Range<usize> {
     cell * DEPTH_CELL..if cell + 1 == cells_in(width) { width } else { (cell + 1) * DEPTH_CELL }
 }
@@ -100,21 +103,22 @@ fn cells_in(width: usize) -> usize {
     (width / DEPTH_CELL).max(1)
 }
 
-/// All words of a depth memory, and which of them are still to be cleared: whoever writes a cell clears it first.
+/// Words of a depth memory with the pending clears of its cells. Whoever writes a cell must clear
+/// it first.
 #[derive(Debug)]
 pub(crate) struct DepthCells<'a> {
-    /// The words, row by row; empty in the format of 16 bits.
+    /// Words, row by row; empty in the format of 16 bits.
     pub words: &'a mut [i32],
-    /// The words of that format; else empty.
+    /// Words of the format of 16 bits, row by row; empty in the others.
     pub narrow: &'a mut [u16],
-    /// For each row a bit a cell, from the left; empty where nothing is to be cleared.
+    /// One bit per cell of each row, leftmost cell in bit 0; empty if no clear is pending.
     pub pending_clear: &'a mut [u128],
-    /// What a cleared word is.
+    /// Word of a cleared pixel.
     pub far: i32,
 }
 
 impl DepthCells<'_> {
-    /// The same cells for a shorter time.
+    /// Returns a shorter borrow of the cells.
     pub fn reborrow(&mut self) -> DepthCells<'_> {
         DepthCells {
             words: &mut *self.words,
@@ -125,20 +129,20 @@ impl DepthCells<'_> {
     }
 }
 
-/// The stored words of some pixels; see [`DepthFormat::encode`].
+/// Stored words of a run of pixels; see [`DepthFormat::encode`].
 #[derive(Debug)]
 pub enum DepthWords<'a> {
-    /// Of u16.
+    /// Words of `U16`.
     Narrow(&'a mut [u16]),
-    /// Of every other format: the bits of the u32 word.
+    /// Words of every other format: the bits of the `u32`.
     Wide(&'a mut [i32]),
 }
 
 impl<'a> DepthWords<'a> {
-    /// The stored word of pixel number `index`.
+    /// Returns the stored word of pixel number `index`.
     ///
     /// # Panics
-    /// When there is no such pixel.
+    /// If there is no such pixel.
     #[inline]
     pub fn word(&self, index: usize) -> u32 {
         match self {
@@ -147,10 +151,10 @@ impl<'a> DepthWords<'a> {
         }
     }
 
-    /// Stores a word.
+    /// Stores the word of pixel number `index`.
     ///
     /// # Panics
-    /// When there is no such pixel.
+    /// If there is no such pixel.
     #[inline]
     pub fn set_word(&mut self, index: usize, word: u32) {
         match self {
@@ -159,10 +163,10 @@ impl<'a> DepthWords<'a> {
         }
     }
 
-    /// The words before pixel number `mid`, and those from it on.
+    /// Splits the words before pixel number `mid`.
     ///
     /// # Panics
-    /// When there are fewer.
+    /// If there are fewer than `mid` pixels.
     pub fn split_at(self, mid: usize) -> (DepthWords<'a>, DepthWords<'a>) {
         match self {
             DepthWords::Narrow(w) => {
@@ -184,10 +188,10 @@ enum Words {
 }
 
 impl DepthMemory {
-    /// A depth memory of `width` x `height` pixels, cleared to z = 1.
+    /// Allocates a depth memory of `width` x `height` pixels, cleared to z = 1.
     ///
     /// # Panics
-    /// When the system has no room for it.
+    /// If the system has no memory for it.
     pub fn new(width: u32, height: u32, format: DepthFormat) -> Self {
         let len = width as usize * height as usize;
         let far = format.encode(1.0, 0.0);
@@ -201,22 +205,22 @@ impl DepthMemory {
         DepthMemory { width, height, format, words, pending_clear, has_pending_clear: false }
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// The format in which depths are stored.
+    /// Returns the format of the stored depths.
     pub fn format(&self) -> DepthFormat {
         self.format
     }
 
-    /// Bytes that the depths take.
+    /// Returns the size of the depths in bytes.
     pub fn size_bytes(&self) -> usize {
         self.width as usize * self.height as usize * self.format.bytes_per_pixel()
     }
@@ -234,14 +238,14 @@ impl DepthMemory {
         }
     }
 
-    /// Whether the word of a pixel is still to be cleared.
+    /// Returns whether the clear of a pixel's word is pending.
     fn is_pending_clear(&self, index: usize) -> bool {
         let (row, column) = (index / self.width as usize, index % self.width as usize);
         let cell = (column / DEPTH_CELL).min(cells_in(self.width as usize) - 1);
         self.pending_clear[row] >> cell & 1 == 1
     }
 
-    /// Clears what is still to be cleared.
+    /// Stores the words of all pending clears.
     fn finish_clears(&mut self) {
         let (far, width) = (self.format.encode(1.0, 0.0) as i32, self.width as usize);
         if let (true, Words::Wide(words)) = (self.has_pending_clear, &mut self.words) {
@@ -259,10 +263,10 @@ impl DepthMemory {
         self.has_pending_clear = false;
     }
 
-    /// The stored word of pixel number `index` (= width * y + x); smaller is nearer.
+    /// Returns the stored word of pixel number `index` (= width * y + x); smaller is nearer.
     ///
     /// # Panics
-    /// When `index` is not a pixel of this memory.
+    /// If `index` is not a pixel of this memory.
     #[inline]
     pub fn word(&self, index: usize) -> u32 {
         if self.has_pending_clear && self.is_pending_clear(index) {
@@ -274,10 +278,10 @@ impl DepthMemory {
         }
     }
 
-    /// Stores a word that [`DepthFormat::encode`] made.
+    /// Stores a word that [`DepthFormat::encode`] returned.
     ///
     /// # Panics
-    /// When `index` is not a pixel of this memory.
+    /// If `index` is not a pixel of this memory.
     #[inline]
     pub fn set_word(&mut self, index: usize, word: u32) {
         self.finish_clears();
@@ -287,7 +291,7 @@ impl DepthMemory {
         }
     }
 
-    /// All stored words, row 0 first, for writing.
+    /// Returns all stored words for writing, row 0 first.
     pub fn words_mut(&mut self) -> DepthWords<'_> {
         self.finish_clears();
         match &mut self.words {
@@ -296,7 +300,7 @@ impl DepthMemory {
         }
     }
 
-    /// All stored words and which are still to be cleared.
+    /// Returns all stored words with their pending clears.
     pub(crate) fn cells_mut(&mut self) -> DepthCells<'_> {
         let far = self.format.encode(1.0, 0.0) as i32;
         let pending_clear: &mut [u128] =
@@ -307,7 +311,7 @@ impl DepthMemory {
         }
     }
 
-    /// The depth z in 0..=1 of pixel (x, y), or `None` off the frame.
+    /// Returns the depth z in 0..=1 of pixel (x, y), or `None` off the frame.
     pub fn z(&self, x: i32, y: i32) -> Option<f64> {
         let inside = (x as u32) < self.width && (y as u32) < self.height;
         inside.then(|| self.format.decode(self.word(self.width as usize * y as usize + x as usize)))
@@ -345,7 +349,8 @@ mod tests {
             (0..len).for_each(|i| depth.set_word(i, near(i)));
             depth.clear();
             assert!((0..len).all(|i| depth.word(i) == far), "{format:?}");
-            // One cell's words are stored by hand, as the tile renderer does it, then one word by its number.
+            // The first cell of row 2 is cleared directly, as the tile renderer does, then a word
+            // of it is set.
             let mut want = vec![far; len];
             let cells = depth.cells_mut();
             if !cells.words.is_empty() {

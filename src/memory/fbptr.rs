@@ -1,32 +1,33 @@
-//! `FbPtr`: a byte offset into video memory, with arithmetic that is checked instead of wrapping.
+//! Byte offsets into video memory, with checked arithmetic.
 
 use std::fmt;
 
-/// A place in video memory, in bytes from the first byte of the top left pixel.
+/// Byte offset into video memory, from the first byte of the top left pixel.
 ///
-/// It is the old `FBptr` without its dangers: it can be moved by bytes, pixels and rows, and it can point
-/// outside; reading or writing there is an error that names the offset, never a wrap.
+/// Moves by bytes and converts from and to pixels. An offset may lie outside the memory: reading or
+/// writing there is an error that names it, and no operation wraps around.
 #[doc(alias = "FBptr")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct FbPtr(u64);
 
 impl FbPtr {
-    /// The pointer to byte `offset_bytes`.
+    /// Returns the pointer to byte `offset_bytes`.
     pub const fn new(offset_bytes: u64) -> Self {
         FbPtr(offset_bytes)
     }
 
-    /// The pointer to the first byte (R) of pixel (x, y) in a frame `width` pixels wide: `(width * y + x) * 4`.
+    /// Returns the pointer to the first byte (R) of pixel (x, y) in a frame `width` pixels wide:
+    /// `(width * y + x) * 4`.
     pub const fn of_pixel(width: u32, x: u32, y: u32) -> Self {
         FbPtr((width as u64 * y as u64 + x as u64) * 4)
     }
 
-    /// The offset in bytes.
+    /// Returns the offset in bytes.
     pub const fn offset_bytes(self) -> u64 {
         self.0
     }
 
-    /// This pointer moved by `bytes`, or `None` where that leaves the numbers an offset can have.
+    /// Returns this pointer moved by `bytes`, or `None` if the result does not fit a `u64`.
     pub const fn checked_add(self, bytes: i64) -> Option<Self> {
         match self.0.checked_add_signed(bytes) {
             Some(offset) => Some(FbPtr(offset)),
@@ -34,9 +35,10 @@ impl FbPtr {
         }
     }
 
-    /// The pixel that this byte belongs to, and which of its four bytes it is, in a frame `width` pixels wide.
+    /// Returns the column and row of the pixel that holds this byte, and the byte's index 0..4 in
+    /// it, in a frame `width` pixels wide.
     ///
-    /// `None` for a width of 0.
+    /// Returns `None` for a width of 0.
     pub const fn pixel(self, width: u32) -> Option<(u64, u64, u8)> {
         if width == 0 {
             return None;

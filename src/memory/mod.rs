@@ -1,8 +1,9 @@
-//! VIDEO MEMORY: the emulated frame, its byte pointer, and the depth beside it.
+//! Video memory: the emulated framebuffer, byte pointers into it, and its depth and pick buffers.
 //!
-//! In: bytes and pixels from every drawing room. Out: bytes to the window, files and the network.
-//! Layout (Trabalho 1, "putPixel"): width x height pixels of four bytes R, G, B, A, row 0 at the top, no padding,
-//! `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory` mutably.
+//! In: bytes and pixels from every drawing module. Out: bytes to the window, files and the network.
+//! Layout (Trabalho 1, "putPixel"): width x height pixels of four bytes R, G, B, A, row 0 at the
+//! top, no padding, `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory`
+//! mutably.
 
 mod aligned;
 mod budget;

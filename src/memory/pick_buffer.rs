@@ -1,10 +1,10 @@
-//! Pick buffer: the face that was last written to the depth of each pixel. Made only when PICK asks
-//! for it.
+//! Pick buffer: the face that last wrote the depth of each pixel. Allocated only when PICK asks for
+//! it.
 
-/// No face: nothing that writes depth was drawn here.
+/// Marks a pixel where no face has written depth.
 const NO_FACE: [u32; 2] = [u32::MAX; 2];
 
-/// For each pixel, the number of the thing drawn (what `DrawCall::name` said) and of its triangle.
+/// Name number (see `DrawCall::name`) and triangle number of the face at each pixel.
 #[derive(Clone, Debug)]
 pub struct PickBuffer {
     width: u32,
@@ -13,47 +13,48 @@ pub struct PickBuffer {
 }
 
 impl PickBuffer {
-    /// Makes a pick buffer of `width` x `height` pixels without any face.
+    /// Creates a pick buffer of `width` x `height` pixels without any face.
     pub fn new(width: u32, height: u32) -> Self {
         PickBuffer { width, height, ids: vec![NO_FACE; width as usize * height as usize] }
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Bytes that the buffer takes.
+    /// Returns the size of the buffer in bytes.
     pub fn size_bytes(&self) -> usize {
         std::mem::size_of_val(self.ids.as_slice())
     }
 
-    /// Forgets every face.
+    /// Removes every face.
     pub fn clear(&mut self) {
         self.ids.fill(NO_FACE);
     }
 
-    /// The name number and triangle at pixel (x, y); `None` where no face wrote depth, and off the frame.
+    /// Returns the name number and triangle at pixel (x, y), or `None` off the frame and where no
+    /// face wrote depth.
     pub fn get(&self, x: i32, y: i32) -> Option<(u32, u32)> {
         let inside = (x as u32) < self.width && (y as u32) < self.height;
         let id = *self.ids.get(self.width as usize * y as usize + x as usize).filter(|_| inside)?;
         (id != NO_FACE).then_some((id[0], id[1]))
     }
 
-    /// Name and triangle of every pixel, row 0 first, for writing.
+    /// Returns name and triangle of every pixel for writing, row 0 first.
     pub fn ids_mut(&mut self) -> &mut [[u32; 2]] {
         &mut self.ids
     }
 
-    /// Remembers a face at pixel number `index` (= width * y + x).
+    /// Stores a face at pixel number `index` (= width * y + x).
     ///
     /// # Panics
-    /// When `index` is not a pixel of this memory.
+    /// If `index` is not a pixel of this buffer.
     #[inline]
     pub fn set(&mut self, index: usize, name: u32, triangle: u32) {
         self.ids[index] = [name, triangle];

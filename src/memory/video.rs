@@ -1,4 +1,4 @@
-//! The frame itself: one flat array of R,G,B,A bytes.
+//! The frame: a flat array of R, G, B, A bytes.
 
 use super::FbPtr;
 use super::aligned::Aligned;
@@ -6,55 +6,55 @@ use crate::error::Code;
 use crate::simd::fill_pixels;
 use std::ops::Range;
 
-/// A pixel as it lies in memory: R, G, B, A.
+/// Pixel in memory order: R, G, B, A.
 pub type Rgba = [u8; 4];
 
-/// The largest width or height of a frame, in pixels.
+/// Largest width or height of a frame, in pixels.
 pub const MAX_SIDE: u32 = 32_768;
 
-/// Why video memory could not be made, read or written.
+/// Error of creating, reading or writing video memory.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MemoryError {
-    /// A frame needs 1 to [`MAX_SIDE`] pixels a side.
+    /// A side is not in 1..=[`MAX_SIDE`] pixels.
     #[error("a frame has 1 to {MAX_SIDE} pixels a side, not {width}x{height}")]
     BadSize {
-        /// Pixels asked for, across.
+        /// Requested width in pixels.
         width: u32,
-        /// Pixels asked for, down.
+        /// Requested height in pixels.
         height: u32,
     },
-    /// The system has no room for the frame.
+    /// The system has no memory for the frame.
     #[error("no room for {bytes} bytes of video memory")]
     NoRoom {
-        /// Bytes asked for.
+        /// Requested size in bytes.
         bytes: u64,
     },
-    /// Bytes outside the memory.
+    /// The bytes are not all inside the memory.
     #[error("bytes {offset}..{} are outside the memory's 0..{size}", .offset.saturating_add(*.len))]
     Outside {
-        /// First byte asked for.
+        /// Offset of the first requested byte.
         offset: u64,
-        /// Bytes asked for.
+        /// Number of requested bytes.
         len: u64,
-        /// Bytes there are.
+        /// Size of the memory in bytes.
         size: u64,
     },
-    /// A pixel outside the frame.
+    /// The pixel is outside the frame.
     #[error("pixel ({x},{y}) is outside the frame's {width}x{height}")]
     NoPixel {
-        /// Column asked for.
+        /// Requested column.
         x: i64,
-        /// Row asked for.
+        /// Requested row.
         y: i64,
-        /// The frame's width in pixels.
+        /// Width of the frame in pixels.
         width: u32,
-        /// The frame's height in pixels.
+        /// Height of the frame in pixels.
         height: u32,
     },
 }
 
 impl MemoryError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             MemoryError::BadSize { .. } | MemoryError::NoRoom { .. } => Code::TooBig,
@@ -63,29 +63,32 @@ impl MemoryError {
     }
 }
 
-/// An empty damage range: every row is below its start and above its end.
+/// Empty damage range: `start` is above and `end` below every row, so that any row grows it.
 const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
-/// The emulated video memory: `width * height * 4` bytes, cleared to opaque black.
+/// Emulated video memory: `width * height * 4` bytes, initially opaque black.
 ///
-/// Drawing that leaves the frame is clipped silently; asking for a byte or a pixel outside is an error.
-/// Rows that were written are remembered until [`VideoMemory::take_damage`] asks for them.
+/// Drawing outside the frame is clipped silently; reading or writing single bytes outside is an
+/// error. Written rows are recorded until [`VideoMemory::take_damage`] returns them.
 #[derive(Clone, Debug)]
 pub struct VideoMemory {
     width: u32,
     height: u32,
     bytes: Aligned<u8>,
-    /// Rows written since the damage was last taken; empty when start >= end.
+    /// Rows written since the last `take_damage`; empty when start >= end.
     damage: Range<u32>,
-    /// The rows that figures are drawn on; all but where a figure is drawn in bands.
+    /// Rows that filled figures may touch: all, except while a figure is drawn in bands of rows.
     window: Range<u32>,
 }
 
 impl VideoMemory {
-    /// What every byte group is cleared to: opaque black.
+    /// Initial colour of every pixel: opaque black.
     pub const CLEAR: Rgba = [0, 0, 0, 255];
 
-    /// A frame of `width` x `height` pixels, opaque black.
+    /// Allocates a frame of `width` x `height` pixels, opaque black.
+    ///
+    /// # Errors
+    /// If a side is not in 1..=[`MAX_SIDE`], or the system has no memory for the frame.
     pub fn new(width: u32, height: u32) -> Result<Self, MemoryError> {
         let side = 1..=MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
@@ -100,40 +103,41 @@ impl VideoMemory {
         Ok(memory)
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     #[inline]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     #[inline]
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Bytes from one row to the next: `width * 4`, no padding.
+    /// Returns the bytes from one row to the next: `width * 4`, no padding.
     pub fn stride_bytes(&self) -> usize {
         self.width as usize * 4
     }
 
-    /// All bytes, row 0 first.
+    /// Returns all bytes, row 0 first.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// All bytes, for writing. The caller says which rows it wrote with [`VideoMemory::mark_rows`].
+    /// Returns all bytes for writing. The caller reports the rows it wrote to
+    /// [`VideoMemory::mark_rows`].
     #[inline]
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.bytes
     }
 
-    /// The bytes of row `y`, or `None` below the frame.
+    /// Returns the bytes of row `y`, or `None` below the frame.
     pub fn row(&self, y: u32) -> Option<&[u8]> {
         self.bytes.chunks_exact(self.stride_bytes()).nth(y as usize)
     }
 
-    /// Fills rows of the frame with `color`.
+    /// Fills `rows` with `color`; rows below the frame are ignored.
     pub fn clear_rows(&mut self, rows: Range<u32>, color: Rgba) {
         let stride = self.stride_bytes();
         let bytes =
@@ -144,13 +148,13 @@ impl VideoMemory {
         }
     }
 
-    /// The rows that filled figures of `draw2d` are drawn on.
+    /// Returns the rows that filled figures of `draw2d` may touch.
     #[inline]
     pub fn window(&self) -> Range<u32> {
         self.window.clone()
     }
 
-    /// Draws filled figures on these rows alone from now on.
+    /// Restricts filled figures of `draw2d` to `rows`, clamped to the frame.
     pub fn set_window(&mut self, rows: Range<u32>) {
         self.window = rows.start.min(self.height)..rows.end.min(self.height);
     }
@@ -161,20 +165,21 @@ impl VideoMemory {
         self.damage = 0..self.height;
     }
 
-    /// The byte offset of pixel (x, y), or `None` off the frame.
+    /// Returns the byte offset of pixel (x, y), or `None` off the frame.
     #[inline]
     pub fn offset_of(&self, x: i64, y: i64) -> Option<usize> {
         ((0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y))
             .then(|| (self.width as usize * y as usize + x as usize) * 4)
     }
 
-    /// Stores one pixel; off the frame it does nothing.
+    /// Stores one pixel; does nothing off the frame.
     #[doc(alias = "putPixel")]
     #[inline]
     pub fn put_pixel(&mut self, x: i32, y: i32, color: Rgba) {
         let (x, y) = (x as u32, y as u32);
         let at = u64::from(self.width) * u64::from(y) + u64::from(x);
-        // With x inside, the index is outside just where y is: one question fewer on the hot path.
+        // With x inside, the index is out of range exactly when y is: one comparison fewer on the
+        // hot path.
         if x < self.width
             && let Some(pixel) =
                 self.bytes.as_chunks_mut::<4>().0.get_mut(usize::try_from(at).unwrap_or(usize::MAX))
@@ -184,7 +189,10 @@ impl VideoMemory {
         }
     }
 
-    /// Reads one pixel; asking outside the frame is an error.
+    /// Reads one pixel.
+    ///
+    /// # Errors
+    /// If the pixel is outside the frame.
     pub fn get_pixel(&self, x: i32, y: i32) -> Result<Rgba, MemoryError> {
         let (width, height) = (self.width, self.height);
         let at = self.offset_of(x.into(), y.into()).ok_or(MemoryError::NoPixel {
@@ -197,12 +205,18 @@ impl VideoMemory {
     }
 
     /// Reads `len` bytes at `ptr`.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory.
     pub fn peek(&self, ptr: FbPtr, len: usize) -> Result<&[u8], MemoryError> {
         let range = self.checked_range(ptr, len)?;
         Ok(&self.bytes[range])
     }
 
-    /// Writes `data` at `ptr`, all of it or nothing.
+    /// Writes all of `data` at `ptr`.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory; nothing is then written.
     pub fn poke(&mut self, ptr: FbPtr, data: &[u8]) -> Result<(), MemoryError> {
         let range = self.checked_range(ptr, data.len())?;
         let stride = self.stride_bytes();
@@ -213,22 +227,28 @@ impl VideoMemory {
         Ok(())
     }
 
-    /// Reads the pixel whose first byte is at `ptr` (which need not be aligned to a pixel).
+    /// Reads four bytes at `ptr`, which need not be aligned to a pixel.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory.
     pub fn peek_pixel(&self, ptr: FbPtr) -> Result<Rgba, MemoryError> {
         let range = self.checked_range(ptr, 4)?;
         Ok(std::array::from_fn(|i| self.bytes[range.start + i]))
     }
 
-    /// Writes four bytes at `ptr` (which need not be aligned to a pixel).
+    /// Writes four bytes at `ptr`, which need not be aligned to a pixel.
+    ///
+    /// # Errors
+    /// If a byte is outside the memory; nothing is then written.
     pub fn poke_pixel(&mut self, ptr: FbPtr, color: Rgba) -> Result<(), MemoryError> {
         self.poke(ptr, &color)
     }
 
-    /// Remembers that row `y` was written.
+    /// Records that row `y` was written.
     #[inline]
     pub fn mark_row(&mut self, y: u32) {
-        // Written only when it grows, which is seldom: a store a pixel would crowd out the pixels' own. One question does
-        // for `start..end` and for the empty range.
+        // Stored only when the range grows, which is seldom: a store per pixel would compete with
+        // the pixels' own. One comparison serves both `start..end` and the empty range.
         let (start, end) = (self.damage.start, self.damage.end);
         if y.wrapping_sub(start) >= end.wrapping_sub(start) {
             self.grow_damage(y);
@@ -242,7 +262,7 @@ impl VideoMemory {
         self.damage.end = self.damage.end.max(y + 1);
     }
 
-    /// Remembers that `rows` were written.
+    /// Records that `rows` were written.
     #[inline]
     pub fn mark_rows(&mut self, rows: Range<u32>) {
         if rows.start < rows.end {
@@ -251,12 +271,12 @@ impl VideoMemory {
         }
     }
 
-    /// The rows written since the last call: one half-open range, empty when nothing was written.
+    /// Returns the rows written since the last call as one half-open range, and resets it to empty.
     pub fn take_damage(&mut self) -> Range<u32> {
         std::mem::replace(&mut self.damage, NO_ROWS)
     }
 
-    /// Whether anything was written since the damage was last taken.
+    /// Returns whether anything was written since the last `take_damage`.
     pub fn is_damaged(&self) -> bool {
         self.damage.start < self.damage.end
     }

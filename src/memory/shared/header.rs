@@ -1,4 +1,4 @@
-//! What makes a file a shared one: its header, and why one is refused.
+//! Header of the shared file, and the errors of opening one.
 
 use crate::error::Code;
 use crate::memory::MAX_SIDE;
@@ -6,60 +6,60 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::PathBuf;
 
-/// Bytes before the pixels.
+/// Size of the header in bytes; the pixels follow it.
 pub const SHARED_HEADER_BYTES: usize = 4096;
-/// The first eight bytes of a shared file.
+/// First eight bytes of a shared file.
 pub const SHARED_MAGIC: [u8; 8] = *b"FBPTRSHM";
 
-/// Why a shared file cannot be used.
+/// Error of opening or using a shared file.
 #[derive(Debug, thiserror::Error)]
 pub enum SharedError {
-    /// The file is there, and is not a shared video memory that fits. It is left as it is.
+    /// The file exists and is not a shared video memory of the expected size. It is left unchanged.
     #[error("{} is not a shared video memory of this server: expected {expected}, found {found}", path.display())]
     NotOurs {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What a shared file has.
+        /// Property that a shared file has.
         expected: String,
-        /// What this one has.
+        /// Property found instead.
         found: String,
     },
     /// The file system has no room for the file.
     #[error("{}: no room for the file's {bytes} bytes", path.display())]
     NoRoom {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Bytes that it takes.
+        /// Size of the file in bytes.
         bytes: u64,
     },
     /// Another program made the file shorter.
     #[error("{}: another program truncated it from {expected} to {found} bytes", path.display())]
     Truncated {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Bytes that it had.
+        /// Expected size in bytes.
         expected: u64,
-        /// Bytes that it has.
+        /// Size found in bytes.
         found: u64,
     },
-    /// Another server has it.
+    /// Another server has locked the file.
     #[error("{} is in use by another server", path.display())]
     InUse {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The system refused.
+    /// The system refused an operation.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the system.
         source: io::Error,
     },
 }
 
 impl SharedError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             SharedError::NotOurs { .. } => Code::Format,
@@ -70,7 +70,7 @@ impl SharedError {
     }
 }
 
-/// What stands where a plain file should.
+/// Names the kind of a file that is not a regular one.
 pub(super) fn kind_of(meta: &std::fs::Metadata) -> &'static str {
     match () {
         () if meta.is_symlink() => "a symbolic link",
@@ -79,7 +79,8 @@ pub(super) fn kind_of(meta: &std::fs::Metadata) -> &'static str {
     }
 }
 
-/// Checks a header: width and height, or what was expected and what was found.
+/// Reads and checks a header. Returns the width and height in pixels, or the expected and the found
+/// property.
 pub(super) fn read_header(file: &mut File) -> io::Result<Result<(u32, u32), (String, String)>> {
     let len = file.metadata()?.len();
     let refuse = |expected: &str, found: String| Ok(Err((expected.to_owned(), found)));

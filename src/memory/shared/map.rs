@@ -1,10 +1,12 @@
-//! The map of a shared file, which can change under us at any time: every access to it is an atomic load or store through
-//! a raw pointer, never a reference to plain bytes. This is the one file outside `simd/` with unsafe code.
+//! Memory map of a shared file. Other processes change it at any time, so every access is an atomic
+//! load or store through a raw pointer, never a reference to plain bytes. This is the only file
+//! outside `simd/` with unsafe code.
 //!
-//! Another program can truncate the file at any time, too. The system then sends SIGBUS to whoever touches a page that is
-//! gone. The handler here puts zeroed memory of our own in place of the map and notes that, so that the access ends as any
-//! other and [`Map::is_truncated`] tells: nobody is ended, at whatever moment it happens. A SIGBUS of any other cause goes
-//! to the handler that was there before. Where there are no such signals, systems do not truncate a mapped file.
+//! Another program can also truncate the file at any time. The system then sends SIGBUS to a thread
+//! that touches a missing page. The handler here replaces the map by zeroed anonymous memory and
+//! records it, so that the access completes and [`Map::is_truncated`] returns true: no process is
+//! ended. A SIGBUS of any other cause goes to the previous handler. Systems without such signals do
+//! not truncate a mapped file.
 #![allow(unsafe_code)]
 
 use memmap2::{MmapOptions, MmapRaw};
@@ -12,7 +14,7 @@ use std::fs::File;
 use std::io;
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64};
 
-/// Bytes that other processes see and write.
+/// Bytes that other processes read and write.
 #[derive(Debug)]
 pub(super) struct Map {
     raw: MmapRaw,
@@ -21,10 +23,10 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// The first `bytes` bytes of a file that has them.
+    /// Maps the first `bytes` bytes of `file`, which must be at least that long.
     ///
     /// # Errors
-    /// When the system refuses, and when as many files are mapped as can be guarded.
+    /// If the system refuses, or if no guard slot is free.
     pub fn new(file: &File, bytes: usize) -> io::Result<Self> {
         let raw = MmapOptions::new().len(bytes).map_raw(file)?;
         Ok(Map {
@@ -34,7 +36,8 @@ impl Map {
         })
     }
 
-    /// Whether the file was found truncated by an access. What was read then is zero, and what was written is lost.
+    /// Returns whether an access found the file truncated. Reads since then return zeros, and
+    /// writes are lost.
     pub fn is_truncated(&self) -> bool {
         #[cfg(unix)]
         return self.slot.is_truncated();
@@ -42,25 +45,36 @@ impl Map {
         false
     }
 
-    /// The four bytes at `at`.
+    /// Returns the four bytes at `at`.
+    ///
+    /// # Panics
+    /// If `at` is not a multiple of 4 inside the map.
     pub fn word_at(&self, at: usize) -> &AtomicU32 {
         assert!(at.is_multiple_of(4) && at + 4 <= self.raw.len());
-        // SAFETY: the map is page aligned and `at` is a multiple of 4 inside it; it lives as long as `self`, and this
-        // process touches it through atomics only. If the file is truncated, `guard` keeps its addresses valid.
+        // SAFETY: the map is page aligned and `at` is a multiple of 4 inside it; it lives as long
+        // as `self`, and this process touches it through atomics only. If the file is truncated,
+        // `guard` keeps its addresses valid.
         unsafe { AtomicU32::from_ptr(self.raw.as_mut_ptr().add(at).cast()) }
     }
 
-    /// The byte at `at`.
+    /// Returns the byte at `at`.
+    ///
+    /// # Panics
+    /// If `at` is outside the map.
     pub fn byte_at(&self, at: usize) -> &AtomicU8 {
         assert!(at < self.raw.len());
         // SAFETY: as in `word_at`, with 1 in place of 4.
         unsafe { AtomicU8::from_ptr(self.raw.as_mut_ptr().add(at)) }
     }
 
-    /// The eight bytes at `at`.
+    /// Returns the eight bytes at `at`.
+    ///
+    /// # Panics
+    /// If `at` is not a multiple of 8 inside the map.
     pub fn long(&self, at: usize) -> &AtomicU64 {
         assert!(at.is_multiple_of(8) && at + 8 <= self.raw.len());
-        // SAFETY: as in `word_at`, with 8 in place of 4. Words of all sizes are used by one thread only.
+        // SAFETY: as in `word_at`, with 8 in place of 4. Words of all sizes are used by one thread
+        // only.
         unsafe { AtomicU64::from_ptr(self.raw.as_mut_ptr().add(at).cast()) }
     }
 }
@@ -68,12 +82,12 @@ impl Map {
 #[cfg(unix)]
 impl Drop for Map {
     fn drop(&mut self) {
-        // Before `raw` gives the addresses back.
+        // Must precede the unmapping by `raw`.
         self.slot.release();
     }
 }
 
-/// The handler of SIGBUS, and the address ranges that it serves.
+/// Handler of SIGBUS, and the address ranges that it guards.
 #[cfg(unix)]
 mod guard {
     use libc::{c_int, c_void, sigaction, siginfo_t};
@@ -81,13 +95,13 @@ mod guard {
     use std::sync::OnceLock;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-    /// Maps at one time.
+    /// Largest number of maps at one time.
     const SLOTS: usize = 64;
 
-    /// A mapped range of addresses, empty while nobody has it.
+    /// Address range of a map; empty while the slot is free.
     #[derive(Debug)]
     pub struct Slot {
-        /// Zero while the slot is free.
+        /// First address; zero while the slot is free.
         start: AtomicUsize,
         end: AtomicUsize,
         is_truncated: AtomicBool,
@@ -97,7 +111,7 @@ mod guard {
         Slot { start: AtomicUsize::new(0), end: AtomicUsize::new(0), is_truncated: AtomicBool::new(false) }
     }; SLOTS];
 
-    /// The action that was there before ours; an error is the system's number.
+    /// Action before this handler was installed, or the system's error number.
     static PREVIOUS: OnceLock<Result<sigaction, i32>> = OnceLock::new();
 
     /// Guards a mapped range until the slot is released.
@@ -110,7 +124,7 @@ mod guard {
             .find(is_free)
             .ok_or_else(|| io::Error::other(format!("{SLOTS} shared files are mapped already")))?;
         slot.is_truncated.store(false, Ordering::Release);
-        // From here on the range is not empty.
+        // The handler sees the range only after this store.
         slot.end.store(start + bytes, Ordering::Release);
         Ok(slot)
     }
@@ -133,7 +147,7 @@ mod guard {
             is_first = true;
             // SAFETY: an all-zero `sigaction` is a valid value, and the call only writes to it.
             let mut old: sigaction = unsafe { std::mem::zeroed() };
-            // SAFETY: a null action changes nothing; `old` is ours.
+            // SAFETY: a null action changes nothing; `old` is a local variable.
             match unsafe { libc::sigaction(libc::SIGBUS, std::ptr::null(), &mut old) } {
                 0 => Ok(old),
                 _ => Err(last_error()),
@@ -147,8 +161,9 @@ mod guard {
             let mut new: sigaction = unsafe { std::mem::zeroed() };
             new.sa_sigaction = on_bus_error as *const () as usize;
             new.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
-            // SAFETY: `new` names a function of the type that SA_SIGINFO asks for, which calls nothing but atomics, mmap,
-            // sigaction and the previous handler: all of them may be called in a signal's handler.
+            // SAFETY: `new` names a function of the type that SA_SIGINFO asks for, which calls
+            // nothing but atomics, mmap, sigaction and the previous handler: all of them may be
+            // called in a signal's handler.
             if unsafe { libc::sigaction(libc::SIGBUS, &new, std::ptr::null_mut()) } != 0 {
                 return Err(io::Error::last_os_error());
             }
@@ -161,7 +176,8 @@ mod guard {
     }
 
     extern "C" fn on_bus_error(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
-        // SAFETY: with SA_SIGINFO the system gives a valid `siginfo_t`; SIGBUS from the kernel has an address.
+        // SAFETY: with SA_SIGINFO the system gives a valid `siginfo_t`; SIGBUS from the kernel has
+        // an address.
         let (code, at) = unsafe { ((*info).si_code, (*info).si_addr() as usize) };
         // Codes above zero are the kernel's own.
         if code > 0 && MAPPED.iter().any(|slot| replace(slot, at)) {
@@ -170,7 +186,8 @@ mod guard {
         call_previous(signal, info, context);
     }
 
-    /// Puts memory of our own in place of the slot's map, if `at` lies in it. The access is then repeated by the system.
+    /// Replaces the slot's map by anonymous memory if `at` lies in it, and returns whether it did.
+    /// The system then repeats the access.
     fn replace(slot: &Slot, at: usize) -> bool {
         let (start, end) = (slot.start.load(Ordering::Acquire), slot.end.load(Ordering::Acquire));
         if !(start..end).contains(&at) {
@@ -179,18 +196,19 @@ mod guard {
         slot.is_truncated.store(true, Ordering::Release);
         let (access, flags) =
             (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS | libc::MAP_FIXED);
-        // SAFETY: the range is that of a map that lives (`Map` releases its slot before it unmaps), and that nothing but
-        // `Map` refers to: to replace it leaves every reference into it valid.
+        // SAFETY: the range is that of a map that lives (`Map` releases its slot before it unmaps),
+        // and that nothing but `Map` refers to: to replace it leaves every reference into it valid.
         let placed = unsafe { libc::mmap(start as *mut c_void, end - start, access, flags, -1, 0) };
         placed != libc::MAP_FAILED
     }
 
-    /// Does what would have been done without us.
+    /// Passes the signal on to the previous action.
     fn call_previous(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
         let old = match PREVIOUS.get() {
             Some(Ok(old)) if old.sa_sigaction != libc::SIG_DFL && old.sa_sigaction != libc::SIG_IGN => old,
             _ => {
-                // SAFETY: an all-zero action is the default one: the access is repeated and ends the process.
+                // SAFETY: an all-zero action is the default one: the access is repeated and ends
+                // the process.
                 unsafe {
                     let default: sigaction = std::mem::zeroed();
                     libc::sigaction(signal, &default, std::ptr::null_mut());

@@ -1,18 +1,24 @@
-//! The shared file: video memory that other programs map, write and read (`--shm PATH`).
+//! Shared file: video memory that other programs map, read and write (`--shm PATH`).
 //!
-//! In: the render thread's video memory and the rows it drew; foreign programs' stores into the map. Out: the same
-//! pixels on both sides. FBptr\[offset\] is file byte 4096 + offset. Layout, little-endian:
+//! In: the render thread's video memory and the rows it drew; foreign programs' stores into the
+//! map. Out: the same pixels on both sides. FBptr\[offset\] is file byte 4096 + offset. Layout,
+//! little-endian:
 //! ```text
-//!   0 magic FBPTRSHM   8 u32 version 1   12 u32 header bytes 4096   16 u32 width   20 u32 height   24 u32 stride
-//!  28 u32 format 1 (RGBA8)   32 u64 frame   40 u64 doorbell   48 u32 server pid   256 the same as key=value lines
+//!   0 magic FBPTRSHM       8 u32 version 1            12 u32 header bytes 4096
+//!  16 u32 width           20 u32 height              24 u32 stride
+//!  28 u32 format 1 (RGBA8)   32 u64 frame            40 u64 doorbell
+//!  48 u32 server pid     256 the same as key=value lines
 //! ```
-//! How both sides write without losing anything: `shadow` S is what the map F held when we last looked, M is our video
-//! memory. F != S is a foreign write, M != S is ours. [`SharedFile::take_in`] copies foreign writes to M, except onto
-//! pixels that we drew; [`SharedFile::give_out`] stores those of our pixels that differ from S, one by one, and never
-//! touches another. So a foreign write is lost only where we drew the same pixel. Pixels travel as whole 32-bit words.
+//! Merging without losing writes: `shadow` S is the map's content F at the last comparison, M is
+//! the server's video memory. F != S is a foreign write, M != S is the server's.
+//! [`SharedFile::take_in`] copies foreign writes to M, except onto pixels that the server drew;
+//! [`SharedFile::give_out`] stores those pixels of the server that differ from S, one by one, and
+//! touches no others. So a foreign write is lost only where the server drew the same pixel. Pixels
+//! are read and written as whole 32-bit words.
 //!
-//! The file's bytes are reserved before it is mapped, so that a full disk is an error and no signal. A file that another
-//! program truncates is an error of the call that finds it, whenever it happens; nothing of it is taken in then.
+//! The file's blocks are reserved before it is mapped, so that a full disk is an error and not a
+//! signal. If another program truncates the file, the call that finds it returns an error, and none
+//! of the bytes that it found missing are taken in.
 
 mod header;
 mod map;
@@ -37,13 +43,14 @@ const FRAME_AT: usize = 32;
 const DOORBELL_AT: usize = 40;
 const PID_AT: usize = 48;
 const TEXT_AT: usize = 256;
-/// The text begins with the two numbers that change, 20 digits each, so that they can be rewritten in place.
+/// The text begins with the two numbers that change, 20 digits each, so that they can be
+/// overwritten in place.
 const TEXT_FRAME_AT: usize = TEXT_AT + "frame=".len();
 const TEXT_DOORBELL_AT: usize = TEXT_FRAME_AT + 20 + "\ndoorbell=".len();
-/// Words of eight bytes compared before the loop looks whether any differed.
+/// Words of eight bytes that are compared between two checks for a difference.
 const BLOCK_WORDS: usize = 512;
 
-/// A file of video memory that is mapped here, and may be mapped elsewhere.
+/// A mapped file of video memory that other processes may map, too.
 #[derive(Debug)]
 pub struct SharedFile {
     path: PathBuf,
@@ -51,18 +58,19 @@ pub struct SharedFile {
     map: Map,
     width: u32,
     height: u32,
-    /// What the map's pixels were when we last looked or stored.
+    /// The map's pixels at the last load or store.
     shadow: Vec<u8>,
-    /// The frame number last told, and the doorbell as the text has it.
+    /// Last published frame number, and the doorbell count in the text.
     frame: Cell<u64>,
     doorbell_in_text: Cell<u64>,
 }
 
 impl SharedFile {
-    /// Opens the shared file at `path`, or makes it with `size` pixels.
+    /// Opens the shared file at `path`, or creates it with `size` pixels.
     ///
-    /// A file that is there keeps its pixels and must be a shared file; with `must_fit` also of that size. Nothing that
-    /// fails a check is written to. The file is locked against other servers as long as this value lives.
+    /// An existing file must be a shared file and keeps its pixels; with `must_fit` it must also
+    /// have that size. A file that fails a check is not written to. The file is locked against
+    /// other servers until this value is dropped.
     ///
     /// # Errors
     /// See [`SharedError`].
@@ -90,7 +98,8 @@ impl SharedFile {
                 options.read(true).write(true);
                 #[cfg(unix)]
                 {
-                    // A pipe or a link that was put in its place is not waited for, nor followed.
+                    // Do not wait for a pipe, nor follow a link, that has taken its place since the
+                    // check.
                     let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOFOLLOW;
                     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
                 }
@@ -119,7 +128,7 @@ impl SharedFile {
         };
         let mut shared = made().map_err(|e| {
             if is_new {
-                // We made it a moment ago: nobody else's data goes.
+                // This call created the file: no other data is lost.
                 let _ = std::fs::remove_file(path);
             }
             match e.kind() {
@@ -138,22 +147,22 @@ impl SharedFile {
         Ok(shared)
     }
 
-    /// Where the file is.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Copies all pixels of the file into `memory`: what a restarted server begins with.
+    /// Copies all pixels of the file into `memory`, as a restarted server does.
     pub fn load_into(&mut self, memory: &mut VideoMemory) {
         for i in 0..self.shadow.len() / 4 {
             let pixel = self.word(i).load(Relaxed).to_ne_bytes();
@@ -163,10 +172,10 @@ impl SharedFile {
         memory.mark_rows(0..self.height);
     }
 
-    /// Refuses a file that another program has truncated.
+    /// Checks that no other program has truncated the file.
     ///
     /// # Errors
-    /// [`SharedError::Truncated`], and [`SharedError::Io`] when the system does not tell.
+    /// [`SharedError::Truncated`], or [`SharedError::Io`] if the file's length cannot be read.
     pub fn check(&self) -> Result<(), SharedError> {
         let meta =
             self.file.metadata().map_err(|source| SharedError::Io { path: self.path.clone(), source })?;
@@ -177,18 +186,19 @@ impl SharedFile {
         }
     }
 
-    /// Takes in what others wrote since the last look, and says which pixels changed in `memory` (`changed` gets pixel
-    /// numbers, ascending). Marks the rows. Pixels drawn by us and not yet given out stay ours.
+    /// Copies foreign writes since the last call into `memory`, marks their rows, and calls
+    /// `changed` with the number of each changed pixel, ascending. Pixels that the server drew and
+    /// has not given out are not overwritten.
     ///
     /// # Errors
-    /// See [`SharedFile::check`]; what changed before it was found is in `memory`.
+    /// See [`SharedFile::check`]; changes found before the error are in `memory`.
     pub fn take_in(
         &mut self,
         memory: &mut VideoMemory,
         mut changed: impl FnMut(usize),
     ) -> Result<(), SharedError> {
         self.check()?;
-        // Pairs with the release that a client does by ringing the bell after writing.
+        // Pairs with the release of a client that rings the bell after writing.
         fence(Ordering::Acquire);
         let block_bytes = BLOCK_WORDS * 8;
         let width = self.width as usize;
@@ -201,7 +211,7 @@ impl SharedFile {
             for (i, pixel) in (start / 4..end / 4).zip(&mut block) {
                 *pixel = self.word(i).load(Relaxed).to_ne_bytes();
             }
-            // Bytes that are gone read as zeros: they were not written by anybody.
+            // Missing bytes read as zeros that nobody wrote.
             self.check()?;
             for (i, &foreign) in (start / 4..end / 4).zip(&block) {
                 let at = i * 4..i * 4 + 4;
@@ -220,7 +230,7 @@ impl SharedFile {
         Ok(())
     }
 
-    /// Stores what we drew in `rows` into the file; pixels that we did not change are not touched.
+    /// Stores the server's changes in `rows` into the file; unchanged pixels are not touched.
     ///
     /// # Errors
     /// See [`SharedFile::check`].
@@ -240,12 +250,12 @@ impl SharedFile {
                 }
             }
         }
-        // Whoever sees a reply sent after this sees the pixels.
+        // A client that sees a reply sent after this sees the pixels.
         fence(Ordering::Release);
         self.check()
     }
 
-    /// How often clients have rung the bell.
+    /// Returns the number of times that clients have rung the bell.
     pub fn doorbell(&self) -> u64 {
         let count = u64::from_le(self.map.long(DOORBELL_AT).load(Ordering::Acquire));
         if count != self.doorbell_in_text.replace(count) {
@@ -254,19 +264,19 @@ impl SharedFile {
         count
     }
 
-    /// Tells those who look how many frames there were.
+    /// Publishes the number of frames in the header.
     pub fn set_frame(&self, frame: u64) {
         self.frame.set(frame);
         self.map.long(FRAME_AT).store(frame.to_le(), Ordering::Release);
         self.put_text(TEXT_FRAME_AT, format!("{frame:020}").as_bytes());
     }
 
-    /// Says that no server is at work on the file any more.
+    /// Clears the process id in the header: no server uses the file.
     pub fn sign_off(&self) {
         self.map.word_at(PID_AT).store(0, Relaxed);
     }
 
-    /// Whether any of the map's bytes in `range` (of the pixels) differs from the shadow.
+    /// Returns whether any of the map's pixel bytes in `range` differs from the shadow.
     fn block_differs(&self, range: Range<usize>) -> bool {
         let (words, rest) = self.shadow[range.clone()].as_chunks::<8>();
         let mut difference = 0;
@@ -285,7 +295,7 @@ impl SharedFile {
         self.shadow.copy_from_slice(bytes);
     }
 
-    /// Fills the header in; the doorbell stays as it is, the magic comes last.
+    /// Writes the header. The doorbell is kept, and the magic is stored last.
     fn write_header(&self) {
         let stride = self.width * 4;
         let words = [1, SHARED_HEADER_BYTES as u32, self.width, self.height, stride, 1];
@@ -314,7 +324,7 @@ impl SharedFile {
         }
     }
 
-    /// Pixel number `i` in the map.
+    /// Returns pixel number `i` of the map.
     fn word(&self, i: usize) -> &AtomicU32 {
         self.map.word_at(SHARED_HEADER_BYTES + i * 4)
     }

@@ -1,12 +1,13 @@
-//! Reserves the bytes of a shared file: a store into a map of a file whose disk is full would be a signal, not an error.
+//! Reserves a shared file's blocks on disk: a store into a mapped file on a full disk would raise a
+//! signal instead of an error.
 
 use std::fs::File;
 use std::io;
 
-/// Gives `file` `bytes` bytes that the file system has room for. What the file holds stays.
+/// Sets the length of `file` to `bytes`, with all blocks allocated. Keeps the file's contents.
 ///
 /// # Errors
-/// `StorageFull` or `QuotaExceeded` where there is no room; or the system's refusal.
+/// `StorageFull` or `QuotaExceeded` if there is no room, or the system's error.
 pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     #[cfg(target_os = "linux")]
     {
@@ -25,7 +26,7 @@ pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     write_through(file, bytes)
 }
 
-/// Writes every block that may lack room: what the file holds where it is a file with content, else zeros.
+/// Allocates blocks by writing zeros to every block that reads as zeros.
 fn write_through(mut file: &File, bytes: u64) -> io::Result<()> {
     use std::io::{Read, Seek, SeekFrom, Write};
     file.set_len(bytes)?;
@@ -34,7 +35,7 @@ fn write_through(mut file: &File, bytes: u64) -> io::Result<()> {
         let block = &mut block[..(bytes - at).min(4096) as usize];
         file.seek(SeekFrom::Start(at))?;
         file.read_exact(block)?;
-        // A block with content has its room, and other programs may be writing to it.
+        // A block with content is allocated already, and other programs may be writing to it.
         if block.iter().all(|b| *b == 0) {
             file.seek(SeekFrom::Start(at))?;
             file.write_all(block)?;

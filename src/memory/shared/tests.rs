@@ -1,4 +1,4 @@
-//! Two sides of a shared file, one of them by plain reads and writes.
+//! Tests of both sides of a shared file: the foreign side uses plain reads and writes.
 
 use super::*;
 use std::os::unix::fs::FileExt;
@@ -38,7 +38,8 @@ fn both_sides_write_and_nothing_is_lost() {
     shared.load_into(&mut memory);
     let foreign = outside(&path);
     assert_eq!(pixel(&foreign, 0), VideoMemory::CLEAR);
-    // They write one pixel in each row, also the very last; we write others in the same rows.
+    // The foreign side writes one pixel in each row, the last of the frame included; the server
+    // writes others in the same rows.
     for y in 0..h as u64 {
         foreign.write_all_at(&[y as u8, 1, 2, 3], 4096 + (y * w as u64 + (w as u64 - 1)) * 4).unwrap();
         memory.put_pixel(y as i32, y as i32, [50, 60, 70, 80]);
@@ -154,12 +155,13 @@ fn an_access_to_a_page_that_is_gone_ends_nobody() {
         SharedFile::open(&path, (2000, 4), true).unwrap(),
         SharedFile::open(&folder.0.join("other"), (2000, 4), true).unwrap(),
     );
-    // No check comes between the truncation and the access: this is what a check beforehand cannot see.
+    // No check comes between the truncation and the access: a check beforehand cannot see this
+    // case.
     outside(&path).set_len(0).unwrap();
     shared.word(7999).store(1, Relaxed);
     assert_eq!((shared.word(0).load(Relaxed), shared.word(7999).load(Relaxed)), (0, 1));
     assert!(shared.map.is_truncated() && !other.map.is_truncated());
-    // Whole again, and still not the same: what was stored is not in it.
+    // The length is right again, but the stored words are lost.
     outside(&path).set_len(36_096).unwrap();
     assert!(matches!(shared.check(), Err(SharedError::Truncated { found: 36_096, .. })));
     other.check().unwrap();
