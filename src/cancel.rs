@@ -1,33 +1,35 @@
-//! CANCELLATION: a flag that long work looks at, so that somebody else can end it.
+//! Cooperative cancellation: a flag that long work polls, so that another thread can end it.
 //!
-//! In: [`CancelToken::cancel`], from any thread. Out: [`CancelToken::is_cancelled`], a relaxed load, asked once a chunk of
-//! work (some microseconds) and never once a pixel. Cancelled work returns early; what it has made by then is of no
-//! further use, and whoever cancelled says so. A token is never reset: new work gets a new one.
+//! In: [`CancelToken::cancel`], from any thread. Out: [`CancelToken::is_cancelled`], a relaxed
+//! load, which is called once per chunk of work (some microseconds) and never once per pixel.
+//! Cancelled work returns early and its partial result is not used; the caller that cancels reports
+//! it. A token is never reset: new work gets a new one.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag shared by those who work and those who may end the work; [`CancelToken::default`] is one that nobody can set.
+/// A cancellation flag shared by its clones. [`CancelToken::default`] can never be cancelled.
 #[derive(Clone, Debug, Default)]
 pub struct CancelToken(Option<Arc<AtomicBool>>);
 
-/// The token that nobody can set.
+/// A token that is never cancelled.
 pub static NEVER: CancelToken = CancelToken(None);
 
 impl CancelToken {
-    /// A token that can be cancelled.
+    /// Creates a token that can be cancelled.
     pub fn new() -> Self {
         CancelToken(Some(Arc::default()))
     }
 
-    /// Asks all work that holds this token, or a clone of it, to end. Nothing happens for the default token.
+    /// Asks all work that holds this token, or a clone of it, to end. Does nothing on the default
+    /// token.
     pub fn cancel(&self) {
         if let Some(flag) = &self.0 {
             flag.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Whether the work is to end.
+    /// Returns whether the work has been asked to end.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))

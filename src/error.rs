@@ -1,30 +1,33 @@
-//! The refusal codes that every room shares.
+//! Error codes of the protocol, shared by all modules.
 //!
-//! Each room has its own error type (kind, place, numbers); what a stream's author sees of it is one of
-//! these codes, so every such type answers `code()`. The list is closed: it is part of the protocol.
+//! In: an error of any module. Out: its [`Code`], alone or with a reason ([`Fault`]). Each module
+//! has its own error type (kind, place, numbers), and each such type has a `code()`, because a
+//! client sees only the code and one line of text. The list of codes is closed: it is part of the
+//! protocol.
 
 use std::fmt;
 
-/// Why a command was refused, as it stands on the wire (`ERR line byte CODE ...`).
+/// Reason for which a command is refused, as it is sent (`ERR line byte CODE ...`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Code {
     /// Unknown verb.
     Verb,
-    /// Wrong number of arguments, a wrong keyword, a payload missing or not wanted.
+    /// Wrong number of arguments, a wrong keyword, a missing payload or one that the verb does not
+    /// take.
     Args,
-    /// Not a number of the form the verb takes, or not finite.
+    /// Not a number in the form that the verb takes, or not finite.
     Num,
     /// Not a colour.
     Colour,
-    /// A number outside the range that the verb can act on.
+    /// A number outside the range that the verb accepts.
     Range,
-    /// No such name, no such file.
+    /// No object or file with this name.
     NoEnt,
     /// Larger than a limit.
     TooBig,
     /// A payload or file that does not parse.
     Format,
-    /// Framing: what cannot be a command.
+    /// A framing error: bytes that cannot be a command.
     Proto,
     /// Not allowed here.
     Perm,
@@ -33,7 +36,7 @@ pub enum Code {
 }
 
 impl Code {
-    /// The code's spelling on the wire.
+    /// Returns the code's spelling in the protocol, such as `ERANGE`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Code::Verb => "EVERB",
@@ -57,27 +60,28 @@ impl fmt::Display for Code {
     }
 }
 
-/// A refusal with its reason: what a room answers when it cannot do what a command asks.
+/// A refused command's code and reason.
 ///
-/// `message` is one lower-case line that says what was expected; `token` is what was found instead, as it came.
+/// `message` is one lower-case line that says what was expected; `token` is what was found instead,
+/// as it was received.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{code} {message}{}", .token.as_ref().map(|t| format!(", got {t:?}")).unwrap_or_default())]
 pub struct Fault {
-    /// The code on the wire.
+    /// The code that is sent.
     pub code: Code,
     /// What was expected, in lower case, one line.
     pub message: String,
-    /// What was found instead, if one token is to blame.
+    /// The offending token, if a single one is to blame.
     pub token: Option<String>,
 }
 
 impl Fault {
-    /// A refusal without a token.
+    /// Creates a fault without a token.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Fault { code, message: message.into(), token: None }
     }
 
-    /// The same refusal, blaming `token`.
+    /// Adds the offending token.
     pub fn got(mut self, token: impl Into<String>) -> Self {
         self.token = Some(token.into());
         self

@@ -4,8 +4,9 @@
 //!
 //! ## 1 Point
 //!
-//! The frame is one array of bytes, four a pixel, R G B A, row by row from the upper left corner. A pixel is a place in it:
-//! `offset = (width * y + x) * 4`. See [`memory::VideoMemory`] and [`memory::FbPtr`].
+//! The frame is one array of bytes, four a pixel (R, G, B, A), row by row from the upper left
+//! corner. A pixel's place in it is `offset = (width * y + x) * 4`. See [`memory::VideoMemory`] and
+//! [`memory::FbPtr`].
 //!
 //! ```
 //! use fbptr::memory::{FbPtr, VideoMemory};
@@ -20,7 +21,8 @@
 //!
 //! ## 2 Line
 //!
-//! Bresenham's decision variable in whole numbers chooses one pixel a step, for ends anywhere in 32 bits; see [`draw2d::line`].
+//! Bresenham's integer decision variable chooses one pixel a step, for end points anywhere in 32
+//! bits; see [`draw2d::line`].
 //!
 //! ```
 //! # use fbptr::{draw2d, memory::VideoMemory};
@@ -33,8 +35,9 @@
 //!
 //! ## 3 Triangle
 //!
-//! A pixel belongs to a triangle when its centre does; on a shared edge exactly one of the two has it. Corners are snapped to
-//! 1/256 pixel and everything else is decided in whole numbers: [`draw2d::fill`], [`math::coverage`].
+//! A pixel belongs to a triangle if its centre does; on a shared edge exactly one of the two
+//! triangles has it. Corners are snapped to 1/256 pixel and everything else is computed in
+//! integers: [`draw2d::fill`], [`math::coverage`].
 //!
 //! ```
 //! # use fbptr::{draw2d::{self, AreaColors, Blend}, memory::VideoMemory};
@@ -49,7 +52,8 @@
 //!
 //! ## 4 Spaces
 //!
-//! object -> world -> view, looking along -z -> clip -> NDC -> screen. A [`scene::Camera`] gives the matrices.
+//! Object -> world -> view, looking along -z -> clip -> NDC -> screen. A [`scene::Camera`] gives
+//! the matrices.
 //!
 //! ```
 //! # use fbptr::scene::{Camera, LookAt, Projection};
@@ -65,7 +69,8 @@
 //!
 //! ## 5 Clipping
 //!
-//! Against six planes in homogeneous coordinates, before the division: [`pipeline::clip_polygon`], [`pipeline::clip_line`].
+//! Polygons and lines are clipped against six planes in homogeneous coordinates, before the
+//! division by w: [`pipeline::clip_polygon`], [`pipeline::clip_line`].
 //!
 //! ```
 //! # use fbptr::pipeline::{ClipVertex, clip_polygon};
@@ -78,17 +83,18 @@
 //!
 //! ## 6 Projection
 //!
-//! Perspective in four forms, orthographic, oblique, isometric, and the viewing transformation: [`scene::Projection`].
+//! Perspective in four forms, orthographic, oblique and isometric projections, and the viewing
+//! transformation: [`scene::Projection`].
 //!
 //! ## 7 Visibility
 //!
-//! Faces that turn away are left out, then the painter or the z-buffer decides: [`scene::HiddenSurface`],
-//! [`memory::DepthMemory`].
+//! Faces that are turned away are culled, then the painter's algorithm or the z-buffer decides:
+//! [`scene::HiddenSurface`], [`memory::DepthMemory`].
 //!
 //! ## 8 Light
 //!
-//! Flat, Gouraud or Phong: once a face, once a corner, once a pixel; see [`scene::ShadeMode`], [`scene::Light`],
-//! [`scene::Material`]. With this a whole mesh is one call:
+//! Flat, Gouraud or Phong: light is computed once per face, per vertex or per pixel; see
+//! [`scene::ShadeMode`], [`scene::Light`], [`scene::Material`]. With this a whole mesh is one call:
 //!
 //! ```
 //! use fbptr::memory::{DepthFormat, VideoMemory};
@@ -113,9 +119,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # A video memory that others draw into
+//! # A video memory that other programs draw into
 //!
-//! Programs ask for all of it by [`command::Command`]s, as text on a socket or as values from the same process:
+//! Clients use all of this through [`command::Command`]s, as text on a socket or as values in the
+//! same process:
 //!
 //! ```
 //! use fbptr::server::{Engine, Finish, RenderThread};
@@ -128,16 +135,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The rooms below stand in layers; imports go down only (`tests/cli/layers.rs` checks it).
+//! The modules below are listed by layer; imports go down only (`tests/cli/layers.rs` checks it).
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 
-// 0: numbers, kernels, refusal codes
+// 0: numbers, kernels, error codes
 pub mod cancel;
 pub mod error;
 pub mod math;
 pub mod simd;
-// 1: what there is
+// 1: video memory and scene data
 pub mod memory;
 pub mod scene;
 // 2: drawing
@@ -145,13 +152,13 @@ pub mod draw2d;
 pub mod eye;
 pub mod pipeline;
 pub mod truth;
-// 3: in and out, without a thread
+// 3: commands and files, without a thread
 pub mod command;
 pub mod load;
 pub mod save;
 // 4: the render thread
 pub mod server;
-// 5: the viewer, the measurements
+// 5: the viewer and the measurements
 pub mod measure;
 pub mod viewer;
 // 6: the screen
@@ -160,7 +167,7 @@ pub mod window;
 // 7: the command line
 pub mod cli;
 
-/// The README's example is compiled, too.
+/// Compiles the README's examples as doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct ReadmeExamples;

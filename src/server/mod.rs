@@ -1,4 +1,8 @@
-//! THE RENDER THREAD, sessions, transports.
+//! The render server: render thread, sessions, and the transports that connect clients to it.
+//!
+//! In: commands as bytes of sockets, pipes and files, or as values from the same process. Out:
+//! replies, frames on the display, snapshots, recordings, metrics. [`RenderThread`] alone owns the
+//! [`Engine`] and the video memory; all other threads send it messages.
 
 mod client;
 mod display;

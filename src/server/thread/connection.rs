@@ -1,4 +1,9 @@
-//! A connection as the render thread sees it: its stream, the work that waits, and where its replies go.
+//! A connection as the render thread sees it: its stream, its queued work, and where its replies
+//! go.
+//!
+//! In: batches of bytes, typed commands, results of jobs. Out: replies in its reply queue or inbox,
+//! notices for its owner. Runs on the render thread. Promises that work runs in the order of
+//! arrival, and that nothing runs while the connection waits for a frame, a job or its client.
 
 use super::message::{Batch, ConnectionSource, Item, Message, OpenConnection, Port};
 use crate::command::EndOfInput;
@@ -15,25 +20,25 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A slice of so little work, after one of so little time, is expected to be short: the connection
-/// is interactive.
+/// Most bytes that an interactive connection has queued, and the longest time of its last slice:
+/// its next slice is expected to be short.
 const INTERACTIVE_BYTES: u64 = 8 << 10;
 const INTERACTIVE_TIME: Duration = Duration::from_micros(200);
 
-/// Replies of so many bytes are sent by the render thread itself, where the client has read those before.
+/// Longest reply that the render thread sends itself, if the client has read all earlier ones.
 const SHORT_REPLY_BYTES: usize = 16 << 10;
 
-/// A job that waits for a worker is looked at this often.
+/// Time between checks of a job that waits for a worker.
 const CHECK_JOBS: Duration = Duration::from_millis(100);
 
-/// Something that waits to be run.
+/// A unit of queued work.
 enum Work {
     Bytes {
         batch: Batch,
         at: usize,
     },
     Item(Item),
-    /// The command in the middle of which it stands goes on. Comes before all else.
+    /// The rest of the command that was suspended; runs before everything else.
     Resume(Resume),
     End(EndOfInput),
 }
@@ -41,54 +46,56 @@ enum Work {
 pub(super) struct Connection {
     pub id: u64,
     pub stream: Stream,
-    /// Whether the stream may be a recording, until its first bytes tell; and the recording, if it is one.
+    /// Set until the first bytes show whether the stream is a recording; and the recording, if it
+    /// is one.
     may_replay: bool,
     replay: Option<Replay>,
-    /// Looks for other protocols, until the first bytes tell. TCP alone: nothing else can be reached by a web page.
+    /// Detects other protocols in the first bytes. TCP only: web pages cannot reach anything else.
     sniffer: Option<Sniffer>,
     medium: Medium,
     activity: Activity,
     work: VecDeque<Work>,
     /// Bytes in `work`.
     pub queued_bytes: u64,
-    /// The inbox has items that are not in `work` yet.
+    /// Set while the inbox has items that are not in `work` yet.
     has_mail: bool,
     mail: Vec<Item>,
     source: ConnectionSource,
     has_writer: bool,
     on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     on_end: Option<Box<dyn FnOnce() + Send>>,
-    /// It is in one of the scheduler's queues.
+    /// Set while it is in one of the scheduler's queues.
     pub is_queued: bool,
-    /// After its slice it had work left that holds no pooled buffer.
+    /// Set if it had work left after its slice that is not in a pooled buffer.
     pub is_slow: bool,
-    /// How long its last slice took.
+    /// Duration of its last slice.
     pub last_slice: Duration,
-    /// The frame that it waits for, and who asked, where that is an in-process client.
+    /// The number of the frame that it waits for.
     pub waits_for: Option<u64>,
     /// The job that it waits for.
     job: Option<Ticket>,
-    /// It is in the middle of a command that is run in pieces.
+    /// Set while it has begun a command that runs in pieces.
     pub is_in_pieces: bool,
-    /// In its last slice, another one was.
+    /// Set if its last slice was limited to queries, because another connection's command is in
+    /// pieces.
     is_held: bool,
-    /// Where the reply to a typed command goes, unless nobody asked.
+    /// Receiver of the reply to the running typed command, if the client waits for one.
     owed: Option<Sender<Result<Vec<u8>, Fault>>>,
-    /// It waits for its client to read.
+    /// Set while it waits for its client to read replies.
     is_stalled: bool,
     is_ending: bool,
 }
 
-/// What tells an idle connection from a busy one, looked at once a second.
+/// Activity of a connection, checked once a second to find idle ones.
 struct Activity {
-    /// Bytes have come since the last look.
+    /// Set if bytes have arrived since the last check.
     has_received: bool,
-    /// Reply bytes that its client had not read at the last look.
+    /// Reply bytes that its client had not read at the last check.
     unread: usize,
     quiet_since: Instant,
 }
 
-/// A connection that is over, and whose transport is still busy with the last replies.
+/// A connection that has ended, while its transport still sends the last replies.
 pub(super) struct ClosingConnection {
     pub reply_queue: Arc<ReplyQueue>,
     pub port: Box<dyn Port>,
@@ -137,9 +144,9 @@ impl Connection {
         self.work.push_back(Work::Bytes { batch, at: 0 });
     }
 
-    /// Gives back the pooled buffers of what must wait longer than to the next slice: all of them
-    /// when the connection waits for something, or when its slice ended within a batch. Returns
-    /// whether it has work left that holds none.
+    /// Returns the pooled buffers of work that must wait longer than until the next slice: all of
+    /// them if the connection waits for something, or if its slice ended within a batch. Returns
+    /// whether it can run and has queued work without a pooled buffer.
     pub fn release_buffers(&mut self) -> bool {
         let is_parked = self.waits_for.is_some()
             || self.job.is_some()
@@ -160,7 +167,7 @@ impl Connection {
     }
 
     pub fn add_end(&mut self, end: EndOfInput) {
-        // What an in-process client sent before it went comes first.
+        // Commands that an in-process client sent before the end come first.
         self.fetch_mail();
         self.work.push_back(Work::End(end));
     }
@@ -173,7 +180,7 @@ impl Connection {
         self.is_stalled = false;
     }
 
-    /// Whether there is something to run, and nothing to wait for.
+    /// Returns whether there is work to run and nothing to wait for.
     pub fn is_runnable(&self) -> bool {
         (self.has_mail || !self.work.is_empty())
             && self.waits_for.is_none()
@@ -181,18 +188,20 @@ impl Connection {
             && !self.is_stalled
     }
 
-    /// Returns whether its slice will be short, by what waits and how the last one was.
+    /// Returns whether its next slice is expected to be short, by its queued bytes and its last
+    /// slice.
     pub fn is_interactive(&self) -> bool {
         self.queued_bytes <= INTERACTIVE_BYTES && self.last_slice <= INTERACTIVE_TIME
     }
 
-    /// Whether nothing that was received is left to run.
+    /// Returns whether everything received has run.
     pub fn is_idle(&self) -> bool {
         !self.has_mail && self.work.is_empty() && self.job.is_none()
     }
 
-    /// Whether nothing has come from a socket and nothing was due to it for `timeout`, as far as looks once a second can
-    /// tell. Listeners to events, who wait by trade, are never idle; a client that takes none of its replies is.
+    /// Returns whether a socket has been idle for `timeout`, to within the second between checks:
+    /// nothing was received and it waits for nothing from the server. Clients that listen to events
+    /// are never idle; a client that does not read its replies is.
     pub fn is_timed_out(&mut self, now: Instant, timeout: Duration) -> bool {
         let unread = self.unread();
         let has_changed = std::mem::take(&mut self.activity.has_received)
@@ -205,7 +214,8 @@ impl Connection {
         now.saturating_duration_since(self.activity.quiet_since) >= timeout
     }
 
-    /// The line that tells a client that it was idle for too long; empty for one that is sent nothing unasked.
+    /// Returns the error line for a client that was idle for too long; empty if the client gets no
+    /// error lines.
     pub fn timeout_line(&self, timeout: Duration) -> String {
         let (session, place) = (self.stream.session(), self.stream.place());
         match session.reports_errors() {
@@ -217,18 +227,18 @@ impl Connection {
         }
     }
 
-    /// Whether it will say when nothing more comes, because its reading was stopped.
+    /// Returns whether an end of input will still arrive, because reading was stopped.
     pub fn is_ending(&self) -> bool {
         self.is_ending
     }
 
-    /// Commands that were run or refused.
+    /// Returns the number of commands that were run or refused.
     pub fn commands(&self) -> u64 {
         self.stream.session().stats.commands + self.replay.as_ref().map_or(0, Replay::commands)
     }
 
-    /// Runs a slice of the work that waits, of at most `bytes` stream bytes and as the budget says; replies go to `out`.
-    /// Answers how it stands: `Ended` when it is over.
+    /// Runs one slice: at most `bytes` stream bytes, within the budget. Replies go to `out`.
+    /// Returns the state after it, [`StreamState::Ended`] if the connection is over.
     pub fn run(
         &mut self,
         engine: &mut Engine,
@@ -237,7 +247,7 @@ impl Connection {
         out: &mut Output,
     ) -> StreamState {
         if let ConnectionSource::Stream { reply_queue, .. } = &self.source
-            // What holds up others goes on whether its client reads or not.
+            // A command that holds up others continues even if its client does not read.
             && !self.is_in_pieces
             && reply_queue.is_full(budget.reply_bytes)
         {
@@ -252,7 +262,8 @@ impl Connection {
             }
             let state = match self.work.pop_front() {
                 None => return StreamState::Ready,
-                // A pooled one is run in one go: what is left of it would have to be copied.
+                // A pooled batch is run in one slice: otherwise the rest of it would have to be
+                // copied.
                 Some(Work::Bytes { batch, at: 0 })
                     if batch.pooled.is_some() && left < bytes.min(batch.filled) =>
                 {
@@ -335,7 +346,8 @@ impl Connection {
         StreamState::Yields
     }
 
-    /// Ends the connection of a client that speaks another protocol: one error, and nothing of it has run.
+    /// Ends the connection of a client that speaks another protocol, with one error. None of its
+    /// bytes have run.
     fn refuse_foreign(&mut self, foreign: Foreign, engine: &mut Engine, out: &mut Output) -> StreamState {
         let stats = &mut self.stream.session_mut().stats;
         stats.commands += 1;
@@ -366,7 +378,8 @@ impl Connection {
         }
     }
 
-    /// Gives the reply to a typed command to whoever asked, when it has taken effect.
+    /// Sends the reply of a typed command to the client that waits for it, once it has taken
+    /// effect.
     fn answer(&mut self, state: StreamState, out: &mut Output) {
         if matches!(state, StreamState::WaitsFor(_) | StreamState::Works | StreamState::InPieces) {
             return;
@@ -376,31 +389,32 @@ impl Connection {
             Some(Notice::Refused(refused)) => Err(refused.fault),
             _ => Ok(std::mem::take(&mut out.replies)),
         };
-        // Whoever asked may be gone.
+        // The client may be gone.
         let _ = answer.send(result);
     }
 
-    /// It waits for this job from now on.
+    /// Makes the connection wait for a job.
     pub fn wait_for_job(&mut self, ticket: Ticket) {
         self.job = Some(ticket);
     }
 
-    /// A job is done: its result is what is run next, if it is the one that is waited for.
+    /// Accepts the result of a finished job, if it is the one that the connection waits for.
     pub fn job_done(&mut self, number: u64, result: JobResult) {
         if self.job.as_ref().is_some_and(|ticket| ticket.number == number) {
             self.add_result(result);
         }
     }
 
-    /// The same where no worker could be had.
+    /// Ends the wait for a job: its result is the next work to run.
     pub fn add_result(&mut self, result: JobResult) {
         self.job = None;
         self.work.push_front(Work::Resume(Resume::Job(result)));
     }
 
-    /// Refuses the command whose job has run since before `limit` ago. When to look again, if it waits for a job.
+    /// Refuses the command whose job has run for longer than `limit`. Returns the time of the next
+    /// check if the connection still waits.
     pub fn check_job(&mut self, now: Instant, limit: Duration) -> Option<Instant> {
-        // What was recorded was not given up, however long it takes here.
+        // A recorded command had finished when it was recorded, so it has no time limit here.
         let ticket = self.job.as_ref().filter(|_| self.replay.is_none())?;
         let Some(until) = ticket.begun().map(|begun| begun + limit) else { return Some(now + CHECK_JOBS) };
         if now < until {
@@ -412,12 +426,12 @@ impl Connection {
         None
     }
 
-    /// The frame that it waited for is shown: answers, and goes on.
+    /// Answers the client that waited for this frame, and makes the connection runnable.
     pub fn frame_is_shown(&mut self, engine: &Engine, out: &mut Output) {
         if let Some(frame) = self.waits_for.take() {
             engine.answer_shown(frame, &mut out.replies);
             if let Some(owed) = self.owed.take() {
-                // Whoever asked may be gone.
+                // The client may be gone.
                 let _ = owed.send(Ok(std::mem::take(&mut out.replies)));
             }
         }
@@ -447,7 +461,8 @@ impl Connection {
         }
     }
 
-    /// Sends replies, or hands them to the writer, which is started with the first that cannot be sent at once.
+    /// Sends replies, or queues them for the writer, which is started with the first reply that
+    /// cannot be sent at once.
     pub fn reply(&mut self, replies: &mut Vec<u8>, limit: usize, messages: &Sender<Message>) {
         if replies.is_empty() {
             return;
@@ -455,7 +470,7 @@ impl Connection {
         match &mut self.source {
             ConnectionSource::Inbox(_) => replies.clear(),
             ConnectionSource::Stream { reply_queue, port, .. } => {
-                // A change of threads takes longer than sending a short reply.
+                // Waking another thread takes longer than sending a short reply.
                 if replies.len() <= SHORT_REPLY_BYTES && reply_queue.pending() == 0 {
                     let sent = port.send_now(replies);
                     replies.drain(..sent);
@@ -466,7 +481,7 @@ impl Connection {
                 reply_queue.put(replies);
                 if !std::mem::replace(&mut self.has_writer, true) {
                     let (id, messages) = (self.id, messages.clone());
-                    // A render thread that is gone needs no room.
+                    // If the render thread has ended, nobody needs the message.
                     let on_room = move || drop(messages.send(Message::Room(id)));
                     port.start_writer(reply_queue.clone(), limit, Box::new(on_room));
                 }
@@ -474,7 +489,7 @@ impl Connection {
         }
     }
 
-    /// Sends it an event; a client that does not read misses events, not replies.
+    /// Sends an event of the window. A client that does not read misses events, but no replies.
     pub fn push_event(&mut self, event: &InputEvent, limit: usize, messages: &Sender<Message>) {
         match &self.source {
             ConnectionSource::Inbox(inbox) => inbox.push_event(event),
@@ -485,7 +500,7 @@ impl Connection {
         }
     }
 
-    /// Bytes of replies that its client has not read.
+    /// Returns the number of reply bytes that the client has not read.
     pub fn unread(&self) -> usize {
         match &self.source {
             ConnectionSource::Inbox(_) => 0,
@@ -493,14 +508,15 @@ impl Connection {
         }
     }
 
-    /// Ends the transport's reading, where that can be done.
+    /// Stops the transport's reading, if it can do that.
     pub fn stop_reading(&mut self) {
         if let ConnectionSource::Stream { port, .. } = &mut self.source {
             self.is_ending = port.stop_reading();
         }
     }
 
-    /// Ends the connection: frees its state and lets the last replies go.
+    /// Ends the connection and frees its state. Returns what is left while the last replies are
+    /// sent.
     pub fn close(mut self, engine: &mut Engine) -> Option<ClosingConnection> {
         if let Some(ticket) = &self.job {
             ticket.cancel();

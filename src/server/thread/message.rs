@@ -1,4 +1,8 @@
-//! What travels to the render thread.
+//! Messages to the render thread, and the inbox of in-process clients.
+//!
+//! In: connections, bytes, typed commands and finished jobs, from any thread. Out: what the
+//! scheduler receives. Promises: an in-process client is at most 16,384 commands ahead; its errors
+//! and events are stored up to a limit.
 
 use super::super::jobs::JobResult;
 use super::super::reply_queue::ReplyQueue;
@@ -11,11 +15,11 @@ use crossbeam_channel::Sender;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// A connection's number.
+/// Number of a connection.
 pub(crate) type Id = u64;
 
-/// Bytes of a connection: the first `filled` of the pooled buffer, or of its own, which goes back
-/// to its reader.
+/// Bytes of a connection: the first `filled` bytes of the pooled buffer if there is one, otherwise
+/// of `buffer`.
 #[derive(Debug)]
 pub(crate) struct Batch {
     pub buffer: Vec<u8>,
@@ -24,12 +28,12 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// What was read.
+    /// Returns the bytes that were read.
     pub fn bytes(&self) -> &[u8] {
         &self.pooled.as_ref().map_or(&self.buffer, |l| &l.buffer)[..self.filled]
     }
 
-    /// Gives the pooled buffer back; what stands from `at` on is kept in the own buffer.
+    /// Returns the pooled buffer to its pool; the bytes from offset `at` on are copied to `buffer`.
     pub fn unpool_from(&mut self, at: usize) {
         if let Some(pooled) = self.pooled.take() {
             self.buffer = pooled.buffer[at..self.filled].to_vec();
@@ -38,25 +42,26 @@ impl Batch {
     }
 }
 
-/// One message. Bytes of a connection come in order; messages of different connections in the order of sending.
+/// A message to the render thread. Those of one connection keep their order; those of different
+/// connections are in order of sending.
 pub(crate) enum Message {
-    /// A connection begins.
+    /// A connection was opened.
     Open(Id, Box<OpenConnection>),
-    /// Bytes that it sent.
+    /// Bytes of a connection.
     Bytes(Id, Batch),
-    /// It sends no more.
+    /// The end of a connection's input.
     End(Id, EndOfInput),
-    /// Its typed commands wait in its inbox.
+    /// The connection's inbox has typed commands.
     Mail(Id),
-    /// Its client has read: there is room for replies.
+    /// The connection's client has read replies: there is room for more.
     Room(Id),
-    /// A worker has done a job of a connection: its ticket's number, and what came of it.
+    /// A worker has finished a connection's job: the ticket's number and the result.
     JobDone(Id, u64, Box<JobResult>),
-    /// Something to do between two slices of work.
+    /// A function to run between two slices.
     Do(Box<dyn FnOnce(&mut Engine) + Send>),
-    /// The window could not be had: go on without.
+    /// The window could not be opened: the server runs without it.
     NoDisplay,
-    /// Finish what was received, then end.
+    /// The render thread is to end.
     Finish(super::Finish),
 }
 
@@ -76,20 +81,20 @@ impl fmt::Debug for Message {
     }
 }
 
-/// What a new connection brings.
+/// A new connection: its source, its audience and its callbacks.
 pub(crate) struct OpenConnection {
     pub audience: Audience,
     pub medium: Medium,
-    /// Whether its bytes may be a recording.
+    /// Set if its bytes may be a recording.
     pub may_replay: bool,
     pub source: ConnectionSource,
-    /// Called with each refusal and warning, where the audience is the owner.
+    /// Called with each refusal and warning, if the audience is the owner.
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     /// Called when the connection's last command has run.
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
 }
 
-/// Where a connection's commands come from, and where its replies go.
+/// Source of a connection's commands, and destination of its replies.
 pub(crate) enum ConnectionSource {
     /// A stream of bytes.
     Stream { recycle: Recycle, reply_queue: Arc<ReplyQueue>, port: Box<dyn Port> },
@@ -97,35 +102,36 @@ pub(crate) enum ConnectionSource {
     Inbox(Arc<Inbox>),
 }
 
-/// The render thread's hold on a transport.
+/// The render thread's handle on a transport.
 pub(crate) trait Port: Send {
     /// Starts the writer's thread over `reply_queue`; called once, with the first reply that cannot
     /// be sent at once.
     fn start_writer(&mut self, reply_queue: Arc<ReplyQueue>, limit: usize, on_room: Box<dyn Fn() + Send>);
-    /// Sends as much of a short reply as can be sent without waiting, before any writer has work; how much that was.
+    /// Sends as much of a short reply as can be sent without blocking, while no writer has work.
+    /// Returns the number of bytes.
     fn send_now(&mut self, bytes: &[u8]) -> usize;
-    /// No reply waits for a writer, and none will.
+    /// Ends the sending side if no writer was started: no reply is queued, and none will be.
     fn end_without_writer(&mut self, reply_queue: &ReplyQueue);
-    /// Ends the transport's reading: what has arrived is still read. Whether that can be done.
+    /// Stops reading after the bytes that have arrived. Returns whether the transport can do that.
     fn stop_reading(&mut self) -> bool;
     /// Ends the transport at once.
     fn abort(&mut self);
-    /// Whether the transport's threads have ended.
+    /// Returns whether the transport's threads have ended.
     fn is_gone(&self) -> bool;
 }
 
-/// One thing that an in-process client asks for.
+/// An item of an in-process client's inbox.
 pub(crate) enum Item {
-    /// Run it.
+    /// A command to run.
     Command(Command),
-    /// Run it and answer with its reply.
+    /// A command whose reply, or fault, is sent back.
     Ask(Command, Sender<Result<Vec<u8>, Fault>>),
-    /// Look at the engine, after everything before.
+    /// A function that reads the engine after all earlier items have run.
     Look(Box<dyn FnOnce(&Engine) + Send>),
 }
 
 impl Item {
-    /// Whether it changes nothing: it is run while others wait.
+    /// Returns whether the item changes nothing, so that it may run while other commands wait.
     pub fn only_asks(&self) -> bool {
         match self {
             Item::Command(command) | Item::Ask(command, _) => command.only_asks(),
@@ -134,7 +140,8 @@ impl Item {
     }
 }
 
-/// What in-process clients have sent and the render thread has not taken.
+/// Queue of an in-process client's items that the render thread has not taken, and the errors and
+/// events for the client.
 #[derive(Default)]
 pub(crate) struct Inbox {
     state: Mutex<Mail>,
@@ -149,13 +156,13 @@ struct Mail {
     events: Vec<InputEvent>,
 }
 
-/// A client that is further ahead than this many commands waits.
+/// Number of queued commands at which a client blocks.
 const MAX_AHEAD: usize = 1 << 14;
 
-/// Events that a client does not take beyond this many are missed.
+/// Number of stored events; later ones are dropped until the client takes them.
 const MAX_EVENTS: usize = 4096;
 
-/// Errors beyond this many are counted in STATS alone.
+/// Number of stored errors; later ones are only counted in STATS.
 const MAX_ERRORS: usize = 1000;
 
 impl Inbox {
@@ -163,7 +170,8 @@ impl Inbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds an item; whether it is the first that waits. `None` when nobody will take it.
+    /// Adds an item, and blocks while the queue is full. Returns whether the queue was empty
+    /// before, or `None` if the inbox is closed.
     pub fn put(&self, item: Item) -> Option<bool> {
         let mut mail = self.lock();
         while mail.items.len() >= MAX_AHEAD && !mail.is_closed {
@@ -176,7 +184,7 @@ impl Inbox {
         Some(mail.items.len() == 1)
     }
 
-    /// Takes all items, in exchange for an empty list.
+    /// Swaps the queued items with `into`, which is empty.
     pub fn take(&self, into: &mut Vec<Item>) {
         let mut mail = self.lock();
         std::mem::swap(&mut mail.items, into);
@@ -184,17 +192,17 @@ impl Inbox {
         self.taken.notify_all();
     }
 
-    /// Nobody takes items any more.
+    /// Closes the inbox: drops the queued items and unblocks all callers of [`Inbox::put`].
     pub fn close(&self) {
         let mut mail = self.lock();
         mail.is_closed = true;
-        // Those who wait for an answer see their channel end.
+        // A client that waits for an answer sees its channel disconnected.
         mail.items.clear();
         drop(mail);
         self.taken.notify_all();
     }
 
-    /// Keeps an error for the client.
+    /// Stores an error for the client.
     pub fn push_error(&self, refused: CommandError) {
         let mut mail = self.lock();
         if mail.errors.len() < MAX_ERRORS {
@@ -202,7 +210,7 @@ impl Inbox {
         }
     }
 
-    /// Keeps an event of the window for the client.
+    /// Stores an event of the window for the client.
     pub fn push_event(&self, event: &InputEvent) {
         let mut mail = self.lock();
         if mail.events.len() < MAX_EVENTS {
@@ -210,12 +218,12 @@ impl Inbox {
         }
     }
 
-    /// The events since the last call.
+    /// Takes the events since the last call.
     pub fn events(&self) -> Vec<InputEvent> {
         std::mem::take(&mut self.lock().events)
     }
 
-    /// The errors since the last call.
+    /// Takes the errors since the last call.
     pub fn errors(&self) -> Vec<CommandError> {
         std::mem::take(&mut self.lock().errors)
     }

@@ -1,13 +1,13 @@
-//! THE RENDER THREAD: owns the engine, and with it the video memory; runs what all connections
-//! send, in slices.
+//! The render thread: owns the engine, and with it the video memory, and runs the commands of all
+//! connections in slices.
 //!
 //! In: batches of bytes and typed commands over one bounded channel; input from the display. Out:
 //! replies in each connection's reply queue, frames on the display. Promises: each connection's
-//! commands run in order and its replies keep that order; connections run by slices of
-//! [`SLICE_BYTES`] or [`SLICE_TIME`], whichever is used up first (one command more at most; where
-//! many run, less time); the thread waits for no client, no window and no reader. A reader has few
-//! buffers and waits for the next one, so what is received and not run is bounded, and the socket
-//! itself holds a fast sender back.
+//! commands run in order and its replies keep that order; a connection runs until it has used
+//! [`SLICE_BYTES`] or [`SLICE_TIME`], whichever comes first (plus at most one command; less time
+//! where many connections run); the thread never blocks on a client, a window or a reader. A reader
+//! has few buffers and waits for a free one, so the bytes that are received and not yet run are
+//! bounded, and TCP's own flow control slows a fast sender down.
 
 pub(crate) mod connection;
 pub(crate) mod message;
@@ -26,49 +26,50 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Stream bytes of one slice, after which the next connection runs.
+/// Stream bytes that one slice may run before the next connection does.
 pub const SLICE_BYTES: usize = POOLED_BUFFER_BYTES;
-/// The time of one slice, and the time in which every connection has one, where that leaves each no
-/// less than a tenth of it.
+/// Longest time of one slice. With many connections a slice is shorter, down to a tenth of this, so
+/// that all of them run within 24 ms.
 pub const SLICE_TIME: Duration = Duration::from_millis(2);
 const ROUND_TIME: Duration = Duration::from_millis(24);
-/// Messages that may wait. Each connection has few, so that this is never what limits one of them.
+/// Messages that the channel can hold. Each connection has few in flight, so this limit is not
+/// reached by any single one.
 const CHANNEL_ROOM: usize = 8192;
-/// The display is not given a new picture more often than this, but for PRESENT.
+/// Shortest time between two frames on the display, except those of `PRESENT`.
 const SHOW_EVERY: Duration = Duration::from_millis(15);
-/// Between two looks for idle connections.
+/// Time between two scans for idle connections.
 const IDLE_SCAN_EVERY: Duration = Duration::from_secs(1);
-/// How long a connection that is over may go without its client taking a byte.
+/// Time that a closing connection may spend without its client reading a byte.
 const CLOSE_WITHIN: Duration = Duration::from_secs(20);
-/// How long a client may keep its side open after it was sent everything.
+/// Time that a client may keep its side open after everything was sent.
 const HANG_UP_WITHIN: Duration = Duration::from_secs(3);
 
-/// How the render thread is to end.
+/// Condition on which the render thread ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finish {
-    /// When all that was and will be sent has run and every connection is over.
+    /// When every connection has ended and all its commands have run.
     WhenAllEnded,
-    /// When what has been received has run and its replies are out, and at this time in any case: what is being drawn
-    /// then is abandoned.
+    /// When everything received has run and its replies are sent, and at this time at the latest; a
+    /// command that is still running then is abandoned.
     By(Instant),
-    /// At once: what is being drawn is abandoned.
+    /// At once; a running command is abandoned.
     Now,
 }
 
-/// A handle on the render thread.
+/// Handle of the render thread.
 #[derive(Debug)]
 pub struct RenderThread {
     messages: Sender<Message>,
     thread: JoinHandle<Engine>,
     next_id: Arc<AtomicU64>,
-    /// Ends what is being drawn.
+    /// Cancels the running command.
     cancel: CancelToken,
-    /// Has nobody at its other end when the thread has ended.
+    /// Disconnected when the thread has ended.
     ended: Receiver<()>,
     poller: Arc<Poller>,
 }
 
-/// What transports need of the render thread: a way to send, and numbers for connections.
+/// The transports' access to the render thread: its channel and the counter of connection numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
     pub messages: Sender<Message>,
@@ -77,7 +78,7 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    /// A number that no other connection has.
+    /// Returns a number that no other connection has.
     pub fn new_id(&self) -> Id {
         self.next_id.fetch_add(1, Ordering::Relaxed)
     }
@@ -87,7 +88,7 @@ impl RenderThread {
     /// Starts the thread.
     ///
     /// # Errors
-    /// When the system has no thread to give, or nothing to wait with.
+    /// If the system has no thread to give, or the poller cannot be created.
     pub fn start(mut engine: Engine) -> std::io::Result<RenderThread> {
         let cancel = CancelToken::new();
         engine.set_cancel(cancel.clone());
@@ -113,7 +114,7 @@ impl RenderThread {
         })
     }
 
-    /// A client in this process, with a connection of its own.
+    /// Creates an in-process client with a connection of its own.
     pub fn client(&self) -> Client {
         let (link, inbox) = (self.link(), Arc::new(Inbox::default()));
         let id = link.new_id();
@@ -135,7 +136,8 @@ impl RenderThread {
         Link { messages: self.messages.clone(), poller: self.poller.clone(), next_id: self.next_id.clone() }
     }
 
-    /// Goes on without the display: the window could not be had. `PRESENT wait` counts as shown from now on.
+    /// Tells the thread that the window could not be opened. From then on `PRESENT wait` counts
+    /// each frame as shown at once.
     pub fn drop_display(&self) {
         let _ = self.messages.send(Message::NoDisplay);
     }
@@ -145,7 +147,8 @@ impl RenderThread {
         let _ = self.messages.send(Message::Do(Box::new(task)));
     }
 
-    /// Asks the thread to end; it does so on its own time, but for [`Finish::Now`].
+    /// Asks the thread to end and returns at once. [`Finish::Now`] also cancels the running
+    /// command.
     pub fn begin_finish(&self, how: Finish) {
         if how == Finish::Now {
             self.cancel.cancel();
@@ -153,7 +156,8 @@ impl RenderThread {
         let _ = self.messages.send(Message::Finish(how));
     }
 
-    /// Something that asks the thread to end at once, and can be called from anywhere, a signal's handler for instance.
+    /// Returns a function that ends the thread at once. It can be called from any thread, for
+    /// instance one that handles signals.
     pub fn stopper(&self) -> impl Fn() + Send + 'static {
         let (messages, cancel) = (self.messages.clone(), self.cancel.clone());
         move || {
@@ -162,15 +166,15 @@ impl RenderThread {
         }
     }
 
-    /// Whether the thread has ended.
+    /// Returns whether the thread has ended.
     pub fn is_finished(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Ends the thread and gives back its engine.
+    /// Ends the thread and returns its engine.
     ///
     /// # Panics
-    /// When the render thread did, which is a defect.
+    /// If the render thread panicked, which is a defect.
     pub fn finish(self, how: Finish) -> Engine {
         self.begin_finish(how);
         let RenderThread { messages, thread, cancel, ended, .. } = self;
@@ -178,7 +182,7 @@ impl RenderThread {
         if let Finish::By(time) = how
             && ended.recv_deadline(time) == Err(RecvTimeoutError::Timeout)
         {
-            // Still busy with one command.
+            // Still busy with a single command.
             cancel.cancel();
         }
         match thread.join() {

@@ -1,5 +1,10 @@
-//! The scheduler of the render thread: receives messages, gives each connection its slice, and
-//! does the periodic work in between.
+//! The render thread's loop: receives messages, gives each connection its slice, and does the
+//! periodic work between slices.
+//!
+//! In: messages, input of the display, readable sockets. Out: replies, notices and frames; the
+//! engine at the end. Runs on the render thread. Promises that messages are received before each
+//! slice, so those of one connection take effect in order, and that a panic ends one connection
+//! only. Tested by `tests/serving/fairness.rs`.
 
 mod input;
 mod periodic;
@@ -19,10 +24,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Room for replies that is kept when a connection has ended.
+/// Capacity of the reply buffer that is kept after a connection has ended.
 const KEPT_REPLY_BYTES: usize = 64 << 10;
 
-/// After so much time of slices interactive sockets are asked for, so many at once.
+/// Slice time after which interactive sockets are polled again, and how many are read at once.
 const INTERACTIVE_EVERY: Duration = Duration::from_micros(50);
 const INTERACTIVE_AT_ONCE: usize = 16;
 
@@ -32,38 +37,39 @@ pub(super) struct Scheduler {
     sender: Sender<Message>,
     inputs: Receiver<Input>,
     connections: HashMap<Id, Connection>,
-    /// Connections that can run, in the order of their slices.
+    /// Runnable connections, in the order of their slices.
     run_queue: VecDeque<Id>,
-    /// Interactive ones that can run: those that ask for little. They have every other slice at
+    /// Runnable interactive connections, which have little to run. They get every other slice at
     /// most.
     interactive_queue: VecDeque<Id>,
     was_interactive: bool,
-    /// Those that wait for a frame to be shown.
+    /// Connections that wait for a frame to be shown.
     awaiting_frame: Vec<Id>,
-    /// The step of a paused display that has begun and is not over.
+    /// The unfinished step of a paused display.
     step: Option<Step>,
     closing: Vec<ClosingConnection>,
-    /// Where sockets' buffers come from, and how many connections have work that holds none.
+    /// The pool of read buffers; and the number of connections with queued work in buffers of their
+    /// own.
     buffers: Arc<BufferPool>,
     slow: usize,
-    /// The means to read sockets.
+    /// Reads sockets on this thread.
     inline_reader: InlineReader,
-    /// How long slices took since interactive sockets were asked for.
+    /// Time of the slices since interactive sockets were last polled.
     ran_since: Duration,
-    /// Stream bytes received and not run.
+    /// Stream bytes that were received and have not run.
     queued_bytes: u64,
     output: Output,
     jobs: JobPool,
     /// Connections that wait for a job.
     awaiting_job: Vec<Id>,
-    /// When the next of them may have to be given up.
+    /// Time at which the first of their jobs may be over its time limit.
     jobs_until: Option<Instant>,
-    /// The connection whose command is in pieces: the others may only ask.
+    /// The connection whose command is in pieces; the others may only run queries.
     in_pieces: Option<Id>,
     shown_at: Instant,
     idle_scanned_at: Instant,
     metrics_at: Instant,
-    /// Something has happened that the metrics do not show.
+    /// Set when something has happened since the last update of the metrics.
     metrics_are_stale: bool,
     finish: Option<Finish>,
 }
@@ -110,7 +116,7 @@ impl Scheduler {
 
     pub fn run(mut self) -> Engine {
         loop {
-            // Whatever came must be looked at before the thread may sleep.
+            // Everything that has arrived must be handled before the thread may sleep.
             self.receive_all();
             self.run_due_work();
             if self.is_over() {
@@ -139,7 +145,7 @@ impl Scheduler {
         }
     }
 
-    /// Takes all messages that wait. Each connection can have few, so this ends.
+    /// Receives all queued messages. Each connection can have only a few in flight, so this ends.
     fn receive_all(&mut self) {
         while let Ok(message) = self.messages.try_recv() {
             self.receive(message);
@@ -162,7 +168,8 @@ impl Scheduler {
             }
             Message::Bytes(id, mut batch) if self.connections.contains_key(&id) => {
                 self.queued_bytes += batch.filled as u64;
-                // Its slice is far: others could use the buffer in the meantime.
+                // The connection's slice may be long in coming: others could use the buffer
+                // meanwhile.
                 if self.slow > 0 {
                     if self.engine.memory_budget().available() < batch.filled as u64 {
                         self.queued_bytes -= batch.filled as u64;
@@ -176,7 +183,7 @@ impl Scheduler {
                     c.release_buffers();
                 });
             }
-            // Its connection is over.
+            // The connection has ended.
             Message::Bytes(..) => {}
             Message::End(id, end) => self.with(id, |c| c.add_end(end)),
             Message::Mail(id) => self.with(id, Connection::add_mail),
@@ -196,7 +203,7 @@ impl Scheduler {
         }
     }
 
-    /// Ends a connection for whose bytes there is no memory left, with a word.
+    /// Ends a connection for whose bytes no memory is left, with an error line.
     fn give_up(&mut self, id: Id) {
         let Some(mut connection) = self.connections.remove(&id) else { return };
         let limit = self.engine.memory_budget().limit();
@@ -210,8 +217,8 @@ impl Scheduler {
         self.closing.extend(connection.close(&mut self.engine));
     }
 
-    /// Does something to a connection, and queues it when it can run. One that is over is not
-    /// there.
+    /// Applies `action` to a connection and queues it if it is runnable. Does nothing if the
+    /// connection has ended.
     fn with(&mut self, id: Id, action: impl FnOnce(&mut Connection)) {
         if let Some(connection) = self.connections.get_mut(&id) {
             action(connection);
@@ -267,7 +274,8 @@ impl Scheduler {
         }
         let mut state = StreamState::Yields;
         if connection.is_runnable() {
-            // A panic outside of a command's own is a defect, too; it ends this connection and not the server.
+            // A panic outside a command's own guard is a defect, too; it ends this connection, not
+            // the server.
             let run = || connection.run(&mut self.engine, SLICE_BYTES, budget, &mut self.output);
             state = catch_unwind(AssertUnwindSafe(run)).unwrap_or(StreamState::Ended);
         }
@@ -284,7 +292,7 @@ impl Scheduler {
                     }
                     self.jobs_until = Some(now);
                 }
-                // The system has no thread: everybody waits.
+                // The system has no thread to give: the job runs here, and all connections wait.
                 Err(job) => connection.add_result(job.run(&CancelToken::default())),
             }
         }
@@ -313,8 +321,8 @@ impl Scheduler {
         if pace != Pace::Free {
             self.engine.show();
         }
-        // A step takes as many slices, and pieces of input, as it needs; its connection's end is
-        // its end.
+        // A step takes as many slices and batches as it needs; it is over, too, when its connection
+        // ends.
         let is_over = |step: &Step| {
             !self.connections.contains_key(&step.id) || self.progress_of(step.id, step.pace) > step.before
         };
@@ -327,17 +335,17 @@ impl Scheduler {
         if let Some(connection) = self.connections.remove(&id) {
             self.queued_bytes -= connection.queued_bytes;
             self.closing.extend(connection.close(&mut self.engine));
-            // Room that one client's replies took is not kept for the others.
+            // The capacity that one client's replies needed is not kept for the others.
             self.output.replies.shrink_to(KEPT_REPLY_BYTES);
         }
     }
 
-    /// The end: the last replies go out, as long as there is time.
+    /// Closes all connections, waits for the last replies while there is time, and ends the engine.
     fn end(mut self) -> Engine {
         let until = match self.finish {
             Some(Finish::By(time)) => time + Duration::from_millis(300),
             Some(Finish::Now) => Instant::now() + Duration::from_millis(300),
-            // Whoever reads the replies takes the time it takes.
+            // Without a deadline the last replies may take as long as their readers do.
             _ => Instant::now() + Duration::from_secs(1 << 32),
         };
         for (_, connection) in self.connections.drain() {

@@ -1,9 +1,10 @@
-//! Periodic work of the render thread between slices: showing frames, ending jobs that are past
-//! their time, closing idle and finished connections, updating metrics.
+//! Periodic work of the render thread between slices: showing frames, ending jobs that are over
+//! their time limit, closing idle and finished connections, updating metrics.
 //!
-//! In: the time. Out: the state with all due work done, and the time of the next check. Runs on the
-//! render thread. Promises that each kind of work costs one comparison while none is due. Tested by
-//! `tests/serving/quotas.rs` (idle clients), `metrics.rs` and `fairness.rs` (jobs) beside it.
+//! In: the time. Out: the state with all due work done, and the time of the next deadline. Runs on
+//! the render thread. Promises that each kind of work costs one comparison while none is due.
+//! Tested by `tests/serving/quotas.rs` (idle clients), and `metrics.rs` and `fairness.rs` (jobs)
+//! beside it.
 
 use super::Scheduler;
 use crate::server::metrics;
@@ -31,7 +32,7 @@ impl Scheduler {
         self.closing.retain_mut(|l| !is_gone(l, now));
     }
 
-    /// Gives up jobs that take too long.
+    /// Cancels jobs that are over their time limit.
     fn check_jobs(&mut self, now: Instant) {
         let limit = self.engine.limits().command_time;
         let mut next: Option<Instant> = None;
@@ -46,8 +47,8 @@ impl Scheduler {
         self.jobs_until = next;
     }
 
-    /// Closes the connections that were idle for the limit's time. Once a second, over all of them: bytes cost nothing more
-    /// than a flag.
+    /// Closes the connections that were idle for longer than the limit. All connections are scanned
+    /// once a second, so receiving bytes costs no more than setting a flag.
     fn close_idle(&mut self, now: Instant) {
         let Some(timeout) = self.engine.limits().idle_timeout else { return };
         if now < self.idle_scanned_at + IDLE_SCAN_EVERY {
@@ -68,7 +69,7 @@ impl Scheduler {
         }
     }
 
-    /// Answers those whose frame is on the screen, and lets them go on.
+    /// Answers the connections whose frame has been shown, and makes them runnable.
     fn answer_shown(&mut self) {
         let limit = self.engine.limits().reply_bytes;
         for id in std::mem::take(&mut self.awaiting_frame) {
@@ -85,14 +86,14 @@ impl Scheduler {
         }
     }
 
-    /// When the metrics are to be brought up to date: soon where something has happened, and now and then in any case, so
-    /// that old ones mean a thread that is busy.
+    /// Returns the time of the next metrics update: soon if something has happened, and every few
+    /// seconds in any case, so that old metrics mean a busy thread.
     fn metrics_due_at(&self) -> Instant {
         let period = if self.metrics_are_stale { metrics::UPDATE_EVERY } else { metrics::REFRESH_EVERY };
         self.metrics_at + period
     }
 
-    /// Brings the metrics up to date, a few times a second and where there is a board for them.
+    /// Updates the metrics if that is due and there is a board to write them to.
     fn update_metrics(&mut self, now: Instant) {
         if now < self.metrics_due_at() {
             return;
@@ -106,7 +107,7 @@ impl Scheduler {
             m.private_resource_bytes =
                 connections().map(|c| metrics::resource_bytes(c.stream.session())).sum();
         });
-        // Where it was being read it is tried again in a moment.
+        // If a reader held the board, the update is tried again a moment later.
         if is_updated {
             (self.metrics_at, self.metrics_are_stale) = (now, false);
         }
@@ -130,7 +131,8 @@ impl Scheduler {
             at(self.idle_scanned_at + IDLE_SCAN_EVERY);
         }
         if self.engine.metrics().is_some() {
-            // Not at once where it was due and being read.
+            // If an update is due and the board is being read, it is tried again after a
+            // millisecond.
             at(self.metrics_due_at().max(Instant::now() + Duration::from_millis(1)));
         }
         if let Some(Finish::By(time)) = self.finish {
@@ -140,7 +142,7 @@ impl Scheduler {
     }
 }
 
-/// Whether a connection that is over needs no more care; aborts one whose client takes too long.
+/// Returns whether a closing connection can be dropped. Aborts it if its client takes too long.
 fn is_gone(closing: &mut ClosingConnection, now: Instant) -> bool {
     if closing.port.is_gone() {
         return true;

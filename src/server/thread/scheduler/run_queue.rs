@@ -1,9 +1,9 @@
-//! The run queues: which connection runs next, and how much where the display is paused.
+//! The run queues: selects the connection that runs next, and its pace while the display is paused.
 //!
-//! In: the queues of connections that can run, and what the user asked of a paused display. Out:
-//! one connection and its pace. Runs on the render thread. Promises that interactive connections
-//! have every other slice at most, and that a paused display runs single steps alone. One would
-//! know by `tests/serving/display.rs` and `tests/serving/fairness.rs`.
+//! In: the queues of runnable connections, and the steps that the user asks of a paused display.
+//! Out: one connection and its pace. Runs on the render thread. Promises that interactive
+//! connections get every other slice at most, and that a paused display runs single steps only.
+//! Tested by `tests/serving/display.rs` and `tests/serving/fairness.rs`.
 
 use super::Scheduler;
 use crate::server::Pace;
@@ -11,8 +11,8 @@ use crate::server::thread::connection::Connection;
 use crate::server::thread::message::Id;
 
 impl Scheduler {
-    /// Takes the connection that runs next, and how much it may run: none while the display is
-    /// paused, but for single steps.
+    /// Takes the connection that runs next from its queue, with its pace. While the display is
+    /// paused, returns connections for single steps only.
     pub(super) fn next_slice(&mut self) -> Option<(Id, Pace)> {
         if self.run_queue.is_empty() && self.interactive_queue.is_empty() {
             return None;
@@ -26,13 +26,13 @@ impl Scheduler {
         Some((self.pop_next()?, Pace::Free))
     }
 
-    /// Goes on with the step that has begun, if its connection has something to run.
+    /// Continues the unfinished step, if its connection is runnable.
     fn continue_step(&mut self) -> Option<(Id, Pace)> {
         let Step { id, pace, .. } = self.step?;
         self.take_from_queue(id).then_some((id, pace))
     }
 
-    /// Takes this connection from its queue. Returns whether it was there.
+    /// Removes a connection from its queue. Returns whether it was in one.
     fn take_from_queue(&mut self, id: Id) -> bool {
         for queue in [&mut self.interactive_queue, &mut self.run_queue] {
             if let Some(at) = queue.iter().position(|queued| *queued == id) {
@@ -43,13 +43,13 @@ impl Scheduler {
         false
     }
 
-    /// Begins the step that the user asked for: a frame where `AUTO` is off, else a command. One that waits for a client
-    /// to go on is given up.
+    /// Begins a step if the user asked for one: a frame if `AUTO` is off, a command otherwise. An
+    /// unfinished step, which waits for its client, is dropped.
     fn begin_step(&mut self) -> Option<(Id, Pace)> {
         if !self.engine.display().is_some_and(|display| display.take_step()) {
             return None;
         }
-        // While a command is in pieces only its connection can do a step.
+        // While a command is in pieces, only its connection can do a step.
         let id = match self.in_pieces {
             Some(id) => self.take_from_queue(id).then_some(id)?,
             None => self.pop_next()?,
@@ -60,7 +60,7 @@ impl Scheduler {
         Some((id, pace))
     }
 
-    /// Counts a step's connection up to its end.
+    /// Returns a count that grows when a step of this connection is complete: frames or commands.
     pub(super) fn progress_of(&self, id: Id, pace: Pace) -> u64 {
         match pace {
             Pace::OneFrame => self.engine.frames(),
@@ -68,7 +68,7 @@ impl Scheduler {
         }
     }
 
-    /// Takes the next connection from the queues.
+    /// Takes the next connection from the queues; interactive ones get every other slice.
     fn pop_next(&mut self) -> Option<Id> {
         self.was_interactive =
             !self.interactive_queue.is_empty() && (!self.was_interactive || self.run_queue.is_empty());
@@ -82,6 +82,6 @@ impl Scheduler {
 pub(super) struct Step {
     pub(super) id: Id,
     pub(super) pace: Pace,
-    /// The connection's progress when it began.
+    /// The connection's count of frames or commands when the step began.
     pub(super) before: u64,
 }
