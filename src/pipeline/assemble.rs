@@ -1,9 +1,11 @@
-//! Stages 4 and 5: which faces are seen from their front, which are left out, which are cut in front of the eye.
+//! Stages 4 and 5: which faces are seen from their front, which are left out, which are cut in
+//! front of the eye.
 //!
-//! In: three vertices. Out: the snapped outline(s) of what may be seen, and its plane. The four sides of the view never
-//! cut; near and far restrict pixel by pixel; only a face with some w <= 0 is cut, between the eye and the near plane
-//! where nothing is seen. Each such edge is cut at a point that depends on that edge alone, from its end in front, so
-//! neighbours share it bit for bit.
+//! In: three vertices. Out: the snapped outline(s) of what may be seen, and its plane. The four
+//! sides of the view never cut; near and far restrict pixel by pixel; only a face with some w <= 0
+//! is cut, between the eye and the near plane where nothing is seen. Each such edge is cut at a
+//! point that depends on that edge alone, from its end in front, so neighbours share it bit for
+//! bit.
 
 use super::draw_call::DrawStats;
 use super::plane_equation::{FacePlane, PlaneEquation};
@@ -44,8 +46,8 @@ pub(crate) struct Assembler {
 }
 
 impl Face {
-    /// The plane over the pixels of a face that crosses near or far: each pixel has to be checked by
-    /// [`PlaneEquation::is_between_near_and_far`] with [`Self::z_range`].
+    /// The plane over the pixels of a face that crosses near or far: each pixel has to be checked
+    /// by [`PlaneEquation::is_between_near_and_far`] with [`Self::z_range`].
     pub fn crossing(&self, screen: &ViewportTransform) -> Option<PlaneEquation> {
         let is_crossing = !self.wholly_between_near_and_far;
         is_crossing.then(|| self.plane.plane_equation(screen, Interpolation::Perspective))
@@ -116,7 +118,8 @@ impl Assembler {
         })
     }
 
-    /// Which side of a face is seen, before anything is left out; `None` without area on the screen.
+    /// Which side of a face is seen, before anything is left out; `None` without area on the
+    /// screen.
     pub fn side(&self, corners: [&Vertex; 3]) -> Option<Facing> {
         let on_screen = corners.iter().all(|v| v.screen[0].is_finite() && v.screen[1].is_finite());
         let outlines = if on_screen { [outline(corners.map(|v| v.screen)), None] } else { self.cut(corners) };
@@ -124,7 +127,8 @@ impl Assembler {
         Some(if (winding == Ordering::Less) != self.mirrored { Facing::Front } else { Facing::Back })
     }
 
-    /// Whether all corners are beyond the same side of the view, so far that snapping cannot bring them back.
+    /// Whether all corners are beyond the same side of the view, so far that snapping cannot bring
+    /// them back.
     fn is_outside(&self, corners: [&Vertex; 3]) -> bool {
         let all = |beyond: fn(DVec4) -> bool| corners.iter().all(|v| beyond(v.clip));
         if all(|c| c.w <= 0.0) || all(|c| c.z < 0.0) || corners.iter().all(|v| v.complement < 0.0) {
@@ -142,7 +146,8 @@ impl Assembler {
         beyond(0, clip.x0, clip.x1) || beyond(1, clip.y0, clip.y1)
     }
 
-    /// The part in front of the eye of a face that goes through the eye plane, as up to two triangles.
+    /// The part in front of the eye of a face that goes through the eye plane, as up to two
+    /// triangles.
     fn cut(&self, corners: [&Vertex; 3]) -> [Option<SnappedTriangle>; 2] {
         let (mut ring, mut count) = ([[0.0; 2]; 6], 0);
         let mut push = |point| (ring[count], count) = (point, count + 1);
@@ -162,7 +167,8 @@ impl Assembler {
         for (piece, at) in outlines.iter_mut().zip(1..count.saturating_sub(1)) {
             *piece = outline([ring[0], ring[at], ring[at + 1]]);
         }
-        // Rounding may fold the second triangle over the first; what is folded is thinner than the snapping.
+        // Rounding may fold the second triangle over the first; what is folded is thinner than the
+        // snapping.
         if let [Some(a), Some(b)] = &outlines
             && a.orientation() != b.orientation()
         {
@@ -171,7 +177,8 @@ impl Assembler {
         outlines
     }
 
-    /// Where, on the screen, the edge from `a` in front to `b` behind is cut: nearer than the near plane, and before `a`.
+    /// Where, on the screen, the edge from `a` in front to `b` behind is cut: nearer than the near
+    /// plane, and before `a`.
     fn cut_edge(&self, a: DVec4, b: DVec4) -> [f64; 2] {
         let w = 0.5 * self.transform.camera.w_near.min(a.w);
         let t = (a.w - w) / (a.w - b.w);

@@ -1,19 +1,22 @@
-//! The clipper of source 000: polygons and lines against the six planes of clip space, before the division.
+//! Clipping of polygons and lines against the six planes of clip space, before the division (notes
+//! 000).
 //!
-//! In: vertices (x, y, z, h) in homogeneous clip space with any number of varyings (colours, normals, texture coordinates).
-//! Out: the part inside -h<=x<=h, -h<=y<=h, 0<=z<=h, points on a plane inside, all h > 0. A new vertex lies at
-//! a + t (b - a), t = f(a) / (f(a) - f(b)), varyings with the same t; `a` is always the end inside, so faces that share an
-//! edge get it bit for bit, whichever way they run along it. Source: Sutherland, Hodgman, "Reentrant polygon clipping"
-//! (1974); Liang, Barsky (1984) for lines.
+//! In: vertices (x, y, z, h) in homogeneous clip space with any number of varyings (colours,
+//! normals, texture coordinates). Out: the part inside -h<=x<=h, -h<=y<=h, 0<=z<=h, with all h > 0;
+//! points on a plane are inside. A new vertex lies at a + t (b - a), t = f(a) / (f(a) - f(b)),
+//! varyings with the same t. `a` is always the end inside, so faces that share an edge get the same
+//! vertex bit for bit, in either direction. Source: Sutherland, Hodgman, "Reentrant polygon
+//! clipping" (1974); Liang, Barsky (1984) for lines.
 //!
-//! Filled faces need none of this (their coverage makes no new vertices); lines and outlines do.
+//! Filled faces are not clipped here (their coverage makes no new vertices); lines and outlines
+//! are.
 
 use glam::DVec4;
 
-/// A vertex in clip space with `N` numbers that vary over the surface.
+/// Vertex in clip space with `N` varyings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipVertex<const N: usize> {
-    /// x, y, z, h.
+    /// Homogeneous position x, y, z, h.
     pub pos_clip: DVec4,
     /// Colours, normals, texture coordinates.
     pub varyings: [f64; N],
@@ -29,13 +32,13 @@ const PLANES: [DVec4; 6] = [
     DVec4::new(0.0, 0.0, -1.0, 1.0),
 ];
 
-/// f of one plane: two of the coordinates, added.
+/// Returns f of one plane: the sum of two coordinates.
 fn distance(plane: usize, p: DVec4) -> f64 {
     PLANES[plane].dot(p)
 }
 
 impl<const N: usize> ClipVertex<N> {
-    /// The point `t` of the way from this vertex to `b`.
+    /// Returns the point at parameter `t` from this vertex to `b`.
     fn towards(&self, b: &Self, t: f64) -> Self {
         ClipVertex {
             pos_clip: self.pos_clip + (b.pos_clip - self.pos_clip) * t,
@@ -43,7 +46,8 @@ impl<const N: usize> ClipVertex<N> {
         }
     }
 
-    /// Where the edge from this vertex, which is inside, to `b`, which is not, meets a plane.
+    /// Returns the intersection with a plane of the edge from this vertex, which is inside, to `b`,
+    /// which is outside.
     fn cut(&self, b: &Self, plane: usize) -> Self {
         let (fa, fb) = (distance(plane, self.pos_clip), distance(plane, b.pos_clip));
         let mut v = self.towards(b, fa / (fa - fb));
@@ -61,9 +65,10 @@ impl<const N: usize> ClipVertex<N> {
     }
 }
 
-/// The part of a convex polygon inside all six planes, in the same direction; empty when there is none.
+/// Returns the part of a convex polygon inside all six planes, with the same orientation; empty if
+/// there is none.
 ///
-/// A corner that is not finite makes the polygon empty.
+/// A corner that is not finite makes the result empty.
 pub fn clip_polygon<const N: usize>(polygon: &[ClipVertex<N>]) -> Vec<ClipVertex<N>> {
     if polygon.iter().any(|v| !v.pos_clip.is_finite()) {
         return Vec::new();
@@ -83,7 +88,7 @@ pub fn clip_polygon<const N: usize>(polygon: &[ClipVertex<N>]) -> Vec<ClipVertex
                 _ => {}
             }
         }
-        // A corner on the plane gives itself twice.
+        // A corner on the plane is added twice.
         kept.dedup();
         if kept.len() > 1 && kept.first() == kept.last() {
             kept.pop();
@@ -95,21 +100,22 @@ pub fn clip_polygon<const N: usize>(polygon: &[ClipVertex<N>]) -> Vec<ClipVertex
     ring
 }
 
-/// The part of a line inside all six planes.
+/// Part of a line inside all six planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClippedLine<const N: usize> {
-    /// How far along the line the part begins and ends, 0..1.
+    /// Parameters along the line where the part begins and ends, in 0..1.
     pub t: [f64; 2],
-    /// Its ends.
+    /// End points.
     pub ends: [ClipVertex<N>; 2],
 }
 
-/// The part of the line from `a` to `b` inside all six planes, or `None`. It is the same bit for bit backwards.
+/// Returns the part of the line from `a` to `b` inside all six planes, or `None`. Swapping the ends
+/// gives the same points bit for bit.
 pub fn clip_line<const N: usize>(a: ClipVertex<N>, b: ClipVertex<N>) -> Option<ClippedLine<N>> {
     if !(a.pos_clip.is_finite() && b.pos_clip.is_finite()) {
         return None;
     }
-    // Always worked in one direction, so that an edge is cut alike from both sides.
+    // Always computed in one direction, so that both faces cut a shared edge alike.
     let (pa, pb) = (a.pos_clip.to_array(), b.pos_clip.to_array());
     let order = (0..4).map(|i| pa[i].total_cmp(&pb[i])).find(|o| o.is_ne());
     if order.is_some_and(|o| o.is_gt()) {
@@ -118,7 +124,7 @@ pub fn clip_line<const N: usize>(a: ClipVertex<N>, b: ClipVertex<N>) -> Option<C
         return Some(ClippedLine { t: [1.0 - t1, 1.0 - t0], ends: [back.ends[1], back.ends[0]] });
     }
     let (mut t0, mut t1) = (0.0f64, 1.0f64);
-    // The plane at which the part begins, and at which it ends.
+    // Planes at which the part begins and ends.
     let (mut first, mut last) = (None, None);
     for plane in 0..PLANES.len() {
         let (fa, fb) = (distance(plane, a.pos_clip), distance(plane, b.pos_clip));

@@ -34,7 +34,8 @@ impl FaceOrder {
             + self.keyed.capacity() * size_of::<(f64, usize, u32)>()
     }
 
-    /// Takes the faces of all objects that are wanted, in file order; no wireframe's. Only the first when it is cancelled.
+    /// Takes the faces of all objects that are wanted, in file order; no wireframe's. Only the
+    /// first when it is cancelled.
     pub fn collect_faces(&mut self, all: &[PreparedDraw], is_included: impl Fn(&PreparedDraw, u32) -> bool) {
         self.list.clear();
         for (object, p) in all.iter().enumerate().filter(|(_, p)| p.call.shade != ShadeMode::Wire) {
@@ -46,8 +47,8 @@ impl FaceOrder {
         }
     }
 
-    /// Puts the faces far to near by view z of their centres; equals stay in file order, which is that of their numbers.
-    /// When it is cancelled, only the first, or in no order.
+    /// Puts the faces far to near by view z of their centres; equals stay in file order, which is
+    /// that of their numbers. When it is cancelled, only the first, or in no order.
     pub fn sort(&mut self, all: &[PreparedDraw], cancel: &CancelToken) {
         self.keyed.clear();
         for some in self.list.chunks(FACES_AT_ONCE).take_while(|_| !cancel.is_cancelled()) {
@@ -63,7 +64,8 @@ impl FaceOrder {
 /// Faces between two looks whether the list is still wanted.
 const FACES_AT_ONCE: usize = 1 << 14;
 
-/// Lists of at most so many items are sorted without looking whether they are still wanted: some ten milliseconds.
+/// Lists of at most so many items are sorted without looking whether they are still wanted: some
+/// ten milliseconds.
 const SORTED_AT_ONCE: usize = 1 << 18;
 
 /// Sorts a list, which is split at its median while it is long; leaves off when it is cancelled.

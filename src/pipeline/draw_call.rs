@@ -1,4 +1,4 @@
-//! What a draw is given, and what it answers.
+//! Inputs and outputs of a draw: target, draw call, scene options, statistics, errors.
 
 use crate::error::Code;
 use crate::memory::{DepthFormat, DepthMemory, OverBudget, PickBuffer, VideoMemory};
@@ -9,70 +9,75 @@ use crate::scene::{
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// The memories that a draw writes.
+/// The memories that a draw writes to.
 #[derive(Debug)]
 pub struct Target<'a> {
-    /// The frame.
+    /// Video memory: the frame.
     pub memory: &'a mut VideoMemory,
-    /// Its depth: made by the first draw that needs it, and again when its size or format is another one.
+    /// Depth memory; created by the first draw that needs it, and again if its size or format
+    /// differs.
     pub depth: &'a mut Option<DepthMemory>,
-    /// The format in which depth is made.
+    /// Format of depth memory when it is created.
     pub depth_format: DepthFormat,
-    /// Which face wrote the depth of each pixel, where PICK asks for it; as large as the frame.
+    /// Pick buffer: the face that wrote each pixel's depth; as large as the frame. `None` if PICK
+    /// is not used.
     pub ids: Option<&'a mut PickBuffer>,
 }
 
-/// One DRAW: a mesh and every state that its picture depends on. Colours may exceed 1; positions are world coordinates.
+/// One DRAW: a mesh and every state that its picture depends on. Colours may exceed 1; positions
+/// are in world space.
 #[derive(Clone, Debug)]
 pub struct DrawCall<'a> {
     /// The mesh, and the textures of its own materials.
     pub geometry: &'a Geometry,
-    /// The same geometry as something shared, where it is: a renderer then keeps its prepared form from draw to draw.
+    /// The same geometry as an `Arc`, if it is one: a renderer then caches facts about it from draw
+    /// to draw.
     pub shared: Option<&'a Arc<Geometry>>,
-    /// Object to world space; its last row is 0 0 0 1.
+    /// Object to world space; the last row is 0 0 0 1.
     pub model: DMat4,
     /// View and projection.
     pub camera: Camera,
-    /// Which part of the frame is drawn to; it may leave the frame.
+    /// Part of the frame that is drawn to; it may extend beyond the frame.
     pub viewport: Viewport,
     /// Ambient light.
     pub ambient: DVec3,
     /// The lights that are on, in order.
     pub lights: &'a [Light],
-    /// Which of `lights` reach this mesh, as indices; `None` for all.
+    /// Indices of the `lights` that reach this mesh; `None` for all.
     pub light_subset: Option<&'a [u32]>,
-    /// For polygons without a material of their own (`usemtl` wins).
+    /// Material of polygons that have none of their own (`usemtl` takes precedence).
     pub material: &'a Material,
-    /// For faces seen from behind, in place of every other material (X3D's TwoSidedMaterial).
+    /// Material of faces seen from behind, in place of every other one (X3D's TwoSidedMaterial).
     pub back_material: Option<&'a Material>,
-    /// For polygons whose own material names no texture.
+    /// Texture of polygons whose own material names none.
     pub texture: Option<&'a Texture>,
-    /// The rules of every texture in this draw.
+    /// Wrap and filter modes of every texture in this draw.
     pub sampling: Sampling,
-    /// How faces get their colours.
+    /// Shading mode.
     pub shade: ShadeMode,
-    /// Which faces are left out.
+    /// Faces to leave out by the side seen.
     pub cull: Cull,
-    /// How hidden surfaces are found.
+    /// Hidden-surface method.
     pub hide: HiddenSurface,
-    /// How values run across a face.
+    /// Interpolation of attributes across a face: linear on the screen or perspective-correct.
     pub interp: Interpolation,
-    /// Whether faces seen from behind turn their normal before they are lit.
+    /// True if faces seen from behind flip their normal before lighting.
     pub two_sided_lighting: bool,
-    /// X3D's fog.
+    /// X3D fog.
     pub fog: Option<Fog>,
-    /// How lines are drawn.
+    /// Line style.
     pub line: LineStyle,
-    /// How faces are filled.
+    /// Fill style of faces.
     pub fill: FillStyle,
-    /// Several textures in place of one.
+    /// Multitexturing stages, in place of `texture`.
     pub stages: Option<&'a TextureStages>,
-    /// What the pick buffer keeps for this draw.
+    /// Value that the pick buffer stores for this draw.
     pub name: u32,
 }
 
 impl<'a> DrawCall<'a> {
-    /// A draw of `geometry` with the command language's start state, over a whole frame of `width` x `height` pixels.
+    /// Creates a draw of `geometry` with the command language's initial state, over a frame of
+    /// `width` x `height` pixels.
     pub fn new(geometry: &'a Geometry, material: &'a Material, width: u32, height: u32) -> Self {
         DrawCall {
             geometry,
@@ -102,7 +107,7 @@ impl<'a> DrawCall<'a> {
 }
 
 impl<'a> DrawCall<'a> {
-    /// The draw of one object of a scene, nameless (`name` is 0).
+    /// Creates the draw of one object of a scene, with `name` 0.
     pub fn of_object(object: &'a Object, scene: &'a Scene, options: &SceneOptions) -> Self {
         DrawCall {
             geometry: &object.geometry,
@@ -131,49 +136,50 @@ impl<'a> DrawCall<'a> {
     }
 }
 
-/// Whether anybody reads the depth after the scene is drawn.
+/// Use of depth after a scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum DepthUse {
-    /// A stream: what comes next is not known, so under `zbuffer` depth is kept.
+    /// Later commands may read it (a stream): depth is kept under `zbuffer`.
     #[default]
     Keep,
-    /// The scene is known whole and nobody asks for depth: it is left out where nothing can be hidden.
+    /// Only the scene itself: depth is left out where nothing can be hidden.
     SceneOnly,
 }
 
-/// Whether the tile renderer leaves out faces that lie behind everything in their part of a tile; the same bytes either way.
+/// Hierarchical culling in the tile renderer: leaves out faces behind everything in their part of a
+/// tile. The bytes are the same either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum CoarseDepth {
-    /// Every face's pixels are tested.
+    /// No culling; every face's pixels are depth-tested.
     #[default]
     Off,
-    /// Hidden faces are left out first, under f32 depths.
+    /// Hidden faces are culled first, under f32 depths.
     On,
 }
 
-/// How a whole scene is drawn.
+/// Settings for drawing a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
-    /// Which part of the frame is drawn to.
+    /// Part of the frame that is drawn to.
     pub viewport: Viewport,
-    /// The camera of scenes that have none of their own.
+    /// Camera of scenes that have none of their own.
     pub camera: Camera,
-    /// For objects that do not say.
+    /// Shading mode of objects that set none.
     pub shade: ShadeMode,
-    /// How hidden surfaces are found.
+    /// Hidden-surface method.
     pub hide: HiddenSurface,
-    /// How values run across a face.
+    /// Interpolation of attributes across a face.
     pub interp: Interpolation,
-    /// In which order transparent faces follow the opaque ones.
+    /// Order of transparent faces, which follow the opaque ones.
     pub transparency: TransparencyOrder,
-    /// Whether depth is kept where it is not needed.
+    /// Use of depth after the scene is drawn.
     pub depth_use: DepthUse,
-    /// The id of object 0; object i has `first_name + i`.
+    /// Pick-buffer value of object 0; object i has `first_name + i`.
     pub first_name: u32,
 }
 
 impl SceneOptions {
-    /// The start state over a whole frame of `width` x `height` pixels.
+    /// Creates the initial state over a frame of `width` x `height` pixels.
     pub fn new(width: u32, height: u32) -> Self {
         SceneOptions {
             viewport: Viewport { x: 0, y: 0, width, height, rule: Default::default() },
@@ -188,36 +194,37 @@ impl SceneOptions {
     }
 }
 
-/// What went in and out of each stage.
+/// Counts of items in and out of each stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct DrawStats {
     /// Vertices transformed.
     pub vertices: u64,
-    /// Triangles that came in.
+    /// Triangles submitted.
     pub faces: u64,
-    /// Triangles left out: without area on the screen, or with a number that is not finite.
+    /// Triangles without area on the screen, or with a number that is not finite.
     pub faces_empty: u64,
-    /// Triangles left out as wholly outside the view.
+    /// Triangles entirely outside the view.
     pub faces_outside: u64,
-    /// Triangles left out by CULL.
+    /// Triangles culled by CULL.
     pub faces_culled: u64,
-    /// Triangles with some w <= 0, cut in front of the eye.
+    /// Triangles with some w <= 0, clipped in front of the eye.
     pub faces_cut: u64,
-    /// Triangles handed to the rasteriser.
+    /// Triangles passed to the rasterizer.
     pub faces_drawn: u64,
-    /// Triangles left out by coarse depth, each once for every tile that it reaches; their pixels are not tested.
+    /// Triangles culled by coarse depth, counted once per tile reached; their pixels are not
+    /// tested.
     pub faces_hidden: u64,
-    /// Line segments drawn (wire edges, line sets), after clipping.
+    /// Line segments drawn (wireframe edges, line sets), after clipping.
     pub lines_drawn: u64,
     /// Points drawn.
     pub points_drawn: u64,
     /// Corners lit (Gouraud), or faces (flat).
     pub vertices_lit: u64,
-    /// Pixels covered, whose depth was found.
+    /// Pixels covered and depth-tested.
     pub pixels_tested: u64,
-    /// Pixels lit one by one (Phong).
+    /// Pixels lit individually (Phong).
     pub pixels_lit: u64,
-    /// Pixels stored.
+    /// Pixels written.
     pub pixels_written: u64,
 }
 
@@ -240,7 +247,7 @@ impl std::ops::AddAssign for DrawStats {
     }
 }
 
-/// Why a draw was refused; the memories are then untouched.
+/// Reason why a draw was refused; the target is then untouched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PipelineError {
     /// The camera makes no picture.
@@ -255,17 +262,17 @@ pub enum PipelineError {
     /// A number is not finite.
     #[error("{what} holds a number that is not finite")]
     NotFinite {
-        /// Where it is.
+        /// The field concerned.
         what: &'static str,
     },
-    /// The mesh points outside its own arrays.
+    /// The mesh has an index outside its own arrays.
     #[error("mesh {what} {index} is outside its {len} entries")]
     BadIndex {
-        /// Which array.
+        /// The array.
         what: &'static str,
-        /// The index found.
+        /// The index.
         index: u64,
-        /// How many entries there are.
+        /// The array's length.
         len: u64,
     },
     /// The draw's working memory does not fit the budget, not even in pieces.
@@ -274,7 +281,7 @@ pub enum PipelineError {
 }
 
 impl PipelineError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             PipelineError::Camera(e) => e.code(),

@@ -43,8 +43,8 @@ pub(crate) struct GeometryInfo {
     unlit: OnceLock<IndexedMesh>,
     lit: OnceLock<IndexedMesh>,
     faces: OnceLock<FaceTable>,
-    /// Ends the making of normals, tables and prepared forms early; those then have no faces, or only the
-    /// first.
+    /// Ends the making of normals, tables and prepared forms early; those then have no faces, or
+    /// only the first.
     cancel: CancelToken,
     /// What the parts above hold of the renderer's budget.
     held: Mutex<Option<Reservation>>,
@@ -78,8 +78,8 @@ impl GeometryInfo {
         }
     }
 
-    /// Makes what a draw asks for, as far as it is not there: normals, the prepared form where the tile renderer draws, the table of
-    /// faces that are lit as wholes.
+    /// Makes what a draw asks for, as far as it is not there: normals, the prepared form where the
+    /// tile renderer draws, the table of faces that are lit as wholes.
     ///
     /// # Errors
     /// When `budget` has no room for it; what was there before stays.

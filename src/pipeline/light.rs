@@ -1,8 +1,9 @@
 //! Lighting equations: what colour a point of a surface has.
 //!
-//! Phong (source 000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n) Il, R = 2(N.L)N - L; Blinn (X3D, MTL): H = (L+V)/|L+V|
-//! in place of R. Specular only where N.L > 0. All vectors are unit, in world space; L points to the light, V to the
-//! viewer. What the texture multiplies (Ka and Kd terms) and what it does not (Ks and Ke) are kept apart.
+//! Phong (source 000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n) Il, R = 2(N.L)N - L;
+//! Blinn (X3D, MTL): H = (L+V)/|L+V| in place of R. Specular only where N.L > 0. All vectors are
+//! unit, in world space; L points to the light, V to the viewer. What the texture multiplies (Ka
+//! and Kd terms) and what it does not (Ks and Ke) are kept apart.
 
 use super::tile::{Cone, Exponent, FastLight, LightPosition};
 use crate::math::matrix::unit;
@@ -251,7 +252,8 @@ impl Lighting {
         }
     }
 
-    /// The lights as the kernels want them, in their frame, to the list given; `None` where f32 does not carry one.
+    /// The lights as the kernels want them, in their frame, to the list given; `None` where f32
+    /// does not carry one.
     pub fn fast(
         &self,
         material: &Material,

@@ -1,14 +1,17 @@
 //! Lines and points in space: the mesh's own, and the edges of a wireframe.
 //!
-//! A line is clipped by the six planes (source 000), its ends go to the pixels that hold them, and Bresenham's midpoint
-//! line joins them (source 001), both ends lit; the cost is that of the part on the frame. Lines are not lit: they have the
-//! colour Ke + Kd (an unlit material's emission), times vertex colours. Depth runs straight on the screen between the ends.
-//! A wide line is that line with each pixel repeated along the axis that it runs less along, at the same depth; the steps of a
-//! pattern are counted from the first pixel that the six planes leave, and go on along lines that hang together.
+//! A line is clipped by the six planes (source 000), its ends go to the pixels that hold them, and
+//! Bresenham's midpoint line joins them (source 001), both ends lit; the cost is that of the part
+//! on the frame. Lines are not lit: they have the colour Ke + Kd (an unlit material's emission),
+//! times vertex colours. Depth runs straight on the screen between the ends. A wide line is that
+//! line with each pixel repeated along the axis that it runs less along, at the same depth; the
+//! steps of a pattern are counted from the first pixel that the six planes leave, and go on along
+//! lines that hang together.
 //!
-//! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of its polygons. Under HIDE
-//! zbuffer hidden lines are removed by depth: the faces go into the depth memory first, without colour, and a line's pixel
-//! is seen when its depth, or that of one of its own faces there, is not behind what is stored.
+//! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of
+//! its polygons. Under HIDE zbuffer hidden lines are removed by depth: the faces go into the depth
+//! memory first, without colour, and a line's pixel is seen when its depth, or that of one of its
+//! own faces there, is not behind what is stored.
 
 use super::clip::{ClipVertex, ClippedLine, clip_line};
 use super::draw_call::{DrawStats, Target};
@@ -30,19 +33,21 @@ type LineVertex = ClipVertex<8>;
 enum DepthRule<'p> {
     /// As a face's: strictly nearer passes.
     Strict,
-    /// The edge of faces that are in the depth already: not behind passes, and so does what lies on these faces.
+    /// The edge of faces that are in the depth already: not behind passes, and so does what lies on
+    /// these faces.
     Edge(&'p [Option<FacePlane>; 2]),
 }
 
-/// An edge of a wireframe: its ends' corner indices, lower position first, and the planes of the faces on it.
+/// An edge of a wireframe: its ends' corner indices, lower position first, and the planes of the
+/// faces on it.
 struct Edge {
     corners: [u32; 2],
     polygon: usize,
     planes: [Option<u32>; 2],
 }
 
-/// Bytes that a wireframe's edges take at most: a list and a table by their ends, which have room for twice as many and move, and
-/// which faces and polygons are seen.
+/// Bytes that a wireframe's edges take at most: a list and a table by their ends, which have room
+/// for twice as many and move, and which faces and polygons are seen.
 pub(crate) fn wire_bytes(mesh: &Mesh) -> u64 {
     let edges = mesh.corners.len() as u64;
     let table = 2 * (size_of::<([u32; 2], usize)>() + 1) as u64;
@@ -184,8 +189,9 @@ impl PreparedDraw<'_> {
         ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
     }
 
-    /// The pixel that holds a clip space point. An end that the six planes left lies in the viewport, unless its numbers are
-    /// at the end of their range: such a one is brought to where the steps can be counted.
+    /// The pixel that holds a clip space point. An end that the six planes left lies in the
+    /// viewport, unless its numbers are at the end of their range: such a one is brought to where
+    /// the steps can be counted.
     fn pixel(&self, clip: DVec4) -> [i64; 2] {
         let range = [i32::MIN, i32::MAX].map(f64::from);
         self.assembler.transform.on_screen(clip).map(|v| v.floor().clamp(range[0], range[1]) as i64)
@@ -323,8 +329,8 @@ struct LinePixel {
     complement: f64,
 }
 
-/// Bresenham's line as a function of the step: k along the major axis, ceil(k m / n - 1/2) along the minor one, so a tie
-/// stays on the major axis in the direction of travel.
+/// Bresenham's line as a function of the step: k along the major axis, ceil(k m / n - 1/2) along
+/// the minor one, so a tie stays on the major axis in the direction of travel.
 #[derive(Clone, Copy, Debug)]
 struct Steps {
     from: [i64; 2],

@@ -1,18 +1,21 @@
-//! The 3-D pipeline: object space to bytes in numbered stages, in f64 - the plain path that is the project's exact answer.
+//! The 3-D pipeline: numbered stages from object space to bytes, in f64. This plain path is the
+//! project's exact answer.
 //!
-//! In: a [`DrawCall`] (a mesh and every state that its picture depends on) or a whole [`Scene`](crate::scene::Scene).
-//! Out: bytes in video memory, depths in depth memory, [`DrawStats`]. No thread, no I/O; nothing here uses FMA or the
-//! system's libm, so the same call gives the same bytes on every machine.
+//! In: a [`DrawCall`] (a mesh and every state that its picture depends on) or a
+//! [`Scene`](crate::scene::Scene). Out: bytes in video memory, depths in depth memory,
+//! [`DrawStats`]. It starts no thread and does no I/O. It uses neither FMA nor the system's libm,
+//! so equal calls give equal bytes on every machine.
 //!
-//! Spaces, in order: object -> (model) world -> view, looking along -z -> clip, -w<=x<=w, -w<=y<=w, 0<=z<=w -> NDC ->
-//! screen, pixels, y down, centres at .5. Column vectors.
+//! Spaces, in order: object -> (model) world -> view, looking along -z -> clip, -w<=x<=w, -w<=y<=w,
+//! 0<=z<=w -> NDC -> screen, in pixels, y down, pixel centres at .5. Vectors are columns.
 //!
-//! What is exact: coverage, in whole numbers on vertices snapped to 1/256 pixel. What is worked in f64 at each pixel's
-//! centre on the face's own unsnapped plane, relative to a vertex: depth, and everything that runs across a face. One would
-//! know an error by comparing with `truth`, which works the same formulas with 32 digits and another method each.
+//! Coverage is exact: it is computed in integers on vertices snapped to 1/256 pixel. Depth and
+//! interpolated attributes are computed in f64 at each pixel's centre, on the face's unsnapped
+//! plane, relative to a vertex. Tests compare with `truth`, which evaluates the same formulas with
+//! 32 digits and by different methods.
 //!
-//! Source: notes 000 (stages, clipping, Phong), 001 (matrices), 003 (interpolation, mip-maps, depth, transparency), 004
-//! (projections).
+//! Source: notes 000 (stages, clipping, Phong), 001 (matrices), 003 (interpolation, mip-maps,
+//! depth, transparency), 004 (projections).
 
 mod assemble;
 mod backdrop;
@@ -51,11 +54,12 @@ pub use scene::{draw_scene, plan_scene};
 use crate::scene::ShadeMode;
 use prepared_draw::{Layer, PreparedDraw};
 
-/// Draws one mesh at once, its faces in file order (or sorted by the painter), transparent ones among the others.
+/// Draws one mesh, opaque and transparent faces alike, in file order or sorted by depth under the
+/// painter's algorithm.
 ///
 /// # Errors
-/// When the camera makes no picture, the model matrix is not affine or not finite, or the mesh points outside its own
-/// arrays; the memories are then untouched.
+/// When the camera makes no picture, when the model matrix is not affine or not finite, or when the
+/// mesh has an index outside its own arrays. The target is then untouched.
 pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
     let mut stats = DrawStats::default();
     // 1 plan, 2 transform vertices, 3 normals
@@ -65,7 +69,8 @@ pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineE
         prepared.draw_wire(target, &mut stats);
     } else {
         for triangle in prepared.face_order() {
-            // 4 cull, 5 cut at the eye, 6 coverage, 7 depth, 8 attributes, 9 shade, 10 blend and write
+            // 4 cull, 5 cut at the eye, 6 coverage, 7 depth, 8 attributes, 9 shade, 10 blend and
+            // write
             prepared.draw_face(triangle, Layer::All, target, &mut stats);
         }
     }
@@ -75,7 +80,7 @@ pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineE
     Ok(stats)
 }
 
-/// A file of worked numbers, as the tests keep it.
+/// Reads a JSON file of reference values from `tests/data/golden`.
 #[cfg(test)]
 fn golden(name: &str) -> serde_json::Value {
     let path = format!("{}/tests/data/golden/{name}.json", env!("CARGO_MANIFEST_DIR"));

@@ -1,9 +1,9 @@
 //! Normals: of faces, of vertices, and their way into the world.
 //!
-//! In: object space positions and polygons. Out: unit normals, object space until [`NormalMatrix`] takes them to the
-//! world. A vertex is a position index; its normal is the equal-weight mean of the unit normals of its polygons,
-//! normalised again (source 000: a sum of unit normals is not one). Polygons without area don't count; a mean that
-//! vanishes is none.
+//! In: object space positions and polygons. Out: unit normals, object space until [`NormalMatrix`]
+//! takes them to the world. A vertex is a position index; its normal is the equal-weight mean of
+//! the unit normals of its polygons, normalised again (source 000: a sum of unit normals is not
+//! one). Polygons without area don't count; a mean that vanishes is none.
 
 use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
@@ -16,7 +16,8 @@ const CANCELLED: f64 = 1e-12;
 /// Polygons between two looks whether the normals are still wanted.
 const POLYGONS_AT_ONCE: usize = 4096;
 
-/// The unit normal of a polygon (Newell), counter-clockwise side; `None` without area or with numbers out of reach.
+/// The unit normal of a polygon (Newell), counter-clockwise side; `None` without area or with
+/// numbers out of reach.
 pub(crate) fn polygon_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
     let origin = points.clone().next()?;
     // Scaled to 1, so that neither huge nor tiny polygons leave the numbers.
@@ -99,7 +100,8 @@ impl NormalMatrix {
         // Scaled to 1 first: the cofactors are products of two.
         let size = m.to_cols_array().iter().fold(0.0f64, |a, v| a.max(v.abs()));
         let m = if size > 0.0 { m * (1.0 / size) } else { m };
-        // inverse transpose = cofactors / determinant; a flattening model has no inverse but still has cofactors.
+        // inverse transpose = cofactors / determinant; a flattening model has no inverse but still
+        // has cofactors.
         let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         NormalMatrix(if m.determinant() < 0.0 { cofactors * -1.0 } else { cofactors })
@@ -157,7 +159,8 @@ mod tests {
                 assert!(n.dot(t).abs() < 1e-15, "{model}");
             }
         }
-        // A mirror keeps the outside outside: the normal of the face x = 1 of a box points away from its middle.
+        // A mirror keeps the outside outside: the normal of the face x = 1 of a box points away
+        // from its middle.
         let mirror = NormalMatrix::of(&matrix::scale(DVec3::new(-1.0, 1.0, 1.0)));
         assert_eq!(mirror.apply(DVec3::X), Some(-DVec3::X));
         assert_eq!(NormalMatrix::of(&DMat4::ZERO).apply(DVec3::X), None);

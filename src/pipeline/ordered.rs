@@ -1,8 +1,9 @@
-//! The plain path over threads: faces set up in pieces of the list, then drawn band by band of rows, in the list's order.
+//! The plain path over threads: faces set up in pieces of the list, then drawn band by band of
+//! rows, in the list's order.
 //!
-//! Every pixel belongs to one band and every band draws its faces in order, so bytes, depths and ids are those of the plain
-//! path for everything that it draws: transparency, fog, every depth format, painter. With a level of vectors, faces that
-//! allow it are drawn by them.
+//! Every pixel belongs to one band and every band draws its faces in order, so bytes, depths and
+//! ids are those of the plain path for everything that it draws: transparency, fog, every depth
+//! format, painter. With a level of vectors, faces that allow it are drawn by them.
 
 use super::assemble::Face;
 use super::depth_sort::{FACE_ENTRY_BYTES, recycle};
@@ -23,7 +24,8 @@ use std::ops::Range;
 const BATCH: usize = 8192;
 /// Rows of a band.
 const BAND_ROWS: u32 = 16;
-/// Boxes of fewer pixels than this together are drawn by the calling thread: waking others costs more.
+/// Boxes of fewer pixels than this together are drawn by the calling thread: waking others costs
+/// more.
 const FEW_PIXELS: u64 = 20_000;
 
 /// A face ready for its pixels.
@@ -69,8 +71,8 @@ impl FaceList {
     }
 }
 
-/// Draws a list of faces - object, triangle - in its order. All objects are drawn through one viewport, with one rule for
-/// depth.
+/// Draws a list of faces - object, triangle - in its order. All objects are drawn through one
+/// viewport, with one rule for depth.
 pub(crate) fn draw_in_order(
     (executor, level): (&CancellableExecutor, Option<Level>),
     lists: &mut FaceList,

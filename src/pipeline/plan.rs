@@ -1,12 +1,12 @@
-//! The plan: what a picture needs, and why - "model only what a scene needs".
+//! The plan of a picture: the parts of the pipeline that it needs, and why.
 //!
-//! In: a draw or a scene, and the memories there are. Out: one value that says for every part of the pipeline whether it
-//! runs or exists, its reason, how many items go through it and the bytes it takes. The pipeline does what its plan says
-//! and nothing else; `--explain` and STATS print it.
+//! In: a draw or a scene, and its target. Out: one value that says for every part of the pipeline
+//! whether it runs or exists, the reason, how many items go through it and the bytes it takes. The
+//! pipeline does exactly what its plan says; `--explain` and STATS print it.
 
 use std::fmt;
 
-/// A part of the pipeline, in the order in which data meets it.
+/// A part of the pipeline, in the order of data flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "named by as_str")]
 pub enum Part {
@@ -71,7 +71,7 @@ impl Part {
         Part::FacesInOrder,
     ];
 
-    /// The part's name in a printed plan, and what its count counts.
+    /// Returns the part's name in a printed plan, and the unit of its count.
     pub const fn as_str(self) -> (&'static str, &'static str) {
         match self {
             Part::VideoMemory => ("video memory", "pixels"),
@@ -105,36 +105,36 @@ impl Part {
     }
 }
 
-/// What a plan says about one part.
+/// A plan's entry for one part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlanItem {
     /// The part.
     pub part: Part,
-    /// Whether it runs, or exists.
+    /// True if the part runs, or exists.
     pub used: bool,
-    /// Why, or why not.
+    /// Reason for using or leaving out the part.
     pub reason: &'static str,
-    /// How many items go through it (see [`Part::as_str`]); 0 when it is not used.
+    /// Number of items that go through it (units: [`Part::as_str`]); 0 when it is not used.
     pub count: u64,
-    /// The bytes that it takes; 0 when it is not used.
+    /// Bytes that it takes; 0 when it is not used.
     pub bytes: u64,
 }
 
-/// What a plan is for, in a few words: its `Display`.
+/// Subject of a plan; its `Display` is a short phrase.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Title {
-    /// These words.
+    /// Fixed text.
     Words(&'static str),
     /// One draw.
     Draw {
-        /// Its triangles.
+        /// Number of triangles.
         faces: u64,
-        /// Its positions.
+        /// Number of positions.
         vertices: u64,
     },
-    /// A whole scene.
+    /// A scene.
     Scene {
-        /// Its objects.
+        /// Number of objects.
         objects: usize,
     },
 }
@@ -149,18 +149,18 @@ impl fmt::Display for Title {
     }
 }
 
-/// What a picture needs. Made for every draw, so nothing of it lies on the heap.
+/// The parts that a picture needs. It holds no heap memory, since one is made for every draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// What the plan is for.
+    /// Subject of the plan.
     pub title: Title,
     items: [PlanItem; Part::ALL.len()],
-    /// Bytes of working memory at worst.
+    /// Worst-case bytes of working memory.
     working: u64,
 }
 
 impl Plan {
-    /// A plan of nothing but the frame itself, every other part absent for `reason`.
+    /// Creates a plan of the frame alone, with `reason` for leaving out every other part.
     pub fn of_frame(title: Title, width: u32, height: u32, reason: &'static str) -> Self {
         let absent = |part| PlanItem { part, used: false, reason, count: 0, bytes: 0 };
         let mut plan = Plan { title, items: Part::ALL.map(absent), working: 0 };
@@ -169,12 +169,12 @@ impl Plan {
         plan
     }
 
-    /// The plan of a stream that only draws in two dimensions: no part of the 3-D pipeline.
+    /// Creates the plan of a stream that draws in two dimensions only: no part of the 3-D pipeline.
     pub fn of_2d(width: u32, height: u32) -> Self {
         Plan::of_frame(Title::Words("2-D"), width, height, "nothing is drawn in 3-D")
     }
 
-    /// The plan of a frame in which nothing moved: nothing is drawn again.
+    /// Creates the plan of a frame in which nothing moved, so that nothing is drawn again.
     pub fn of_unchanged_frame(width: u32, height: u32) -> Self {
         Plan::of_frame(
             Title::Words("unchanged frame"),
@@ -184,38 +184,40 @@ impl Plan {
         )
     }
 
-    /// What the plan says about `part`.
+    /// Returns the entry for `part`.
     pub fn item(&self, part: Part) -> &PlanItem {
         &self.items[part as usize]
     }
 
-    /// Whether `part` runs, or exists.
+    /// Returns whether `part` runs, or exists.
     pub fn uses(&self, part: Part) -> bool {
         self.item(part).used
     }
 
-    /// All parts, in order.
+    /// Returns all entries, in order.
     pub fn items(&self) -> &[PlanItem] {
         &self.items
     }
 
-    /// The bytes of all memories and tables together.
+    /// Returns the bytes of all memories and tables together.
     pub fn bytes(&self) -> u64 {
         self.items.iter().map(|i| i.bytes).sum()
     }
 
-    /// The bytes of working memory that drawing takes at worst, whatever the faces are like: the frame's memories, textures and
-    /// tables that live as long as the mesh aside. A renderer with a budget reserves them, or draws in smaller pieces.
+    /// Returns the worst-case bytes of working memory for drawing, whatever the faces are like.
+    /// Excluded are the frame's memories, textures, and tables that live as long as the mesh. A
+    /// renderer with a budget reserves these bytes, or draws in smaller pieces.
     pub fn working_bytes(&self) -> u64 {
         self.working
     }
 
-    /// Says what drawing takes at worst.
+    /// Sets the worst-case bytes of working memory.
     pub(crate) fn set_working_bytes(&mut self, bytes: u64) {
         self.working = bytes;
     }
 
-    /// Makes a part run, with `count` more items and `bytes` more.
+    /// Marks a part as used, and adds `count` items and `bytes` bytes to it. The first reason
+    /// stays.
     pub(crate) fn add(&mut self, part: Part, reason: &'static str, count: u64, bytes: u64) {
         let item = &mut self.items[part as usize];
         if !item.used {
@@ -225,22 +227,23 @@ impl Plan {
         item.bytes += bytes;
     }
 
-    /// Says what a part takes.
+    /// Sets the bytes of a part.
     pub(crate) fn set_bytes(&mut self, part: Part, bytes: u64) {
         self.items[part as usize].bytes = bytes;
     }
 
-    /// Gives another reason for a part.
+    /// Replaces the reason of a part.
     pub(crate) fn explain(&mut self, part: Part, reason: &'static str) {
         self.items[part as usize].reason = reason;
     }
 
-    /// Says why a part is absent.
+    /// Marks a part as unused for `reason`.
     pub(crate) fn leave_out(&mut self, part: Part, reason: &'static str) {
         self.items[part as usize] = PlanItem { part, used: false, reason, count: 0, bytes: 0 };
     }
 
-    /// Adds one object's plan to a scene's: what any object needs is there, the frame's memories once.
+    /// Merges one object's plan into a scene's: items and bytes add up, but the frame's memories
+    /// count once.
     pub(crate) fn merge(&mut self, object: &Plan) {
         for item in &object.items {
             let own = &mut self.items[item.part as usize];

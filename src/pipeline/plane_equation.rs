@@ -1,8 +1,9 @@
 //! The plane of one face: what depth and weights a pixel's centre has on it.
 //!
-//! In: three clip space corners, unsnapped, some of which may have w <= 0. Out: at any NDC point (X, Y) the weights of the
-//! corners and the depth. Homogeneous form (Olano, Greer, "Triangle scan conversion using 2D homogeneous coordinates",
-//! 1997), relative to one corner so that small faces far from the axis keep their digits:
+//! In: three clip space corners, unsnapped, some of which may have w <= 0. Out: at any NDC point
+//! (X, Y) the weights of the corners and the depth. Homogeneous form (Olano, Greer, "Triangle scan
+//! conversion using 2D homogeneous coordinates", 1997), relative to one corner so that small faces
+//! far from the axis keep their digits:
 //!
 //! ```text
 //! q = (X, Y, 1) = b0 v0 + b1 v1 + b2 v2      with v = (x, y, w) of a corner
@@ -10,9 +11,10 @@
 //! z/w of the pixel = b0 z0 + b1 z1 + b2 z2
 //! ```
 //!
-//! b / sum(b) are the perspective-correct weights, b_i w_i those straight on the screen. No division by any w but that
-//! of the reference corner, which is the one nearest the middle of the view. The corners are put in an order that
-//! depends on their positions alone, so the depth of a face is the same bits in any corner order.
+//! b / sum(b) are the perspective-correct weights, b_i w_i those straight on the screen. No
+//! division by any w but that of the reference corner, which is the one nearest the middle of the
+//! view. The corners are put in an order that depends on their positions alone, so the depth of a
+//! face is the same bits in any corner order.
 
 use super::vertex::Vertex;
 use super::viewport::ViewportTransform;
@@ -27,7 +29,8 @@ pub(crate) struct FacePlane {
     inv_w: f64,
     z: f64,
     complement: f64,
-    /// For the other two corners: b = gradient . (X - X0, Y - Y0), w, and what b adds to z/w and (w-z)/w.
+    /// For the other two corners: b = gradient . (X - X0, Y - Y0), w, and what b adds to z/w and
+    /// (w-z)/w.
     others: [Corner; 2],
     /// w of the reference corner.
     w: f64,
@@ -62,9 +65,9 @@ impl PlaneEquation {
         self.at(self.z, x, y)
     }
 
-    /// Whether the face is between near (included) and far (excluded) at the centre of pixel (x, y):
-    /// its z, extrapolated where the centre lies beside the face, and kept within `z_range`, the
-    /// least and greatest z of its corners.
+    /// Whether the face is between near (included) and far (excluded) at the centre of pixel (x,
+    /// y): its z, extrapolated where the centre lies beside the face, and kept within `z_range`,
+    /// the least and greatest z of its corners.
     #[inline]
     pub fn is_between_near_and_far(&self, z_range: [f64; 2], x: i32, y: i32) -> bool {
         (0.0..1.0).contains(&self.z_at(x, y).max(z_range[0]).min(z_range[1]))
@@ -102,14 +105,15 @@ impl Weights {
 }
 
 impl FacePlane {
-    /// The plane through three corners, at least one of which has w > 0; `None` for a face without area, or with
-    /// numbers that leave f64.
+    /// The plane through three corners, at least one of which has w > 0; `None` for a face without
+    /// area, or with numbers that leave f64.
     pub fn new(corners: [&Vertex; 3]) -> Option<Self> {
         let order = canonical_order(corners)?;
         let [v0, v1, v2] = order.map(|i| corners[i]);
         let c0 = v0.clip;
         let inv_w = 1.0 / c0.w;
-        // Differences first: equal corners give exactly 0, so a face of constant depth has one depth.
+        // Differences first: equal corners give exactly 0, so a face of constant depth has one
+        // depth.
         let edge = |v: &Vertex| {
             let e = v.clip - c0;
             let ec = v.complement - v0.complement;
@@ -142,7 +146,8 @@ impl FacePlane {
         (det != 0.0 && sound).then_some(plane)
     }
 
-    /// The plane over the pixels of a screen: depth, and the weights b, or with `affine` those straight on the screen.
+    /// The plane over the pixels of a screen: depth, and the weights b, or with `affine` those
+    /// straight on the screen.
     pub fn plane_equation(&self, screen: &ViewportTransform, interp: Interpolation) -> PlaneEquation {
         let scale = screen.ndc_per_pixel();
         let [o1, o2] = &self.others;
@@ -193,8 +198,8 @@ impl FacePlane {
         Weights { b, own }
     }
 
-    /// The weights clamped to the face, for a pixel that snapping put up to 1/256 pixel outside of it; `None` where the
-    /// plane has no point in front of the eye.
+    /// The weights clamped to the face, for a pixel that snapping put up to 1/256 pixel outside of
+    /// it; `None` where the plane has no point in front of the eye.
     #[inline]
     pub fn clamped(&self, weights: Weights) -> Option<Weights> {
         let own = weights.own;
@@ -202,7 +207,8 @@ impl FacePlane {
             return Some(weights);
         }
         let w = [self.w, self.others[0].w, self.others[1].w];
-        // In front of the eye the weights on the screen are clamped; on a face through the eye plane, those in space.
+        // In front of the eye the weights on the screen are clamped; on a face through the eye
+        // plane, those in space.
         let scale = if self.in_front { 1.0 } else { 1.0 / (own[0] + own[1] + own[2]) };
         let share = |i: usize| (own[i] * scale * if self.in_front { w[i] } else { 1.0 }).clamp(0.0, 1.0);
         let s = [share(0), share(1), share(2)];
@@ -225,7 +231,8 @@ impl FacePlane {
         (self.z + (b1 * o1.z + b2 * o2.z), self.complement + (b1 * o1.complement + b2 * o2.complement))
     }
 
-    /// The plane's depth at weights that may lie outside the face, kept between those of its corners in front.
+    /// The plane's depth at weights that may lie outside the face, kept between those of its
+    /// corners in front.
     pub fn depth_within(&self, weights: &Weights) -> (f64, f64) {
         let at = |b: [f64; 3]| self.depth(&self.weights(b));
         let mut ends = vec![(self.z, self.complement)];
@@ -268,7 +275,8 @@ impl FacePlane {
     }
 }
 
-/// Reference corner first: w > 0 and nearest to the middle of the view; the others by their coordinates.
+/// Reference corner first: w > 0 and nearest to the middle of the view; the others by their
+/// coordinates.
 fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
     let away = |v: &Vertex| {
         let c = v.clip;

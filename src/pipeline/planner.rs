@@ -320,11 +320,13 @@ fn has_colors(call: &DrawCall) -> bool {
     !call.geometry.mesh.colors.is_empty()
 }
 
-/// More products of faces and vertices than this are not looked at to find out whether a mesh is convex.
+/// More products of faces and vertices than this are not looked at to find out whether a mesh is
+/// convex.
 const CONVEX_LIMIT: u64 = 4_000_000;
 
-/// Whether no face of this draw can lie in front of another: one face alone, or a closed convex solid of which CULL
-/// leaves one side. Its faces must be opaque, for a pixel on a seam is then the same whichever face comes last.
+/// Whether no face of this draw can lie in front of another: one face alone, or a closed convex
+/// solid of which CULL leaves one side. Its faces must be opaque, for a pixel on a seam is then the
+/// same whichever face comes last.
 pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
     let mesh = &call.geometry.mesh;
     if !mesh.lines.is_empty() || !mesh.points.is_empty() || call.shade == ShadeMode::Wire {
@@ -337,7 +339,8 @@ pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
     }
 }
 
-/// Whether the triangles close a convex body: every edge is met once from each side, and no vertex lies above a face.
+/// Whether the triangles close a convex body: every edge is met once from each side, and no vertex
+/// lies above a face.
 fn is_convex_solid(geometry: &crate::scene::Geometry) -> bool {
     let mesh = &geometry.mesh;
     if mesh.triangles.len() as u64 * mesh.positions.len() as u64 > CONVEX_LIMIT {

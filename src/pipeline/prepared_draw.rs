@@ -74,8 +74,8 @@ impl<'a> PreparedDraw<'a> {
         Ok(prepared)
     }
 
-    /// The same with what is known of the geometry; positions are transformed one by one when they are asked for, until
-    /// [`PreparedDraw::transform_all`]. Its lists are made in `recycled`.
+    /// The same with what is known of the geometry; positions are transformed one by one when they
+    /// are asked for, until [`PreparedDraw::transform_all`]. Its lists are made in `recycled`.
     pub fn with(
         call: &'a DrawCall<'a>,
         target: &Target,

@@ -1,6 +1,7 @@
 //! Stages 6, 7 and 10: a face to pixels - coverage, depth, and the bytes.
 //!
-//! Each covered pixel is decided for itself, at its centre, in f64: no value is carried from pixel to pixel.
+//! Each covered pixel is decided for itself, at its centre, in f64: no value is carried from pixel
+//! to pixel.
 
 use super::assemble::Face;
 use super::draw_call::{DrawStats, Target};
@@ -124,7 +125,8 @@ pub(crate) enum WriteMask {
 }
 
 impl Face {
-    /// The colour and opacity of the face at the centre of a pixel; `None` where its plane shows nothing there.
+    /// The colour and opacity of the face at the centre of a pixel; `None` where its plane shows
+    /// nothing there.
     pub fn pixel(
         &self,
         shade: &FaceShade,
@@ -302,7 +304,8 @@ impl Raster<'_, '_> {
     }
 }
 
-/// How far the texture runs from the pixel to its neighbours on the right and below, on the face's plane.
+/// How far the texture runs from the pixel to its neighbours on the right and below, on the face's
+/// plane.
 pub(crate) fn footprint(
     plane: &FacePlane,
     screen: &ViewportTransform,

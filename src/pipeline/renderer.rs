@@ -1,9 +1,9 @@
-//! The renderer that programs run: each draw by the fastest path that gives its picture.
+//! The renderer that programs use: draws each mesh by the fastest path that serves it.
 //!
-//! In: what [`super::draw`] and [`super::draw_scene`] take. Out: the same meaning - coverage and bytes by the limits of the
-//! plain path, which stays the truth. It keeps what is worth keeping from draw to draw: working memories, and what is
-//! known of shared geometries, their prepared forms included. It starts no thread: a pool is given to it. The same bytes
-//! with any pool and at any level.
+//! In: the arguments of [`super::draw`] and [`super::draw_scene`]. Out: the same picture within the
+//! limits of the plain path, which is the reference. The renderer keeps working memory and facts
+//! about shared geometries, including their indexed meshes, from draw to draw. It starts no thread;
+//! a pool is passed to it. The bytes do not depend on the pool or the SIMD level.
 
 use super::depth_sort::FaceOrder;
 use super::draw_call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
@@ -24,55 +24,56 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
-/// Which path draws.
+/// The code path that draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum RenderPath {
-    /// The fastest that serves a draw.
+    /// The tile renderer where it supports the draw, otherwise the plain path.
     #[default]
     Fast,
-    /// The plain path for everything: the truth.
+    /// The plain path for every draw: the reference.
     Plain,
 }
 
-/// What a renderer works with.
+/// Settings of a [`Renderer`].
 #[derive(Clone, Debug, Default)]
 pub struct RenderOptions {
-    /// The threads that share the work; `None` for the calling thread alone.
+    /// Thread pool that shares the work; `None` for the calling thread alone.
     pub pool: Option<Arc<rayon::ThreadPool>>,
-    /// The width of vectors; `None` for the widest that this CPU has.
+    /// SIMD level of the kernels; `None` for the best that this CPU has.
     pub simd: Option<Level>,
-    /// Which path draws.
+    /// The code path that draws.
     pub path: RenderPath,
-    /// Whether hidden faces are left out tile by tile.
+    /// Hierarchical culling of hidden faces, tile by tile.
     pub coarse: CoarseDepth,
-    /// Ends a draw early: what it has drawn by then stays, and what it answers has no meaning.
+    /// Token that ends a draw early. Pixels drawn so far stay; the returned statistics are
+    /// meaningless.
     pub cancel: CancelToken,
 }
 
-/// See the module's text.
+/// Draws meshes and scenes, and keeps working memory and geometry facts between draws.
 #[derive(Debug, Default)]
 pub struct Renderer {
     options: RenderOptions,
     executor: CancellableExecutor,
     workspace: Workspace,
     cache: Cache,
-    /// The last draw's lists, for the next one.
+    /// Lists of the last draw, for reuse.
     recycled: RecycledLists,
-    /// The faces of one object that are drawn one after the other.
+    /// Faces of one object that are drawn in submission order.
     order: FaceOrder,
-    /// What they are drawn from.
+    /// Prepared faces that [`draw_in_order`] works on.
     face_list: FaceList,
-    /// What small draws leave that are drawn together.
+    /// Batch of small draws that are rasterized together, for reuse.
     draw_batch: DrawBatch,
-    /// What a scene leaves to the next one.
+    /// Lists of the last scene, for reuse.
     lists: SceneLists,
-    /// What it holds of its budget for all of these.
+    /// Budget reservation for all of the above.
     working: WorkingMemory,
-    /// Bytes of the tiles' lists beyond which a draw goes on in pieces.
+    /// Bytes of the tiles' face lists at which a draw is split into pieces.
     bound: ListBound,
 }
 
-/// Bytes of the tiles' lists beyond which a draw goes on in pieces.
+/// Bytes of the tiles' face lists at which a draw is split into pieces.
 #[derive(Clone, Copy, Debug)]
 struct ListBound(u64);
 
@@ -82,18 +83,19 @@ impl Default for ListBound {
     }
 }
 
-/// Pixels that are worth another thread's waking up: about 20 microseconds' worth.
+/// Pixels per thread below which a clear does not use the pool: about 20 microseconds of work.
 const LARGE_SHARE: usize = 1 << 19;
 
 impl Renderer {
-    /// A renderer that has drawn nothing yet.
+    /// Creates a renderer with empty caches.
     pub fn new(options: RenderOptions) -> Self {
         let executor = CancellableExecutor::new(options.pool.clone(), options.cancel.clone());
         Renderer { options, executor, ..Renderer::default() }
     }
 
-    /// Ends the draw that is made when `cancel` is cancelled, and every one after it, until another token is given.
-    /// What a cancelled draw has left of what is kept from draw to draw is forgotten.
+    /// Sets the token that ends draws early. Once `cancel` is cancelled, the current draw and every
+    /// later one end early, until another token is set. If the previous token was cancelled, all
+    /// cached state is dropped, because a cancelled draw may have left it incomplete.
     pub fn set_cancel(&mut self, cancel: CancelToken) {
         let options = RenderOptions { cancel, ..self.options.clone() };
         if self.options.cancel.is_cancelled() {
@@ -105,24 +107,26 @@ impl Renderer {
         self.options = options;
     }
 
-    /// What it works with.
+    /// Returns the renderer's settings.
     pub fn options(&self) -> &RenderOptions {
         &self.options
     }
 
-    /// Holds nothing from now on that is not of `budget`. A draw that does not fit it is drawn in pieces, or refused.
+    /// Drops all cached state and reserves working memory from `budget` from then on. A draw that
+    /// does not fit is drawn in pieces, or refused.
     pub fn set_budget(&mut self, budget: &MemoryBudget) {
         self.release();
         self.cache = Cache::default();
         self.working = WorkingMemory::of(budget);
     }
 
-    /// Bytes that it has reserved for working memories.
+    /// Returns the bytes reserved for working memory.
     pub fn reserved_bytes(&self) -> u64 {
         self.working.bytes()
     }
 
-    /// Gives back what is kept from draw to draw, but for what is known of geometries that can still be drawn.
+    /// Frees working memory, and the cached facts of geometries that have been dropped. Facts about
+    /// geometries that still exist are kept.
     pub fn release(&mut self) {
         self.workspace = Workspace::default();
         self.recycled = RecycledLists::default();
@@ -139,7 +143,7 @@ impl Renderer {
         self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64
     }
 
-    /// Makes what is known of a draw's geometry, within the budget.
+    /// Computes the facts that a draw needs of its geometry, within the budget.
     fn prepare_geometry(&mut self, prepared: &PreparedDraw) -> Result<(), OverBudget> {
         let mesh = &prepared.call.geometry.mesh;
         let needs = match self.options.path {
@@ -155,14 +159,15 @@ impl Renderer {
         }
     }
 
-    /// What a draw asks for at worst.
+    /// Returns the worst-case working memory of a draw.
     fn at_worst(&self, prepared: &PreparedDraw, target: &Target) -> WorkingBytes {
         let bound = (self.threads(), self.bound.0);
         at_worst(prepared.call, target, &prepared.plan, prepared.geometry_info.vertex_count(), bound)
     }
 
-    /// Reserves what `worst` tells for the present bound of the tiles' lists. Where that does not fit, gives back what other draws
-    /// left, and then bounds the lists by what is free.
+    /// Reserves the bytes that `worst` returns for the current bound of the tiles' lists. If they
+    /// do not fit, frees what other draws left; if they still do not fit, lowers the bound to what
+    /// is free.
     fn reserve(
         &mut self,
         target: &Target,
@@ -176,7 +181,8 @@ impl Renderer {
                 let others = required.sum() - required[Working::Lists];
                 let free = self.working.budget().available();
                 let size = (target.memory.width() as usize, target.memory.height() as usize);
-                // Something is left to those who decode or answer meanwhile, unless it takes everything.
+                // A quarter stays free for decoding and replies where possible; otherwise the lists
+                // take everything.
                 let bound = |part: u64| list_bound(part.checked_sub(others)?, self.threads(), size);
                 let bound = bound(free / 4 * 3).or_else(|| bound(free));
                 self.bound = ListBound(bound.filter(|_| required[Working::Lists] > 0).ok_or(e)?);
@@ -187,7 +193,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Reserves what the plain path takes for a draw that the tile renderer was meant for; whether there is room.
+    /// Reserves the plain path's memory for a draw that was planned for the tile renderer. Returns
+    /// whether it fits.
     fn reserve_plain(&mut self, prepared: &PreparedDraw) -> bool {
         let mesh = &prepared.call.geometry.mesh;
         let mut required = WorkingBytes::default();
@@ -196,19 +203,19 @@ impl Renderer {
         self.working.reserve(&required).is_ok()
     }
 
-    /// Gives back what was reserved for the worst and is not held.
+    /// Returns to the budget what was reserved for the worst case and is not in use.
     fn shrink_reservation(&mut self) {
         if self.working.is_large() {
             self.working.shrink_reservation(self.workspace.list_bytes(), self.draw_batch.held_bytes());
         }
     }
 
-    /// The level that its kernels run at.
+    /// Returns the SIMD level of the kernels.
     pub fn level(&self) -> Level {
         self.options.simd.unwrap_or_else(Level::best).min(Level::best())
     }
 
-    /// Bytes that it keeps from draw to draw: working memories and prepared meshes.
+    /// Returns the bytes kept from draw to draw: working memory and cached geometry facts.
     pub fn size_bytes(&self) -> usize {
         self.workspace.size_bytes()
             + self.lists.size_bytes()
@@ -219,7 +226,7 @@ impl Renderer {
             + self.cache.entries.values().map(|e| e.geometry_info.size_bytes()).sum::<usize>()
     }
 
-    /// Fills the frame with `color`, on all threads where that pays.
+    /// Fills the frame with `color`, on all threads if the frame is large enough.
     pub fn clear(&self, memory: &mut VideoMemory, color: Rgba) {
         let Some(pool) = self.executor.pool() else { return memory.clear(color) };
         let pixels = memory.bytes_mut().as_chunks_mut::<4>().0;
@@ -231,7 +238,8 @@ impl Renderer {
         memory.mark_rows(0..memory.height());
     }
 
-    /// What [`super::plan_scene`] says, and whether this renderer leaves hidden faces out tile by tile.
+    /// Returns the plan of [`super::plan_scene`], with this renderer's threads and its hierarchical
+    /// culling.
     pub fn plan_scene(&self, target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
         let mut plan = plan_scene_for(target, scene, options, self.threads());
         if plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
@@ -253,10 +261,10 @@ impl Renderer {
         plan
     }
 
-    /// Draws one mesh, as [`super::draw`] does.
+    /// Draws one mesh, like [`super::draw`].
     ///
     /// # Errors
-    /// As [`super::draw`].
+    /// As [`super::draw`], and when the working memory does not fit the budget.
     pub fn draw(&mut self, target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
         let mut stats = DrawStats::default();
         let cancel = self.options.cancel.clone();
@@ -279,10 +287,10 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Draws a whole scene, as [`super::draw_scene`] does.
+    /// Draws a scene, like [`super::draw_scene`].
     ///
     /// # Errors
-    /// As [`super::draw_scene`].
+    /// As [`super::draw_scene`], and when the working memory does not fit the budget.
     pub fn draw_scene(
         &mut self,
         target: &mut Target,
@@ -333,7 +341,7 @@ impl SceneBackend for Renderer {
             let mut worst = *face_list;
             let is_large = |p: &&PreparedDraw| !is_small(p);
             all.iter().filter(is_large).for_each(|p| worst.cover(&own.at_worst(p, target)));
-            // Of many small objects each asks for little: the most that any of them can.
+            // Small objects share one bound, the most that any of them can need.
             let small = all.iter().filter(|p| is_small(p)).map(|p| binding_bytes(p.call)).max();
             if let Some(surfaces) = small {
                 worst.cover(&small_at_worst(surfaces, target, (own.threads(), own.bound.0)));
@@ -366,7 +374,8 @@ impl SceneBackend for Renderer {
             }
         }
         if prepared.plan.uses(Part::TileRenderer) && !self.reserve_plain(prepared) {
-            // The plan has not foreseen this path, and there is no room for its lists: the same without them.
+            // The plan did not foresee this path, and its lists do not fit: draw face by face
+            // without them.
             (0..prepared.call.geometry.mesh.triangles.len() as u32)
                 .for_each(|t| prepared.draw_face(t, layer, target, stats));
             return;
@@ -396,7 +405,7 @@ impl SceneBackend for Renderer {
             let surfaces = all[..count].iter().map(|p| binding_bytes(p.call));
             DrawBatch::worst_bytes(surfaces, self.threads(), target)
         };
-        // Without room for all of them each is drawn by itself.
+        // If the batch does not fit, each object is drawn by itself.
         if count == 0 || self.working.reserve(&required).is_err() {
             return 0;
         }
@@ -420,29 +429,30 @@ impl SceneBackend for Renderer {
     }
 }
 
-/// Whether a draw's working memory is that of [`small_at_worst`] at most.
+/// Returns whether [`small_at_worst`] bounds the draw's working memory.
 fn is_small(prepared: &PreparedDraw) -> bool {
     prepared.plan.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
 }
 
-/// Geometries that are known at one time at most.
+/// Maximum number of geometries in the cache.
 const MOST_ENTRIES: usize = 1 << 15;
 
-/// Bytes of prepared forms that are kept at most, beside the one in use.
+/// Maximum bytes of cached geometry facts, apart from those in use.
 const MOST_BYTES: usize = 1 << 30;
 
-/// What is known of shared geometries.
+/// Cached facts about shared geometries, by address.
 #[derive(Debug, Default)]
 struct Cache {
     entries: HashMap<usize, Entry>,
-    /// Counts look-ups.
+    /// Number of look-ups so far.
     clock: u64,
 }
 
 #[derive(Debug)]
 struct Entry {
-    /// Keeps the address from being given to another geometry, but not the geometry alive. Whoever changes a geometry in
-    /// place while this is held gets a new address for it (`Arc::make_mut`), or is refused (`Arc::get_mut`).
+    /// Keeps the address from being reused for another geometry, but not the geometry alive.
+    /// Changing a geometry in place while this exists either moves it to a new address
+    /// (`Arc::make_mut`) or fails (`Arc::get_mut`).
     geometry: Weak<Geometry>,
     geometry_info: Arc<GeometryInfo>,
     last_used: u64,
@@ -466,14 +476,15 @@ impl Cache {
         geometry_info
     }
 
-    /// Drops what nobody can ask for again.
+    /// Drops the entries of geometries that no longer exist.
     fn forget_dropped(&mut self) {
         self.entries.retain(|_, e| e.geometry.strong_count() > 0);
     }
 
-    /// Drops what nobody can ask for again, and when that is not enough, what was asked for longest ago.
+    /// Drops the entries of geometries that no longer exist and, if that is not enough, the older
+    /// half of the rest.
     fn forget(&mut self) {
-        // A look through all of them at every doubling, or when they are many.
+        // Scans all entries only when their number has doubled or is at its limit.
         if self.entries.len().is_power_of_two() || self.entries.len() >= MOST_ENTRIES {
             self.forget_dropped();
             let bytes: usize = self.entries.values().map(|e| e.geometry_info.size_bytes()).sum();
@@ -500,7 +511,7 @@ mod tests {
         let never = &CancelToken::default();
         let geometry_info = cache.geometry_info(&first, never);
         assert!(Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
-        // Changed in place: it moves, because the cache holds on to the address.
+        // Changing it in place moves it, because the cache holds a weak reference.
         Arc::make_mut(&mut first).mesh.positions[0].x = 9.0;
         assert!(!Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
         drop(first);
@@ -512,7 +523,7 @@ mod tests {
         assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
     }
 
-    /// A scene of one large mesh and many small ones, some of them transparent.
+    /// Returns a scene of one large mesh and many small ones, some of them transparent.
     fn crowd() -> Scene {
         use crate::truth::scenes::{lit_triangle, object};
         let mut scene = lit_triangle();

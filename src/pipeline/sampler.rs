@@ -1,7 +1,8 @@
 //! Textures: which level of detail, and what colour.
 //!
-//! (0,0) is the lower left corner of the picture, texel centres are at .5. L is the longer of the two footprint vectors
-//! to (x+1,y) and (x,y+1) in texels of level 0, D = log2 L (source 003); each level is sampled in its own size.
+//! (0,0) is the lower left corner of the picture, texel centres are at .5. L is the longer of the
+//! two footprint vectors to (x+1,y) and (x,y+1) in texels of level 0, D = log2 L (source 003); each
+//! level is sampled in its own size.
 
 use crate::math::power::log2;
 use crate::scene::{Filter, Sampling, Texture, Wrap};
@@ -56,7 +57,8 @@ pub(crate) fn sample(
     texel.map(|c| c / 255.0)
 }
 
-/// A coordinate in texels of a side of `size`, (0 at the left or lower end), kept where whole numbers are exact.
+/// A coordinate in texels of a side of `size`, (0 at the left or lower end), kept where whole
+/// numbers are exact.
 fn in_texels(coordinate: f64, wrap: Wrap, size: u32) -> f64 {
     match wrap {
         // Whole turns are dropped first: what is left is exact, however far out the coordinate was.

@@ -1,4 +1,4 @@
-//! A whole scene: background, opaque objects, then the transparent faces.
+//! Drawing a scene: background, opaque faces, lines and points, then transparent faces.
 
 use super::backdrop::{paint, paint_sky};
 use super::depth_sort::{FaceOrder, SORT_KEY_BYTES, recycle};
@@ -19,11 +19,12 @@ use rayon::prelude::*;
 use std::fmt;
 use std::sync::Arc;
 
-/// Draws a scene: its background over the viewport, the opaque faces, lines and points, then the transparent faces in
-/// file order or far to near.
+/// Draws a scene: its background over the viewport, the opaque faces, lines and points, then the
+/// transparent faces in file order or from far to near.
 ///
 /// # Errors
-/// As [`super::draw`]; every object is looked at before anything is written, so the memories are then untouched.
+/// As [`super::draw`]; every object is checked before anything is written, so the target is then
+/// untouched.
 pub fn draw_scene(
     target: &mut Target,
     scene: &Scene,
@@ -32,13 +33,13 @@ pub fn draw_scene(
     draw_scene_with(&mut PlainBackend::default(), target, scene, options)
 }
 
-/// Lists that one scene leaves to the next, all of them empty.
+/// Empty lists that one scene leaves to the next for reuse.
 #[derive(Default)]
 pub(crate) struct SceneLists {
     calls: Vec<DrawCall<'static>>,
     prepared: Vec<PreparedDraw<'static>>,
     geometry_infos: Vec<Arc<GeometryInfo>>,
-    /// Of each object, its lights and its vertices.
+    /// Per object, its lights and its vertices.
     recycled: Vec<RecycledLists>,
     order: FaceOrder,
 }
@@ -50,7 +51,7 @@ impl fmt::Debug for SceneLists {
 }
 
 impl SceneLists {
-    /// Bytes that the lists take.
+    /// Returns the bytes that the lists take.
     pub fn size_bytes(&self) -> usize {
         self.calls.capacity() * size_of::<DrawCall>()
             + self.prepared.capacity() * size_of::<PreparedDraw>()
@@ -61,26 +62,28 @@ impl SceneLists {
     }
 }
 
-/// Draws the parts of a scene.
+/// The operations of [`draw_scene_with`] that the plain path and the renderer implement
+/// differently.
 pub(crate) trait SceneBackend {
-    /// The executor that runs the work.
+    /// Returns the executor that runs the work.
     fn executor(&self) -> &CancellableExecutor;
 
-    /// What the last scene has left.
+    /// Returns the lists that the last scene left.
     fn lists(&mut self) -> &mut SceneLists;
 
-    /// Makes room for a scene's objects.
+    /// Reserves `bytes` for a scene's objects.
     ///
     /// # Errors
-    /// When there is none.
+    /// When they do not fit the budget.
     fn reserve_objects(&mut self, _bytes: u64) -> Result<(), PipelineError> {
         Ok(())
     }
 
-    /// Makes room for everything that drawing these objects takes, with `face_list` for those faces that are drawn in order.
+    /// Reserves the memory for drawing these objects; `face_list` is that of the faces drawn in
+    /// submission order.
     ///
     /// # Errors
-    /// When there is none.
+    /// When it does not fit the budget.
     fn reserve_scene(
         &mut self,
         _all: &[PreparedDraw],
@@ -89,10 +92,10 @@ pub(crate) trait SceneBackend {
         Ok(())
     }
 
-    /// Cached facts about a draw's geometry.
+    /// Returns the cached facts about a draw's geometry.
     fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo>;
 
-    /// Draws the faces of one object that belong to a layer, in order; a wireframe whole.
+    /// Draws the faces of one object that belong to a layer, in order; a wireframe completely.
     fn faces(
         &mut self,
         prepared: &mut PreparedDraw,
@@ -101,11 +104,12 @@ pub(crate) trait SceneBackend {
         stats: &mut DrawStats,
     );
 
-    /// Draws the opaque faces of the first of these objects together, where that pays, and says of how many; they have nothing else
-    /// to be drawn.
+    /// Draws the opaque faces of the first objects of `all` as one batch, where that pays, and
+    /// returns their number. Batched objects have nothing else to draw.
     fn draw_batch(&mut self, all: &[PreparedDraw], target: &mut Target, stats: &mut DrawStats) -> usize;
 
-    /// Draws faces of several objects - object, triangle - in the list's order.
+    /// Draws faces of several objects in the list's order; an entry is (object index, triangle
+    /// index).
     fn draw_in_order(
         &mut self,
         all: &[PreparedDraw],
@@ -115,7 +119,7 @@ pub(crate) trait SceneBackend {
     );
 }
 
-/// The plain path.
+/// The plain path as a backend.
 #[derive(Default)]
 struct PlainBackend {
     executor: CancellableExecutor,
@@ -167,7 +171,7 @@ impl SceneBackend for PlainBackend {
     }
 }
 
-/// [`draw_scene`] by a backend.
+/// Draws a scene by a backend; see [`draw_scene`].
 pub(crate) fn draw_scene_with(
     backend: &mut impl SceneBackend,
     target: &mut Target,
@@ -183,13 +187,14 @@ pub(crate) fn draw_scene_with(
     calls.extend(each_call(scene, options));
     let mut stats = DrawStats::default();
     let keeps_depth = !leaves_depth_out(&calls, options);
-    // 1 to 3 for every object that is sorted with others, or that comes again for its transparent faces
+    // Stages 1 to 3 for every object: faces may be sorted across objects, and transparent faces
+    // need a second pass.
     all.reserve(calls.len());
     recycled.resize_with(calls.len(), RecycledLists::default);
     let mut camera = None;
     for call in &calls {
         let geometry_info = backend.geometry_info(call);
-        // All of them have the scene's camera.
+        // All objects have the scene's camera.
         camera = Some(PreparedDraw::check(call, &geometry_info, camera)?);
         geometry_infos.push(geometry_info);
     }
@@ -271,18 +276,19 @@ pub(crate) fn draw_scene_with(
     Ok(stats)
 }
 
-/// Bytes that a scene's objects take while they are drawn, their lights included.
+/// Returns the bytes that a scene's objects take while they are drawn, lights included.
 fn object_bytes(scene: &Scene) -> u64 {
     let each = size_of::<DrawCall>()
         + size_of::<PreparedDraw>()
         + size_of::<Arc<GeometryInfo>>()
         + size_of::<RecycledLists>();
     let lights = scene.lights.len() * size_of::<PreparedLight>();
-    // Lists have room for up to twice their items.
+    // A list's capacity can be twice its length.
     2 * scene.objects.len() as u64 * (each + lights) as u64
 }
 
-/// What the faces take that are drawn in order: vertices of all their objects at once, and one list.
+/// Returns the memory for faces drawn in submission order: vertices of all their objects at once,
+/// and one face list.
 fn in_order<'a>(
     all: impl Iterator<Item = (&'a DrawCall<'a>, &'a Plan)>,
     options: &SceneOptions,
@@ -302,7 +308,8 @@ fn in_order<'a>(
     bytes
 }
 
-/// What drawing a scene takes at worst by so many threads: each memory grows to the most that an object asks of it.
+/// Returns the worst-case memory of a scene with `threads` threads: the maximum of each part over
+/// all objects.
 fn scene_at_worst(
     each: &[(DrawCall, Plan)],
     (target, threads): (&Target, u64),
@@ -325,20 +332,19 @@ fn scene_at_worst(
     worst
 }
 
-/// Scenes of fewer objects than this are made ready by the calling thread.
+/// Minimum number of objects that are prepared on the pool.
 const MANY_OBJECTS: usize = 128;
 
 const NOTHING_HIDDEN: &str = "the scene is known whole, and nothing in it can be hidden";
 
-/// The plan of a whole scene: what any of its objects needs, and what they share.
+/// Returns the plan of a scene: the parts that any of its objects needs, and shared memory once.
 ///
-/// # Errors
-/// Never for the camera or the meshes: a plan can be printed of what [`draw_scene`] refuses.
+/// Also works for scenes whose camera or meshes [`draw_scene`] refuses.
 pub fn plan_scene(target: &Target, scene: &Scene, options: &SceneOptions) -> Plan {
     plan_scene_for(target, scene, options, 1)
 }
 
-/// The same of a renderer with so many threads.
+/// Returns the plan of a scene for a renderer with `threads` threads.
 pub(super) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOptions, threads: u64) -> Plan {
     let calls = calls_of(scene, options);
     let (width, height) = (target.memory.width(), target.memory.height());
@@ -352,7 +358,7 @@ pub(super) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOpti
     } else if options.depth_use == DepthUse::SceneOnly && plan.uses(Part::DepthMemory) {
         plan.explain(Part::DepthMemory, "HIDE zbuffer; faces may hide each other");
     }
-    // The objects' faces are in one list.
+    // All objects' faces share one list.
     plan.set_bytes(Part::FacesInOrder, face_list_bytes(plan.item(Part::FacesInOrder).count));
     let each: Vec<(DrawCall, Plan)> = calls.into_iter().zip(plans).collect();
     let worst = scene_at_worst(&each, (target, threads), options, object_bytes(scene));
@@ -366,7 +372,7 @@ pub(super) fn plan_scene_for(target: &Target, scene: &Scene, options: &SceneOpti
     plan
 }
 
-/// One call an object.
+/// Returns the draw calls of a scene, one per object.
 pub(super) fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<DrawCall<'a>> {
     each_call(scene, options).collect()
 }
@@ -389,7 +395,7 @@ fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
         && nothing_can_hide(one)
 }
 
-/// The faces of all objects in the order in which [`draw_scene`] draws them.
+/// Returns the faces of all objects in the order in which [`draw_scene`] draws them.
 pub(super) fn drawing_order(all: &[PreparedDraw], options: &SceneOptions) -> Vec<(usize, u32)> {
     let mut order = FaceOrder::default();
     let mut face_list = |is_through: bool, is_sorted: bool| {

@@ -1,7 +1,7 @@
 //! Stages 8 and 9: what runs across a face, and the colour that it gives a pixel.
 //!
-//! In: the shares of a face's corners at a pixel (they add up to 1). Out: R, G, B (unclamped) and opacity. What is the same
-//! on the whole face is found once a face.
+//! In: the shares of a face's corners at a pixel (they add up to 1). Out: R, G, B (unclamped) and
+//! opacity. What is the same on the whole face is found once a face.
 
 use super::draw_call::DrawStats;
 use super::light::{Lighting, LitColor, SurfacePoint};
@@ -69,7 +69,8 @@ impl FaceShade<'_> {
         }
     }
 
-    /// The colour and opacity at a pixel. `footprint` is asked for only by the mip filters; it gets the u, v corners.
+    /// The colour and opacity at a pixel. `footprint` is asked for only by the mip filters; it gets
+    /// the u, v corners.
     pub fn at(
         &self,
         barycentrics: [f64; 3],
@@ -137,7 +138,8 @@ impl FaceShade<'_> {
     }
 }
 
-/// The u, v at the shares, relative to the first corner's: differences of it keep their digits far from 0.
+/// The u, v at the shares, relative to the first corner's: differences of it keep their digits far
+/// from 0.
 pub(crate) fn uv_from_first(uv: &[DVec2; 3], barycentrics: [f64; 3]) -> DVec2 {
     (uv[1] - uv[0]) * barycentrics[1] + (uv[2] - uv[0]) * barycentrics[2]
 }

@@ -32,7 +32,8 @@ fn object(name: &str, mesh: Mesh, material: Material) -> Object {
     }
 }
 
-/// The scene that a table's inputs describe: triangles that only give off light, seen from (0, 0, 8).
+/// The scene that a table's inputs describe: triangles that only give off light, seen from (0, 0,
+/// 8).
 fn table_scene(inputs: &Value) -> Scene {
     let objects = inputs["objects_in_order"].as_array().unwrap().iter().map(|o| {
         let points = (0..3).map(|i| vec3(&o["points"][i])).collect();
@@ -224,7 +225,8 @@ fn a_wire_cube_has_12_edges_and_depth_hides_three() {
     assert_eq!(letters(&front), HIDDEN_CUBE, "\n{}", letters(&front));
     let (hidden, _) = wire_cube(HiddenSurface::ZBuffer, Cull::Back, 30);
     assert_eq!(letters(&hidden), HIDDEN_CUBE, "\n{}", letters(&hidden));
-    // With every face drawn, depth alone hides the three: but for the pixel where one ends on the outline.
+    // With every face drawn, depth alone hides the three: but for the pixel where one ends on the
+    // outline.
     let (hidden, stats) = wire_cube(HiddenSurface::ZBuffer, Cull::None, 30);
     assert_eq!(stats.lines_drawn, 12);
     let off = |m: &VideoMemory| letters(m).bytes().zip(HIDDEN_CUBE.bytes()).filter(|(a, b)| a != b).count();

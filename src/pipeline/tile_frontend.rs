@@ -1,7 +1,7 @@
 //! Front end of the tile renderer: the draws that it serves, and its job for a prepared draw.
 //!
-//! Works in f64: `shading_space` is where shading takes place, `light_setup` makes the tables that hold
-//! for all faces.
+//! Works in f64: `shading_space` is where shading takes place, `light_setup` makes the tables that
+//! hold for all faces.
 
 mod blended_setup;
 mod draw_batch;
@@ -65,7 +65,8 @@ impl Workspace {
     }
 }
 
-/// Meshes of more faces than this have work for more than one thread. Those of fewer may be drawn by the calling thread alone,
+/// Meshes of more faces than this have work for more than one thread. Those of fewer may be drawn
+/// by the calling thread alone,
 const FEW_FACES: usize = 512;
 
 /// where the box around them has at most so many pixels, times one and the lights that light each.
@@ -114,7 +115,8 @@ pub(crate) fn unsupported_reason(call: &DrawCall, target: &Target, plan: &Plan) 
 }
 
 impl PreparedDraw<'_> {
-    /// Draws the opaque faces by the tile renderer; `false` when they turn out to be beyond it, and nothing was drawn.
+    /// Draws the opaque faces by the tile renderer; `false` when they turn out to be beyond it, and
+    /// nothing was drawn.
     pub fn draw_fast(&self, context: DrawContext<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
         let Workspace { scratch, tables, recycled } = context.workspace;
         let Some(mut inputs) = self.inputs(recycled) else { return false };
@@ -133,7 +135,8 @@ impl PreparedDraw<'_> {
         true
     }
 
-    /// What the tile renderer counted, and what the plain path would have lit: it lights what is overdrawn too.
+    /// What the tile renderer counted, and what the plain path would have lit: it lights what is
+    /// overdrawn too.
     fn counted(&self, mut draw: DrawStats) -> DrawStats {
         if self.plan.uses(Part::LightPixels) {
             draw.pixels_lit = draw.pixels_written;

@@ -1,11 +1,14 @@
-//! The textbook mode: every number that one triangle, and one pixel of it, has on its way from object space to bytes.
+//! The textbook mode: every number that one triangle, and one pixel of it, has on its way from
+//! object space to bytes.
 //!
-//! In: a [`DrawCall`] or a [`Scene`], the frame, and which triangle or pixel is asked for. Out: a [`Trace`] whose `Display`
-//! prints the numbers stage by stage, so that a student can follow by hand. They are not computed again for the print: the
-//! stages of the plain path are asked, and the last line is the byte that they store. One would know an error by drawing the
-//! same call and looking into the memory, as the tests do.
+//! In: a [`DrawCall`] or a [`Scene`], the frame, and which triangle or pixel is asked for. Out: a
+//! [`Trace`] whose `Display` prints the numbers stage by stage, so that a student can follow by
+//! hand. They are not computed again for the print: the stages of the plain path are asked, and the
+//! last line is the byte that they store. One would know an error by drawing the same call and
+//! looking into the memory, as the tests do.
 //!
-//! Source: notes 000 (stages, Phong), 001 (matrices, homogenisation, viewport), 003 (barycentrics, depth, mip level).
+//! Source: notes 000 (stages, Phong), 001 (matrices, homogenisation, viewport), 003 (barycentrics,
+//! depth, mip level).
 
 mod collect;
 mod display;
@@ -24,7 +27,8 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 /// What is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Probe {
-    /// The triangle of this number, counted from 0 over all objects in file order, at the pixel nearest to its middle.
+    /// The triangle of this number, counted from 0 over all objects in file order, at the pixel
+    /// nearest to its middle.
     Triangle(u64),
     /// The triangle of this number at a pixel (x, y), covered or not.
     TriangleAt(u64, i32, i32),
@@ -84,7 +88,8 @@ pub struct CornerTrace {
     pub texcoord: Option<DVec2>,
 }
 
-/// What one light adds at the pixel (or the face's middle, or a corner: wherever the shading mode lights).
+/// What one light adds at the pixel (or the face's middle, or a corner: wherever the shading mode
+/// lights).
 pub(crate) struct LitAt {
     pub place: &'static str,
     pub point: SurfacePoint,
@@ -108,7 +113,8 @@ pub struct PixelTrace {
     pub at: [i32; 2],
     /// The centre in NDC.
     pub ndc: [f64; 2],
-    /// The three edge functions in 1/65536 square pixels, edge i opposite corner i, turned so that inside is positive.
+    /// The three edge functions in 1/65536 square pixels, edge i opposite corner i, turned so that
+    /// inside is positive.
     pub edges: Option<[i128; 3]>,
     /// Whether the exact fill rule gives the pixel to the triangle.
     pub is_covered: bool,
@@ -172,7 +178,8 @@ pub struct Trace {
     pub fast: Option<FastTrace>,
 }
 
-/// Follows one triangle or pixel through a scene, as [`super::draw_scene`] would draw it into a frame of `size`.
+/// Follows one triangle or pixel through a scene, as [`super::draw_scene`] would draw it into a
+/// frame of `size`.
 ///
 /// # Errors
 /// What `draw_scene` refuses, and a probe that meets nothing.

@@ -1,23 +1,23 @@
-//! Stage 2: every position once from object space to clip space and the screen.
+//! Stage 2: transforms each position once, from object space to clip space and the screen.
 
 use super::viewport::ViewportTransform;
 use crate::scene::CameraMatrices;
 use glam::{DMat4, DVec3, DVec4};
 
-/// One position on its way.
+/// A transformed vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
-    /// Clip space.
+    /// Clip-space position.
     pub clip: DVec4,
-    /// w - z of clip space, free of cancellation.
+    /// w - z in clip space, computed without cancellation.
     pub complement: f64,
-    /// View space z: negative in front of the eye.
+    /// View-space z, negative in front of the eye.
     pub view_z: f64,
-    /// Pixels, y down; not finite where w <= 0.
+    /// Screen position in pixels, y down; not finite where w <= 0.
     pub screen: [f64; 2],
 }
 
-/// What takes a position there.
+/// Matrices and viewport that transform a position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transform {
     pub model: DMat4,
@@ -37,10 +37,10 @@ impl Transform {
         }
     }
 
-    /// Pixels of a clip space point; not finite where it has none.
+    /// Returns the screen position of a clip-space point in pixels; NaN where w <= 0.
     pub fn on_screen(&self, clip: DVec4) -> [f64; 2] {
         if self.camera.is_parallel {
-            // w is 1: there is nothing to divide by.
+            // w is 1: no division is needed.
             self.screen.of_ndc([clip.x, clip.y])
         } else if clip.w > 0.0 {
             self.screen.of_ndc([clip.x / clip.w, clip.y / clip.w])

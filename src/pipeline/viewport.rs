@@ -1,17 +1,17 @@
-//! NDC to pixels and back, and which pixels a viewport lets through.
+//! The viewport transform: NDC to pixels, its inverse, and the viewport's clip rectangle.
 //!
-//! Pixels are those of the frame: y down, pixel (i, j) has its centre at (i + .5, j + .5). Source: notes 001 (`centres`),
-//! the graphics APIs (`corners`).
+//! Pixels are those of the frame: y down, with the centre of pixel (i, j) at (i + .5, j + .5).
+//! Source: notes 001 (`centres`), the graphics APIs (`corners`).
 
 use crate::math::coverage::PixelRect;
 use crate::scene::{Viewport, ViewportRule};
 
-/// The map of one viewport, per axis: pixel = origin + ndc * half.
+/// Transform of one viewport, per axis: pixel = origin + ndc * half.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewportTransform {
     origin: [f64; 2],
     half: [f64; 2],
-    /// The viewport's pixels that are on the frame.
+    /// The viewport's pixels that lie on the frame.
     pub clip: PixelRect,
 }
 
@@ -19,7 +19,8 @@ impl ViewportTransform {
     pub fn new(viewport: Viewport, frame_width: u32, frame_height: u32) -> Self {
         let corner = [viewport.x as f64, viewport.y as f64];
         let size = [viewport.width as f64, viewport.height as f64];
-        // `centres` puts pixel centres at whole numbers; moved by half a pixel they are where coverage has them.
+        // `centres` puts pixel centres at integers; half a pixel moves them to where coverage has
+        // them.
         let (inset, shift) = match viewport.rule {
             ViewportRule::Corners => (0.0, 0.0),
             ViewportRule::Centres => (1.0, 0.5),
@@ -38,22 +39,22 @@ impl ViewportTransform {
         }
     }
 
-    /// The pixel coordinates of an NDC point.
+    /// Returns the pixel coordinates of an NDC point.
     pub fn of_ndc(&self, ndc: [f64; 2]) -> [f64; 2] {
         [self.origin[0] + ndc[0] * self.half[0], self.origin[1] + ndc[1] * self.half[1]]
     }
 
-    /// Origin and half extents: pixel = origin + ndc * half.
+    /// Returns origin and half extents: pixel = origin + ndc * half.
     pub fn map(&self) -> ([f64; 2], [f64; 2]) {
         (self.origin, self.half)
     }
 
-    /// How far NDC runs from one pixel to the next, across and down.
+    /// Returns the NDC step from one pixel to the next, in x and in y.
     pub fn ndc_per_pixel(&self) -> [f64; 2] {
         self.half.map(|h| 1.0 / h)
     }
 
-    /// The NDC point at the centre of pixel (x, y); not finite for a viewport without extent.
+    /// Returns the NDC point at the centre of pixel (x, y); not finite for a viewport of size 0.
     #[inline]
     pub fn ndc_of_pixel(&self, x: i32, y: i32) -> [f64; 2] {
         [(x as f64 + 0.5 - self.origin[0]) / self.half[0], (y as f64 + 0.5 - self.origin[1]) / self.half[1]]

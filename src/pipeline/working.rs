@@ -1,8 +1,9 @@
-//! Working memory of draws: which memories there are, and what each takes at worst.
+//! Working memory of draws: its parts and their worst-case sizes.
 //!
-//! In: a draw and its plan. Out: bytes at worst, memory by memory. A memory is kept from draw to draw and grows to the most that
-//! any draw asked of it; so what a renderer holds is the sum of the largest, which it reserves in its budget before it draws.
-//! Nothing is allocated here. One would know by tests/allocations/draw_memory.rs, which compares with an allocator that counts.
+//! In: a draw and its plan. Out: worst-case bytes of each part. Each part is kept from draw to draw
+//! and grows to the most that any draw needed, so a renderer holds the sum of the maxima; it
+//! reserves that in its budget before it draws. Nothing is allocated here.
+//! tests/allocations/draw_memory.rs compares these figures with a counting allocator.
 
 use super::depth_sort::{FACE_ENTRY_BYTES, SORT_KEY_BYTES};
 use super::draw_call::{DrawCall, Target};
@@ -16,45 +17,45 @@ use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
 use crate::scene::ShadeMode;
 use std::ops::{Index, IndexMut};
 
-/// A memory that draws work in.
+/// One part of the working memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Working {
-    /// Vertices on the screen.
+    /// Screen vertices.
     ScreenVertices,
-    /// Their depths in f64.
+    /// Vertex depths in f64.
     DepthVertices,
-    /// Normals in the shading frame.
+    /// Normals in shading space.
     Normals,
-    /// Points that are lit before pixels are: all of it, or what a texture multiplies,
+    /// Light at vertices: all of it, or the part that a texture multiplies.
     Lit,
-    /// and what it does not.
+    /// Light at vertices that no texture multiplies.
     Specular,
-    /// Positions in the shading frame.
+    /// Positions in shading space.
     Positions,
-    /// Materials and lights as the kernels read them.
+    /// Materials and lights in the kernels' layout.
     Surfaces,
-    /// Faces that wait for their tiles.
+    /// Face lists of the tiles.
     Lists,
-    /// The same of small draws that are drawn together.
+    /// Data and face lists of batched small draws.
     DrawBatch,
     /// Vertices of the plain path.
     Vertices,
-    /// Lists of faces that are drawn in order,
+    /// Lists of faces drawn in submission order.
     Order,
-    /// what sorting them takes,
+    /// Keys for sorting such faces.
     Sort,
-    /// and faces that are set up for it.
+    /// Prepared faces of such lists.
     Made,
-    /// Edges of a wireframe; given back after each draw.
+    /// Edges of a wireframe; freed after each draw.
     Edges,
     /// Objects of a scene.
     Objects,
 }
 
-/// The number of memories.
+/// Number of parts.
 const COUNT: usize = Working::Objects as usize + 1;
 
-/// Bytes of each memory.
+/// Bytes of each part.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct WorkingBytes([u64; COUNT]);
 
@@ -73,19 +74,20 @@ impl IndexMut<Working> for WorkingBytes {
 }
 
 impl WorkingBytes {
-    /// The bytes of all memories.
+    /// Returns the total, saturating.
     pub fn sum(&self) -> u64 {
         self.0.iter().fold(0, |sum, bytes| sum.saturating_add(*bytes))
     }
 
-    /// Grows each memory to what `other` asks of it.
+    /// Raises each part to at least its size in `other`.
     pub fn cover(&mut self, other: &WorkingBytes) {
         self.0.iter_mut().zip(other.0).for_each(|(own, other)| *own = (*own).max(other));
     }
 }
 
-/// What a draw asks for at worst by the path that its plan says. `vertices` is the number of its prepared vertices where that is
-/// known; its corners are the most that there can be.
+/// Returns the worst-case bytes of a draw by the path that its plan chooses. `vertices` is the
+/// vertex count of its indexed mesh, if computed; otherwise the corner count bounds it. The last
+/// argument is the thread count and the bound of the tiles' lists in bytes.
 pub(crate) fn at_worst(
     call: &DrawCall,
     target: &Target,
@@ -115,10 +117,11 @@ pub(crate) fn at_worst(
     bytes
 }
 
-/// Draws of so many faces at most are small.
+/// Maximum number of faces of a small draw.
 pub(crate) const SMALL_FACES: usize = 512;
 
-/// What a small draw asks for at worst by the tile renderer, whatever its state; its materials take `surfaces` bytes.
+/// Returns the worst-case bytes of any small draw by the tile renderer, whatever its state.
+/// `surfaces` is the size of its materials in bytes.
 pub(crate) fn small_at_worst(
     surfaces: u64,
     target: &Target,
@@ -137,18 +140,19 @@ pub(crate) fn small_at_worst(
     bytes
 }
 
-/// Adds what drawing `faces` faces in order takes: lists have room for twice their items, and while one moves its old room is there.
+/// Adds the memory for drawing `faces` faces in submission order. A list's capacity can be twice
+/// its length, and while it is reallocated the old buffer exists too.
 pub(crate) fn ordered(bytes: &mut WorkingBytes, faces: u64, is_sorted: bool) {
     bytes[Working::Order] = 3 * faces * FACE_ENTRY_BYTES;
     bytes[Working::Sort] = if is_sorted { 3 * faces * SORT_KEY_BYTES } else { 0 };
     bytes[Working::Made] = face_list_bytes(faces);
 }
 
-/// What a renderer holds of its budget for the memories that it works in.
+/// A renderer's budget reservation for its working memory.
 #[derive(Debug)]
 pub(crate) struct WorkingMemory {
     held: Reservation,
-    /// What each memory may have grown to.
+    /// Size that each part may have grown to.
     bytes: WorkingBytes,
 }
 
@@ -158,29 +162,29 @@ impl Default for WorkingMemory {
     }
 }
 
-/// Reserved bytes that stay reserved between draws though nothing holds them: small draws then reserve once.
+/// Unused bytes that stay reserved between draws, so that small draws reserve once.
 const SLACK_BYTES: u64 = 32 << 20;
 
 impl WorkingMemory {
-    /// Nothing yet, of this budget.
+    /// Creates an empty reservation from `budget`.
     pub fn of(budget: &MemoryBudget) -> Self {
         WorkingMemory { held: budget.empty(MemoryUse::Draws), bytes: WorkingBytes::default() }
     }
 
-    /// The budget.
+    /// Returns the budget.
     pub fn budget(&self) -> &MemoryBudget {
         self.held.budget()
     }
 
-    /// Bytes that are reserved.
+    /// Returns the reserved bytes.
     pub fn bytes(&self) -> u64 {
         self.held.bytes()
     }
 
-    /// Reserves what is still missing for the memories to grow to `wanted`.
+    /// Reserves the bytes still missing for each part to grow to `required`.
     ///
     /// # Errors
-    /// When it is more than what is free.
+    /// When the budget has less than that free.
     pub fn reserve(&mut self, required: &WorkingBytes) -> Result<(), OverBudget> {
         let mut all = self.bytes;
         all.cover(required);
@@ -191,13 +195,13 @@ impl WorkingMemory {
         Ok(())
     }
 
-    /// Whether much more may be reserved than is held between draws.
+    /// Returns whether the reservation exceeds the slack that is kept between draws.
     pub fn is_large(&self) -> bool {
         self.held.bytes() > SLACK_BYTES
     }
 
-    /// States what is held for the tiles' lists and for draws that are drawn together after a draw, and that edges were given
-    /// back.
+    /// Records the bytes held after a draw for the tiles' lists and the draw batch, and that edges
+    /// were freed. Gives back the excess if it is more than the slack.
     pub fn shrink_reservation(&mut self, lists: u64, draw_batch: u64) {
         let mut now = self.bytes;
         (now[Working::Lists], now[Working::DrawBatch], now[Working::Edges]) = (lists, draw_batch, 0);
@@ -207,7 +211,7 @@ impl WorkingMemory {
         }
     }
 
-    /// States that all memories were given back.
+    /// Records that all parts were freed.
     pub fn clear(&mut self) {
         self.bytes = WorkingBytes::default();
         self.held.shrink_to(0);
@@ -236,7 +240,7 @@ mod tests {
         assert_eq!(working.bytes(), 5000);
         working.clear();
         assert_eq!((working.bytes(), budget.used()), (0, 0));
-        // What was given back must be asked for again.
+        // Freed parts must be reserved again.
         working.reserve(&of(&[(Working::Lit, 700)])).unwrap();
         assert_eq!((working.bytes(), budget.used()), (700, 700));
     }
