@@ -1,21 +1,22 @@
-//! How a source colour meets what is in memory: stored as it is, or composed over it.
+//! Blending of a source colour with the frame: stored unchanged, or composited over it.
 
 use crate::memory::Rgba;
 use crate::simd::fill_pixels;
 
-/// The mode of `BLEND`.
+/// Blend mode, set by the `BLEND` command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Blend {
-    /// The bytes are stored as they are.
+    /// Stores the source bytes unchanged.
     #[default]
     Replace,
-    /// Source over destination, see [`over`].
+    /// Composites the source over the destination, see [`over`].
     Over,
 }
 
-/// `source` over `dest`: each channel (s a + d (255 - a) + 127) / 255 in integers, with s = 255 for alpha itself.
+/// Composites `source` over `dest`: each channel is (s a + d (255 - a) + 127) / 255 in integers,
+/// with s = 255 for alpha itself.
 ///
-/// An opaque source gives itself, one of alpha 0 gives `dest`.
+/// An opaque source gives itself; a source of alpha 0 gives `dest`.
 #[inline]
 pub fn over(source: Rgba, dest: Rgba) -> Rgba {
     let a = u16::from(source[3]);
@@ -23,17 +24,18 @@ pub fn over(source: Rgba, dest: Rgba) -> Rgba {
     [mix(source[0], dest[0]), mix(source[1], dest[1]), mix(source[2], dest[2]), mix(255, dest[3])]
 }
 
-/// What one colour does to every pixel that it meets: decided once a verb, so that inner loops do not ask.
+/// The effect of one colour on every pixel it is drawn to, decided once for each call so that inner
+/// loops do not branch.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Paint {
-    /// Stored.
+    /// Stores the colour.
     Store(Rgba),
-    /// Composed; neither opaque nor invisible.
+    /// Composites the colour, which is neither opaque nor invisible.
     Compose(Rgba),
 }
 
 impl Paint {
-    /// `None` when nothing can change.
+    /// Returns `None` if drawing the colour changes nothing.
     pub(super) fn new(color: Rgba, blend: Blend) -> Option<Self> {
         match (blend, color[3]) {
             (Blend::Over, 0) => None,
@@ -42,7 +44,7 @@ impl Paint {
         }
     }
 
-    /// Meets every pixel of a run once.
+    /// Draws every pixel of a run once.
     #[inline]
     pub(super) fn run(self, pixels: &mut [Rgba]) {
         match self {
@@ -51,7 +53,7 @@ impl Paint {
         }
     }
 
-    /// Meets one pixel.
+    /// Draws one pixel.
     #[inline]
     pub(super) fn one(self, pixel: &mut Rgba) {
         *pixel = match self {
@@ -61,7 +63,8 @@ impl Paint {
     }
 }
 
-/// [`over`] for every pixel: what depends on the source alone is made once, four pixels side by side.
+/// Applies [`over`] to every pixel: terms of the source alone are computed once, four pixels side
+/// by side.
 fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
     let a = u16::from(color[3]);
     // s a + 127; with d (255 - a) at most 255 * 255 + 127.
@@ -82,7 +85,8 @@ fn compose_run(color: Rgba, pixels: &mut [Rgba]) {
     }
 }
 
-/// Meets each pixel of `dest` with the source pixel at the same place; both are as long.
+/// Draws each source pixel to the pixel of `dest` at the same index. Both slices have the same
+/// length.
 #[inline]
 pub(super) fn run_of_many(blend: Blend, source: &[Rgba], dest: &mut [Rgba]) {
     match blend {
@@ -91,7 +95,7 @@ pub(super) fn run_of_many(blend: Blend, source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
-/// [`over`] pixel by pixel, two channels in each half of a word.
+/// Applies [`over`] pixel by pixel, two channels in each half of a word.
 fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
     const EVEN: u32 = 0x00FF_00FF;
     for (dest, source) in dest.iter_mut().zip(source) {
@@ -108,7 +112,7 @@ fn compose_many(source: &[Rgba], dest: &mut [Rgba]) {
     }
 }
 
-/// v / 255 for every v up to 255 * 255 + 127, the largest that composing gives.
+/// Returns v / 255 for every v up to 255 * 255 + 127, the largest value that compositing gives.
 #[inline]
 fn div_255(v: u16) -> u16 {
     (v + 1 + (v >> 8)) >> 8

@@ -1,13 +1,13 @@
-//! Rectangles of pixels: into the frame, out of it, and from one place in it to another.
+//! Rectangles of pixels: written to the frame, read from it, and copied within it.
 
 use super::blend::run_of_many;
 use super::{Blend, DrawError, Rect, clip_range, pixels_mut, run_mut};
 use crate::memory::VideoMemory;
 use std::ops::Range;
 
-/// Puts w x h pixels, RGBA rows without padding, at (x, y); what leaves the frame is dropped.
+/// Draws w x h pixels, RGBA rows without padding, at (x, y). Pixels outside the frame are skipped.
 ///
-/// A negative size or a payload of another length is an error, and nothing is drawn.
+/// A negative size or a payload of the wrong length is an error, and nothing is drawn.
 pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> Result<(), DrawError> {
     let Rect { x, y, w, h } = rect.checked()?;
     // Below 2^64: both sides are below 2^31.
@@ -22,7 +22,7 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
     let source = rgba.as_chunks().0;
     let skip = (i64::from(xs.start) - i64::from(x)) as usize;
     if w == memory.width() as i32 && xs.len() == w as usize {
-        // Whole rows lie in one piece on both sides.
+        // Full rows are contiguous on both sides.
         let start = (i64::from(ys.start) - i64::from(y)) as usize * w as usize;
         let pixels = &mut pixels_mut(memory)[w as usize * ys.start as usize..w as usize * ys.end as usize];
         run_of_many(blend, &source[start..start + pixels.len()], pixels);
@@ -37,23 +37,27 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
     Ok(())
 }
 
-/// The bytes of w x h pixels from (x, y), row by row, without a copy.
+/// Returns the bytes of w x h pixels from (x, y), row by row, without a copy.
 ///
-/// Pixels outside the frame, or a negative size, are an error; a size of 0 asks for nothing and is none.
+/// Pixels outside the frame or a negative size are an error. An empty rectangle is none, wherever
+/// it is.
 pub fn rows(memory: &VideoMemory, rect: Rect) -> Result<impl Iterator<Item = &[u8]>, DrawError> {
     let (xs, ys) = source_ranges(memory, rect)?;
     let (xs, stride) = (xs.start * 4..xs.end * 4, memory.stride_bytes());
     Ok(ys.map(move |y| &memory.bytes()[y * stride..][xs.clone()]))
 }
 
-/// The bytes of w x h pixels from (x, y), RGBA rows without padding. Errors as [`rows`].
+/// Returns the bytes of w x h pixels from (x, y), RGBA rows without padding. Fails as [`rows`]
+/// does.
 pub fn read(memory: &VideoMemory, rect: Rect) -> Result<Vec<u8>, DrawError> {
     Ok(rows(memory, rect)?.collect::<Vec<_>>().concat())
 }
 
-/// Copies w x h pixels to `dest`, as through a temporary copy; what leaves the frame there is dropped.
+/// Copies w x h pixels to `dest`, as if through a temporary copy. Pixels outside the frame at
+/// `dest` are skipped.
 ///
-/// A source that is not wholly inside the frame, or a negative size, is an error, and nothing is drawn.
+/// A source that is not entirely inside the frame or a negative size is an error, and nothing is
+/// drawn.
 pub fn copy(memory: &mut VideoMemory, source: Rect, dest: [i32; 2], blend: Blend) -> Result<(), DrawError> {
     let (from_xs, from_ys) = source_ranges(memory, source)?;
     let xs = clip_range(dest[0], source.w, memory.width());
@@ -80,7 +84,8 @@ pub fn copy(memory: &mut VideoMemory, source: Rect, dest: [i32; 2], blend: Blend
             }
         }
     };
-    // A row that is still to be read must not have been written: downwards from the last row, upwards from the first.
+    // A row must be read before it is overwritten: upwards from the last row when moving down,
+    // downwards from the first otherwise.
     if i64::from(dest[1]) > i64::from(source.y) {
         ys.clone().rev().for_each(&mut one);
     } else {
@@ -90,7 +95,7 @@ pub fn copy(memory: &mut VideoMemory, source: Rect, dest: [i32; 2], blend: Blend
     Ok(())
 }
 
-/// Columns and rows of a source, wholly inside the frame, or empty.
+/// Returns the columns and rows of a source, entirely inside the frame or empty.
 fn source_ranges(memory: &VideoMemory, rect: Rect) -> Result<(Range<usize>, Range<usize>), DrawError> {
     let Rect { x, y, w, h } = rect.checked()?;
     if w == 0 || h == 0 {
@@ -115,7 +120,7 @@ mod tests {
     use crate::draw2d::raster::{extremes, memory};
     use crate::memory::Rgba;
 
-    /// A frame in which every pixel tells its place, with some of every alpha.
+    /// Creates a frame whose every pixel encodes its position, with many different alphas.
     fn marked(w: u32, h: u32) -> VideoMemory {
         let mut m = memory(w, h);
         for (x, y) in (0..h as i32).flat_map(|y| (0..w as i32).map(move |x| (x, y))) {
@@ -220,7 +225,7 @@ mod tests {
             blit(&mut m, rect(0, 0, 2, -2), &[], Blend::Replace).unwrap_err().code().as_str(),
             "ERANGE"
         );
-        // No pixels are asked for.
+        // Empty rectangles request no pixels.
         assert!(read(&m, rect(i32::MIN, i32::MAX, 0, i32::MAX)).unwrap().is_empty());
         copy(&mut m, rect(-5, 0, 0, 3), [1, 1], Blend::Replace).unwrap();
         blit(&mut m, rect(0, 0, 0, 5), &[], Blend::Replace).unwrap();

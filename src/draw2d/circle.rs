@@ -1,18 +1,19 @@
-//! Circles: the midpoint outline about a pixel.
+//! Circle outlines about a pixel, by the midpoint algorithm.
 //!
-//! Source: Bresenham, "A linear algorithm for incremental digital display of circular arcs" (1977), with the midpoint
-//! decision.
+//! Source: Bresenham, "A linear algorithm for incremental digital display of circular arcs" (1977),
+//! with the midpoint decision.
 
 use super::blend::Paint;
 use super::{Blend, DrawError, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
-/// Draws the midpoint circle of radius `r` about the pixel (cx, cy), each pixel once; r = 0 is that pixel.
+/// Draws the midpoint circle of radius `r` about the pixel (cx, cy), each pixel once; r = 0 is that
+/// pixel.
 ///
-/// The exact answer in the octant 0 <= a <= b: for each a the pixel (a, b) with b = sqrt(r^2 - a^2) rounded to the
-/// nearest whole number (it is never a tie: r^2 - a^2 is whole), and its seven mirror images. The cost is that of the
-/// visible rows and columns. A negative radius is an error.
+/// The exact answer in the octant 0 <= a <= b: for each a the pixel (a, b) with b = sqrt(r^2 - a^2)
+/// rounded to the nearest integer (never a tie: r^2 - a^2 is an integer), and its seven mirror
+/// images. The cost is that of the visible rows and columns. A negative radius is an error.
 pub fn circle(
     memory: &mut VideoMemory,
     [cx, cy]: [i32; 2],
@@ -50,7 +51,7 @@ pub fn circle(
             if a > b {
                 return;
             }
-            // Mirror images that fall together are left out.
+            // Mirror images that coincide are drawn once.
             for (dx, dy) in [(a, b), (b, a)].into_iter().take(if a == b { 1 } else { 2 }) {
                 put(dx, dy);
                 if dx > 0 {
@@ -73,7 +74,7 @@ pub fn circle(
     Ok(())
 }
 
-/// The nearest whole number to sqrt(r^2 - a^2), for a = 0, 1, 2, ... up to 45 degrees.
+/// The integer nearest to sqrt(r^2 - a^2), for a = 0, 1, 2, ... up to 45 degrees.
 struct LongOffset {
     value: u64,
     /// r^2 - a^2.
@@ -89,11 +90,11 @@ impl LongOffset {
         LongOffset { value: (4 * square).isqrt().div_ceil(2), square, short }
     }
 
-    /// The next a; the value falls by one at most, until a passes it.
+    /// Advances to the next a. The value falls by at most 1 as long as a does not exceed it.
     fn step(&mut self) {
         self.square = self.square.saturating_sub(2 * self.short + 1);
         self.short += 1;
-        // b is too far out when (b - 1/2)^2 > s, in whole numbers b^2 - b >= s.
+        // b is too large if (b - 1/2)^2 > s, in integers b^2 - b >= s.
         if self.value > 0 && self.value * self.value - self.value >= self.square {
             self.value -= 1;
         }
@@ -106,7 +107,7 @@ mod tests {
     use crate::draw2d::raster::{extremes, lit, memory, picture};
     use std::collections::BTreeSet;
 
-    /// The definition: in each octant the nearest pixel to the true circle.
+    /// Returns the pixels by definition: in each octant the pixel nearest to the true circle.
     fn truth(cx: i32, cy: i32, r: i64, w: i64, h: i64) -> Vec<(i32, i32)> {
         let mut set = BTreeSet::new();
         for a in 0..=r {
@@ -144,7 +145,8 @@ mod tests {
 
     #[test]
     fn the_largest_circles_show_their_visible_arc_at_once() {
-        // Radius r about (r, 9) touches column 0 at row 9; so does the one about (cx, 9) with r = cx.
+        // Radius r about (r, 9) touches column 0 at row 9; so does the circle about (cx, 9) with r
+        // = cx.
         for r in [1_000_000, 2_000_000_000, i32::MAX] {
             let mut m = memory(24, 18);
             circle(&mut m, [r, 9], r, [255; 4], Blend::Replace).unwrap();
@@ -153,7 +155,7 @@ mod tests {
             circle(&mut m, [11, 17 - r], r, [255; 4], Blend::Replace).unwrap();
             assert_eq!(lit(&m, 255), (0..24).map(|x| (x, 17)).collect::<Vec<_>>());
         }
-        // Across a diagonal: each visible pixel is asked whether it lies on the circle.
+        // Across a diagonal: each visible pixel is tested against the circle.
         let (c, r) = (-1_500_000_000i64, 2_121_320_372i64);
         let mut m = memory(40, 40);
         circle(&mut m, [c as i32; 2], r as i32, [255; 4], Blend::Replace).unwrap();

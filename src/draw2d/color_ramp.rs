@@ -1,29 +1,32 @@
-//! Colours that run evenly from pixel to pixel: exact rounding at the cost of one addition a channel.
+//! Colours that change linearly from pixel to pixel: exact rounding at the cost of one addition for
+//! each channel.
 //!
-//! The exact channel at step k is floor(V(k)) with V(k) = (N + k S) / D, all whole numbers, V in [0.5, 256) (a half was
-//! added, so that flooring rounds half up). Here V runs in fixed point with 56 bits behind the point, each addition off
-//! by less than an ulp, so what is kept is at most `slack` below V; `slack` is added at the start, which makes it at most
-//! `slack` above. Multiples of 1/D cannot lie strictly between two neighbours, so while slack < 1/D the floor is exact.
-//! Where D is too large for that, a value that has just passed a whole number is reported, and the caller asks the exact
-//! formula.
+//! The exact channel at step k is floor(V(k)) with V(k) = (N + k S) / D, all integers, V in [0.5,
+//! 256) (a half was added, so that flooring rounds half up). Here V runs in fixed point with 56
+//! fractional bits, each addition off by less than an ulp, so the stored value is at most `slack`
+//! below V; `slack` is added at the start, which makes it at most `slack` above. Multiples of 1/D
+//! cannot lie strictly between two neighbours, so while slack < 1/D the floor is exact. Where D is
+//! too large for that, a value that has just passed an integer is reported as doubtful, and the
+//! caller evaluates the exact formula.
 
 use crate::memory::Rgba;
 
-/// Bits behind the point.
+/// Number of fractional bits.
 pub(super) const FRACTION_BITS: u32 = 56;
 
-/// Four channels on their way, in 8.56 fixed point.
+/// Current values of four channels, in 8.56 fixed point, and their increments.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ColorRamp {
     value: [u64; 4],
     step: [u64; 4],
-    /// Values whose fraction is below this may have been lifted over a whole number by the slack.
+    /// Values whose fraction is below this may have been lifted over an integer by the slack.
     doubtful_below: u64,
 }
 
 impl ColorRamp {
-    /// A ramp from `value` by `step` (modulo 256), each a lower bound within `ulps` of 2^-56; it will take at most `steps`
-    /// steps. `exact_below` says that the values are multiples of 1/D for a D up to this.
+    /// Creates a ramp from `value` by `step` (modulo 256), each a lower bound within `ulps` of
+    /// 2^-56, for at most `steps` steps. The exact values must be multiples of 1/D for a D of at
+    /// most `largest_divisor`.
     pub(super) fn new(value: [u64; 4], step: [u64; 4], ulps: u64, steps: u32, largest_divisor: u64) -> Self {
         let slack = ulps * (u64::from(steps) + 1);
         let is_exact = u128::from(slack) * u128::from(largest_divisor) < 1 << FRACTION_BITS;
@@ -34,9 +37,10 @@ impl ColorRamp {
         }
     }
 
-    /// The ramp of a line of `n` steps from `from` to `to`, standing at step `k`, with at most `steps` steps to go.
+    /// Creates the ramp of a line of `n` steps from `from` to `to`, positioned at step `k`, with at
+    /// most `steps` steps to go.
     ///
-    /// n is below 2^32 and steps below 2^16, so it is always exact.
+    /// n is below 2^32 and `steps` below 2^16, so it is always exact.
     pub(super) fn along_line(from: Rgba, to: Rgba, n: u64, k: u64, steps: u32) -> Self {
         let Some(divisor) = std::num::NonZeroU64::new(2 * n) else {
             return ColorRamp {
@@ -53,7 +57,7 @@ impl ColorRamp {
         };
         let slope = |i: usize| 2 * (i64::from(to[i]) - i64::from(from[i]));
         if n < 1 << 16 {
-            // Fewer bits are enough, and one machine division does.
+            // Fewer bits are enough, and one machine division computes them.
             const SHORT_BITS: u32 = 38;
             let rest = FRACTION_BITS - SHORT_BITS;
             let value = std::array::from_fn(|i| ((numerator(i) << SHORT_BITS) / d) << rest);
@@ -71,43 +75,43 @@ impl ColorRamp {
         }
     }
 
-    /// The colour here.
+    /// Returns the current colour.
     #[inline]
     pub(super) fn color(&self) -> Rgba {
         self.value.map(|v| (v >> FRACTION_BITS) as u8)
     }
 
-    /// Whether the colour here must be asked of the exact formula.
+    /// Returns whether the current colour must be computed by the exact formula.
     #[inline]
     pub(super) fn is_doubtful(&self) -> bool {
         self.value.iter().any(|v| v & ((1 << FRACTION_BITS) - 1) < self.doubtful_below)
     }
 
-    /// [`ColorRamp::is_doubtful`] for channel k alone.
+    /// Returns whether channel k of the current colour must be computed by the exact formula.
     #[inline]
     pub(super) fn is_doubtful_in(&self, k: usize) -> bool {
         self.value[k] & ((1 << FRACTION_BITS) - 1) < self.doubtful_below
     }
 
-    /// The ramp `steps` pixels on.
+    /// Returns the ramp `steps` pixels further.
     pub(super) fn after(&self, steps: usize) -> Self {
         let value =
             std::array::from_fn(|k| self.value[k].wrapping_add(self.step[k].wrapping_mul(steps as u64)));
         ColorRamp { value, ..*self }
     }
 
-    /// Holds channel k at `byte` from here on, without a doubt.
+    /// Sets channel k to `byte` from here on, never doubtful.
     pub(super) fn hold(&mut self, k: usize, byte: u8) {
         self.value[k] = (u64::from(byte) << FRACTION_BITS) | 1 << (FRACTION_BITS - 1);
         self.step[k] = 0;
     }
 
-    /// Whether [`ColorRamp::is_doubtful`] can be true at all.
+    /// Returns whether [`ColorRamp::is_doubtful`] can be true at all.
     pub(super) fn may_be_doubtful(&self) -> bool {
         self.doubtful_below > 0
     }
 
-    /// One pixel on.
+    /// Advances by one pixel.
     #[inline]
     pub(super) fn step(&mut self) {
         for (v, s) in self.value.iter_mut().zip(self.step) {

@@ -1,7 +1,8 @@
-//! Discs about any real point, decided exactly.
+//! Filled circles about any real point, with exact coverage.
 //!
-//! The exact answer: pixel (i,j) is lit when (i + 1/2 - cx)^2 + (j + 1/2 - cy)^2 < r^2. Every finite f64 is a whole number
-//! times a power of two, so the question can be asked in whole numbers. f64 answers it where its rounding cannot matter.
+//! The exact answer: pixel (i,j) is lit when (i + 1/2 - cx)^2 + (j + 1/2 - cy)^2 < r^2. Every
+//! finite f64 is an integer times a power of two, so the comparison can be made in integers. It is
+//! made in f64 wherever rounding cannot change the result.
 
 use super::blend::Paint;
 use super::{Blend, DrawError, frame, run_mut};
@@ -10,9 +11,10 @@ use crate::memory::{Rgba, VideoMemory};
 use num_bigint::BigInt;
 use std::cell::OnceCell;
 
-/// Fills the pixels whose centres are nearer than `r` to the point (cx, cy), all finite reals in pixels.
+/// Fills the pixels whose centres are nearer than `r` to the point (cx, cy), all in pixels.
 ///
-/// The cost is that of the visible rows and pixels. A negative radius is an error.
+/// The cost is that of the visible rows and pixels. Numbers that are not finite draw nothing. A
+/// negative radius is an error.
 pub fn fill_circle(
     memory: &mut VideoMemory,
     centre: [f64; 2],
@@ -30,7 +32,8 @@ pub fn fill_circle(
     let clip = frame(memory);
     let disc = Disc::new(centre, r);
     let [cx, cy] = centre;
-    // Rows that can be met, widened by more than the rounding of the sums; `as` holds them to i32.
+    // Rows the disc may touch, widened by more than the rounding of the sums; `as` saturates to
+    // i32.
     let slack = 2.0 + (cy.abs() + r) * 1e-15;
     let first = ((cy - r - slack) as i32).clamp(clip.y0, clip.y1);
     let last = ((cy + r + slack) as i32).clamp(clip.y0 - 1, clip.y1 - 1);
@@ -39,7 +42,7 @@ pub fn fill_circle(
         if !disc.holds(nearest, y) {
             continue;
         }
-        // How far the row reaches to either side: guessed, then put right by the exact question.
+        // The row's extent to either side: estimated, then corrected by the exact test.
         let dy = f64::from(y) + 0.5 - cy;
         let half = ((r - dy) * (r + dy)).max(0.0).sqrt();
         let start = first_inside(0, nearest, cx - half - 0.5, |x| disc.holds(x, y));
@@ -50,7 +53,8 @@ pub fn fill_circle(
     Ok(())
 }
 
-/// The least x in `low..=inside` that holds, where `inside` holds and all between it and the answer do.
+/// Returns the least x in `low..=inside` for which `holds` is true, given that it is true for
+/// `inside` and all x from the result up to it.
 fn first_inside(low: i32, inside: i32, guess: f64, holds: impl Fn(i32) -> bool) -> i32 {
     let guess = (guess.ceil() as i32).clamp(low, inside);
     let is_first = |x: i32| holds(x) && (x == low || !holds(x - 1));
@@ -69,16 +73,16 @@ fn first_inside(low: i32, inside: i32, guess: f64, holds: impl Fn(i32) -> bool) 
     high
 }
 
-/// A disc that can be asked about any pixel's centre.
+/// A disc with an exact test for pixel centres.
 struct Disc {
     centre: [f64; 2],
     r: f64,
-    /// Keeps the squares of the largest numbers finite.
+    /// Factor that keeps the squares of the largest numbers finite.
     scale: f64,
     exact: OnceCell<ExactDisc>,
 }
 
-/// The same in whole numbers, in units of a power of two.
+/// A disc in integers, in units of a power of two.
 struct ExactDisc {
     centre: [BigInt; 2],
     r_squared: BigInt,
@@ -93,13 +97,13 @@ impl Disc {
         Disc { centre, r, scale, exact: OnceCell::new() }
     }
 
-    /// Whether the centre of pixel (x, y) lies nearer than r.
+    /// Returns whether the centre of pixel (x, y) is nearer than r.
     fn holds(&self, x: i32, y: i32) -> bool {
         let [dx, dy] = [(x, self.centre[0]), (y, self.centre[1])]
             .map(|(v, c)| ((f64::from(v) + 0.5) * self.scale - c * self.scale).abs());
         let r = self.r * self.scale;
         let (distance, radius) = (dx * dx + dy * dy, r * r);
-        // Each side is a few roundings of 2^-53 off; the constant covers what underflows.
+        // Each side is off by a few roundings of 2^-53; the constant covers underflow.
         let error = (distance + radius) * 2e-15 + 1e-290;
         if (distance - radius).abs() > error {
             return distance < radius;
@@ -111,7 +115,7 @@ impl Disc {
 impl ExactDisc {
     fn new(centre: [f64; 2], r: f64) -> Self {
         let (centre, r) = (centre.map(parts), parts(r));
-        // Zeros come with exponent 0. The unit divides half a pixel.
+        // Zeros have exponent 0. The unit divides half a pixel.
         let unit = [centre[0].1, centre[1].1, r.1, -1].into_iter().fold(-1, i32::min);
         let in_units =
             |(mantissa, exponent): (i64, i32)| BigInt::from(mantissa) << (exponent - unit).unsigned_abs();
@@ -179,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_tie_lies_outside() {
-        // Centres at 3-4-5 from (0.5, 0.5) are not nearer than 5.
+        // Pixel centres at 3-4-5 from (0.5, 0.5) are not nearer than 5.
         let mut m = memory(13, 9);
         fill_circle(&mut m, [0.5, 0.5], 5.0, [255; 4], Blend::Replace).unwrap();
         let set = lit(&m, 255);
@@ -202,7 +206,7 @@ mod tests {
             "ERANGE"
         );
         assert!(!m.is_damaged());
-        // The centre of a pixel is nearer to itself than any radius above zero.
+        // A pixel's centre is nearer to itself than any positive radius.
         fill_circle(&mut m, [2.5, 2.5], 5e-324, [255; 4], Blend::Replace).unwrap();
         assert_eq!(lit(&m, 255), [(2, 2)]);
     }

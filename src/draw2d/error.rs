@@ -1,64 +1,64 @@
-//! Why a 2-D verb was refused. Nothing is drawn then.
+//! Errors of the 2-D drawing functions. A function that returns one has drawn nothing.
 
 use super::Rect;
 use crate::error::Code;
 
-/// Why a 2-D verb was refused.
+/// Error of a 2-D drawing function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DrawError {
     /// A width or a height below zero.
     #[error("sizes are 0 or more, not {w}x{h}")]
     NegativeSize {
-        /// Width asked for, in pixels.
+        /// Requested width in pixels.
         w: Size,
-        /// Height asked for, in pixels.
+        /// Requested height in pixels.
         h: Size,
     },
     /// A radius below zero.
     #[error("a radius is 0 or more, not {r}")]
     NegativeRadius {
-        /// Radius asked for, in pixels.
+        /// Requested radius in pixels.
         r: Size,
     },
-    /// A source that is not wholly inside the frame.
+    /// A source rectangle that is not entirely inside the frame.
     #[error("{}x{} pixels from ({},{}) are not all inside the frame's {width}x{height}", .rect.w, .rect.h, .rect.x, .rect.y)]
     SourceOutside {
-        /// What was asked for.
+        /// The requested rectangle.
         rect: Rect,
-        /// The frame's width in pixels.
+        /// Width of the frame in pixels.
         width: u32,
-        /// The frame's height in pixels.
+        /// Height of the frame in pixels.
         height: u32,
     },
-    /// A payload of another length than the rectangle's.
+    /// A payload whose length does not match its rectangle.
     #[error("{expected} bytes expected for {w}x{h} pixels, {found} found")]
     WrongLength {
         /// Width in pixels.
         w: i32,
         /// Height in pixels.
         h: i32,
-        /// Bytes that the rectangle takes.
+        /// Length of the rectangle's pixels in bytes.
         expected: u64,
-        /// Bytes that came.
+        /// Length of the payload in bytes.
         found: u64,
     },
-    /// A payload that does not end with a whole record.
+    /// A payload that ends within a record.
     #[error("records of {record} bytes expected, {found} bytes found")]
     BrokenRecord {
-        /// Bytes of one record.
+        /// Length of one record in bytes.
         record: u64,
-        /// Bytes that came.
+        /// Length of the payload in bytes.
         found: u64,
     },
     /// Text that is not UTF-8.
     #[error("utf-8 expected, broken at byte {at}")]
     NotUtf8 {
-        /// Bytes of the payload that are sound.
+        /// Length in bytes of the valid UTF-8 before the error.
         at: u64,
     },
 }
 
-/// A real size in an error: the bits of an f64, so that errors can be compared.
+/// A real size in an error, stored as the bits of an f64 so that errors implement `Eq`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size(u64);
 
@@ -70,14 +70,14 @@ impl<T: Into<f64>> From<T> for Size {
 
 impl std::fmt::Display for Size {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // Exponent form for the very large, so that a message stays one short line.
+        // Exponent form for very large sizes, so that a message stays one short line.
         let v = f64::from_bits(self.0);
         if v.abs() < 1e15 { write!(f, "{v}") } else { write!(f, "{v:e}") }
     }
 }
 
 impl DrawError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             DrawError::NegativeSize { .. }
@@ -91,7 +91,7 @@ impl DrawError {
 }
 
 impl Rect {
-    /// This rectangle, refused when a side is below zero.
+    /// Returns this rectangle, or an error if a side is negative.
     pub(super) fn checked(self) -> Result<Self, DrawError> {
         let Rect { w, h, .. } = self;
         if w < 0 || h < 0 { Err(DrawError::NegativeSize { w: w.into(), h: h.into() }) } else { Ok(self) }

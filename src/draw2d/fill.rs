@@ -1,7 +1,7 @@
 //! Areas in real coordinates: filled triangles with interpolated colours, filled polygons.
 //!
-//! Coverage is `math::coverage`'s, colours along a row are `gradient`'s: both exact, in whole numbers of the width that the
-//! corners need.
+//! Coverage comes from `math::coverage`, colours along a row from `gradient`. Both are exact, in
+//! integers as wide as the corners need.
 
 use super::blend::Paint;
 use super::gradient::gradient;
@@ -10,9 +10,10 @@ use crate::math::coverage::{Snapped, SnappedTriangle, polygon_spans};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
-/// Fills a triangle, of any size and winding; with three colours they run from corner to corner.
+/// Fills a triangle of any size and winding; three colours are interpolated between the corners.
 ///
-/// Corners in pixels, finite. Zero area lights nothing. The cost is that of the visible rows and pixels.
+/// Corners are in pixels and finite. A triangle of zero area draws nothing. The cost is that of the
+/// visible rows and pixels.
 pub fn fill(memory: &mut VideoMemory, points: [[f64; 2]; 3], colors: AreaColors, blend: Blend) {
     let triangle = SnappedTriangle::new(points);
     match colors {
@@ -29,14 +30,15 @@ pub fn fill(memory: &mut VideoMemory, points: [[f64; 2]; 3], colors: AreaColors,
     }
 }
 
-/// Fills the closed polygon by the even-odd rule. Points in pixels, finite; fewer than three fill nothing.
+/// Fills the closed polygon by the even-odd rule. Points are in pixels and finite; fewer than three
+/// fill nothing.
 pub fn fill_poly(memory: &mut VideoMemory, points: &[[f64; 2]], color: Rgba, blend: Blend) {
     if let Some(paint) = Paint::new(color, blend) {
         polygon_spans(points, frame(memory), painter(memory, paint));
     }
 }
 
-/// What paints a span with one colour.
+/// Returns a function that paints the span `xs` of row `y`.
 fn painter(memory: &mut VideoMemory, paint: Paint) -> impl FnMut(i32, Range<i32>) {
     move |y, xs| {
         paint.run(run_mut(memory, y, xs));
@@ -55,7 +57,7 @@ mod tests {
     const W: u32 = 11;
     const H: u32 = 8;
 
-    /// v pixels in 1/256, nearest, ties to even, from the decimal digits of the f64.
+    /// Rounds v pixels to 1/256, ties to even, from the decimal digits of the f64.
     fn snap(v: f64) -> BigInt {
         let scaled = v * 256.0;
         let scaled = if scaled.is_finite() { scaled.round_ties_even() } else { v };
@@ -63,7 +65,7 @@ mod tests {
         if (v * 256.0).is_finite() { scaled_integer } else { scaled_integer * 256 }
     }
 
-    /// The exact colour of pixel (x, y) from the definition, in numbers without a limit.
+    /// Computes the exact colour of pixel (x, y) from the definition, in arbitrary precision.
     fn truth(points: [[f64; 2]; 3], colors: [Rgba; 3], x: i32, y: i32) -> Rgba {
         let p = points.map(|q| q.map(snap));
         let q = [x, y].map(|v| BigInt::from(v) * 256 + 128);
@@ -74,7 +76,8 @@ mod tests {
         let weight = [cross(&p[1], &p[2], &q), cross(&p[2], &p[0], &q), cross(&p[0], &p[1], &q)];
         std::array::from_fn(|k| {
             let sum: BigInt = (0..3).map(|i| &weight[i] * colors[i][k]).sum();
-            // floor(sum / area + 1/2), the sign turned so that the divisor is positive.
+            // floor(sum / area + 1/2), with the sign flipped where needed so that the divisor is
+            // positive.
             let (n, d): (BigInt, BigInt) = (sum * 2 + &area, &area * 2);
             let (n, d) = if d < BigInt::from(0) { (-n, -d) } else { (n, d) };
             u8::try_from(num_integer::Integer::div_floor(&n, &d)).unwrap()
@@ -131,7 +134,8 @@ mod tests {
             near in [[-8i32..9, -8i32..9], [-8i32..9, -8i32..9], [-8i32..9, -8i32..9]],
             palette in [0usize..6, 0usize..6, 0usize..6], over: bool,
         ) {
-            // Corners at small whole ratios: the colours about the origin are small fractions, and a hair beside them.
+            // Corners at small integer ratios: the colours near the origin are small fractions, or
+            // within a rounding error of them.
             let points = std::array::from_fn(|i| {
                 std::array::from_fn(|k| match ends[i][k] {
                     0 => f64::from(near[i][k]) / 2.0,
@@ -149,7 +153,7 @@ mod tests {
             far in prop_oneof![Just(1e12), Just(1e17), Just(1e300)], x in -4i32..3, w in prop::sample::select(vec![8, 16, 32, 255, 510]),
             flat in 0usize..4, level in 0u8..=255,
         ) {
-            // One channel that hardly changes beside three that meet whole numbers pixel by pixel.
+            // One nearly constant channel beside three that reach integers at every pixel.
             let (x, w) = (f64::from(x) / 2.0, f64::from(w));
             let mut colors = [[255, 0, 255, 0], [0, 255, 128, 64], [128, 128, 0, 192]];
             colors.iter_mut().for_each(|c| c[flat] = level);
@@ -180,7 +184,7 @@ mod tests {
         }
     }
 
-    /// The formula at every pixel of such a frame would take minutes.
+    /// Evaluating the exact formula at every pixel of such a frame would take minutes.
     #[test]
     fn corners_at_the_ends_of_the_range_cost_the_visible_part() {
         let begun = std::time::Instant::now();

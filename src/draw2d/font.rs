@@ -1,19 +1,21 @@
-//! The built-in font: 8x8 pixels a character, for printable ASCII and Latin-1 (U+0020..7E, U+00A0..FF).
+//! The built-in font: 8x8 pixels a character, for printable ASCII and Latin-1 (U+0020..7E,
+//! U+00A0..FF).
 //!
-//! The table is drawn as text in `font8x8.txt`, in this project and for it, and is read at compile time.
+//! The table is drawn as text in `font8x8.txt`, made for this project, and is parsed at compile
+//! time.
 
 /// Width and height of a character's cell, in pixels.
 pub const CELL: usize = 8;
 
-/// Eight rows, top first; in each the leftmost pixel is the highest bit.
+/// Eight rows, top first; the leftmost pixel of a row is its highest bit.
 pub type Glyph = [u8; CELL];
 
-/// U+0020 to U+007F, then U+00A0 to U+00FF. The place of U+007F holds the box.
+/// Glyphs of U+0020 to U+007F, then of U+00A0 to U+00FF. The entry of U+007F is the box.
 static GLYPHS: [Glyph; 192] = parse(include_bytes!("font8x8.txt"));
 
 const BOX: usize = 0x7F - 0x20;
 
-/// The picture of `character`; a box for one that the font lacks.
+/// Returns the glyph of `character`, or a box if the font lacks it.
 pub fn glyph(character: char) -> Glyph {
     let index = match character as u32 {
         code @ 0x20..=0x7F => code as usize - 0x20,
@@ -23,7 +25,7 @@ pub fn glyph(character: char) -> Glyph {
     GLYPHS[index]
 }
 
-/// Reads the bands of eight characters. Lines that begin with neither `.` nor `#` are for the reader.
+/// Parses the bands of eight characters. Lines that begin with neither `.` nor `#` are comments.
 const fn parse(art: &[u8]) -> [Glyph; 192] {
     let mut glyphs = [[0; CELL]; 192];
     let (mut at, mut line) = (0, 0);

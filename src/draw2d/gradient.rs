@@ -1,17 +1,21 @@
-//! A triangle's interpolated colours, exactly: rows of fixed-point ramps, and whole numbers where those leave a doubt.
+//! Exactly interpolated colours of a triangle: rows of fixed-point ramps, and integers where
+//! rounding leaves a doubt.
 //!
-//! In: snapped corners in 1/256 pixel, a colour for each. Out: painted runs of the visible rows, on the caller's thread.
+//! In: snapped corners in 1/256 pixel, a colour for each. Out: painted spans of the visible rows,
+//! on the caller's thread.
 //! The exact colour of a covered pixel with centre P is, in each channel, floor(V) with V = N / D,
-//! N = 2 (c0 E0 + c1 E1 + c2 E2) + A and D = 2 A, where E_i is the doubled area of the snapped corners after i and P, and
-//! A = E0 + E1 + E2 that of the triangle. One knows by asking the formula at each pixel in numbers without a limit.
+//! N = 2 (c0 E0 + c1 E1 + c2 E2) + A and D = 2 A, where E_i is twice the area of the triangle of P
+//! and the two snapped corners after i, and A = E0 + E1 + E2 twice the area of the full triangle.
+//! The tests compare with this formula, evaluated at each pixel in arbitrary precision.
 //!
-//! A row costs one exact N, then an addition a pixel and channel. Corners far outside the frame make D so large that a
-//! ramp may stand too near to a whole number to tell on which side, in every pixel of the frame when V hardly changes
-//! across it. So a row in doubt is taken in two ways:
-//! - A channel whose V moves by less than 1 along the row takes at most two values, and V is monotonic: the exact formula
-//!   at both ends tells them, and bisection where one gives way to the other.
-//! - Any other channel passes at most 255 whole numbers, each within one pixel: those are asked of the exact remainder,
-//!   which is affine too and whose sign costs one pass over its digits.
+//! A row costs one exact N, then one addition for each pixel and channel. Corners far outside the
+//! frame make D so large that a ramp may be too near an integer to decide the side, in every pixel
+//! of the frame when V hardly changes across it. Such a row is handled in two ways:
+//! - A channel whose V moves by less than 1 along the row takes at most two values, and V is
+//!   monotonic: the exact formula at both ends gives them, and bisection finds where one changes to
+//!   the other.
+//! - Any other channel passes at most 255 integers, each within one pixel: those pixels are decided
+//!   by the exact remainder, which is affine too and whose sign costs one pass over its digits.
 //!
 //! So a row's exact work is bounded by the steps of its colours, wherever the corners are.
 
@@ -22,7 +26,7 @@ use crate::math::coverage::{Corners, doubled_area, scan_triangle};
 use crate::memory::{Rgba, VideoMemory};
 use std::cmp::Ordering;
 
-/// A fraction as its whole part, rounded down, and the rest in 0..D of its numerator.
+/// A fraction N / D as floor(N / D) and the remainder N mod D, in 0..D.
 struct Divided<I> {
     quotient: i64,
     rest: I,
@@ -30,18 +34,18 @@ struct Divided<I> {
 
 /// The exact colours of one triangle.
 struct Gradient<I> {
-    /// Clockwise on the screen, so that every weight of a covered pixel is positive.
+    /// Corners, clockwise on the screen, so that every weight of a covered pixel is positive.
     corners: Corners<I>,
-    /// Each corner's colour, channel by channel.
+    /// Colour of each corner, by channel.
     colors: [[I; 4]; 3],
-    /// A.
+    /// A, twice the area of the triangle.
     area: I,
     /// D = 2 A.
     divisor: I,
 }
 
 impl<I: ExactInt> Gradient<I> {
-    /// `None` for a triangle without area.
+    /// Returns `None` for a triangle without area.
     fn new(corners: &Corners<I>, colors: [Rgba; 3]) -> Option<Self> {
         let colors = colors.map(|c| c.map(|v| I::from_i64(v.into())));
         let area = doubled_area(corners);
@@ -55,7 +59,7 @@ impl<I: ExactInt> Gradient<I> {
         Some(Gradient { corners, colors, area, divisor })
     }
 
-    /// V of each channel at pixel (x, y), which is covered: 1/2 <= V < 256.
+    /// Returns V of each channel at the covered pixel (x, y): 1/2 <= V < 256.
     fn values(&self, x: i32, y: i32) -> [Divided<I>; 4] {
         let centre = [x, y].map(|v| I::from_i64(i64::from(v) * 256 + 128));
         let weights: [I; 3] = std::array::from_fn(|i| {
@@ -66,7 +70,7 @@ impl<I: ExactInt> Gradient<I> {
         self.mixed(&weights).map(|sum| self.divided(&sum.plus(&sum).plus(&self.area)))
     }
 
-    /// What V grows by from a pixel to the next one to the right.
+    /// Returns the increment of V from a pixel to its right neighbour.
     fn growth(&self) -> [Divided<I>; 4] {
         let per_pixel = I::from_i64(256);
         let slopes: [I; 3] = std::array::from_fn(|i| {
@@ -76,7 +80,7 @@ impl<I: ExactInt> Gradient<I> {
         self.mixed(&slopes).map(|sum| self.divided(&sum.plus(&sum)))
     }
 
-    /// sum c_i w_i for each channel.
+    /// Returns sum c_i w_i for each channel.
     fn mixed(&self, w: &[I; 3]) -> [I; 4] {
         let c = &self.colors;
         std::array::from_fn(|k| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2])))
@@ -84,17 +88,18 @@ impl<I: ExactInt> Gradient<I> {
 
     fn divided(&self, n: &I) -> Divided<I> {
         let (quotient, rest) = n.div_rem_floor(&self.divisor);
-        // Outside these bounds only where a pixel has no covered neighbour, and the step is never taken.
+        // Beyond these bounds only if a pixel has no covered neighbour, and then the step is never
+        // taken.
         Divided { quotient: quotient.clamp_i64(-512, 511), rest }
     }
 
-    /// A quotient in 8.56 fixed point, modulo 256; less than 2 ulp below the truth.
+    /// Returns a quotient in 8.56 fixed point, modulo 256, at most 2 ulp below the exact value.
     fn fixed(&self, n: &Divided<I>) -> u64 {
         ((n.quotient as u64) << FRACTION_BITS).wrapping_add(n.rest.fraction_56(&self.divisor))
     }
 }
 
-/// Paints the triangle of `corners` in 1/256 pixel, a colour at each.
+/// Paints the triangle of `corners` (in 1/256 pixel), with a colour for each.
 pub(super) fn gradient<I: ExactInt>(
     memory: &mut VideoMemory,
     corners: &Corners<I>,
@@ -119,7 +124,7 @@ pub(super) fn gradient<I: ExactInt>(
     });
 }
 
-/// The colours of one run of pixels.
+/// Colours of one span of pixels.
 struct Row<'a, I> {
     exact: &'a Gradient<I>,
     /// V at the first pixel.
@@ -140,7 +145,7 @@ impl<I: ExactInt> Row<'_, I> {
         }
     }
 
-    /// The run, cut where a nearly level channel takes its other value.
+    /// Paints the span in parts, split where a nearly constant channel changes its value.
     fn paint_in_parts(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         let levels: [Option<TwoValueRun>; 4] = std::array::from_fn(|k| self.level(k, run.len()));
         let mut ends = levels.map(|l| l.map_or(run.len(), |l| l.end));
@@ -169,12 +174,13 @@ impl<I: ExactInt> Row<'_, I> {
         }
     }
 
-    /// The values of a channel that moves by less than 1 along a run of `len` pixels; `None` for any other.
+    /// Returns the values of a channel that moves by less than 1 along a span of `len` pixels;
+    /// `None` for any other.
     fn level(&self, k: usize, len: usize) -> Option<TwoValueRun> {
         let growth = &self.growth[k];
         let fraction = growth.rest.fraction_56(&self.exact.divisor);
         let slope = (i128::from(growth.quotient) << FRACTION_BITS) + i128::from(fraction);
-        // The fraction may be 2 ulp short.
+        // The fraction may be 2 ulp too small.
         if (slope.unsigned_abs() + 2) * len as u128 >= 1 << FRACTION_BITS {
             return None;
         }
@@ -190,13 +196,13 @@ impl<I: ExactInt> Row<'_, I> {
         Some(TwoValueRun { first, end: other, last })
     }
 
-    /// Channel k at pixel i of the run, exactly.
+    /// Returns channel k at pixel i of the span, exactly.
     fn channel(&self, k: usize, i: usize) -> u8 {
         let ramp = self.ramp.after(i);
         if ramp.is_doubtful_in(k) { self.decided_channel(&ramp, k, i) } else { ramp.color()[k] }
     }
 
-    /// The exact colour at pixel i, where `ramp` stands.
+    /// Returns the exact colour at pixel i, given the ramp at that pixel.
     fn decided(&self, ramp: &ColorRamp, i: usize) -> Rgba {
         let color = ramp.color();
         std::array::from_fn(
@@ -206,9 +212,10 @@ impl<I: ExactInt> Row<'_, I> {
         )
     }
 
-    /// The ramp has just passed a whole number m, or not yet: V >= m tells.
+    /// Returns the exact channel k at pixel i, where the ramp is just above or just below an
+    /// integer m: V >= m decides.
     fn decided_channel(&self, ramp: &ColorRamp, k: usize, i: usize) -> u8 {
-        // Values begin at 1/2, so a ramp that has wrapped to 0 stands at 256.
+        // Values begin at 1/2, so a ramp that has wrapped to 0 is at 256.
         let m = match ramp.color()[k] {
             0 => 256,
             m => i64::from(m),
@@ -221,11 +228,11 @@ impl<I: ExactInt> Row<'_, I> {
     }
 }
 
-/// A channel that takes one value, or two, along a run.
+/// A channel that takes one or two values along a span.
 #[derive(Clone, Copy)]
 struct TwoValueRun {
     first: u8,
-    /// Where `last` begins; the run's end if `first` is all there is.
+    /// Pixel at which `last` begins; the span's length if there is only `first`.
     end: usize,
     last: u8,
 }

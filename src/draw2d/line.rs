@@ -1,13 +1,15 @@
-//! Lines: Bresenham's, in all octants, clipped by jumping to the first visible step.
+//! Bresenham lines in all octants, clipped by computing the first visible step.
 //!
-//! In: two ends in whole pixels, anywhere in i32. Out: max(|dx|,|dy|) + 1 pixels, both ends lit, those inside the frame.
-//! The exact answer for step k of n = max(|dx|,|dy|), with m = min(|dx|,|dy|): k pixels along the major axis and
-//! ceil(k m / n - 1/2) along the minor one, so that a tie stays on the major axis, in the direction of travel.
-//! Written with whole numbers that is floor((2 k m + n - 1) / (2 n)), and stepping it is the midpoint algorithm.
-//! Because it only grows with k, the steps inside the frame are one range whose ends are given by divisions.
+//! In: two ends in whole pixels, anywhere in i32. Out: max(|dx|,|dy|) + 1 pixels including both
+//! ends; those inside the frame are drawn. The exact answer for step k of n = max(|dx|,|dy|), with
+//! m = min(|dx|,|dy|): k pixels along the major axis and ceil(k m / n - 1/2) along the minor one,
+//! so that a tie stays on the major axis, in the direction of travel. Written with whole numbers
+//! that is floor((2 k m + n - 1) / (2 n)), and stepping it is the midpoint algorithm. The steps
+//! grow monotonically with k, so those inside the frame form one range, whose ends divisions give.
 //!
-//! Source: Trabalho 1 ("Bresenham"; Bresenham, "Algorithm for computer control of a digital plotter", 1965), with
-//! d0 = 2 dy - dx, |dx| and |dy| in the increments, and the first pixel drawn.
+//! Source: Trabalho 1 ("Bresenham"; Bresenham, "Algorithm for computer control of a digital
+//! plotter", 1965), with d0 = 2 dy - dx, |dx| and |dy| in the increments, and the first pixel
+//! drawn.
 
 mod bresenham;
 mod parallel;
@@ -18,10 +20,10 @@ use super::{AreaColors, Blend, RampColor, pixels_mut};
 use crate::memory::{Rgba, VideoMemory};
 use bresenham::{SHORT, VisibleRun};
 
-/// Draws the line from `p0` to `p1`, both ends lit.
+/// Draws the line from `p0` to `p1`, both ends included.
 ///
-/// With two colours, step k of n takes c0 + (c1 - c0) k / n, each channel rounded half up; a line of one pixel takes the
-/// first colour. The cost is that of the visible pixels.
+/// With two colours, step k of n takes c0 + (c1 - c0) k / n, each channel rounded half up; a line
+/// of one pixel takes the first colour. The cost is that of the visible pixels.
 #[inline]
 pub fn line(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
     let size = [memory.width(), memory.height()];
@@ -49,10 +51,11 @@ fn is_short(p0: [i32; 2], p1: [i32; 2]) -> bool {
     p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1])) < SHORT
 }
 
-/// The path of short lines of one colour, both ends inside.
+/// Draws a short line of one colour with both ends inside the frame.
 ///
-/// Stores that miss the cache pile up, and the next load of a number that was itself just stored, in pieces or in a long
-/// queue, waits for all of them. So this path keeps its numbers in registers and stores nothing but pixels.
+/// Stores that miss the cache queue up, and a load of a value that was itself just stored, in
+/// pieces or into a long queue, waits for all of them. So this path holds its state in registers
+/// and stores only pixels.
 #[inline(always)]
 fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, color: Rgba) {
     VisibleRun::unclipped(p0, p1, width).visit_short(|at| {
@@ -62,7 +65,7 @@ fn store_short(pixels: &mut [Rgba], p0: [i32; 2], p1: [i32; 2], width: u32, colo
     });
 }
 
-/// Any line.
+/// Draws any line.
 #[inline(never)]
 fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, blend: Blend) {
     let size @ [width, height] = [memory.width(), memory.height()];
@@ -77,7 +80,8 @@ fn draw(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampColor, 
     }
 }
 
-/// Draws the three lines p0p1, p1p2, p2p0; with three colours each runs between those of its ends.
+/// Draws the lines p0p1, p1p2 and p2p0; with three colours each line runs between those of its
+/// ends.
 pub fn triangle_outline(memory: &mut VideoMemory, points: [[i32; 2]; 3], colors: AreaColors, blend: Blend) {
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let color = match colors {
@@ -88,7 +92,7 @@ pub fn triangle_outline(memory: &mut VideoMemory, points: [[i32; 2]; 3], colors:
     }
 }
 
-/// Draws the lines from each point to the next, and from the last to the first.
+/// Draws the lines from each point to the next, and from the last back to the first.
 pub fn poly(memory: &mut VideoMemory, points: &[[i32; 2]], color: Rgba, blend: Blend) {
     let next = points.iter().cycle().skip(1);
     for (&p0, &p1) in points.iter().zip(next) {

@@ -1,9 +1,11 @@
 //! Anti-aliased lines by exact area coverage.
 //!
-//! In: two ends in real pixels, pixel centres at whole numbers: pixel (i,j) is the square [i-1/2,i+1/2]x[j-1/2,j+1/2].
-//! Out: each pixel composed with the colour's alpha times its share of the rectangle, one pixel wide and with butt ends,
-//! about the segment. The exact answer is the area of square and rectangle together; here it is computed in f64 on a
-//! rectangle that is placed near the frame first, good to 1e-9 for ends of any size, and then rounded to 1/255.
+//! In: two ends in real pixels, with pixel centres at integers: pixel (i,j) is the square
+//! [i-1/2,i+1/2]x[j-1/2,j+1/2]. Out: each pixel composited with the colour's alpha times its
+//! coverage by the rectangle about the segment, one pixel wide and with butt ends. The exact
+//! coverage is the area of the square's intersection with the rectangle. It is computed in f64 on a
+//! rectangle that is first clipped near the frame, is accurate to 1e-9 for ends of any size, and is
+//! then rounded to 1/255.
 //!
 //! ```text
 //!            n/2
@@ -22,7 +24,8 @@ use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use segment_rect::SegmentRect;
 
-/// Draws the line from `p0` to `p1`, finite reals in pixels, composed over what is there whatever `BLEND` is.
+/// Draws the line from `p0` to `p1`, finite reals in pixels, always composited over the frame
+/// whatever the blend mode.
 ///
 /// A segment of length 0 covers no area and draws nothing. The cost is that of the visible part.
 pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba) {
@@ -38,10 +41,11 @@ pub fn line_aa(memory: &mut VideoMemory, p0: [f64; 2], p1: [f64; 2], color: Rgba
     });
 }
 
-/// Calls `f(x, y, share)` for the pixels inside `clip` that the rectangle meets, with their shares in [0,1].
+/// Calls `f(x, y, coverage)` for the pixels inside `clip` that the rectangle meets, with their
+/// coverage in [0,1].
 fn for_each_covered_pixel(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: impl FnMut(i32, i32, f64)) {
     let Some(rect) = SegmentRect::new(p0, p1, clip) else { return };
-    // Borders of the pixel squares lie half a pixel before their centres.
+    // Pixel squares begin half a pixel before their centres.
     let [left, right] = [clip.x0, clip.x1].map(|x| f64::from(x) - 0.5);
     let [top, bottom] = [clip.y0, clip.y1].map(|y| f64::from(y) - 0.5);
     let (_, visible) = Convex::of(rect.corners()).split(1, top);
@@ -61,7 +65,8 @@ fn for_each_covered_pixel(p0: [f64; 2], p1: [f64; 2], clip: PixelRect, mut f: im
     }
 }
 
-/// The most corners that a rectangle has after it was cut by the four sides of a square, and some to spare.
+/// Upper bound on the corners of a rectangle cut by the four sides of a square (8), with some
+/// reserve.
 const MOST_CORNERS: usize = 12;
 
 /// A convex polygon, in either winding.
@@ -92,7 +97,8 @@ impl Convex {
         &self.corners[..self.len]
     }
 
-    /// Cuts where coordinate `axis` is `at`: the part below it, and the part above. They share the new corners.
+    /// Splits the polygon where coordinate `axis` equals `at`. Returns the part below and the part
+    /// above, which share the new corners.
     fn split(&self, axis: usize, at: f64) -> (Convex, Convex) {
         let (mut below, mut above) = (Convex::EMPTY, Convex::EMPTY);
         let points = self.points();
@@ -114,15 +120,16 @@ impl Convex {
         (below, above)
     }
 
-    /// The first and the last pixel square met along `axis`; `None` for a polygon without corners.
+    /// Returns the first and last pixel square met along `axis`, or `None` for a polygon without
+    /// corners.
     fn squares(&self, axis: usize) -> Option<[i32; 2]> {
         let along = || self.points().iter().map(|p| p[axis]);
         let (low, high) = (along().reduce(f64::min)?, along().reduce(f64::max)?);
-        // Half up: square i begins at i - 1/2. `as` holds what is far away to i32.
+        // Rounds half up: square i begins at i - 1/2. `as` saturates far coordinates to i32.
         Some([(low + 0.5).floor() as i32, ((high + 0.5).ceil() - 1.0) as i32])
     }
 
-    /// The area, by the shoelace formula relative to the first corner.
+    /// Returns the area, by the shoelace formula relative to the first corner.
     fn area(&self) -> f64 {
         let [origin, rest @ ..] = self.points() else { return 0.0 };
         let from = |p: &[f64; 2]| [p[0] - origin[0], p[1] - origin[1]];

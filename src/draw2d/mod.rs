@@ -1,15 +1,17 @@
 //! Drawing in two dimensions: pixels, lines, areas, circles, text, blits.
 //!
-//! In: numbers in pixels. Out: bytes in a [`VideoMemory`], and its damaged rows. Outlines
-//! address pixels by whole numbers; fills cover area in real coordinates, where pixel (i,j) is the square
-//! [i,i+1)x[j,j+1). What leaves the frame is clipped silently, at the cost of the visible part; the lit pixels are those
-//! of the whole figure that fall inside. A source that is asked for outside the frame is an error.
+//! In: coordinates in pixels. Out: pixels of a [`VideoMemory`], whose changed rows are marked as
+//! damaged. Outlines address pixels by whole numbers; fills cover area in real coordinates, where
+//! pixel (i,j) is the square [i,i+1)x[j,j+1). All drawing is clipped to the frame without an error,
+//! at the cost of the visible part; the lit pixels are those of the unclipped figure that fall
+//! inside. Reading pixels outside the frame is an error.
 //!
-//! Every verb that takes a [`Blend`] lights each of its pixels once, but for outlines made of several lines
-//! ([`triangle_outline`], [`poly`]): those are their lines.
+//! Every function that takes a [`Blend`] writes each of its pixels once, except outlines made of
+//! several lines ([`triangle_outline`], [`poly`]), which write the pixels of each line.
 //!
-//! Filled figures ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`]) keep to the rows of [`VideoMemory::window`]: band
-//! after band gives the bytes of the whole.
+//! Filled figures ([`fill`], [`fill_poly`], [`fill_rect`], [`fill_circle`]) draw only the rows of
+//! [`VideoMemory::window`]. Drawing one band after another gives the same bytes as drawing the full
+//! frame.
 
 mod blend;
 mod blit;
@@ -42,29 +44,30 @@ use crate::math::coverage::PixelRect;
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
-/// A rectangle in whole pixels, as the verbs give it: left, top, width, height.
+/// A rectangle in whole pixels: left, top, width, height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Rect {
     /// Left column.
     pub x: i32,
     /// Top row.
     pub y: i32,
-    /// Width in pixels; negative ones are ERANGE when run.
+    /// Width in pixels. Drawing with a negative width fails with ERANGE.
     pub w: i32,
-    /// Height in pixels; negative ones are ERANGE when run.
+    /// Height in pixels. Drawing with a negative height fails with ERANGE.
     pub h: i32,
 }
 
-/// A rectangle in real coordinates, in pixels: left, top, width, height. The centre of pixel (i,j) is (i + 1/2, j + 1/2).
+/// A rectangle in real coordinates, in pixels: left, top, width, height. The centre of pixel (i,j)
+/// is (i + 1/2, j + 1/2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RealRect {
-    /// Left side.
+    /// x of the left side.
     pub x: f64,
-    /// Top side.
+    /// y of the top side.
     pub y: f64,
-    /// Width; negative ones are ERANGE when run.
+    /// Width in pixels. Drawing with a negative width fails with ERANGE.
     pub w: f64,
-    /// Height; negative ones are ERANGE when run.
+    /// Height in pixels. Drawing with a negative height fails with ERANGE.
     pub h: f64,
 }
 
@@ -75,44 +78,44 @@ impl From<Rect> for RealRect {
     }
 }
 
-/// A line's colours: one, or a ramp from the first to the second.
+/// Colours of a line: one, or a ramp from the first end to the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RampColor {
-    /// At the first end.
+    /// Colour at the first end.
     pub from: Rgba,
-    /// At the second end, `None` for one colour all along.
+    /// Colour at the second end, or `None` for a line of one colour.
     pub to: Option<Rgba>,
 }
 
-/// A triangle's colours: one, or one a corner.
+/// Colours of a triangle: one, or one for each corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AreaColors {
-    /// The same everywhere.
+    /// One colour for the whole area.
     One(Rgba),
-    /// One at each corner.
+    /// One colour for each corner, interpolated between them.
     Three([Rgba; 3]),
 }
 
-/// The frame, or the band of it that is drawn on, as a clip rectangle.
+/// Returns the drawable rows of the frame (all, or the current band) as a clip rectangle.
 fn frame(memory: &VideoMemory) -> PixelRect {
     let rows = memory.window();
     PixelRect { x0: 0, y0: rows.start as i32, x1: memory.width() as i32, y1: rows.end as i32 }
 }
 
-/// All pixels, row 0 first. The caller marks the rows it writes.
+/// Returns all pixels, row 0 first. The caller marks the rows it writes as damaged.
 #[inline]
 fn pixels_mut(memory: &mut VideoMemory) -> &mut [Rgba] {
     memory.bytes_mut().as_chunks_mut().0
 }
 
-/// Pixels `xs` of row `y`, both inside the frame. The caller marks the row.
+/// Returns pixels `xs` of row `y`, both inside the frame. The caller marks the row as damaged.
 #[inline]
 fn run_mut(memory: &mut VideoMemory, y: i32, xs: Range<i32>) -> &mut [Rgba] {
     let at = memory.width() as usize * y as usize;
     &mut pixels_mut(memory)[at + xs.start as usize..at + xs.end as usize]
 }
 
-/// `start..start + len` held to `0..limit`; empty for a length that is not positive.
+/// Clamps `start..start + len` to `0..limit`; empty if `len` is not positive.
 fn clip_range(start: i32, len: i32, limit: u32) -> Range<i32> {
     let limit = i64::from(limit);
     let end = (i64::from(start) + i64::from(len)).clamp(0, limit);

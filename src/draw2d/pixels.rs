@@ -1,4 +1,4 @@
-//! Single pixels, and packed lists of them as they come from the wire.
+//! Single pixels, and packed lists of them in the layout of the protocol.
 
 use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
@@ -9,7 +9,7 @@ use std::hint::select_unpredictable;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Lights pixel (x, y); off the frame it does nothing.
+/// Draws pixel (x, y). Does nothing if it is outside the frame.
 #[doc(alias = "putPixel")]
 #[inline]
 pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: Blend) {
@@ -31,9 +31,10 @@ fn compose_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba) {
     }
 }
 
-/// Lights the pixels of `POINTS`: records of 8 bytes, x:u16le y:u16le r g b a, in order.
+/// Draws the pixels of a `POINTS` payload: records of 8 bytes, x:u16le y:u16le r g b a, in order.
 ///
-/// Pixels off the frame are dropped. A list that ends within a record is an error, and nothing is drawn.
+/// Pixels outside the frame are skipped. A list that ends within a record is an error, and nothing
+/// is drawn.
 pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(), DrawError> {
     let (records, []) = packed.as_chunks::<8>() else {
         return Err(DrawError::BrokenRecord { record: 8, found: packed.len() as u64 });
@@ -42,10 +43,11 @@ pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(
     Ok(())
 }
 
-/// Lights the pixels of `POINTS` as [`points`] does, on all threads of `executor` where there is enough to do.
+/// Draws the pixels of a `POINTS` payload as [`points`] does, on all threads of `executor` if there
+/// are enough of them.
 ///
-/// Every thread has a band of rows of its own, in which the records come in their order: the same bytes with any number
-/// of threads.
+/// Each thread draws one band of rows and takes the records in order, so the result has the same
+/// bytes with any number of threads.
 pub fn points_on<C: Executor>(
     executor: &C,
     memory: &mut VideoMemory,
@@ -70,12 +72,13 @@ pub fn points_on<C: Executor>(
     Ok(())
 }
 
-/// Fewer points are drawn before another thread is awake.
+/// Number of points below which one thread is done before another is awake.
 const FEW_POINTS: usize = 30_000;
-/// Records that are looked through at once: what is found of them stays in the first cache.
+/// Number of records filtered at once; the matching ones stay in the L1 cache.
 const BLOCK: usize = 256;
 
-/// Lights those of `records` that fall into `rows`, whose pixels are given; answers which rows were lit.
+/// Draws the records that fall into `rows`, whose pixels are `pixels`. Returns the rows that were
+/// written.
 fn points_of_band(
     pixels: &mut [Rgba],
     rows: Range<u32>,
@@ -87,7 +90,7 @@ fn points_of_band(
     for block in records.chunks(BLOCK) {
         let mut here = [(0u32, [0u8; 4]); BLOCK];
         let mut count = 0;
-        // Which points fall into the band is as good as random, so no branch asks for it.
+        // Membership in the band is close to random, so it is computed without a branch.
         for &[a, b, c, d, color @ ..] in block {
             let (x, y) = xy([a, b, c, d]);
             let below = y.wrapping_sub(rows.start);
@@ -108,19 +111,19 @@ fn points_of_band(
     low..high
 }
 
-/// Lights the pixels of whole binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in order. Answers how many
-/// were on the frame.
+/// Draws the pixels of complete binary `PB` records: 10 bytes, `PB` x:u16le y:u16le r g b a, in
+/// order. Returns the number of pixels inside the frame.
 ///
-/// The letters are not looked at again, and the bytes of a record that is cut short are left out.
+/// The letters are not checked again, and an incomplete last record is ignored.
 pub fn binary_pixels(memory: &mut VideoMemory, records: &[u8], blend: Blend) -> u64 {
     let records = records.as_chunks::<10>().0;
     list(memory, records, |&[_, _, a, b, c, d, color @ ..]| (xy([a, b, c, d]), color), blend)
 }
 
-/// Lights the pixels of records of 8 bytes as [`points`] has them, moved by `offset`, in order. Answers how many were on
-/// the frame.
+/// Draws the pixels of 8-byte records in the layout of [`points`], each translated by `offset` (x,
+/// y), in order. Returns the number of pixels inside the frame.
 pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32; 2], blend: Blend) -> u64 {
-    // A place left of or above the frame wraps to one far beyond it: no frame has 2^31 pixels side by side.
+    // A coordinate below 0 wraps to one far beyond the frame: no frame is 2^31 pixels wide or high.
     let [dx, dy] = offset.map(|d| d as u32);
     let moved = |&[a, b, c, d, color @ ..]: &[u8; 8]| {
         let (x, y) = xy([a, b, c, d]);
@@ -129,9 +132,10 @@ pub fn moved_points(memory: &mut VideoMemory, records: &[[u8; 8]], offset: [i32;
     list(memory, records, moved, blend)
 }
 
-/// Stores a run of RGBA pixels linearly from (x, y), on over row ends, up to the end of the memory (`PXMULTI`).
+/// Stores a run of RGBA pixels linearly from (x, y), across row ends, up to the end of the memory
+/// (`PXMULTI`).
 ///
-/// Bytes behind the last whole pixel are left out.
+/// An incomplete last pixel is ignored. Blending does not apply: the bytes are replaced.
 pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) {
     let width = memory.width() as usize;
     let start = width * usize::from(y) + usize::from(x);
@@ -149,12 +153,13 @@ fn xy([a, b, c, d]: [u8; 4]) -> (u32, u32) {
     (u16::from_le_bytes([a, b]).into(), u16::from_le_bytes([c, d]).into())
 }
 
-/// So many pixels before one is lit its line is asked for.
+/// Prefetch distance: the number of pixels between a cache line's prefetch and its write.
 const AHEAD: usize = 64;
-/// Frames of so few bytes stay in the second cache, where nothing needs to be asked for.
+/// Size in bytes up to which a frame fits the L2 cache, where prefetching gains nothing.
 const NEAR_BYTES: usize = 1 << 20;
 
-/// Lights pixels in order and marks their rows; off the frame they do nothing. Answers how many were on it.
+/// Draws pixels in order and marks their rows as damaged; those outside the frame are skipped.
+/// Returns the number inside.
 #[inline]
 fn list<R>(
     memory: &mut VideoMemory,
@@ -168,7 +173,7 @@ fn list<R>(
     }
 }
 
-/// The same; `IS_FAR` asks for lines before they are written.
+/// Implementation of [`list`]; with `IS_FAR`, cache lines are prefetched before they are written.
 #[inline]
 fn list_of<R, const IS_FAR: bool>(
     memory: &mut VideoMemory,
@@ -181,7 +186,8 @@ fn list_of<R, const IS_FAR: bool>(
     let soon = ForWrite::new();
     let ask_for = |pixels: &[Rgba], record: &R| {
         let ((x, y), _) = read(record);
-        // Off the frame it may be any pixel's, or none's: nothing is done to it.
+        // Outside the frame this is the address of another pixel or of none: a prefetch has no
+        // effect on either.
         soon.record(pixels, (width as usize).wrapping_mul(y as usize).wrapping_add(x as usize));
     };
     if IS_FAR {
@@ -194,7 +200,7 @@ fn list_of<R, const IS_FAR: bool>(
         }
         let ((x, y), color) = read(record);
         if x < width && y < height {
-            // Always found: x and y are inside the frame.
+            // Always `Some`: x and y are inside the frame.
             if let Some(pixel) = pixels.get_mut(width as usize * y as usize + x as usize) {
                 *pixel = if blend == Blend::Replace { color } else { over(color, *pixel) };
             }
@@ -211,7 +217,7 @@ mod tests {
     use crate::draw2d::raster::{golden, memory};
     use crate::pipeline::tile::Pool;
 
-    /// Numbers below the one that is asked with.
+    /// Returns a generator of pseudo-random numbers below its argument.
     fn numbers(mut state: u32) -> impl FnMut(u32) -> u32 {
         move |n| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -283,7 +289,8 @@ mod tests {
                     let (mut pb, mut lit) = (Vec::new(), 0);
                     let mut packed = Vec::new();
                     for i in 0..count {
-                        // Every eighth may be anywhere; the very last is as far as there is.
+                        // Every eighth point may be anywhere; the last one has the largest
+                        // coordinates.
                         let [x, y] = match i {
                             _ if i + 1 == 5 * AHEAD + 3 => [65535; 2],
                             _ if i % 8 == 7 => [next(65536) as u16, next(65536) as u16],
@@ -305,7 +312,8 @@ mod tests {
                     points(&mut listed, packed.as_flattened(), blend).unwrap();
                     assert!(got.bytes() == want.bytes() && listed.bytes() == want.bytes(), "{what}");
                     assert_eq!(got.take_damage(), want.take_damage(), "{what}");
-                    // To the left and up: those that leave the frame wrap to places beyond it.
+                    // Up and to the left: points that leave the frame wrap to coordinates beyond
+                    // it.
                     let [dx, dy] = [-7, -9];
                     for &[a, b, c, d, color @ ..] in &packed {
                         let (x, y) = xy([a, b, c, d]);
@@ -321,7 +329,7 @@ mod tests {
     #[test]
     fn bands_of_threads_light_what_one_thread_does() {
         let mut next = numbers(7);
-        // Some fall off the frame, and many fall on each other, in every alpha.
+        // Some points are outside the frame and many coincide, with every alpha.
         let mut packed = Vec::new();
         for _ in 0..2 * FEW_POINTS {
             packed.extend((next(110) as u16).to_le_bytes());

@@ -1,14 +1,15 @@
-//! Rectangles: filled, with real sides, and their borders, in whole pixels.
+//! Filled rectangles with real sides, and one-pixel borders of rectangles in whole pixels.
 //!
-//! The exact answer of a fill: pixel (i,j) is lit when x <= i + 1/2 < x + w and y <= j + 1/2 < y + h, where the sums are
-//! those of the real numbers that were given, not rounded. For whole numbers these are the w x h pixels from (x,y).
+//! The exact answer of a fill: pixel (i,j) is lit when x <= i + 1/2 < x + w and y <= j + 1/2 < y +
+//! h, with unrounded sums of the given reals. For integers these are the w x h pixels from (x,y).
 
 use super::blend::Paint;
 use super::{Blend, DrawError, RealRect, Rect, clip_range, pixels_mut, run_mut};
 use crate::memory::{Rgba, VideoMemory};
 use std::ops::Range;
 
-/// Fills the pixels whose centres lie in [x, x + w) x [y, y + h). A size of 0 draws nothing; a negative one is an error.
+/// Fills the pixels whose centres lie in [x, x + w) x [y, y + h). A size of 0 draws nothing; a
+/// negative one is an error.
 ///
 /// Numbers that are not finite draw nothing.
 pub fn fill_rect(
@@ -33,27 +34,30 @@ pub fn fill_rect(
     Ok(())
 }
 
-/// The pixels of a row of `size` whose centres lie in [start, start + length), decided exactly; `length` >= 0.
+/// Returns the pixels of a row of `size` whose centres lie in [start, start + length), exactly;
+/// `length` >= 0.
 fn centres(start: f64, length: f64, size: u32) -> Range<i32> {
     let size = f64::from(size);
     // `end + rest` is the sum without rounding (Knuth's two-sum).
     let end = start + length;
     let from_length = end - start;
     let rest = (start - (end - from_length)) + (length - from_length);
-    // The first pixel whose centre is not below v. The difference is exact wherever the answer is above 0.
+    // The first pixel whose centre is not below v. The difference is exact wherever the result is
+    // above 0.
     let first = |v: f64| (v - 0.5).ceil().clamp(0.0, size);
     let last = first(end);
-    // A centre that equals the rounded end lies inside when the true end is beyond it.
+    // A centre equal to the rounded end lies inside if the exact end is beyond it.
     let is_inside = rest > 0.0 && last + 0.5 == end && last < size;
     first(start) as i32..last as i32 + i32::from(is_inside)
 }
 
-/// The border of [`fill_rect`]'s pixels, one pixel wide, each lit once.
+/// Draws the border of [`fill_rect`]'s pixels, one pixel wide, each pixel once. A negative size is
+/// an error.
 pub fn rect(memory: &mut VideoMemory, rect: Rect, color: Rgba, blend: Blend) -> Result<(), DrawError> {
     let Rect { x, y, w, h } = rect.checked()?;
     let Some(paint) = Paint::new(color, blend) else { return Ok(()) };
     let (xs, ys) = (clip_range(x, w, memory.width()), clip_range(y, h, memory.height()));
-    // The last row and column, in i64: they may lie beyond i32.
+    // The last row and column, in i64 as they may be beyond i32.
     let last = |start: i32, len: i32| i64::from(start) + i64::from(len) - 1;
     let side = |at: i64, within: &Range<i32>| match i32::try_from(at) {
         Ok(at) if within.contains(&at) => at..at + 1,
@@ -81,7 +85,7 @@ pub(super) fn block(memory: &mut VideoMemory, xs: Range<i32>, ys: Range<i32>, pa
     }
     let width = memory.width() as usize;
     if xs.len() == width {
-        // Whole rows lie in one piece.
+        // Full rows are contiguous.
         paint.run(&mut pixels_mut(memory)[width * ys.start as usize..width * ys.end as usize]);
     } else {
         for y in ys.clone() {
@@ -120,7 +124,7 @@ mod tests {
                     let rim = |v: i64, n: i32| v == 0 || v == wide(n) - 1;
                     inside(px, py) && (rim(px - wide(x), w) || rim(py - wide(y), h))
                 };
-                // Composed over black, one that is lit twice would be brighter.
+                // Composited over black, a pixel drawn twice would be brighter.
                 let mut m = memory(frame_size.0, frame_size.1);
                 fill_rect(&mut m, Rect { x, y, w, h }, [255, 255, 255, 100], Blend::Over).unwrap();
                 assert_eq!(lit(&m, 100), lit_by(inside), "fill {x} {y} {w} {h}");
@@ -131,7 +135,8 @@ mod tests {
         }
     }
 
-    /// Reals at which rounding decides: centres and their neighbours, numbers without a fraction, the smallest and largest.
+    /// Returns reals where rounding matters: centres and their neighbours, integers, the smallest
+    /// and largest numbers.
     fn border_cases() -> Vec<f64> {
         let near = |v: f64| [v.next_down(), v, v.next_up()];
         let centres = [-1.5, -0.5, 0.5, 1.0, 2.5, 3.25, 6.5, 7.5].into_iter().flat_map(near);
@@ -140,7 +145,7 @@ mod tests {
         centres.chain(far).chain([0.0, -0.0, 5e-324, -5e-324, 1e-17, -1e-17]).collect()
     }
 
-    /// A real in units of 2^-1074, which all finite f64 are whole multiples of.
+    /// Returns a real in units of 2^-1074, of which every finite f64 is a multiple.
     fn exact(v: f64) -> num_bigint::BigInt {
         let (mantissa, exponent) = crate::math::coverage::exact_int::parts(v);
         num_bigint::BigInt::from(mantissa) << (exponent + 1074) as u32
@@ -149,7 +154,7 @@ mod tests {
     #[test]
     fn real_sides_cover_the_centres_between_them_exactly() {
         let cases = border_cases();
-        // With sides whose rounded sum is a centre and whose true sum is not.
+        // And sides whose rounded sum is a pixel's centre while the exact sum is not.
         let sides = cases.iter().flat_map(|&a| cases.iter().map(move |&b| (a, b)));
         let sums = cases.iter().flat_map(|&a| [0.5, 2.5, 6.5].map(|c| (a, c - a)));
         for (x, w) in sides.chain(sums).filter(|(_, w)| *w >= 0.0) {

@@ -5,10 +5,11 @@ use super::font::{CELL, glyph};
 use super::{Blend, DrawError, clip_range, run_mut};
 use crate::memory::{Rgba, VideoMemory};
 
-/// Writes UTF-8 text; (x, y) is the upper left corner of the first character's 8x8 cell.
+/// Draws UTF-8 text. (x, y) is the upper left corner of the first character's 8x8 cell.
 ///
-/// A line feed goes to the next line, 8 pixels down, at x again; a carriage return does nothing; what the font lacks is a
-/// box. Only the strokes are painted. Bytes that are not UTF-8 are an error, and nothing is drawn.
+/// A line feed moves to the next line, 8 pixels down, at x again; a carriage return does nothing; a
+/// character that the font lacks is drawn as a box. Only the glyph's own pixels are painted, not
+/// the cell's background. Bytes that are not UTF-8 are an error, and nothing is drawn.
 pub fn text(
     memory: &mut VideoMemory,
     [x, y]: [i32; 2],
@@ -21,31 +22,33 @@ pub fn text(
     text_piece(memory, &mut cursor, utf8, (color, blend), usize::MAX).map(drop)
 }
 
-/// Where a text goes on that is drawn in pieces.
+/// Position of a text that is drawn in pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct TextCursor {
     left: i64,
     cell: [i64; 2],
-    /// Bytes that are drawn.
+    /// Number of bytes already drawn.
     at: usize,
 }
 
 impl TextCursor {
-    /// A text that begins with its upper left corner at (x, y).
+    /// Creates the cursor of a text whose upper left corner is (x, y).
     pub fn new([x, y]: [i32; 2]) -> Self {
         TextCursor { left: x.into(), cell: [x.into(), y.into()], at: 0 }
     }
 
-    /// Bytes that are drawn.
+    /// Returns the number of bytes already drawn.
     pub fn bytes(&self) -> usize {
         self.at
     }
 }
 
-/// Draws `most` bytes of a text, or a letter more or less, from where the cursor stands; whether it was the rest.
+/// Draws about `most` bytes of a text (a character more or less) from the cursor on. Returns
+/// whether the text is finished.
 ///
 /// # Errors
-/// When the bytes are no UTF-8. Who wants to draw nothing then asks before the first piece.
+/// Returns [`DrawError::NotUtf8`] if the next bytes are not UTF-8. Earlier pieces remain drawn: a
+/// caller that must not draw part of an invalid text validates it before the first piece.
 pub fn text_piece(
     memory: &mut VideoMemory,
     cursor: &mut TextCursor,

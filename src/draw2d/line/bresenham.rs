@@ -1,4 +1,4 @@
-//! The visible steps of one line, and the two ways of walking them.
+//! The visible steps of one line, and two ways to iterate over them.
 
 use std::hint::select_unpredictable;
 use std::ops::Range;
@@ -8,36 +8,37 @@ use super::super::color_ramp::ColorRamp;
 use super::super::{Blend, RampColor, over};
 use crate::memory::Rgba;
 
-/// No row at all: a range that every row widens.
+/// An empty range of rows, as the initial value of a union.
 pub(super) const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
-/// Lines of fewer steps are walked without a division at their start.
+/// Number of steps below which a line is drawn without a division at its start.
 pub(super) const SHORT: u32 = 16;
 
-/// The steps of a line that lie inside the frame (or inside a band of its rows), ready to walk.
+/// The steps of a line that lie inside the frame (or inside a band of its rows), ready to draw.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VisibleRun {
-    /// n: the steps of the whole line.
+    /// n: the number of steps of the unclipped line.
     pub length: u64,
-    /// The first visible step.
+    /// Index of the first visible step.
     first: u64,
-    /// How many steps are visible: one a column or a row, so at most the frame's longer side.
+    /// Number of visible steps: at most one for each column or row, so at most the frame's longer
+    /// side.
     pub count: u32,
     /// Index of the first visible pixel.
     at: usize,
-    /// Added to the index by every step.
+    /// Increment of the pixel index at every step.
     major: isize,
-    /// Added too when the minor coordinate changes.
+    /// Additional increment when the minor coordinate changes.
     minor: isize,
     /// (2 k m + n - 1) mod 2 n at the first step.
     rest: u64,
     /// 2 m.
     slope: u64,
-    /// First and last visible row, in the order of travel.
+    /// Rows of the first and the last visible pixel, in the order of travel.
     y_ends: [u32; 2],
 }
 
-/// One coordinate on its way: from `start`, in the direction of `sign`.
+/// One coordinate along the line: from `start`, in the direction of `sign`.
 #[derive(Clone, Copy)]
 struct Axis {
     start: i64,
@@ -52,7 +53,7 @@ impl Axis {
         Axis { start: a, sign, steps: a.abs_diff(b), limit: limit.into() }
     }
 
-    /// How far along the axis the frame begins and ends (half-open), from the start and in its direction.
+    /// Returns the half-open range of steps along the axis that lie inside the frame.
     fn visible(self) -> Range<i64> {
         let range = match self.sign {
             1 => -self.start..self.limit - self.start,
@@ -66,10 +67,12 @@ impl Axis {
     }
 }
 
-/// Lines of fewer steps are clipped in 64 bits: 2 n t, with t at most n + 1, stays below 2^62.
+/// Number of steps below which lines are clipped in 64 bits: 2 n t, with t at most n + 1, stays
+/// below 2^62.
 const MODEST: u64 = 1 << 30;
 
-/// The least k at which the minor coordinate has made t > 0 of its m steps: ceil((2 n t - n + 1) / 2 m).
+/// Returns the least k at which the minor coordinate has made t > 0 of its m steps: ceil((2 n t - n
+/// + 1) / 2 m).
 fn step_that_reaches(t: i64, n: u64, m: u64) -> u64 {
     if n < MODEST {
         // t and n are at least 1, so the numerator is positive.
@@ -82,7 +85,7 @@ fn step_that_reaches(t: i64, n: u64, m: u64) -> u64 {
     }
 }
 
-/// (2 k m + n - 1) / 2 n, and what remains of it: the minor steps made at step k, and the fraction.
+/// Divides 2 k m + n - 1 by 2 n: returns the minor steps made at step k, and the remainder.
 fn minor_at(k: u64, n: u64, m: u64) -> (u64, u64) {
     if k == 0 {
         (0, n.saturating_sub(1))
@@ -97,7 +100,7 @@ fn minor_at(k: u64, n: u64, m: u64) -> (u64, u64) {
 }
 
 impl VisibleRun {
-    /// A line with both ends inside the frame.
+    /// Creates the run of a line with both ends inside the frame.
     #[inline(always)]
     pub fn unclipped(p0: [i32; 2], p1: [i32; 2], width: u32) -> Self {
         let (dx, dy) = (p0[0].abs_diff(p1[0]), p0[1].abs_diff(p1[1]));
@@ -120,7 +123,8 @@ impl VisibleRun {
         }
     }
 
-    /// Any other line: the range of its steps that lie inside, by division. Both coordinates lie within 2^32 of 0.
+    /// Creates the run of any line: divisions give the range of its steps inside the frame; `None`
+    /// if there are none. Both coordinates are within 2^32 of 0.
     pub fn clipped(p0: [i64; 2], p1: [i64; 2], width: u32, height: u32) -> Option<Self> {
         let (x, y) = (Axis::new(p0[0], p1[0], width), Axis::new(p0[1], p1[1], height));
         let x_is_major = x.steps >= y.steps;
@@ -165,7 +169,7 @@ impl VisibleRun {
         })
     }
 
-    /// Gives the run its colours, and answers in which rows; `pixels` begin at row 0 of what it was clipped to.
+    /// Draws the run and returns its rows. `pixels` begin at row 0 of the area it was clipped to.
     #[inline(never)]
     pub fn draw(self, pixels: &mut [Rgba], color: RampColor, blend: Blend) -> Range<u32> {
         match (color.to, Paint::new(color.from, blend)) {
@@ -180,11 +184,11 @@ impl VisibleRun {
         a.min(b)..a.max(b) + 1
     }
 
-    /// Gives each pixel to `put`, in the order of travel.
+    /// Calls `put` with each pixel, in the order of travel.
     #[inline(always)]
     fn for_each_pixel(self, pixels: &mut [Rgba], mut put: impl FnMut(&mut Rgba)) {
         self.visit(|at| {
-            // Always found: every step of the run is inside the frame.
+            // Always `Some`: every step of the run is inside the frame.
             if let Some(pixel) = pixels.get_mut(at) {
                 put(pixel);
             }
@@ -204,35 +208,36 @@ impl VisibleRun {
         }
     }
 
-    /// Calls `plot` with the index of each pixel in the order of travel.
+    /// Calls `plot` with the index of each pixel, in the order of travel.
     #[inline(always)]
     pub fn visit(self, plot: impl FnMut(usize)) {
-        // In u64: both factors are below 2^33. With 32 bits behind the point, see `visit_long`.
+        // In u64: both factors are below 2^33. With 32 fractional bits, see `visit_long`.
         let is_fine = (u64::from(self.count) + 1) * 2 * self.length < 1 << 32;
         if is_fine && self.length >= SHORT.into() { self.visit_long(plot) } else { self.visit_short(plot) }
     }
 
-    /// Steps the exact fraction, a pixel at a time: no division.
+    /// Iterates by stepping the exact fraction, one pixel at a time, without a division.
     #[inline(always)]
     pub fn visit_short(self, mut plot: impl FnMut(usize)) {
         let (major, both) = (self.major as usize, self.major.wrapping_add(self.minor) as usize);
-        // The fraction less one, so that a sign tells when the minor coordinate changes. Both are below 2^33.
+        // The fraction minus one, so that its sign says when the minor coordinate changes. Both are
+        // below 2^33.
         let divisor = 2 * self.length as i64;
         let (mut at, mut rest) = (self.at, self.rest as i64 - divisor);
         for _ in 0..self.count {
             plot(at);
             rest += self.slope as i64;
-            // Lines turn at random, so neither choice may become a branch.
+            // Minor steps come in an unpredictable pattern, so neither choice may become a branch.
             at = at.wrapping_add(select_unpredictable(rest >= 0, both, major));
             rest -= select_unpredictable(rest >= 0, divisor, 0);
         }
     }
 
-    /// Steps in 32.32 fixed point, so that eight pixels are found side by side.
+    /// Iterates in 32.32 fixed point, so that eight pixel indices are computed side by side.
     ///
-    /// The minor coordinate is floor(V), V a multiple of 1 / 2 n. Start and step are rounded down, which leaves what is
-    /// kept less than count + 1 ulp below V; that much is added at the start, and as it is less than 1 / 2 n no whole
-    /// number is reached that V does not reach.
+    /// The minor coordinate is floor(V), V a multiple of 1 / 2 n. Start and step are rounded down,
+    /// which leaves the stored value less than count + 1 ulp below V. That much is added at the
+    /// start, and as it is less than 1 / 2 n, no integer is reached that V does not reach.
     #[inline(always)]
     pub fn visit_long(self, mut plot: impl FnMut(usize)) {
         let divisor = 2 * self.length;

@@ -1,7 +1,8 @@
-//! Many lines at once: one after the other on this thread, or every thread of an executor in a band of rows of its own.
+//! Many lines at once: one after another on this thread, or each thread of an executor in its own
+//! band of rows.
 //!
-//! A pixel belongs to one band, and in it the lines come in their order, so the bytes are those of [`line`](super::line) called for
-//! each, with any number of threads.
+//! A pixel belongs to one band, and in it the lines are drawn in order, so the result has the same
+//! bytes as calling [`line`](super::line) for each, with any number of threads.
 
 use super::bresenham::{NO_ROWS, VisibleRun};
 use super::{draw, inside, is_short, store_short};
@@ -11,18 +12,18 @@ use crate::pipeline::tile::Executor;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A line as [`lines`] takes it.
+/// A line, as [`lines`] takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Line {
-    /// The end it starts from.
+    /// The end it starts from, in pixels.
     pub p0: [i32; 2],
-    /// The end it goes to.
+    /// The end it goes to, in pixels.
     pub p1: [i32; 2],
-    /// Its colour, or the two that it runs between.
+    /// Its colour, or the two colours at its ends.
     pub color: RampColor,
 }
 
-/// Draws lines one after the other, as [`line`](super::line) does, with less to do for each.
+/// Draws lines one after another, as [`line`](super::line) does, with less overhead for each.
 #[inline]
 pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, blend: Blend) {
     let size = [memory.width(), memory.height()];
@@ -51,8 +52,8 @@ pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, bl
     }
 }
 
-/// Draws lines as [`lines`] does, on all threads of `executor` where there is enough to do; in any form that can be read as
-/// [`Line`]s.
+/// Draws lines as [`lines`] does, on all threads of `executor` if there is enough to do. Accepts
+/// any type that converts to [`Line`].
 pub fn lines_on<C: Executor, L>(executor: &C, memory: &mut VideoMemory, lines: &[L], blend: Blend)
 where
     L: Copy + Sync + Into<Line>,
@@ -76,11 +77,12 @@ where
     memory.mark_rows(low.into_inner()..high.into_inner());
 }
 
-/// Steps below which waking other threads costs more than it brings: some 50 microseconds of work.
+/// Number of steps below which waking other threads costs more than it gains: some 50 microseconds
+/// of work.
 const FEW_STEPS: u64 = 50_000;
 
 pub(super) fn is_worth_threads<L: Copy + Into<Line>>(lines: &[L]) -> bool {
-    // A line costs its steps, and its start as much as some more.
+    // A line costs its steps, and a start-up cost of about 16 more.
     let cost = |&line: &L| {
         let Line { p0, p1, .. } = line.into();
         u64::from(p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1])).min(1 << 15)) + 16
@@ -88,10 +90,10 @@ pub(super) fn is_worth_threads<L: Copy + Into<Line>>(lines: &[L]) -> bool {
     lines.len() as u64 * 16 > FEW_STEPS || lines.iter().map(cost).sum::<u64>() > FEW_STEPS
 }
 
-/// Lines that are looked through at once: their numbers stay in the first cache.
+/// Number of lines that are filtered at once; their indices stay in the L1 cache.
 const BLOCK: usize = 256;
 
-/// Some rows of the frame, as one thread draws them.
+/// A band of rows of the frame, drawn by one thread.
 struct Band {
     top: i32,
     rows: u32,
@@ -99,13 +101,14 @@ struct Band {
 }
 
 impl Band {
-    /// Draws what falls into the band, and answers in which of its rows.
+    /// Draws the lines that fall into the band. Returns the rows written, relative to the band.
     fn draw<L: Copy + Into<Line>>(&self, pixels: &mut [Rgba], lines: &[L], blend: Blend) -> Range<u32> {
         let mut drawn = NO_ROWS;
         for block in lines.chunks(BLOCK) {
             let mut here = [0u8; BLOCK];
             let mut count = 0;
-            // Which lines touch the band is as good as random, so no branch asks for it.
+            // Whether a line touches the band is close to random, so it is computed without a
+            // branch.
             for (k, &line) in block.iter().enumerate() {
                 if let Some(place) = here.get_mut(count) {
                     *place = k as u8;
@@ -130,7 +133,8 @@ impl Band {
     #[inline(always)]
     fn draw_one(&self, pixels: &mut [Rgba], line: Line, blend: Blend) -> Range<u32> {
         let Line { p0, p1, color } = line;
-        // The top is 0 or more: only ends above the frame can leave i32, and they are not inside either way.
+        // The top is 0 or more: only ends above the frame can leave i32, and they are not inside
+        // either way.
         let [a, b] = [p0, p1].map(|[x, y]| [x, y.saturating_sub(self.top)]);
         let size = [self.width, self.rows];
         if inside(a, size) && inside(b, size) {

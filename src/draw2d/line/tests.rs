@@ -1,4 +1,4 @@
-//! Lines against the closed form, the golden files, themselves backwards, and the whole of which they are a part.
+//! Lines against the closed form, the golden files, their own reversal, and the unclipped line.
 
 use super::*;
 use crate::draw2d::raster::{extremes, golden, lit, memory, picture};
@@ -9,14 +9,14 @@ use std::time::Instant;
 
 const WHITE: RampColor = RampColor { from: [255; 4], to: None };
 
-/// The run that [`draw`] walks.
+/// Returns the run that [`draw`] draws.
 fn visible(p0: [i32; 2], p1: [i32; 2], width: u32, height: u32) -> Option<VisibleRun> {
     let is_inside = inside(p0, [width, height]) && inside(p1, [width, height]);
     let clipped = VisibleRun::clipped(p0.map(i64::from), p1.map(i64::from), width, height);
     if is_inside { Some(VisibleRun::unclipped(p0, p1, width)) } else { clipped }
 }
 
-/// Pixel k of the line, from the closed form alone: minor = ceil(k m / n - 1/2).
+/// Computes pixel k of the line from the closed form: minor = ceil(k m / n - 1/2).
 fn pixel_at(p0: [i32; 2], p1: [i32; 2], k: i128) -> [i128; 2] {
     let d: [i128; 2] = [0, 1].map(|i| i128::from(p1[i]) - i128::from(p0[i]));
     let n = d[0].abs().max(d[1].abs());
@@ -62,7 +62,7 @@ fn the_golden_segments_light_the_golden_pixels() {
 fn the_golden_ramps_have_the_golden_colours() {
     let golden = golden("seed001_line_colour_ramp.json");
     for case in golden["expected"].as_array().unwrap() {
-        // Moved, because one of the segments leaves the frame.
+        // Translated, because one of the segments leaves the frame.
         let [p0, p1] = ends(&case["segment"]).map(|p| p.map(|v| v + 5));
         let color = |v: &Value| -> Rgba { serde_json::from_value(v.clone()).unwrap() };
         let mut m = memory(24, 24);
@@ -88,7 +88,8 @@ fn every_small_line_is_the_closed_form_in_its_order() {
     }
 }
 
-/// What the whole line lights inside a w x h frame, step by step from the closed form: only for short lines.
+/// Returns the pixels of the unclipped line inside a w x h frame, step by step from the closed
+/// form; for short lines.
 fn part_of_unclipped(p0: [i32; 2], p1: [i32; 2], w: u32, h: u32) -> Vec<(i32, i32)> {
     let n = p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1]));
     let all = (0..=n).map(|k| pixel_at(p0, p1, k.into()));
@@ -98,7 +99,8 @@ fn part_of_unclipped(p0: [i32; 2], p1: [i32; 2], w: u32, h: u32) -> Vec<(i32, i3
     lit
 }
 
-/// What any line lights inside a w x h frame: each pixel of the frame asks for the steps that could light it.
+/// Returns the pixels of any line inside a w x h frame: for each pixel, the steps that could light
+/// it are tested.
 fn asked_by_pixel(p0: [i32; 2], p1: [i32; 2], w: u32, h: u32) -> Vec<(i32, i32, i128)> {
     let (dx, dy) = (i128::from(p1[0]) - i128::from(p0[0]), i128::from(p1[1]) - i128::from(p0[1]));
     let n = dx.abs().max(dy.abs());
@@ -130,7 +132,7 @@ proptest! {
 
     #[test]
     fn clipped_equals_the_part_of_the_whole(p0 in [-60..90i32, -60..90i32], p1 in [-60..90i32, -60..90i32]) {
-        // Composed, so that a pixel lit twice would show.
+        // Composited, so that a pixel drawn twice would show.
         let mut m = memory(30, 20);
         line(&mut m, p0, p1, RampColor { from: [255, 255, 255, 100], to: None }, Blend::Over);
         prop_assert_eq!(lit(&m, 100), part_of_unclipped(p0, p1, 30, 20));
@@ -201,7 +203,8 @@ fn a_whole_line_clipped_is_itself() {
     assert!(seen > 10_000);
 }
 
-/// Lines of every kind: short and long, inside and out, at the ends of i32, of one colour and two.
+/// Creates lines of every kind: short and long, inside and outside, at the ends of i32, of one
+/// colour and two.
 fn crowd(count: usize) -> Vec<Line> {
     let mut state = 1u32;
     let mut next = |n: i32| {
@@ -266,7 +269,7 @@ fn bands_of_threads_draw_what_one_thread_does() {
 
 #[test]
 fn a_line_clipped_to_bands_is_the_line() {
-    // Each row by itself: rows of the whole line, asked one at a time.
+    // Each row by itself: rows of the unclipped line, computed one at a time.
     let mut marked = 0;
     for l in crowd(400) {
         let (mut complete, mut rows) = (memory(60, 40), memory(60, 40));

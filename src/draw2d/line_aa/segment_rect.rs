@@ -1,17 +1,19 @@
-//! Where a segment's rectangle lies near the frame, for ends of any size.
+//! The rectangle about a segment, placed near the frame for ends of any size.
 //!
-//! With c the frame's centre: u the unit vector along the segment, n across it, h = (c - p0) . n the line's distance from
-//! c, s0 = (p0 - c) . u and s1 = (p1 - c) . u the ends along it. Near the frame f64 is good enough for the products; far
-//! off they would cancel, and are formed in whole numbers, each of the results rounded once.
+//! With c the frame's centre: u the unit vector along the segment, n across it, h = (c - p0) . n
+//! the signed distance of c from the line, s0 = (p0 - c) . u and s1 = (p1 - c) . u the ends along
+//! it. Near the frame f64 is accurate enough for the products; far away they would cancel, so they
+//! are computed in integers and each result is rounded once.
 
 use crate::math::coverage::PixelRect;
 use crate::math::coverage::exact_int::parts;
 use num_bigint::{BigInt, Sign};
 
-/// Ends beyond this are placed in whole numbers. Below it the products are off by less than 1e-9.
+/// Largest coordinate that is placed in f64, where the products are off by less than 1e-9. Larger
+/// ones are placed in integers.
 const NEAR: f64 = 1e6;
 
-/// The rectangle, cut to what can be seen: relative to the frame's centre, in pixels.
+/// The visible part of the rectangle, in pixels relative to the frame's centre.
 pub(super) struct SegmentRect {
     centre: [f64; 2],
     u: [f64; 2],
@@ -20,7 +22,7 @@ pub(super) struct SegmentRect {
 }
 
 impl SegmentRect {
-    /// `None` when nothing can be seen: no length, not finite, or out of the frame's reach.
+    /// Returns `None` if nothing is visible: no length, not finite, or too far from the frame.
     pub(super) fn new(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> Option<Self> {
         let numbers = [p0, p1];
         if numbers.iter().flatten().any(|v| !v.is_finite()) || p0 == p1 || clip.is_empty() {
@@ -30,7 +32,7 @@ impl SegmentRect {
         let centre = [f64::from(clip.x0) + (w - 1.0) / 2.0, f64::from(clip.y0) + (h - 1.0) / 2.0];
         let extent = numbers.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
         let mut rect = if extent < NEAR { near(p0, p1, centre) } else { far(p0, p1, centre) };
-        // Nothing further from the centre than this is in a pixel's square.
+        // No point of a visible pixel's square is farther from the centre.
         let reach = (w + h) / 2.0 + 2.0;
         if rect.h.abs() > reach {
             return None;
@@ -39,7 +41,7 @@ impl SegmentRect {
         (rect.s[0] < rect.s[1]).then_some(rect)
     }
 
-    /// The four corners in pixels, in order around.
+    /// Returns the four corners in pixels, in order around the rectangle.
     pub(super) fn corners(&self) -> [[f64; 2]; 4] {
         let SegmentRect { centre, u, h, s } = self;
         let n = across(*u);
@@ -54,7 +56,7 @@ fn across(u: [f64; 2]) -> [f64; 2] {
 
 fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
-    // Scaled first, so that the squares of the smallest numbers do not vanish.
+    // Scaled first, so that the squares of very small numbers do not underflow.
     let largest = d[0].abs().max(d[1].abs());
     let d = d.map(|v| v / largest);
     let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -65,7 +67,7 @@ fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
 }
 
 fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
-    // All in units of a power of two in which every coordinate is whole.
+    // All in units of a power of two in which every coordinate is an integer.
     let numbers = [p0, p1, centre];
     let unit = numbers.iter().flatten().map(|&v| parts(v).1).fold(0, i32::min);
     let integer = |v: f64| {
@@ -78,7 +80,8 @@ fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     let d = minus(&p1, &p0);
     let across = [-&d[1], d[0].clone()];
     let length_squared = dot(&d, &d);
-    // v / |d| as the signed root of v^2 / d^2, in pixels when v is a product of two lengths.
+    // v / |d| as the signed root of v^2 / d^2; the result is in pixels if v is a product of two
+    // lengths.
     let per_length = |v: &BigInt, unit: i32| {
         let magnitude = ratio(&(v * v), &length_squared, 2 * i64::from(unit)).sqrt();
         if v.sign() == Sign::Minus { -magnitude } else { magnitude }
@@ -91,14 +94,15 @@ fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     }
 }
 
-/// a / b * 2^exponent as f64, for a >= 0 and b > 0, within 2 ulp; what is too large is infinite, what is too small 0.
+/// Returns a / b * 2^exponent for a >= 0 and b > 0, within 2 ulp. Overflow gives infinity,
+/// underflow 0.
 fn ratio(a: &BigInt, b: &BigInt, exponent: i64) -> f64 {
-    // A quotient of 64 or 65 bits.
+    // The quotient has 64 or 65 bits.
     let shift = b.bits() as i64 + 64 - a.bits() as i64;
     let quotient = if shift >= 0 { (a << shift as u64) / b } else { a / (b << shift.unsigned_abs()) };
     let quotient = u128::try_from(quotient).expect("65 bits") as f64;
     let power = (exponent - shift).clamp(-4000, 4000) as i32;
-    // In steps, so that no power leaves the range before the product does.
+    // In steps, so that no power overflows before the product does.
     [power / 4, power / 4, power / 4, power - power / 4 * 3].iter().fold(quotient, |v, &e| v * 2f64.powi(e))
 }
 

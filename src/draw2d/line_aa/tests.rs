@@ -1,4 +1,4 @@
-//! Shares against other ways to find the same area, and the picture against the shares.
+//! Coverage against other ways to compute the area, and the drawn pixels against the coverage.
 
 use super::*;
 use crate::draw2d::raster::memory;
@@ -18,7 +18,8 @@ fn areas(p0: [f64; 2], p1: [f64; 2], clip: PixelRect) -> BTreeMap<(i32, i32), f6
     all
 }
 
-/// The area by integration: the rectangle's breadth in each of many thin strips of the pixel, a second way to find it.
+/// Computes the area independently, by integrating the rectangle's breadth over many thin strips of
+/// the pixel.
 fn integrated(p0: [f64; 2], p1: [f64; 2], x: i32, y: i32) -> f64 {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
     let length = d[0].hypot(d[1]);
@@ -64,7 +65,7 @@ proptest! {
         let whole = areas(p0, p1, PixelRect { x0: -50, y0: -50, x1: 50, y1: 50 });
         let length = (p0[0] - p1[0]).hypot(p0[1] - p1[1]);
         prop_assert!((whole.values().sum::<f64>() - length).abs() < 1e-9);
-        // Clipped equals whole, and backwards is the same.
+        // The clipped line equals the unclipped one, and so does the reversed one.
         let (clipped, back) = (areas(p0, p1, CLIP), areas(p1, p0, CLIP));
         for (x, y) in (0..9).flat_map(|y| (0..12).map(move |x| (x, y))) {
             let at = |m: &BTreeMap<_, f64>| m.get(&(x, y)).copied().unwrap_or(0.0);
@@ -75,7 +76,8 @@ proptest! {
 
     #[test]
     fn an_end_far_off_changes_only_the_direction(angle in 0.0..6.3f64, e in 6.5..300.0f64, through in [0.0..11.0f64, 0.0..8.0f64]) {
-        // From a point in the frame to one far off: as a line that just leaves the frame, in the same direction.
+        // From a point in the frame to one far away: equals a line in the same direction that just
+        // leaves the frame.
         let (s, c) = libm::sincos(angle);
         let far = [through[0] + c * 10f64.powf(e), through[1] + s * 10f64.powf(e)];
         let d = [far[0] - through[0], far[1] - through[1]].map(|v| v / 10f64.powf(e));
@@ -96,7 +98,7 @@ proptest! {
 
 #[test]
 fn both_ends_at_1e15_cross_the_frame_where_they_should() {
-    // Through (5, 4) at a slope of 1/3: both ends are whole, so the line passes there exactly.
+    // Through (5, 4) at a slope of 1/3: both ends are integers, so the line passes there exactly.
     let k = 1e15;
     let (a, b) = (
         areas([5.0 - 3.0 * k, 4.0 - k], [5.0 + 3.0 * k, 4.0 + k], CLIP),
@@ -114,7 +116,7 @@ fn coverage_times_alpha_is_composed_over() {
     m.take_damage();
     line_aa(&mut m, [1.0, 3.0], [4.0, 3.0], [200, 100, 50, 255]);
     assert_eq!(m.take_damage(), 3..4);
-    // Half of the end pixels, all of those between: 128 = round(127.5).
+    // Half of each end pixel, all of those between: 128 = round(127.5).
     let half = super::super::over([200, 100, 50, 128], [0, 0, 0, 255]);
     for (x, want) in [
         (0, [0, 0, 0, 255]),
@@ -126,7 +128,7 @@ fn coverage_times_alpha_is_composed_over() {
     ] {
         assert_eq!(m.get_pixel(x, 3).unwrap(), want, "{x}");
     }
-    // On the border of two rows each has half; 128 of 255 of alpha 100 is 50.
+    // On the border of two rows each gets half; 128/255 of alpha 100 is 50.
     let mut m = memory(12, 9);
     line_aa(&mut m, [2.5, 1.0], [2.5, 6.0], [255, 255, 255, 100]);
     let lit = super::super::over([255, 255, 255, 50], [0, 0, 0, 255]);
