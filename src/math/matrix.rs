@@ -1,33 +1,34 @@
-//! 4x4 matrices over column vectors (p' = M p), in f64, made with the same bits on every machine.
+//! 4x4 matrices over column vectors (p' = M p), in f64, with the same bits on every machine.
 //!
 //! Source: Trabalho 2 / notes on linear transforms (scale, shear, translation, rotation about any axis, mirror).
 
 use glam::{DMat4, DVec3, DVec4};
 
-/// A matrix from its 16 numbers, row by row as they are written on paper.
+/// Returns the matrix of 16 numbers, row by row as written on paper.
 pub fn from_rows(rows: [f64; 16]) -> DMat4 {
     DMat4::from_cols_array(&rows).transpose()
 }
 
-/// Moves by `t`.
+/// Returns the translation by `t`.
 pub fn translate(t: DVec3) -> DMat4 {
     DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, t.extend(1.0))
 }
 
-/// Scales each axis by its factor; a negative factor mirrors.
+/// Returns the scaling of each axis by its factor; a negative factor mirrors.
 pub fn scale(s: DVec3) -> DMat4 {
     DMat4::from_diagonal(s.extend(1.0))
 }
 
-/// Shears: x' = x + xy*y + xz*z, y' = y + yx*x + yz*z, z' = z + zx*x + zy*y.
+/// Returns the shear x' = x + xy*y + xz*z, y' = y + yx*x + yz*z, z' = z + zx*x + zy*y.
 pub fn shear(xy: f64, xz: f64, yx: f64, yz: f64, zx: f64, zy: f64) -> DMat4 {
     from_rows([1.0, xy, xz, 0.0, yx, 1.0, yz, 0.0, zx, zy, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 }
 
-/// Turns by `angle_rad` about `axis` (right-hand rule, through the origin), or `None` for an axis without direction.
+/// Returns the rotation by `angle_rad` about `axis` (right-hand rule, through the origin), or
+/// `None` for an axis without direction.
 ///
-/// Rodrigues: R = cos I + sin K + (1 - cos) k k^T, K x = k cross x. The axis is scaled before it is normalised, so neither a huge nor
-/// a tiny one overflows.
+/// Rodrigues: R = cos I + sin K + (1 - cos) k k^T, K x = k cross x. The axis is scaled before it is
+/// normalised, so neither a huge nor a tiny one overflows.
 pub fn rotate(axis: DVec3, angle_rad: f64) -> Option<DMat4> {
     let k = unit(axis)?;
     let (s, c) = libm::sincos(angle_rad);
@@ -52,7 +53,8 @@ pub fn rotate(axis: DVec3, angle_rad: f64) -> Option<DMat4> {
     ]))
 }
 
-/// `v` at length 1, or `None` for the zero vector and for what is not finite. Safe for lengths from 1e-308 to 1e308.
+/// Returns `v` at length 1, or `None` if it is zero or not finite. Safe for lengths from 1e-308 to
+/// 1e308.
 pub fn unit(v: DVec3) -> Option<DVec3> {
     let m = v.abs().max_element();
     if !(m > 0.0 && m.is_finite()) {

@@ -1,7 +1,7 @@
-//! The numbers under everything: spaces, matrices, fixed point, exact coverage.
+//! Numeric foundations: spaces, matrices, fixed point, exact coverage.
 //!
-//! No I/O, no threads, no clock. Nothing here uses FMA or the system's libm, so the same input gives the same bits on
-//! every machine: `+ - * / sqrt` in a fixed order, and the `libm` crate for the rest.
+//! No I/O, no threads, no clock. Nothing here uses FMA or the system's libm, so equal input gives
+//! equal bits on every machine: `+ - * / sqrt` in a fixed order, and the `libm` crate for the rest.
 
 pub mod coverage;
 pub mod matrix;

@@ -1,20 +1,21 @@
-//! Vectors of R^N, and determinants whose sign is never wrong.
+//! Vectors of R^N, and determinants with an exact sign.
 //!
-//! In: coordinates as `[f64; N]`, N at most [`MAX_DIM`]. Out: dot products, the hyperplane through N-1 vectors (the cross
-//! product of R^N), and [`signed_det`], whose sign is that of the exact determinant of the numbers given. Sums run from
-//! axis 0 upwards, without FMA: the same bits on every machine.
+//! In: coordinates as `[f64; N]`, N at most [`MAX_DIM`]. Out: dot products, the hyperplane through
+//! N-1 vectors (the cross product of R^N), and [`signed_det`], whose sign is that of the exact
+//! determinant of the given numbers. Sums run from axis 0 upwards, without FMA: the same bits on
+//! every machine.
 //!
-//! How one would know: the determinant in whole numbers of any size, in the tests below.
-//! Source of the expansions: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-//! Predicates", 1997, sections 2.2 to 2.5.
+//! How one would know: the tests below compare with the determinant in big integers. Source of the
+//! expansions: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
+//! Geometric Predicates", 1997, sections 2.2 to 2.5.
 
-/// The largest dimension that these functions take.
+/// Largest dimension that these functions accept.
 pub const MAX_DIM: usize = 8;
 
 /// Half an ulp of 1: the relative error of one rounded operation.
 pub const ROUNDING: f64 = f64::EPSILON / 2.0;
 
-/// The scalar product.
+/// Returns the scalar product.
 #[inline(always)]
 pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     let mut sum = a[0] * b[0];
@@ -24,39 +25,40 @@ pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     sum
 }
 
-/// a - b.
+/// Returns a - b.
 #[inline(always)]
 pub fn sub<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-/// a + s b.
+/// Returns a + s b.
 #[inline(always)]
 pub fn add_scaled<const N: usize>(a: &[f64; N], s: f64, b: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| a[i] + s * b[i])
 }
 
-/// x made a unit vector; a zero vector gives NaN.
+/// Returns `x` scaled to length 1; a zero vector gives NaN.
 #[inline(always)]
 pub fn unit<const N: usize>(x: [f64; N]) -> [f64; N] {
     let norm = dot(&x, &x).sqrt();
     x.map(|c| c / norm)
 }
 
-/// The largest absolute coordinate.
+/// Returns the largest absolute coordinate.
 #[inline(always)]
 pub fn max_abs<const N: usize>(a: &[f64; N]) -> f64 {
     a.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// The functional x -> det(x, vectors...) on the first `len` coordinates, as its coefficients; `vectors` are `len` - 1.
+/// Returns the coefficients of the functional x -> det(x, vectors...) on the first `len`
+/// coordinates; `vectors` are `len` - 1.
 ///
-/// Perpendicular to all of them: the normal of the hyperplane through them and 0. Coefficients from `len` on are 0.
-/// Equal vectors in equal order give equal bits. Written out up to four coordinates, else Laplace's expansion over subsets of
-/// columns.
+/// The result is perpendicular to all of them: the normal of the hyperplane through them and 0.
+/// Coefficients from `len` on are 0. Equal vectors in equal order give equal bits. Written out up
+/// to four coordinates, else Laplace's expansion over subsets of columns.
 ///
 /// # Panics
-/// When `vectors` are not `len` - 1, or `len` is over N or [`MAX_DIM`].
+/// If there are not `len` - 1 `vectors`, or `len` is over N or [`MAX_DIM`].
 #[inline]
 pub fn wedge<const N: usize>(vectors: &[[f64; N]], len: usize) -> [f64; N] {
     assert!(len >= 1 && len <= N && len <= MAX_DIM && vectors.len() + 1 == len, "len - 1 vectors");
@@ -82,7 +84,7 @@ pub fn wedge<const N: usize>(vectors: &[[f64; N]], len: usize) -> [f64; N] {
     out
 }
 
-/// [`wedge`] for any number of vectors.
+/// Computes [`wedge`] for any number of vectors.
 #[inline(never)]
 fn laplace<const N: usize>(vectors: &[[f64; N]], len: usize, out: &mut [f64; N]) {
     // minors[set] = determinant of the first |set| rows over the columns in `set`.
@@ -109,16 +111,18 @@ fn laplace<const N: usize>(vectors: &[[f64; N]], len: usize, out: &mut [f64; N])
     }
 }
 
-/// The determinant of an n x n matrix (`n` rows of which the first `n` columns count) with a sure sign.
+/// Returns the determinant of an n x n matrix (`n` rows of which the first `n` columns count) with
+/// a reliable sign.
 ///
-/// Up to n = 4 the value is rounded but its sign is exact: 0 only if the determinant of these very numbers is 0. For larger n
-/// a value that rounding could have turned is returned as 0. Numbers whose products leave the range of f64 are not foreseen.
+/// Up to n = 4 the value is rounded but its sign is exact: 0 only if the determinant of the given
+/// numbers is 0. For larger n, a value whose sign rounding could have changed is returned as 0.
+/// Numbers whose products leave the range of f64 are not supported.
 pub fn signed_det<const N: usize>(rows: &[[f64; N]], n: usize) -> f64 {
     match n {
         0 => 1.0,
         1 => rows[0][0],
         2..=4 => {
-            // One size for all N, so that what follows is compiled once.
+            // One size for all N, so that the code below is compiled once.
             let mut few = [[0.0; 4]; 4];
             for (few, row) in few.iter_mut().zip(&rows[..n]) {
                 few[..n].copy_from_slice(&row[..n]);
@@ -165,7 +169,7 @@ fn add_permutations(
     }
 }
 
-/// A sum of numbers that do not overlap, smallest first: exact.
+/// Exact sum of numbers that do not overlap, smallest first.
 struct Expansion<const CAPACITY: usize> {
     parts: [f64; CAPACITY],
     len: usize,
@@ -200,20 +204,20 @@ impl<const CAPACITY: usize> Expansion<CAPACITY> {
         &self.parts[..self.len]
     }
 
-    /// The sum rounded; its sign is that of the largest part, which outweighs the others.
+    /// Returns the rounded sum; its sign is that of the largest part, which outweighs the others.
     fn value(&self) -> f64 {
         self.parts().iter().sum()
     }
 }
 
-/// a + b as a rounded sum and its error.
+/// Returns a + b as a rounded sum and its error.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_virtual = sum - a;
     (sum, (a - (sum - b_virtual)) + (b - b_virtual))
 }
 
-/// a b as a rounded product and its error (Dekker, without FMA).
+/// Returns a b as a rounded product and its error (Dekker, without FMA).
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     fn split(x: f64) -> (f64, f64) {
         let wide = x * 134_217_729.0; // 2^27 + 1

@@ -1,9 +1,10 @@
-//! Cutting a polygon in space into triangles.
+//! Triangulation of polygons in space.
 
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// Triangles of a simple, roughly planar polygon, as indices into `points`, in the polygon's own winding.
+/// Returns the triangles of a simple, roughly planar polygon, as indices into `points`, in the
+/// polygon's own winding.
 ///
 /// A convex polygon is fanned at its first corner: (0,1,2), (0,2,3), ... A concave one is cut into ears in order of its
 /// corners, projected along Newell's normal on the plane of the two largest extents. Degenerate polygons are fanned.
@@ -32,15 +33,17 @@ pub fn triangulate(points: &[DVec3]) -> Vec<[u32; 3]> {
     cut_ears(&flat)
 }
 
-/// How often all corners of a degenerate polygon are looked at anew before the rest is fanned.
+/// Number of times that all corners of a degenerate polygon are checked again before the rest is
+/// fanned.
 const MAX_RECHECKS: u32 = 8;
 
-/// Ears of a concave polygon that is counter-clockwise in the plane: always the first one, counted from the second corner
-/// that is left; the first corner that is left comes last.
+/// Cuts a concave polygon that is counter-clockwise in the plane into ears: always the first ear,
+/// counted from the second remaining corner; the first remaining corner comes last.
 ///
-/// An ear is a convex corner whose triangle holds no other corner. Only corners that are not convex need to be looked
-/// for in it, and cutting an ear can change only its two neighbours: n corners, r of them reflex, cost O(n r).
-/// Self-crossing or degenerate polygons run out of ears: what is left is fanned, so that no face is lost.
+/// An ear is a convex corner whose triangle holds no other corner. Only corners that are not convex
+/// need to be tested, and cutting an ear can change only its two neighbours: n corners, r of them
+/// reflex, cost O(n r). Self-crossing or degenerate polygons run out of ears: the rest is fanned,
+/// so that no face is lost.
 fn cut_ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let n = flat.len();
     let mut next: Vec<usize> = (0..n).map(|i| (i + 1) % n).collect();
@@ -55,7 +58,8 @@ fn cut_ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(n - 2);
     let (mut left, mut first, mut rechecks) = (n, 0, 0);
     while left > 3 {
-        // The first corner that is left has the smallest number: it is taken only if there is no other ear.
+        // The first remaining corner has the smallest index: it is taken only if there is no other
+        // ear.
         let Some(i) = ears.iter().copied().find(|&i| i != first).or_else(|| ears.first().copied()) else {
             rechecks += 1;
             let all = (0..n).filter(|&i| is_left[i]);
@@ -94,10 +98,10 @@ fn cut_ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Corner numbers in no order, each taken out at once.
+/// Unordered set of corner indices with removal in constant time.
 struct Set {
     members: Vec<usize>,
-    /// Where a corner stands in `members`; `usize::MAX` if it does not.
+    /// Index of a corner in `members`; `usize::MAX` if it is not a member.
     slot: Vec<usize>,
 }
 
@@ -120,7 +124,7 @@ impl Set {
     }
 }
 
-/// Whether one of `candidates` lies in the triangle: most lie outside its box.
+/// Returns whether one of `candidates` lies in the triangle. The bounding box rejects most of them.
 fn holds_any(flat: &[[f64; 2]], corners: [usize; 3], candidates: &[usize]) -> bool {
     let [p, q, r] = corners.map(|i| flat[i]);
     let lo = [p[0].min(q[0]).min(r[0]), p[1].min(q[1]).min(r[1])];
@@ -131,19 +135,19 @@ fn holds_any(flat: &[[f64; 2]], corners: [usize; 3], candidates: &[usize]) -> bo
     })
 }
 
-/// Twice the area of corners a, b, c, positive when they turn left.
+/// Returns twice the signed area of corners a, b, c, positive if they turn left.
 fn turn(flat: &[[f64; 2]], a: usize, b: usize, c: usize) -> f64 {
     let (p, q, r) = (flat[a], flat[b], flat[c]);
     (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 }
 
-/// Whether corner `p` lies in the triangle or on its edges, and not at one of its corners.
+/// Returns whether corner `p` lies in the triangle or on its edges, and not at one of its corners.
 fn holds(flat: &[[f64; 2]], [a, b, c]: [usize; 3], p: usize) -> bool {
     let at_corner = flat[a] == flat[p] || flat[b] == flat[p] || flat[c] == flat[p];
     turn(flat, a, b, p) >= 0.0 && turn(flat, b, c, p) >= 0.0 && turn(flat, c, a, p) >= 0.0 && !at_corner
 }
 
-/// Newell's normal: its length is twice the polygon's area; zero for a degenerate polygon.
+/// Returns Newell's normal: its length is twice the polygon's area; zero for a degenerate polygon.
 pub fn newell_normal(points: &[DVec3]) -> DVec3 {
     let Some(&origin) = points.first() else { return DVec3::ZERO };
     // Relative to the first corner, so that a polygon far from the origin keeps its digits.
@@ -172,7 +176,8 @@ mod tests {
         assert_eq!(triangulate(&flat(&[(1., 1.); 5])).len(), 3);
     }
 
-    /// The definition, one corner at a time: after each cut, all corners are looked at again from the second on.
+    /// The definition, one corner at a time: after each cut, all corners are checked again from the
+    /// second on.
     fn plain_ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
         let mut ring: Vec<usize> = (0..flat.len()).collect();
         let mut triangles = Vec::new();

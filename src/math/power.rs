@@ -1,12 +1,14 @@
-//! Logarithm and power with the same bits on every machine: `+ - * /` in a fixed order, no FMA, no table.
+//! Logarithm and power with the same bits on every machine: `+ - * /` in a fixed order, no FMA, no
+//! table.
 //!
-//! The exact answer is the real number; [`log2`] is within 3 ulp of it, also next to 1 where it is small, so [`pow`] of
-//! a cosine near 1 keeps its digits for exponents up to 1e6: relative error below 4e-16 (1 + |y log2 x|).
+//! [`log2`] is within 3 ulp of the exact real number, also next to 1 where it is small, so [`pow`]
+//! of a cosine near 1 keeps its digits for exponents up to 1e6: relative error below 4e-16 (1 + |y
+//! log2 x|).
 
 /// 2 / ln 2.
 const TWO_OVER_LN_2: f64 = 2.885_390_081_777_926_8;
 
-/// atanh s = s (1 + s^2/3 + s^4/5 + ...), from the second term on.
+/// Coefficients of atanh s = s (1 + s^2/3 + s^4/5 + ...), from the second term on.
 const ATANH: [f64; 10] = [
     1.0 / 3.0,
     1.0 / 5.0,
@@ -20,7 +22,7 @@ const ATANH: [f64; 10] = [
     1.0 / 21.0,
 ];
 
-/// 1 / k!, the series of e^z.
+/// Coefficients 1 / k! of the series of e^z.
 const EXP: [f64; 15] = {
     let mut terms = [1.0; 15];
     let mut k = 1;
@@ -33,7 +35,7 @@ const EXP: [f64; 15] = {
     terms
 };
 
-/// The logarithm of `x` to base 2: -inf for 0, NaN below 0 and for NaN, +inf for +inf.
+/// Returns the logarithm of `x` to base 2: -inf for 0, NaN below 0 and for NaN, +inf for +inf.
 ///
 /// x = 2^e m with m in [sqrt 1/2, sqrt 2); log2 m = (2 / ln 2) atanh(s), s = (m-1)/(m+1), by its series to s^21.
 pub fn log2(x: f64) -> f64 {
@@ -61,7 +63,8 @@ pub fn log2(x: f64) -> f64 {
     e as f64 + TWO_OVER_LN_2 * (s + s * series)
 }
 
-/// 2 to the power `t`; 0 below the normal numbers, +inf above, NaN for NaN. Relative error below 3e-16.
+/// Returns 2 to the power `t`; 0 below the normal numbers, +inf above, NaN for NaN. Relative error
+/// below 3e-16.
 pub fn exp2(t: f64) -> f64 {
     if t.is_nan() || t >= 1024.0 {
         return if t.is_nan() { t } else { f64::INFINITY };
@@ -73,7 +76,7 @@ pub fn exp2(t: f64) -> f64 {
     let z = (t - integer) * std::f64::consts::LN_2;
     // e^z by its series: |z| < 0.347, so 14 terms leave less than 1e-17.
     let series = EXP.iter().rev().fold(0.0, |sum, c| sum * z + c);
-    // In two steps, for 2^1024 is no number even where the product is.
+    // In two steps, because 2^1024 overflows even where the product does not.
     let half = (integer as i64) / 2;
     series * power_of_two(half) * power_of_two(integer as i64 - half)
 }
@@ -82,7 +85,8 @@ fn power_of_two(e: i64) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }
 
-/// `x` to the power `y` for x >= 0, y >= 0, with 0^0 = 1; what is below 0 counts as 0, NaN gives NaN.
+/// Returns `x` to the power `y` for x >= 0, y >= 0, with 0^0 = 1; negative `x` counts as 0, NaN
+/// gives NaN.
 pub fn pow(x: f64, y: f64) -> f64 {
     if y <= 0.0 || x == 1.0 {
         1.0

@@ -1,38 +1,39 @@
-//! The projection and viewing matrices of the source documents, as numbers: column vectors, each function one matrix.
+//! Projection and viewing matrices of the source documents: column vectors, one function per
+//! matrix.
 //!
-//! View space looks along -z. Clip space is -w<=x<=w, -w<=y<=w, 0<=z<=w (0 near, 1 far after the division). Sources:
-//! notes 001 (view plane at distance d, viewport), 000 (viewing transformation A B C D P, J K L M), 004 (frustum to box,
-//! oblique, isometric).
+//! View space looks along -z. Clip space is -w<=x<=w, -w<=y<=w, 0<=z<=w (0 near, 1 far after the
+//! division). Sources: notes 001 (view plane at distance d, viewport), 000 (viewing transformation
+//! A B C D P, J K L M), 004 (frustum to box, oblique, isometric).
 
 use super::matrix::{from_rows, scale, shear, translate};
 use glam::{DMat4, DVec3, DVec4};
 
-/// The z row of a perspective box, for w = -z: 0 at `near`, w at `far`.
+/// Returns the z row of a perspective projection, for w = -z: 0 at `near`, w at `far`.
 pub fn perspective_z_row(near: f64, far: f64) -> DVec4 {
     let a = far / (far - near);
     DVec4::new(0.0, 0.0, -a, -near * a)
 }
 
-/// w - z of [`perspective_z_row`] without its cancellation: n (z + f) / (f - n).
+/// Returns w - z of [`perspective_z_row`] without its cancellation: n (z + f) / (f - n).
 pub fn perspective_complement_row(near: f64, far: f64) -> DVec4 {
     let c = near / (far - near);
     DVec4::new(0.0, 0.0, c, far * c)
 }
 
-/// The z row of a parallel box: 0 at distance `near`, 1 at `far`.
+/// Returns the z row of a parallel projection: 0 at distance `near`, 1 at `far`.
 pub fn parallel_z_row(near: f64, far: f64) -> DVec4 {
-    // The same factor twice, so that a point on the near plane gets exactly 0.
+    // One factor for both terms, so that a point on the near plane gets exactly 0.
     let a = 1.0 / (far - near);
     DVec4::new(0.0, 0.0, -a, -near * a)
 }
 
-/// 1 - z of [`parallel_z_row`] without its cancellation.
+/// Returns 1 - z of [`parallel_z_row`] without its cancellation.
 pub fn parallel_complement_row(near: f64, far: f64) -> DVec4 {
     let a = 1.0 / (far - near);
     DVec4::new(0.0, 0.0, a, far * a)
 }
 
-/// A matrix from its four rows.
+/// Returns the matrix with the given rows.
 pub fn with_rows(x: DVec4, y: DVec4, z: DVec4, w: DVec4) -> DMat4 {
     DMat4::from_cols(x, y, z, w).transpose()
 }
@@ -69,7 +70,8 @@ pub fn isometric() -> DMat4 {
     about_x * about_y
 }
 
-/// What the pseudo-isometric view scales the isometric picture's x and y by: 1 / sqrt(2/3).
+/// Factor from x and y of the isometric picture to those of the pseudo-isometric one: 1 /
+/// sqrt(2/3).
 pub fn pseudo_isometric_scale() -> f64 {
     1.5f64.sqrt()
 }
@@ -81,23 +83,24 @@ pub fn viewport_centres(width: u32, height: u32) -> DMat4 {
     s2 * translate(DVec3::new(1.0, 1.0, 0.0)) * flip
 }
 
-/// Source 000: the viewing transformation's matrices.
+/// Matrices of the viewing transformation (source 000).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewingTransformation {
-    /// VRP to the origin.
+    /// Translates the view reference point (VRP) to the origin.
     pub a: DMat4,
     /// Rows u, v, n: n into the scene, v up, u = n x v (left-handed).
     pub b: DMat4,
-    /// Skew by -CU/DP, -CV/DP: the window's centre onto the n axis.
+    /// Skews by -CU/DP, -CV/DP: moves the window's centre onto the n axis.
     pub c: DMat4,
-    /// Scale DP/(SU F), DP/(SV F), 1/F.
+    /// Scales by DP/(SU F), DP/(SV F), 1/F.
     pub d: DMat4,
-    /// h = z, z' = (F z - N) / (F - N).
+    /// Projects: h = z, z' = (F z - N) / (F - N).
     pub p: DMat4,
 }
 
 impl ViewingTransformation {
-    /// The matrices for axes u, v, n at `vrp`, window centre and half extents on the plane at distance `dp`.
+    /// Returns the matrices for the axes u, v, n at `vrp`, and the window's centre and half extents
+    /// on the plane at distance `dp`.
     pub fn new(
         vrp: DVec3,
         [u, v, n]: [DVec3; 3],
@@ -132,13 +135,14 @@ impl ViewingTransformation {
         }
     }
 
-    /// M1 = P D C B A: world to clip space.
+    /// Returns M1 = P D C B A: world to clip space.
     pub fn m1(&self) -> DMat4 {
         self.p * self.d * self.c * self.b * self.a
     }
 
-    /// M2 = M L K J: NDC to screen, `u` and `v` the first and last pixel, `z` the depth range; pixel centres at whole
-    /// numbers plus the half that makes truncation round.
+    /// Returns M2 = M L K J: NDC to screen, where `u` and `v` are the first and last pixel and `z`
+    /// is the depth range. Pixel centres are integers, plus the half that turns truncation into
+    /// rounding.
     pub fn m2(u: [f64; 2], v: [f64; 2], z: [f64; 2]) -> DMat4 {
         let j = scale(DVec3::new(1.0, -1.0, 1.0));
         let k = translate(DVec3::new(0.5, 0.5, 0.0)) * scale(DVec3::new(0.5, 0.5, 1.0));

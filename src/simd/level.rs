@@ -1,32 +1,32 @@
-//! Which vectors this machine has, asked once, and how a kernel is run with them.
+//! Detection of the CPU's vector width, and dispatch of kernels.
 
 use super::{Portable, Simd};
 use std::sync::OnceLock;
 
-/// A kernel: code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
+/// Code over any [`Simd`]. Mark `run` `#[inline(always)]`, so that it is compiled for each level.
 pub trait Kernel {
-    /// What it gives back.
+    /// Result of [`run`](Kernel::run).
     type Output;
-    /// Runs with the level's token.
+    /// Runs the kernel with the token of a level.
     fn run<S: Simd>(self, s: S) -> Self::Output;
 }
 
-/// A width of vectors.
+/// Vector width of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
-    /// Arrays of 4 lanes: runs everywhere.
+    /// Arrays of 4 lanes; available everywhere.
     Portable,
     /// 8 lanes (x86-64 with AVX2).
     Avx2,
-    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL).
+    /// 16 lanes (x86-64 with AVX-512 F, BW, DQ, VL, CD).
     Avx512,
 }
 
 impl Level {
-    /// Every level, narrow to wide.
+    /// Every level, from narrow to wide.
     pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
 
-    /// The widest level that this CPU has, found out once.
+    /// Returns the widest level that this CPU has; detected once.
     pub fn best() -> Level {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| {
@@ -34,7 +34,7 @@ impl Level {
         })
     }
 
-    /// Whether this CPU can run it.
+    /// Returns whether this CPU can run the level.
     pub fn is_available(self) -> bool {
         match self {
             Level::Portable => true,
@@ -53,7 +53,7 @@ impl Level {
         }
     }
 
-    /// The name on the command line.
+    /// Returns the level's name on the command line.
     pub const fn as_str(self) -> &'static str {
         match self {
             Level::Portable => "portable",
@@ -62,12 +62,12 @@ impl Level {
         }
     }
 
-    /// The level of a name on the command line.
+    /// Returns the level with a command-line name, in any case of letters.
     pub fn from_name(name: &str) -> Option<Level> {
         Self::ALL.into_iter().find(|l| l.as_str().eq_ignore_ascii_case(name))
     }
 
-    /// Runs a kernel at this level, or at the widest one below it that this CPU has.
+    /// Runs `kernel` at this level, or at the widest level below it that this CPU has.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]

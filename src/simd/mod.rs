@@ -1,12 +1,14 @@
-//! Vectors of 16, 8 or 4 lanes: the only room with `unsafe`, and the only one with intrinsics.
+//! SIMD vectors of 16, 8 or 4 lanes: the only module with intrinsics.
 //!
-//! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] chosen once at start by what the CPU has:
-//! AVX-512 (16 lanes), AVX2 (8 lanes), or portable arrays (4 lanes), which are the scalar truth of the other two.
-//! Every operation is exact or correctly rounded, in a fixed order, without FMA and without approximate reciprocals,
-//! so a kernel that treats its lanes alike gives the same bytes at every level.
+//! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
+//! start from the features of the CPU: AVX-512 (16 lanes), AVX2 (8 lanes), or portable arrays (4
+//! lanes), which are the scalar reference for the other two. Every operation is exact or correctly
+//! rounded, in a fixed order, without FMA and without approximate reciprocals, so a kernel that
+//! treats its lanes alike gives the same bytes at every level.
 //!
-//! SAFETY: a token of a level (and with it any vector of that level) comes into being only inside
-//! [`Level::dispatch`], after the CPU was asked. Holding one is the proof that its instructions exist.
+//! SAFETY: the token of a level (and with it any vector of that level) is created only inside
+//! [`Level::dispatch`], after the CPU's features were checked. Holding one proves that its
+//! instructions exist.
 #![allow(unsafe_code)]
 
 pub mod allocator;
@@ -39,23 +41,23 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 pub trait F32<S: Simd>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// Correctly rounded square root.
+    /// Returns the correctly rounded square root.
     fn sqrt(self) -> Self;
-    /// Largest whole number not above, for every f32.
+    /// Returns the largest integer not above the value, for every f32.
     fn floor(self) -> Self;
-    /// Without the sign bit.
+    /// Clears the sign bit.
     fn abs(self) -> Self;
-    /// `if self < other { self } else { other }`: a NaN gives `other`.
+    /// Returns `if self < other { self } else { other }`: a NaN gives `other`.
     fn min(self, other: Self) -> Self;
-    /// `if self > other { self } else { other }`: a NaN gives `other`.
+    /// Returns `if self > other { self } else { other }`: a NaN gives `other`.
     fn max(self, other: Self) -> Self;
-    /// self < other; false for NaN.
+    /// Compares self < other; false for NaN.
     fn lt(self, other: Self) -> S::M;
-    /// self <= other; false for NaN.
+    /// Compares self <= other; false for NaN.
     fn le(self, other: Self) -> S::M;
-    /// Towards zero; `i32::MIN` for what does not fit and for NaN.
+    /// Rounds towards zero; `i32::MIN` for NaN and for values out of range.
     fn to_i32(self) -> S::I;
-    /// The bits.
+    /// Reinterprets the bits as i32.
     fn bits(self) -> S::I;
 }
 
@@ -69,108 +71,118 @@ pub trait I32<S: Simd>:
     + BitOr<Output = Self>
     + BitXor<Output = Self>
 {
-    /// Shifted left by N bits (0..=31), zeros come in.
+    /// Shifts left by N bits (0..=31), filling with zeros.
     fn shl<const N: u32>(self) -> Self;
-    /// Shifted right by N bits (0..=31), the sign comes in.
+    /// Shifts right by N bits (0..=31), filling with the sign.
     fn sar<const N: u32>(self) -> Self;
-    /// Shifted right by N bits (0..=31), zeros come in.
+    /// Shifts right by N bits (0..=31), filling with zeros.
     fn shr<const N: u32>(self) -> Self;
-    /// The smaller, signed.
+    /// Returns the smaller of the two, signed.
     fn min(self, other: Self) -> Self;
-    /// The larger, signed.
+    /// Returns the larger of the two, signed.
     fn max(self, other: Self) -> Self;
-    /// self == other.
+    /// Compares self == other.
     fn eq(self, other: Self) -> S::M;
-    /// self > other, signed.
+    /// Compares self > other, signed.
     fn gt(self, other: Self) -> S::M;
-    /// The smallest lane, signed.
+    /// Returns the smallest lane, signed.
     fn reduce_min(self) -> i32;
-    /// The largest lane, signed.
+    /// Returns the largest lane, signed.
     fn reduce_max(self) -> i32;
-    /// Nearest f32, ties to even.
+    /// Converts to the nearest f32, ties to even.
     fn to_f32(self) -> S::F;
-    /// The f32 with these bits.
+    /// Reinterprets the bits as f32.
     fn as_f32(self) -> S::F;
 }
 
-/// N lanes of yes or no.
+/// N boolean lanes.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// Bit i is lane i.
+    /// Returns the lanes as bits: bit i is lane i.
     fn bits(self) -> u32;
-    /// Whether any lane is set.
+    /// Returns whether any lane is set.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
 }
 
-/// A level's token: makes vectors, loads and stores them.
+/// Token of a level: creates, loads and stores its vectors.
 ///
 /// Slices are checked: one that is too short panics, as indexing does.
 pub trait Simd: Copy + 'static {
-    /// Lanes of a vector.
+    /// Number of lanes of a vector.
     const LANES: usize;
-    /// Lanes of f32.
+    /// Vector of f32.
     type F: F32<Self>;
-    /// Lanes of i32.
+    /// Vector of i32.
     type I: I32<Self>;
-    /// Lanes of yes or no.
+    /// Vector of booleans.
     type M: Mask;
 
-    /// The same number in every lane.
+    /// Returns `v` in every lane.
     fn splat(self, v: f32) -> Self::F;
-    /// The same number in every lane.
+    /// Returns `v` in every lane.
     fn splat_i(self, v: i32) -> Self::I;
-    /// 0, 1, 2, ...
+    /// Returns 0, 1, 2, ...
     fn iota(self) -> Self::I;
-    /// The first LANES numbers of `from`.
+    /// Loads the first LANES numbers of `from`.
     fn load(self, from: &[f32]) -> Self::F;
-    /// The first LANES numbers of `from`.
+    /// Loads the first LANES numbers of `from`.
     fn load_i(self, from: &[i32]) -> Self::I;
-    /// Into the first LANES places of `to`.
+    /// Stores to the first LANES elements of `to`.
     fn store(self, v: Self::F, to: &mut [f32]);
-    /// Into the first LANES places of `to`.
+    /// Stores to the first LANES elements of `to`.
     fn store_i(self, v: Self::I, to: &mut [i32]);
-    /// Into the first LANES places of `to`, where the mask is set.
+    /// Stores the set lanes to the first LANES elements of `to`.
     fn store_masked_i(self, mask: Self::M, v: Self::I, to: &mut [i32]);
-    /// The first LANES pixels of `from`, four bytes each, the first byte lowest.
+    /// Loads the first LANES pixels of `from`, four bytes each, the first byte lowest.
     fn load_bytes(self, from: &[u8]) -> Self::I;
-    /// Into the first LANES pixels of `to`, four bytes each, the lowest byte first, where the mask is set.
+    /// Stores the set lanes to the first LANES pixels of `to`, four bytes each, the lowest byte
+    /// first.
     fn store_masked_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8]);
-    /// A block of LANES / 4 rows of four numbers: row r from `from[r * stride..]`, its lanes 4 r to 4 r + 3.
+    /// Loads a block of LANES / 4 rows of four numbers: row r from `from[r * stride..]` into lanes
+    /// 4 r to 4 r + 3.
     fn load_block(self, from: &[i32], stride: usize) -> Self::I;
-    /// A block of LANES / 4 rows of four pixels, four bytes each, the lowest byte first, where the mask is set: row r
-    /// from pixel `r * stride` of `to` on. Rows without a set lane may lie outside of `to`.
+    /// Stores the set lanes of a block of LANES / 4 rows of four pixels, four bytes each, the
+    /// lowest byte first: row r from pixel `r * stride` of `to` on. Rows without a set lane may lie
+    /// outside `to`.
     fn store_block_bytes(self, mask: Self::M, v: Self::I, to: &mut [u8], stride: usize);
-    /// The lanes that are set, packed to the front of `to` (LANES places; what lies behind them is unspecified); their count.
+    /// Packs the set lanes to the front of `to` and returns their count. `to` holds LANES elements;
+    /// those behind the packed ones are unspecified.
     fn compress_i(self, mask: Self::M, v: Self::I, to: &mut [i32]) -> usize;
-    /// The lanes of `a` and `b` in turn, a's first: the first half of them and the second.
+    /// Interleaves the lanes of `a` and `b`, starting with `a`: the first half of the result and
+    /// the second.
     fn zip(self, a: Self::I, b: Self::I) -> [Self::I; 2];
-    /// The lanes that are set as records of eight numbers, packed to the front of `to` (LANES records; those behind them are
-    /// zeros): number f of a record is its lane of `fields[f]`. Their count.
+    /// Packs the set lanes, as records of eight numbers, to the front of `to` and returns their
+    /// count: number f of a record is its lane of `fields[f]`. `to` holds LANES records; those
+    /// behind the packed ones are zeroed.
     fn compress8(self, mask: Self::M, fields: [Self::I; 8], to: &mut [[i32; 8]]) -> usize;
-    /// Of the lanes that are set, those that hold a number which no set lane before them holds.
+    /// Returns the set lanes whose number no set lane before them holds.
     fn first_occurrences(self, mask: Self::M, v: Self::I) -> Self::M;
-    /// Lane i is bit i.
+    /// Returns the mask whose lane i is bit i of `bits`.
     fn mask(self, bits: u32) -> Self::M;
-    /// `a` where the mask is set, else `b`.
+    /// Returns `a` where the mask is set, else `b`.
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
-    /// `a` where the mask is set, else `b`.
+    /// Returns `a` where the mask is set, else `b`.
     fn select_i(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I;
-    /// `table[index & 7]` in each lane.
+    /// Returns `table[index & 7]` in each lane.
     fn lookup(self, table: &[i32; 8], index: Self::I) -> Self::I;
-    /// Pixel number `index` of `from` (four bytes each, the first byte lowest) in each lane where the mask is set, 0
-    /// elsewhere. Panics when a set lane's pixel is outside.
+    /// Loads pixel `index` of `from` (four bytes each, the first byte lowest) in each lane where
+    /// the mask is set, 0 elsewhere. Panics if a set lane's pixel is out of bounds.
     fn gather_bytes(self, mask: Self::M, from: &[u8], index: Self::I) -> Self::I;
-    /// `from[index]` in each lane where the mask is set, 0 elsewhere. Panics when a set lane's index is outside.
+    /// Loads `from[index]` in each lane where the mask is set, 0 elsewhere. Panics if a set lane's
+    /// index is out of bounds.
     fn gather(self, mask: Self::M, from: &[f32], index: Self::I) -> Self::F;
-    /// The four numbers of `from[index]` in each lane where the mask is set, transposed: component c of lane i is
-    /// `result[c]` lane i; unset lanes read record 0. Panics when a set lane's index is outside or `from` is empty.
+    /// Loads the four numbers of `from[index]` in each lane where the mask is set, transposed:
+    /// component c of lane i is `result[c]` lane i; unset lanes read record 0. Panics if a set
+    /// lane's index is out of bounds or `from` is empty.
     fn gather4(self, mask: Self::M, from: &[[f32; 4]], index: Self::I) -> [Self::F; 4];
-    /// The records `from[index]` and `from[index + 1]` in each lane where the mask is set, as four words, the first number
-    /// of a pair lowest; unset lanes read records 0 and 1. Panics when a set lane's records, or those, are outside.
+    /// Loads the records `from[index]` and `from[index + 1]` in each lane where the mask is set, as
+    /// four words, the first number of a pair lowest; unset lanes read records 0 and 1. Panics if
+    /// one of these is out of bounds.
     fn gather_pairs(self, mask: Self::M, from: &[[u16; 4]], index: Self::I) -> [Self::I; 4];
-    /// Pixels number `index` and `index + 1` of `from` (four bytes each, the first byte lowest) in each lane where the mask
-    /// is set; unset lanes read pixels 0 and 1. Panics when a set lane's pixels, or those, are outside.
+    /// Loads pixels `index` and `index + 1` of `from` (four bytes each, the first byte lowest) in
+    /// each lane where the mask is set; unset lanes read pixels 0 and 1. Panics if one of these is
+    /// out of bounds.
     fn gather_byte_pairs(self, mask: Self::M, from: &[u8], index: Self::I) -> [Self::I; 2];
 }

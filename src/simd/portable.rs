@@ -1,10 +1,11 @@
-//! Plain arrays of N lanes: the portable path (N = 4) and the scalar truth of the intrinsics (N = 8, 16).
+//! Plain arrays of N lanes: the portable path (N = 4) and the scalar reference for the intrinsics
+//! (N = 8, 16).
 
 use super::{F32, I32, Mask, Simd};
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// The token of N-lane arrays.
+/// Token of N-lane arrays.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable<const N: usize>;
 
@@ -18,7 +19,8 @@ pub struct FloatLanes<const N: usize>([f32; N]);
 #[repr(align(16))]
 pub struct IntLanes<const N: usize>([i32; N]);
 
-/// N lanes of yes (all ones) or no (zero), kept as wide as the numbers so that the compiler can use vectors.
+/// N lanes of true (all ones) or false (zero), as wide as the numbers so that the compiler can use
+/// vectors.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(16))]
 pub struct MaskLanes<const N: usize>([i32; N]);
@@ -110,13 +112,13 @@ impl<const N: usize> F32<Portable<N>> for FloatLanes<N> {
     }
 }
 
-/// Towards zero, as the vector units do it: what does not fit is `i32::MIN`.
+/// Rounds towards zero like the vector units: values out of range give `i32::MIN`.
 #[inline(always)]
 fn truncate(a: f32) -> i32 {
     if (-2_147_483_648.0..2_147_483_648.0).contains(&a) { a as i32 } else { i32::MIN }
 }
 
-/// Floor without a call to the system's libm: whole numbers, infinities and NaN are themselves.
+/// Floor without a call to the system's libm: integers, infinities and NaN are returned unchanged.
 #[inline(always)]
 fn floor(a: f32) -> f32 {
     if a.abs() < 8_388_608.0 {

@@ -1,11 +1,12 @@
-//! Bins fragments into their tiles: most vectors of faces lie in one, some in two or four.
+//! Binning of fragments into tiles: most vectors of faces lie in one tile, some in two or four.
 
 use super::bins::{Chunk, Grid};
 use super::fragments::Fragments;
 use super::raster::NO_FACE;
 use crate::simd::{I32, Mask, Simd};
 
-/// Adds fragments to the tiles that they lie in, some of `tiles`: first column and row, last ones. All lie within `reach`.
+/// Adds fragments to the tiles that they lie in. `tiles` holds the first column and row, then the
+/// last ones; all fragments lie within `reach`.
 #[inline(always)]
 pub(super) fn bin_fragments<S: Simd>(
     s: S,

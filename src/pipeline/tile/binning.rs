@@ -1,8 +1,11 @@
-//! From faces to the lists of the tiles that they reach: clusters, vertices, set-up, in pieces of a size of their own.
+//! Binning of a draw's faces into tiles: clusters, vertices and set-up, in pieces of bounded
+//! memory.
 //!
-//! In: a job. Out: piece after piece of its faces, each to be drawn before the next is asked for. Most draws are one piece. Promises
-//! that the lists have room for at most `Scratch::list_bytes` before the last cluster of 16 faces that each thread begins; what
-//! that is at worst is stated by [`worst_list_bytes`]. One would know by tests/allocations/draw_memory.rs, which counts.
+//! In: a draw job. Out: one piece of its faces after the other, each to be drawn before the next is
+//! requested. Most draws are one piece. Promise: the lists' capacity is at most
+//! `Scratch::list_bytes` before the last cluster of 16 faces that each thread begins;
+//! [`worst_list_bytes`] states the worst case. How one would know: tests/allocations/draw_memory.rs
+//! counts.
 
 use super::bins::{self, Chunk, Grid, ListBytes};
 use super::clusters::{CLUSTER_FACES, ClusterKernel, CullView};
@@ -18,33 +21,35 @@ use crate::simd::allocator::resize_in_huge_pages;
 use std::ops::Range;
 use std::sync::atomic::AtomicU8;
 
-/// Vertices that one piece of vertex work takes.
+/// Vertices in a piece of vertex work.
 const CHUNK_VERTICES: usize = 4096;
-/// Clusters that are decided on in one piece.
+/// Clusters in a piece of culling.
 const CHUNK_CLUSTERS: usize = 2048;
 
-/// Bytes of the empty lists of all tiles of a frame of this size.
+/// Returns the bytes of the empty bins of all tiles of a frame of this size.
 pub(crate) fn grid_bytes((width, height): (usize, usize)) -> usize {
     Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width).bytes()
 }
 
-/// About how many bytes the tiles' lists take for a mesh of `faces` faces of which `kept` are drawn, most of them small, in a
-/// frame of this size.
+/// Estimates the bytes of the tiles' lists for a mesh of `faces` faces of which `kept` are drawn,
+/// most of them small, in a frame of this size.
 pub(crate) fn bin_bytes(faces: u64, kept: u64, size: (usize, usize)) -> u64 {
     let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
-    // Lists grow by doubling: on the average they are three quarters full. Fragments take less.
+    // Lists grow by doubling: on average they are three quarters full. Fragments take less.
     let face = size_of::<bins::TinyWords>() as u64 * 4 / 3;
     chunks * grid_bytes(size) as u64 + kept * face
 }
 
-/// Bytes that the tiles' lists of a draw have room for before it is drawn in pieces, unless a budget leaves less.
+/// Limit in bytes of a draw's tile lists, beyond which it is drawn in pieces; a budget may set a
+/// lower one.
 pub(crate) const LIST_BYTES: usize = 256 << 20;
 
-/// Bytes that the tiles' lists may take while `faces` faces are drawn in a frame of this size by so many threads, whatever the
-/// faces are like, where a draw goes on in pieces beyond `list_bytes`.
+/// Returns an upper bound on the bytes of the tiles' lists while any `faces` faces are drawn in a
+/// frame of this size by `threads` threads, where a draw is split into pieces beyond `list_bytes`.
 ///
-/// A face that fills the frame is in the list of every tile. A list has room for at most twice its items (or a vector's), and while
-/// it moves its old room is there as well. Beyond `list_bytes` a thread ends its cluster, which may double each list once more.
+/// A face that fills the frame is in the list of every tile. A list's capacity is at most twice its
+/// items (or a vector's), and its old allocation coexists with the new one while it moves. Beyond
+/// `list_bytes` a thread finishes its cluster, which may double each list once more.
 pub(crate) fn worst_list_bytes(faces: u64, threads: u64, size: (usize, usize), list_bytes: u64) -> u64 {
     let chunks = faces.div_ceil(chunk_faces(faces as usize) as u64);
     let by_faces = chunks.saturating_mul(empty_chunk_bytes(size)).saturating_add(waiting_bytes(faces, size));
@@ -52,14 +57,15 @@ pub(crate) fn worst_list_bytes(faces: u64, threads: u64, size: (usize, usize), l
     most + most / 2
 }
 
-/// The largest bound of the lists with which [`worst_list_bytes`] are not more than `bytes`; `None` where even the smallest bound
-/// is too large.
+/// Returns the largest `list_bytes` for which [`worst_list_bytes`] is at most `bytes`; `None` if
+/// even the smallest bound is too large.
 pub(crate) fn list_bound(bytes: u64, threads: u64, size: (usize, usize)) -> Option<u64> {
     let bound = (bytes - bytes / 3).checked_sub(unbounded_bytes(threads, size))? / 2;
     Some(bound).filter(|bound| *bound >= 4 * empty_chunk_bytes(size))
 }
 
-/// Bytes of a chunk's lists for all tiles of a frame before a face is in them, and of the room that vectors write over.
+/// Returns the bytes of a chunk's lists for all tiles of a frame before a face is added, and of the
+/// room that vectors write beyond their count.
 fn empty_chunk_bytes((width, height): (usize, usize)) -> u64 {
     let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
     let entry = size_of::<bins::Larger>() + size_of::<bins::Small>();
@@ -67,10 +73,11 @@ fn empty_chunk_bytes((width, height): (usize, usize)) -> u64 {
     (grid.bytes() + grid.columns * grid.rows * room + 4 * size_of::<ExactFace>()) as u64
 }
 
-/// Tiles that a small face reaches at most: it is narrower than two columns of tiles and lower than three rows.
+/// Upper bound on the tiles that a small face reaches: it is narrower than two tile columns and
+/// lower than three tile rows.
 const SMALL_TILES: usize = 2 * 3;
 
-/// Bytes of the room for so many faces, each of them in all tiles.
+/// Returns the bytes of the lists for `faces` faces, each of them in all tiles.
 fn waiting_bytes(faces: u64, (width, height): (usize, usize)) -> u64 {
     let grid = Grid::new(&ClipRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 }, width);
     let places = grid.columns * grid.rows * size_of::<bins::Larger>();
@@ -78,17 +85,18 @@ fn waiting_bytes(faces: u64, (width, height): (usize, usize)) -> u64 {
     (2 * faces).saturating_mul((places + own) as u64)
 }
 
-/// Bytes that threads may add once the bound is reached, lists that double aside: each ends a cluster, perhaps its first.
+/// Returns the bytes that threads may add once the bound is reached, apart from lists that double:
+/// each finishes a cluster, possibly its first.
 fn unbounded_bytes(threads: u64, size: (usize, usize)) -> u64 {
     threads * (empty_chunk_bytes(size) + waiting_bytes(CLUSTER_FACES as u64, size))
 }
 
-/// Where the faces of a piece of a draw wait for their tiles.
+/// Binned faces of a piece of a draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binned {
-    /// The bands of tiles that something reaches: the first and the last; `None` where nothing reaches one.
+    /// First and last row of tiles that a face reaches; `None` if no tile is reached.
     pub bands: Option<(usize, usize)>,
-    /// One beyond the last face of the piece.
+    /// End of the piece's range of faces.
     pub until: usize,
     pub(super) grid: Grid,
     pub(super) first_face: usize,
@@ -96,25 +104,27 @@ pub(crate) struct Binned {
     pub(super) chunk_count: usize,
 }
 
-/// The way of a draw's faces to their tiles, in pieces where their lists would take too much memory.
+/// Binning of a draw's faces, in pieces if their lists would take too much memory.
 ///
-/// A piece is a run of faces in file order. Depths and colours of the pieces before it are in the frame when it is drawn, so
-/// each fragment meets what it would have met in one piece, and the last one to win a pixel colours it: the same bytes.
+/// A piece is a range of faces in file order. Depths and colours of the earlier pieces are in the
+/// frame when it is drawn, so each fragment is tested against the depths that it would meet in one
+/// piece, and the last one to win a pixel colours it: the bytes are equal.
 pub(crate) struct Binning {
     projector: Projector,
     grid: Grid,
-    /// The first face that has not been drawn.
+    /// First face that is not drawn yet.
     next: usize,
-    /// How many faces the next piece takes at most.
+    /// Upper bound on the faces of the next piece.
     piece: usize,
-    /// How many vertices have their records.
+    /// Number of vertices that are transformed.
     placed: usize,
-    /// The last piece ended because its lists took too much memory.
+    /// Set if the last piece ended because its lists reached the limit.
     is_stopped: bool,
 }
 
 impl Binning {
-    /// Decides on the clusters of `job`, and makes room for its vertices. To be called inside [`CancellableExecutor::run`].
+    /// Culls the clusters of `job` and makes room for its vertices. Must be called inside
+    /// [`CancellableExecutor::run`].
     pub fn new(
         level: Level,
         executor: &CancellableExecutor,
@@ -124,7 +134,8 @@ impl Binning {
     ) -> Self {
         let (mesh, view) = (job.mesh, job.view);
         let to_view = job.to_screen.to_view();
-        // Clusters: those of which nothing can be seen are left out, with the vertices that no other asks for.
+        // Clusters that cannot be visible are skipped, with the vertices that no other cluster
+        // uses.
         let clusters = &mesh.clusters;
         scratch.visibilities.resize(clusters.len(), 0);
         scratch.marks.clear();
@@ -155,8 +166,8 @@ impl Binning {
         }
     }
 
-    /// Brings the faces of the next piece to their tiles, in `scratch`, and adds what was left out to `stats`; `None` after the
-    /// last one. To be called inside [`CancellableExecutor::run`].
+    /// Bins the faces of the next piece into `scratch`, and adds the counts of culled faces to
+    /// `stats`; `None` after the last piece. Must be called inside [`CancellableExecutor::run`].
     pub fn next(
         &mut self,
         level: Level,
@@ -170,12 +181,12 @@ impl Binning {
             return None;
         }
         if std::mem::take(&mut self.is_stopped) {
-            // Room that the lists of other tiles have is of no use here, and is counted.
+            // Capacity of other tiles' lists is of no use to this piece, but it counts.
             scratch.give_lists_back();
         }
         let (first_face, end) = (self.next, (self.next + self.piece).min(faces));
         let grid = self.grid;
-        // Lists that are empty take room, too: a chunk has one for each tile.
+        // Empty lists take memory, too: a chunk has one for each tile.
         let most_chunks = (scratch.list_bytes / 4 / grid.bytes().max(1)).max(1);
         let chunk_faces = chunk_faces(end - first_face)
             .max((end - first_face).div_ceil(most_chunks).next_multiple_of(CLUSTER_FACES));
@@ -183,8 +194,8 @@ impl Binning {
         if scratch.chunks.len() < chunk_count {
             scratch.chunks.resize_with(chunk_count, Chunk::default);
         }
-        // In rounds: vertices, then the faces that ask for them while they are still near. Threads that meet after each stage
-        // take all chunks in one round.
+        // In rounds: vertices, then the faces that use them while they are in the cache. With a
+        // pool, which synchronizes after each stage, one round takes all chunks.
         let round = if executor.pool().is_some() { chunk_count } else { 1 };
         let faces_of = |i: usize| {
             let start = first_face + i * chunk_faces;
@@ -196,13 +207,14 @@ impl Binning {
             self.place_vertices(level, executor, scratch, job, faces_of(chunks.end - 1).end);
             self.set_up(level, executor, scratch, job, (chunks.clone(), &faces_of));
             if executor.is_cancelled() {
-                // Lists may be those of another draw.
+                // The lists may still hold another draw.
                 return None;
             }
             begun = chunks.end;
             is_stopped = chunks.into_iter().any(|i| scratch.chunks[i].done < faces_of(i).len());
         }
-        // What was set up behind a stop is set up again: it would be drawn before its turn.
+        // Chunks that were set up after the one that stopped are set up again, so that the order is
+        // kept.
         let count = (0..begun).find(|&i| scratch.chunks[i].done < faces_of(i).len()).unwrap_or(begun);
         let last_done = scratch.chunks.get(count).filter(|_| is_stopped).map_or(0, |c| c.done);
         let used = count + usize::from(last_done > 0);
@@ -221,7 +233,7 @@ impl Binning {
         Some(Binned { bands, until, grid, first_face, chunk_faces, chunk_count: used })
     }
 
-    /// Makes the records of the vertices that the faces before `end` ask for, as far as they are not made.
+    /// Transforms the vertices that the faces before `end` use, except those that already are.
     fn place_vertices(
         &mut self,
         level: Level,
@@ -257,7 +269,7 @@ impl Binning {
         self.placed = until;
     }
 
-    /// Faces: culled, bounded, covered if they are tiny, binned into tiles.
+    /// Sets up faces: culls, bounds, rasterizes tiny ones, and bins them into tiles.
     fn set_up(
         &self,
         level: Level,
@@ -296,7 +308,8 @@ impl Binning {
 }
 
 impl Scratch {
-    /// Notes for each tile which of the first chunks reach it; the bands that any does.
+    /// Records for each tile which of the first chunks reach it; returns the first and the last row
+    /// of tiles reached.
     fn note_visitors(&mut self, chunk_count: usize, grid: &Grid) -> Option<(usize, usize)> {
         self.visitors.clear();
         self.visitors.resize(if chunk_count > 1 { grid.columns * grid.rows } else { 0 }, 0);
@@ -313,17 +326,18 @@ impl Scratch {
         (first <= last).then_some((first, last))
     }
 
-    /// Counts the tiles' lists in `bytes` with those of others, which together have room for `most`.
+    /// Counts the tiles' lists in `bytes`, a counter shared with other draws whose lists together
+    /// have the limit `most`.
     pub fn share_lists(&mut self, bytes: &ListBytes, most: usize) {
         (self.bytes, self.list_bytes, self.is_shared) = (bytes.clone(), most, true);
     }
 
-    /// Bytes that all tiles' lists have room for.
+    /// Returns the capacity of all tiles' lists in bytes.
     pub fn lists_held(&self) -> usize {
         self.bytes.get()
     }
 
-    /// Gives the memory of all tiles' lists back.
+    /// Frees all tiles' lists.
     pub fn give_lists_back(&mut self) {
         self.chunks = Vec::new();
         self.bytes.clear();

@@ -1,4 +1,4 @@
-//! Where faces that are set up wait for their tiles: the tiles of a view, and each one's lists.
+//! Bins: per-tile lists of faces that are set up, and the grid of tiles.
 
 use super::exact_faces::ExactFace;
 use super::fragments::{FragmentList, Fragments};
@@ -8,29 +8,29 @@ use crate::simd::Simd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Bytes that the lists of all chunks of a draw have room for. They are counted where a list grows, which is seldom, and on any
-/// thread.
+/// Shared counter of the capacity, in bytes, of the lists of all chunks of a draw. It is updated
+/// when a list grows, which is rare, from any thread.
 #[derive(Clone, Debug, Default)]
 pub struct ListBytes(Arc<AtomicUsize>);
 
 impl ListBytes {
-    /// Bytes that there is room for.
+    /// Returns the capacity in bytes.
     #[inline(always)]
     pub fn get(&self) -> usize {
         self.0.load(Relaxed)
     }
 
-    /// A list has grown from room for `before` items to room for `after`.
+    /// Counts a list that has grown from a capacity of `before` items to `after`.
     fn grew<T>(&self, before: usize, after: usize) {
         self.0.fetch_add((after - before) * size_of::<T>(), Relaxed);
     }
 
-    /// States that all lists were given back.
+    /// Resets the count, once all lists are freed.
     pub fn clear(&self) {
         self.0.store(0, Relaxed);
     }
 
-    /// Makes `list` at least `least` items long.
+    /// Extends `list` to `least` items with copies of `value`.
     #[cold]
     #[inline(never)]
     pub fn lengthen<T: Copy>(&self, list: &mut Vec<T>, least: usize, value: T) {
@@ -39,7 +39,7 @@ impl ListBytes {
         self.grew::<T>(before, list.capacity());
     }
 
-    /// Adds an item to a list.
+    /// Appends an item to `list`.
     #[inline(always)]
     pub fn push<T>(&self, list: &mut Vec<T>, item: T) {
         if list.len() == list.capacity() {
@@ -57,27 +57,27 @@ impl ListBytes {
     }
 }
 
-/// A face of at most 8x8 pixels.
+/// Face of at most 8x8 pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Tiny {
-    /// Bit 8 j + i is pixel (x + i, y + j).
+    /// Coverage: bit 8 j + i is pixel (x + i, y + j).
     pub mask: u64,
-    /// The triangle's number in the mesh.
+    /// Index of the triangle in the mesh.
     pub face: u32,
-    /// The first column and row.
+    /// First column and row.
     pub at: [i16; 2],
     /// Depth at the centre of that pixel, and its steps per column and row.
     pub depth: [f32; 3],
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub size: [u8; 2],
 }
 
-/// A tiny face as eight words, as vectors write it: the mask's low and high half, the number, column and row in one, the
-/// depth, the size in one.
+/// Tiny face as eight words, as vectors write it: the low and the high half of the mask, the face,
+/// column and row in one, the depth with its two steps, the size in one.
 pub type TinyWords = [i32; 8];
 
 impl Tiny {
-    /// The face of these words.
+    /// Decodes the face from its words.
     #[inline(always)]
     pub fn of([low, high, face, at, z, zx, zy, size]: TinyWords) -> Tiny {
         Tiny {
@@ -89,7 +89,7 @@ impl Tiny {
         }
     }
 
-    /// Columns and rows that it reaches, half-open: x0, y0, x1, y1.
+    /// Returns the columns and rows that the face reaches, half-open: x0, y0, x1, y1.
     #[inline(always)]
     pub fn bounds(&self) -> [i16; 4] {
         let ([x, y], [columns, rows]) = (self.at, self.size);
@@ -97,24 +97,26 @@ impl Tiny {
     }
 }
 
-/// A face whose edge functions fit i32.
+/// Face whose edge functions fit i32.
 #[derive(Clone, Copy, Debug)]
 pub struct Small {
-    /// The triangle's number in the mesh.
+    /// Index of the triangle in the mesh.
     pub face: u32,
-    /// Columns and rows that may hold covered pixels, half-open, inside the view: x0, y0, x1, y1.
+    /// Columns and rows that may hold covered pixels, half-open, inside the clip rectangle: x0, y0,
+    /// x1, y1.
     pub bounds: [i16; 4],
     /// Edge functions at the centre of pixel (x0, y0), biased so that >= 0 is inside.
     pub edges: [i32; 3],
-    /// Their steps from column to column.
+    /// Steps of the edge functions per column.
     pub steps_x: [i32; 3],
-    /// Their steps from row to row.
+    /// Steps of the edge functions per row.
     pub steps_y: [i32; 3],
-    /// Depth at the centre of pixel (x0, y0), and its steps.
+    /// Depth at the centre of pixel (x0, y0), and its steps per column and row.
     pub depth: [f32; 3],
 }
 
-/// Tiny faces, with room behind them that vectors may write before it is known how many they hold.
+/// List of tiny faces, with room at its end that vectors may write before their face count is
+/// known.
 #[derive(Debug, Default)]
 pub struct TinyList {
     words: Vec<TinyWords>,
@@ -122,7 +124,7 @@ pub struct TinyList {
 }
 
 impl TinyList {
-    /// The places behind the last face, at least so many.
+    /// Returns the room behind the last face, at least `places` elements.
     #[inline(always)]
     pub fn room(&mut self, places: usize, bytes: &ListBytes) -> &mut [TinyWords] {
         let least = self.count + places;
@@ -132,7 +134,7 @@ impl TinyList {
         &mut self.words[self.count..]
     }
 
-    /// So many more of the places behind the last face hold faces.
+    /// Appends the first `faces` elements of the room to the list.
     #[inline(always)]
     pub fn grow(&mut self, faces: usize) {
         self.count = (self.count + faces).min(self.words.len());
@@ -145,12 +147,12 @@ impl TinyList {
         self.count += 1;
     }
 
-    /// Forgets all faces; keeps their memory.
+    /// Removes all faces; the allocation is reused.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Bytes of its memory.
+    /// Returns the capacity in bytes.
     pub fn size_bytes(&self) -> usize {
         self.words.capacity() * size_of::<TinyWords>()
     }
@@ -165,40 +167,41 @@ impl std::ops::Deref for TinyList {
     }
 }
 
-/// In a bin, a face that is not tiny, or a break of the order.
+/// Entry of a bin for a face that is not tiny, or for an order break.
 #[derive(Clone, Copy, Debug)]
 pub struct Larger {
-    /// How many fragments of the bin come before it.
+    /// Number of the bin's fragments that precede it.
     pub fragments_before: u32,
-    /// How many tiny faces come before it; those since the last `Larger` are drawn after its fragments.
+    /// List that holds the face, and the index in it.
+    /// after its fragments.
     pub tiny_before: u32,
     /// Its list and its index there.
     pub entry: BinEntry,
 }
 
-/// The list that holds a face that is not tiny, and its index there.
+/// List that holds a face that is not tiny, and the index in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BinEntry {
-    /// Among the bin's small faces.
+    /// Index in the bin's small faces.
     Small(u32),
-    /// Among the chunk's exact faces.
+    /// Index in the chunk's exact faces.
     Exact(u32),
-    /// Nowhere: fragments come after tiny faces.
+    /// No face: fragments follow tiny faces.
     OrderBreak,
 }
 
-/// The windings that are drawn, by the sign of the area on the screen (rows grow downwards).
+/// Windings that are drawn, by the sign of the area on the screen (rows grow downwards).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Winding {
-    /// Those that are counter-clockwise as seen.
+    /// Counter-clockwise as seen.
     CounterClockwise,
-    /// Those that are clockwise as seen.
+    /// Clockwise as seen.
     Clockwise,
     /// Both.
     Both,
 }
 
-/// The pixels that may be drawn, half-open.
+/// Rectangle of pixels that may be drawn, half-open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClipRect {
     /// Left column.
@@ -211,26 +214,27 @@ pub struct ClipRect {
     pub y1: i32,
 }
 
-/// How the view is cut into tiles.
+/// Division of the clip rectangle into tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
-    /// Tiles in a row, at least one.
+    /// Number of tiles side by side, at least 1.
     pub columns: usize,
-    /// Rows of tiles.
+    /// Number of rows of tiles.
     pub rows: usize,
-    /// The first pixel row of the first tiles.
+    /// First pixel row of the first row of tiles.
     pub y0: i32,
-    /// Pixels in a row of the frame: the last tile goes on to its end.
+    /// Width of the frame in pixels, where the last tile of a row ends.
     pub width: i32,
 }
 
 impl Grid {
-    /// Columns of a tile, those of a cell of depth memory; the last one of a row has fewer than twice as many.
+    /// Columns of a tile, equal to those of a cell of depth memory; the last tile of a row has
+    /// fewer than twice as many.
     pub const TILE_COLUMNS: i32 = DEPTH_CELL as i32;
-    /// Rows of a tile.
+    /// Pixel rows of a tile.
     pub const TILE_ROWS: i32 = 32;
 
-    /// The tiles of a view in a frame of this width.
+    /// Creates the grid of a clip rectangle in a frame of `width` pixels.
     pub fn new(view: &ClipRect, width: usize) -> Self {
         Grid {
             columns: (width / Self::TILE_COLUMNS as usize).max(1),
@@ -240,30 +244,32 @@ impl Grid {
         }
     }
 
-    /// Bytes of an empty list for each tile, and of its number among those that are reached.
+    /// Returns the bytes of an empty bin for each tile, and of its entry in the list of reached
+    /// tiles.
     pub fn bytes(&self) -> usize {
         self.columns * self.rows * (size_of::<Bin>() + 2 * size_of::<u32>())
     }
 
-    /// The tiles that bounds (half-open, not empty) reach: the first column and row, the last ones.
+    /// Returns the tiles that non-empty half-open bounds reach: first column and row, last column
+    /// and row.
     #[inline(always)]
     pub fn tiles_of(&self, [x0, y0, x1, y1]: [i32; 4]) -> [usize; 4] {
         [self.column_of(x0), self.row_of(y0), self.column_of(x1 - 1), self.row_of(y1 - 1)]
     }
 
-    /// The tile column of a pixel column.
+    /// Returns the tile column of a pixel column.
     #[inline(always)]
     fn column_of(&self, x: i32) -> usize {
         ((x / Self::TILE_COLUMNS) as usize).min(self.columns - 1)
     }
 
-    /// The tile row of a pixel row.
+    /// Returns the tile row of a pixel row.
     #[inline(always)]
     fn row_of(&self, y: i32) -> usize {
         ((y - self.y0) / Self::TILE_ROWS) as usize
     }
 
-    /// The pixel columns of a tile column.
+    /// Returns the pixel columns of a tile column.
     pub fn pixels_of(&self, column: usize) -> std::ops::Range<i32> {
         let end =
             if column + 1 == self.columns { self.width } else { (column as i32 + 1) * Self::TILE_COLUMNS };
@@ -271,45 +277,46 @@ impl Grid {
     }
 }
 
-/// A chunk's faces in one tile: each by itself, so that a tile reads its faces in one run.
+/// Faces of a chunk in one tile. Each tile has copies of its own, so that it reads them
+/// sequentially.
 #[derive(Debug)]
 pub struct Bin {
-    /// Fragments of faces that cover a pixel or two, from vectors that have no others, in file order.
+    /// Fragments of vectors of faces whose faces all cover at most two pixels, in file order.
     pub fragments: FragmentList,
     /// Faces of at most 8x8 pixels from all other vectors, in file order.
     pub tiny: TinyList,
-    /// The others, in file order.
+    /// All other faces and the order breaks, in file order.
     pub larger: Vec<Larger>,
     /// Faces with edge functions in i32, in file order.
     pub small: Vec<Small>,
-    /// Columns and rows that they reach, half-open: x0, y0, x1, y1.
+    /// Columns and rows that the faces reach, half-open: x0, y0, x1, y1.
     pub reach: [i16; 4],
 }
 
 impl Bin {
-    /// Bounds of nothing.
+    /// Empty bounds.
     pub const NOTHING: [i16; 4] = [i16::MAX, i16::MAX, 0, 0];
 
-    /// Whether no face reaches the tile.
+    /// Returns whether no face reaches the tile.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.fragments.is_empty() && self.tiny.is_empty() && self.larger.is_empty()
     }
 
-    /// Bounds of both.
+    /// Returns the union of two bounds.
     #[inline(always)]
     pub fn around(r: [i16; 4], [x0, y0, x1, y1]: [i16; 4]) -> [i16; 4] {
         [r[0].min(x0), r[1].min(y0), r[2].max(x1), r[3].max(y1)]
     }
 
-    /// Adds a larger face, or a break of the order.
+    /// Appends a larger face or an order break.
     #[inline(always)]
     fn add_larger(&mut self, entry: BinEntry, bytes: &ListBytes) {
         let (fragments_before, tiny_before) = (self.fragments.len() as u32, self.tiny.len() as u32);
         bytes.push(&mut self.larger, Larger { fragments_before, tiny_before, entry });
     }
 
-    /// Something within these bounds reaches the tile.
+    /// Extends the bin's reach by `bounds`.
     #[inline(always)]
     pub fn reach(&mut self, bounds: [i16; 4]) {
         self.reach = Self::around(self.reach, bounds);
@@ -328,26 +335,26 @@ impl Default for Bin {
     }
 }
 
-/// What a chunk of faces became.
+/// Bins of a chunk of faces, and its counts.
 #[derive(Debug, Default)]
 pub struct Chunk {
     /// Faces set up in f64.
     pub exact_faces: Vec<ExactFace>,
-    /// For each tile, row by row, the faces that reach it.
+    /// Bins of the tiles, row by row.
     pub bins: Vec<Bin>,
-    /// The tiles that are reached.
+    /// Tiles that are reached.
     pub reached: Vec<u32>,
-    /// What was left out, and drawn.
+    /// Counts of culled and drawn faces.
     pub stats: DrawStats,
-    /// The number of its faces, from the first on, that wait in the lists.
+    /// Number of faces, from the first on, that are in the lists.
     pub done: usize,
-    /// What its lists have room for, together with those of the others.
+    /// Counter of the lists' capacity, shared with the other chunks.
     pub bytes: ListBytes,
 }
 
 impl Chunk {
-    /// Makes room for `tiles` tiles and forgets the last draw; keeps its memory. Its lists are counted in `bytes`, which is the
-    /// same counter from draw to draw.
+    /// Prepares for a draw over `tiles` tiles: empties the lists and reuses their allocations. The
+    /// lists are counted in `bytes`, which is one counter from draw to draw.
     pub fn reset(&mut self, tiles: usize, bytes: &ListBytes) {
         if !Arc::ptr_eq(&self.bytes.0, &bytes.0) {
             self.bytes = bytes.clone();
@@ -384,7 +391,7 @@ impl Chunk {
         }
     }
 
-    /// Adds the tiny faces of the lanes that are set to a tile; all lie within `reach`.
+    /// Adds the tiny faces of the set lanes to a tile; all lie within `reach`.
     #[inline(always)]
     pub fn add_vector<S: Simd>(&mut self, s: S, lanes: S::M, words: [S::I; 8], tile: usize, reach: [i16; 4]) {
         let bin = touch(&mut self.bins, &mut self.reached, tile);
@@ -393,7 +400,8 @@ impl Chunk {
         bin.reach(reach);
     }
 
-    /// Adds fragments to a tile, those of the vectors' lanes that are `inside`; all lie within `reach`.
+    /// Adds the vectors' fragments whose lanes are set in `inside` to a tile; all lie within
+    /// `reach`.
     #[inline(always)]
     pub fn add_fragments<S: Simd>(
         &mut self,
@@ -422,7 +430,7 @@ impl Chunk {
         });
     }
 
-    /// Adds an exact face, and its index among the exact ones to the tiles of its bounds.
+    /// Adds an exact face to the chunk, and its index to the tiles of its bounds.
     #[inline(always)]
     pub fn add_exact(&mut self, face: ExactFace, grid: &Grid) {
         let place = BinEntry::Exact(self.exact_faces.len() as u32);
@@ -450,7 +458,7 @@ impl Chunk {
     }
 }
 
-/// The list of a tile, which something reaches now.
+/// Returns the bin of a tile, and lists the tile as reached if the bin was empty.
 #[inline(always)]
 fn touch<'b>(bins: &'b mut [Bin], reached: &mut Vec<u32>, tile: usize) -> &'b mut Bin {
     let bin = &mut bins[tile];

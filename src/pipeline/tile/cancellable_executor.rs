@@ -1,48 +1,48 @@
-//! The executor of a renderer: a pool, or the calling thread, and a token that ends the work.
+//! Executor of a renderer: a pool or the calling thread, with a token that cancels the work.
 //!
-//! Work is handed out in pieces. When its token is cancelled no piece begins any more: what the pieces were to make
-//! then has no meaning, and whoever handed them out asks [`CancellableExecutor::is_cancelled`] before it reads that.
+//! Work is split into pieces. Once the token is cancelled no piece starts: the output is then
+//! incomplete, and the caller checks [`CancellableExecutor::is_cancelled`] before reading it.
 
 use crate::cancel::CancelToken;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Who draws: pieces of work are done each once, in any order, perhaps at the same time.
+/// Runs pieces of work, each once, in any order, possibly in parallel, until it is cancelled.
 #[derive(Clone, Debug, Default)]
 pub struct CancellableExecutor {
-    /// Threads shared by whoever draws; the calling thread without them.
+    /// Threads shared between renderers; `None` for the calling thread.
     pool: Option<Arc<rayon::ThreadPool>>,
     cancel: CancelToken,
 }
 
 impl CancellableExecutor {
-    /// Makes an executor of this pool's threads, or of the calling thread.
+    /// Creates an executor on the threads of `pool`, or on the calling thread.
     pub fn new(pool: Option<Arc<rayon::ThreadPool>>, cancel: CancelToken) -> Self {
         CancellableExecutor { pool, cancel }
     }
 
-    /// The calling thread, with the same token.
+    /// Returns an executor on the calling thread, with this one's token.
     pub fn serial(&self) -> Self {
         CancellableExecutor { pool: None, cancel: self.cancel.clone() }
     }
 
-    /// The threads, where there are others than the calling one.
+    /// Returns the pool; `None` if the calling thread does the work.
     pub fn pool(&self) -> Option<&Arc<rayon::ThreadPool>> {
         self.pool.as_ref()
     }
 
-    /// What ends its work early.
+    /// Returns the token that cancels the work.
     pub fn cancel(&self) -> &CancelToken {
         &self.cancel
     }
 
-    /// Whether work is to end early: pieces may have been left out.
+    /// Returns whether the work is cancelled: pieces may have been skipped.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
-    /// Does `work` where the executor's threads are: its pieces then cost no waking up.
+    /// Runs `work` on a thread of the pool: starting its pieces then wakes no thread from outside.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             None => work(),
@@ -50,9 +50,10 @@ impl CancellableExecutor {
         }
     }
 
-    /// Calls `work` with the number and the items of each run of `size` items (the last may be shorter).
+    /// Calls `work` with the index and the items of each run of `size` items (the last may be
+    /// shorter).
     ///
-    /// To be called inside [`CancellableExecutor::run`].
+    /// Must be called inside [`CancellableExecutor::run`].
     pub fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync) {
         let work = |(i, run): (usize, &mut [T])| {
             if !self.is_cancelled() {
@@ -67,7 +68,7 @@ impl CancellableExecutor {
         }
     }
 
-    /// The same with runs of two lists of one length.
+    /// Like [`chunks`](Self::chunks), with runs of two slices of equal length.
     pub fn pairs<T: Send>(
         &self,
         a: &mut [T],

@@ -1,20 +1,22 @@
-//! Who does the work: the calling thread alone, or a pool of threads that the caller gives.
+//! Executors: the calling thread alone, or a pool of threads supplied by the caller.
 //!
-//! Work is handed out in pieces whose bounds do not depend on who does them, so the result does not either.
+//! Work is split into pieces whose bounds do not depend on the thread that runs them, so the result
+//! does not either.
 
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Runs pieces of work, each once, in any order, perhaps at the same time.
+/// Runs pieces of work, each once, in any order, possibly in parallel.
 pub trait Executor: Sync {
-    /// How many threads there are, at least 1.
+    /// Returns the number of threads, at least 1.
     fn threads(&self) -> usize;
 
-    /// Calls `work` with the number and the items of each run of `size` items (the last may be shorter).
+    /// Calls `work` with the index and the items of each run of `size` items (the last may be
+    /// shorter).
     fn chunks<T: Send>(&self, items: &mut [T], size: usize, work: impl Fn(usize, &mut [T]) + Sync);
 }
 
-/// The calling thread.
+/// Runs all work on the calling thread.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Serial;
 
@@ -28,7 +30,7 @@ impl Executor for Serial {
     }
 }
 
-/// A pool of threads, shared by whoever draws.
+/// Runs work on a pool of threads, which may be shared between renderers.
 #[derive(Clone, Debug)]
 pub struct Pool(pub Arc<rayon::ThreadPool>);
 

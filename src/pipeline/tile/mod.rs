@@ -1,14 +1,17 @@
-//! The tile renderer: what users run, several times faster than the plain path and held to it.
+//! The tile renderer: the default path, several times faster than the plain path and within stated
+//! limits of its picture.
 //!
-//! Visibility first: faces are set up a vector at a time, binned into bands of rows, and each band finds out which face
-//! is seen at each of its pixels (exact integer coverage, then depth, in file order); then every pixel that was won is
-//! shaded once. A face that f32 screen vertices cannot hold (behind the eye, steep, huge) is set up by the plain path in f64 in the
-//! middle of it, so the picture is the plain path's within its limits: the same coverage, depth within 4e-7, colour within
-//! 1/255. Work is split by faces and by bands, never by chance: the same bytes with any number of threads and at every
-//! vector width.
+//! Deferred shading: faces are set up a vector at a time and binned into tiles, in rows of tiles.
+//! Each row of tiles resolves which face is seen at each of its pixels (exact integer coverage,
+//! then depth, in file order); then every visible pixel is shaded once. A face that f32 screen
+//! vertices cannot represent (behind the eye, steep, huge) is set up in f64 by the plain path, at
+//! its place in the order. The picture is the plain path's within these limits: equal coverage,
+//! depth within 4e-7, colour within 1/255. Work is split by faces and by rows of tiles,
+//! independently of timing: the bytes are equal with any number of threads and at every vector
+//! width.
 //!
-//! Stages: clusters (what cannot be seen) -> vertex -> setup (cull, bound, cover, bin) -> raster and
-//! resolve, a row of tiles after the other.
+//! Stages: clusters (culling) -> vertex -> setup (cull, bound, cover, bin) -> raster and resolve,
+//! one row of tiles after the other.
 
 mod attribute_fetch;
 mod bin_fragments;
@@ -71,7 +74,7 @@ use depth_f64::DepthVertex;
 use std::sync::atomic::AtomicU8;
 use vertex::{Projector, VertexKernel};
 
-/// The records of three points of object space.
+/// Returns the screen vertices of three points of object space.
 pub(crate) fn screen_vertices_of(
     level: Level,
     to_screen: &ToScreen,
@@ -91,36 +94,37 @@ pub(crate) fn screen_vertices_of(
     screen_vertices
 }
 
-/// A frame's memories, as the tile renderer writes them.
+/// The buffers of a frame that the tile renderer writes.
 pub(crate) struct FrameSlices<'a> {
-    /// Pixels in a row.
+    /// Width of a row in pixels.
     pub width: usize,
     /// RGBA bytes.
     pub bytes: &'a mut [u8],
-    /// Bits of f32 depths; `None` where depth is neither tested nor kept.
+    /// Bits of f32 depths; `None` where depth is neither tested nor stored.
     pub depth: Option<DepthCells<'a>>,
-    /// Name and triangle of each pixel, for PICK; empty where nobody asks.
+    /// Name and triangle of each pixel, for PICK; empty when picking is off.
     pub pick: &'a mut [[u32; 2]],
 }
 
-/// Memories that are kept from draw to draw, so that a steady frame allocates nothing large.
+/// Buffers that are reused from draw to draw, so that a steady frame allocates nothing large.
 #[derive(Debug)]
 pub(crate) struct Scratch {
-    /// What becomes of each cluster of faces.
+    /// Visibility of each cluster of faces.
     visibilities: Vec<u8>,
-    /// Which blocks of vertices are asked for.
+    /// Set for the blocks of vertices that a visible cluster uses.
     marks: Vec<AtomicU8>,
     screen_vertices: Vec<ScreenVertex>,
-    /// The same in f64, for the depth formats that ask for that.
+    /// The vertices' depths in f64, for the depth formats that need them.
     depth_f64: Vec<DepthVertex>,
     chunks: Vec<Chunk>,
-    /// For each tile the chunks that reach it, a bit each; empty where there is but one chunk.
+    /// Bit set for each tile: the chunks that reach it; empty if there is only one chunk.
     visitors: Vec<u64>,
-    /// What the chunks' lists have room for,
+    /// Capacity of the chunks' lists in bytes.
     bytes: ListBytes,
-    /// and beyond which a draw goes on in pieces.
+    /// Limit of `bytes`; beyond it a draw is split into pieces.
     pub list_bytes: usize,
-    /// Whether draws that share that room leave it to each other: none then begins once it is used up.
+    /// Set while several draws share `bytes`: once it reaches the limit, none of them starts a
+    /// piece.
     is_shared: bool,
 }
 
@@ -141,7 +145,7 @@ impl Default for Scratch {
 }
 
 impl Scratch {
-    /// Bytes that the memories take.
+    /// Returns the capacity of all buffers in bytes.
     pub fn size_bytes(&self) -> usize {
         let bin = |b: &Bin| {
             size_of::<Bin>()
@@ -158,7 +162,7 @@ impl Scratch {
         self.vertex_bytes() + self.chunks.iter().map(chunk).sum::<usize>()
     }
 
-    /// Bytes of all memories but the tiles' lists.
+    /// Returns the capacity in bytes of all buffers except the tiles' lists.
     pub fn vertex_bytes(&self) -> usize {
         self.visibilities.capacity()
             + self.marks.capacity()
@@ -170,59 +174,60 @@ impl Scratch {
 
 /// One draw of opaque faces.
 pub(crate) struct DrawJob<'a> {
-    /// The mesh.
+    /// Mesh to draw.
     pub mesh: &'a IndexedMesh,
-    /// Object space to the screen.
+    /// Transform from object space to the screen.
     pub to_screen: ToScreen,
-    /// View space to w - z, free of cancellation.
+    /// Row that takes view space to w - z without cancellation.
     pub complement: [f64; 4],
-    /// Which windings are drawn.
+    /// Windings that are drawn.
     pub winding: Winding,
-    /// Which pixels may be drawn; inside the frame.
+    /// Pixels that may be written; inside the frame.
     pub view: ClipRect,
-    /// How pixels get their colours.
+    /// Source of the pixels' colours.
     pub shading: Shading<'a>,
-    /// The plain path's set-up, for faces that records cannot hold.
+    /// Set-up in f64 by the plain path, for faces that screen vertices cannot represent.
     pub plain: setup::PlainSetup<'a>,
-    /// What the memory of ids keeps.
+    /// Name that is written to the pick buffer.
     pub name: u32,
-    /// How depth is worked in f64; `None` for f32 depths, and where there are none.
+    /// Depth evaluation in f64; `None` for f32 depths and for frames without depth.
     pub depth_f64: Option<DepthF64>,
-    /// Whether hidden faces are left out tile by tile.
+    /// Use of hierarchical z to skip hidden faces tile by tile.
     pub coarse: CoarseDepth,
 }
 
-/// What depth formats other than f32 ask for.
+/// Parameters of depth formats other than f32.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthF64 {
-    /// How words are made.
+    /// Encoder from f64 depths to the format's words.
     pub encoder: DepthEncoder,
-    /// View space to what is stored, times w: z or w - z.
+    /// Row that takes view space to the stored depth times w: z or w - z.
     pub row: [f64; 4],
 }
 
-/// The narrowest frame that a vector fits, and the widest and tallest whose pixels the records reach.
+/// Smallest and largest side of a frame in pixels: a vector must fit, and screen vertices must
+/// reach all pixels.
 pub(crate) const FRAME_LIMITS: (usize, usize) = (16, 15_900);
 
-/// What a draw did.
+/// Counts of one draw.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TileStats {
-    /// Faces in and out, fragments tested and passed; nothing about light.
+    /// Faces in and out, fragments tested and passed; the lighting counts stay 0.
     pub draw: DrawStats,
-    /// Pixels shaded: each once.
+    /// Pixels shaded, each once.
     pub shaded: u64,
-    /// The rows that may have been written, first and one beyond the last.
+    /// Rows that may have been written, half-open.
     pub rows: (u32, u32),
 }
 
-/// Bytes of a vertex on the screen, and of one with its depth in f64.
+/// Size in bytes of a screen vertex, and of a vertex's depth in f64.
 pub(crate) const SCREEN_VERTEX_BYTES: u64 = size_of::<ScreenVertex>() as u64;
 pub(crate) const DEPTH_VERTEX_BYTES: u64 = size_of::<DepthVertex>() as u64;
 
 /// Draws `job` into `frame`.
 ///
-/// The frame's sides must lie within [`FRAME_LIMITS`] and the view inside the frame; the faces must be fewer than 2^30. To be
-/// called inside [`CancellableExecutor::run`].
+/// The frame's sides must lie within [`FRAME_LIMITS`], the clip rectangle inside the frame, and the
+/// mesh must have fewer than 2^30 faces. Must be called inside [`CancellableExecutor::run`].
 pub(crate) fn render(
     level: Level,
     executor: &CancellableExecutor,

@@ -1,7 +1,9 @@
-//! Bands of tiles: who draws which, what of the frame's memories it gets, and the tiles one after the other.
+//! Drawing of rows of tiles: their distribution over threads, their slices of the frame's buffers,
+//! and the tiles in order.
 //!
-//! A band is as high as a tile. Bands are handed out by halves, so that a thread that is done takes over half of what another
-//! one still has; a band is drawn by one thread, its tiles from left to right, each by visibility and then by colour.
+//! A row of tiles is as high as one tile. The range of rows is split by halves, so that an idle
+//! thread steals half of another one's remaining rows. One thread draws a row, its tiles from left
+//! to right, each with visibility first and then colour.
 
 use super::bins::Grid;
 use super::depth_f64::DepthRasterKernel;
@@ -16,14 +18,15 @@ use crate::simd::Level;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// What the nearer caches hold: beyond, what will be gathered is asked for ahead.
+/// Size in bytes of the nearer caches: meshes beyond it are prefetched before they are gathered.
 const NEAR_BYTES: usize = 4 << 20;
-/// A draw that reaches no more tiles than this is drawn tile by tile of its list.
+/// Largest number of reached tiles for which a draw reads its list of reached tiles instead of
+/// scanning all tiles.
 const FEW_TILES: usize = 24;
-/// Rows of a band of tiles: what one thread draws at a time.
+/// Pixel rows of a row of tiles, the unit of work of a thread.
 const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
 
-/// Fragments tested and passed, and pixels shaded: each of these once.
+/// Counts of fragments tested and passed, of pixels shaded and of hidden faces.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub(super) tested: AtomicU64,
@@ -33,21 +36,22 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// Fragments tested and passed.
+    /// Returns the fragments tested and passed.
     pub fn fragments(&self) -> (u64, u64) {
         (self.tested.load(Relaxed), self.passed.load(Relaxed))
     }
 
-    /// Faces left out by coarse depth, each once for every tile.
+    /// Returns the faces skipped by hierarchical z, counted once for each tile.
     pub fn hidden(&self) -> u64 {
         self.hidden.load(Relaxed)
     }
 }
 
-/// What draws one band: its number, the word that a cleared depth has, its memories.
+/// Draws one row of tiles. Arguments: its index, the word of a cleared depth, its buffers.
 type TileRowWork<'w> = &'w (dyn Fn(usize, i32, &mut TileRowBuffers<'_>) + Sync);
 
-/// Hands the bands of tiles from the first to the last to `work`, and says which rows they are.
+/// Calls `work` for each row of tiles from the first to the last, and returns the half-open range
+/// of pixel rows.
 pub(crate) fn for_each_tile_row(
     executor: &CancellableExecutor,
     (first, last): (usize, usize),
@@ -83,7 +87,7 @@ pub(crate) fn for_each_tile_row(
     (top as u32, bottom as u32)
 }
 
-/// Draws the faces that wait in one band of tiles: visibility, then colour.
+/// Draws the binned faces of one row of tiles: visibility, then colour.
 pub(crate) fn draw_tile_row(
     level: Level,
     (scratch, binned): (&Scratch, &Binned),
@@ -112,11 +116,12 @@ pub(crate) fn draw_tile_row(
     let y0 = job.view.y0 + (band * BAND_ROWS) as i32;
     let y1 = y0 + (workspace.bytes.len() / 4 / width) as i32;
     let Some(AtLine(ids)) = workspace.ids.as_deref_mut() else { return };
-    // Words of 16 bits are widened while a tile is drawn.
+    // Words of 16 bits are widened to 32 while a tile is drawn.
     let is_narrow = !workspace.narrow.is_empty();
     let mut widened = if is_narrow { Some(AtLine([0; _])) } else { None };
     let (mut own_tested, mut own_passed, mut own_shaded, mut own_hidden) = (0, 0, 0, 0);
-    // What few tiles are reached is read from their list: to look through all of them costs a small draw more than its pixels.
+    // A few reached tiles are read from their list: scanning all tiles would cost a small draw more
+    // than its pixels.
     let few = match chunks {
         [one] if one.reached.len() <= FEW_TILES => Some(one.reached.as_slice()),
         _ => None,
@@ -136,7 +141,7 @@ pub(crate) fn draw_tile_row(
         if visits == 0 {
             continue;
         }
-        // What is still to be cleared is cleared here, on its way into the cache.
+        // Pending clears of the depth are done here, while the cells enter the cache.
         for (row, pending_clear) in
             workspace.pending_clear.iter_mut().enumerate().filter(|(_, s)| **s >> column & 1 == 1)
         {
@@ -215,11 +220,11 @@ pub(crate) fn draw_tile_row(
     counts.hidden.fetch_add(own_hidden, Relaxed);
 }
 
-/// A tile's ids from a cache line on: a vector that straddles two costs twice.
+/// Face ids of a tile, aligned to a cache line: a vector that straddles two lines costs twice.
 #[repr(align(64))]
 struct AtLine(Ids);
 
-/// Words of 16 bits of these columns, row by row, to a tile's own.
+/// Copies 16-bit words of the given columns, row by row, to a tile's buffer.
 fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
     let columns = columns.start as usize..columns.end as usize;
     for (from, to) in from.chunks_exact(width).zip(to.chunks_exact_mut(ID_STRIDE)) {
@@ -227,7 +232,7 @@ fn widen(from: &[u16], width: usize, columns: Range<i32>, to: &mut Ids) {
     }
 }
 
-/// And back.
+/// Inverse of [`widen`].
 fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
     let columns = columns.start as usize..columns.end as usize;
     for (to, from) in to.chunks_exact_mut(width).zip(from.chunks_exact(ID_STRIDE)) {
@@ -235,20 +240,21 @@ fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
     }
 }
 
-/// The memories of some bands; all but the bytes may be empty altogether.
+/// Slices of the frame's buffers for a range of rows of tiles; all but `bytes` may be empty.
 pub(crate) struct TileRowBuffers<'a> {
     depth: &'a mut [i32],
-    /// The same of 16 bits.
+    /// Depth words of 16 bits.
     narrow: &'a mut [u16],
-    /// A word a row.
+    /// One word for each pixel row: bit i is set while column i of tiles awaits its clear.
     pending_clear: &'a mut [u128],
     bytes: &'a mut [u8],
     pick: &'a mut [[u32; 2]],
-    /// The faces of a tile; of one band's memories.
+    /// Face ids of a tile; set for a single row of tiles.
     ids: Option<&'a mut AtLine>,
 }
 
-/// Hands each band's memories to `work`; `size` pixels a band.
+/// Splits the buffers of `bands` by halves and calls `work` for each row of tiles, of `size`
+/// pixels.
 fn share(
     executor: &CancellableExecutor,
     bands: Range<usize>,

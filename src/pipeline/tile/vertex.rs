@@ -1,26 +1,30 @@
-//! Vertices to the screen: transformed, divided and snapped in f64, kept as one 16-byte record each.
+//! Vertex stage: transforms, divides and snaps vertices in f64, and stores a 16-byte
+//! [`ScreenVertex`] each.
 //!
-//! The places are those of the plain path, to the bit of its roundings: model, view and projection one after the other, then
-//! divided. One matrix and one division give the same wherever the place is not within roundings of a whole 1/65536 pixel;
-//! there, the steps decide (19 of 36,322 blocks of eight vertices in a mesh of a million faces).
+//! Positions equal those of the plain path to the bit: model, view and projection one after the
+//! other, then the division. One combined matrix and one division give equal results unless the
+//! position is within rounding error of a multiple of 1/65536 pixel; there the separate steps
+//! decide (19 of 36,322 blocks of eight vertices in a mesh of a million faces).
 //!
-//! A record is {x, y, z, 1/w}: x and y in 1/65536 pixel rounded down (as i32 bits in f32's place), z in f32, 1/w in f32.
-//! The position snapped to 1/256 pixel, ties to even, is x >> 8 or one more; which of the two is kept in the last bits of
-//! 1/w (bit 0 for x, bit 1 for y), where it costs 4e-7 of a weight. So coverage has its exact corners and everything else
-//! the unsnapped ones, out of one cache line a vertex. A vertex that this cannot hold (behind the eye, beyond 16,000
-//! pixels, far outside the depth range) has 1/w = 0: faces with such a corner take the plain path.
+//! A screen vertex is {x, y, z, 1/w}: x and y in 1/65536 pixel rounded down (i32 bits in an f32), z
+//! in f32, 1/w in f32. The position snapped to 1/256 pixel, ties to even, is x >> 8 or one more;
+//! the last bits of 1/w say which (bit 0 for x, bit 1 for y), at a cost of 4e-7 of a weight. So
+//! coverage reads exact snapped corners and everything else the unsnapped ones, from one cache line
+//! per vertex. A vertex that this cannot represent (behind the eye, beyond 16,000 pixels, far
+//! outside the depth range) has 1/w = 0: faces with such a corner take the plain path.
 
 use crate::simd::{Kernel, Simd};
 use glam::{DMat4, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
-/// A vertex on the screen; see the module's text.
+/// Projected vertex: {x, y, z, 1/w}, encoded as the module's documentation says.
 pub type ScreenVertex = [f32; 4];
 
-/// The farthest from pixel (0,0) that a record can hold, in pixels.
+/// Largest distance from pixel (0,0), in pixels, that a screen vertex can represent.
 const REACH: f64 = 16_000.0;
 
-/// What stands in a record's first place where it has no position: beyond which planes the vertex is.
+/// Bits of the planes beyond which a vertex lies; stored as the first number of a screen vertex
+/// without position.
 pub struct Outcode;
 
 impl Outcode {
@@ -30,36 +34,38 @@ impl Outcode {
     pub const NEAR: i32 = 2;
     /// z > w.
     pub const FAR: i32 = 4;
-    /// More than a pixel left of the view, right of it, above, below.
+    /// More than a pixel beyond the clip rectangle: left, right, above, below.
     pub const SIDES: [i32; 4] = [8, 16, 32, 64];
-    /// A face all of whose corners share one of these shows nothing.
+    /// Mask of all planes: a face whose corners share one bit of it is invisible.
     pub const OUTSIDE: i32 = 127;
 }
 
-/// Object space to the screen, in the steps of the plain path, so that both round alike.
+/// Transform from object space to the screen, in the steps of the plain path, so that both round
+/// alike.
 #[derive(Clone, Copy, Debug)]
 pub struct ToScreen {
-    /// Rows of the model matrix; the last is 0 0 0 1.
+    /// Rows of the model matrix; the last row is 0 0 0 1.
     pub model: [[f64; 4]; 3],
-    /// Rows of the view matrix; the last is 0 0 0 1.
+    /// Rows of the view matrix; the last row is 0 0 0 1.
     pub view: [[f64; 4]; 3],
-    /// Rows of the projection.
+    /// Rows of the projection matrix.
     pub projection: [[f64; 4]; 4],
-    /// Screen = center + ndc * half, x then y.
+    /// Centre of the viewport in pixels, x then y: screen = center + ndc * half.
     pub center: [f64; 2],
-    /// Half extents in pixels; y's is negative, since rows grow downwards.
+    /// Half extents of the viewport in pixels; y's is negative, since rows grow downwards.
     pub half: [f64; 2],
-    /// The first column and row that may be drawn, and those beyond the last.
+    /// First column and row that may be drawn, and the ends of both ranges, by axis.
     pub sides: [[f64; 2]; 2],
 }
 
 impl ToScreen {
-    /// Object space to view space.
+    /// Returns the matrix from object space to view space.
     pub fn to_view(self) -> DMat4 {
         affine_matrix(self.view) * affine_matrix(self.model)
     }
 
-    /// Object space to view space as the plain path goes: by the model matrix, then by the view's.
+    /// Transforms from object space to view space in the plain path's steps: the model matrix, then
+    /// the view matrix.
     #[inline(always)]
     pub(super) fn steps_to_view(&self, at: [&Lanes; 3]) -> [Lanes; 3] {
         let [m0, m1, m2] = self.model;
@@ -69,7 +75,8 @@ impl ToScreen {
         [affine(v0, world), affine(v1, world), affine(v2, world)]
     }
 
-    /// For positions whose coordinates are at most `farthest` from 0, the sizes of what is added up on their way to view space.
+    /// Returns bounds on the sums of absolute terms on the way to view space, for positions whose
+    /// coordinates are at most `farthest` in size.
     pub fn sizes_in_view(self, [x, y, z]: [f64; 3]) -> DVec4 {
         let sizes = |row: [f64; 4]| row.map(f64::abs);
         affine_matrix(self.view.map(sizes))
@@ -77,29 +84,31 @@ impl ToScreen {
     }
 }
 
-/// Three rows, and 0 0 0 1.
+/// Returns the matrix of three rows, and 0 0 0 1.
 fn affine_matrix([a, b, c]: [[f64; 4]; 3]) -> DMat4 {
     DMat4::from_cols_array_2d(&[a, b, c, [0.0, 0.0, 0.0, 1.0]]).transpose()
 }
 
-/// All steps in one matrix, and how far its results may lie from those of the steps.
+/// Combined matrix of all steps, and bounds on the difference between its results and theirs.
 #[derive(Clone, Copy, Debug)]
 pub struct Projector {
-    /// The steps.
+    /// The separate steps.
     pub steps: ToScreen,
     /// Rows of x, y, z and w over object space.
     rows: [[f64; 4]; 4],
-    /// In 1/65536 pixel, x then y: what roundings of x, y and w may move a place by, times w,
+    /// Bound, in 1/65536 pixel, x then y, on the error of a position by the rounding of x, y and w,
+    /// times w.
     doubt: [f64; 2],
-    /// and those of the place itself.
+    /// Bound on the error by the rounding of the position itself.
     floor_doubt: [f64; 2],
 }
 
-/// Roundings of both ways together, relative to the sum of the sizes of what is added: fewer than 40 of 2^-53.
+/// Relative rounding error of both ways together, by the sum of absolute terms: fewer than 40 units
+/// of 2^-53.
 pub(super) const ROUNDINGS: f64 = 1e-14;
 
 impl Projector {
-    /// For positions whose coordinates are at most `farthest` from 0.
+    /// Combines `steps`, for positions whose coordinates are at most `farthest` in size.
     pub fn new(steps: ToScreen, to_view: &DMat4, farthest: [f64; 3]) -> Self {
         let back = to_view.transpose();
         let rows = steps.projection.map(|row| (back * DVec4::from_array(row)).to_array());
@@ -117,22 +126,23 @@ impl Projector {
 
 /// Transforms a run of vertices.
 pub struct VertexKernel<'a> {
-    /// Object-space x, y, z.
+    /// Object-space x, y and z of the vertices.
     pub positions: [&'a [f64]; 3],
-    /// The matrices.
+    /// Matrices and error bounds.
     pub projector: &'a Projector,
-    /// For each [`WIDTH`] vertices 1, or 0 where nobody will ask for them; empty where all are wanted.
+    /// One byte for each block of [`WIDTH`] vertices: 1, or 0 if no visible face uses it; empty if
+    /// all are used.
     pub marks: &'a [AtomicU8],
-    /// One record a vertex.
+    /// Output: one for each vertex.
     pub screen_vertices: &'a mut [ScreenVertex],
 }
 
-/// Vertices worked on at once: one AVX-512 register of f64, two of AVX2.
+/// Vertices in a block: one AVX-512 register of f64, two of AVX2.
 pub const WIDTH: usize = 8;
 
 pub(super) type Lanes = [f64; WIDTH];
 
-/// Whether somebody will ask for a block of vertices.
+/// Returns whether a block of vertices is used.
 #[inline(always)]
 pub(super) fn is_marked(marks: &[AtomicU8], block: usize) -> bool {
     marks.get(block).is_none_or(|m| m.load(Relaxed) != 0)
@@ -163,7 +173,7 @@ impl Kernel for VertexKernel<'_> {
     }
 }
 
-/// A row times (x, y, z, 1), with glam's roundings.
+/// Returns a row times (x, y, z, 1), rounded as glam does.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 pub(super) fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
@@ -174,27 +184,31 @@ pub(super) fn affine([a, b, c, d]: [f64; 4], [x, y, z]: [&Lanes; 3]) -> Lanes {
     out
 }
 
-/// Adding this, 1.5 * 2^52, rounds to a whole number, ties to even, without a call or a branch, and leaves it in the low bits.
+/// 1.5 * 2^52: adding it rounds to an integer, ties to even, without a call or a branch, and leaves
+/// the integer in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// A place on the screen as a record holds it: its floor in 1/65536 pixel, and whether it snaps upwards.
+/// Encodes a screen coordinate: its floor in 1/65536 pixel, and 1 if it snaps upwards.
 #[inline(always)]
 fn held(pixels: f64) -> (u32, u32) {
     let t = pixels * 65536.0;
     let r = t + ROUND;
     let floor = (r.to_bits() as u32).wrapping_sub((r - ROUND > t) as u32);
-    // What is snapped is the floor's 1/256 pixel or the next: the last bit of the difference tells.
+    // The snapped value is the floor's 1/256 pixel or the next: the last bit of the difference
+    // tells.
     (floor, ((pixels * 256.0 + ROUND).to_bits() as u32 ^ (floor >> 8)) & 1)
 }
 
-/// How far a place is from a whole 1/65536 pixel, in those: floors and snaps change only there.
+/// Returns the distance to the nearest multiple of 1/65536 pixel, in that unit: floors and snaps
+/// change only there.
 #[inline(always)]
 fn from_whole(pixels: f64) -> f64 {
     let t = pixels * 65536.0;
     (t - ((t + ROUND) - ROUND)).abs()
 }
 
-/// Places by the one matrix and 1/w; where that leaves in doubt what the steps would give, by the steps.
+/// Projects by the combined matrix; falls back to the steps where the error bound leaves their
+/// result open.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
@@ -232,8 +246,8 @@ fn transform(p: &Projector, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
     }
 }
 
-/// Places anew by the plain path's own steps, each rounding as there; depth and w stay, since where they are equal they are to
-/// stay so.
+/// Recomputes positions by the plain path's steps, with its rounding. Depth and w are left
+/// unchanged, so that equal ones stay equal.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
@@ -244,7 +258,7 @@ fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
     for i in 0..WIDTH {
         let [x, y, z, w] = [clip[0][i], clip[1][i], clip[2][i], clip[3][i]];
         let [sx, sy] = [t.center[0] + x / w * t.half[0], t.center[1] + y / w * t.half[1]];
-        // Next to the eye the steps may leave it on the other side.
+        // Next to the eye the steps may put it on the other side.
         let fits = (w > 1e-30) & (w < 1e30) & (sx.abs() < REACH) & (sy.abs() < REACH);
         if out[i][3].to_bits() == 0 || !fits {
             out[i] = [f32::from_bits(outcode(t, [x, y, z, w]) as u32), 0.0, 0.0, 0.0];
@@ -256,7 +270,7 @@ fn by_steps(t: &ToScreen, at: [&Lanes; 3], out: &mut [ScreenVertex; WIDTH]) {
     }
 }
 
-/// Beyond which planes a clip space point is.
+/// Returns the planes beyond which a clip space point lies.
 #[allow(clippy::needless_range_loop, reason = "an axis of several arrays")]
 #[inline(never)]
 fn outcode(t: &ToScreen, [x, y, z, w]: [f64; 4]) -> i32 {
