@@ -1,7 +1,9 @@
-//! The words of one text line: numbers, colours, keywords and names, each refused with the word that is to blame.
+//! Parser for the words of one text line: numbers, colours, keywords and names. Each error carries
+//! the offending word.
 //!
-//! In: a line without its LF, CR and `:N`. Words are split by blanks and tabs. Whole numbers are `[+-]?digits` in i32,
-//! reals are decimal with an optional exponent and finite once parsed; nothing else is a number.
+//! In: a line without its LF, CR and `:N`. Words are separated by blanks and tabs. Integers are
+//! `[+-]?digits` in i32; reals are decimal with an optional exponent and finite once parsed;
+//! nothing else is a number.
 
 use super::scan::find_blank;
 use crate::error::Code;
@@ -9,7 +11,8 @@ use crate::memory::{Rgba, parse_color, parse_light_color};
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// Why a command is refused: the decoder's form of [`crate::error::Fault`], with the word as the bytes that came.
+/// Reason why a command is refused: the decoder's form of [`crate::error::Fault`], with the word as
+/// raw bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ParseError {
     pub code: Code,
@@ -23,18 +26,18 @@ impl ParseError {
     }
 }
 
-/// Blanks and tabs part words; everything else is part of one.
+/// Returns whether a byte separates words: a blank or a tab.
 pub(super) const fn is_blank(byte: u8) -> bool {
     byte == b' ' || byte == b'\t'
 }
 
-/// The words of `line`.
+/// Iterates over the words of `line`.
 pub(super) fn words(line: &[u8]) -> impl DoubleEndedIterator<Item = &[u8]> {
     line.split(|&b| is_blank(b)).filter(|w| !w.is_empty())
 }
 
-/// How many words there are: how often a word's byte follows a blank. Short sums in bytes, without a branch, for the
-/// compiler to make vectors of.
+/// Counts the words of a line: the positions where a byte of a word follows a blank. The sums are
+/// short, in bytes and without a branch, so that the compiler vectorizes them.
 fn count_words(line: &[u8]) -> usize {
     let first = line.first().is_some_and(|&b| !is_blank(b));
     let Some(rest) = line.get(1..) else { return 0 };
@@ -44,7 +47,7 @@ fn count_words(line: &[u8]) -> usize {
         + chunks.map(|(a, b)| usize::from(a.iter().zip(b).map(begins).sum::<u8>())).sum::<usize>()
 }
 
-/// The words after the verb, taken one by one.
+/// Cursor over the words after the verb.
 pub(super) struct Args<'a> {
     rest: &'a [u8],
     taken: usize,
@@ -53,39 +56,41 @@ pub(super) struct Args<'a> {
 }
 
 impl<'a> Args<'a> {
-    /// The arguments in `rest`, which begins after the verb.
+    /// Creates a cursor over `rest`, the line after its verb.
     pub fn new(rest: &'a [u8]) -> Self {
         Args { rest, taken: 0, count: count_words(rest), last: b"" }
     }
 
-    /// How many words the line has after its verb.
+    /// Returns the number of words after the verb.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// How many words have not been taken yet.
+    /// Returns the number of words not taken yet.
     pub fn left(&self) -> usize {
         self.count - self.taken
     }
 
-    /// The next word without taking it; empty when there is none.
+    /// Returns the next word without taking it, or an empty slice at the end.
     pub fn peek(&self) -> &'a [u8] {
         words(self.rest).next().unwrap_or(b"")
     }
 
-    /// Word number `n` after the verb, counted from 0 before any was taken; empty when there is none.
+    /// Returns the word `n` places after the next one without taking it, or an empty slice past the
+    /// end.
     pub fn nth_left(&self, n: usize) -> &'a [u8] {
         words(self.rest).nth(n).unwrap_or(b"")
     }
 
-    /// The word taken last.
+    /// Returns the word taken last.
     pub fn last(&self) -> &'a [u8] {
         self.last
     }
 
-    /// The next word; empty when there is none, which is no number, colour, keyword or name.
+    /// Takes the next word. Returns an empty slice at the end, which parses as no number, colour,
+    /// keyword or name.
     pub fn word(&mut self) -> &'a [u8] {
-        // One blank before the word and eight bytes at most are what nearly every word comes with.
+        // Nearly every word has one blank before it and eight bytes at most.
         let start = match self.rest {
             [first, second, ..] if is_blank(*first) && !is_blank(*second) => 1,
             rest => rest.iter().position(|&b| !is_blank(b)).unwrap_or(rest.len()),
@@ -102,7 +107,7 @@ impl<'a> Args<'a> {
         Err(ParseError::new(code, format!("argument {} must be {what}", self.taken), word))
     }
 
-    /// A whole number in i32.
+    /// Takes an integer in i32.
     pub fn int(&mut self) -> Result<i32, ParseError> {
         let word = self.word();
         match parse_int(word) {
@@ -111,7 +116,7 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// `N` whole numbers.
+    /// Takes `N` integers in i32.
     pub fn ints<const N: usize>(&mut self) -> Result<[i32; N], ParseError> {
         let mut numbers = [0; N];
         for n in &mut numbers {
@@ -120,7 +125,7 @@ impl<'a> Args<'a> {
         Ok(numbers)
     }
 
-    /// A whole number from 0 on.
+    /// Takes an integer that is not negative.
     pub fn count_number(&mut self) -> Result<u32, ParseError> {
         let word = self.peek();
         match u32::try_from(self.int()?) {
@@ -129,7 +134,7 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// A finite real.
+    /// Takes a finite real.
     pub fn real(&mut self) -> Result<f64, ParseError> {
         let word = self.word();
         match parse_real(word) {
@@ -138,7 +143,7 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// `N` finite reals.
+    /// Takes `N` finite reals.
     pub fn reals<const N: usize>(&mut self) -> Result<[f64; N], ParseError> {
         let mut numbers = [0.0; N];
         for n in &mut numbers {
@@ -147,12 +152,12 @@ impl<'a> Args<'a> {
         Ok(numbers)
     }
 
-    /// Three finite reals.
+    /// Takes three finite reals.
     pub fn vector(&mut self) -> Result<DVec3, ParseError> {
         Ok(DVec3::from_array(self.reals()?))
     }
 
-    /// A colour.
+    /// Takes a colour: hex digits or a CSS colour name.
     pub fn color(&mut self) -> Result<Rgba, ParseError> {
         let word = self.word();
         match parse_color(word) {
@@ -165,7 +170,7 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// A colour of light: three finite reals, or one word where `form` says that words may stand for them.
+    /// Takes a colour of light: three finite reals, or one word where `form` allows words.
     pub fn light_color(&mut self, form: LightForm) -> Result<DVec3, ParseError> {
         if form == LightForm::Reals || !may_be_color(self.peek()) {
             return self.vector();
@@ -181,17 +186,17 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// How many of the words left stand where a number cannot: those of colours.
+    /// Returns how many of the remaining words begin as a colour does and a number cannot.
     pub fn color_words_left(&self) -> usize {
         words(self.rest).filter(|word| may_be_color(word)).count()
     }
 
-    /// Whether all of them are colours of light.
+    /// Returns whether all of these words are valid colours of light.
     pub fn color_words_are_colors(&self) -> bool {
         words(self.rest).filter(|word| may_be_color(word)).all(|word| parse_light_color(word).is_some())
     }
 
-    /// A keyword that `find` knows, in either case. `expected` lists the keywords.
+    /// Takes a keyword that `find` accepts. `expected` lists the keywords for the error message.
     pub fn keyword<T>(&mut self, expected: &str, find: impl Fn(&str) -> Option<T>) -> Result<T, ParseError> {
         let word = self.word();
         match std::str::from_utf8(word).ok().and_then(find) {
@@ -200,7 +205,7 @@ impl<'a> Args<'a> {
         }
     }
 
-    /// Whether the next word is `keyword`, in either case; takes it then.
+    /// Takes the next word if it is `keyword`, in either case, and returns whether it was.
     pub fn take_keyword(&mut self, keyword: &str) -> bool {
         let found = self.peek().eq_ignore_ascii_case(keyword.as_bytes());
         if found {
@@ -209,7 +214,7 @@ impl<'a> Args<'a> {
         found
     }
 
-    /// A name: UTF-8 without control characters, and not one that would read as a payload length.
+    /// Takes a name: UTF-8 without control characters that does not read as a payload length.
     pub fn name(&mut self) -> Result<String, ParseError> {
         let word = self.word();
         match std::str::from_utf8(word) {
@@ -219,28 +224,30 @@ impl<'a> Args<'a> {
     }
 }
 
-/// How the colours of light in a line are written.
+/// Notation of the colours of light in a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LightForm {
-    /// Each as three reals.
+    /// Each colour as three reals.
     Reals,
-    /// Some as one word.
+    /// Some colours as one word.
     Words,
 }
 
-/// Whether a word is meant as a colour where a real could stand: no real begins like this.
+/// Returns whether a word in the place of a real is meant as a colour: no real begins with `#` or a
+/// letter.
 fn may_be_color(word: &[u8]) -> bool {
     word.first().is_some_and(|&b| b == b'#' || b.is_ascii_alphabetic())
 }
 
-/// Whether a text can stand as a name in a line: one word, no control characters, no `:` before more.
+/// Returns whether a text can be a name in a line: one word without control characters, `:` alone
+/// or not beginning with `:`.
 pub(super) fn is_name(name: &str) -> bool {
     !name.is_empty()
         && (name == ":" || !name.starts_with(':'))
         && !name.bytes().any(|b| b <= b' ' || b == 0x7f)
 }
 
-/// `[+-]?digits` in i32.
+/// Parses `[+-]?digits` in i32.
 pub(super) fn parse_int(word: &[u8]) -> Option<i32> {
     let (negative, digits) = match word {
         [b'-', digits @ ..] => (true, digits),
@@ -265,20 +272,21 @@ pub(super) fn parse_int(word: &[u8]) -> Option<i32> {
         if d > 9 {
             return None;
         }
-        // Down from zero where the sign says so: i32::MIN has no positive twin.
+        // Negative numbers are summed downwards: i32::MIN has no positive counterpart.
         let d = i32::from(d);
         value = value.checked_mul(10)?.checked_add(if negative { -d } else { d })?;
     }
     Some(value)
 }
 
-/// `[+-]?digits[.digits][e[+-]digits]`, finite once rounded to f64. `inf`, `nan`, hex and `_` are no numbers.
+/// Parses `[+-]?digits[.digits][e[+-]digits]`, finite once rounded to f64. `inf`, `nan`, hex and
+/// `_` are refused.
 pub(super) fn parse_real(word: &[u8]) -> Option<f64> {
     let unsigned = match word {
         [b'+' | b'-', rest @ ..] => rest,
         rest => rest,
     };
-    // What is left of the standard grammar without its words.
+    // Rules out the `inf` and `nan` that Rust's own grammar accepts.
     if !matches!(unsigned.first(), Some(b'0'..=b'9' | b'.')) {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The closed `Command` enum: one variant a verb, numbers already parsed and finite.
+//! The closed [`Command`] enum: one variant per verb, numbers already parsed and finite.
 
 pub use crate::draw2d::{AreaColors, RampColor, RealRect, Rect};
 use crate::memory::{DepthFormat, Rgba};
@@ -7,7 +7,7 @@ use crate::scene::{
 };
 use glam::{DMat4, DVec3};
 
-/// What `MESH` makes.
+/// Source of the mesh that `MESH` defines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeshSource {
     /// An OBJ file's bytes.
@@ -20,13 +20,13 @@ pub enum MeshSource {
     Cone(f64, f64),
     /// X3D's Cylinder: radius, height (default 1, 2).
     Cylinder(f64, f64),
-    /// Newell's teapot, each patch cut `level` x `level` (default 10).
+    /// Newell's teapot, each patch divided into `level` x `level` quads (default 10).
     Teapot(u32),
-    /// The torus knot (2,3) of nu x nv quads.
+    /// The torus knot (2,3) as a grid of nu x nv quads.
     Knot(u32, u32),
 }
 
-/// What `LOAD` loads.
+/// Kind of file that `LOAD` reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FileKind {
     /// `LOAD MESH name path`.
@@ -37,7 +37,7 @@ pub enum FileKind {
     Scene,
 }
 
-/// What `LIGHT i` says.
+/// Arguments of `LIGHT i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightCommand {
     /// A point light.
@@ -51,7 +51,7 @@ pub enum LightCommand {
     },
     /// A directional light.
     Dir {
-        /// The direction in which light travels.
+        /// Direction in which the light travels.
         direction: DVec3,
         /// R, G, B.
         color: DVec3,
@@ -60,46 +60,48 @@ pub enum LightCommand {
     Spot {
         /// World position.
         position: DVec3,
-        /// The direction of the axis.
+        /// Direction of the axis.
         direction: DVec3,
-        /// Half angle, radians.
+        /// Half angle of the cone in radians.
         angle_rad: f64,
-        /// Cosine power.
+        /// Exponent of the cosine falloff.
         exponent: f64,
         /// R, G, B.
         color: DVec3,
         /// Attenuation.
         attenuation: Attenuation,
     },
-    /// No light at this index.
+    /// Removes the light at this index.
     Off,
 }
 
-/// Six shears: xy, xz, yx, yz, zx, zy.
+/// Six shear factors: xy, xz, yx, yz, zx, zy.
 pub type Shears = [f64; 6];
 
-/// What `QUALITY` asks for.
+/// Argument of `QUALITY`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Quality {
     /// The exact pipeline.
     Exact,
-    /// The cheapest one whose 99.9th percentile of colour error stays within this many 1/255 steps.
+    /// The cheapest settings whose 99.9th percentile of colour error stays within this many 1/255
+    /// steps.
     MaxError(f64),
 }
 
-/// Where `SNAP` writes.
+/// Destination of `SNAP`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SnapTarget {
-    /// A file in the snapshot folder; its ending gives the format.
+    /// A file in the snapshot folder; its extension gives the format.
     File(String),
-    /// A PNG on the connection.
+    /// A PNG sent on the connection.
     Connection,
 }
 
-/// One command. Each variant is the verb of the same name; doc comments give its text form.
+/// One command. Each variant is the verb of that name; its doc comment gives the text form.
 ///
-/// Numbers are parsed and finite, names are text without blanks, payloads are whole. What a command may still be
-/// refused for when it runs: ranges, names, formats of payloads, limits, permissions.
+/// Numbers are parsed and finite, names are text without blanks, payloads are complete. When it
+/// runs, a command can still be refused for ranges, names, formats of payloads, limits and
+/// permissions.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "fields carry the names of the text form in each variant's doc")]
 pub enum Command {
@@ -109,7 +111,7 @@ pub enum Command {
     Size,
     /// `PX x y`
     GetPixel { x: i32, y: i32 },
-    /// `PX x y colour`: moved by OFFSET.
+    /// `PX x y colour`: translated by OFFSET.
     Pixel { x: i32, y: i32, color: Rgba },
     /// `OFFSET x y`
     Offset { x: i32, y: i32 },
@@ -117,7 +119,7 @@ pub enum Command {
     Quit,
     /// `STATS`
     Stats,
-    /// Binary `PB`: not moved by OFFSET.
+    /// Binary `PB`: not translated by OFFSET.
     BinaryPixel { x: u16, y: u16, color: Rgba },
     /// Binary `PXMULTI`: RGBA bytes of a run of pixels, linear from (x, y).
     PixelRun { x: u16, y: u16, rgba: Vec<u8> },
@@ -244,7 +246,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The verb's name in the table.
+    /// Returns the verb's name in the table.
     pub fn verb(&self) -> &'static str {
         match self {
             Command::Help => "HELP",
@@ -327,7 +329,8 @@ impl Command {
         }
     }
 
-    /// The bytes that follow the command's head, if it is one that takes any.
+    /// Returns the bytes that follow the command's line or header, or `None` for a command without
+    /// payload.
     pub fn payload(&self) -> Option<&[u8]> {
         match self {
             Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
@@ -344,7 +347,7 @@ impl Command {
         }
     }
 
-    /// The same bytes, to be filled in.
+    /// Returns the payload for writing; `None` as in [`Command::payload`].
     pub(super) fn payload_mut(&mut self) -> Option<&mut Vec<u8>> {
         match self {
             Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
@@ -362,14 +365,14 @@ impl Command {
     }
 }
 
-/// What a connection wants to hear of its errors.
+/// Error reporting mode of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorMode {
-    /// Count them; STATS tells.
+    /// Count errors; STATS reports the number.
     Count,
-    /// Send one line each.
+    /// Send one line per error.
     Report,
-    /// Send the first and close.
+    /// Send the first error and close the connection.
     Close,
 }
 

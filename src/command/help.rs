@@ -1,12 +1,14 @@
-//! HELP, made from the verb table.
+//! The HELP text, generated from the verb table.
 
 use super::verb::{Group, Verb};
 use std::fmt::Write;
 
-/// What `HELP` answers: one line a form of a verb, `template: what it does`, each ended by LF.
+/// Returns the reply to `HELP`: one line `template: description` per form of a verb, each ended by
+/// LF.
 ///
-/// Pixelflut's own verbs come first, under no title: clients look for lines that begin `PX x y gg` and `OFFSET` and for
-/// one that holds `PBxxyyrgba`, some in the first kilobyte only.
+/// Pixelflut's own verbs come first and without a heading: clients look for lines that begin with
+/// `PX x y gg` and `OFFSET` and for one that contains `PBxxyyrgba`, some in the first kilobyte
+/// only.
 pub fn help_text() -> String {
     let mut text = String::from("fbptr: a Pixelflut server, and more. Commands:\n");
     for group in Group::ALL {

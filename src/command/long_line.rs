@@ -1,33 +1,34 @@
-//! The rest of a line over the limit: nothing of it is kept but whether it ends in `:N`.
+//! Scanner for the rest of a line over the length limit. Stores nothing of it except the payload
+//! length of a final `:N`.
 
 use super::args::is_blank;
 use super::decoder::PayloadLength;
 
-/// The last word so far.
+/// State of the last word so far.
 #[derive(Clone, Copy)]
 enum Word {
-    /// None yet, or one that announces nothing.
+    /// No word yet, or one that is no payload length.
     Plain,
     /// A colon alone.
     Colon,
-    /// A colon and more.
+    /// A colon and what follows it.
     After(PayloadLength),
 }
 
-/// A line that is read to its LF for the sake of its last word.
+/// Scanner that reads an overlong line to its LF to find the payload length in its last word.
 pub(super) struct LongLine {
     last: Word,
-    /// The byte before is not part of a word.
+    /// Set when the previous byte was not part of a word.
     between: bool,
-    /// A CR whose place is not known yet: before LF it is none of the line's.
+    /// Set after a CR that is not counted yet: directly before LF it is not part of the line.
     held_cr: bool,
-    /// Comments announce nothing.
+    /// Set for a comment, which announces no payload.
     comment: bool,
     ended: bool,
 }
 
 impl LongLine {
-    /// A line that begins with `head`, which may hold its LF as the last byte.
+    /// Starts with `head`, the beginning of the line, which may end with its LF.
     pub fn new(head: &[u8]) -> Self {
         let comment = head.first() == Some(&b'#');
         let mut line = LongLine { last: Word::Plain, between: true, held_cr: false, comment, ended: false };
@@ -35,7 +36,7 @@ impl LongLine {
         line
     }
 
-    /// Reads up to and including the LF. Answers how many bytes it took.
+    /// Reads up to and including the LF. Returns the number of bytes read.
     pub fn read(&mut self, bytes: &[u8]) -> usize {
         for (at, &byte) in bytes.iter().enumerate() {
             if byte == b'\n' {
@@ -67,7 +68,8 @@ impl LongLine {
         };
     }
 
-    /// What the line announces, once it has ended.
+    /// Returns the announced payload length once the line has ended (`Length(0)` if there is none),
+    /// `None` before.
     pub fn payload(&self) -> Option<PayloadLength> {
         self.ended.then_some(match self.last {
             Word::After(payload_length) if !self.comment => payload_length,

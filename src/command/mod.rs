@@ -1,7 +1,7 @@
-//! WHAT MAY BE ASKED: the closed list of commands, and the codecs that read and write them.
+//! The command language: the closed list of commands, and the codecs that read and write them.
 //!
-//! No I/O here: bytes come in as slices, commands go out as values. A typed [`Command`] is what the in-process handle
-//! sends and what the decoder makes of a stream.
+//! No I/O: bytes come in as slices, commands go out as values. A typed [`Command`] is both what the
+//! in-process handle sends and what the decoder produces from a stream.
 
 mod args;
 mod commands;

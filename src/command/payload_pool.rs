@@ -1,16 +1,17 @@
-//! The buffers of large payloads, passed on from one command to the next: what clients that send whole frames would
-//! otherwise ask of the system again for each of them, page by page.
+//! Pool of buffers for large payloads, reused from one command to the next. Clients that send whole
+//! frames would otherwise make the system map fresh pages for each of them.
 
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Buffers that are kept at most, and their bytes together, but for one that is larger by itself.
+/// Most buffers kept, and most bytes of them in total; a single buffer may be larger.
 const KEPT: usize = 4;
 const KEPT_BYTES: usize = 64 << 20;
-/// How many times as large as needed one may be that is passed on.
+/// Largest ratio of a reused buffer's capacity to the length needed.
 const MOST_TIMES: usize = 4;
 
-/// Few buffers, shared by the decoders that were made with it. Clones share.
+/// A few buffers shared by the decoders that were created with the pool. Clones share the same
+/// buffers.
 #[derive(Clone, Debug)]
 pub struct PayloadPool {
     held: Arc<Mutex<Held>>,
@@ -19,11 +20,11 @@ pub struct PayloadPool {
 
 #[derive(Debug)]
 struct Held {
-    /// Empty ones, the one given last at the end: it is the warmest.
+    /// Empty buffers, the last one returned at the end: it is most likely in the caches.
     buffers: Vec<Vec<u8>>,
-    /// Whether one was used since the last sweep.
+    /// Set when a buffer was taken or returned since the last sweep.
     used: bool,
-    /// What they hold of the budget.
+    /// Reservation of the budget for all buffers here.
     reserved: Reservation,
 }
 
@@ -45,31 +46,32 @@ impl Held {
 }
 
 impl PayloadPool {
-    /// No buffer yet. Payloads of the decoders that are made with it, and buffers that are kept, are of `budget`.
+    /// Creates an empty pool. Payloads of the decoders that use it, and the buffers kept here, are
+    /// counted in `budget`.
     pub fn within(budget: &MemoryBudget) -> Self {
         let reserved = budget.empty(MemoryUse::Payloads);
         let held = Held { buffers: Vec::new(), used: false, reserved };
         PayloadPool { held: Arc::new(Mutex::new(held)), budget: budget.clone() }
     }
 
-    /// What payloads are of.
+    /// Returns the memory budget that payloads are counted in.
     pub fn budget(&self) -> &MemoryBudget {
         &self.budget
     }
 
-    /// Gives all buffers back.
+    /// Frees all buffers.
     pub fn clear(&self) {
         let mut held = self.held();
         held.buffers = Vec::new();
         held.count();
     }
 
-    /// Bytes held for large payloads to come.
+    /// Returns the total capacity of the kept buffers in bytes.
     pub fn held_bytes(&self) -> usize {
         self.held().bytes()
     }
 
-    /// Gives back what is held, if nobody used it since the last sweep. To be called from time to time.
+    /// Frees all buffers if the pool was not used since the last sweep. To be called periodically.
     pub fn sweep(&self) {
         let mut held = self.held();
         if !std::mem::take(&mut held.used) {
@@ -78,7 +80,8 @@ impl PayloadPool {
         }
     }
 
-    /// An empty buffer with room for `length` bytes, if one is held that is not far too large: it may wait long for its bytes.
+    /// Takes an empty buffer of at least `length` bytes, if one is kept that is not much too large:
+    /// its payload may be slow to arrive.
     pub(super) fn take(&self, length: usize) -> Option<Vec<u8>> {
         let mut held = self.held();
         held.used = true;
@@ -89,7 +92,8 @@ impl PayloadPool {
         Some(buffer)
     }
 
-    /// Takes back an empty buffer. Where they are too many the smallest goes.
+    /// Returns an empty buffer to the pool, or frees it if memory is short. If there are too many,
+    /// the smallest are freed.
     pub(super) fn give(&self, buffer: Vec<u8>) {
         if self.budget.is_tight() || self.budget.available() < buffer.capacity() as u64 {
             return;
@@ -105,7 +109,7 @@ impl PayloadPool {
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
-        // A buffer is as good after a panic as before.
+        // Empty buffers stay valid after a panic, so a poisoned lock is harmless.
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,9 +1,10 @@
-//! Where lines and words end.
+//! Byte searches for the ends of lines and words, eight bytes at a time.
 
 const LOW: u64 = 0x0101_0101_0101_0101;
 const HIGH: u64 = 0x8080_8080_8080_8080;
 
-/// A flag in the high bit of every byte of a word that is `byte`; above the first flag there may be false ones.
+/// Sets the high bit of every byte of `word` that equals `byte`; bytes above the first match may be
+/// set falsely.
 const fn flags(word: u64, byte: u8) -> u64 {
     let x = word ^ (LOW * byte as u64);
     x.wrapping_sub(LOW) & !x & HIGH
@@ -20,13 +21,13 @@ fn find(bytes: &[u8], flags: impl Fn(u64) -> u64, is_it: impl Fn(u8) -> bool) ->
     tail.iter().position(|&b| is_it(b)).map(|n| words.len() * 8 + n)
 }
 
-/// The place of the first LF.
+/// Returns the index of the first LF.
 #[inline]
 pub(super) fn find_lf(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b'\n'), |b| b == b'\n')
 }
 
-/// The place of the first blank or tab.
+/// Returns the index of the first blank or tab.
 #[inline]
 pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')

@@ -1,44 +1,48 @@
-//! What takes the commands that a decoder makes.
+//! The interface between a decoder and the consumer of its commands.
 
 use super::commands::{Command, Rect};
 use super::stream_error::StreamError;
 use crate::memory::{Reservation, Rgba};
 
-/// Where a command begins in its stream.
+/// Position of a command in its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct StreamPosition {
-    /// 1 + the LF bytes before it, those in payloads and binary commands included.
+    /// Line number from 1: LF bytes before the position plus one, those in payloads and binary
+    /// commands included.
     pub line: u64,
-    /// Bytes before it.
+    /// Number of bytes before the position.
     pub byte: u64,
 }
 
 impl StreamPosition {
-    /// Where every stream begins.
+    /// Beginning of every stream.
     pub const START: StreamPosition = StreamPosition { line: 1, byte: 0 };
 }
 
-/// Whether the decoder shall go on.
+/// Tells the decoder whether to continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[must_use]
 pub enum Flow {
-    /// Go on.
+    /// Continue with the next command.
     Continue,
-    /// Read nothing more for now: [`super::Decoder::feed_some`] returns with what it has taken.
+    /// Stop reading for the moment: [`super::Decoder::feed_some`] returns with what it has
+    /// consumed.
     Pause,
-    /// Read nothing more of this stream, ever: QUIT came, or the connection is to close.
+    /// Read nothing more of this stream: QUIT was received, or the connection is to be closed.
     Stop,
 }
 
-/// What takes the commands of a stream, in order.
+/// Consumer of a stream's commands, in order.
 ///
-/// A flood of pixels comes through [`Sink::pixels`] and [`Sink::binary_pixels`], without a [`Command`] being made. A
-/// connection's OFFSET is not applied here: the sink does that, to text pixels and to `Command::GetPixel` alone.
+/// Pixels arrive in bulk through [`Sink::pixels`] and [`Sink::binary_pixels`], without a
+/// [`Command`] for each. The connection's OFFSET is not applied by the decoder: the sink applies
+/// it, to text pixels and to `Command::GetPixel` only.
 pub trait Sink {
-    /// A text `PX x y colour`, not moved by OFFSET yet.
+    /// Receives a text `PX x y colour`, before OFFSET.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba);
 
-    /// Several of them, in order, where they were written plainly: x and y as u16 little-endian, r, g, b, a.
+    /// Receives several plainly written text pixels in order, before OFFSET, 8 bytes each: x and y
+    /// as u16 little-endian, r, g, b, a.
     #[inline]
     fn pixels(&mut self, records: &[[u8; 8]]) {
         for &[x0, x1, y0, y1, color @ ..] in records {
@@ -46,43 +50,47 @@ pub trait Sink {
         }
     }
 
-    /// Whole binary pixels in a row, 10 bytes each as they came: `PB`, x and y as u16 little-endian, r, g, b, a.
-    /// [`binary_pixel`] reads one.
+    /// Receives consecutive complete binary pixels, 10 bytes each as on the wire: `PB`, x and y as
+    /// u16 little-endian, r, g, b, a. [`binary_pixel`] decodes one.
     fn binary_pixels(&mut self, records: &[u8]);
 
-    /// Any other command, whole and checked.
+    /// Receives any other command, complete and validated. `place` is where it begins.
     fn command(&mut self, command: Command, place: StreamPosition) -> Flow;
 
-    /// Takes over what the payload of the next [`Sink::command`] holds of the memory budget, where
-    /// the bytes go to that command: they are counted once, by whoever holds them.
+    /// Receives the reservation of the memory budget that covers the payload of the next
+    /// [`Sink::command`], when that command takes over the buffer: the bytes are counted once, by
+    /// the owner of the buffer.
     fn payload_held(&mut self, held: Reservation) {
         drop(held);
     }
 
-    /// A command that was refused, or a stream that is out of order. After one that closes the stream
-    /// ([`StreamError::closes`]) the decoder stops by itself.
+    /// Receives the error of a refused command or of a stream that breaks the protocol. After an
+    /// error that closes the stream ([`StreamError::closes`]) the decoder stops by itself.
     fn error(&mut self, error: StreamError) -> Flow;
 
-    /// `PXMULTI`: RGBA bytes of a run of pixels, linear from (x, y). The bytes are the decoder's: what is kept is copied.
+    /// Receives `PXMULTI`: RGBA bytes of a run of pixels, linear from (x, y). `rgba` is the
+    /// decoder's buffer, valid during the call only.
     fn pixel_run(&mut self, x: u16, y: u16, rgba: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::PixelRun { x, y, rgba: rgba.to_vec() }, place)
     }
 
-    /// `BLIT`: RGBA rows, as many bytes as the rectangle has.
+    /// Receives `BLIT`: RGBA rows, exactly as many bytes as the rectangle has. `rgba` is the
+    /// decoder's buffer, valid during the call only.
     fn blit(&mut self, rect: Rect, rgba: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::Blit { rect, rgba: rgba.to_vec() }, place)
     }
 
-    /// `POINTS`: 8 bytes a pixel, see [`Command::Points`].
+    /// Receives `POINTS`: 8 bytes per pixel, see [`Command::Points`]. `packed` is the decoder's
+    /// buffer, valid during the call only.
     fn points(&mut self, packed: &[u8], place: StreamPosition) -> Flow {
         self.command(Command::Points { packed: packed.to_vec() }, place)
     }
 }
 
-/// Bytes of a binary pixel.
+/// Bytes of one binary pixel.
 pub const BINARY_PIXEL_BYTES: usize = 10;
 
-/// The x, y and colour of one `PB` record.
+/// Returns x, y and colour of one `PB` record.
 #[inline]
 pub fn binary_pixel(record: &[u8; BINARY_PIXEL_BYTES]) -> (u16, u16, Rgba) {
     let [_, _, x0, x1, y0, y1, r, g, b, a] = *record;

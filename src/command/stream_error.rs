@@ -1,7 +1,8 @@
-//! A refusal in a stream, and how it stands on the wire and on `play`'s stderr.
+//! Decoding errors, and their text on the wire and on `play`'s stderr.
 //!
-//! `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, one ASCII line under 1,000 bytes. A token is cut at
-//! `TOKEN_BYTES` bytes; its bytes beyond printable ASCII, `"` and `\` are written as `\xNN`.
+//! `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, one ASCII line under 1,000 bytes. A
+//! token is cut at `TOKEN_BYTES` bytes; its bytes beyond printable ASCII, `"` and `\` are written
+//! as `\xNN`.
 
 use super::args::ParseError;
 use super::sink::StreamPosition;
@@ -11,23 +12,23 @@ use crate::error::{Code, Fault};
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// How much of a token an error line shows.
+/// Longest part of a token that an error line shows, in bytes.
 pub const TOKEN_BYTES: usize = 40;
 
-/// The length that an error line stays under, LF not counted.
+/// Exclusive limit of an error line's length in bytes, LF not counted.
 pub const LINE_BYTES: usize = 1000;
 
-/// What a refused command was.
+/// Verb of a refused command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// A verb of the table.
     Known(&'static Verb),
-    /// A word that is none, at most `TOKEN_BYTES` of it, as it came.
+    /// A word that is no verb: its first `TOKEN_BYTES` bytes, unchanged.
     Unknown(Vec<u8>),
 }
 
 impl Subject {
-    /// The subject of a line that begins with `word`.
+    /// Returns the subject of a line that begins with `word`.
     pub(super) fn of(word: &[u8]) -> Self {
         match Verb::find(word) {
             Some(verb) => Subject::Known(verb),
@@ -35,7 +36,7 @@ impl Subject {
         }
     }
 
-    /// The name for an error line: one ASCII word.
+    /// Returns the name for an error line: one ASCII word.
     pub fn name(&self) -> Cow<'static, str> {
         match self {
             Subject::Known(verb) => Cow::Borrowed(verb.name),
@@ -45,21 +46,21 @@ impl Subject {
     }
 }
 
-/// A command that the decoder refuses.
+/// Error about a command that the decoder refuses.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", format_play_error("-", self.place, &self.subject.name(), self.code, &self.message, Some(&self.token)))]
 pub struct StreamError {
     /// Where the command begins.
     pub place: StreamPosition,
-    /// What it was.
+    /// Verb of the command.
     pub subject: Subject,
-    /// Why it is refused.
+    /// Error code.
     pub code: Code,
-    /// What was expected: lower case, one line.
+    /// Expected input: lower case, one line.
     pub message: Cow<'static, str>,
-    /// What was found instead, at most `TOKEN_BYTES` bytes of it, as it came.
+    /// Offending input: its first `TOKEN_BYTES` bytes, unchanged.
     pub token: Vec<u8>,
-    /// Whether the stream cannot be followed any further: the connection is to be closed.
+    /// True if the stream cannot be decoded any further: the connection is to be closed.
     pub closes: bool,
 }
 
@@ -70,12 +71,13 @@ impl StreamError {
         StreamError { place, subject, code, message, token, closes: false }
     }
 
-    /// Whether no verb of the table has this name.
+    /// Returns whether no verb of the table has this name.
     pub fn is_unknown_verb(&self) -> bool {
         matches!(self.subject, Subject::Unknown(_))
     }
 
-    /// Whether a connection that has been Pixelflut's alone still is after this: unknown verbs do not count as used.
+    /// Returns whether a connection that used only Pixelflut verbs before still counts as such: an
+    /// unknown verb does not count as used.
     pub fn is_pixelflut(&self) -> bool {
         match &self.subject {
             Subject::Known(verb) => verb.is_pixelflut(),
@@ -83,12 +85,12 @@ impl StreamError {
         }
     }
 
-    /// The error's line for a connection, without its LF.
+    /// Returns the error line for a connection, without LF.
     pub fn wire_line(&self) -> String {
         format_error(self.place, &self.subject.name(), self.code, &self.message, Some(&self.token))
     }
 
-    /// The error's line for `play`, without its LF.
+    /// Returns the error line for `play`, without LF.
     pub fn play_line(&self, file: &str) -> String {
         format_play_error(file, self.place, &self.subject.name(), self.code, &self.message, Some(&self.token))
     }
@@ -104,7 +106,8 @@ impl From<&StreamError> for Fault {
     }
 }
 
-/// `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line under `LINE_BYTES`.
+/// Formats `ERR <line> <byte> <CODE> <VERB>: message, got "token"`, without LF: one ASCII line
+/// under `LINE_BYTES`.
 pub fn format_error(
     place: StreamPosition,
     verb: &str,
@@ -116,12 +119,13 @@ pub fn format_error(
     with_reason(head, &with_suggestion(code, verb, message), token)
 }
 
-/// The wire line of a refusal by the engine.
+/// Formats the wire line for an error of the engine.
 pub fn format_fault(place: StreamPosition, verb: &str, fault: &Fault) -> String {
     format_error(place, verb, fault.code, &fault.message, fault.token.as_ref().map(String::as_bytes))
 }
 
-/// `FILE:LINE: CODE VERB: message, got "token"`, without LF: what `play` says on stderr. The file's name stands as given.
+/// Formats `FILE:LINE: CODE VERB: message, got "token"`, without LF: the line that `play` writes to
+/// stderr. The file's name is not escaped.
 pub fn format_play_error(
     file: &str,
     place: StreamPosition,
@@ -134,7 +138,7 @@ pub fn format_play_error(
     format!("{file}:{}: {}", place.line, with_reason(format!("{code} {}", one_word(verb)), &message, token))
 }
 
-/// `play`'s line for a refusal by the engine.
+/// Formats `play`'s line for an error of the engine.
 pub fn format_play_fault(file: &str, place: StreamPosition, verb: &str, fault: &Fault) -> String {
     format_play_error(
         file,
@@ -146,13 +150,14 @@ pub fn format_play_fault(file: &str, place: StreamPosition, verb: &str, fault: &
     )
 }
 
-/// The message about an unknown verb with the one that was probably meant.
+/// Appends a suggestion to the message about an unknown verb, if one verb is near.
 fn with_suggestion<'a>(code: Code, verb: &str, message: &'a str) -> Cow<'a, str> {
     let near = if code == Code::Verb { nearest_verb(verb) } else { None };
     near.map_or(Cow::Borrowed(message), |near| Cow::Owned(format!("{message} (did you mean {near}?)")))
 }
 
-/// `head: message, got "token"`, the message cut so that the whole stays short.
+/// Formats `head: message, got "token"`; the message is cut so that the line stays under
+/// `LINE_BYTES`.
 fn with_reason(head: String, message: &str, token: Option<&[u8]>) -> String {
     let got =
         token.map_or(String::new(), |t| format!(", got \"{}\"", escape(&t[..t.len().min(TOKEN_BYTES)])));
@@ -172,19 +177,19 @@ fn with_reason(head: String, message: &str, token: Option<&[u8]>) -> String {
     line
 }
 
-/// A verb's name as one printable word of bounded length.
+/// Returns a verb's name as one printable word of bounded length.
 fn one_word(verb: &str) -> String {
     let word: Vec<u8> =
         verb.bytes().map(|b| if b == b' ' { b'_' } else { b }).take(4 * TOKEN_BYTES).collect();
     printable(&word)
 }
 
-/// Printable ASCII as it is, other bytes as `\xNN`.
+/// Returns printable ASCII unchanged and other bytes as `\xNN`.
 fn printable(bytes: &[u8]) -> String {
     written(bytes, |b| (b' '..=b'~').contains(&b))
 }
 
-/// Printable ASCII but `"` and `\` as it is, other bytes as `\xNN`.
+/// Returns printable ASCII except `"` and `\` unchanged, other bytes as `\xNN`.
 fn escape(bytes: &[u8]) -> String {
     written(bytes, |b| (b' '..=b'~').contains(&b) && b != b'"' && b != b'\\')
 }

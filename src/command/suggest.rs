@@ -1,12 +1,14 @@
-//! The verb that somebody may have meant: for messages that are about to be sent, never on the way of a stream.
+//! Spelling suggestions for unknown verbs. Used for messages about to be sent, never while a stream
+//! is decoded.
 
 use super::verb::Verb;
 
-/// The longest word that is looked at: no verb is nearly as long.
+/// Longest word considered; every verb is much shorter.
 const MAX_WORD: usize = 16;
 
-/// The one verb that is nearest to `word`: one slip away (a letter too many, too few, another, or two exchanged), or two in
-/// words of five letters and more. `None` where there is none or several are as near.
+/// Returns the one verb nearest to `word`: at most one edit away (a letter inserted, deleted,
+/// replaced, or two exchanged), or two for words of five letters and more. `None` if there is none,
+/// or if several are equally near.
 pub(super) fn nearest_verb(word: &str) -> Option<&'static str> {
     let upper = word.to_ascii_uppercase();
     if upper.len() < 2 || upper.len() > MAX_WORD || !upper.is_ascii() {
@@ -26,7 +28,7 @@ pub(super) fn nearest_verb(word: &str) -> Option<&'static str> {
     nearest.filter(|(distance, _)| *distance <= allowed && is_alone).map(|(_, name)| name)
 }
 
-/// How many slips part two words. Source: the optimal string alignment distance of Damerau and Levenshtein.
+/// Returns the optimal string alignment distance (Damerau and Levenshtein) of two words.
 fn edits(a: &[u8], b: &[u8]) -> usize {
     let mut rows = [[0; MAX_WORD + 1]; MAX_WORD + 1];
     if a.len() > MAX_WORD || b.len() > MAX_WORD {

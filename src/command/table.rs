@@ -1,7 +1,9 @@
-//! THE VERB TABLE: every verb of the language, once. The decoder, the messages, HELP and the fuzzer's dictionary read it.
+//! The verb table: every verb of the language, once. The decoder, the error messages, HELP and the
+//! fuzzer's dictionary are derived from it.
 //!
-//! Templates: words in lower case stand for arguments, `[...]` may be left out, `a|b` is a choice, `:N` announces N
-//! payload bytes after the line. Pixelflut's own verbs come first: clients that probe read no further.
+//! Templates: words in lower case stand for arguments, `[...]` is optional, `a|b` is a choice, `:N`
+//! announces N payload bytes after the line. Pixelflut's own verbs come first: clients that probe
+//! read no further.
 
 use super::args::{Args, ParseError};
 use super::commands::Command;

@@ -1,11 +1,12 @@
-//! What a command must satisfy by itself, whatever the state of memory and session.
+//! Validation of single commands, independent of the state of memory and session.
 //!
-//! The decoder checks every command that it reads; the engine checks those that come as typed values, so that both ways
-//! in refuse the same things with the same codes:
+//! The decoder validates every command that it reads, the engine those that arrive as typed values,
+//! so that both paths refuse the same commands with the same codes:
 //! - ENUM: a number that is not finite;
-//! - ERANGE: a negative width, height, radius, size, byte count, light index, level or error budget;
-//! - EFORMAT: a payload whose length is not what the words before it say, or text that is not UTF-8;
-//! - EARGS: a name that could not stand in a line; no byte to write, no point to join.
+//! - ERANGE: a negative width, height, radius, size, byte count, light index, level or error
+//!   budget;
+//! - EFORMAT: a payload whose length contradicts the words before it, or text that is not UTF-8;
+//! - EARGS: a name that cannot stand in a line; no byte to write, no point to join.
 
 use super::args::is_name;
 use super::commands::{Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
@@ -14,7 +15,11 @@ use crate::scene::{Attenuation, Projection};
 use glam::DVec3;
 
 impl Command {
-    /// Refuses what could not be right in any state: see the module's list.
+    /// Checks the command by itself.
+    ///
+    /// # Errors
+    ///
+    /// Those listed in the module's documentation.
     pub fn validate(&self) -> Result<(), Fault> {
         self.validate_numbers()?;
         self.validate_sizes()?;
@@ -45,7 +50,7 @@ impl Command {
         let wrong = |expected: String| Err(Fault::new(Code::Format, expected).got(format!(":{length}")));
         match self {
             Command::Blit { rect: Rect { w, h, .. }, .. } if *w >= 0 && *h >= 0 => {
-                // Both below 2^31: the product stays below 2^64.
+                // Both are below 2^31: the product stays below 2^64.
                 let expected = *w as u64 * *h as u64 * 4;
                 match expected == length {
                     true => Ok(()),
@@ -62,7 +67,8 @@ impl Command {
         }
     }
 
-    /// Refuses negative sizes, which need no payload to be seen.
+    /// Refuses negative sizes. Needs no payload, so the decoder calls it before the payload
+    /// arrives.
     pub(super) fn validate_sizes(&self) -> Result<(), Fault> {
         match self {
             Command::Blit { rect, .. }
@@ -124,7 +130,7 @@ impl Command {
         [Some(name), more].into_iter().flatten().try_for_each(|n| if is_name(n) { Ok(()) } else { wrong(n) })
     }
 
-    /// Refuses numbers that are not finite, which only typed commands can hold.
+    /// Refuses numbers that are not finite, which only typed commands can contain.
     fn validate_numbers(&self) -> Result<(), Fault> {
         let reals = |numbers: &[f64]| match numbers.iter().find(|n| !n.is_finite()) {
             Some(n) => Err(Fault::new(Code::Num, "numbers must be finite").got(n.to_string())),

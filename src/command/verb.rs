@@ -1,20 +1,20 @@
-//! A row of the verb table: what a verb is called, what it takes, how it is read, and what HELP says of it.
+//! Rows of the verb table: a verb's name, arity, parser and HELP lines.
 
 use super::args::{Args, ParseError};
 use super::commands::Command;
 use super::table::TABLE;
 
-/// How many words a verb takes after its name, `:N` not counted.
+/// Number of words that a verb takes after its name, `:N` not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arity {
-    /// One of these numbers.
+    /// Exactly one of these numbers, in ascending order.
     Of(&'static [usize]),
-    /// This many or more; the verb's own parser says which.
+    /// This many or more; the verb's own parser checks the exact number.
     From(usize),
 }
 
 impl Arity {
-    /// Whether `count` words are right.
+    /// Returns whether a line may have `count` words after its verb.
     pub fn allows(self, count: usize) -> bool {
         match self {
             Arity::Of(arity) => arity.contains(&count),
@@ -22,7 +22,7 @@ impl Arity {
         }
     }
 
-    /// The counts in words, as in `takes 5 or 6 arguments`.
+    /// Returns the numbers in words, as in `takes 5 or 6 arguments`.
     pub(super) fn in_words(self) -> String {
         let numbers = match self {
             Arity::From(least) => format!("{least} or more"),
@@ -34,27 +34,27 @@ impl Arity {
     }
 }
 
-/// Whether a verb's line ends with `:N` and bytes follow.
+/// Payload rule of a verb: a payload is announced by `:N` at the end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Payload {
-    /// Never.
+    /// No payload.
     Never,
-    /// Always.
+    /// A payload is required.
     Always,
-    /// Its parser says so by the words before.
+    /// The verb's parser decides by the words before.
     BySubject,
 }
 
-/// How a verb's arguments come.
+/// Wire encoding of a verb's arguments.
 #[derive(Clone, Copy)]
 pub(super) enum Encoding {
-    /// A text line, read by this function after its words were counted.
+    /// A text line, read by this function after its words have been counted.
     Text(fn(&mut Args<'_>) -> Result<Command, ParseError>),
-    /// Bytes, read by the framing.
+    /// A binary command, read by the framing.
     Binary,
 }
 
-/// What a verb is for; HELP and the protocol page follow this order.
+/// Category of a verb; HELP and the protocol page follow this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Group {
     /// Pixelflut's own verbs.
@@ -73,7 +73,7 @@ impl Group {
     /// All groups in order.
     pub const ALL: [Group; 5] = [Group::Pixelflut, Group::Memory, Group::TwoD, Group::ThreeD, Group::Control];
 
-    /// The group's title.
+    /// Returns the heading of the group in HELP.
     pub const fn title(self) -> &'static str {
         match self {
             Group::Pixelflut => "Pixelflut",
@@ -85,26 +85,27 @@ impl Group {
     }
 }
 
-/// One way to write a verb.
+/// One syntax of a verb.
 #[derive(Clone, Copy, Debug)]
 pub struct Form {
-    /// The whole command as a template: words in lower case stand for arguments, `[...]` may be left out, `a|b` is a choice.
+    /// The whole command as a template: words in lower case stand for arguments, `[...]` is
+    /// optional, `a|b` is a choice.
     pub syntax: &'static str,
-    /// What it does, in one line.
+    /// One-line description for HELP.
     pub about: &'static str,
 }
 
-/// One verb of the language.
+/// One verb of the command language: a row of the verb table.
 pub struct Verb {
-    /// The name, in upper case.
+    /// Name in upper case.
     pub name: &'static str,
-    /// What it is for.
+    /// Category under which HELP lists it.
     pub group: Group,
-    /// How many words it takes.
+    /// Number of words that it takes.
     pub arity: Arity,
-    /// Whether it takes a payload.
+    /// Payload rule.
     pub payload: Payload,
-    /// The ways to write it, for HELP and messages.
+    /// Accepted syntaxes, for HELP and error messages.
     pub forms: &'static [Form],
     pub(super) encoding: Encoding,
 }
@@ -124,12 +125,13 @@ impl PartialEq for Verb {
 impl Eq for Verb {}
 
 impl Verb {
-    /// All verbs, in the order of HELP.
+    /// Returns all verbs, in the order of HELP.
     pub fn all() -> &'static [Verb] {
         &TABLE
     }
 
-    /// The verb of a text line that begins with `word`, in either case. The binary verbs are not among them.
+    /// Returns the verb of a text line that begins with `word`, in either case. Binary verbs are
+    /// not found.
     #[inline]
     pub fn find(word: &[u8]) -> Option<&'static Verb> {
         let mut slot = hash(word);
@@ -142,7 +144,7 @@ impl Verb {
         }
     }
 
-    /// The place in [`Verb::all`] of the verb of this name, binary ones included.
+    /// Returns the index in [`Verb::all`] of the verb with this exact name, binary ones included.
     #[inline]
     pub fn index_of(name: &str) -> Option<usize> {
         let mut slot = hash(name.as_bytes());
@@ -155,18 +157,20 @@ impl Verb {
         }
     }
 
-    /// The verb of this exact name, binary ones included.
+    /// Returns the verb with this exact name, binary ones included.
     pub fn named(name: &str) -> Option<&'static Verb> {
         TABLE.iter().find(|v| v.name == name)
     }
 
-    /// Whether a connection that uses this verb is still a Pixelflut one, which gets no text unasked.
+    /// Returns whether the verb belongs to the original Pixelflut protocol. A connection that uses
+    /// only such verbs gets no text unasked.
     pub fn is_pixelflut(&self) -> bool {
         self.group == Group::Pixelflut
     }
 }
 
-/// Rows by the hash of their names, plus one; 0 is an empty slot. Collisions go to the next slot.
+/// Hash index of the table: the row plus one, or 0 for an empty slot. Collisions go to the next
+/// slot (linear probing).
 static INDEX: [u8; 512] = {
     let mut index = [0; 512];
     let mut row = 0;
@@ -181,7 +185,7 @@ static INDEX: [u8; 512] = {
     index
 };
 
-/// A slot for a word, the same in either case: bit 5 of the letters does not count.
+/// Returns the slot of a word, regardless of case: bit 5 of each byte is masked out.
 const fn hash(word: &[u8]) -> usize {
     let mut h = word.len() as u32;
     let mut i = 0;
@@ -238,7 +242,8 @@ mod tests {
         assert_eq!(names, ["HELP", "OFFSET", "PB", "PX", "PXMULTI", "QUIT", "SIZE", "STATS"]);
     }
 
-    /// How many words a template allows: the least, and the most unless it goes on.
+    /// Returns the least number of words that a template allows, and the most, `None` if it ends in
+    /// `...`.
     fn arity_of(syntax: &str) -> (usize, Option<usize>) {
         let (mut least, mut most, mut endless, mut depth) = (0, 0, false, 0i32);
         for word in syntax.split(' ').skip(1) {
@@ -250,7 +255,7 @@ mod tests {
                 "..." => endless = true,
                 ":N" => {}
                 word => {
-                    // `ka(3)` and `m00..m33` stand for several.
+                    // `ka(3)` and `m00..m33` stand for several words.
                     let n = match word.split_once('(') {
                         Some((_, n)) => n.trim_end_matches([')', ']']).parse().unwrap(),
                         None if word == "m00..m33" => 16,
@@ -286,7 +291,7 @@ mod tests {
                 Arity::From(least) => (least, None),
             };
             assert_eq!(all.iter().map(|c| c.0).min(), Some(least), "{}", verb.name);
-            // What follows a name that chooses the form is counted by the form's own reader.
+            // Words after a name that chooses the form are counted by the form's own parser.
             if most.is_some() || all.len() == 1 {
                 let found = all.iter().map(|c| c.1).reduce(|a, b| Some(a?.max(b?))).flatten();
                 assert_eq!(found, most, "{}", verb.name);

@@ -1,16 +1,18 @@
-//! Which commands only ask: known before they are decoded, so that they can be run while all others wait.
+//! Detection of read-only queries before they are decoded, so that they can run while all other
+//! commands wait.
 
 use super::{Decoder, DecoderState};
 use crate::command::args::words;
 use crate::command::commands::{Command, Rect};
 
-/// A rectangle of more pixels is not asked for in passing.
+/// Most pixels (or bytes of PEEK) of a query that counts as quick.
 const FEW_PIXELS: u64 = 1 << 16;
-/// Longer lines are not looked at.
+/// Longest line considered, in bytes.
 const SHORT_LINE: usize = 200;
 
 impl Command {
-    /// Whether it changes nothing but counters, and is answered within some 100 microseconds.
+    /// Returns whether the command changes nothing but counters and takes at most some 100
+    /// microseconds.
     pub fn only_asks(&self) -> bool {
         use Command as C;
         match self {
@@ -33,8 +35,9 @@ fn is_small(rect: Rect) -> bool {
 }
 
 impl Decoder {
-    /// How many of `bytes` end the next command, where that is a whole line whose words say that it only asks, an empty
-    /// one, or a comment. `None` where it is anything else, or not whole.
+    /// Returns how many of `bytes` complete the next command, if that is a whole line that is
+    /// empty, a comment, or a query by its words ([`Command::only_asks`]). `None` if it is anything
+    /// else or incomplete.
     pub fn next_asks(&self, bytes: &[u8]) -> Option<usize> {
         if !matches!(self.state, DecoderState::Head) {
             return None;
@@ -49,7 +52,8 @@ impl Decoder {
     }
 }
 
-/// Whether a line of text, its LF included, is such a command. A line that is refused is one: refusals change nothing.
+/// Returns whether a line of text, its LF included, is a query, empty or a comment. A malformed
+/// query counts: errors change nothing.
 fn line_asks(line: &[u8]) -> bool {
     let mut parts = words(line.trim_ascii_end());
     let Some(verb) = parts.next() else { return true };
@@ -57,7 +61,7 @@ fn line_asks(line: &[u8]) -> bool {
         return true;
     }
     let words: Vec<&[u8]> = parts.collect();
-    // What announces a payload is not over with its line.
+    // A command with a payload does not end with its line.
     if words.last().is_some_and(|word| word.starts_with(b":")) {
         return false;
     }

@@ -1,4 +1,4 @@
-//! Where commands begin, and where their heads end.
+//! Framing: the boundaries of commands and the ends of their heads.
 
 use super::line::without_cr;
 use super::{Decoder, DecoderState, MAX_LINE_BYTES};
@@ -13,13 +13,14 @@ use crate::command::verb::{Encoding, Verb};
 use crate::error::Code;
 use crate::simd::{binary_pixels, pixel_lexer};
 
-/// Bytes of `PXMULTI`, x, y and n.
+/// Bytes of a `PXMULTI` header: the verb, x, y and n.
 const RUN_HEADER_BYTES: usize = 15;
 
-/// Binary pixels are handed on in runs of at most so many bytes: the first look at them must still be in the nearest cache.
+/// Most bytes of binary pixels passed to the sink at once: the first records must still be in the
+/// L1 cache when the sink reads them.
 const BYTES_AT_ONCE: usize = 1024 * BINARY_PIXEL_BYTES;
 
-/// What the first bytes of a command tell.
+/// Kind of a command by its first bytes.
 pub(super) enum FrameKind {
     Undecided,
     Pixel,
@@ -39,8 +40,8 @@ pub(super) fn frame_kind(bytes: &[u8]) -> FrameKind {
 }
 
 impl Decoder {
-    /// Reads commands that lie whole in `bytes`, from a boundary on; keeps the beginning of one that does not.
-    /// Answers how many bytes it took.
+    /// Reads the complete commands in `bytes`, starting at a boundary; stores the beginning of an
+    /// incomplete one. Returns the number of bytes read.
     pub(super) fn read_complete(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let mut at = 0;
         while at < bytes.len() && matches!(self.state, DecoderState::Head) && !self.paused {
@@ -71,7 +72,8 @@ impl Decoder {
         at
     }
 
-    /// Keeps the beginning of a command for the next piece; a line that is already too long is not kept.
+    /// Stores the beginning of a command for the next piece; a line that is already too long is not
+    /// stored.
     fn hold_head(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let taken = &bytes[..bytes.len().min(MAX_LINE_BYTES + 2)];
         self.pass(taken);
@@ -82,7 +84,8 @@ impl Decoder {
         taken.len()
     }
 
-    /// Adds to a head that came in pieces, as little as can make it whole. Answers how many bytes it took.
+    /// Adds to an incomplete head as few bytes as can complete it. Returns the number of bytes
+    /// read.
     pub(super) fn read_head(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let expected = match frame_kind(&self.head) {
             FrameKind::Undecided => 1,
@@ -118,7 +121,8 @@ impl Decoder {
         taken.len()
     }
 
-    /// Hands on the binary pixels at the beginning of `bytes`, of which the first is whole.
+    /// Passes the binary pixels at the beginning of `bytes` to the sink; the first one is complete.
+    /// Returns the number of bytes read.
     fn binary_pixels(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let (count, lines) = binary_pixels::leading_records(&bytes[..bytes.len().min(BYTES_AT_ONCE)]);
         let records = &bytes[..count * BINARY_PIXEL_BYTES];
@@ -128,14 +132,14 @@ impl Decoder {
         records.len()
     }
 
-    /// Reads a `PXMULTI` whose header is whole in `bytes`.
+    /// Reads a `PXMULTI` whose header is complete in `bytes`. Returns the number of bytes read.
     fn run(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let (header, rest) = bytes.split_at(RUN_HEADER_BYTES);
         self.pass(header);
         RUN_HEADER_BYTES + self.run_header(header, rest, sink)
     }
 
-    /// Begins a `PXMULTI`'s run. Answers how many bytes of `rest` it took.
+    /// Starts the run of a `PXMULTI`. Returns the number of bytes read from `rest`.
     fn run_header(&mut self, header: &[u8], rest: &[u8], sink: &mut impl Sink) -> usize {
         let &[_, _, _, _, _, _, _, x0, x1, y0, y1, n0, n1, n2, n3] = header else { return 0 };
         let (x, y) = (u16::from_le_bytes([x0, x1]), u16::from_le_bytes([y0, y1]));
@@ -147,7 +151,7 @@ impl Decoder {
         self.payload(Command::PixelRun { x, y, rgba: Vec::new() }, length, rest, sink)
     }
 
-    /// `head` holds the beginning of a line over the limit: says so, and goes on to its end.
+    /// Reports an overlong line, whose beginning is in `head`, and continues to its end.
     fn begin_long_line(&mut self, sink: &mut impl Sink) {
         let head = std::mem::take(&mut self.head);
         let long = LongLine::new(&head);
@@ -178,12 +182,12 @@ impl Decoder {
     }
 }
 
-/// Whether a line without LF has more bytes than a line may, whatever follows.
+/// Returns whether a line without LF is over the limit, whatever follows.
 fn is_too_long(line: &[u8]) -> bool {
     line.len() > MAX_LINE_BYTES + 1 || (line.len() == MAX_LINE_BYTES + 1 && !line.ends_with(b"\r"))
 }
 
-/// The subject of a command that begins with `word`, a binary verb's name included.
+/// Returns the subject of a command that begins with `word`, binary verbs included.
 pub(super) fn binary_or_text(word: &[u8]) -> Subject {
     match Verb::all().iter().find(|v| matches!(v.encoding, Encoding::Binary) && v.name.as_bytes() == word) {
         Some(verb) => Subject::Known(verb),

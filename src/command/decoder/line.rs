@@ -1,4 +1,4 @@
-//! One whole line: the length that it announces, its verb, its words.
+//! Decoding of one complete text line: its payload length, its verb, its arguments.
 
 use super::{Decoder, DecoderState};
 use crate::command::args::{Args, ParseError, is_blank};
@@ -10,8 +10,8 @@ use crate::error::{Code, Fault};
 use crate::memory::{Rgba, parse_color};
 
 impl Decoder {
-    /// Reads one whole line without its end; `rest` is what follows it in the same piece.
-    /// Answers how many bytes of `rest` the payload took.
+    /// Reads one complete line without its end; `rest` is the input after it. Returns the number of
+    /// payload bytes read from `rest`.
     pub(super) fn line(&mut self, line: &[u8], rest: &[u8], sink: &mut impl Sink) -> usize {
         if is_idle(line) {
             return 0;
@@ -34,7 +34,8 @@ impl Decoder {
                     let mut error = StreamError::new(self.start, Subject::of(word), parse_error);
                     error.closes = true;
                     self.state = DecoderState::Closed;
-                    // Whatever it answers: no later command of this stream can be found.
+                    // The sink's answer does not matter: no later command of this stream can be
+                    // found.
                     let _ = sink.error(error);
                     return 0;
                 }
@@ -75,8 +76,8 @@ impl Decoder {
         }
     }
 
-    /// A `PX` whose colour is one hex digit, where those are taken: refused as any other word first, so that nothing else
-    /// pays for it.
+    /// Returns a `PX` whose colour is one hex digit, if those are accepted. It runs after the
+    /// normal parser has refused the line, so that no other line pays for the check.
     fn grey_pixel(
         &self,
         verb: &Verb,
@@ -93,23 +94,23 @@ impl Decoder {
     }
 }
 
-/// A line without the CR before its LF, if it has one.
+/// Returns a line without its final CR, if it has one.
 pub(super) fn without_cr(line: &[u8]) -> &[u8] {
     line.strip_suffix(b"\r").unwrap_or(line)
 }
 
-/// Whether a line does nothing: a comment, or blanks alone.
+/// Returns whether a line does nothing: a comment, or blanks alone.
 pub(super) fn is_idle(line: &[u8]) -> bool {
     line.first() == Some(&b'#') || without_cr(line).iter().all(|&b| is_blank(b))
 }
 
-/// What a last word after its colon announces.
+/// Payload length of a line, from the bytes after the colon of its last word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::command) enum PayloadLength {
     Length(u64),
-    /// Digits, and too many.
+    /// Digits, but 2^64 or more.
     Beyond,
-    /// No length.
+    /// Not a number.
     Junk,
 }
 
@@ -122,7 +123,7 @@ fn payload_length(digits: &[u8]) -> PayloadLength {
 }
 
 impl PayloadLength {
-    /// One more byte after the colon and what came before.
+    /// Appends one more byte after the colon.
     pub(in crate::command) fn with(self, byte: u8) -> Self {
         let digit = u64::from(byte.wrapping_sub(b'0'));
         match self {
@@ -136,7 +137,7 @@ impl PayloadLength {
     }
 }
 
-/// Reads a text command's words, the table's counts first.
+/// Parses a text command's arguments, after a check of their number against the table.
 fn read_command(
     verb: &'static Verb,
     rest: &[u8],
@@ -155,7 +156,7 @@ fn read_command(
     let Encoding::Text(parse) = verb.encoding else {
         return Err(ParseError::new(Code::Verb, "unknown verb", word));
     };
-    // Looked at where it is: taking it out of its Result and putting it back would copy it twice.
+    // Checked in place: moving the command out of its Result and back would copy it twice.
     let parsed = parse(&mut args);
     if let Ok(command) = &parsed {
         if verb.payload == Payload::BySubject {

@@ -1,15 +1,19 @@
-//! FRAMING: bytes in, whole commands out, however the transport cut them.
+//! The decoder: bytes in, complete commands out, independent of how the transport splits the
+//! stream.
 //!
-//! At a command boundary the first bytes decide: `PB` is ten bytes, `PXMULTI` a header of fifteen and its run, anything
-//! else a line up to LF, after which `:N` bytes of payload may follow. Nothing of a command reaches the sink before its
-//! last byte is there. No I/O, no thread.
+//! At a command boundary the first bytes decide: `PB` is ten bytes, `PXMULTI` a header of fifteen
+//! and its run, anything else a line up to LF, after which `:N` bytes of payload may follow. The
+//! sink receives nothing of a command before its last byte has arrived. No I/O, no thread.
 //!
 //! Promises:
-//! - the same calls of the sink for every way to cut the stream (but for how many records `pixels` and `binary_pixels` hold);
-//! - memory while waiting: a line's limit, plus payload bytes that have come, at most the payload limit (room for a whole large
-//!   payload is asked for when some of it has come, and found by the system as it is written);
-//! - a refused command's payload is skipped, so that an error never puts the stream out of step;
-//! - every byte sequence is survived, and every place is exact: line = 1 + LF bytes before, byte = bytes before.
+//! - The sink gets the same calls for every way to split the stream (except for the number of
+//!   records per call of `pixels` and `binary_pixels`).
+//! - Memory while waiting is bounded by a line's limit plus the payload bytes received, at most the
+//!   payload limit. Room for a whole large payload is allocated when some of it has arrived; the
+//!   system maps its pages as they are written.
+//! - A refused command's payload is skipped, so that an error never desynchronizes the stream.
+//! - No byte sequence causes a panic, and every position is exact: line = 1 + LF bytes before, byte
+//!   = bytes before.
 
 mod asks;
 mod framing;
@@ -30,47 +34,48 @@ use crate::memory::Reservation;
 use framing::{FrameKind, binary_or_text, frame_kind};
 use line::{is_idle, without_cr};
 
-/// The bytes that a line may have, LF and one CR before it not counted.
+/// Longest line in bytes, without its LF and one CR before it.
 pub const MAX_LINE_BYTES: usize = 4096;
 
-/// What a stream may ask for.
+/// Size limits for one stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The largest payload, and the largest run of `PXMULTI`, in bytes.
+    /// Largest payload, and largest run of `PXMULTI`, in bytes.
     pub payload_bytes: u64,
 }
 
 impl Default for Limits {
-    /// 64 MiB a payload.
+    /// Allows 64 MiB per payload.
     fn default() -> Self {
         Limits { payload_bytes: 64 << 20 }
     }
 }
 
-/// What the end of a stream means for a line without its LF.
+/// Kind of input that ends: decides about a last line without LF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EndOfInput {
     /// A regular file: its last line may lack the LF.
     File,
-    /// Everything else: a line without LF is unfinished.
+    /// Everything else: a line without LF is incomplete.
     Stream,
 }
 
-/// Where in a command the stream stands.
+/// Position of the stream within a command.
 enum DecoderState {
-    /// At a boundary, or in a head of which `Decoder::head` holds what has come.
+    /// At a boundary, or in a head whose beginning is in `Decoder::head`.
     Head,
-    /// In the payload of a command that waits for it; `Decoder::payload` holds what has come.
+    /// In the payload of `command`; `Decoder::payload` holds what has arrived.
     Collect { command: Command, length: usize },
-    /// In bytes that nobody wants. `subject` is who announced them, `None` when their lack was as good as said.
+    /// In bytes to be discarded. `subject` is the command that announced them, `None` after an
+    /// overlong line, where their absence is not reported.
     Skip { left: u64, subject: Option<Subject> },
-    /// In a line over the limit, its error said.
+    /// In an overlong line whose error has been reported.
     LongLine(LongLine),
     /// Nothing more is read.
     Closed,
 }
 
-/// Makes commands of a stream's bytes, fed in pieces of any size.
+/// Incremental decoder: turns a stream's bytes, fed in pieces of any size, into commands.
 ///
 /// ```
 /// use fbptr::command::{Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError};
@@ -91,29 +96,30 @@ enum DecoderState {
 /// ```
 pub struct Decoder {
     limits: Limits,
-    /// Where the current command begins.
+    /// Position where the current command begins.
     start: StreamPosition,
-    /// Where the next unread byte stands.
+    /// Position of the next unread byte.
     here: StreamPosition,
     state: DecoderState,
-    /// The beginning of a command whose head is not whole.
+    /// Beginning of a command whose head is incomplete.
     head: Vec<u8>,
     payload: Vec<u8>,
     pool: Option<PayloadPool>,
-    /// Bytes of the payload's room that the system has found already: another payload was in it.
+    /// Bytes of the payload's buffer whose pages are mapped already because an earlier payload used
+    /// it.
     warm_bytes: usize,
-    /// What the payload holds of the budget.
+    /// Reservation of the memory budget for the payload's buffer.
     payload_held: Option<Reservation>,
-    /// One hex digit is a colour of `PX`.
+    /// True if `PX` accepts one hex digit as a colour.
     takes_grey_digits: bool,
-    /// The sink asked for a rest.
+    /// Set when the sink has returned `Flow::Pause` during this call.
     paused: bool,
 }
 
 impl Decoder {
-    /// A decoder at the beginning of a stream.
+    /// Creates a decoder at the beginning of a stream.
     pub fn new(limits: Limits) -> Self {
-        // What a buffer can have at all is a limit, too.
+        // No buffer can be larger than isize::MAX bytes.
         let payload_bytes = limits.payload_bytes.min(isize::MAX as u64);
         Decoder {
             limits: Limits { payload_bytes },
@@ -130,32 +136,34 @@ impl Decoder {
         }
     }
 
-    /// The same, which takes the buffers of large payloads from `pool` and gives them back there.
+    /// Creates a decoder that takes the buffers of large payloads from `pool` and returns them to
+    /// it.
     pub fn with_payload_pool(limits: Limits, pool: &PayloadPool) -> Self {
         Decoder { pool: Some(pool.clone()), ..Decoder::new(limits) }
     }
 
-    /// Takes `PX x y g` with one hex digit from now on, the grey `gg`; otherwise such a word is no colour.
+    /// Sets whether `PX x y g` with one hex digit is accepted, as the grey `gg`; by default such a
+    /// word is no colour.
     pub fn set_grey_digits(&mut self, on: bool) {
         self.takes_grey_digits = on;
     }
 
-    /// Where the next byte to be fed stands.
+    /// Returns the position of the next byte to be fed.
     pub fn place(&self) -> StreamPosition {
         self.here
     }
 
-    /// Whether the stream stands between two commands: nothing is pending.
+    /// Returns whether the stream is between two commands, with nothing pending.
     pub fn is_at_boundary(&self) -> bool {
         self.head.is_empty() && matches!(self.state, DecoderState::Head)
     }
 
-    /// Bytes held while waiting for the rest of a command.
+    /// Returns the capacity in bytes of the buffers for an incomplete command.
     pub fn pending_bytes(&self) -> usize {
         self.head.capacity() + self.payload.capacity()
     }
 
-    /// Bytes that the payload which has begun is waiting for.
+    /// Returns how many bytes the payload in progress still needs.
     pub fn missing_bytes(&self) -> usize {
         match self.state {
             DecoderState::Collect { length, .. } => length - self.payload.len(),
@@ -163,8 +171,9 @@ impl Decoder {
         }
     }
 
-    /// Reads the next piece of the stream. After `Stop`, from the sink or because the stream cannot be followed, every
-    /// later call reads nothing and answers `Stop`. A `Pause` is not heeded: all bytes are read.
+    /// Reads the next piece of the stream. After `Stop`, from the sink or because the stream cannot
+    /// be decoded further, every later call reads nothing and returns `Stop`. `Pause` is ignored:
+    /// all bytes are read.
     pub fn feed(&mut self, mut bytes: &[u8], sink: &mut impl Sink) -> Flow {
         loop {
             match self.feed_some(bytes, sink) {
@@ -174,8 +183,8 @@ impl Decoder {
         }
     }
 
-    /// Reads the next piece of the stream up to the end of the command for which the sink answered `Pause`, or all of
-    /// it. Answers how many bytes were read; the caller feeds the rest later.
+    /// Reads the next piece of the stream up to the end of the command for which the sink returned
+    /// `Pause`, or all of it. Returns the number of bytes read; the caller feeds the rest later.
     pub fn feed_some(&mut self, bytes: &[u8], sink: &mut impl Sink) -> (usize, Flow) {
         let all = bytes.len();
         let mut bytes = bytes;
@@ -198,7 +207,7 @@ impl Decoder {
         (all - bytes.len(), flow)
     }
 
-    /// Ends the stream: says what is left unfinished. Further calls do nothing.
+    /// Ends the stream and reports what is incomplete. Further calls do nothing.
     pub fn finish(&mut self, end: EndOfInput, sink: &mut impl Sink) -> Flow {
         if matches!(self.state, DecoderState::Closed) {
             return Flow::Stop;
@@ -235,7 +244,7 @@ impl Decoder {
         }
     }
 
-    /// The stream has ended `missing` bytes before a payload did.
+    /// Reports that the stream ended `missing` bytes before a payload did.
     fn unfinished(&mut self, subject: Subject, missing: u64, sink: &mut impl Sink) -> Flow {
         let message = format!("the stream ends {missing} bytes before the payload does");
         let token = subject.name();
@@ -260,7 +269,7 @@ impl Decoder {
         self.obey(flow);
     }
 
-    /// Counts bytes as read.
+    /// Advances the position past `bytes`.
     fn pass(&mut self, bytes: &[u8]) {
         self.here.byte += bytes.len() as u64;
         self.here.line += count_lf(bytes);

@@ -1,4 +1,4 @@
-//! Payloads: waited for, handed on, or discarded.
+//! Payloads: collected, passed to the sink, or skipped.
 
 use super::framing::binary_or_text;
 use super::line::parse_error;
@@ -12,19 +12,21 @@ use crate::memory::{MemoryUse, OverBudget, Reservation};
 use crate::simd::allocator;
 use std::collections::TryReserveError;
 
-/// The largest room that grows with what comes. A payload that would need more of it, before it is more than half full, gets room
-/// for all of it at once, which is put away after use: an idle connection holds little, and so does one whose payload has only begun.
+/// Largest payload buffer that grows by doubling as bytes arrive, and that is kept afterwards.
+/// Where doubling would exceed it, the payload moves to a buffer for its whole length, which is
+/// returned to the pool after use: an idle connection holds little memory, and so does one whose
+/// payload has only begun.
 const KEPT_BYTES: usize = 256 << 10;
 
-/// A large payload reserves memory in steps of so many bytes.
+/// Step in bytes in which memory is reserved for a large payload.
 const RESERVED_BYTES: usize = 1 << 20;
 
-/// The room that a payload in pieces begins with, unless it is smaller.
+/// Initial capacity for a payload that arrives in pieces, unless it is smaller.
 const LEAST_ROOM: usize = 16 << 10;
 
 impl Decoder {
-    /// A command whose head is right: runs it if its payload lies in `rest`, else waits for it.
-    /// Answers how many bytes of `rest` it took.
+    /// Handles a command whose head is valid: runs it if its payload is complete in `rest`,
+    /// otherwise starts collecting. Returns the number of bytes read from `rest`.
     pub(super) fn payload(
         &mut self,
         command: Command,
@@ -47,7 +49,8 @@ impl Decoder {
         let DecoderState::Collect { length, .. } = self.state else { return 0 };
         let held = self.payload.len();
         let taken = &bytes[..bytes.len().min(length - held)];
-        // What has been announced may never come: room is made as bytes do, and never more than for all of them.
+        // The announced bytes may never arrive: the buffer grows as they do, and never beyond all
+        // of them.
         if self.payload.capacity() < held + taken.len() {
             let expected = (2 * self.payload.capacity()).max(LEAST_ROOM).clamp(held + taken.len(), length);
             let result = match expected <= KEPT_BYTES {
@@ -76,8 +79,8 @@ impl Decoder {
         taken.len()
     }
 
-    /// Moves to a room for all of the payload: one that was used before, or a new one in huge pages where that pays. The
-    /// system has to find no more of it than is written.
+    /// Moves to a buffer for the whole payload: a used one from the pool, or a new one, in huge
+    /// pages where they help. The system maps no more pages of a new one than are written.
     fn make_large_room(&mut self, length: usize) -> Result<(), TryReserveError> {
         let mut room = self.pool.as_ref().and_then(|pool| pool.take(length)).unwrap_or_default();
         self.warm_bytes = room.capacity();
@@ -90,8 +93,9 @@ impl Decoder {
         Ok(())
     }
 
-    /// Reserves what a payload of `length` bytes holds when so many of them are there. Of a new large room the system has to find
-    /// no more than is written, so it is reserved in steps; one that was used before is reserved whole.
+    /// Reserves memory for the first `filled` bytes of a payload of `length` bytes. The system maps
+    /// no more of a new large buffer than is written, so that is reserved in steps; a used buffer
+    /// is reserved in full.
     fn reserve_payload(&mut self, filled: usize, length: usize) -> Result<(), OverBudget> {
         let held = match &mut self.payload_held {
             Some(held) if held.bytes() >= filled.max(self.warm_bytes) as u64 => return Ok(()),
@@ -108,7 +112,8 @@ impl Decoder {
         held.try_cover(room as u64)
     }
 
-    /// There is no memory for the payload that has begun: says why, and discards it to its end.
+    /// Reports that there is no memory for the current payload, and skips the rest of it. Returns
+    /// the number of bytes read.
     fn give_up_payload(&mut self, bytes: &[u8], (code, why): (Code, String), sink: &mut impl Sink) -> usize {
         let DecoderState::Collect { command, length } =
             std::mem::replace(&mut self.state, DecoderState::Head)
@@ -149,7 +154,7 @@ impl Decoder {
         taken
     }
 
-    /// A payload over the limit: said at the header, then discarded.
+    /// Refuses a payload over the limit as soon as its length is known, and skips it.
     pub(super) fn refuse_payload(
         &mut self,
         subject: Subject,
@@ -162,7 +167,8 @@ impl Decoder {
         self.refuse(subject, ParseError::new(Code::TooBig, message, token.as_bytes()), length, rest, sink)
     }
 
-    /// Says an error and skips the payload of the refused command. Answers how many bytes of `rest` it took.
+    /// Reports an error and skips the payload of the refused command. Returns the number of bytes
+    /// read from `rest`.
     pub(super) fn refuse(
         &mut self,
         subject: Subject,
@@ -182,14 +188,14 @@ impl Decoder {
     }
 }
 
-/// A payload, in the piece that was fed or in the decoder's buffer.
+/// A payload, in the caller's bytes or in the decoder's buffer.
 enum Bytes<'a> {
     Borrowed(&'a [u8]),
-    /// With what the buffer holds of the budget.
+    /// The buffer, and the reservation that covers it.
     Owned(&'a mut Vec<u8>, &'a mut Option<Reservation>),
 }
 
-/// Gives a whole command to the sink.
+/// Passes a complete command to the sink.
 fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink: &mut impl Sink) -> Flow {
     let seen: &[u8] = match &payload {
         Bytes::Borrowed(bytes) => bytes,
@@ -205,7 +211,8 @@ fn deliver(mut command: Command, payload: Bytes<'_>, place: StreamPosition, sink
     if let Some(own) = command.payload_mut() {
         *own = match payload {
             Bytes::Borrowed(bytes) => bytes.to_vec(),
-            // A buffer with much more room than bytes would be held for nothing; it is of use here.
+            // The command would hold a buffer with much unused capacity, which the decoder can
+            // reuse.
             Bytes::Owned(bytes, _) if bytes.capacity() / 2 > bytes.len() => bytes.to_vec(),
             Bytes::Owned(bytes, held) => {
                 moved = held.take();

@@ -1,4 +1,4 @@
-//! A text line: words of every kind, and those of each command.
+//! Writer of text lines: words of every kind, and the arguments of each command.
 
 use super::EncodeError;
 use crate::command::commands::{
@@ -9,7 +9,7 @@ use crate::scene::ViewportRule;
 use glam::DVec3;
 use std::io::Write;
 
-/// A text line in the making.
+/// Writer that appends one text line to a buffer.
 pub(super) struct LineWriter<'a> {
     verb: &'static str,
     out: &'a mut Vec<u8>,
@@ -30,7 +30,8 @@ impl<'a> LineWriter<'a> {
 
     pub(super) fn reals(&mut self, numbers: &[f64]) {
         for n in numbers {
-            // Debug prints 1e300 short where Display writes 300 zeros; both are the shortest that read back.
+            // Debug prints 1e300 in short form where Display writes 300 zeros; both are the
+            // shortest that read back.
             self.word(format_args!("{n:?}"));
         }
     }

@@ -1,7 +1,7 @@
-//! A command's bytes: what the decoder reads back as the same command.
+//! Encoder: the bytes of a command, which the decoder reads back as the same command.
 //!
-//! Numbers are printed in the shortest form that reads back bit by bit; colours as `rrggbbaa` or `rrggbb`. Defaults are
-//! left out where the reader puts them back.
+//! Numbers are printed in the shortest form that reads back bit by bit, colours as `rrggbbaa` or
+//! `rrggbb`. Some arguments are left out where they have their defaults.
 
 mod line;
 mod three_d;
@@ -11,10 +11,10 @@ use super::decoder::MAX_LINE_BYTES;
 use crate::error::{Code, Fault};
 use line::LineWriter;
 
-/// Why a command has no bytes.
+/// Reason why a command cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EncodeError {
-    /// The command is refused whoever sends it.
+    /// The command is invalid by itself: [`Command::validate`] refuses it.
     #[error(transparent)]
     Refused(#[from] Fault),
     /// The line would be over the limit: a long POLY, FILLPOLY or POKE, or a long name.
@@ -22,22 +22,22 @@ pub enum EncodeError {
     LineTooLong {
         /// The verb.
         verb: &'static str,
-        /// The line's bytes without LF.
+        /// Bytes of the line without LF.
         bytes: usize,
     },
-    /// The language has no words for it: a texture called OFF or wrapped differently along its axes, a material with a
-    /// file's texture.
+    /// The text form cannot express it: a texture called OFF or wrapped differently along its axes,
+    /// a material with a file's texture.
     #[error("{verb} has no text for {what}")]
     NoText {
         /// The verb.
         verb: &'static str,
-        /// What cannot be said.
+        /// Part that cannot be expressed.
         what: &'static str,
     },
 }
 
 impl EncodeError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             EncodeError::Refused(fault) => fault.code,

@@ -1,4 +1,4 @@
-//! The words of meshes, projections, lights, materials and textures.
+//! Arguments of meshes, projections, lights, materials and textures.
 
 use super::EncodeError;
 use super::line::LineWriter;

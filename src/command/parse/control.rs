@@ -1,4 +1,4 @@
-//! Queries, frames and settings of a connection.
+//! Parsers of queries, frames and connection settings.
 
 use super::{Parsed, switch};
 use crate::command::args::Args;

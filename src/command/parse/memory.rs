@@ -1,4 +1,4 @@
-//! Pixels and bytes.
+//! Parsers of pixel and memory commands.
 
 use super::Parsed;
 use crate::command::args::{Args, ParseError};
@@ -19,7 +19,7 @@ pub fn offset(args: &mut Args<'_>) -> Parsed {
     Ok(Command::Offset { x, y })
 }
 
-/// Four whole numbers: x, y, w, h.
+/// Takes four integers: x, y, w, h.
 pub fn rectangle(args: &mut Args<'_>) -> Result<Rect, ParseError> {
     let [x, y, w, h] = args.ints()?;
     Ok(Rect { x, y, w, h })

@@ -1,5 +1,6 @@
-//! From words to commands, one function a verb. The word counts of the table hold when these run; what a line means
-//! beyond its own words (does the name exist, does the offset) is the engine's to say.
+//! Parsers from words to commands, one function per verb. They run after the table's word counts
+//! have been checked; the engine checks what depends on its state (whether a name exists, whether
+//! an offset is in range).
 
 pub(super) mod control;
 pub(super) mod memory;
@@ -12,8 +13,8 @@ use crate::error::Code;
 
 type Parsed = Result<Command, ParseError>;
 
-/// The words left, which must be one of `arity` as the subject before them says; `what` is the
-/// subject, or the whole line.
+/// Checks that the number of remaining words is in `arity` (ascending), as the subject before them
+/// requires; `what` is the subject, or the syntax of the whole line.
 fn expect_left(args: &Args<'_>, arity: &[usize], what: &str) -> Result<(), ParseError> {
     if arity.contains(&args.left()) {
         return Ok(());
@@ -32,16 +33,17 @@ fn expect_left(args: &Args<'_>, arity: &[usize], what: &str) -> Result<(), Parse
     Err(ParseError::new(Code::Args, message, blamed))
 }
 
-/// How the colours of light are written in the words left, which are `arity` many when a colour's
-/// one word is counted as the three reals that it stands for.
+/// Returns the notation of the colours of light in the remaining words, whose number is in `arity`
+/// when the one word of a colour is counted as the three reals that it stands for.
 fn light_form(args: &Args<'_>, arity: &[usize], what: &str) -> Result<LightForm, ParseError> {
     let colors = args.color_words_left();
     let fits_words = colors > 0 && arity.contains(&(args.left() + 2 * colors));
-    // Where there are as many words as numbers could be, words that are no colours are numbers gone wrong.
+    // If the count also fits plain numbers, words that are no colours are taken as misspelled
+    // numbers.
     if fits_words && (!arity.contains(&args.left()) || args.color_words_are_colors()) {
         return Ok(LightForm::Words);
     }
-    // A word that is no number then gets the blame, not the count.
+    // Then the error names the word that is no number, not the count.
     expect_left(args, arity, what).map(|()| LightForm::Reals)
 }
 

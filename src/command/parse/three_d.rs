@@ -1,4 +1,4 @@
-//! Meshes and scenes, cameras, the model matrix, lights, materials and the modes of drawing.
+//! Parsers of meshes and scenes, cameras, the model matrix, lights, materials and drawing modes.
 
 use super::memory::rectangle;
 use super::{Parsed, expect_left, light_form};
@@ -52,7 +52,7 @@ pub fn mesh(args: &mut Args<'_>) -> Parsed {
     Ok(Command::Mesh { name, source: Box::new(source) })
 }
 
-/// How finely a patch of the teapot is cut unless said.
+/// Subdivisions of a teapot patch per side if the line gives none.
 const DEFAULT_TEAPOT_LEVEL: u32 = 10;
 
 fn radius_and_height(args: &mut Args<'_>, what: &str) -> Result<[f64; 2], ParseError> {

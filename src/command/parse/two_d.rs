@@ -1,4 +1,4 @@
-//! Lines and areas.
+//! Parsers of lines and areas.
 
 use super::Parsed;
 use super::memory::rectangle;
@@ -50,7 +50,8 @@ pub fn fillcircle(args: &mut Args<'_>) -> Parsed {
     Ok(Command::FillCircle { cx, cy, r, color: args.color()? })
 }
 
-/// Coordinates come in pairs: a colour before them makes the count odd.
+/// Returns the number of coordinate pairs after the colour. An odd count of words is required: the
+/// colour and pairs.
 fn expect_pairs(args: &Args<'_>) -> Result<usize, ParseError> {
     match args.count() {
         count if count % 2 == 1 => Ok(count / 2),
