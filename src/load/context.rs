@@ -1,21 +1,21 @@
-//! What a load gets from its caller beside the file's bytes.
+//! Context of a load: everything a parser gets from its caller except the file's bytes.
 
 use super::LoadMemory;
 
-/// What a file that is loaded may refer to, and what it may take.
+/// Access to other files, and memory limits, of one load.
 pub struct LoadContext<'a> {
-    /// The file's folder inside the root that `opener` reads from, with `/` at its end; empty for
-    /// the root itself. `..` in names may climb to the root and no further.
+    /// Folder of the file, relative to the root that `opener` reads from, with a final `/`; empty
+    /// for the root itself. `..` in names may climb to the root and no further.
     pub folder: &'a str,
-    /// Finds a file by its name inside the root (`/` between folders; never absolute, never with
-    /// `..`); `None` where there is no such file, or where it may not be read.
+    /// Returns the bytes of a file by its name relative to the root (`/` between folders; never
+    /// absolute, never with `..`); `None` if there is no such file, or it may not be read.
     pub opener: &'a mut dyn FnMut(&str) -> Option<Vec<u8>>,
-    /// Asked before memory is taken.
+    /// Limits; memory is reserved here before it is allocated.
     pub memory: &'a mut LoadMemory,
 }
 
-/// `folder` (with `/` at its end unless empty) and `name` joined, with `.` and `..` worked out;
-/// `None` when that is no name inside the root.
+/// Joins `folder` (with a final `/` unless empty) and `name`, and resolves `.` and `..`. Returns
+/// `None` if the result is not the name of a file inside the root.
 pub fn path_inside(folder: &str, name: &str) -> Option<String> {
     if name.is_empty() || name.starts_with(['/', '\\']) || name.contains('\0') {
         return None;

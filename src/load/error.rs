@@ -1,32 +1,32 @@
-//! Why a file was refused, and where in it.
+//! Errors and warnings of loading a file, with their positions.
 
 use crate::error::Code;
 use crate::memory::OverBudget;
 use std::fmt;
 
-/// A place in a file that is being loaded.
+/// Position in a file that is being loaded.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct FilePosition {
-    /// The file's name, as the caller gave it.
+    /// Name of the file, as the caller gave it.
     pub file: String,
-    /// The line, from 1; 0 means the file as a whole.
+    /// Line from 1; 0 stands for the whole file.
     pub line: u32,
-    /// The column in characters, from 1; 0 means the line as a whole.
+    /// Column in characters, from 1; 0 stands for the whole line.
     pub column: u32,
 }
 
 impl FilePosition {
-    /// A file as a whole.
+    /// Creates the position of a whole file.
     pub fn file(file: impl Into<String>) -> Self {
         FilePosition { file: file.into(), line: 0, column: 0 }
     }
 
-    /// A line of a file, from 1.
+    /// Creates the position of a whole line, from 1.
     pub fn line(file: impl Into<String>, line: u32) -> Self {
         FilePosition { file: file.into(), line, column: 0 }
     }
 
-    /// A line and a column, both from 1.
+    /// Creates the position of a character: line and column, both from 1.
     pub fn column(file: impl Into<String>, line: u32, column: u32) -> Self {
         FilePosition { file: file.into(), line, column }
     }
@@ -43,104 +43,105 @@ impl fmt::Display for FilePosition {
     }
 }
 
-/// What is wrong with a file.
+/// Kind of defect in a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LoadErrorKind {
-    /// The text does not say what its format asks for here.
+    /// The text violates the grammar of its format.
     #[error("{expected}, found {found:?}")]
     Syntax {
-        /// What the format asks for.
+        /// Text that the format requires.
         expected: String,
-        /// What stands there.
+        /// Text found.
         found: String,
     },
-    /// Something that must be a finite number is not.
+    /// A word that must be a finite number is not.
     #[error("{what} must be a finite number, found {found:?}")]
     Number {
-        /// What the number is for.
+        /// Meaning of the number.
         what: &'static str,
-        /// What stands there.
+        /// Text found.
         found: String,
     },
-    /// A number that is finite, but cannot be used.
+    /// A finite number outside the valid range.
     #[error("{what} must be {expected}, found {found}")]
     Range {
-        /// What the number is for.
+        /// Meaning of the number.
         what: &'static str,
-        /// Which numbers can be used.
+        /// Description of the valid range.
         expected: &'static str,
-        /// What stands there.
+        /// Number found.
         found: String,
     },
-    /// An index that names nothing.
+    /// An index out of range.
     #[error("{what} index {index} names none of the {count} there are")]
     Index {
-        /// What is counted.
+        /// Kind of the indexed elements.
         what: &'static str,
-        /// The index as written.
+        /// Index as written in the file.
         index: i64,
-        /// How many there are.
+        /// Number of elements.
         count: u64,
     },
-    /// More than the limit.
+    /// A size over its limit.
     #[error("{what}: {found} is over the limit of {limit}")]
     TooBig {
-        /// What is limited.
+        /// Quantity that is limited.
         what: &'static str,
-        /// How much there is.
+        /// Amount found.
         found: u64,
-        /// How much there may be.
+        /// Largest amount allowed.
         limit: u64,
     },
-    /// A file that is referred to and cannot be found, or may not be read.
+    /// A referenced file that does not exist, or may not be read.
     #[error("{what} {name:?} cannot be found")]
     Missing {
-        /// What kind of file or name.
+        /// Kind of file or name.
         what: &'static str,
-        /// Its name.
+        /// Name as referenced.
         name: String,
     },
-    /// The decoder of the format gave up, for the reason in its own words.
+    /// The format's decoder failed; its own message is the reason.
     #[error("not a readable {format}: {reason}")]
     Undecodable {
-        /// The format's name.
+        /// Name of the format.
         format: &'static str,
-        /// The decoder's reason.
+        /// Message of the decoder.
         reason: String,
     },
-    /// What is read would take more than the quota leaves.
+    /// The result would exceed the quota.
     #[error("it takes {found} bytes, and the quota leaves {limit}")]
     OverQuota {
-        /// Bytes that it would take, as far as it is known.
+        /// Bytes of the result as far as it is known.
         found: u64,
-        /// Bytes that it may take.
+        /// Bytes that the quota allows.
         limit: u64,
     },
-    /// Reading it would take more memory than there may be.
+    /// Loading would exceed the memory budget.
     #[error(transparent)]
     OverBudget(OverBudget),
-    /// Whoever asked for it has cancelled it.
+    /// The caller cancelled the load.
     #[error("reading it was given up before its end")]
     Cancelled,
 }
 
-/// A file that was refused: where, and why. Its text is `FILE:LINE:COLUMN: reason`, as far as the place is known.
+/// Error of loading a file, with its position. The text is `FILE:LINE:COLUMN: reason`, without the
+/// parts that are unknown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {kind}")]
 pub struct LoadError {
-    /// Where.
+    /// Position of the error.
     pub place: FilePosition,
-    /// Why.
+    /// Kind of the error.
     pub kind: LoadErrorKind,
 }
 
 impl LoadError {
-    /// A refusal at a place.
+    /// Creates an error at a position.
     pub fn new(place: FilePosition, kind: LoadErrorKind) -> Self {
         LoadError { place, kind }
     }
 
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self.kind {
             LoadErrorKind::TooBig { .. } => Code::TooBig,
@@ -157,12 +158,12 @@ impl LoadError {
     }
 }
 
-/// Something in a file that was skipped or put right: the file still loads.
+/// A defect that was skipped or repaired: the file still loads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadWarning {
-    /// Where.
+    /// Position of the defect.
     pub place: FilePosition,
-    /// What was done, in lower case, one line.
+    /// Description of what was done, in lower case, one line.
     pub message: String,
 }
 

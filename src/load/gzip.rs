@@ -1,8 +1,9 @@
-//! Gzip files (RFC 1952) to the bytes that they hold.
+//! Decompression of gzip files (RFC 1952).
 //!
-//! In: a whole file's bytes and the memory that reading may take. Out: the inflated bytes of all members with their reservation,
-//! or why not. A few bytes can stand for a thousand times as many, so the output grows in steps, and each step is reserved
-//! before it exists; none is made beyond the limit. One would know a missing reservation by tests/allocations/decoder_memory.rs.
+//! In: the bytes of a file and the memory limits. Out: the inflated bytes of all members with their
+//! reservation, or an error. Output can be a thousand times as long as the input, so it grows in
+//! steps, each reserved before it is allocated, and never beyond the limit. A missing reservation
+//! is found by tests/allocations/decoder_memory.rs.
 
 use super::polled::PolledBytes;
 use super::{LoadErrorKind, LoadMemory};
@@ -10,24 +11,25 @@ use crate::memory::Reservation;
 use flate2::bufread::MultiGzDecoder;
 use std::io::Read;
 
-/// The most bytes that a gzip file may hold.
+/// Most inflated bytes of a gzip file.
 pub(crate) const MAX_INFLATED: u64 = 512 << 20;
 
-/// The first step of the output, in bytes; each further one is as long as all before it.
+/// First step of the output in bytes; each further step doubles the output.
 const FIRST_STEP: usize = 1 << 16;
 
-/// Bytes of the decoder: its window and tables.
+/// Bytes of the decoder's window and tables.
 const DECODER_BYTES: u64 = 64 << 10;
 
-/// Whether bytes begin as those of a gzip file do.
+/// Returns whether the bytes begin with gzip's magic number.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
 }
 
-/// The bytes that a gzip file holds.
+/// Inflates a gzip file.
 ///
 /// # Errors
-/// Bytes that are no gzip, more than `limit` of them, or memory that there is not.
+/// When the bytes are not valid gzip, the output is longer than `limit`, memory is short, or the
+/// load was cancelled.
 pub(crate) fn inflate(
     bytes: &[u8],
     limit: u64,
@@ -37,10 +39,10 @@ pub(crate) fn inflate(
     let mut decoder = MultiGzDecoder::new(PolledBytes::new(bytes, memory.cancel()));
     let mut out: Vec<u8> = Vec::new();
     loop {
-        // One byte beyond the limit tells that there is more.
+        // One byte beyond the limit shows that there is more.
         let room = (limit + 1).saturating_sub(out.len() as u64);
         let step = out.len().max(FIRST_STEP).min(room as usize);
-        // The list moves when it grows: both places are there for a moment.
+        // Growing copies the vector: for a moment both allocations exist.
         let moved = memory.work(out.len() as u64)?;
         held.try_grow(step as u64).map_err(LoadErrorKind::OverBudget)?;
         out.reserve_exact(step);
@@ -96,7 +98,8 @@ mod tests {
         assert!(matches!(error, LoadErrorKind::TooBig { limit: 0x10_0000, .. }), "{error}");
         let budget = MemoryBudget::new(400_000);
         let error = inflate(&bomb, MAX_INFLATED, &LoadMemory::new(&budget, u64::MAX)).unwrap_err();
-        // Granted are 64 KiB of the decoder, twice 64 KiB of the output, and 128 KiB to move it; not the next 128 KiB.
+        // Reserved at that point: 64 KiB for the decoder, twice 64 KiB of output, and 128 KiB to
+        // move it; the next 128 KiB are refused.
         let LoadErrorKind::OverBudget(over) = error else { panic!("{error}") };
         assert_eq!((over.needed, over.used, over.limit), (131_072, 327_680, 400_000));
         assert_eq!(budget.used(), 0, "everything is given back");

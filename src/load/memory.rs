@@ -1,15 +1,17 @@
-//! Limits of reading a file: working memory of a budget, the size of the result, and a token that
-//! cancels the reading.
+//! Limits of one load: working memory from a budget, the size of the result, and a token that
+//! cancels the load.
 //!
-//! In: estimates, made before the memory is taken: of a text by what is counted in it, of a picture by its header. Out: a
-//! refusal with figures, or reservations. The working part goes when a parser ends; the kept part lives as long as what was read.
-//! May be used on any thread. One would know a wrong estimate by tests/allocations/decoder_memory.rs, which counts what is allocated.
+//! In: estimates, made before memory is allocated: of a text by counts of its words, of a picture
+//! by its header. Out: an error with figures, or reservations. Working memory is released when a
+//! parser ends; the reservation of the result lives as long as the result. May be used on any
+//! thread. Wrong estimates are found by tests/allocations/decoder_memory.rs, which counts allocated
+//! bytes.
 
 use super::LoadErrorKind;
 use crate::cancel::CancelToken;
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 
-/// The memory that reading one file, with the files that it refers to, may take.
+/// Memory limits for loading one file and the files it refers to.
 #[derive(Debug)]
 pub struct LoadMemory {
     kept: Reservation,
@@ -18,12 +20,13 @@ pub struct LoadMemory {
 }
 
 impl LoadMemory {
-    /// Working memory of `budget`, and a result of at most `most_kept` bytes, which are of the budget as well.
+    /// Creates limits: working memory from `budget`, and a result of at most `most_kept` bytes,
+    /// which are counted in the budget as well.
     pub fn new(budget: &MemoryBudget, most_kept: u64) -> Self {
         LoadMemory { kept: budget.empty(MemoryUse::Resources), most_kept, cancel: CancelToken::default() }
     }
 
-    /// As much as the parsers' own limits allow.
+    /// Creates limits that no load reaches; the parsers' own limits apply.
     pub fn unlimited() -> Self {
         LoadMemory::new(&MemoryBudget::unlimited(), u64::MAX)
     }
@@ -35,12 +38,12 @@ impl LoadMemory {
         LoadMemory { cancel, ..self }
     }
 
-    /// The token by which reading is ended.
+    /// Returns the token that cancels the load.
     pub(super) fn cancel(&self) -> &CancelToken {
         &self.cancel
     }
 
-    /// Refuses to go on when reading was cancelled.
+    /// Returns an error if the load was cancelled.
     ///
     /// # Errors
     /// [`LoadErrorKind::Cancelled`].
@@ -51,7 +54,7 @@ impl LoadMemory {
         }
     }
 
-    /// Reserves `bytes` that are in use until the reservation is dropped.
+    /// Reserves `bytes` of working memory until the reservation is dropped.
     ///
     /// # Errors
     /// When the budget has no room, or reading was cancelled.
@@ -74,17 +77,17 @@ impl LoadMemory {
         self.kept.try_grow(bytes).map_err(LoadErrorKind::OverBudget)
     }
 
-    /// Bytes of the result so far.
+    /// Returns the bytes reserved for the result so far.
     pub fn kept_bytes(&self) -> u64 {
         self.kept.bytes()
     }
 
-    /// The budget.
+    /// Returns the memory budget.
     pub fn budget(&self) -> &MemoryBudget {
         self.kept.budget()
     }
 
-    /// What is reserved for the result, to be held as long as the result is.
+    /// Returns the reservation of the result, to be held as long as the result.
     pub fn into_kept(self) -> Reservation {
         self.kept
     }

@@ -1,9 +1,9 @@
-//! Files in: OBJ, MTL, X3D and pictures become scene data. Bad files are refused with file, line and reason.
+//! File loading: OBJ, MTL, X3D and pictures to scene data.
 //!
-//! In: the bytes of a file, its name for messages, and a function that finds the files it refers
-//! to. Out: scene data in object space, or a [`LoadError`]; what could be skipped is a
-//! [`LoadWarning`]. No parser opens a file: the caller reads, and decides which names may be read;
-//! [`SandboxDir`] is how it keeps strangers inside a folder.
+//! In: the bytes of a file, its name for messages, and a function that returns the files it refers
+//! to. Out: scene data in object space, or a [`LoadError`] with file, line and reason; a
+//! [`LoadWarning`] for each part that was skipped. No parser opens a file: the caller reads it, and
+//! decides which names may be read; [`SandboxDir`] restricts untrusted names to a folder.
 
 mod context;
 mod error;
@@ -20,9 +20,10 @@ pub use error::{FilePosition, LoadError, LoadErrorKind, LoadWarning};
 pub use memory::LoadMemory;
 pub use sandbox_dir::{QuotaDir, SandboxDir, SandboxError};
 
-/// Runs a decoder that is not ours; a panic in it becomes the reason of a refusal.
+/// Runs a third-party decoder and returns the message of a panic in it as an error.
 ///
-/// The last net: our own checks come first, so that this one catches nothing we know of.
+/// A last resort: our own checks come first and refuse every input that is known to make a decoder
+/// panic.
 fn never_panicking<T>(decode: impl FnOnce() -> T) -> Result<T, String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode)).map_err(|panic| {
         let text = panic.downcast_ref::<&str>().copied();

@@ -1,16 +1,16 @@
-//! A file's bytes for decoders that are not ours, until the load is cancelled.
+//! Cancellable input for third-party decoders.
 //!
-//! In: bytes and a token. Out: the bytes in pieces, with a look at the token before each; an I/O error
-//! once it is cancelled, at which a decoder gives up. Runs on the thread that decodes. A piece is
-//! short because packed pictures unpack to about a thousand times their bytes.
+//! In: bytes and a token. Out: the bytes in pieces, with a check of the token before each; an I/O
+//! error once it is cancelled, which makes the decoder return. Runs on the decoding thread. Pieces
+//! are short because compressed pictures unpack to about a thousand times their bytes.
 
 use crate::cancel::CancelToken;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 
-/// The longest piece.
+/// Longest piece in bytes.
 const PIECE_BYTES: usize = 16 << 10;
 
-/// Bytes that end early when a token is cancelled.
+/// Reader over a byte slice that fails once a token is cancelled.
 #[derive(Debug)]
 pub(super) struct PolledBytes<'a> {
     bytes: Cursor<&'a [u8]>,
@@ -18,7 +18,7 @@ pub(super) struct PolledBytes<'a> {
 }
 
 impl<'a> PolledBytes<'a> {
-    /// All of `bytes`, until `cancel` is cancelled.
+    /// Creates a reader of `bytes` that fails once `cancel` is cancelled.
     pub fn new(bytes: &'a [u8], cancel: &'a CancelToken) -> Self {
         PolledBytes { bytes: Cursor::new(bytes), cancel }
     }

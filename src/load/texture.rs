@@ -1,8 +1,9 @@
-//! Pictures in: PNG, JPEG, GIF (first picture), BMP, TGA and PNM become textures.
+//! Picture files: PNG, JPEG, GIF (first picture), BMP, TGA and PNM to textures.
 //!
-//! In: a whole file's bytes. Out: 8-bit RGBA texels as the file has them, row 0 at the top; grey becomes equal channels, what
-//! has no alpha is opaque, 16 bits are rounded to 8. No gamma and no colour profile is applied. Sizes are read from the
-//! header and checked before anything is unpacked, so a small file cannot ask for much memory.
+//! In: the bytes of a file. Out: 8-bit RGBA texels with the values of the file, row 0 at the top;
+//! grey becomes three equal channels, pictures without alpha are opaque, 16 bits are rounded to 8.
+//! No gamma and no colour profile is applied. Sizes are read from the header and checked before
+//! anything is unpacked, so a small file cannot claim much memory.
 
 use super::polled::PolledBytes;
 use super::{FilePosition, LoadError, LoadErrorKind, LoadMemory, never_panicking};
@@ -10,29 +11,30 @@ use crate::scene::{MAX_TEXTURE_SIDE, Texture, TextureError};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::path::Path;
 
-/// The most texels that a texture file may have.
+/// Most texels of a texture file.
 pub const MAX_TEXELS: u64 = 1 << 26;
 
-/// Bytes that a decoder may use for what stands before the pixels: palettes, colour profiles, text.
+/// Bytes that a decoder may allocate for headers: palettes, colour profiles, text.
 const HEADER_BYTES: u64 = 8 << 20;
 
-/// A texture from a file's bytes, where the file has no name.
+/// Decodes a texture from a file's bytes. Errors name the file "texture".
 pub fn decode(bytes: &[u8]) -> Result<Texture, LoadError> {
     decode_file(bytes, "texture")
 }
 
-/// A texture from the bytes of the file `file_name`, which is named in errors.
+/// Decodes a texture from the bytes of the file `file_name`, which errors refer to.
 ///
-/// The format is found in the bytes; the ending of the name is asked only where they do not tell (TGA).
+/// The format is detected from the bytes; only if they are ambiguous (TGA) the extension of the
+/// name decides.
 pub fn decode_file(bytes: &[u8], file_name: &str) -> Result<Texture, LoadError> {
     decode_within(bytes, file_name, &mut LoadMemory::unlimited())
 }
 
-/// [`decode_file`] within `memory`, which is asked for the texture and for what decoding it takes once its size is known from
-/// the header, and before a pixel is unpacked.
+/// [`decode_file`] within the limits of `memory`. The texture and the decoder's working memory are
+/// reserved once the size is known from the header, before a pixel is unpacked.
 ///
 /// # Errors
-/// As [`decode_file`], and when `memory` refuses, or is cancelled.
+/// Those of [`decode_file`], and one if `memory` has no room or is cancelled.
 pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> Result<Texture, LoadError> {
     let fail = |kind| LoadError::new(FilePosition::file(file_name), kind);
     let undecodable = |reason: String| fail(LoadErrorKind::Undecodable { format: "picture", reason });
@@ -79,7 +81,7 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
         let picture = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))?;
         Ok((picture.into_rgba8(), work))
     });
-    // A decoder that was stopped says no more than that it could not read on.
+    // A decoder that was cancelled reports only that it could not read on.
     memory.check_cancelled().map_err(fail)?;
     let (picture, _work) = decoded.unwrap_or_else(|reason| Err(undecodable(reason)))?;
     let (width, height) = picture.dimensions();
@@ -92,9 +94,10 @@ pub fn decode_within(bytes: &[u8], file_name: &str, memory: &mut LoadMemory) -> 
     })
 }
 
-/// Bytes that unpacking a picture takes at most, of which `decoded` are the pixels as they stand in the file. PNG is unpacked
-/// row by row; of a JPEG all coefficients may be held, 16 bits each; of a GIF its indices and the frame under them. What is not
-/// RGBA of 8 bits yet is there twice while it is made so.
+/// Returns an upper bound of the bytes for unpacking a picture, of which `decoded` are the pixels
+/// in the file's format. PNG is unpacked row by row; a JPEG decoder may hold all coefficients at 16
+/// bits each, a GIF decoder the indices and the previous frame. Pixels that are not 8-bit RGBA
+/// exist twice during conversion.
 fn unpacking_bytes(format: ImageFormat, pixels: u64, decoded: u64) -> u64 {
     match format {
         ImageFormat::Png => decoded + 4 * pixels,

@@ -1,9 +1,11 @@
-//! A folder that strangers may name files in: the rule of LOAD, SNAP and of what files refer to.
+//! A folder in which untrusted names may be opened: used by LOAD, SNAP and for files that other
+//! files refer to.
 //!
-//! In: names from a stream or a file. Out: the file's bytes, or a path to write, or why not. A name is relative, has no
-//! `..`, meets no symbolic link on its way, and stands for a plain file: everything else is refused before it is opened.
-//! One that is exchanged between that look and the opening is refused after: no opening waits, and what counts is what was
-//! opened. [`QuotaDir`] bounds what is written.
+//! In: names from a stream or a file. Out: the file's bytes, a path to write, or an error. A valid
+//! name is relative, has no `..`, passes no symbolic link, and refers to a regular file: everything
+//! else is refused before it is opened. A path that is swapped between this check and the opening
+//! is refused afterwards: the opened file is checked again, and opening never blocks. [`QuotaDir`]
+//! limits the bytes written.
 
 mod open;
 mod put;
@@ -18,73 +20,73 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
 
-/// Why a name was refused.
+/// Reason why a name was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SandboxError {
-    /// The name is no relative path of plain steps.
+    /// The name is not a relative path of plain components.
     #[error("a file's name is relative, without \"..\", inside the folder: {name:?} is not")]
     BadName {
-        /// The name.
+        /// Name as given.
         name: String,
     },
-    /// A step of the name is a symbolic link.
+    /// A component of the name is a symbolic link.
     #[error("{name:?} goes through a symbolic link")]
     Link {
-        /// The name.
+        /// Name as given.
         name: String,
     },
-    /// The name stands for something that is no plain file.
+    /// The name refers to something other than a regular file.
     #[error("{name:?} is no plain file")]
     NotPlain {
-        /// The name.
+        /// Name as given.
         name: String,
     },
     /// There is no such file, or no folder for it.
     #[error("{name:?} is not there")]
     Missing {
-        /// The name.
+        /// Name as given.
         name: String,
     },
-    /// The file is over the limit.
+    /// The file is larger than the limit.
     #[error("{name:?} has {found} bytes, and the limit is {limit}")]
     TooLarge {
-        /// The name.
+        /// Name as given.
         name: String,
-        /// Bytes that it has.
+        /// Size of the file in bytes.
         found: u64,
-        /// Bytes that it may have.
+        /// Largest size allowed, in bytes.
         limit: u64,
     },
-    /// The files written into the folder would take more than they may.
+    /// The files written into the folder would exceed the quota.
     #[error(
         "{name:?}: the files that SNAP wrote take {used} of {limit} bytes, and there is no room for this one"
     )]
     Quota {
         /// The name.
         name: String,
-        /// Bytes that are taken.
+        /// Bytes in use.
         used: u64,
-        /// Bytes that may be taken.
+        /// Bytes allowed in total.
         limit: u64,
     },
-    /// There is no room left to write it.
+    /// The disk is full.
     #[error("{name:?}: there is no room left")]
     Full {
-        /// The name.
+        /// Name as given.
         name: String,
     },
-    /// The system refused.
+    /// The operating system reported another error.
     #[error("{name:?}: {reason}")]
     Io {
-        /// The name.
+        /// Name as given.
         name: String,
-        /// The system's words.
+        /// Message of the operating system.
         reason: String,
     },
 }
 
 impl SandboxError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             SandboxError::Missing { .. } => Code::NoEnt,
@@ -101,17 +103,16 @@ impl From<SandboxError> for Fault {
     }
 }
 
-/// A folder inside which files may be read or written by name.
+/// A folder in which files may be read and written by untrusted names.
 #[derive(Clone, Debug)]
 pub struct SandboxDir {
     root: PathBuf,
 }
 
 impl SandboxDir {
-    /// The folder at `root`.
+    /// Opens the folder at `root`.
     ///
-    /// # Errors
-    /// When there is no folder.
+    /// # Errors If `root` does not exist or is not a folder.
     pub fn open(root: &Path) -> io::Result<SandboxDir> {
         let root = fs::canonicalize(root)?;
         match root.is_dir() {
@@ -120,17 +121,18 @@ impl SandboxDir {
         }
     }
 
-    /// Where it is.
+    /// Returns the canonical path of the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// The bytes of the file `name`, at most `limit` of them.
+    /// Reads the file `name`, of at most `limit` bytes.
     ///
     /// # Errors
     /// See [`SandboxError`].
     pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SandboxError> {
-        // Says what is wrong with a name that is not meant well; what counts is what is opened after.
+        // Finds the precise reason for a bad name; the check that counts is made on the opened
+        // file.
         let path = self.resolve(name)?;
         let meta = fs::symlink_metadata(&path).map_err(|e| from_io(name, &e))?;
         check_plain(name, &meta)?;
@@ -141,7 +143,7 @@ impl SandboxDir {
             return Err(too_large(opened.len()));
         }
         let mut bytes = Vec::new();
-        // A file that grows while it is read ends at the limit too.
+        // A file that grows while it is read is cut off at the limit, too.
         let mut reader = (&mut file).take(limit.saturating_add(1));
         reader.read_to_end(&mut bytes).map_err(|e| from_io(name, &e))?;
         match bytes.len() as u64 <= limit {
@@ -150,12 +152,12 @@ impl SandboxDir {
         }
     }
 
-    /// A path that was walked, as seen from the folder.
+    /// Returns a resolved path relative to the folder.
     fn inside<'a>(&self, path: &'a Path) -> &'a Path {
         path.strip_prefix(&self.root).unwrap_or(path)
     }
 
-    /// The path under which the file `name` may be written: a plain file that is there, or none.
+    /// Returns the path under which `name` may be written: of a regular file, or of none.
     ///
     /// # Errors
     /// See [`SandboxError`].
@@ -168,8 +170,9 @@ impl SandboxDir {
         }
     }
 
-    /// Writes the file `name`, which changes only when all of it is written. Where the system can, folders on the way are
-    /// opened one from the other and never by path, so that one that is exchanged for a link meanwhile leads nowhere else.
+    /// Writes the file `name`, atomically: it changes only when all of it is written. On Unix each
+    /// folder on the way is opened relative to the one before, never by path, so that a folder
+    /// swapped for a link meanwhile leads nowhere else.
     ///
     /// # Errors
     /// See [`SandboxError`].
@@ -178,12 +181,14 @@ impl SandboxDir {
         name: &str,
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), SandboxError> {
-        // Says what is wrong with a name that is not meant well; what counts is what is opened after.
+        // Finds the precise reason for a bad name; the check that counts is made when the folders
+        // are opened.
         let path = self.path_to_write(name)?;
         put::put(&self.root, self.inside(&path), fill).map_err(|e| e.named(name))
     }
 
-    /// The path of `name`, all of its folders there and none of them a link. Its last step is not looked at.
+    /// Returns the path of `name` after a check that its folders exist and are no links. The last
+    /// component is not checked.
     fn resolve(&self, name: &str) -> Result<PathBuf, SandboxError> {
         let bad_name = || SandboxError::BadName { name: name.into() };
         if name.contains(['\0', '\\']) || name.ends_with('/') || name.ends_with("/.") {

@@ -1,18 +1,19 @@
-//! Opens what lies below a folder step by step, so that nothing that is exchanged meanwhile leads elsewhere or waits.
+//! Race-free opening of files below a folder: component by component, without following links and
+//! without blocking.
 
 use super::SandboxError;
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// Why nothing was opened.
+/// Reason why nothing was opened.
 #[derive(Debug)]
 pub(super) enum OpenError {
-    /// A step on the way is a link by now.
+    /// A component is a symbolic link, or no folder.
     Link,
-    /// It is no plain file by now.
+    /// Not a regular file.
     NotPlain,
-    /// The system refused.
+    /// Another error of the operating system.
     Io(io::Error),
 }
 
@@ -38,14 +39,15 @@ impl From<rustix::io::Errno> for OpenError {
         use rustix::io::Errno;
         match e {
             Errno::LOOP | Errno::NOTDIR => OpenError::Link,
-            // A socket, or a pipe that would have to wait.
+            // Reported for a socket, or for a pipe that would block.
             Errno::NXIO => OpenError::NotPlain,
             e => OpenError::Io(e.into()),
         }
     }
 }
 
-/// Opens the folder that holds `inside`, a path of plain steps below `root`: each folder from the one before, never by path.
+/// Opens the parent folder of `inside`, a path of plain components below `root`: each folder
+/// relative to the one before, never by path.
 #[cfg(unix)]
 pub(super) fn folder_of(root: &Path, inside: &Path) -> Result<std::os::fd::OwnedFd, OpenError> {
     use rustix::fs::{Mode, OFlags, open, openat};
@@ -57,7 +59,8 @@ pub(super) fn folder_of(root: &Path, inside: &Path) -> Result<std::os::fd::Owned
     Ok(folder)
 }
 
-/// Opens the plain file at `inside` for reading. Never waits: a pipe, a device or a socket in its place is refused.
+/// Opens the regular file at `inside` for reading. Never blocks: a pipe, a device or a socket in
+/// its place is refused.
 #[cfg(unix)]
 pub(super) fn plain_file(root: &Path, inside: &Path) -> Result<File, OpenError> {
     use rustix::fs::{Mode, OFlags, openat};
@@ -70,7 +73,7 @@ pub(super) fn plain_file(root: &Path, inside: &Path) -> Result<File, OpenError> 
     }
 }
 
-/// Opens the plain file at `inside` for reading.
+/// Opens the regular file at `inside` for reading. A path that leads out of `root` is refused.
 #[cfg(not(unix))]
 pub(super) fn plain_file(root: &Path, inside: &Path) -> Result<File, OpenError> {
     let path = root.join(inside);

@@ -1,10 +1,10 @@
-//! A whole file into a folder, by what the system has against links.
+//! Atomic writing of a file below a folder, protected against links as far as the system allows.
 
 use super::open::OpenError;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Fills the file at `inside`, a path of plain steps below `root`, or leaves it as it was.
+/// Writes the file at `inside`, a path of plain components below `root`, or leaves it unchanged.
 #[cfg(unix)]
 pub(super) fn put(
     root: &Path,
@@ -27,18 +27,18 @@ pub(super) fn put(
         }
     };
     let mut out = io::BufWriter::with_capacity(1 << 16, file);
-    // Open until it has its name: a file that is closed before could be taken for a leftover.
+    // Stays open until it is renamed: a closed temporary file could be taken for a leftover.
     let written = fill(&mut out)
         .and_then(|()| out.into_inner().map_err(io::IntoInnerError::into_error))
         .and_then(|file| Ok(renameat(&folder, &*temporary, &folder, target).map(|()| drop(file))?));
     written.map_err(|e| {
-        // The error that counts is the first one; the leftover is removed if it can be.
+        // The first error is reported; the leftover is removed if possible.
         let _ = unlinkat(&folder, &*temporary, AtFlags::empty());
         OpenError::Io(e)
     })
 }
 
-/// Fills the file at `inside`, a path of plain steps below `root`, or leaves it as it was.
+/// Writes the file at `inside`, a path of plain components below `root`, or leaves it unchanged.
 #[cfg(not(unix))]
 pub(super) fn put(
     root: &Path,

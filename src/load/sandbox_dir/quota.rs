@@ -1,8 +1,8 @@
-//! A folder whose files, as far as they were written through it, take no more than a given number of bytes.
+//! A sandbox directory with a limit on the bytes written through it.
 //!
-//! In: names and contents. Out: files, or why not, with the figures. Files count in whole blocks. Those that were there
-//! before, or that others write, do not count; those that others remove stop counting when room is next looked for.
-//! Writers on several threads share the quota.
+//! In: names and contents. Out: files, or an error with the figures. Files count in whole blocks.
+//! Files that existed before, or that others write, do not count; files that others remove stop
+//! counting when room is next searched for. Threads may write concurrently and share the quota.
 
 use super::{SandboxDir, SandboxError};
 use std::collections::BTreeMap;
@@ -11,12 +11,13 @@ use std::ops::Bound;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What a file takes at least, and in multiples of.
+/// Block size: each file counts as a multiple of it.
 const BLOCK_BYTES: u64 = 4096;
-/// Files looked for at once when room is missing: about a millisecond.
+/// Most files checked for existence at once when room is missing: about a millisecond.
 const LOOKED_FOR: usize = 500;
 
-/// See the module's text.
+/// A sandbox directory whose files, as far as they were written through it, take at most a given
+/// number of bytes.
 #[derive(Debug)]
 pub struct QuotaDir {
     folder: SandboxDir,
@@ -26,40 +27,40 @@ pub struct QuotaDir {
 
 #[derive(Debug, Default)]
 struct Usage {
-    /// The files written, with the bytes that they take.
+    /// Files written, with the bytes they take.
     files: BTreeMap<PathBuf, u64>,
     /// Bytes of `files`, and of files that are being written.
     used_bytes: u64,
-    /// The last file that was looked for.
+    /// Last file that was checked for existence, where the next search continues.
     looked_at: Option<PathBuf>,
 }
 
 impl QuotaDir {
-    /// `folder` with room for `limit_bytes`.
+    /// Limits the files written into `folder` to `limit_bytes` in total.
     pub fn new(folder: SandboxDir, limit_bytes: u64) -> Self {
         QuotaDir { folder, limit_bytes, usage: Mutex::default() }
     }
 
-    /// The folder.
+    /// Returns the folder.
     pub fn folder(&self) -> &SandboxDir {
         &self.folder
     }
 
-    /// Bytes that the files written take.
+    /// Returns the bytes taken by the files written and being written.
     pub fn used_bytes(&self) -> u64 {
         self.lock().used_bytes
     }
 
     fn lock(&self) -> MutexGuard<'_, Usage> {
-        // Counts that are off by one file after a panic bound the folder all the same.
+        // After a panic the count may be off by one file, which still limits the folder.
         self.usage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes the file `name` as [`SandboxDir::write`] does. A file that it replaces makes room for
-    /// it.
+    /// Writes the file `name` as [`SandboxDir::write`] does. The room of a file that it replaces is
+    /// available to it.
     ///
     /// # Errors
-    /// [`SandboxError::Quota`] when it does not fit, and see [`SandboxError`].
+    /// [`SandboxError::Quota`] if the file does not fit, or another [`SandboxError`].
     pub fn write(
         &self,
         name: &str,
@@ -92,7 +93,8 @@ impl QuotaDir {
 }
 
 impl Usage {
-    /// Stops counting files that are gone; looks for some of them, the next ones at the next call.
+    /// Stops counting files that were removed. Checks at most [`LOOKED_FOR`] files; the next call
+    /// continues after them.
     fn look_for_files(&mut self) {
         let after = self.looked_at.take().map_or(Bound::Unbounded, Bound::Excluded);
         let some: Vec<PathBuf> = self
@@ -113,18 +115,18 @@ impl Usage {
     }
 }
 
-/// What one file takes while it is written.
+/// Bytes of one file while it is being written.
 struct Account<'a> {
     quota: &'a QuotaDir,
     replaced_bytes: u64,
     written_bytes: u64,
     taken_bytes: u64,
-    /// The bytes that were in use when there was no room.
+    /// Bytes in use, this file's not counted, when there was no room for it.
     full_at: Option<u64>,
 }
 
 impl Account<'_> {
-    /// Takes room for `more` bytes; whether there was any.
+    /// Reserves room for `more` bytes; returns whether there was any.
     fn take(&mut self, more: u64) -> bool {
         let wanted = (self.written_bytes + more).next_multiple_of(BLOCK_BYTES) - self.taken_bytes;
         let mut usage = self.quota.lock();
@@ -144,7 +146,7 @@ impl Account<'_> {
     }
 }
 
-/// A writer that ends where the quota does.
+/// A writer that fails when the quota is exhausted.
 struct Metered<'a, 'q> {
     out: &'a mut dyn Write,
     account: &'a mut Account<'q>,

@@ -1,4 +1,4 @@
-//! Names that lead out of the folder, and folders that are exchanged meanwhile.
+//! Names that lead out of the folder, and folders that are swapped meanwhile.
 
 use super::*;
 use std::os::unix::fs::symlink;
@@ -90,7 +90,7 @@ fn a_folder_that_becomes_a_link_while_it_is_walked_leads_nowhere() {
     fs::write(base.join("out/a"), "secret").unwrap();
     symlink(base.join("out"), base.join("in/link")).unwrap();
     let folder = SandboxDir::open(&base.join("in")).unwrap();
-    // What the opening sees when the exchange comes after the first look.
+    // The state when the swap comes after the first check.
     let opened = |name: &str| open::plain_file(folder.root(), Path::new(name));
     assert!(matches!(opened("link/a"), Err(open::OpenError::Link)));
     assert!(opened("sub/a").is_ok());
@@ -124,7 +124,7 @@ fn make_pipe(path: &Path) {
     assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
-/// Runs `task` on a thread of its own; whether it ended before anybody would say that it hangs.
+/// Runs `task` on a thread of its own; returns whether it ended before a timeout.
 fn ends(task: impl FnOnce() + Send + 'static) -> bool {
     let (over, is_over) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
@@ -144,7 +144,7 @@ fn what_is_no_plain_file_when_it_is_opened_is_refused_without_waiting() {
     symlink("file", base.join("link")).unwrap();
     fs::write(base.join("file"), "abc").unwrap();
     let root = base.clone();
-    // The look before the opening is left out: it is what an exchange passes.
+    // Without the first check, which a swap evades.
     let task = move || {
         for name in ["pipe", "socket", "folder"] {
             let refused = open::plain_file(&root, Path::new(name)).unwrap_err();
@@ -199,7 +199,7 @@ fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
     fs::write(base.join("theirs"), [0; 50_000]).unwrap();
     let folder = QuotaDir::new(SandboxDir::open(&base).unwrap(), 3 * 4096);
     let write = |name: &str, bytes: usize| {
-        // In pieces, as encoders write.
+        // Written in pieces, as encoders do.
         folder.write(name, |out| (0..bytes).try_for_each(|i| out.write_all(&[i as u8])))
     };
     write("a", 4097).unwrap();
@@ -209,14 +209,15 @@ fn a_quota_counts_what_was_written_through_it_and_is_still_there() {
     assert_eq!(refused, SandboxError::Quota { name: "c".into(), used: 12_288, limit: 12_288 });
     assert_eq!(refused.code(), Code::Quota);
     assert!(!base.join("c").exists() && fs::read_dir(&base).unwrap().count() == 3, "nothing is left over");
-    // A file makes room for its successor, however it is spelt, and for nobody else.
+    // A file's room is available to its successor, whatever the spelling of its name, and to no
+    // other file.
     write("./a", 8192).unwrap();
     assert_eq!(write("a", 8193).unwrap_err().code(), Code::Quota);
     assert_eq!((fs::metadata(base.join("a")).unwrap().len(), folder.used_bytes()), (8192, 12_288));
-    // What failed for another reason takes nothing.
+    // A write that failed for another reason takes no room.
     let failed = folder.write("b", |_| Err(io::Error::other("no"))).unwrap_err();
     assert!(matches!(failed, SandboxError::Io { .. }) && folder.used_bytes() == 12_288);
-    // What was removed by others makes room.
+    // Files removed by others make room.
     fs::remove_file(base.join("a")).unwrap();
     write("c", 5000).unwrap();
     assert_eq!(folder.used_bytes(), 12_288);
