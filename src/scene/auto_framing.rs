@@ -1,35 +1,37 @@
-//! Cameras that show the whole of a scene, for files that name none.
+//! Automatic framing: cameras that show a whole scene, for files that name none.
 
 use super::{Camera, LookAt, Mesh, Projection, Scene};
 use crate::math::matrix::unit;
 use glam::DVec3;
 
-/// The field of view of a framing camera, on the smaller side of the frame: 45 degrees.
+/// Field of view of a framing camera, on the smaller side of the frame: 45 degrees in radians.
 pub const FRAME_FOV_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
-/// How much of the frame's edge stays free: the scene fills 1 / FRAME_MARGIN of it.
+/// Margin around a framed scene: it fills 1 / FRAME_MARGIN of the frame.
 pub const FRAME_MARGIN: f64 = 1.1;
 
-/// From where a framed scene is seen: a little from the right and above.
+/// Direction from the scene to the eye: slightly from the right and above.
 const DIRECTION: DVec3 = DVec3::new(0.45, 0.3, 1.0);
 
-/// A camera from which the box `bounds` (low and high corner, world space) fills a frame of `aspect` = width / height.
+/// Returns a camera in which the box `bounds` (low and high corner, world space) fills a frame of
+/// `aspect` = width / height.
 ///
-/// The eye stands to the right of and above +z, y up, the field of view is [`FRAME_FOV_RAD`]; near and far bound the box
-/// closely, so that depth keeps its digits. A box without size counts as one of size 1; numbers that are not finite as 0.
+/// The eye is to the right of and above +z, y is up, the field of view is [`FRAME_FOV_RAD`]. The
+/// near and far planes bound the box closely, to preserve the precision of depth. A box of size 0
+/// counts as one of size 1; a box that is not finite as one of size 1 about the origin.
 pub fn frame(bounds: (DVec3, DVec3), aspect: f64) -> Camera {
     let z = unit(DIRECTION).expect("a constant with a direction");
     let x = unit(DVec3::Y.cross(z)).expect("not along y");
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
 
-/// [`frame`], from the side on which an open surface has its front: where the faces of `mesh`, added
-/// up by area, look away from the usual eye, the eye stands on the opposite side. A closed surface
-/// adds up to nothing and is seen as usual.
+/// Returns the camera of [`frame`], moved to the front side of an open surface: if the
+/// area-weighted sum of the face normals of `mesh` points away from the usual eye, the eye is on
+/// the opposite side. For a closed surface the sum is zero and the eye is the usual one.
 ///
-/// With `is_open` (both sides are drawn) only the horizontal part of the sum counts, and the eye stays
-/// above the horizon: ground whose faces look down is seen from above, where the viewer's light
-/// reaches it.
+/// With `is_open` (both sides are drawn) only the horizontal part of the sum counts, and the eye
+/// stays above the horizon: ground whose faces look down is seen from above, where the viewer's
+/// light reaches it.
 pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: bool) -> Camera {
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;
@@ -41,21 +43,24 @@ pub fn frame_mesh(mesh: &Mesh, bounds: (DVec3, DVec3), aspect: f64, is_open: boo
     }
     let usual = unit(DIRECTION).expect("a constant with a direction");
     let kept = if is_open { DVec3::new(0.0, usual.y, 0.0) } else { DVec3::ZERO };
-    // A tenth of the area: less is the rounding, or the bottom that somebody left out.
+    // A tenth of the area: a smaller sum is rounding, or a missing bottom face.
     let looks_away = sum.dot(usual - kept) < -0.1 * total;
     let z = if looks_away { 2.0 * kept - usual } else { usual };
     let x = unit(DVec3::Y.cross(z)).expect("not along y");
     frame_along(bounds, [x, z.cross(x), z], FRAME_FOV_RAD, aspect)
 }
 
-/// [`frame`] for given view axes (unit: x right, y up, z towards the viewer) and field of view on the smaller side, radians.
+/// Returns the camera of [`frame`] for given view axes (unit: x right, y up, z towards the viewer)
+/// and field of view on the smaller side, in radians.
 pub fn frame_along(bounds: (DVec3, DVec3), axes: [DVec3; 3], fov_rad: f64, aspect: f64) -> Camera {
     let (center, half) = center_and_half(bounds);
     let aspect = if aspect > 0.0 && aspect.is_finite() { aspect } else { 1.0 };
     let tan = libm::tan(fov_rad / 2.0);
     let tan = [tan * aspect.max(1.0) / FRAME_MARGIN, tan * (1.0 / aspect).max(1.0) / FRAME_MARGIN];
     let [x, y, z] = axes;
-    // The corner that asks for the most: at distance d from the centre it is seen where |x| <= tan (d - z).
+    // The farthest distance that any corner needs: at distance d from the centre it is visible
+    // where
+    // |x| <= tan (d - z).
     let mut distance = 0.0_f64;
     let mut depth = 0.0_f64;
     for i in 0..8 {
@@ -77,7 +82,7 @@ pub fn frame_along(bounds: (DVec3, DVec3), axes: [DVec3; 3], fov_rad: f64, aspec
     }
 }
 
-/// Centre and half size of a box; without size, half size 1/2.
+/// Returns the centre and half size of a box; half size 1/2 for a box of size 0.
 pub(crate) fn center_and_half((low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
     let center = low / 2.0 + high / 2.0;
     let half = (high / 2.0 - low / 2.0).abs();
@@ -88,8 +93,9 @@ pub(crate) fn center_and_half((low, high): (DVec3, DVec3)) -> (DVec3, DVec3) {
 }
 
 impl Scene {
-    /// A box around everything in the world, or `None` for a scene without positions. It may be larger than needed where
-    /// objects are turned.
+    /// Returns a box around all objects in world space, or `None` for a scene without positions. It
+    /// encloses the objects' own boxes, so it may be larger than necessary where objects are
+    /// rotated.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let corners = self.objects.iter().filter_map(|o| Some((o, o.geometry.mesh.bounds()?))).flat_map(
             |(o, (low, high))| {
@@ -123,10 +129,10 @@ mod tests {
             })
         };
         let usual = [[true, true]; 2];
-        // A wall.
+        // A vertical plane.
         assert_eq!(eye_of(&[[0, 1, 2]]), usual);
         assert_eq!(eye_of(&[[0, 2, 1]]), [[false, false], [true, false]]);
-        // The ground, whose back is seen from above where it is drawn.
+        // Ground whose back is seen from above if it is drawn.
         assert_eq!(eye_of(&[[0, 3, 1]]), usual);
         assert_eq!(eye_of(&[[0, 1, 3]]), [[false, false], [true, true]]);
         assert_eq!(eye_of(&[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), usual);

@@ -1,20 +1,20 @@
-//! Cameras: where the eye is, how the world is projected, and which part of the frame it fills.
+//! Cameras: view, projection, and viewport.
 
 use crate::error::Code;
 use glam::{DMat4, DVec3, DVec4};
 
-/// Eye, reference point and up vector, in world space.
+/// Eye, reference point and up vector in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAt {
-    /// The eye.
+    /// Position of the eye.
     pub eye: DVec3,
-    /// The point that the eye looks at.
+    /// Point that the eye looks at.
     pub reference: DVec3,
-    /// Which way is up.
+    /// Up vector, of any length.
     pub up: DVec3,
 }
 
-/// Which oblique projection.
+/// Kind of oblique projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ObliqueKind {
     /// Receding lines keep their length.
@@ -23,21 +23,22 @@ pub enum ObliqueKind {
     Cabinet,
 }
 
-/// How view space becomes clip space. Distances are positive, along the view direction; angles radians.
+/// Projection from view to clip space. Distances are along the view direction; angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Field of view `fov_rad` on the height, or on the smaller side of the viewport with `on_smaller_side`.
+    /// Perspective with the field of view on the height, or on the viewport's smaller side.
     Perspective {
-        /// Full angle, radians.
+        /// Full angle of the field of view in radians.
         fov_rad: f64,
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
-        /// Whether the angle is on the smaller side (FOVMIN; X3D's rule).
+        /// True if the angle is on the viewport's smaller side (FOVMIN; X3D's rule).
         on_smaller_side: bool,
     },
-    /// View plane at distance d: x, y and w rows of source 001, z row of FRUSTUM. No aspect correction.
+    /// Perspective on a view plane at distance d: rows x, y and w of source 001, row z of FRUSTUM.
+    /// No aspect correction.
     Plane {
         /// Distance to the view plane.
         d: f64,
@@ -46,66 +47,68 @@ pub enum Projection {
         /// Distance to the far plane.
         far: f64,
     },
-    /// A perspective box with its window at the near plane.
+    /// Perspective with its window on the near plane.
     Frustum {
-        /// Left, right, bottom, top at the near plane.
+        /// Left, right, bottom and top of the window on the near plane.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// A parallel box.
+    /// Parallel projection of a box.
     Ortho {
-        /// Left, right, bottom, top.
+        /// Left, right, bottom and top of the window.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// A parallel box whose window grows on one pair of sides to the viewport's aspect: all of it is seen, and shapes keep their
-    /// proportions (X3D's OrthoViewpoint). No verb asks for it.
+    /// Parallel projection whose window grows in one direction to the viewport's aspect: all of the
+    /// window is visible, and shapes keep their proportions (X3D's OrthoViewpoint). No verb selects
+    /// it.
     OrthoContain {
-        /// Left, right, bottom, top.
+        /// Left, right, bottom and top of the window.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// A sheared parallel box: about the plane through the reference point, z kept.
+    /// Oblique parallel projection: sheared about the plane through the reference point, with z
+    /// unchanged.
     Oblique {
         /// Cavalier or cabinet.
         kind: ObliqueKind,
-        /// Angle of receding lines, radians.
+        /// Angle of receding lines in radians.
         angle_rad: f64,
-        /// Left, right, bottom, top.
+        /// Left, right, bottom and top of the window.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// The two turns of the isometric view, after LOOKAT's, then a parallel box.
+    /// Isometric: two rotations after LOOKAT's, then a parallel box.
     Isometric {
-        /// Left, right, bottom, top.
+        /// Left, right, bottom and top of the window.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// The pseudo-isometric view, then a parallel box.
+    /// Pseudo-isometric view, then a parallel box.
     PseudoIsometric {
-        /// Left, right, bottom, top.
+        /// Left, right, bottom and top of the window.
         window: [f64; 4],
         /// Distance to the near plane.
         near: f64,
         /// Distance to the far plane.
         far: f64,
     },
-    /// The viewing transformation (source 000), which brings its own view: LOOKAT is not used.
+    /// Viewing transformation (source 000). It has its own view: LOOKAT is not used.
     Window {
         /// View reference point.
         vrp: DVec3,
@@ -119,20 +122,20 @@ pub enum Projection {
         half: [f64; 2],
         /// Distance from P to the view plane.
         dp: f64,
-        /// Near plane.
+        /// Distance to the near plane.
         near: f64,
-        /// Far plane.
+        /// Distance to the far plane.
         far: f64,
     },
 }
 
 impl Projection {
-    /// The distances to the near and far planes.
+    /// Returns the distances to the near and far planes.
     pub fn near_far(mut self) -> [f64; 2] {
         self.near_far_mut().map(|d| *d)
     }
 
-    /// The same, to be changed.
+    /// Returns mutable references to the distances to the near and far planes.
     pub fn near_far_mut(&mut self) -> [&mut f64; 2] {
         match self {
             Projection::Perspective { near, far, .. }
@@ -148,7 +151,7 @@ impl Projection {
     }
 }
 
-/// Which rule takes NDC to pixels.
+/// Rule of the mapping from NDC to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum ViewportRule {
     /// x_s = x0 + (x_ndc + 1) w/2; pixel centres at .5.
@@ -158,10 +161,10 @@ pub enum ViewportRule {
     Centres,
 }
 
-/// A rectangle of the frame, y from the top; it bounds the drawing and may leave the frame.
+/// Rectangle of the frame, y from the top. It clips the drawing and may reach beyond the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Viewport {
-    /// Left column.
+    /// Leftmost column.
     pub x: i32,
     /// Top row.
     pub y: i32,
@@ -169,55 +172,56 @@ pub struct Viewport {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// The rule.
+    /// Mapping from NDC.
     pub rule: ViewportRule,
 }
 
-/// Why a camera cannot be used.
+/// Error of an unusable camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
-    /// Eye and reference point are the same.
+    /// Eye and reference point coincide.
     #[error("the eye is at the point it looks at")]
     NoDirection,
-    /// The up vector is parallel to the view, or zero.
+    /// The up vector is zero or parallel to the view direction.
     #[error("the up vector is parallel to the view")]
     BadUp,
-    /// Near and far do not bound a volume.
+    /// The near and far planes bound no volume.
     #[error("near {near} and far {far} bound no volume")]
     BadDepthRange {
-        /// Near.
+        /// Distance to the near plane.
         near: f64,
-        /// Far.
+        /// Distance to the far plane.
         far: f64,
     },
     /// The window or angle bounds no area.
     #[error("{what} {value} bounds no view")]
     BadExtent {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
 }
 
 impl CameraError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         Code::Range
     }
 }
 
-/// A camera: a view and a projection.
+/// Camera: a view and a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the eye is.
+    /// Position and orientation.
     pub look_at: LookAt,
-    /// How the world is projected.
+    /// Projection to clip space.
     pub projection: Projection,
 }
 
 impl Default for Camera {
-    /// The command language's start: LOOKAT 0 0 5 0 0 0 0 1 0, PERSPECTIVE pi/4 0.1 100.
+    /// Returns the command language's initial camera: LOOKAT 0 0 5 0 0 0 0 1 0, PERSPECTIVE pi/4
+    /// 0.1 100.
     fn default() -> Self {
         Camera {
             look_at: LookAt { eye: DVec3::new(0.0, 0.0, 5.0), reference: DVec3::ZERO, up: DVec3::Y },
@@ -231,21 +235,23 @@ impl Default for Camera {
     }
 }
 
-/// What the pipeline needs of a camera, for one viewport aspect.
+/// Matrices and vectors of a camera for one viewport aspect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMatrices {
-    /// World to view space.
+    /// Matrix from world to view space.
     pub view: DMat4,
-    /// View to clip space: -w<=x<=w, -w<=y<=w, 0<=z<=w.
+    /// Matrix from view to clip space: -w<=x<=w, -w<=y<=w, 0<=z<=w.
     pub projection: DMat4,
-    /// The row r with r.p_view = w - z of clip space, free of cancellation: 1 - z_ndc = (r.p)/w.
+    /// Row r with r.p_view = w - z of clip space, without cancellation: 1 - z_ndc = (r.p)/w.
     pub one_minus_z_row: DVec4,
-    /// w on the near plane (1 for parallel projections): what lies at less is never seen.
+    /// Clip-space w on the near plane (1 for parallel projections); points with less are never
+    /// visible.
     pub w_near: f64,
-    /// Whether w is 1 everywhere: no division, V is the view axis.
+    /// True if w is 1 everywhere: no division, and V is the view axis.
     pub is_parallel: bool,
-    /// The eye in world space; for parallel projections a point on the view axis.
+    /// Eye in world space; for parallel projections a point on the view axis.
     pub eye: DVec3,
-    /// Unit world vector from the scene to the viewer in parallel projections (V); for perspective ones the view's +z.
+    /// Unit world vector from the scene to the viewer: V in parallel projections, the view's +z in
+    /// perspective ones.
     pub to_viewer: DVec3,
 }

@@ -1,53 +1,54 @@
-//! A whole scene: what a file or a stream says is to be drawn.
+//! Scene description: everything that a file or a stream draws.
 
 use super::{Camera, Cull, Light, Material, Mesh, Sampling, ShadeMode, Sky, Style, Texture};
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// One mesh in the world.
+/// Mesh placed in the world.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// The name that PICK answers.
+    /// Name that PICK replies with.
     pub name: String,
-    /// What is drawn.
+    /// Mesh and textures, shared between objects.
     pub geometry: Arc<Geometry>,
-    /// Object to world space; its last row is 0 0 0 1.
+    /// Matrix from object to world space; its last row is 0 0 0 1.
     pub model: DMat4,
-    /// For polygons without a material of their own.
+    /// Material of polygons without one of their own.
     pub material: Material,
-    /// X3D's TwoSidedMaterial: for faces seen from behind.
+    /// Material of faces seen from behind (X3D's TwoSidedMaterial); `None` uses the front's.
     pub back_material: Option<Material>,
-    /// Which faces are left out.
+    /// Faces that are culled.
     pub cull: Cull,
-    /// Whether faces seen from behind turn their normal to the viewer before they are lit (X3D solid='false').
+    /// True if faces seen from behind turn their normal to the viewer for lighting (X3D
+    /// solid='false').
     pub two_sided_lighting: bool,
-    /// How it is shaded; `None` takes the draw's own mode.
+    /// Shading mode; `None` takes that of the draw.
     pub shade: Option<ShadeMode>,
-    /// The texture of polygons without one of their own, with its rules.
+    /// Texture of polygons without one of their own, with its sampling.
     pub texture: Option<(Arc<Texture>, Sampling)>,
-    /// Which of the scene's lights reach it: indices, or `None` for all.
+    /// Indices of the scene's lights that reach the object, or `None` for all.
     pub lights: Option<Vec<u32>>,
-    /// How its lines and faces are drawn beside that.
+    /// Line and fill patterns, and multitexturing.
     pub style: Style,
 }
 
-/// A mesh with the textures that its own materials name.
+/// Mesh with the textures that its own materials name.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     /// The mesh.
     pub mesh: Mesh,
-    /// For each of the mesh's materials, its texture, if it names one that was found.
+    /// Texture of each of the mesh's materials; `None` if it names none or none was found.
     pub textures: Vec<Option<Arc<Texture>>>,
 }
 
-/// What lies behind everything.
+/// Background of one colour.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Background {
-    /// R, G, B in 0..1, or `None` to leave the memory as it is.
+    /// R, G, B in 0..1, or `None` to keep the pixels of the frame.
     pub color: Option<DVec3>,
 }
 
-/// How fog thickens.
+/// Falloff of the fog factor over the distance d, with the visibility range as `range`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FogKind {
     /// (range - d) / range.
@@ -56,41 +57,41 @@ pub enum FogKind {
     Exponential,
 }
 
-/// X3D's fog.
+/// Fog of X3D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fog {
-    /// Colour, 0..1.
+    /// R, G, B in 0..1.
     pub color: DVec3,
-    /// How it thickens.
+    /// Falloff over distance.
     pub kind: FogKind,
-    /// Distance from the eye, in world units, at which nothing else is seen; 0 is no fog.
+    /// Distance from the eye, in world units, at which only fog is seen; 0 is no fog.
     pub visibility_range: f64,
 }
 
-/// In which order transparent faces are drawn.
+/// Order in which transparent faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum TransparencyOrder {
-    /// As the file has them.
+    /// In file order.
     #[default]
     FileOrder,
-    /// Far to near, by the depth of their centres.
+    /// From far to near, by the depth of their centroids.
     Sorted,
 }
 
-/// A scene at one moment: camera, lights, objects.
+/// Scene at one moment: camera, lights, objects.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The camera; `None` where the file gives none (the caller frames the scene).
+    /// Camera; `None` if the file gives none, and the caller frames the scene.
     pub camera: Option<Camera>,
-    /// Ambient light, R, G, B.
+    /// Ambient light R, G, B.
     pub ambient: DVec3,
-    /// The lights, world space.
+    /// Lights in world space.
     pub lights: Vec<Light>,
-    /// The objects, in file order.
+    /// Objects in file order.
     pub objects: Vec<Object>,
-    /// What lies behind.
+    /// Background colour.
     pub background: Background,
-    /// What lies behind where it is more than one colour; it is painted in place of `background`.
+    /// Background of several colours or with pictures; painted in place of `background`.
     pub sky: Option<Arc<Sky>>,
     /// Fog, if any.
     pub fog: Option<Fog>,

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-/// 1 / (c + l d + q d^2) over the distance d from light to surface.
+/// Attenuation 1 / (c + l d + q d^2) over the distance d from light to surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attenuation {
     /// Constant term.
     pub c: f64,
     /// Linear term, per unit of distance.
     pub l: f64,
-    /// Quadratic term, per square unit.
+    /// Quadratic term, per square unit of distance.
     pub q: f64,
 }
 
@@ -18,74 +18,76 @@ impl Attenuation {
     pub const NONE: Attenuation = Attenuation { c: 1.0, l: 0.0, q: 0.0 };
 }
 
-/// Where a light comes from.
+/// Kind of a light source, with its position or direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// From a point, in all directions. A light at the surface point gives 0.
+    /// Point light: shines in all directions. It adds 0 at a surface point in the same place.
     Point {
         /// World position.
         position: DVec3,
         /// Attenuation over distance.
         attenuation: Attenuation,
-        /// Beyond this distance the light gives nothing (X3D's radius); infinity otherwise.
+        /// Distance beyond which the light adds nothing (X3D's radius), or infinity.
         radius: f64,
     },
-    /// From infinitely far away.
+    /// Directional light: infinitely far away.
     Directional {
-        /// The world direction in which light travels.
+        /// World direction in which the light travels.
         direction: DVec3,
     },
-    /// From a point, in a cone of the command language: full strength times cos^exponent inside `angle`, none outside.
+    /// Spot light of the command language: scaled by cos^exponent inside `angle_rad`, nothing
+    /// outside.
     Spot {
         /// World position.
         position: DVec3,
-        /// The world direction of the cone's axis, in which light travels.
+        /// World direction of the cone's axis, in which the light travels.
         direction: DVec3,
-        /// Half angle of the cone, radians.
+        /// Half angle of the cone in radians.
         angle_rad: f64,
-        /// The power of the cosine between axis and ray.
+        /// Exponent of the cosine between axis and ray.
         exponent: f64,
         /// Attenuation over distance.
         attenuation: Attenuation,
     },
-    /// X3D's SpotLight: full inside `beam_width`, falling off to 0 at `cut_off`.
+    /// Spot light of X3D: full strength inside `beam_width_rad`, falling to 0 at `cut_off_rad`.
     X3dSpot {
         /// World position.
         position: DVec3,
-        /// The world direction of the cone's axis.
+        /// World direction of the cone's axis, in which the light travels.
         direction: DVec3,
-        /// Half angle of the full beam, radians.
+        /// Half angle of the full beam in radians.
         beam_width_rad: f64,
-        /// Half angle at which the light ends, radians.
+        /// Half angle in radians at which the light ends.
         cut_off_rad: f64,
         /// Attenuation over distance.
         attenuation: Attenuation,
-        /// Beyond this distance the light gives nothing.
+        /// Distance beyond which the light adds nothing.
         radius: f64,
     },
 }
 
-/// One light.
+/// Light source of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Kind and place.
+    /// Kind and placement.
     pub kind: LightKind,
-    /// R, G, B strength (intensity already multiplied in); may exceed 1.
+    /// R, G, B strength, with the intensity multiplied in; may exceed 1.
     pub color: DVec3,
-    /// X3D's ambientIntensity times colour: what this light adds to the ambient term, attenuated with it. 0 elsewhere.
+    /// X3D's ambientIntensity times colour: added to the ambient term, with the same attenuation.
+    /// Elsewhere 0.
     pub ambient: DVec3,
-    /// X3D clamps the attenuation's denominator at 1 from below; the command language does not.
+    /// True if the attenuation's denominator is at least 1 (X3D); false for the command language.
     pub clamp_attenuation: bool,
 }
 
 impl Light {
-    /// A light at `position` that shines everywhere alike.
+    /// Creates a light at `position` that shines equally in all directions, without attenuation.
     pub fn point(position: DVec3, color: DVec3) -> Self {
         let kind = LightKind::Point { position, attenuation: Attenuation::NONE, radius: f64::INFINITY };
         Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false }
     }
 
-    /// A light from infinitely far away that travels along `direction`.
+    /// Creates a light from infinitely far away that travels along `direction`.
     pub fn directional(direction: DVec3, color: DVec3) -> Self {
         let kind = LightKind::Directional { direction };
         Light { kind, color, ambient: DVec3::ZERO, clamp_attenuation: false }

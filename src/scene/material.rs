@@ -1,44 +1,46 @@
-//! Materials: how a surface answers light.
+//! Materials: the reflection of light by a surface.
 
 use glam::DVec3;
 
-/// Which specular term, and from which standard.
+/// Reflection model, by its specular term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum LightingModel {
     /// Phong's reflection vector: Ks * max(R.V, 0)^n, R = 2(N.L)N - L, only when N.L > 0.
     #[default]
     Phong,
-    /// Blinn's half vector: Ks * max(N.H, 0)^n (X3D with n = 128 * shininess, MTL with n = Ns), only when N.L > 0.
+    /// Blinn's half vector: Ks * max(N.H, 0)^n (X3D with n = 128 * shininess, MTL with n = Ns),
+    /// only when N.L > 0.
     Blinn,
-    /// Emissive colour alone (X3D's UnlitMaterial and shapes without a material).
+    /// Emissive colour only (X3D's UnlitMaterial and shapes without a material).
     Unlit,
 }
 
-/// Ka, Kd, Ks, n, emissive and transparency. Colours may exceed 1; only bytes are clamped.
+/// Ka, Kd, Ks, n, emissive colour and transparency. Colours may exceed 1; only bytes are clamped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Ambient reflection.
+    /// Ambient reflection Ka, R, G, B.
     pub ka: DVec3,
-    /// Diffuse reflection.
+    /// Diffuse reflection Kd, R, G, B.
     pub kd: DVec3,
-    /// Specular reflection.
+    /// Specular reflection Ks, R, G, B.
     pub ks: DVec3,
-    /// Specular exponent.
+    /// Specular exponent n.
     pub n: f64,
-    /// Light given off.
+    /// Emitted light R, G, B.
     pub emissive: DVec3,
-    /// 0 opaque to 1 invisible.
+    /// Transparency from 0 (opaque) to 1 (invisible).
     pub transparency: f64,
-    /// The equation.
+    /// Reflection model.
     pub model: LightingModel,
-    /// MTL's map_Kd: the texture's file name as written, resolved by the loader of the file.
+    /// File name of the texture as written in MTL's map_Kd; the loader of the file resolves it.
     pub texture: Option<String>,
-    /// The material's name in its file.
+    /// Name of the material in its file.
     pub name: String,
 }
 
 impl Default for Material {
-    /// The command language's start: Ka 0, Kd .8, Ks 0, n 1, no emission, opaque, Phong.
+    /// Returns the command language's initial material: Ka 0, Kd .8, Ks 0, n 1, no emission,
+    /// opaque, Phong.
     fn default() -> Self {
         Material {
             ka: DVec3::ZERO,

@@ -1,20 +1,23 @@
-//! From a camera to matrices: world to view, view to clip space.
+//! Matrices of a camera: world to view, view to clip space.
 //!
-//! Every projection here has w that depends on view z alone, so the eye's side of space is w > 0, and z is 0 on the near
-//! plane and w on the far one.
+//! In every projection here w depends on view z alone, so points in front of the eye have w > 0; z
+//! is 0 on the near plane and w on the far one.
 
 use super::camera::{Camera, CameraError, CameraMatrices, LookAt, ObliqueKind, Projection};
 use crate::math::matrix::{self, unit};
 use crate::math::projection::{self as proj, ViewingTransformation, with_rows};
 use glam::{DMat4, DVec3, DVec4};
 
-/// Below this sine of the angle between them, up and view are parallel.
+/// Sine of the angle below which the up vector counts as parallel to the view.
 const PARALLEL_SINE: f64 = 1e-12;
 
 impl LookAt {
-    /// The view's axes in world space: x right, y up, z towards the viewer.
+    /// Returns the view's axes in world space: x right, y up, z towards the viewer.
     ///
     /// z = (eye-ref)/|eye-ref|, x = up x z / |..|, y = z x x (sources 001 and 004).
+    ///
+    /// # Errors
+    /// If the eye is at the reference point, or the up vector is zero or parallel to the view.
     pub fn axes(&self) -> Result<[DVec3; 3], CameraError> {
         let z = unit(self.eye - self.reference).ok_or(CameraError::NoDirection)?;
         let x = unit(self.up).map(|up| up.cross(z)).filter(|x| x.length() > PARALLEL_SINE);
@@ -22,7 +25,10 @@ impl LookAt {
         Ok([x, z.cross(x), z])
     }
 
-    /// World to view space: R T.
+    /// Returns the matrix R T from world to view space.
+    ///
+    /// # Errors
+    /// See [`LookAt::axes`].
     pub fn matrix(&self) -> Result<DMat4, CameraError> {
         let [x, y, z] = self.axes()?;
         let rotation = with_rows(x.extend(0.0), y.extend(0.0), z.extend(0.0), DVec4::W);
@@ -43,7 +49,7 @@ fn check(what: &'static str, value: f64, sound: bool) -> Result<(), CameraError>
     if sound && value.is_finite() { Ok(()) } else { Err(CameraError::BadExtent { what, value }) }
 }
 
-/// Width and height of a window left, right, bottom, top.
+/// Returns width and height of a window left, right, bottom, top.
 fn extents([l, r, b, t]: [f64; 4]) -> Result<[f64; 2], CameraError> {
     let e = [r - l, t - b];
     check("window width", e[0], e[0] != 0.0 && (1.0 / e[0]).is_finite())?;
@@ -51,7 +57,8 @@ fn extents([l, r, b, t]: [f64; 4]) -> Result<[f64; 2], CameraError> {
     Ok(e)
 }
 
-/// The smallest window of this aspect (width / height) about the centre of `window` that holds all of it.
+/// Returns the smallest window of this aspect (width / height) about the centre of `window` that
+/// contains it.
 pub fn contain([l, r, b, t]: [f64; 4], aspect: f64) -> [f64; 4] {
     let (w, h) = (r - l, t - b);
     let grow = |low: f64, high: f64, factor: f64| {
@@ -64,7 +71,7 @@ pub fn contain([l, r, b, t]: [f64; 4], aspect: f64) -> [f64; 4] {
     [l, r, b, t]
 }
 
-/// The matrix of a parallel box over a window.
+/// Returns the matrix of a parallel box over a window.
 fn parallel(window: [f64; 4], near: f64, far: f64) -> Result<DMat4, CameraError> {
     let [l, r, b, t] = window;
     let [w, h] = extents(window)?;
@@ -78,7 +85,10 @@ fn parallel(window: [f64; 4], near: f64, far: f64) -> Result<DMat4, CameraError>
 }
 
 impl Camera {
-    /// The matrices for a viewport `aspect` = width / height.
+    /// Returns the matrices for a viewport of `aspect` = width / height.
+    ///
+    /// # Errors
+    /// If the view has no direction, or the projection bounds no volume or area.
     pub fn matrices(&self, aspect: f64) -> Result<CameraMatrices, CameraError> {
         check("aspect", aspect, aspect > 0.0)?;
         match self.projection {
@@ -118,11 +128,13 @@ impl Camera {
                 };
                 check("angle", angle_rad, true)?;
                 let view = self.look_at.matrix()?;
-                // Sheared about the plane through the reference point, so what lies there stays where it is.
+                // Sheared about the plane through the reference point, so that points on it stay in
+                // place.
                 let shear = proj::oblique(l, angle_rad);
                 let to_reference = DVec3::Z * (self.look_at.eye - self.look_at.reference).length();
                 let about = matrix::translate(-to_reference) * shear * matrix::translate(to_reference);
-                // Points along this view vector fall together: the projection's direction, towards the viewer.
+                // Points along this view vector coincide: the direction of projection, towards the
+                // viewer.
                 let along = DVec3::new(-shear.z_axis.x, -shear.z_axis.y, 1.0);
                 self.parallel_matrices(view, parallel(window, near, far)? * about, along, near, far)
             }
@@ -148,10 +160,12 @@ impl Camera {
                 let v = v.and_then(unit).ok_or(CameraError::BadUp)?;
                 let u = n.cross(v);
                 let t = ViewingTransformation::new(vrp, [u, v, n], center, half, dp, [near, far]);
-                // The pipeline's view looks along -z: n is turned there and back.
+                // The pipeline's view looks along -z: n is negated in the view and again in the
+                // projection.
                 let turn = matrix::scale(DVec3::new(1.0, 1.0, -1.0));
                 let sides = t.d * t.c * turn;
-                // P after D: z' = (z - N)/(F - N), h = z/F; written so that the planes give exactly 0.
+                // P after D: z' = (z - N)/(F - N), h = z/F; written so that the planes are exactly
+                // 0.
                 let c = near / (far - near) / far;
                 Ok(CameraMatrices {
                     view: turn * t.b * t.a,
@@ -171,7 +185,7 @@ impl Camera {
         }
     }
 
-    /// A perspective camera: rows x and y, w = -z * `w_scale`.
+    /// Returns a perspective camera with rows x and y, and w = -z * `w_scale`.
     fn perspective(
         &self,
         x: DVec4,
@@ -198,7 +212,8 @@ impl Camera {
         })
     }
 
-    /// A parallel camera; `along` is the projection's direction in view space, towards the viewer.
+    /// Returns a parallel camera; `along` is the direction of projection in view space, towards the
+    /// viewer.
     fn parallel_matrices(
         &self,
         view: DMat4,
@@ -207,7 +222,7 @@ impl Camera {
         near: f64,
         far: f64,
     ) -> Result<CameraMatrices, CameraError> {
-        // The view's rotation is orthonormal, so its transpose takes directions back to the world.
+        // The view's rotation is orthonormal, so its transpose maps directions to world space.
         let world = DVec3::new(
             view.x_axis.truncate().dot(along),
             view.y_axis.truncate().dot(along),

@@ -1,15 +1,15 @@
-//! Meshes: n-gons as the file gave them, and the triangles that they were cut into.
+//! Meshes: n-gons as the file gives them, and their triangulation.
 
 use super::Material;
 use glam::{DVec2, DVec3, DVec4};
 
-/// "No such attribute" in a [`Corner`] or [`Polygon`].
+/// Marks a missing attribute in a [`Corner`] or [`Polygon`].
 pub const NONE: u32 = u32::MAX;
 
-/// One corner of a polygon: indices into the mesh's arrays, [`NONE`] where the file gives nothing.
+/// Corner of a polygon: indices into the mesh's arrays, [`NONE`] where the file gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Corner {
-    /// Index into `positions`. Two corners are the same vertex when this is equal.
+    /// Index into `positions`. Corners with equal indices are the same vertex.
     pub position: u32,
     /// Index into `normals`.
     pub normal: u32,
@@ -19,53 +19,55 @@ pub struct Corner {
     pub color: u32,
 }
 
-/// One polygon of the file: a run of `corners`, counter-clockwise seen from its front.
+/// Polygon of the file: a run of `corners`, counter-clockwise seen from its front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Polygon {
-    /// First corner in `Mesh::corners`.
+    /// Index of the first corner in `Mesh::corners`.
     pub first_corner: u32,
-    /// How many corners, at least 3.
+    /// Number of corners, at least 3.
     pub corner_count: u32,
     /// Index into `Mesh::materials`, or [`NONE`].
     pub material: u32,
 }
 
-/// A surface in object space, with lines and points where the file has them.
+/// Surface in object space, with lines and points where the file has them.
 ///
-/// Positions are finite. `triangles` holds three indices into `corners` each; triangle i belongs to polygon
-/// `triangle_polygon[i]`; triangles are in file order after n-gons are fanned at their first corner (concave ones cut
-/// into ears, in order), which is the order that PICK counts.
+/// Positions are finite. Each entry of `triangles` is three indices into `corners`; triangle i
+/// belongs to polygon `triangle_polygon[i]`. Triangles are in file order: convex n-gons are fanned
+/// at their first corner, concave ones are cut into ears, in order. PICK counts triangles in this
+/// order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Object-space positions.
+    /// Positions in object space.
     pub positions: Vec<DVec3>,
-    /// Normals that the file gives, object space, any length.
+    /// Normals of the file, in object space, of any length.
     pub normals: Vec<DVec3>,
     /// Texture coordinates, (0,0) at the lower left of the texture.
     pub texcoords: Vec<DVec2>,
     /// Vertex colours R,G,B,A; 1 is full.
     pub colors: Vec<DVec4>,
-    /// All polygons' corners, run after run.
+    /// Corners of all polygons, one run after the other.
     pub corners: Vec<Corner>,
-    /// The polygons.
+    /// Polygons in file order.
     pub polygons: Vec<Polygon>,
     /// Corner indices, three a triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The polygon of each triangle.
+    /// Polygon number of each triangle.
     pub triangle_polygon: Vec<u32>,
     /// Line segments, as pairs of corner indices.
     pub lines: Vec<[u32; 2]>,
     /// Points, as corner indices.
     pub points: Vec<u32>,
-    /// The materials that the file names.
+    /// Materials that the file names.
     pub materials: Vec<Material>,
 }
 
 impl Mesh {
-    /// A mesh of plain triangles over shared positions, with smooth normals derived from the faces when drawn.
+    /// Creates a mesh of plain triangles over shared positions. Smooth normals are derived from the
+    /// faces when it is drawn.
     ///
     /// # Panics
-    /// When an index is not a position.
+    /// If an index is not a position.
     pub fn from_triangles(positions: Vec<DVec3>, triangles: &[[u32; 3]]) -> Self {
         let mut mesh = Mesh { positions, ..Mesh::default() };
         for t in triangles {
@@ -76,9 +78,10 @@ impl Mesh {
         mesh
     }
 
-    /// Adds a polygon, fanned at its first corner; a concave one is cut into ears in order.
+    /// Adds a polygon. A convex one is fanned at its first corner, a concave one is cut into ears,
+    /// in order.
     ///
-    /// The corners' indices must be valid; fewer than three corners add nothing.
+    /// The corners' indices must be valid. Fewer than three corners add nothing.
     pub fn push_polygon(&mut self, corners: &[Corner], material: u32) {
         if corners.len() < 3 {
             return;
@@ -99,22 +102,23 @@ impl Mesh {
         }
     }
 
-    /// The corners of polygon number `polygon`, counter-clockwise.
+    /// Returns the corners of polygon number `polygon`, counter-clockwise.
     ///
     /// # Panics
-    /// When there is no such polygon.
+    /// If there is no such polygon.
     pub fn polygon_corners(&self, polygon: usize) -> &[Corner] {
         let p = &self.polygons[polygon];
         &self.corners[p.first_corner as usize..p.first_corner as usize + p.corner_count as usize]
     }
 
-    /// The object-space box around all positions, or `None` for a mesh without any.
+    /// Returns the low and high corner of the object-space box around all positions, or `None`
+    /// without any position.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let first = *self.positions.first()?;
         Some(self.positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
     }
 
-    /// Gives back the room that the arrays do not use.
+    /// Releases the unused capacity of the arrays.
     pub fn shrink_to_fit(&mut self) {
         self.positions.shrink_to_fit();
         self.normals.shrink_to_fit();
@@ -129,7 +133,7 @@ impl Mesh {
         self.materials.shrink_to_fit();
     }
 
-    /// Bytes that the arrays have room for, and the materials with their names.
+    /// Returns the bytes of the arrays' capacity and of the materials' names.
     pub fn size_bytes(&self) -> usize {
         fn of<T>(v: &Vec<T>) -> usize {
             v.capacity() * size_of::<T>()

@@ -1,4 +1,4 @@
-//! The modes of drawing, each a closed list with the command language's keywords.
+//! Drawing modes: closed enums with the command language's keywords.
 
 macro_rules! keywords {
     ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
@@ -7,15 +7,15 @@ macro_rules! keywords {
         pub enum $name { $($(#[$vdoc])* $variant),+ }
 
         impl $name {
-            /// Every value, in the protocol's order.
+            /// All values, in the protocol's order.
             pub const ALL: &'static [$name] = &[$($name::$variant),+];
 
-            /// The keyword of the command language.
+            /// Returns the keyword of the command language.
             pub const fn as_str(self) -> &'static str {
                 match self { $($name::$variant => $word),+ }
             }
 
-            /// The value of a keyword, in either case.
+            /// Returns the value of a keyword in either case, or `None`.
             pub fn from_keyword(word: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|v| v.as_str().eq_ignore_ascii_case(word))
             }
@@ -24,66 +24,66 @@ macro_rules! keywords {
 }
 
 keywords! {
-    /// How a face gets its colours.
+    /// Shading of faces.
     ShadeMode {
-        /// Edges only, each polygon edge once.
+        /// Wireframe: edges only, each polygon edge once.
         Wire = "wire",
-        /// One colour a face, lit at its centroid with its geometric normal.
+        /// One colour per face, lit at its centroid with its geometric normal.
         Flat = "flat",
-        /// Lit at the vertices, colours interpolated.
+        /// Lit at the vertices, with interpolated colours.
         Gouraud = "gouraud",
-        /// Normals interpolated, lit per pixel.
+        /// Lit per pixel, with interpolated normals.
         #[default]
         Phong = "phong",
     }
 }
 
 keywords! {
-    /// Which faces are left out.
+    /// Faces that are culled.
     Cull {
-        /// Clockwise ones on the screen.
+        /// Faces that are clockwise on the screen.
         #[default]
         Back = "back",
-        /// Counter-clockwise ones on the screen.
+        /// Faces that are counter-clockwise on the screen.
         Front = "front",
-        /// None.
+        /// No faces.
         None = "none",
     }
 }
 
 keywords! {
-    /// How hidden surfaces are found.
+    /// Hidden-surface removal.
     HiddenSurface {
-        /// By a depth a pixel, strictly less passes.
+        /// Depth buffer: a fragment passes if its depth is strictly less.
         #[default]
         ZBuffer = "zbuffer",
-        /// By drawing the faces of one DRAW far to near, by view z of their centroids.
+        /// Painter's algorithm: faces of one DRAW from far to near, by view z of their centroids.
         Painter = "painter",
-        /// Not at all: what is drawn last is seen; depth is neither tested nor written.
+        /// None: the last face drawn is seen; depth is neither tested nor written.
         None = "none",
     }
 }
 
 keywords! {
-    /// How values run across a face.
+    /// Interpolation of attributes across a face.
     Interpolation {
-        /// a = sum(w_i a_i / Z_i) / sum(w_i / Z_i).
+        /// Perspective-correct: a = sum(w_i a_i / Z_i) / sum(w_i / Z_i).
         #[default]
         Perspective = "perspective",
-        /// Straight on the screen, as the old machines did it.
+        /// Linear in screen space, as on early hardware.
         Affine = "affine",
     }
 }
 
 keywords! {
-    /// How a texture is sampled.
+    /// Texture filter.
     Filter {
-        /// The texel that holds the point.
+        /// The texel that contains the sample point.
         Nearest = "nearest",
-        /// Four texels of level 0, weighed by distance.
+        /// Four texels of level 0, weighted by distance.
         #[default]
         Bilinear = "bilinear",
-        /// Bilinear in level floor(D + 0.5).
+        /// Bilinear in level floor(D + 0.5), where D is the level of detail.
         Mipmap = "mipmap",
         /// Bilinear in levels floor(D) and the next, blended.
         Trilinear = "trilinear",
@@ -91,23 +91,23 @@ keywords! {
 }
 
 keywords! {
-    /// What happens outside 0..1 of texture space.
+    /// Addressing of texture coordinates outside 0..1.
     Wrap {
-        /// The texture goes on.
+        /// Repeats the texture.
         #[default]
         Repeat = "repeat",
-        /// The edge texel goes on.
+        /// Extends the edge texels.
         Clamp = "clamp",
     }
 }
 
-/// A texture's filter and wrap rules, along s and t.
+/// Filter and wrap modes of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Sampling {
-    /// The filter.
+    /// Texture filter.
     pub filter: Filter,
-    /// Wrapping along s (u).
+    /// Wrap mode along s (u).
     pub wrap_s: Wrap,
-    /// Wrapping along t (v).
+    /// Wrap mode along t (v).
     pub wrap_t: Wrap,
 }

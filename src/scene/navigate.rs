@@ -1,30 +1,32 @@
-//! Moving about a scene: the camera that its author gave, seen from elsewhere.
+//! Navigation: a viewer's camera, relative to the one of the scene's author.
 //!
-//! In: the author's camera, which may itself move with time. Out: the viewer's. A navigator is one rigid motion of the world
-//! (camera' = M camera), a zoom (the distance to the reference point, times a factor) and a way of projecting. Promise: a
-//! navigator at home gives the author's camera back, bit for bit. Angles in radians, lengths in world units.
+//! In: the author's camera, which may itself move with time. Out: the viewer's. A navigator is one
+//! rigid motion of the world (camera' = M camera), a zoom (a factor on the distance to the
+//! reference point) and a choice of projection. Promise: a navigator at home returns the author's
+//! camera bit for bit. Angles in radians, lengths in world units.
 
 use super::auto_framing::FRAME_FOV_RAD;
 use super::{Camera, LookAt, ObliqueKind, Projection, contain};
 use crate::math::matrix;
 use glam::{DMat4, DVec3};
 
-/// How the viewer wants the world projected.
+/// Projection that the viewer chose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum ProjectionChoice {
-    /// As the author has it.
+    /// As the author chose.
     #[default]
     AsGiven,
-    /// In perspective.
+    /// Perspective.
     Perspective,
     /// Orthographic.
     Orthographic,
-    /// Oblique, receding lines halved (cabinet) and at 45 degrees.
+    /// Oblique, with receding lines halved (cabinet) and at 45 degrees.
     Oblique,
 }
 
 impl ProjectionChoice {
-    /// The choice that follows, for a camera that its author gave: perspective, orthographic, oblique, and round again.
+    /// Returns the next choice for a camera whose author chose the projection `given`. The cycle is as
+    /// given, perspective (left out if `given` is one), orthographic, oblique.
     pub fn next(self, given: &Projection) -> Self {
         use ProjectionChoice::*;
         match (self, is_parallel(given)) {
@@ -36,12 +38,12 @@ impl ProjectionChoice {
     }
 }
 
-/// The way from the author's camera to the viewer's.
+/// Transformation from the author's camera to the viewer's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigator {
     motion: DMat4,
     zoom: f64,
-    /// How the world is projected.
+    /// Projection that the viewer chose.
     pub projection: ProjectionChoice,
 }
 
@@ -51,16 +53,16 @@ impl Default for Navigator {
     }
 }
 
-/// The zoom stays in these limits, where distances keep their digits.
+/// Limits of the zoom, within which distances keep their precision.
 const ZOOM: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
 impl Navigator {
-    /// Whether the author's camera is seen through as it is.
+    /// Returns whether the viewer's camera is the author's.
     pub fn is_home(&self) -> bool {
         *self == Navigator::default()
     }
 
-    /// Whether what is seen has no vanishing point, so that going ahead changes nothing but what is cut off.
+    /// Returns whether the projection is parallel, so that moving ahead changes only the clipping.
     pub fn is_parallel(&self, given: &Camera) -> bool {
         match self.projection {
             ProjectionChoice::AsGiven => is_parallel(&given.projection),
@@ -69,8 +71,9 @@ impl Navigator {
         }
     }
 
-    /// Turns about the reference point: by `yaw` about the world's up axis `up`, so that a level horizon stays level, then by
-    /// `pitch` about the viewer's right. Where the viewer is upside down yaw is reversed: what is near still follows a drag.
+    /// Rotates about the reference point: by `yaw_rad` about the world's up axis `up`, so that a
+    /// level horizon stays level, then by `pitch_rad` about the viewer's right. Yaw is reversed if
+    /// the viewer is upside down, so that near objects still follow a drag.
     pub fn orbit(&mut self, given: &Camera, up: DVec3, yaw_rad: f64, pitch_rad: f64) {
         let is_upside_down = self.stand(given).up.dot(up) < 0.0;
         self.turn(given, if is_upside_down { -up } else { up }, yaw_rad);
@@ -86,7 +89,7 @@ impl Navigator {
         }
     }
 
-    /// Moves eye and reference point by so many distances between them: to the right, up, ahead.
+    /// Moves eye and reference point to the right, up and ahead, in units of their distance.
     pub fn walk(&mut self, given: &Camera, [right, up, ahead]: [f64; 3]) {
         let stand = self.stand(given);
         if let Ok([x, y, z]) = stand.axes() {
@@ -97,13 +100,13 @@ impl Navigator {
 
     fn move_by(&mut self, motion: DMat4) {
         let moved = motion * self.motion;
-        // Farther than numbers reach there is nothing to see.
+        // Beyond the range of numbers nothing is visible.
         if moved.is_finite() && moved.w_axis.truncate().length() < 1e150 {
             self.motion = moved;
         }
     }
 
-    /// Goes nearer to the reference point (a factor below 1) or away from it.
+    /// Multiplies the distance to the reference point by `factor`, within limits.
     pub fn zoom_by(&mut self, factor: f64) {
         let zoom = self.zoom * factor;
         if zoom.is_finite() {
@@ -111,7 +114,7 @@ impl Navigator {
         }
     }
 
-    /// Where the viewer stands.
+    /// Returns the viewer's eye, reference point and up vector.
     pub fn stand(&self, given: &Camera) -> LookAt {
         let LookAt { eye, reference, up } = stand(given);
         let moved = |p: DVec3| self.motion.transform_point3(p);
@@ -123,7 +126,8 @@ impl Navigator {
         }
     }
 
-    /// The viewer's camera. `bounds` is the box of what there is to see, where it is known: near and far are laid about it.
+    /// Returns the viewer's camera for a viewport of `aspect` = width / height. With `bounds`, a
+    /// box around the visible objects, the near and far planes are fitted to it.
     pub fn apply(&self, given: &Camera, bounds: Option<(DVec3, DVec3)>, aspect: f64) -> Camera {
         if self.is_home() {
             return *given;
@@ -162,7 +166,7 @@ impl Navigator {
         camera
     }
 
-    /// The author's projection at the viewer's zoom.
+    /// Returns the author's projection at the viewer's zoom.
     fn own(&self, given: &Camera, near: f64, far: f64) -> Projection {
         let moved = |p: DVec3| self.motion.transform_point3(p);
         let sized = |window: [f64; 4]| window.map(|side| side * self.zoom);
@@ -171,7 +175,7 @@ impl Navigator {
             Projection::Perspective { near: n, far: f, .. } | Projection::Plane { near: n, far: f, .. } => {
                 (*n, *f) = (near, far);
             }
-            // Its window lies at its near plane: they shrink together.
+            // The window lies on the near plane: they shrink together.
             Projection::Frustum { window, near: n, far: f } => {
                 (*window, *n, *f) = (window.map(|side| side * self.zoom.min(1.0)), near, far);
             }
@@ -191,7 +195,7 @@ impl Navigator {
     }
 }
 
-/// Eye, reference point and up of any camera: the viewing transformation brings its own.
+/// Returns eye, reference point and up of any camera; the viewing transformation has its own.
 fn stand(camera: &Camera) -> LookAt {
     match camera.projection {
         Projection::Window { vrp, p, vup, .. } => LookAt { eye: p, reference: vrp, up: vup },
@@ -207,7 +211,7 @@ fn is_parallel(projection: &Projection) -> bool {
     )
 }
 
-/// Half the width and height of what is seen in the plane through the reference point.
+/// Returns half the width and height of the visible part of the plane through the reference point.
 fn half_window(camera: &Camera, aspect: f64) -> [f64; 2] {
     let LookAt { eye, reference, .. } = stand(camera);
     let distance = (eye - reference).length();
@@ -228,7 +232,7 @@ fn half_window(camera: &Camera, aspect: f64) -> [f64; 2] {
     }
 }
 
-/// Lays near and far about a box, with room for what moves a little out of it.
+/// Fits the near and far planes to a box, with a margin for objects that move slightly out of it.
 fn lay_about(camera: &mut Camera, (low, high): (DVec3, DVec3)) {
     let Ok([_, _, z]) = camera.look_at.axes() else { return };
     let ahead = |i: u32| {
@@ -243,14 +247,15 @@ fn lay_about(camera: &mut Camera, (low, high): (DVec3, DVec3)) {
     }
     match &mut camera.projection {
         Projection::Perspective { near, far, .. } | Projection::Plane { near, far, .. } => {
-            // Behind the eye there is nothing to see: then any range will do.
+            // Nothing is visible behind the eye: any range is valid.
             let end = if farthest > 0.0 { farthest + room } else { room };
             (*near, *far) = (((nearest - room).max(0.5 * nearest)).max(end * 1e-4), end);
         }
         Projection::Ortho { near, far, .. } | Projection::OrthoContain { near, far, .. } => {
             (*near, *far) = (nearest - room, farthest + room);
         }
-        // A window at the near plane, or depth that is sheared or turned: its own range is kept.
+        // The window lies on the near plane, or depth is sheared or rotated: the author's range is
+        // kept.
         _ => {}
     }
 }
@@ -265,7 +270,7 @@ mod tests {
         (frame(bounds, 1.5), bounds)
     }
 
-    /// Where a world point is seen, in NDC.
+    /// NDC of a world point.
     fn seen(camera: &Camera, p: DVec3, aspect: f64) -> DVec3 {
         let m = camera.matrices(aspect).expect("a camera");
         let clip = m.projection * (m.view * p.extend(1.0));

@@ -1,17 +1,21 @@
-//! A backdrop infinitely far away: colours by the angle from the zenith and the nadir, and the pictures of a cube around.
+//! Backdrop infinitely far away: colours by the angle from the zenith and the nadir, and a cube of
+//! pictures.
 //!
-//! In: directions, world space. Out: colours. It is X3D's Background (ISO/IEC 19775-1 clause 24.4.1): seen from its middle, wherever
-//! the eye is, so that only the direction counts. The pictures lie before the ground, the ground before the sky.
+//! In: directions in world space. Out: colours. Follows X3D's Background (ISO/IEC 19775-1 clause
+//! 24.4.1): always centred at the eye, so that only the direction counts. The pictures are in front
+//! of the ground, the ground in front of the sky.
 //!
-//! Colours run straight in R, G, B from angle to angle. The sky goes on in its last colour; the ground ends at its last angle. A
-//! picture is seen upright when looking along its axis: front -z, back +z, right +x, left -x with y up; top +y with +z up,
-//! bottom -y with -z up. It is sampled between four texels, its edges clamped, and what is behind shows where its alpha is below 1.
+//! Colours are interpolated linearly in R, G, B between angles. The sky continues in its last
+//! colour; the ground ends at its last angle. A picture is upright when looking along its axis:
+//! front -z, back +z, right +x, left -x with y up; top +y with +z up, bottom -y with -z up. It is
+//! sampled bilinearly with clamped edges, and the colours behind it show where its alpha is below
+//! 1.
 
 use super::Texture;
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// The pictures on the sides of the cube.
+/// Pictures on the sides of the cube, `None` where a side has none.
 #[derive(Clone, Debug, Default)]
 pub struct SkyPictures {
     /// Seen along +z.
@@ -35,7 +39,7 @@ impl SkyPictures {
 }
 
 impl PartialEq for SkyPictures {
-    /// The same pictures, not equal ones: those of a scene are made once.
+    /// Compares pictures by identity, not by value: those of a scene are created once.
     fn eq(&self, other: &Self) -> bool {
         let is_same = |a: Option<&Arc<Texture>>, b: Option<&Arc<Texture>>| match (a, b) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -45,32 +49,32 @@ impl PartialEq for SkyPictures {
     }
 }
 
-/// A colour at an angle, radians, from the zenith or the nadir.
+/// Colour at an angle from the zenith or the nadir.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
-    /// The angle; not less than that of the band before.
+    /// Angle in radians; not less than that of the previous band.
     pub angle_rad: f64,
     /// R, G, B.
     pub color: DVec3,
 }
 
-/// See the module.
+/// Backdrop of a scene; see the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
     /// Colours by the angle from the zenith; the first is at 0.
     pub sky: Vec<Band>,
-    /// Colours by the angle from the nadir; the first is at 0, and there is none beyond the last.
+    /// Colours by the angle from the nadir; the first is at 0, and the ground ends at the last.
     pub ground: Vec<Band>,
-    /// The pictures.
+    /// Pictures in front of ground and sky.
     pub pictures: SkyPictures,
-    /// World directions to the backdrop's own axes, y up.
+    /// Rotation from world directions to the backdrop's own axes, y up.
     pub from_world: DMat3,
-    /// How much of what was there before it hides: 0 nothing, 1 all.
+    /// Opacity of the backdrop over the frame, from 0 to 1.
     pub opacity: f64,
 }
 
 impl Sky {
-    /// The colour in a world direction, which may have any length but 0.
+    /// Returns the colour in a world direction of any length but 0.
     pub fn color(&self, direction: DVec3) -> DVec3 {
         let d = self.from_world * direction;
         let across = (d.x * d.x + d.z * d.z).sqrt();
@@ -85,7 +89,8 @@ impl Sky {
         }
     }
 
-    /// R, G, B, A of the picture in a direction of the backdrop's own axes; `None` where that side has none.
+    /// Returns R, G, B, A of the picture in a direction of the backdrop's own axes, or `None` if
+    /// that side has none.
     fn picture(&self, d: DVec3) -> Option<[f64; 4]> {
         let [x, y, z] = d.abs().to_array();
         let p = &self.pictures;
@@ -104,7 +109,7 @@ impl Sky {
     }
 }
 
-/// The colour at an angle; `None` beyond the last band.
+/// Returns the colour at an angle, or `None` beyond the last band.
 fn between(bands: &[Band], angle_rad: f64) -> Option<DVec3> {
     let after = bands.partition_point(|b| b.angle_rad <= angle_rad);
     match (after.checked_sub(1).map(|i| bands[i]), bands.get(after)) {
@@ -118,7 +123,8 @@ fn between(bands: &[Band], angle_rad: f64) -> Option<DVec3> {
     }
 }
 
-/// R, G, B, A in 0..1 at u, v in 0..1, the origin at the lower left.
+/// Samples a picture bilinearly. Returns R, G, B, A in 0..1 at u, v in 0..1, the origin at the
+/// lower left.
 fn sample(texture: &Texture, [u, v]: [f64; 2]) -> [f64; 4] {
     let (width, height) = (texture.width(), texture.height());
     let place = |at: f64, size: u32| {
@@ -159,7 +165,7 @@ mod tests {
         assert!((a - b).length() < 1e-12, "{a} is not {b}");
     }
 
-    /// The direction at an angle from the zenith, towards x.
+    /// Direction at an angle from the zenith, towards x.
     fn at(angle: f64) -> DVec3 {
         DVec3::new(angle.sin(), angle.cos(), 0.0) * 7.0
     }
@@ -170,7 +176,7 @@ mod tests {
         close(sky.color(DVec3::Y), DVec3::Z);
         close(sky.color(at(FRAC_PI_4)), DVec3::new(0.5, 0.5, 1.0));
         close(sky.color(at(0.3)), DVec3::new(0.3 / FRAC_PI_2, 0.3 / FRAC_PI_2, 1.0));
-        // Beyond the last sky angle its colour stays, down to where the ground ends.
+        // Beyond the last sky angle its colour continues, down to the ground.
         close(sky.color(at(FRAC_PI_2 + 0.5)), DVec3::ONE);
         close(sky.color(at(PI - FRAC_PI_4 - 1e-9)), DVec3::ONE);
         close(sky.color(at(PI - FRAC_PI_4 / 2.0)), DVec3::X * 0.5);
@@ -192,7 +198,8 @@ mod tests {
         }
     }
 
-    /// A picture of 2 x 2 texels whose reds tell them apart: lower left 0, lower right 51, upper left 102, upper right 153.
+    /// Picture of 2 x 2 texels with distinct reds: lower left 0, lower right 51, upper left 102,
+    /// upper right 153.
     fn corners(green: u8, alpha: u8) -> Option<Arc<Texture>> {
         let bytes = [102, 153, 0, 51].map(|red| [red, green, 0, alpha]).concat();
         Some(Arc::new(Texture::new(2, 2, bytes).unwrap()))

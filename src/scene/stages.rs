@@ -1,23 +1,25 @@
-//! Several textures on one surface, one after the other: X3D's MultiTexture.
+//! Multitexturing: several textures on one surface, applied in sequence (X3D's MultiTexture).
 //!
-//! In: the colour that the light gives the surface (the Ka and Kd terms, times vertex colours) with its opacity, and each stage's
-//! texel. Out: the colour and opacity that take their place; the Ks and Ke terms are added afterwards, as with one texture.
-//! Source: ISO/IEC 19775-1 clause 18.4.3, tables 18.3 (modes), 18.4 (sources) and 18.5 (functions); DOTPRODUCT3, which the tables leave
-//! open, as fixed-function hardware had it.
+//! In: the lit colour of the surface (the Ka and Kd terms, times vertex colours) with its opacity,
+//! and each stage's texel. Out: the colour and opacity that replace them; the Ks and Ke terms are
+//! added afterwards, as with one texture. Source: ISO/IEC 19775-1 clause 18.4.3, tables 18.3
+//! (modes), 18.4 (sources) and 18.5 (functions). DOTPRODUCT3, which the tables leave open, is as in
+//! fixed-function hardware.
 //!
-//! Arg1 is the stage's texel, Arg2 what the stage before made (for the first one, the light's colour) or what `source` says. One MODULATE
-//! stage is a plain texture: its product is left as it is; every other result is clamped to 0..1. A mode without one of its own
-//! for alpha takes itself where it selects or multiplies, MODULATE where it adds or subtracts, and SELECTARG2 where it blends, so
-//! that what is opaque stays opaque.
+//! Arg1 is the stage's texel, Arg2 the result of the previous stage (for the first one, the lit
+//! colour) or the value that `source` selects. A single MODULATE stage equals a plain texture: its
+//! product is not clamped; every other result is clamped to 0..1. A mode without an alpha mode of
+//! its own uses itself for alpha if it selects or multiplies, MODULATE if it adds or subtracts, and
+//! SELECTARG2 if it blends, so that opaque surfaces stay opaque.
 
 use super::{Sampling, Texture};
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 use std::sync::Arc;
 
-/// The most stages of an object.
+/// Largest number of stages of an object.
 pub const MAX_STAGES: usize = 8;
 
-/// How a stage joins its texel with what is there.
+/// Combination of a stage's texel with the colour so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum StageMode {
     /// Arg1 * Arg2.
@@ -39,13 +41,13 @@ pub enum StageMode {
     Subtract,
     /// Arg1 + Arg2 - Arg1 * Arg2.
     AddSmooth,
-    /// Arg1 and Arg2 by the light's opacity.
+    /// Arg1 and Arg2 blended by the lit colour's opacity.
     BlendDiffuseAlpha,
-    /// Arg1 and Arg2 by the texel's alpha.
+    /// Arg1 and Arg2 blended by the texel's alpha.
     BlendTextureAlpha,
-    /// Arg1 and Arg2 by the factor's alpha.
+    /// Arg1 and Arg2 blended by the factor's alpha.
     BlendFactorAlpha,
-    /// Arg1 and Arg2 by the alpha that the stage before made.
+    /// Arg1 and Arg2 blended by the alpha of the previous stage.
     BlendCurrentAlpha,
     /// Arg1.rgb + Arg1.a * Arg2.rgb.
     ModulateAlphaAddColor,
@@ -59,12 +61,12 @@ pub enum StageMode {
     SelectArg1,
     /// Arg2.
     SelectArg2,
-    /// What is there stays.
+    /// The colour so far, unchanged.
     Off,
 }
 
 impl StageMode {
-    /// The mode of an X3D word.
+    /// Returns the mode of an X3D keyword in any case, or `None`.
     pub fn from_word(word: &str) -> Option<StageMode> {
         Some(match word.to_ascii_uppercase().as_str() {
             "MODULATE" => StageMode::Modulate,
@@ -91,7 +93,7 @@ impl StageMode {
         })
     }
 
-    /// The mode of alpha that goes with it where none is given.
+    /// Returns the default alpha mode for this colour mode.
     pub fn of_alpha(self) -> StageMode {
         use StageMode as M;
         match self {
@@ -108,7 +110,7 @@ impl StageMode {
         }
     }
 
-    /// Whether it makes an alpha of 1 of alphas of which these are 1.
+    /// Returns whether the resulting alpha is 1, given whether each argument's alpha is 1.
     fn makes_opaque(self, arg1: bool, arg2: bool) -> bool {
         use StageMode as M;
         match self {
@@ -120,7 +122,8 @@ impl StageMode {
         }
     }
 
-    /// The result for R, G, B (or, with alphas in every channel, for alpha), before it is clamped.
+    /// Returns R, G, B before clamping; for alpha, the caller passes it in every channel. `blend`
+    /// holds the weights of the four blending modes in their order.
     fn join(self, arg1: DVec4, arg2: DVec4, blend: [f64; 4]) -> DVec3 {
         let (a, b) = (arg1.xyz(), arg2.xyz());
         let half = DVec3::splat(0.5);
@@ -148,62 +151,63 @@ impl StageMode {
     }
 }
 
-/// What Arg2 is.
+/// Source of Arg2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum StageSource {
-    /// What the stage before made.
+    /// Result of the previous stage.
     #[default]
     Before,
-    /// The light's colour, Ka and Kd terms.
+    /// Lit colour: the Ka and Kd terms.
     Diffuse,
-    /// The Ks and Ke terms.
+    /// Specular colour: the Ks and Ke terms.
     Specular,
-    /// The factor.
+    /// Factor of the stages.
     Factor,
 }
 
-/// What is done with a stage's result.
+/// Function applied to a stage's result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum StageFunction {
-    /// Nothing.
+    /// None.
     #[default]
     None,
-    /// R, G, B become 1 less themselves.
+    /// Replaces R, G, B by 1 minus themselves.
     Complement,
-    /// R, G, B become alpha.
+    /// Replaces R, G, B by alpha.
     AlphaReplicate,
 }
 
-/// One texture with its rules.
+/// Texture with the rules of its stage.
 #[derive(Clone, Debug)]
 pub struct TextureStage {
-    /// The texture; a stage without one is off.
+    /// Texture; a stage without one is off.
     pub texture: Option<Arc<Texture>>,
-    /// Its filter and wrapping.
+    /// Filter and wrap modes.
     pub sampling: Sampling,
-    /// Texture coordinates, one for each of the mesh's corners.
+    /// Texture coordinates, one per corner of the mesh.
     pub texcoords: Arc<[DVec2]>,
-    /// How R, G, B are joined.
+    /// Mode for R, G, B.
     pub color: StageMode,
-    /// How alpha is joined.
+    /// Mode for alpha.
     pub alpha: StageMode,
-    /// What Arg2 is.
+    /// Source of Arg2.
     pub source: StageSource,
-    /// What is done with the result.
+    /// Function applied to the result.
     pub function: StageFunction,
 }
 
-/// See the module.
+/// Texture stages of an object with their common factor; see the module.
 #[derive(Clone, Debug, Default)]
 pub struct TextureStages {
-    /// In the order in which they are applied, at most [`MAX_STAGES`].
+    /// Stages in the order of application, at most [`MAX_STAGES`].
     pub stages: Vec<TextureStage>,
-    /// R, G, B and A of the factor.
+    /// Factor R, G, B, A.
     pub factor: DVec4,
 }
 
 impl TextureStages {
-    /// The colour and opacity that the stages make of the light's; `texel` gives the R, G, B, A of a stage by its number.
+    /// Applies the stages to the lit colour and opacity, and returns the resulting ones. `texel`
+    /// returns the R, G, B, A of a stage by its number.
     pub fn combine(
         &self,
         (diffuse, opacity): (DVec3, f64),
@@ -239,7 +243,7 @@ impl TextureStages {
         (now.xyz(), now.w)
     }
 
-    /// Whether the stages may let light through where the material does not.
+    /// Returns whether the stages may make a surface transparent whose material is opaque.
     pub fn may_be_transparent(&self) -> bool {
         let mut is_opaque = true;
         for stage in &self.stages {
@@ -273,7 +277,8 @@ mod tests {
         }
     }
 
-    /// The result for a light of 0.5 0.25 1 with opacity 0.5, texels of one colour, and a factor of 0.1 0.2 0.3 0.25.
+    /// Result for a light of 0.5 0.25 1 with opacity 0.5, texels of one colour, and a factor of 0.1
+    /// 0.2 0.3 0.25.
     fn made(stages: Vec<TextureStage>, texels: &[[f64; 4]]) -> (DVec3, f64) {
         let all = TextureStages { stages, factor: DVec4::new(0.1, 0.2, 0.3, 0.25) };
         all.combine((DVec3::new(0.5, 0.25, 1.0), 0.5), DVec3::new(0.0, 0.5, 0.75), |i| texels[i])

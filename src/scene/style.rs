@@ -1,25 +1,26 @@
-//! How the lines and the faces of an object are drawn beside their colours: X3D's LineProperties and FillProperties.
+//! Line and fill styles of an object: X3D's LineProperties and FillProperties.
 //!
-//! Both are patterns on the frame, in pixels, whatever the distance. Source: ISO/IEC 19775-1 clauses 12.4.3 (FillProperties) and
-//! 12.4.4 (LineProperties); which pixels a pattern has is left to the browser, and is said here.
+//! Both are patterns on the frame, in pixels, at any distance. Source: ISO/IEC 19775-1 clauses
+//! 12.4.3 (FillProperties) and 12.4.4 (LineProperties). The standard leaves the pixels of a pattern
+//! to the browser; they are defined here.
 
 use super::TextureStages;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// How an object is drawn beside what its material says.
+/// Style of an object beside its material.
 #[derive(Clone, Debug, Default)]
 pub struct Style {
-    /// Its lines.
+    /// Style of its lines.
     pub line: LineStyle,
-    /// Its faces.
+    /// Style of its faces.
     pub fill: FillStyle,
-    /// Several textures, one over the other, in place of the object's own.
+    /// Multitexture stages, in place of the object's own texture.
     pub stages: Option<Arc<TextureStages>>,
 }
 
 impl PartialEq for Style {
-    /// The same stages, not equal ones.
+    /// Compares stages by identity, not by value.
     fn eq(&self, other: &Self) -> bool {
         let stages = match (&self.stages, &other.stages) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -29,13 +30,13 @@ impl PartialEq for Style {
     }
 }
 
-/// How lines are drawn.
+/// Width and pattern of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineStyle {
-    /// Pixels across, at least 1. A line is thickened along the axis that it runs less along: each pixel of the thin line becomes
-    /// `width` of them, the larger half on the lower or right side.
+    /// Width in pixels, at least 1. A line is thickened across its major axis: each pixel of the
+    /// thin line becomes `width` pixels, the larger half below or to the right.
     pub width: u32,
-    /// Which of its pixels are drawn.
+    /// Pattern of its pixels.
     pub kind: LineKind,
 }
 
@@ -45,10 +46,11 @@ impl Default for LineStyle {
     }
 }
 
-/// Which pixels of a line are drawn, by the steps from its first one, in units of its width: 16 steps, again and again.
+/// Pattern of a line: the pixels drawn, with a period of 16 steps from the first pixel, in units of
+/// the line's width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum LineKind {
-    /// All.
+    /// All pixels.
     #[default]
     Solid,
     /// Eight on, eight off.
@@ -62,7 +64,7 @@ pub enum LineKind {
 }
 
 impl LineKind {
-    /// Whether the pixel after so many steps is drawn.
+    /// Returns whether the pixel `step` steps from the line's first one is drawn.
     pub fn is_on(self, step: u64, width: u32) -> bool {
         let bits: u16 = match self {
             LineKind::Solid => return true,
@@ -75,12 +77,13 @@ impl LineKind {
     }
 }
 
-/// How faces are filled.
+/// Filling of faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FillStyle {
-    /// Whether there is anything between the lines of a hatch; without a hatch and this the faces are not seen.
+    /// True if the face is drawn between the lines of a hatch; without a hatch, whether it is drawn
+    /// at all.
     pub is_filled: bool,
-    /// Lines over the faces, unlit.
+    /// Hatch over the faces, with its unlit colour R, G, B.
     pub hatch: Option<(Hatch, DVec3)>,
 }
 
@@ -90,19 +93,19 @@ impl Default for FillStyle {
     }
 }
 
-/// What a pixel of a face shows.
+/// Content of a pixel of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filling {
-    /// The face.
+    /// The face itself.
     Face,
-    /// A line of the hatch, in this colour.
+    /// A hatch line of this colour.
     Hatch(DVec3),
-    /// What is behind.
+    /// Nothing: the pixel is left unchanged.
     Nothing,
 }
 
 impl FillStyle {
-    /// What the pixel in column x and row y of the frame shows.
+    /// Returns the content of the pixel in column `x` and row `y` of the frame.
     pub fn at(&self, x: i32, y: i32) -> Filling {
         match self.hatch {
             Some((hatch, color)) if hatch.covers(x, y) => Filling::Hatch(color),
@@ -112,7 +115,7 @@ impl FillStyle {
     }
 }
 
-/// The lines of a hatch: one pixel wide, one every eight pixels along rows and columns.
+/// Hatch pattern: lines one pixel wide, one every eight pixels along rows and columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Hatch {
     /// Along rows.
@@ -123,17 +126,17 @@ pub enum Hatch {
     Rising,
     /// Down to the right.
     Falling,
-    /// Rows and columns.
+    /// Along rows and columns.
     Square,
     /// Both diagonals.
     Diamond,
 }
 
 impl Hatch {
-    /// Pixels from one line to the next.
+    /// Distance between lines in pixels.
     const SPACING: i32 = 8;
 
-    /// Whether a pixel of the frame, y down, is on a line.
+    /// Returns whether the pixel in column `x` and row `y` of the frame, y down, is on a line.
     pub fn covers(self, x: i32, y: i32) -> bool {
         let on = |at: i32| at.rem_euclid(Hatch::SPACING) == 0;
         match self {

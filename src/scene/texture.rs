@@ -3,28 +3,28 @@
 use super::modes::{Sampling, Wrap};
 use crate::error::Code;
 
-/// The largest width or height of a texture, in texels.
+/// Largest width or height of a texture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16_384;
 
-/// Why a texture cannot be made.
+/// Error of creating a texture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TextureError {
-    /// A texture has 1 to [`MAX_TEXTURE_SIDE`] texels a side.
+    /// A side is not in 1..=[`MAX_TEXTURE_SIDE`] texels.
     #[error("a texture has 1 to {MAX_TEXTURE_SIDE} texels a side, not {width}x{height}")]
     BadSize {
-        /// Texels across.
+        /// Width in texels.
         width: u32,
-        /// Texels down.
+        /// Height in texels.
         height: u32,
     },
-    /// The bytes are not width * height * 4.
+    /// The number of bytes is not width * height * 4.
     #[error("a {width}x{height} texture has {expected} bytes, not {found}")]
     BadLength {
-        /// Texels across.
+        /// Width in texels.
         width: u32,
-        /// Texels down.
+        /// Height in texels.
         height: u32,
-        /// width * height * 4.
+        /// Expected bytes, width * height * 4.
         expected: u64,
         /// Bytes given.
         found: u64,
@@ -32,7 +32,7 @@ pub enum TextureError {
 }
 
 impl TextureError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             TextureError::BadSize { .. } => Code::TooBig,
@@ -41,26 +41,27 @@ impl TextureError {
     }
 }
 
-/// A texture: RGBA bytes, row 0 at the top of the picture (v = 1), and whether any texel lets light through.
+/// Texture: RGBA bytes, row 0 at the top of the picture (v = 1), with its mip levels.
 ///
-/// MipLevel 0 is the bytes themselves; further levels (2x2 box, halved rounding down, the last odd row and column dropped) are
-/// made when the texture is: 1 to 4 in fixed point, which holds them exactly, the others as f32.
+/// Level 0 is the bytes themselves. Further levels (2x2 box filter, sizes halved rounding down, the
+/// last odd row and column dropped) are computed when the texture is created: levels 1 to 4 in
+/// fixed point, which is exact, the others as f32.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     width: u32,
     height: u32,
     bytes: Vec<u8>,
-    /// Levels 1..
+    /// Levels from 1 on.
     levels: Vec<MipLevel>,
-    /// The texels of those in fixed point, one level after the other: in 1/256 of 0..255, each row's first texel once more
-    /// at its end.
+    /// Texels of the fixed-point levels, one level after the other, in 1/256 of 0..255. Each row
+    /// repeats its first texel at its end.
     fixed: Vec<[u16; 4]>,
     has_alpha: bool,
-    /// The edge texels go on, whatever is asked for.
+    /// Set if the edge texels are extended whatever the draw asks for.
     is_clamped: bool,
 }
 
-/// A level made by averaging.
+/// Mip level made by averaging.
 #[derive(Clone, Debug, PartialEq)]
 struct MipLevel {
     width: u32,
@@ -70,39 +71,43 @@ struct MipLevel {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Texels {
-    /// Where they begin among those in fixed point.
+    /// Start of the level's texels among the fixed-point ones.
     Fixed(usize),
-    /// In 0..255.
+    /// Texels in 0..255.
     Float(Vec<[f32; 4]>),
 }
 
-/// The levels that are held in fixed point, 1 to at most 4.
+/// Fixed-point mip levels of a texture: levels 1 to at most 4.
 #[derive(Clone, Copy, Debug)]
 pub struct FixedLevels<'a> {
-    /// Their RGBA texels, one level after the other, as [`LevelTexels::Fixed`] has them.
+    /// RGBA texels, one level after the other, laid out as in [`LevelTexels::Fixed`].
     pub texels: &'a [[u16; 4]],
-    /// Of each level its width, its height, and where it begins.
+    /// Width, height and start in `texels` of each level.
     pub levels: [(u32, u32, usize); FIXED_LEVELS as usize],
-    /// How many of them there are.
+    /// Number of levels.
     pub count: u32,
 }
 
-/// The RGBA texels of a level, row 0 at the top.
+/// RGBA texels of a level, row 0 at the top.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelTexels<'a> {
-    /// Of level 0: four bytes each.
+    /// Level 0: four bytes per texel.
     Bytes(&'a [u8]),
-    /// In 1/256 of 0..255; each row has its first texel once more at its end, so width + 1 of them.
+    /// In 1/256 of 0..255. Each row repeats its first texel at its end, so it has width + 1 of
+    /// them.
     Fixed(&'a [[u16; 4]]),
     /// In 0..255.
     Float(&'a [[f32; 4]]),
 }
 
-/// Levels whose averages of bytes 1/256 holds exactly: each takes two binary places more.
+/// Number of levels whose averages of bytes are exact in 1/256: each level adds two binary places.
 pub(crate) const FIXED_LEVELS: u32 = 4;
 
 impl Texture {
-    /// A texture from RGBA bytes, row 0 at the top.
+    /// Creates a texture from RGBA bytes, row 0 at the top, and computes its mip levels.
+    ///
+    /// # Errors
+    /// If a side is out of range, or `bytes` is not width * height * 4 long.
     pub fn new(width: u32, height: u32, bytes: Vec<u8>) -> Result<Self, TextureError> {
         let side = 1..=MAX_TEXTURE_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
@@ -123,12 +128,13 @@ impl Texture {
         Ok(texture)
     }
 
-    /// The same, ending at its edges: the edge texels go on in both directions, however it is sampled.
+    /// Returns the texture with its edge texels extended in both directions, whatever sampling a
+    /// draw asks for.
     pub fn clamped(self) -> Self {
         Texture { is_clamped: true, ..self }
     }
 
-    /// The rules by which this texture is sampled where `asked` are those of the draw.
+    /// Returns the sampling of this texture in a draw that asks for `asked`.
     pub fn sampling(&self, asked: Sampling) -> Sampling {
         match self.is_clamped {
             true => Sampling { wrap_s: Wrap::Clamp, wrap_t: Wrap::Clamp, ..asked },
@@ -136,7 +142,8 @@ impl Texture {
         }
     }
 
-    /// The level below the last one and its texels in fixed point, or `None` when that is 1x1.
+    /// Returns the level below the last one and its fixed-point texels, or `None` if the last one
+    /// is 1x1.
     fn next_level(&self) -> Option<(MipLevel, Vec<[u16; 4]>)> {
         let last = self.level_count() - 1;
         let (w, h) = self.level_size(last);
@@ -145,7 +152,7 @@ impl Texture {
         }
         let (width, height) = ((w / 2).max(1), (h / 2).max(1));
         let texel = |x: u32, y: u32| -> [f32; 4] {
-            // A side of 1 has no second texel: the one there counts twice.
+            // A side of 1 has no second texel: its only one counts twice.
             let (x1, y1) = ((2 * x + 1).min(w - 1), (2 * y + 1).min(h - 1));
             let t = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)].map(|(x, y)| self.texel(last, x, y));
             std::array::from_fn(|c| (t[0][c] + t[1][c] + t[2][c] + t[3][c]) * 0.25)
@@ -164,32 +171,32 @@ impl Texture {
         Some((MipLevel { width, height, texels }, fixed))
     }
 
-    /// Width of level 0 in texels.
+    /// Returns the width of level 0 in texels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height of level 0 in texels.
+    /// Returns the height of level 0 in texels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// MipLevel 0's RGBA bytes, row 0 at the top.
+    /// Returns the RGBA bytes of level 0, row 0 at the top.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Whether any texel's alpha is below 255.
+    /// Returns whether any texel's alpha is below 255.
     pub fn has_alpha(&self) -> bool {
         self.has_alpha
     }
 
-    /// How many levels there are, level 0 included.
+    /// Returns the number of levels, level 0 included.
     pub fn level_count(&self) -> u32 {
         self.levels.len() as u32 + 1
     }
 
-    /// Width and height of a level; levels beyond the last have the last one's size.
+    /// Returns the width and height of a level; levels beyond the last have the last one's size.
     pub fn level_size(&self, level: u32) -> (u32, u32) {
         match level.checked_sub(1).map(|i| &self.levels[(i as usize).min(self.levels.len() - 1)]) {
             Some(level) => (level.width, level.height),
@@ -197,10 +204,10 @@ impl Texture {
         }
     }
 
-    /// The RGBA of one texel in 0..255, counted from the top left. `level`, `x` and `y` must exist.
+    /// Returns the RGBA of one texel in 0..255, counted from the top left.
     ///
     /// # Panics
-    /// When they do not.
+    /// If there is no such level or texel.
     #[inline]
     pub fn texel(&self, level: u32, x: u32, y: u32) -> [f32; 4] {
         let (w, _) = self.level_size(level);
@@ -212,10 +219,10 @@ impl Texture {
         }
     }
 
-    /// The texels of a level.
+    /// Returns the texels of a level.
     ///
     /// # Panics
-    /// When there is no such level.
+    /// If there is no such level.
     #[inline]
     pub fn level_texels(&self, level: u32) -> LevelTexels<'_> {
         let Some(level) = level.checked_sub(1).map(|i| &self.levels[i as usize]) else {
@@ -229,7 +236,7 @@ impl Texture {
         }
     }
 
-    /// The levels in fixed point.
+    /// Returns the fixed-point levels.
     pub fn fixed_levels(&self) -> FixedLevels<'_> {
         let mut found =
             FixedLevels { texels: &self.fixed, levels: [(1, 1, 0); FIXED_LEVELS as usize], count: 0 };
@@ -242,15 +249,15 @@ impl Texture {
         found
     }
 
-    /// Bytes that all levels of a texture of this size take, and those that making them takes beside: level 1, before it is
-    /// put to the others.
+    /// Returns the bytes of all levels of a texture of this size, and the additional bytes while it
+    /// is created: level 1, before it is appended to the others.
     pub fn bytes_for(width: u32, height: u32) -> (u64, u64) {
         let [fixed, float] = level_bytes(width, height);
         let first = (u64::from(width / 2).max(1) + 1) * u64::from(height / 2).max(1) * 8;
         (u64::from(width) * u64::from(height) * 4 + fixed + float, first)
     }
 
-    /// Bytes that all levels take.
+    /// Returns the bytes of all levels.
     pub fn size_bytes(&self) -> usize {
         let size = |level: &MipLevel| match &level.texels {
             Texels::Fixed(_) => 0,
@@ -260,7 +267,7 @@ impl Texture {
     }
 }
 
-/// Bytes of the levels below level 0: those in fixed point, and those in f32.
+/// Returns the bytes of the levels below level 0: those in fixed point, and those in f32.
 fn level_bytes(width: u32, height: u32) -> [u64; 2] {
     let (mut w, mut h, mut bytes) = (u64::from(width), u64::from(height), [0; 2]);
     for level in 1.. {

@@ -1,6 +1,7 @@
 //! Overrides of a scene's camera and modes by its viewer.
 //!
-//! In: a scene as its author has it. Out: the scene to draw. Promise: the default overrides change nothing.
+//! In: the scene of its author. Out: the scene to draw. Promise: the default overrides change
+//! nothing.
 
 use super::{
     Camera, Cull, Geometry, HiddenSurface, LightKind, Material, Navigator, Object, Scene, ShadeMode,
@@ -9,45 +10,46 @@ use super::{Light, frame_mesh};
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// Whether textures are seen.
+/// Use of textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum TextureUse {
-    /// Where the author put them.
+    /// As the author chose.
     #[default]
     AsGiven,
-    /// Nowhere.
+    /// No textures.
     Off,
 }
 
-/// Whether drawing may be cheaper than exact where the author allows it (`QUALITY`).
+/// Use of cheaper drawing that the author allows (`QUALITY`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum QualityUse {
     /// As the author allows.
     #[default]
     AsGiven,
-    /// Never.
+    /// Always exact.
     Exact,
 }
 
-/// A viewer's overrides; `None` leaves what the author chose.
+/// Overrides of a viewer; `None` keeps the author's choice.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ViewOverrides {
-    /// From where, and how projected.
+    /// Viewpoint and projection.
     pub navigator: Navigator,
-    /// How faces get their colours.
+    /// Shading of faces.
     pub shade: Option<ShadeMode>,
-    /// Which faces are left out.
+    /// Faces that are culled.
     pub cull: Option<Cull>,
-    /// How hidden surfaces are found.
+    /// Hidden-surface removal.
     pub hide: Option<HiddenSurface>,
-    /// Whether textures are seen.
+    /// Use of textures.
     pub textures: TextureUse,
-    /// Whether drawing may be cheaper than exact.
+    /// Use of cheaper drawing.
     pub quality: QualityUse,
 }
 
 impl ViewOverrides {
-    /// Changes a scene to what the viewer wants to see; a scene without a camera is seen by `camera`.
+    /// Applies the overrides to a scene for a viewport of `aspect` = width / height. A scene
+    /// without a camera is seen through `camera`.
     pub fn apply(&self, scene: &mut Scene, camera: Camera, aspect: f64) {
         if !self.navigator.is_home() {
             let given = scene.camera.unwrap_or(camera);
@@ -69,14 +71,14 @@ impl ViewOverrides {
 }
 
 impl Geometry {
-    /// The same mesh, its materials without textures.
+    /// Returns the mesh with none of its materials' textures.
     pub fn without_textures(&self) -> Geometry {
         Geometry { mesh: self.mesh.clone(), textures: vec![None; self.textures.len()] }
     }
 }
 
 impl Scene {
-    /// Sees the scene through another camera; X3D's headlight goes where the eye goes.
+    /// Replaces the camera; X3D's headlight follows it.
     pub fn look_through(&mut self, camera: Camera) {
         if let Some(theirs) = self.camera {
             let ahead = theirs.look_at.reference - theirs.look_at.eye;
@@ -94,8 +96,8 @@ impl Scene {
         self.camera = Some(camera);
     }
 
-    /// A mesh as a scene: framed for a picture of this aspect, lit from the viewer's upper left. Of one that is open, both
-    /// sides of the faces are drawn and lit.
+    /// Creates a scene of one mesh, framed for a picture of this aspect and lit from the viewer's
+    /// upper left. If `is_open`, both sides of its faces are drawn and lit.
     pub fn of_mesh(geometry: Arc<Geometry>, name: &str, aspect: f64, is_open: bool) -> Scene {
         let bounds = geometry.mesh.bounds();
         let camera = bounds.map_or_else(Camera::default, |b| frame_mesh(&geometry.mesh, b, aspect, is_open));
@@ -122,7 +124,7 @@ impl Scene {
     }
 }
 
-/// A light from the upper left of whoever looks.
+/// Returns a white directional light from the viewer's upper left.
 pub fn viewers_light(camera: &Camera) -> Light {
     let (eye, reference) = (camera.look_at.eye, camera.look_at.reference);
     let ahead = (reference - eye).normalize_or(DVec3::NEG_Z);

@@ -1,4 +1,4 @@
-//! Worked numbers of notes 000, 001 and 004, and what every camera promises.
+//! Worked numbers of notes 000, 001 and 004, and properties of every camera.
 
 use super::*;
 use serde_json::Value;
@@ -75,7 +75,7 @@ fn golden_view_plane_pipeline() {
                 assert!((screen[k] - wanted).abs() <= tolerance * wanted.abs().max(1.0), "{p}");
             }
         }
-        // PLANE takes x, y and w from there, and z between its near and far.
+        // PLANE takes x, y and w from there, and z from its near and far.
         let plane = Camera {
             look_at: look_at(vec3(&i["eye"]), vec3(&i["lookat"]), vec3(&i["up"])),
             projection: Projection::Plane { d: number(&i["d"]), near: 0.5, far: 20.0 },

@@ -4,8 +4,8 @@ use super::{ShapeError, corner, length};
 use crate::scene::{Mesh, NONE};
 use glam::{DVec2, DVec3};
 
-/// Faces in order: front, back, right, left, top, bottom. Each: outward normal, and which way its picture's right and up
-/// point. The sides stand upright; the top is seen with -z up, the bottom with +z up.
+/// Faces in order: front, back, right, left, top, bottom. Each: outward normal, and the right and
+/// up directions of its texture. The sides are upright; the top has -z up, the bottom +z up.
 const FACES: [[DVec3; 3]; 6] = [
     [DVec3::Z, DVec3::X, DVec3::Y],
     [DVec3::NEG_Z, DVec3::NEG_X, DVec3::Y],
@@ -15,7 +15,11 @@ const FACES: [[DVec3; 3]; 6] = [
     [DVec3::NEG_Y, DVec3::X, DVec3::Z],
 ];
 
-/// A box of `size` x, y, z about the origin: 8 positions, 6 quads with flat normals, each with the whole texture.
+/// Creates a box of `size` x, y, z about the origin: 8 positions, 6 quads with flat normals, each
+/// with the whole texture.
+///
+/// # Errors
+/// If a size is not positive and finite.
 pub fn cuboid(size: DVec3) -> Result<Mesh, ShapeError> {
     let half = DVec3::new(
         length("box size x", size.x)?,
@@ -23,7 +27,8 @@ pub fn cuboid(size: DVec3) -> Result<Mesh, ShapeError> {
         length("box size z", size.z)?,
     ) / 2.0;
     let mut mesh = Mesh::default();
-    // Position number: bit 0 is x, bit 1 is y, bit 2 is z; a set bit is the positive side.
+    // Bits of a position's number: bit 0 is x, bit 1 is y, bit 2 is z; a set bit is the positive
+    // side.
     for i in 0..8 {
         let side = |bit: u32| if i & bit != 0 { 1.0 } else { -1.0 };
         mesh.positions.push(half * DVec3::new(side(1), side(2), side(4)));

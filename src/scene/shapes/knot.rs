@@ -1,4 +1,4 @@
-//! A tube around the (2,3) torus knot: the mesh of the benchmarks.
+//! Tube around the (2,3) torus knot: the mesh of the benchmarks.
 //!
 //! The knot's curve winds 2 times around z and 3 times around the torus's tube, for u in [0, 4 pi):
 //!
@@ -6,10 +6,10 @@
 //! c(u) = R/2 ( (2 + cos(3u/2)) cos u,  (2 + cos(3u/2)) sin u,  sin(3u/2) )        R = 1
 //! ```
 //!
-//! The frame across the curve is taken as in most knot generators, from a chord: T = c(u + 0.01) - c(u) and
-//! S = c(u + 0.01) + c(u) give B = T x S and N = B x T, both normalised; the tube's point at angle v is
-//! c(u) - r cos(v) N + r sin(v) B with r = 0.3, its normal the direction from c(u). Texture coordinates run 8 times along
-//! the knot and twice around the tube.
+//! The frame across the curve is computed as in most knot generators, from a chord: T = c(u + 0.01)
+//! - c(u) and S = c(u + 0.01) + c(u) give B = T x S and N = B x T, both normalised; the tube's
+//! point at angle v is c(u) - r cos(v) N + r sin(v) B with r = 0.3, its normal the direction from
+//! c(u). Texture coordinates repeat 8 times along the knot and twice around the tube.
 
 use super::{Counts, MAX_FACES, ShapeError, corner};
 use crate::math::matrix::unit;
@@ -26,7 +26,7 @@ fn curve(u: f64) -> DVec3 {
     DVec3::new(reach * libm::cos(u), reach * libm::sin(u), sin * 0.5)
 }
 
-/// The elements of a knot's mesh.
+/// Returns the lengths of the arrays of a knot's mesh.
 fn counts(nu: u32, nv: u32) -> Counts {
     let [nu, nv] = [nu, nv].map(u64::from);
     let quads = nu.saturating_mul(nv);
@@ -40,14 +40,17 @@ fn counts(nu: u32, nv: u32) -> Counts {
     }
 }
 
-/// Bytes that [`knot`] takes: those of the mesh, whose arrays are made with room for all of it.
+/// Returns the bytes that [`knot`] allocates: the mesh, whose arrays are created at their full
+/// size.
 pub fn knot_bytes(nu: u32, nv: u32) -> u64 {
     counts(nu, nv).bytes()
 }
 
-/// The torus knot (2,3) with R = 1 and tube radius 0.3, `nu` steps along the knot, `nv` around the tube: 2 nu nv triangles.
+/// Creates the torus knot (2,3) with R = 1 and tube radius 0.3, `nu` steps along the knot and `nv`
+/// around the tube: 2 nu nv triangles.
 ///
-/// At least 3 steps each, at most [`MAX_FACES`] triangles.
+/// # Errors
+/// If either count is below 3, or there are more than [`MAX_FACES`] triangles.
 pub fn knot(nu: u32, nv: u32) -> Result<Mesh, ShapeError> {
     for (what, value) in [("knot nu", nu), ("knot nv", nv)] {
         if value < 3 {
@@ -63,7 +66,8 @@ pub fn knot(nu: u32, nv: u32) -> Result<Mesh, ShapeError> {
         let u = f64::from(i) / f64::from(nu) * 4.0 * PI;
         let (here, ahead) = (curve(u), curve(u + CHORD_RAD));
         let tangent = ahead - here;
-        // The chord is never 0 and never parallel to the mean radius: the curve stays 0.5 away from the z axis.
+        // The chord is never 0 and never parallel to the mean radius: the curve stays 0.5 away from
+        // the z axis.
         let across = unit(tangent.cross(ahead + here)).expect("the chord and the radius span a plane");
         let outward = unit(across.cross(tangent)).expect("two vectors at right angles");
         for j in 0..nv {

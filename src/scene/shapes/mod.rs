@@ -1,9 +1,10 @@
-//! Meshes that the program makes itself: X3D's solids, Newell's teapot, and the torus knot of the benchmarks.
+//! Generated meshes: X3D's solids, Newell's teapot, and the torus knot of the benchmarks.
 //!
-//! Out: meshes in object space, y up, right-handed, faces counter-clockwise seen from outside, with exact normals and with
-//! texture coordinates ((0,0) at the lower left). Corners that meet share a position, so no edge can open. The same
-//! arguments give the same bits on every machine (`libm`). Source of sizes, places and texture coordinates of the solids:
-//! X3D (ISO/IEC 19775-1), Geometry3D component.
+//! Out: meshes in object space, y up, right-handed, faces counter-clockwise seen from outside, with
+//! exact normals and with texture coordinates ((0,0) at the lower left). Corners that meet share a
+//! position, so that edges have no gaps. Equal arguments give equal bits on every machine (`libm`).
+//! Source of sizes, placement and texture coordinates of the solids: X3D (ISO/IEC 19775-1),
+//! Geometry3D component.
 
 mod cuboid;
 mod knot;
@@ -20,40 +21,40 @@ use super::{Corner, Mesh, NONE, Polygon};
 use crate::error::Code;
 use glam::{DVec2, DVec3};
 
-/// The most triangles that a made mesh has.
+/// Largest number of triangles of a generated mesh.
 pub const MAX_FACES: u64 = 4 << 20;
 
-/// Why a shape cannot be made.
+/// Error of generating a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
-    /// A length that is no length.
+    /// A length is not positive and finite.
     #[error("{what} must be positive and finite, not {value}")]
     BadSize {
-        /// Which length.
+        /// Name of the length.
         what: &'static str,
-        /// Its value.
+        /// Value of the length.
         value: f64,
     },
     /// Too few steps to bound a body.
     #[error("{what} must be at least {least}, not {value}")]
     TooCoarse {
-        /// Which count.
+        /// Name of the count.
         what: &'static str,
-        /// Its value.
+        /// Value of the count.
         value: u32,
-        /// The smallest that is allowed.
+        /// Smallest valid count.
         least: u32,
     },
     /// More faces than [`MAX_FACES`].
     #[error("{faces} faces are over the limit of {MAX_FACES}")]
     TooFine {
-        /// How many faces it would have.
+        /// Number of faces that the mesh would have.
         faces: u64,
     },
 }
 
 impl ShapeError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             ShapeError::BadSize { .. } | ShapeError::TooCoarse { .. } => Code::Range,
@@ -62,7 +63,7 @@ impl ShapeError {
     }
 }
 
-/// A length that can be used as one.
+/// Checks that a length is positive and finite.
 fn length(what: &'static str, value: f64) -> Result<f64, ShapeError> {
     match value > 0.0 && value.is_finite() {
         true => Ok(value),
@@ -82,7 +83,7 @@ struct Counts {
 }
 
 impl Counts {
-    /// Bytes of the arrays.
+    /// Returns the bytes of the arrays.
     fn bytes(self) -> u64 {
         let arrays = [
             (self.positions, size_of::<DVec3>()),
@@ -90,14 +91,14 @@ impl Counts {
             (self.texcoords, size_of::<DVec2>()),
             (self.corners, size_of::<Corner>()),
             (self.polygons, size_of::<Polygon>()),
-            // Each with the number of its polygon.
+            // Each triangle with the number of its polygon.
             (self.triangles, size_of::<[u32; 3]>() + size_of::<u32>()),
         ];
         let bytes = arrays.map(|(count, size)| count.saturating_mul(size as u64));
         bytes.into_iter().fold(0, u64::saturating_add)
     }
 
-    /// A mesh without elements, whose arrays have room for all of them: they never move.
+    /// Returns an empty mesh whose arrays have the capacity for all elements: they never move.
     fn empty_mesh(self) -> Mesh {
         Mesh {
             positions: Vec::with_capacity(self.positions as usize),
@@ -112,7 +113,7 @@ impl Counts {
     }
 }
 
-/// A corner of a shape, which has everything but a colour.
+/// Returns a corner of a shape: all attributes but a colour.
 fn corner(position: u32, texcoord: u32, normal: u32) -> Corner {
     Corner { position, normal, texcoord, color: NONE }
 }

@@ -1,7 +1,8 @@
-//! The teapot's numbers: 32 bicubic Bezier patches over 306 control points.
+//! Data of the teapot: 32 bicubic Bezier patches over 306 control points.
 //!
-//! Source: Martin Newell, University of Utah, 1975, in the form that has circulated freely since (the archive of teapot,
-//! teacup and teaspoon patches, October 1991). Numbers only: the body's axis is z, the base lies at z = 0.
+//! Source: Martin Newell, University of Utah, 1975, in the form that has circulated freely since
+//! (the archive of teapot, teacup and teaspoon patches, October 1991). The body's axis is z, the
+//! base lies at z = 0.
 
 /// Control points of each patch, four rows of four, as numbers from 1 into [`POINTS`].
 #[rustfmt::skip]
@@ -40,7 +41,7 @@ pub(super) const PATCHES: [[u16; 16]; 32] = [
     [270, 270, 270, 270, 300, 305, 306, 279, 297, 303, 304, 275, 294, 301, 302, 271],
 ];
 
-/// The control points: x, y, z.
+/// Control points x, y, z.
 #[rustfmt::skip]
 pub(super) const POINTS: [[f64; 3]; 306] = [
     [1.4, 0.0, 2.4], [1.4, -0.784, 2.4], [0.784, -1.4, 2.4], [0.0, -1.4, 2.4],

@@ -1,35 +1,36 @@
 //! X3D's Sphere, Cone and Cylinder: bodies of revolution about y, with smooth normals.
 //!
-//! The side's texture begins at the back (-z) and runs counter-clockwise seen from above:
-//! u = a / 2 pi at x = -sin a, z = -cos a; v runs from the bottom, 0, to the top, 1.
+//! The texture of the side begins at the back (-z) and runs counter-clockwise seen from above: u =
+//! a / 2 pi at x = -sin a, z = -cos a; v runs from the bottom, 0, to the top, 1.
 
 use super::{ShapeError, corner, length};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Steps around the axis. The outline stays within 0.06 % of the radius (1 - cos(pi / 96)).
+/// Steps around the axis. The outline deviates by at most 0.06 % of the radius (1 - cos(pi / 96)).
 const SLICES: u32 = 96;
 /// Steps of the sphere from pole to pole.
 const STACKS: u32 = 48;
 
-/// The parts of a cone or cylinder that exist (X3D's `side`, `bottom`, `top`; a cone has no top).
+/// Parts of a cone or cylinder to create (X3D's `side`, `bottom`, `top`; a cone has no top).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RevolvedParts {
-    /// The round side.
+    /// True if the round side exists.
     pub side: bool,
-    /// The cap at the lower end.
+    /// True if the cap at the lower end exists.
     pub bottom: bool,
-    /// The cap at the upper end.
+    /// True if the cap at the upper end exists.
     pub top: bool,
 }
 
 impl RevolvedParts {
-    /// The whole body.
+    /// All parts.
     pub const ALL: RevolvedParts = RevolvedParts { side: true, bottom: true, top: true };
 }
 
-/// Sine and cosine of 2 pi k / n, n a multiple of 4: exact on the axes, the same in all quadrants.
+/// Returns sine and cosine of 2 pi k / n, n a multiple of 4: exact on the axes, and symmetric in
+/// all quadrants.
 fn circle(k: u32, n: u32) -> (f64, f64) {
     let (quadrant, rest) = (k / (n / 4) % 4, k % (n / 4));
     let (sin, cos) = libm::sincos(2.0 * PI * f64::from(rest) / f64::from(n));
@@ -41,13 +42,17 @@ fn circle(k: u32, n: u32) -> (f64, f64) {
     }
 }
 
-/// The horizontal unit vector at slice `k` of `n`, from the back, counter-clockwise seen from above.
+/// Returns the horizontal unit vector at slice `k` of `n`, from the back, counter-clockwise seen
+/// from above.
 fn around(k: u32, n: u32) -> DVec3 {
     let (sin, cos) = circle(k, n);
     DVec3::new(-sin, 0.0, -cos)
 }
 
-/// A sphere of `radius` about the origin.
+/// Creates a sphere of `radius` about the origin.
+///
+/// # Errors
+/// If the radius is not positive and finite.
 pub fn sphere(radius: f64) -> Result<Mesh, ShapeError> {
     let radius = length("sphere radius", radius)?;
     let mut mesh = Mesh::default();
@@ -63,7 +68,8 @@ pub fn sphere(radius: f64) -> Result<Mesh, ShapeError> {
     }
     mesh.positions = mesh.normals.iter().map(|n| *n * radius).collect();
     for j in 0..=STACKS {
-        // At a pole every slice has the u of its own middle; else slice SLICES closes the ring.
+        // At a pole every slice has the u of its own middle; elsewhere slice SLICES closes the
+        // ring.
         let shift = if j == 0 || j == STACKS { 0.5 } else { 0.0 };
         let v = f64::from(j) / f64::from(STACKS);
         mesh.texcoords
@@ -87,21 +93,25 @@ pub fn sphere(radius: f64) -> Result<Mesh, ShapeError> {
     Ok(mesh)
 }
 
-/// A whole cone: see [`cone_parts`].
+/// Creates a whole cone: see [`cone_parts`].
 pub fn cone(bottom_radius: f64, height: f64) -> Result<Mesh, ShapeError> {
     cone_parts(bottom_radius, height, RevolvedParts::ALL)
 }
 
-/// A cone about y: its base of `bottom_radius` at -height/2, its apex at +height/2. `parts.top` means nothing.
+/// Creates a cone about y: its base of `bottom_radius` at -height/2, its apex at +height/2.
+/// `parts.top` is ignored.
 ///
-/// The normal of the side at angle a is (height * around(a) + radius * y), normalised; each face's corner at the apex has
-/// the one of the face's own middle.
+/// The normal of the side at angle a is (height * around(a) + radius * y), normalised; at the apex
+/// each face uses the normal at its own middle.
+///
+/// # Errors
+/// If a length is not positive and finite.
 pub fn cone_parts(bottom_radius: f64, height: f64, parts: RevolvedParts) -> Result<Mesh, ShapeError> {
     let (r, h) = (length("cone radius", bottom_radius)?, length("cone height", height)?);
     let mut mesh = Mesh::default();
     let half = h / 2.0;
     if parts.side {
-        // Scaled first, so that no square overflows or vanishes.
+        // Scaled first, so that no square overflows or underflows.
         let larger = r.max(h);
         let (rise, run) = (r / larger, h / larger);
         let norm = (rise * rise + run * run).sqrt();
@@ -126,12 +136,15 @@ pub fn cone_parts(bottom_radius: f64, height: f64, parts: RevolvedParts) -> Resu
     Ok(mesh)
 }
 
-/// A whole cylinder: see [`cylinder_parts`].
+/// Creates a whole cylinder: see [`cylinder_parts`].
 pub fn cylinder(radius: f64, height: f64) -> Result<Mesh, ShapeError> {
     cylinder_parts(radius, height, RevolvedParts::ALL)
 }
 
-/// A cylinder of `radius` about y, from -height/2 to +height/2.
+/// Creates a cylinder of `radius` about y, from -height/2 to +height/2.
+///
+/// # Errors
+/// If a length is not positive and finite.
 pub fn cylinder_parts(radius: f64, height: f64, parts: RevolvedParts) -> Result<Mesh, ShapeError> {
     let (r, h) = (length("cylinder radius", radius)?, length("cylinder height", height)?);
     let mut mesh = Mesh::default();
@@ -164,8 +177,9 @@ pub fn cylinder_parts(radius: f64, height: f64, parts: RevolvedParts) -> Result<
     Ok(mesh)
 }
 
-/// A disc at height `y`, facing away from the origin, with the inscribed circle of the texture: -z up on the upper cap, +z
-/// up on the lower one. It takes the positions of the side's rim where there are such.
+/// Adds a disc at height `y`, facing away from the origin, with the inscribed circle of the texture.
+/// Texture up is -z on the upper cap, +z on the lower one. The disc shares the positions of the side's
+/// rim if there are any.
 fn cap(mesh: &mut Mesh, r: f64, y: f64) {
     let up = if y > 0.0 { -1.0 } else { 1.0 };
     let normal = mesh.normals.len() as u32;

@@ -1,10 +1,11 @@
-//! Newell's teapot, cut from its Bezier patches.
+//! Newell's teapot, tessellated from its Bezier patches.
 //!
-//! A patch with control points p[i][j] is S(s,t) = sum B_i(s) B_j(t) p[i][j], with the cubic Bernstein polynomials B. In
-//! Newell's order dS/dt x dS/ds points outwards, in every patch. Where the whole edge s = 0 is one point (the top of the
-//! lid's knob, the middle of the base) dS/dt vanishes along it, and near it grows as s d2S/dsdt: the normal's limit is
-//! d2S/dsdt x dS/ds. Newell's z is up; here y is: (x, y, z) -> (x, z, -y), so that the spout points to +x, the base lies at
-//! y = 0, and the lid ends at y = 3.15.
+//! A patch with control points p[i][j] is S(s,t) = sum B_i(s) B_j(t) p[i][j], with the cubic
+//! Bernstein polynomials B. In Newell's order dS/dt x dS/ds points outwards, in every patch. Where
+//! the whole edge s = 0 is one point (the top of the lid's knob, the middle of the base) dS/dt
+//! vanishes along it, and near it grows as s d2S/dsdt: the normal's limit is d2S/dsdt x dS/ds.
+//! Newell's z is up; here y is: (x, y, z) -> (x, z, -y), so that the spout points to +x, the base
+//! lies at y = 0, and the lid ends at y = 3.15.
 
 use super::newell::{PATCHES, POINTS};
 use super::{Counts, ShapeError, corner};
@@ -13,20 +14,20 @@ use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// How many times each side of a patch is cut unless told.
+/// Default number of steps along each side of a patch.
 pub const DEFAULT_TEAPOT_LEVEL: u32 = 10;
-/// The finest level: 32 patches of 256 x 256 quads.
+/// Largest level: 32 patches of 256 x 256 quads.
 pub const MAX_TEAPOT_LEVEL: u32 = 256;
 
-/// Newell's patches: how many there are, how many curves bound them, a curve between two counted
-/// once and a pole not at all, and how many points these curves join.
+/// Newell's patches: their number, the number of curves that bound them (a curve between two
+/// counted once, a pole not at all), and the number of points that these curves join.
 const PATCH_COUNT: u64 = 32;
 const CURVES: u64 = 68;
 const JOINTS: u64 = 37;
-/// Sides of patches that are a pole.
+/// Number of patch sides that are a pole.
 const POLES: u64 = 8;
 
-/// The elements of the mesh of `level`.
+/// Returns the lengths of the arrays of the mesh of `level`.
 fn counts(level: u32) -> Counts {
     let (level, inside) = (u64::from(level), u64::from(level.saturating_sub(1)));
     let squares = level.saturating_mul(level).saturating_mul(PATCH_COUNT);
@@ -45,8 +46,9 @@ fn counts(level: u32) -> Counts {
     }
 }
 
-/// Bytes that [`teapot`] takes: those of the mesh, whose arrays are made with room for all of it, and
-/// of the points of one patch and of all curves, in tables with room for twice as many that move.
+/// Returns the bytes that [`teapot`] allocates: the mesh, whose arrays are created at their full
+/// size, the points of one patch, and the points of all curves, in tables that may have twice their
+/// capacity and be copied while they grow.
 pub fn teapot_bytes(level: u32) -> u64 {
     let grid = (u64::from(level) + 1).saturating_mul(u64::from(level) + 1);
     let on_curves = CURVES.saturating_mul(level.into()) + JOINTS;
@@ -56,19 +58,20 @@ pub fn teapot_bytes(level: u32) -> u64 {
     counts(level).bytes().saturating_add(beside).saturating_add(4096)
 }
 
-/// The four Bernstein polynomials of degree 3 at `t`.
+/// Returns the four Bernstein polynomials of degree 3 at `t`.
 fn bernstein(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t]
 }
 
-/// Their derivatives.
+/// Returns the derivatives of the Bernstein polynomials at `t`.
 fn bernstein_slope(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-3.0 * s * s, 3.0 * s * s - 6.0 * s * t, 6.0 * s * t - 3.0 * t * t, 3.0 * t * t]
 }
 
-/// The first number whose point is the same: where parts meet, Newell's table repeats points under new numbers.
+/// Returns the first number of an equal point: where parts meet, Newell's table repeats points
+/// under new numbers.
 fn first_number(number: u16) -> u16 {
     let point = POINTS[number as usize - 1];
     let first = POINTS.iter().position(|p| *p == point).expect("a point equals itself");
@@ -92,7 +95,7 @@ fn sum(control: &Control, a: [f64; 4], b: [f64; 4]) -> DVec3 {
     row(0) * a[0] + row(1) * a[1] + row(2) * a[2] + row(3) * a[3]
 }
 
-/// The outward unit normal.
+/// Returns the outward unit normal.
 fn normal(control: &Control, s: f64, t: f64) -> DVec3 {
     let along_s = sum(control, bernstein_slope(s), bernstein(t));
     let is_pole = s == 0.0 && control[0].iter().all(|p| *p == control[0][0]);
@@ -102,16 +105,16 @@ fn normal(control: &Control, s: f64, t: f64) -> DVec3 {
         .expect("the patches have a tangent plane at each of their points, the poles included")
 }
 
-/// Which vertex of an edge a grid point is: the patch beside it finds it again.
+/// Key of a vertex on an edge, by which the adjacent patch finds it.
 #[derive(PartialEq, Eq, Hash)]
 enum SharedVertex {
-    /// A control point.
+    /// Control point with this number.
     Corner(u16),
     /// Step k along the edge with these control points, from its lower-numbered end.
     Edge([u16; 4], u32),
 }
 
-/// The grid point (i, j) of `level`, with its key if it lies on an edge of its patch.
+/// Returns the grid point (i, j) of `level`, with its key if it lies on an edge of its patch.
 fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (Option<SharedVertex>, DVec3) {
     let f = |k: u32| f64::from(k) / f64::from(level);
     let (edge, mut k) = match (i, j) {
@@ -126,7 +129,7 @@ fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (O
     if numbers.iter().all(|n| *n == numbers[0]) {
         return (Some(SharedVertex::Corner(numbers[0])), points[0]);
     }
-    // One direction for both patches at an edge, so that both compute the same bits.
+    // The same direction for both patches at an edge, so that both compute the same bits.
     if numbers[0] > numbers[3] {
         numbers.reverse();
         points.reverse();
@@ -143,10 +146,13 @@ fn place(patch: &[u16; 16], control: &Control, i: u32, j: u32, level: u32) -> (O
     }
 }
 
-/// The teapot, each of its 32 patches cut into `level` x `level` quads (triangles where an edge is a point), so that it
-/// has 64 level^2 - 8 level triangles.
+/// Creates the teapot, each of its 32 patches cut into `level` x `level` quads (triangles where an
+/// edge is a point): 64 level^2 - 8 level triangles.
 ///
 /// Normals are those of the patches. Each patch has the whole texture once, upright on the body.
+///
+/// # Errors
+/// If `level` is not in 1..=[`MAX_TEAPOT_LEVEL`].
 pub fn teapot(level: u32) -> Result<Mesh, ShapeError> {
     if level == 0 {
         return Err(ShapeError::TooCoarse { what: "teapot level", value: level, least: 1 });
@@ -181,7 +187,8 @@ pub fn teapot(level: u32) -> Result<Mesh, ShapeError> {
         for i in 0..level {
             for j in 0..level {
                 let quad = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
-                // At a pole the first two are one vertex: it takes its normal and texture coordinate there from the first.
+                // At a pole the first two corners are one vertex: normal and texture coordinate
+                // come from the first.
                 match quad[0].position == quad[1].position {
                     true => mesh.push_polygon(&[quad[0], quad[2], quad[3]], NONE),
                     false => mesh.push_polygon(&quad, NONE),

@@ -1,10 +1,11 @@
-//! What must hold of every made mesh, and what each must be.
+//! Properties of all generated meshes, and the shape of each.
 
 use super::*;
 use crate::math::polygon::newell_normal;
 use std::collections::HashMap;
 
-/// Every index names something, normals are unit vectors on the outside of their faces, and every position is used.
+/// Checks that every index is valid, normals are unit vectors on the outside of their faces, and
+/// every position is used.
 fn check(mesh: &Mesh) {
     let mut used = vec![false; mesh.positions.len()];
     for (t, polygon) in mesh.triangles.iter().zip(&mesh.triangle_polygon) {
@@ -21,7 +22,7 @@ fn check(mesh: &Mesh) {
     assert!(used.iter().all(|u| *u), "a position that no face uses");
 }
 
-/// How often each directed edge between positions is used.
+/// Counts the uses of each directed edge between positions.
 fn edges(mesh: &Mesh) -> HashMap<(u32, u32), u32> {
     let mut edges = HashMap::new();
     for p in &mesh.polygons {
@@ -33,7 +34,7 @@ fn edges(mesh: &Mesh) -> HashMap<(u32, u32), u32> {
     edges
 }
 
-/// A closed surface: every edge is used once in each direction.
+/// Returns whether the surface is closed: every edge is used once in each direction.
 fn is_closed(mesh: &Mesh) -> bool {
     let edges = edges(mesh);
     edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1))
@@ -49,7 +50,7 @@ fn volume(mesh: &Mesh) -> f64 {
         .sum()
 }
 
-/// The texture coordinate and normal that the corners at `p` have, where they all have the same.
+/// Returns the texture coordinate of the corners at `p` with this normal, all of which must agree.
 fn at(mesh: &Mesh, p: DVec3, normal: DVec3) -> DVec2 {
     let found: Vec<DVec2> = mesh
         .corners
@@ -86,18 +87,19 @@ fn solids_are_closed_outward_and_of_the_right_volume() {
 fn textures_lie_as_the_standard_says() {
     let b = cuboid(DVec3::splat(2.0)).unwrap();
     let p = DVec3::new;
-    // Upright on the sides, read from outside; the top with its upper edge at the back, the bottom at the front.
+    // Upright on the sides, seen from outside; the top with its upper edge at the back, the bottom
+    // at the front.
     assert_eq!(at(&b, p(-1., -1., 1.), DVec3::Z), DVec2::ZERO);
     assert_eq!(at(&b, p(1., 1., -1.), DVec3::NEG_Z), DVec2::Y);
     assert_eq!(at(&b, p(1., -1., 1.), DVec3::X), DVec2::ZERO);
     assert_eq!(at(&b, p(-1., 1., 1.), DVec3::NEG_X), DVec2::ONE);
     assert_eq!(at(&b, p(-1., 1., -1.), DVec3::Y), DVec2::Y);
     assert_eq!(at(&b, p(1., -1., 1.), DVec3::NEG_Y), DVec2::ONE);
-    // The sphere's seam is at the back, u runs to the right seen from the front.
+    // The sphere's seam is at the back; u runs to the right seen from the front.
     let s = sphere(3.0).unwrap();
     assert_eq!(at(&s, p(0., 0., 3.), DVec3::Z), DVec2::new(0.5, 0.5));
     assert_eq!(at(&s, p(3., 0., 0.), DVec3::X), DVec2::new(0.75, 0.5));
-    // Caps hold the inscribed circle: -z up on the top, +z up on the bottom.
+    // Caps have the inscribed circle: -z up on the top, +z up on the bottom.
     let c = cylinder(2.0, 2.0).unwrap();
     assert_eq!(at(&c, p(0., 1., 2.), DVec3::Y), DVec2::new(0.5, 0.0));
     assert_eq!(at(&c, p(2., 1., 0.), DVec3::Y), DVec2::new(1.0, 0.5));
@@ -131,21 +133,22 @@ fn the_teapot_is_newells() {
         let mesh = teapot(level).unwrap();
         assert_eq!(mesh.triangles.len() as u32, 64 * level * level - 8 * level);
         assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-14));
-        // In coarser ones the handle's inner and outer chords fall together.
+        // At lower levels the handle's inner and outer chords coincide.
         if level < 3 {
             continue;
         }
         if level > 9 {
             check(&mesh);
         }
-        // No edge is used twice in one direction: all faces are turned the same way, and none is drawn twice.
+        // No edge is used twice in one direction: all faces have the same orientation, and none is
+        // drawn twice.
         assert!(edges(&mesh).values().all(|n| *n == 1));
     }
     let mesh = teapot(10).unwrap();
     let (lo, hi) = mesh.bounds().unwrap();
     assert_eq!((lo, DVec3::new(0.0, hi.y, hi.z)), (DVec3::new(-3.0, 0.0, -2.0), DVec3::new(0.0, 3.15, 2.0)));
     assert!((hi.x - 3.434).abs() < 1e-3);
-    // The body, the lid and the base have their axis at x = z = 0; the poles look straight up and down.
+    // Body, lid and base have their axis at x = z = 0; the normals at the poles are vertical.
     for (y, n) in [(3.15, DVec3::Y), (0.0, DVec3::NEG_Y)] {
         let pole = DVec3::new(0.0, y, 0.0);
         let poles: Vec<_> =
@@ -153,7 +156,8 @@ fn the_teapot_is_newells() {
         assert_eq!(poles.len(), 40);
         assert!(poles.iter().all(|c| (mesh.normals[c.normal as usize] - n).length() < 1e-15));
     }
-    // The open edges are the rims of the parts alone: body, lid, base, both ends of handle and spout.
+    // The only open edges are the rims of the parts: body, lid, base, both ends of handle and
+    // spout.
     let open = |mesh: &Mesh| {
         let edges = edges(mesh);
         edges.keys().filter(|&&(a, b)| !edges.contains_key(&(b, a))).count()
@@ -168,7 +172,8 @@ fn the_knot_has_the_benchmarks_faces() {
     check(&mesh);
     assert!(is_closed(&mesh));
     assert_eq!(mesh.texcoords.last(), Some(&DVec2::new(8.0, 2.0)));
-    // Worked by the formulas in another program, with another sine: steps (i, j), position, normal.
+    // Computed from the formulas in another program, with another sine: steps (i, j), position,
+    // normal.
     let worked = [
         (
             (0, 0),
@@ -191,7 +196,7 @@ fn the_knot_has_the_benchmarks_faces() {
         assert!((mesh.positions[vertex] - DVec3::from_array(position)).length() < 1e-12);
         assert!((mesh.normals[vertex] - DVec3::from_array(normal)).length() < 1e-12);
     }
-    // The tube keeps its radius everywhere: every point is 0.3 from the curve's point of its ring.
+    // The tube has its radius everywhere: every point is 0.3 from the curve's point of its ring.
     for ring in mesh.positions.chunks(70) {
         let centre = ring.iter().fold(DVec3::ZERO, |sum, p| sum + *p) / 70.0;
         assert!(ring.iter().all(|p| ((*p - centre).length() - 0.3).abs() < 1e-12));
@@ -236,7 +241,7 @@ fn the_arrays_of_large_shapes_are_made_as_long_as_they_become() {
 fn what_a_shape_takes_is_counted_to_the_end_of_the_numbers() {
     for levels in [[8, 9], [1 << 16, 1 << 17], [u32::MAX - 1, u32::MAX]] {
         let [fine, finer] = levels.map(teapot_bytes);
-        // The mesh alone has more than this for each of its 32 n^2 squares.
+        // The mesh alone has more than this per each of its 32 n^2 squares.
         let least = u64::from(levels[0]).pow(2).saturating_mul(32 * 100);
         assert!(fine >= least && finer >= fine, "{levels:?}: {fine}, {finer}");
         let [fine, finer] = levels.map(|n| knot_bytes(n, n));
