@@ -1,23 +1,25 @@
-//! JOBS: the parts of long commands that need nothing of the video memory, done on worker threads.
+//! Jobs: the parts of long commands that do not touch the video memory, run on worker threads.
 //!
-//! In: a [`Job`] that `Engine::begin` has made of a command: its inputs are captured (payloads moved, names resolved to
-//! `Arc`s, the frame copied), so that it needs neither the engine nor the session. Out: a [`JobResult`], which goes back
-//! to the render thread as a message and is applied there: only then do names, memory, replies and the recording change.
+//! In: a [`Job`] that `Engine::begin` has made of a command. Its inputs are captured (payloads
+//! moved, names resolved to `Arc`s, the frame copied), so that it needs neither the engine nor the
+//! session. Out: a [`JobResult`], which is sent to the render thread and applied there: only then
+//! do resources, video memory, replies and the recording change.
 //!
 //! Promises:
-//! - The connection is suspended meanwhile: its later commands wait, so that its commands take effect in order and its
-//!   replies keep that order. Other connections go on.
-//! - A command takes effect with what its shared names stand for when it takes effect. Where a job has used one that was
-//!   redefined meanwhile, it is done again.
-//! - A small job (`is_small`: some 100 us by its inputs) is done on the render thread at once.
-//! - At most [`MAX_THREADS`] jobs run at a time, started when first needed; each connection has at most one in the
-//!   queue, whose inputs are bounded by the limit of payloads. A budget of memory for all of them is asked where the job
-//!   is made, before its inputs are captured.
-//! - A job past the limit of time ([`super::Limits::command_time`], counted from when it begins to run) is cancelled, its
-//!   command refused with `EQUOTA` and its result dropped when it comes. The same happens when the server ends.
+//! - The connection is suspended meanwhile, so that its commands take effect in order and its
+//!   replies keep that order. Other connections continue.
+//! - A command uses the shared resources that its names stand for when it takes effect. If a job
+//!   has used one that was redefined meanwhile, it is run again.
+//! - A small job (`is_small`: some 100 us, judged by its inputs) runs on the render thread at once.
+//! - At most [`MAX_THREADS`] jobs run at a time, on threads that are started when first needed.
+//!   Each connection has at most one in the queue, and its inputs are within the payload limit.
+//!   Memory for all of them is reserved from a budget before the inputs are captured.
+//! - A job that exceeds the time limit ([`super::Limits::command_time`], counted from when it
+//!   begins to run) is cancelled, its command is refused with `EQUOTA`, and its result is dropped.
+//!   So are jobs that are unfinished when the server ends.
 //!
-//! One would know an error by a reply out of order, or by a recording whose replay gives other bytes
-//! (`tests/serving/fairness.rs`).
+//! An error here would show as a reply out of order, or as a recording whose replay gives other
+//! bytes (`tests/serving/fairness.rs`).
 
 use super::engine::{FileReader, Progress};
 use super::record::ReadFile;
@@ -34,24 +36,25 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-/// Jobs that run at one time. More than the machine has cores, so that long ones of a few clients leave room for others'.
+/// Number of jobs that run at a time: more than a small machine has cores, so that long jobs of a
+/// few clients leave room for those of others.
 const MAX_THREADS: usize = 4;
 
-/// What a job leaves to do on the render thread.
+/// The part of a job's command that is left to do on the render thread.
 pub(crate) type Apply =
     Box<dyn FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send>;
 
 type Work = Box<dyn FnOnce(&CancelToken) -> JobResult + Send>;
 
-/// The work of one command.
+/// The work of one command on a worker thread.
 pub(crate) struct Job {
     is_small: bool,
     work: Work,
 }
 
-/// What came of a job.
+/// Result of a job.
 pub(crate) struct JobResult {
-    /// The command as it is recorded; `None` where it was refused.
+    /// The command as it is recorded; `None` if it was refused.
     pub(super) command: Option<Command>,
     pub(super) apply: Result<Apply, Fault>,
     /// The files that it has read, for the recording.
@@ -59,12 +62,12 @@ pub(crate) struct JobResult {
 }
 
 impl JobResult {
-    /// A command that is refused.
+    /// Creates the result of a refused command.
     pub fn refused(fault: Fault) -> Self {
         JobResult { command: None, apply: Err(fault), files: Vec::new() }
     }
 
-    /// `command` takes effect by `apply`, unless the work was refused.
+    /// Creates the result of `command`, which takes effect by `apply` unless the work was refused.
     pub(super) fn new<A>(command: Command, apply: Result<A, Fault>) -> Self
     where
         A: FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static,
@@ -75,7 +78,7 @@ impl JobResult {
         }
     }
 
-    /// The same with the files that the work has read.
+    /// Adds the files that the work has read.
     pub(super) fn with_files(self, reader: Option<FileReader>) -> Self {
         JobResult { files: reader.map(FileReader::into_read).unwrap_or_default(), ..self }
     }
@@ -86,17 +89,17 @@ impl Job {
         Job { is_small, work: Box::new(work) }
     }
 
-    /// Whether handing it to another thread costs more than doing it.
+    /// Returns whether handing it to another thread costs more than running it here.
     pub fn is_small(&self) -> bool {
         self.is_small
     }
 
-    /// Does the work on the calling thread.
+    /// Runs the job on the calling thread.
     pub fn run(self, cancel: &CancelToken) -> JobResult {
         (self.work)(cancel)
     }
 
-    /// The same; a panic, which is a defect, refuses the command.
+    /// Runs the job; a panic, which is a defect, refuses the command.
     fn run_guarded(self, cancel: &CancelToken) -> JobResult {
         let refused = |_| {
             let message = "this command met a defect of the server, and was given up";
@@ -118,22 +121,22 @@ impl fmt::Debug for JobResult {
     }
 }
 
-/// A job that was handed to the workers, as its connection sees it.
+/// A connection's handle on a submitted job.
 #[derive(Clone, Debug)]
 pub(crate) struct Ticket {
-    /// No other job has it.
+    /// Unique number of the job.
     pub number: u64,
     cancel: CancelToken,
     begun: Arc<OnceLock<Instant>>,
 }
 
 impl Ticket {
-    /// When a worker took it up.
+    /// Returns the time at which a worker began the job.
     pub fn begun(&self) -> Option<Instant> {
         self.begun.get().copied()
     }
 
-    /// Asks the work to end; its result is of no use any more.
+    /// Asks the work to end; its result will be dropped.
     pub fn cancel(&self) {
         self.cancel.cancel();
     }
@@ -145,28 +148,28 @@ struct Task {
     job: Job,
 }
 
-/// The worker threads. Dropping it lets them end when they have done what they are at.
+/// The worker threads. When the pool is dropped, they end after the jobs that are queued.
 pub(crate) struct JobPool {
     queue: Sender<Task>,
     tasks: Receiver<Task>,
     messages: Sender<Message>,
     threads: usize,
-    /// Tasks in the queue or at work.
+    /// Number of tasks that are queued or running.
     unfinished: Arc<AtomicUsize>,
     next: u64,
 }
 
 impl JobPool {
-    /// Workers, none started yet, that send results to `messages`.
+    /// Creates a pool without threads, whose workers will send results to `messages`.
     pub fn new(messages: Sender<Message>) -> Self {
         let (queue, tasks) = unbounded();
         JobPool { queue, tasks, messages, threads: 0, unfinished: Arc::default(), next: 0 }
     }
 
-    /// Hands a job to the workers.
+    /// Submits a job to the workers.
     ///
     /// # Errors
-    /// The job itself, where the system has no thread to give.
+    /// Returns the job if the system has no thread to give.
     pub fn submit(&mut self, connection: Id, job: Job) -> Result<Ticket, Job> {
         let busy = self.unfinished.fetch_add(1, Ordering::Relaxed);
         if busy >= self.threads && self.threads < MAX_THREADS && self.start_thread().is_ok() {
@@ -180,7 +183,7 @@ impl JobPool {
         let ticket = Ticket { number: self.next, cancel: CancelToken::new(), begun: Arc::default() };
         match self.queue.send(Task { connection, ticket: ticket.clone(), job }) {
             Ok(()) => Ok(ticket),
-            // Never: this holds a receiver itself.
+            // Unreachable: the pool holds a receiver itself.
             Err(refused) => Err(refused.into_inner().job),
         }
     }
@@ -197,8 +200,8 @@ impl JobPool {
                 let _ = ticket.begun.set(Instant::now());
                 let result = job.run_guarded(&ticket.cancel);
                 unfinished.fetch_sub(1, Ordering::Relaxed);
-                // Nobody waits for a result that was given up: what it holds is dropped here. Nor does a render thread
-                // that is gone.
+                // The result of a cancelled job is dropped here, since no connection waits for it;
+                // that is also the case if the render thread has ended.
                 if !ticket.cancel.is_cancelled() {
                     let _ = messages.send(Message::JobDone(connection, ticket.number, Box::new(result)));
                 }

@@ -1,4 +1,9 @@
-//! Runs what a stream's decoder makes: batches of pixels and lines, commands one by one, refusals.
+//! Executor of decoded commands: pixels and lines in batches, other commands one by one, and
+//! errors.
+//!
+//! In: calls of the decoder ([`Sink`]). Out: effects on the engine and the session, replies, notices.
+//! Runs on the thread that has the engine. Promises that commands take effect in order, and that a
+//! panic in one, which is a defect, ends that command and no other.
 
 use super::{Budget, CommandError, Notice, Output, Pace, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
@@ -11,24 +16,25 @@ use crate::server::{Audience, Effect, Engine, Session};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// Runs what the decoder makes.
+/// Runs the commands of one stream for one call of the decoder.
 pub(super) struct CommandExecutor<'a> {
     engine: &'a mut Engine,
     pub(super) session: &'a mut Session,
     out: &'a mut Output,
     budget: Budget,
     pub(super) state: StreamState,
-    /// The command that waits for a job.
+    /// The command that was suspended, if one was.
     pub(super) suspended: Option<Suspended>,
-    /// Lines that follow each other, drawn together: all threads share a batch.
+    /// Consecutive lines that are drawn in one batch, shared among all threads.
     lines: Vec<Line>,
     pub(super) batches_lines: bool,
 }
 
-/// Longer lists of `POINTS` are copied, so that they can be run in pieces, where there is memory for the copy.
+/// Length of a `POINTS` list from which it is copied, so that it can run in pieces, if there is
+/// memory for the copy.
 const LONG_LIST_BYTES: usize = 1 << 21;
 
-/// So many lines are queued at most: some hundred microseconds of work.
+/// Most lines of one batch: some hundred microseconds of work.
 const MAX_BATCHED_LINES: usize = 1024;
 
 impl<'a> CommandExecutor<'a> {
@@ -50,18 +56,19 @@ impl<'a> CommandExecutor<'a> {
         }
     }
 
-    /// Draws the queued lines. They are counted already.
+    /// Draws the queued lines, which have been counted already.
     #[inline(never)]
     fn draw_lines(&mut self) {
         let (engine, session, lines) = (&mut *self.engine, &*self.session, &self.lines);
         if catch_unwind(AssertUnwindSafe(|| engine.draw_lines(session, lines))).is_err() {
-            // A defect of the server; the memory holds plain numbers, so any state of it is sound.
+            // A defect of the server. The video memory holds plain numbers, so any state of it is
+            // valid.
             self.session.stats.errors += 1;
         }
         self.lines.clear();
     }
 
-    /// Queues a line that needs no answer: it is drawn in one batch with those around it.
+    /// Queues a line, which has no reply, so that it is drawn in one batch with its neighbours.
     fn enqueue(&mut self, line: Line, command: &Command) -> Flow {
         self.engine.note_line(self.session, command);
         self.lines.push(line);
@@ -71,7 +78,7 @@ impl<'a> CommandExecutor<'a> {
         self.yield_if_due(false)
     }
 
-    /// Draws the queued lines: before anything but a line, and at the end.
+    /// Draws the queued lines. Called before any command that is not a line, and at the end.
     #[inline]
     pub(super) fn flush(&mut self) {
         if !self.lines.is_empty() {
@@ -79,7 +86,7 @@ impl<'a> CommandExecutor<'a> {
         }
     }
 
-    /// Tells the audience of a refusal, which is counted already.
+    /// Reports an error, which has been counted already, to the audience.
     pub(super) fn refuse(&mut self, place: StreamPosition, verb: &str, fault: Fault) -> Flow {
         if self.session.reports_errors() {
             match self.session.audience {
@@ -96,7 +103,7 @@ impl<'a> CommandExecutor<'a> {
         self.after_error()
     }
 
-    /// Returns the stream's state after the decoder's, or its own, `flow`.
+    /// Returns the stream's state after `flow`, which the decoder or a command returned.
     pub(super) fn state_after(&self, flow: Flow) -> StreamState {
         match (self.state, flow) {
             (StreamState::Ready, Flow::Stop) => StreamState::Ended,
@@ -104,8 +111,8 @@ impl<'a> CommandExecutor<'a> {
         }
     }
 
-    /// Runs a part of a command, and its jobs where they are small or it may not be suspended; a panic in it, which is
-    /// a defect, ends the command and not the server.
+    /// Runs a part of a command, and its job if that is small or must not be suspended. A panic in
+    /// it, which is a defect, refuses the command and does not end the server.
     fn run_guarded(
         &mut self,
         part: impl FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault>,
@@ -123,7 +130,8 @@ impl<'a> CommandExecutor<'a> {
             }
             Ok(progress)
         });
-        // What the command had drawn stays drawn; memories hold plain numbers, so any state of them is sound.
+        // Pixels that the command has drawn stay. The video memory holds plain numbers, so any
+        // state of it is valid.
         catch_unwind(run).unwrap_or_else(|_| {
             self.out.replies.truncate(replies);
             self.session.stats.errors += 1;
@@ -132,7 +140,7 @@ impl<'a> CommandExecutor<'a> {
         })
     }
 
-    /// Goes on with a command whose job is done, or which is in pieces.
+    /// Continues a command whose job is done, or which is in pieces.
     pub(super) fn resume(&mut self, resume: Resume, suspended: Suspended) -> Flow {
         let Suspended { place, verb, pieces } = suspended;
         let budget = self.budget;
@@ -144,7 +152,7 @@ impl<'a> CommandExecutor<'a> {
         self.after_part(progress, place, verb)
     }
 
-    /// Runs a command, or its first pieces where it is long.
+    /// Runs a command, or the first pieces of a long one.
     fn run_command(&mut self, command: Command) -> Result<Progress, Fault> {
         if self.budget.suspends && self.engine.is_long(self.session, &command) {
             let budget = self.budget;
@@ -156,7 +164,8 @@ impl<'a> CommandExecutor<'a> {
         self.run_guarded(|engine, session, replies| engine.begin(session, command, replies))
     }
 
-    /// Suspends the stream where a job comes first; otherwise tells what came of the command.
+    /// Reports the warnings and the result of a command, or suspends the stream if a job or pieces
+    /// are left.
     fn after_part(
         &mut self,
         progress: Result<Progress, Fault>,
@@ -167,7 +176,7 @@ impl<'a> CommandExecutor<'a> {
             let warnings = self.session.warnings.drain(..).map(Notice::Warning);
             match self.session.audience {
                 Audience::Owner => self.out.notices.extend(warnings),
-                // A connection gets nothing unasked.
+                // A connection is not sent warnings.
                 Audience::Connection => drop(warnings),
             }
         }
@@ -238,13 +247,13 @@ impl<'a> CommandExecutor<'a> {
 }
 
 impl Sink for CommandExecutor<'_> {
-    /// One that was not written plainly.
+    /// Draws one pixel whose command was not in the plain form.
     fn pixel(&mut self, x: i32, y: i32, color: Rgba) {
         self.flush();
         self.engine.put_pixel(self.session, x, y, color);
     }
 
-    /// The hot one.
+    /// Draws the batches of pixels, which are most of all commands.
     fn pixels(&mut self, records: &[[u8; 8]]) {
         self.flush();
         self.engine.put_pixels(self.session, records);
@@ -268,11 +277,12 @@ impl Sink for CommandExecutor<'_> {
         let verb = command.verb();
         self.flush();
         if matches!(command, Command::Stats) {
-            // Up to this command; the rest of the piece is not decoded yet.
+            // Counts the bytes up to this command; those behind it are not decoded yet.
             self.session.stats.bytes = self.session.stats.bytes.max(place.byte);
         }
         let progress = self.run_command(command);
-        // A command that was refused has dropped its payload, and one without a job holds none.
+        // The payload of a refused command has been dropped, and a command without a job does not
+        // hold any.
         self.session.payload_held = None;
         self.after_part(progress, place, verb)
     }
@@ -285,7 +295,7 @@ impl Sink for CommandExecutor<'_> {
         self.session.stats.errors += 1;
         let flow = match (self.session.reports_errors(), self.session.audience) {
             (true, Audience::Connection) => {
-                // The error's own line: its token may be no text.
+                // The error's own line is used, because its token may not be UTF-8.
                 self.out.replies.extend_from_slice(error.wire_line().as_bytes());
                 self.out.replies.push(b'\n');
                 self.after_error()

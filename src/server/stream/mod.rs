@@ -1,8 +1,8 @@
-//! One connection's stream: its decoder and its session, run on the engine piece by piece.
+//! The command stream of one connection: its decoder and its session, run on the engine in pieces.
 //!
-//! In: bytes as they come, cut anywhere, or typed commands. Out: replies in order, and beside them
-//! what the owner is to know of errors. It yields by a budget: after a time, after so many reply
-//! bytes, after one command.
+//! In: bytes as they arrive, split anywhere, or typed commands. Out: replies in order, and beside
+//! them notices of errors and warnings for the owner. A stream yields when its [`Budget`] is used
+//! up: a time, a number of reply bytes, or one command.
 
 mod command_executor;
 
@@ -20,18 +20,18 @@ use std::time::{Duration, Instant};
 /// A refused command, as its owner is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
-    /// Where the command begins.
+    /// Position of the command's first byte.
     pub place: StreamPosition,
-    /// Its verb.
+    /// Verb of the command.
     pub verb: String,
-    /// Why it was refused.
+    /// Reason for the refusal.
     pub fault: Fault,
-    /// The token's bytes as they came, where they are no text.
+    /// Bytes of the offending token, if they are not UTF-8.
     pub raw_token: Option<Vec<u8>>,
 }
 
 impl CommandError {
-    /// `FILE:LINE: CODE VERB: message`, as `play` says it.
+    /// Formats the error as `play` prints it: `FILE:LINE: CODE VERB: message`.
     pub fn play_line(&self, file: &str) -> String {
         match &self.raw_token {
             Some(token) => {
@@ -43,66 +43,66 @@ impl CommandError {
     }
 }
 
-/// What the owner of a stream is told beside the replies.
+/// Message to the owner of a stream, beside the replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// A command was refused.
     Refused(CommandError),
-    /// A file was read, and something in it skipped or put right.
+    /// A file was read, and something in it was skipped or corrected.
     Warning(String),
-    /// A command ran, and probably not as it was meant.
+    /// A command ran, but probably not as it was meant.
     Remark {
-        /// Where the command begins.
+        /// Position of the command's first byte.
         place: StreamPosition,
-        /// Its verb.
+        /// Verb of the command.
         verb: &'static str,
-        /// The explanation, one line.
+        /// Explanation in one line.
         text: &'static str,
     },
 }
 
-/// What a stream answers.
+/// Output of a stream.
 #[derive(Debug, Default)]
 pub struct Output {
-    /// For the connection, in order.
+    /// Replies to the connection, in order.
     pub replies: Vec<u8>,
-    /// For the owner.
+    /// Notices for the owner.
     pub notices: Vec<Notice>,
-    /// The job of a stream that stands as [`StreamState::Works`].
+    /// The job of a stream in the state [`StreamState::Works`].
     pub(super) job: Option<Job>,
 }
 
-/// The budget of a stream, after which it yields.
+/// Limits after which a running stream yields.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// At this time at the latest, up to one command more.
+    /// Time at which the stream yields, after at most one command more.
     pub until: Option<Instant>,
-    /// When this many reply bytes wait.
+    /// Number of queued reply bytes at which it yields.
     pub reply_bytes: usize,
-    /// After how much.
+    /// Amount of work after which it yields.
     pub pace: Pace,
-    /// Whether long commands may be suspended: the stream then stands as [`StreamState::Works`] or
-    /// [`StreamState::InPieces`]. Otherwise they are run at once.
+    /// True if long commands may be suspended, which leaves the stream in the state
+    /// [`StreamState::Works`] or [`StreamState::InPieces`]. Otherwise they run to their end.
     pub suspends: bool,
-    /// Whether those commands alone may run that only ask: another connection's command is in pieces.
+    /// True if only queries may run, because another connection's command is in pieces.
     pub only_asks: bool,
-    /// The time after which a command in pieces is given up. None for a recording: what was recorded was not.
+    /// Time limit of a command in pieces. `None` for a recording, whose commands have no limit.
     pub command_time: Option<Duration>,
 }
 
-/// How much a stream runs at once.
+/// Amount of work that a stream does before it yields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As much as time allows.
     Free,
-    /// One command, for stepping.
+    /// One command, when the display is stepped.
     OneCommand,
-    /// Up to the next `PRESENT`, for stepping.
+    /// Up to the next `PRESENT`, when the display is stepped.
     OneFrame,
 }
 
 impl Budget {
-    /// No limit.
+    /// No limit at all.
     pub const NONE: Budget = Budget {
         until: None,
         reply_bytes: usize::MAX,
@@ -113,50 +113,50 @@ impl Budget {
     };
 }
 
-/// The state of a stream after a piece of it was run.
+/// State of a stream after a piece of it has run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum StreamState {
-    /// It can go on.
+    /// It can continue.
     Ready,
-    /// It can go on, and has used its budget up.
+    /// It can continue, but its budget is used up.
     Yields,
-    /// It waits for this frame to be on the screen; then it is owed `FRAME n`.
+    /// It waits until this frame is shown, and is then sent `FRAME n`.
     WaitsFor(u64),
-    /// It waits for the job in [`Output`], whose result is to be given to it.
+    /// It waits for the job in [`Output`] and is resumed with the result.
     Works,
-    /// It is in the middle of a command, and is to be resumed before all else.
+    /// It has begun a command that must be resumed before anything else runs.
     InPieces,
-    /// It is over: nothing more of it is run.
+    /// It has ended: nothing more of it is run.
     Ended,
 }
 
-/// The stream of one connection.
+/// Command stream of one connection.
 pub struct Stream {
     decoder: Decoder,
     session: Session,
-    /// The command that waits for its job.
+    /// The suspended command, if there is one.
     suspended: Option<Suspended>,
 }
 
-/// A command in the middle of which the stream stands.
+/// A command that has begun and is not complete.
 struct Suspended {
     place: StreamPosition,
     verb: &'static str,
-    /// What is left of it, unless it waits for a job.
+    /// The rest of the command, unless it waits for a job.
     pieces: Option<Box<Pieces>>,
 }
 
-/// What lets a suspended stream go on.
+/// Event that resumes a suspended stream.
 pub(super) enum Resume {
-    /// The result of its job.
+    /// Result of its job.
     Job(JobResult),
-    /// Time for more pieces.
+    /// Time to run more pieces.
     Pieces,
 }
 
 impl Stream {
-    /// The stream of connection `id`, with the engine's payload limit.
+    /// Creates the stream of connection `id`, with the engine's payload limit and dialect.
     pub fn new(engine: &Engine, id: u64, audience: Audience) -> Self {
         let limits = StreamLimits { payload_bytes: engine.limits().payload_bytes };
         let dialect = engine.dialect();
@@ -169,32 +169,33 @@ impl Stream {
         }
     }
 
-    /// The session.
+    /// Returns the session.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// The session, for the end of it.
+    /// Returns the session for changes.
     pub fn session_mut(&mut self) -> &mut Session {
         &mut self.session
     }
 
-    /// Where the next byte to be fed stands.
+    /// Returns the position of the next byte to be fed.
     pub fn place(&self) -> StreamPosition {
         self.decoder.place()
     }
 
-    /// Bytes held for a command that is not whole.
+    /// Returns the number of bytes held for an incomplete command.
     pub fn pending_bytes(&self) -> usize {
         self.decoder.pending_bytes()
     }
 
-    /// Bytes that the payload which has begun is waiting for.
+    /// Returns the number of bytes that the payload being received still lacks.
     pub fn missing_bytes(&self) -> usize {
         self.decoder.missing_bytes()
     }
 
-    /// Runs what is whole in `bytes`, until the budget is used up. Answers how many bytes were taken.
+    /// Runs the complete commands in `bytes` until the budget is used up. Returns the number of
+    /// bytes consumed and the state.
     pub fn feed(
         &mut self,
         engine: &mut Engine,
@@ -206,7 +207,8 @@ impl Stream {
             return self.feed_asks(engine, bytes, out, budget);
         }
         let (mut used, mut state) = (0, StreamState::Ready);
-        // Stepping shall end at the right pixel: those are not commands that can pause the decoder.
+        // A step must end at the right pixel, but pixel commands cannot pause the decoder: so it is
+        // fed byte by byte.
         let portion = if budget.pace == Pace::OneCommand { 1 } else { usize::MAX };
         while used < bytes.len() && state == StreamState::Ready {
             let piece = &bytes[used..used.saturating_add(portion).min(bytes.len())];
@@ -226,7 +228,7 @@ impl Stream {
         (used, state)
     }
 
-    /// Runs commands that only ask, up to the first other one.
+    /// Runs queries, up to the first command that changes something.
     fn feed_asks(
         &mut self,
         engine: &mut Engine,
@@ -248,12 +250,12 @@ impl Stream {
         (used, if used < bytes.len() { StreamState::Yields } else { StreamState::Ready })
     }
 
-    /// The verb of the command that is in pieces.
+    /// Returns the verb of the command that is in pieces.
     pub(super) fn verb_in_pieces(&self) -> Option<&'static str> {
         self.suspended.as_ref().filter(|s| s.pieces.is_some()).map(|s| s.verb)
     }
 
-    /// Says that no more bytes come.
+    /// Ends the input: runs or refuses what the decoder still holds.
     pub fn finish(&mut self, engine: &mut Engine, end: EndOfInput, out: &mut Output) -> StreamState {
         let mut executor = CommandExecutor::new(engine, &mut self.session, out, Budget::NONE);
         let _ = self.decoder.finish(end, &mut executor);
@@ -264,7 +266,7 @@ impl Stream {
         }
     }
 
-    /// Goes on with the command for which the stream stood as [`StreamState::Works`] or
+    /// Continues the command that left the stream in the state [`StreamState::Works`] or
     /// [`StreamState::InPieces`].
     pub(super) fn resume(
         &mut self,
@@ -281,7 +283,7 @@ impl Stream {
         state
     }
 
-    /// Runs one typed command, checked as the decoder would.
+    /// Runs one typed command, after the checks that the decoder would make.
     pub fn run(
         &mut self,
         engine: &mut Engine,

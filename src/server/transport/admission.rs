@@ -1,9 +1,9 @@
-//! Admission control: who may connect, and how many were refused.
+//! Admission control: decides which clients may connect, and counts the refused ones.
 //!
-//! In: the address of a peer that a listener has just accepted. Out: a [`Slot`] that counts the
-//! connection until it is dropped, or a [`Refusal`] that says why. All listeners of a server share
-//! one [`Admission`]; any thread may ask. Promise: the counts return to zero when all slots are
-//! gone, and the table of networks holds connected ones alone.
+//! In: the address of a client that a listener has just accepted. Out: a [`Slot`] that counts the
+//! connection until it is dropped, or a [`Refusal`] with the reason. All listeners of a server
+//! share one [`Admission`]; any thread may call it. Promises: the counts return to zero when all
+//! slots are dropped, and the table of networks contains connected ones only.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -11,7 +11,7 @@ use std::net::{IpAddr, Ipv6Addr};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Bits of an IPv6 address that name its network: a host usually owns all addresses of one.
+/// Bits of an IPv6 address that identify its network: a host usually owns all addresses of one.
 const IPV6_NETWORK_BITS: u32 = 64;
 
 /// The unit that `connections_per_address` counts: an IPv4 address, or the /64 network of an IPv6
@@ -20,7 +20,7 @@ const IPV6_NETWORK_BITS: u32 = 64;
 pub(crate) struct Network(IpAddr);
 
 impl Network {
-    /// The network of `address`. An IPv4 address inside an IPv6 one counts as itself.
+    /// Returns the network of `address`. An IPv4-mapped IPv6 address counts as the IPv4 address.
     pub fn of(address: IpAddr) -> Network {
         Network(match address.to_canonical() {
             IpAddr::V6(v6) => {
@@ -41,7 +41,7 @@ impl fmt::Display for Network {
     }
 }
 
-/// Why a connection was refused.
+/// Reason for which a connection was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Refusal {
     /// The server has this many connections, its limit.
@@ -61,18 +61,18 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Connections refused since the start, by reason.
+/// Numbers of connections refused since the start, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RefusedConnections {
-    /// The server was full.
+    /// Refused because the server was full.
     pub server_full: u64,
-    /// The peer's address had its share.
+    /// Refused because the client's address had as many connections as are allowed.
     pub address_full: u64,
-    /// The system had no descriptor or no thread left.
+    /// Refused because the system had no descriptor or no thread left.
     pub no_resources: u64,
 }
 
-/// The connections of all listeners, and their limits.
+/// Connection counts of all listeners, and their limits.
 #[derive(Debug)]
 pub(crate) struct Admission {
     limit: AtomicUsize,
@@ -90,7 +90,7 @@ struct Open {
 }
 
 impl Admission {
-    /// At most `limit` connections, and `limit_per_address` from one network.
+    /// Allows at most `limit` connections, and `limit_per_address` from one network.
     pub fn new(limit: usize, limit_per_address: usize) -> Arc<Admission> {
         Arc::new(Admission {
             limit: AtomicUsize::new(limit),
@@ -102,28 +102,28 @@ impl Admission {
         })
     }
 
-    /// The connections that are allowed.
+    /// Returns the number of connections that are allowed.
     pub fn limit(&self) -> usize {
         self.limit.load(Ordering::Relaxed)
     }
 
-    /// Allows so many connections from now on; those that are there stay.
+    /// Sets the number of connections that are allowed; open ones stay.
     pub fn set_limit(&self, limit: usize) {
         self.limit.store(limit, Ordering::Relaxed);
     }
 
-    /// Counts a connection that was refused for want of a descriptor or a thread.
+    /// Counts a connection that was refused for lack of a descriptor or a thread.
     pub fn note_no_resources(&self) {
         self.no_resources.fetch_add(1, Ordering::Relaxed);
     }
 
     fn lock(&self) -> MutexGuard<'_, Open> {
-        // Counts are whole at any time.
+        // The counts are valid even if a thread panicked while it held the lock.
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts a connection from `peer`, or refuses it. A Unix socket's peer has no address: whoever
-    /// may open the file is trusted with all places.
+    /// Counts a connection from `peer`, or refuses it. The client of a Unix socket has no address
+    /// and is only subject to the limit of the server: whoever may open the file is trusted.
     pub fn admit(self: &Arc<Self>, peer: Option<IpAddr>) -> Result<Slot, Refusal> {
         let network = peer.map(Network::of);
         let limit = self.limit();
@@ -144,7 +144,7 @@ impl Admission {
         Ok(Slot { admission: self.clone(), network })
     }
 
-    /// How many were refused so far.
+    /// Returns the numbers of refused connections so far.
     pub fn refused(&self) -> RefusedConnections {
         RefusedConnections {
             server_full: self.server_full.load(Ordering::Relaxed),
@@ -167,7 +167,7 @@ impl Admission {
     }
 }
 
-/// A place among the allowed connections; gives itself back when dropped.
+/// A place among the allowed connections, which is freed when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Slot {
     admission: Arc<Admission>,

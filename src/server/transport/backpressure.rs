@@ -1,40 +1,42 @@
-//! Backpressure: the batches of one connection that are in flight to the render thread, and whether
-//! it may be read again.
+//! Backpressure: counts the batches of one connection that are in flight to the render thread, and
+//! decides when the connection may be read again.
 
 use std::collections::VecDeque;
 
-/// A payload of which so much is missing is large.
+/// Number of missing bytes from which a payload is large.
 const LARGE_BYTES: usize = 1 << 20;
 
-/// Batches of one connection on their way, and of one that is within a large payload: fewer than
-/// there are pooled buffers, so that others have one, too.
+/// Most batches of one connection in flight, in general and within a large payload. There are fewer
+/// than pooled buffers, so that other connections get one, too.
 const MAX_IN_FLIGHT: usize = 3;
 const MAX_PAYLOAD_IN_FLIGHT: usize = 5;
 
-/// The state that decides whether a socket is read.
+/// State that decides whether a socket is read.
 #[derive(Default)]
 pub(super) struct Backpressure {
-    /// How many bytes each batch has that did not come back.
+    /// Sizes in bytes of the batches in flight, oldest first.
     in_flight: VecDeque<usize>,
-    /// Bytes of a large payload that were not read yet, as far as is known.
+    /// Bytes of a large payload that have not been read, as far as the render thread has reported.
     payload_left: usize,
-    /// The system may have something of it: the selector said so, and it was not found empty since.
+    /// Set while the socket may have bytes: the selector has reported it, and no read has found it
+    /// empty since.
     pub is_ready: bool,
-    /// It is in line, or somebody reads it.
+    /// Set while it is in the ready queue, or a thread reads it.
     pub is_taken: bool,
-    /// The render thread wants no more: what comes is thrown away.
+    /// Set when the connection has ended: bytes that still arrive are discarded.
     pub is_over: bool,
-    /// Nothing more comes.
+    /// Set when the end of the input has been read.
     pub is_at_end: bool,
 }
 
 impl Backpressure {
-    /// Batches that did not come back.
+    /// Returns the number of batches in flight.
     pub fn in_flight(&self) -> usize {
         self.in_flight.len()
     }
 
-    /// Whether it may be read again: there are not too many on their way, or nobody wants them.
+    /// Returns whether it may be read: fewer batches than the limit are in flight, or its bytes are
+    /// discarded.
     pub fn may_read(&self) -> bool {
         let most = if self.is_within_payload() { MAX_PAYLOAD_IN_FLIGHT } else { MAX_IN_FLIGHT };
         self.in_flight() < most || self.is_over
@@ -46,17 +48,17 @@ impl Backpressure {
         self.payload_left = self.payload_left.saturating_sub(bytes);
     }
 
-    /// Notes that the oldest batch came back, after which the payload that the render thread is at
-    /// waits for `payload_left` bytes.
+    /// Notes that the render thread has released the oldest batch, after which its current payload
+    /// lacks `payload_left` bytes.
     pub fn on_release(&mut self, payload_left: usize) {
         self.in_flight.pop_front();
-        // The end of a large one counts, too.
+        // The last part of a large payload counts, too, though less than `LARGE_BYTES` are missing.
         let is_large = payload_left >= LARGE_BYTES || self.payload_left > 0;
         let read: usize = self.in_flight.iter().sum();
         self.payload_left = if is_large { payload_left.saturating_sub(read) } else { 0 };
     }
 
-    /// Whether what will be read next is of a large payload that has begun.
+    /// Returns whether the next bytes belong to a large payload that has begun.
     pub fn is_within_payload(&self) -> bool {
         self.payload_left > 0
     }
@@ -76,7 +78,7 @@ mod tests {
             !backpressure.is_within_payload() && backpressure.in_flight() == 2,
             "nobody has looked into them"
         );
-        // 1.5 times large is missing after the first batch, a quarter of that is on its way.
+        // After the first batch 1.5 large sizes are missing, of which a quarter is in flight.
         backpressure.on_release(6 * PIECE);
         assert!(backpressure.is_within_payload() && backpressure.in_flight() == 1);
         for _ in 0..4 {
@@ -89,7 +91,7 @@ mod tests {
             backpressure.on_release(missing * PIECE);
             assert!(!backpressure.is_within_payload(), "{missing} pieces are on their way");
         }
-        // The last batch held the end, and the beginning of the next one.
+        // The last batch contained the end, and the beginning of the next payload.
         backpressure.on_release(5 * PIECE);
         assert!(backpressure.is_within_payload() && backpressure.in_flight() == 0);
     }
@@ -106,7 +108,7 @@ mod tests {
         assert_eq!(fill(&mut backpressure), MAX_IN_FLIGHT);
         backpressure.on_release(4 * LARGE_BYTES);
         assert_eq!(fill(&mut backpressure), MAX_PAYLOAD_IN_FLIGHT);
-        // It is whole: first some of them come back.
+        // The payload is fully read: reading waits until some batches are released.
         backpressure.on_read(8 * LARGE_BYTES);
         assert!(!backpressure.is_within_payload() && !backpressure.may_read());
         for in_flight in (MAX_IN_FLIGHT..=MAX_PAYLOAD_IN_FLIGHT).rev() {

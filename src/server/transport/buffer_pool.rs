@@ -1,31 +1,32 @@
-//! The pool of read buffers: few for all sockets, so that what is on its way stays in the
+//! The pool of read buffers: a few for all sockets, so that the bytes in flight stay in the
 //! processor's caches.
 //!
-//! Bytes are read into the buffer that came back last and go to the render thread in it. With
-//! buffers of their own many connections would read into memory that was last seen a round ago. A
-//! buffer is held for a short time: the render thread keeps it until the connection's next slice
-//! and copies out what is left then, what comes from a client that waits for something, and
-//! everything while there is slow work about. A stalled connection holds no buffer.
+//! Bytes are read into the buffer that was released last and are sent to the render thread in it.
+//! If each connection had its own buffer, many connections would read into memory that was last
+//! used a round ago. A buffer is held only for a short time: the render thread keeps it until the
+//! connection's next slice. It copies out the bytes that are left then, those of a client that
+//! waits for something, and all bytes while some connection has slow work. A stalled connection
+//! holds no buffer.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Buffers on their way at a time: one that is run, one that each reader fills, and some for
-/// threads that wake up late.
+/// Number of buffers: one that is run, one that each reader fills, and some for threads that wake
+/// up late.
 const POOLED_BUFFERS: usize = 6;
-/// The size of one. Smaller ones cost more changes of threads than the caches give back.
+/// Size of a buffer in bytes. With smaller ones the thread switches cost more than the caches gain.
 pub(crate) const POOLED_BUFFER_BYTES: usize = 256 << 10;
 
-/// Free buffers that are kept when a socket has ended: one to be filled, one to be run.
+/// Buffers that stay allocated when a socket has ended: one to be filled, one to be run.
 const KEPT: usize = 2;
 
-/// Buffers to be had one by one.
+/// A pool of read buffers.
 pub(crate) struct BufferPool {
-    /// The last one given back, the warmest, is the next to go.
+    /// Free buffers. The one released last, which is likeliest to be cached, is taken first.
     free: Mutex<Vec<Vec<u8>>>,
     is_back: Condvar,
-    /// Sockets that could be read.
+    /// Number of readable sockets.
     ready: AtomicUsize,
 }
 
@@ -39,11 +40,11 @@ impl BufferPool {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Vec<u8>>> {
-        // Buffers are as good after a panic as before.
+        // Buffers are valid after a panic, too.
         self.free.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for a buffer.
+    /// Takes a buffer; blocks until one is free.
     pub fn acquire(self: &Arc<Self>) -> PooledBuffer {
         let mut free = self.lock();
         let buffer = loop {
@@ -56,20 +57,20 @@ impl BufferPool {
         self.made(buffer)
     }
 
-    /// A buffer, if there is one.
+    /// Takes a buffer if one is free.
     pub fn try_acquire(self: &Arc<Self>) -> Option<PooledBuffer> {
         let buffer = self.lock().pop();
         buffer.map(|buffer| self.made(buffer))
     }
 
     fn made(self: &Arc<Self>, mut buffer: Vec<u8>) -> PooledBuffer {
-        // Made when it is first used.
+        // Allocated when it is first used.
         buffer.resize(POOLED_BUFFER_BYTES, 0);
         PooledBuffer { buffers: self.clone(), buffer }
     }
 
-    /// Gives the system what only many sockets at once had use for. To be called where one has
-    /// ended: seldom.
+    /// Frees the memory of buffers that only many sockets at once need. Called when a socket has
+    /// ended, which is rare.
     pub fn trim(&self) {
         let mut free = self.lock();
         let warm = free.len().saturating_sub(KEPT);
@@ -78,7 +79,7 @@ impl BufferPool {
         }
     }
 
-    /// How many sockets could be read when it was last looked.
+    /// Returns the number of sockets that were readable at the last poll.
     pub fn ready(&self) -> usize {
         self.ready.load(Ordering::Relaxed)
     }
@@ -94,7 +95,7 @@ impl fmt::Debug for BufferPool {
     }
 }
 
-/// A buffer, which goes back when this is dropped.
+/// A buffer that returns to its pool when dropped.
 pub(crate) struct PooledBuffer {
     buffers: Arc<BufferPool>,
     pub buffer: Vec<u8>,

@@ -1,8 +1,8 @@
-//! Reads sockets on the render thread, where that would sleep otherwise.
+//! Reads sockets on the render thread, when it would sleep otherwise.
 //!
 //! In: the poller's queue of readable sockets. Out: messages, as the reader thread sends them. Runs
-//! on the render thread. Promises that it waits for nothing, and that a socket is read by one
-//! thread at a time.
+//! on the render thread. Promises that it never blocks, and that a socket is read by one thread at
+//! a time.
 
 use super::buffer_pool::PooledBuffer;
 use super::poll::{FEW_BYTES, Registered, Shared, bytes_of, lock};
@@ -10,16 +10,15 @@ use super::report::{Trouble, report};
 use crate::server::thread::message::{Batch, Message};
 use std::sync::Arc;
 
-/// The render thread's means to read sockets by itself: those in line, one at a time and without
-/// waiting.
+/// The render thread's reader of sockets in the ready queue: one at a time, without blocking.
 pub(crate) struct InlineReader(pub(super) Arc<Shared>);
 
-/// A socket that the render thread is about to read, into a pooled buffer or, where it said little
-/// last, into a small buffer. What came of it before must be out of the channel first.
+/// A socket that the render thread is about to read, into a pooled buffer or, if its last read was
+/// short, into a small one. Its earlier bytes must be taken from the channel first.
 pub(crate) struct Next(Arc<Registered>, Option<PooledBuffer>);
 
 impl InlineReader {
-    /// A socket that can be read now, if there is one and a buffer for it.
+    /// Takes the next readable socket, if there is one and a free buffer.
     pub fn next(&mut self) -> Option<Next> {
         let pooled = self.0.buffers.try_acquire()?;
         self.ask();
@@ -27,7 +26,7 @@ impl InlineReader {
         Some(Next(registered, Some(pooled)))
     }
 
-    /// A socket that said little last and can be read now, if there is one.
+    /// Takes the next readable socket whose last read was short, if there is one.
     pub fn next_interactive(&mut self) -> Option<Next> {
         let next = || lock(&self.0.ready).next_interactive();
         let registered = next().or_else(|| {
@@ -43,8 +42,8 @@ impl InlineReader {
         }
     }
 
-    /// The render thread will not ask for the next one for a while: the poller reads those that
-    /// were left to it, but for the connection that it is going to run.
+    /// Wakes the poller's thread to read the queued sockets, because the render thread will not read
+    /// for a while. Does nothing if only the connection `but_for`, which runs next, is queued.
     pub fn pass_on(&self, but_for: Option<u64>) {
         let ready = lock(&self.0.ready);
         if ready.holds(|registered| Some(registered.id) != but_for) {
@@ -52,7 +51,7 @@ impl InlineReader {
         }
     }
 
-    /// Reads it.
+    /// Reads the socket once. Returns the message for the render thread, if there is one.
     pub fn read(&mut self, Next(registered, pooled): Next) -> Option<Message> {
         let message = match pooled {
             Some(pooled) => self.0.read(&registered, pooled, &mut None),

@@ -1,9 +1,10 @@
-//! Listening: addresses and socket files that clients connect to.
+//! Listeners: accept clients on TCP addresses and Unix socket files.
 //!
-//! One thread a listener accepts, and sleeps in a selector of its own when nobody comes. A
-//! connection that there is no place, no descriptor or no thread for is told so (`refuse.rs`), and
-//! so is standard error. Promises: whatever fails, the thread goes on accepting, and serves again
-//! when it passes.
+//! In: connections of clients. Out: their sockets, served by the poller and the render thread. Each
+//! listener has one thread, which accepts, and sleeps in a selector of its own. If no place, no
+//! descriptor or no thread is left for a connection, its client is sent an error (`refuse.rs`), and
+//! standard error gets a line. Promises: whatever fails, the thread goes on accepting, and serves
+//! clients again when the cause is gone.
 
 use super::descriptors::{self, ReservedDescriptor};
 use super::refuse::{refuse, refuse_now};
@@ -27,7 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-/// Where to listen.
+/// Address of a listener.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ListenAddress {
     /// A TCP address.
@@ -45,30 +46,30 @@ impl fmt::Display for ListenAddress {
     }
 }
 
-/// Why a place cannot be listened on.
+/// Reason why an address cannot be listened on.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ListenError {
     /// The system refused.
     #[error("cannot listen on {place}: {source}")]
     Refused {
-        /// Where.
+        /// The address.
         place: ListenAddress,
-        /// Why.
+        /// The system's error.
         source: io::Error,
     },
-    /// A file is there that is no dead socket.
+    /// A file is there that is not a dead socket.
     #[error("cannot listen on {place}: {found}, and only a dead socket is replaced")]
     Occupied {
-        /// Where.
+        /// The address.
         place: ListenAddress,
-        /// What is there.
+        /// Description of the file.
         found: &'static str,
     },
     /// This system has no Unix sockets.
     #[error("cannot listen on {place}: this system has no unix sockets")]
     NoUnix {
-        /// Where.
+        /// The address.
         place: ListenAddress,
     },
 }
@@ -105,12 +106,12 @@ impl ListenSocket {
         }
     }
 
-    /// The next client, and its address where it has one.
+    /// Accepts the next client. Returns its socket, and its IP address if it has one.
     fn accept(&self) -> io::Result<(Stream, Option<IpAddr>)> {
         match self {
             ListenSocket::Tcp(listener) => {
                 let (stream, peer) = listener.accept()?;
-                // Replies are short, and waited for.
+                // Replies are short, and clients wait for them.
                 let _ = stream.set_nodelay(true);
                 Ok((Stream::Tcp(stream), Some(peer.ip())))
             }
@@ -130,7 +131,7 @@ impl ListenSocket {
     }
 }
 
-/// A place that is listened on. Dropping it ends the listening, not the connections.
+/// A listener. Dropping it ends the listening, not the connections.
 #[derive(Debug)]
 pub struct Listener {
     place: ListenAddress,
@@ -140,8 +141,8 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens on `place` and hands connections to the render thread, as many as `admission` lets
-    /// in; others are told `ERR 0 0 EQUOTA CONNECT` and closed.
+    /// Listens on `place` and serves as many connections as `admission` allows; others are sent
+    /// `ERR 0 0 EQUOTA CONNECT` and closed.
     ///
     /// # Errors
     /// See [`ListenError`].
@@ -170,7 +171,7 @@ impl Listener {
         Ok(Listener { place, is_ending, selector, thread: Some(thread) })
     }
 
-    /// Where it listens; a port of 0 has become the one that the system gave.
+    /// Returns the address; a port of 0 is replaced by the one that the system chose.
     pub fn place(&self) -> &ListenAddress {
         &self.place
     }
@@ -187,10 +188,10 @@ impl Drop for Listener {
     }
 }
 
-/// The pause after an accept that failed: what is missing may come back.
+/// Pause after a failed accept, in which resources may become free.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// What the thread of a listener has.
+/// State of a listener's thread.
 struct Acceptor {
     socket: ListenSocket,
     place: ListenAddress,
@@ -211,18 +212,18 @@ impl Acceptor {
         }
     }
 
-    /// Does what an accept without a connection calls for.
+    /// Handles an error of `accept`.
     fn after(&self, error: &io::Error, reserved: &mut ReservedDescriptor) {
         match error.kind() {
             io::ErrorKind::WouldBlock => self.wait(),
-            // Its client has gone in the meantime.
+            // The client has gone in the meantime.
             io::ErrorKind::ConnectionAborted | io::ErrorKind::Interrupted => {}
             _ if descriptors::are_exhausted(error) => self.refuse_with(reserved, error),
             _ => self.pause(Trouble::Accept, "cannot accept a connection", error),
         }
     }
 
-    /// Waits until somebody comes, or the listening is to end.
+    /// Waits until a client connects, or the listener is to end.
     fn wait(&self) {
         if let Err(e) = self.selector.wait(|_| ()) {
             self.pause(Trouble::Accept, "cannot wait for connections", &e);
@@ -234,8 +235,8 @@ impl Acceptor {
         std::thread::sleep(PAUSE);
     }
 
-    /// Gives the spare descriptor up to accept one connection, which would wait without a word
-    /// otherwise, and refuse it.
+    /// Closes the reserved descriptor to accept one connection and refuse it; otherwise its client
+    /// would wait without an answer.
     fn refuse_with(&self, reserved: &mut ReservedDescriptor, why: &io::Error) {
         reserved.give_up();
         let accepted = self.socket.accept();
@@ -246,7 +247,7 @@ impl Acceptor {
                 refuse_now(stream, "the server has no descriptor left for it");
                 reserved.take();
             }
-            // The system asks for a descriptor before it looks whether anybody is there.
+            // The system allocates a descriptor before it checks whether a client is waiting.
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => {
                 reserved.take();
                 self.wait();
@@ -258,7 +259,7 @@ impl Acceptor {
         }
     }
 
-    /// Serves a client, or sends it the reason why not.
+    /// Serves a client, or sends it the reason for the refusal.
     fn serve_client(&self, stream: Stream, peer: Option<IpAddr>) {
         let slot = match self.admission.admit(peer) {
             Ok(slot) => slot,
@@ -298,7 +299,7 @@ impl Acceptor {
             on_notice: None,
             on_end: None,
         };
-        // A socket needs no more than it was given by now.
+        // A socket needs no resources beyond those it has by now.
         if let Err(e) = serve_connection(&self.link, endpoint) {
             report(Trouble::Threads, format_args!("ended a connection: {e}"));
         }

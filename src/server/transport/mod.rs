@@ -1,11 +1,11 @@
-//! TRANSPORTS: bytes from files, pipes and sockets to the render thread, and replies back.
+//! Transports: carry bytes from files, pipes and sockets to the render thread, and replies back.
 //!
 //! All sockets are read by one thread or by the render thread itself (`poll.rs`), files and pipes
-//! by a thread each that blocks in `read` (`pipe.rs`); both fill the same few buffers
-//! (`buffer_pool.rs`) within the same limits (`backpressure.rs`): a connection that has enough on
-//! its way to the render thread is not read, the system's buffer fills, and the sender is held
-//! back. Each connection has one writer thread that is started with the first reply that cannot be
-//! sent at once. Nothing here looks at the bytes.
+//! by a thread each that blocks in `read` (`pipe.rs`); both fill the same small pool of buffers
+//! (`buffer_pool.rs`) within the same limits (`backpressure.rs`): a connection that has enough
+//! batches in flight is not read, the system's buffer fills, and the sender is slowed down. Each
+//! connection has one writer thread, which is started with the first reply that cannot be sent at
+//! once. The transports do not look at the bytes.
 
 mod admission;
 mod backpressure;
@@ -44,10 +44,11 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::thread::Builder;
 
-/// Readers and writers need little stack.
+/// Stack size of readers and writers, which need little.
 const STACK_BYTES: usize = 128 << 10;
 
-/// The ends of a transport that can be closed from outside. Files and pipes cannot.
+/// Operations on a transport from another thread than the one that reads it. Files and pipes have
+/// none.
 pub(crate) trait Control: Send + Sync {
     /// Sends as much as can be sent without waiting, and returns the number of bytes. Called only
     /// while no other write is going on.
@@ -58,21 +59,21 @@ pub(crate) trait Control: Send + Sync {
     fn stop_reading(&self) -> bool {
         false
     }
-    /// Ends writing: all replies are written.
+    /// Ends writing, after all replies are written.
     fn finish_writing(&self) {}
     /// Closes both directions at once.
     fn abort(&self) {}
 }
 
-/// A transport that nobody can close.
+/// The control of a file or pipe, which cannot be closed by another thread.
 pub(crate) struct Uncontrolled;
 
 impl Control for Uncontrolled {}
 
-/// How a connection's client reaches the server.
+/// Kind of a connection's transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Medium {
-    /// It is part of this process.
+    /// A client in this process.
     InProcess,
     /// A file, or a pair of pipes.
     Pipe,
@@ -83,42 +84,43 @@ pub(crate) enum Medium {
 }
 
 impl Medium {
-    /// Whether the other side is another program at a socket.
+    /// Returns whether the client is another program on a socket.
     pub fn is_socket(self) -> bool {
         matches!(self, Medium::UnixSocket | Medium::TcpSocket)
     }
 }
 
-/// What is read.
+/// Source of a connection's bytes.
 pub(crate) enum ByteSource {
-    /// A file or a pipe, by a thread of its own.
+    /// A file or a pipe, which has a thread of its own.
     Alone(Box<dyn Read + Send>),
     /// A socket that the poller has adopted.
     Socket(Arc<Socket>),
 }
 
-/// A connection's ends: the source of bytes, the sink of replies, and who is notified.
+/// The ends of a connection: the source of bytes, the sink of replies, and callbacks.
 pub(crate) struct Endpoint {
     pub input: ByteSource,
     pub output: Box<dyn Write + Send>,
     pub control: Arc<dyn Control>,
-    /// What the end of the input means for a last line without LF.
+    /// The meaning of the input's end for a last line without LF.
     pub end: EndOfInput,
     pub audience: Audience,
     pub medium: Medium,
-    /// Whether the bytes may be a recording. The first read must give enough of them to tell.
+    /// True if the bytes may be a recording. The first read must then return enough of them to
+    /// decide.
     pub may_replay: bool,
     pub on_notice: Option<Box<dyn FnMut(Notice) + Send>>,
     pub on_end: Option<Box<dyn FnOnce() + Send>>,
 }
 
-/// Held by those who read and write: when only the render thread has it left, both have ended.
+/// Reference count of a transport's threads: when only the render thread holds it, they have ended.
 pub(crate) type Life = Arc<()>;
 
-/// Starts to serve a connection: announces it to the render thread and begins to read.
+/// Begins to serve a connection: announces it to the render thread and starts reading.
 ///
 /// # Errors
-/// When the system has no thread to give; nothing has begun then.
+/// If the system has no thread to give; nothing has begun then.
 pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()> {
     let Endpoint { input, output, control, end, audience, medium, may_replay, on_notice, on_end } = endpoint;
     let (id, socket, pipe) = match input {
@@ -140,7 +142,7 @@ pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()
         Box::new(OpenConnection { audience, medium, may_replay, source, on_notice, on_end }),
     );
     let Some(pipe) = pipe else {
-        // A render thread that is gone opens no more.
+        // A render thread that has ended opens no connections.
         if messages.send(opening).is_ok() {
             back.begin(life);
         }
@@ -154,18 +156,20 @@ pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()
         }
     };
     Builder::new().name(format!("read {id}")).stack_size(STACK_BYTES).spawn(read)?;
-    // By the caller: a render thread that is told to end after this knows of the connection.
+    // Sent by the calling thread, so that the render thread knows the connection before any later
+    // request to end.
     if messages.send(opening).is_ok() {
         let _ = begin.send(());
     }
     Ok(())
 }
 
-/// Where a connection's batches are given back. When it is dropped the connection is over.
+/// Receiver of a connection's finished batches. Dropping it ends the connection.
 pub(crate) struct Recycle(poll::Return);
 
 impl Recycle {
-    /// Gives a batch back, after which the connection's payload waits for so many bytes.
+    /// Returns a batch; `payload_left` is the number of bytes that the connection's current payload
+    /// still lacks.
     pub fn put(&self, batch: Batch, payload_left: usize) {
         drop(batch);
         self.0.put(payload_left);
@@ -178,11 +182,11 @@ impl Drop for Recycle {
     }
 }
 
-/// The render thread's hold on a connection's transport.
+/// The render thread's handle on a connection's transport.
 struct StreamPort {
     writer: Option<Box<dyn Write + Send>>,
     control: Arc<dyn Control>,
-    /// Held by the reader and the writer too.
+    /// Also held by the reader and the writer.
     life: Life,
     id: u64,
 }
@@ -193,7 +197,7 @@ impl Port for StreamPort {
         let (control, life, for_writer) = (self.control.clone(), self.life.clone(), reply_queue.clone());
         let write = move || {
             let _life = life;
-            // A client that reads no more has heard enough.
+            // An error means that the client no longer reads; the rest is dropped.
             let _ = for_writer.write_all_to(&mut *writer, limit, on_room);
             drop(writer);
             control.finish_writing();
@@ -202,7 +206,7 @@ impl Port for StreamPort {
         let name = format!("write {}", self.id);
         if let Err(e) = Builder::new().name(name).stack_size(STACK_BYTES).spawn(write) {
             report(Trouble::Threads, format_args!("ended a connection: no thread to send replies: {e}"));
-            // It cannot be answered.
+            // The client cannot be answered.
             reply_queue.set_done();
             self.control.abort();
         }

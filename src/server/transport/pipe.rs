@@ -1,8 +1,8 @@
-//! Pipes and files: read by a thread each, because the system does not say when they can be read.
+//! Reader of pipes and files: a thread each, because the system does not report when they are
+//! readable.
 //!
-//! In: anything that can be read, and the connection that it belongs to. Out: the same batches in
-//! the same buffers as those of sockets, within the same limits. Promises: no pooled buffer is held
-//! while
+//! In: any byte source, and the connection that it belongs to. Out: batches of bytes in pooled
+//! buffers, within the same limits as those of sockets. Promises: no pooled buffer is held while
 //! the thread waits for bytes.
 
 use super::buffer_pool::POOLED_BUFFER_BYTES;
@@ -10,7 +10,7 @@ use super::poll::{FEW_BYTES, Return};
 use crate::server::thread::message::{Batch, Message};
 use std::io::{self, ErrorKind, Read};
 
-/// Reads to the end, as fast as the render thread takes it.
+/// Reads `input` to its end, no faster than the render thread runs the bytes.
 pub(super) fn read_all(mut input: Box<dyn Read + Send>, back: &Return) {
     let Return { registered, shared } = back;
     let mut own = vec![0; POOLED_BUFFER_BYTES];
@@ -18,7 +18,7 @@ pub(super) fn read_all(mut input: Box<dyn Read + Send>, back: &Return) {
         registered.wait_for_room();
         let filled = match read_some(&mut *input, &mut own) {
             Ok(filled @ 1..) => filled,
-            // One that died says no more than one that was closed: what came before still counts.
+            // An input that fails ends like one that was closed; the bytes before that still count.
             Ok(0) | Err(_) => {
                 shared.at_end(registered).into_iter().for_each(|message| registered.send(message));
                 return;

@@ -1,25 +1,25 @@
-//! THE POLLER: reads all sockets, in turns, by one thread of its own and by the render thread where
-//! that would sleep.
+//! The poller: reads all sockets in rotation, on a thread of its own, and on the render thread when
+//! that would sleep otherwise.
 //!
-//! In: sockets and pipes, and buffers that come back from the render thread. Out: batches of bytes,
-//! each connection's in order. The selector says which sockets have something; each of those is
-//! read once, into a [`PooledBuffer`], before any is read again (but for large payloads,
-//! `ready_queue.rs`). A thread for each socket would read as well, but where many of them wake up
-//! they push the render thread aside, which is the one that all wait for, and each wake-up costs a
-//! change of threads. For the same reason the render thread reads by itself ([`InlineReader`]) when
-//! it would have to sleep otherwise: from the same list, by the same functions. Pipes and files, of
-//! which the system does not say when they can be read, have a thread each (`pipe.rs`), with the
-//! same buffers and limits.
+//! In: sockets and pipes, and buffers that the render thread releases. Out: batches of bytes, each
+//! connection's in order. The selector reports which sockets are readable; each of them is read
+//! once, into a [`PooledBuffer`], before any is read again (except large payloads, see
+//! `ready_queue.rs`). A thread per socket would read as well, but many of them waking up would
+//! displace the render thread, for which all of them wait, and each wake-up costs a thread switch.
+//! For the same reason the render thread reads sockets itself ([`InlineReader`]) when it would have
+//! to sleep otherwise: from the same queue, with the same functions. Pipes and files, for which the
+//! system does not report readiness, have a thread each (`pipe.rs`), with the same buffers and
+//! limits.
 //!
 //! Interactive sockets, whose last read was short, are read before those that send much, and are
-//! asked for between any two reads and any two slices of the render thread: a short request waits
-//! for one slice of another client, however many of them send all they can.
+//! polled between any two reads and any two slices of the render thread: a short request waits for
+//! at most one slice of another client, however many of them send at full speed.
 //!
-//! Promises: bytes of a connection come in order, because one thread at a time has its socket,
-//! until what it read is in the channel, and the render thread empties the channel before it reads.
-//! A connection has few batches on their way (`backpressure.rs`): then it is not read until one
-//! came back, the system's socket buffer fills, and the sender is held back. An error of the
-//! selector is reported on standard error, and asked again.
+//! Promises: bytes of a connection arrive in order, because one thread at a time has its socket,
+//! until the bytes it read are in the channel, and the render thread empties the channel before it
+//! reads. A connection has few batches in flight (`backpressure.rs`): beyond that it is not read
+//! until one is released, the system's socket buffer fills, and the sender is slowed down. An error
+//! of the selector is reported on standard error, and the selector is polled again.
 
 use super::backpressure::Backpressure;
 use super::buffer_pool::{BufferPool, PooledBuffer};
@@ -39,22 +39,23 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::Duration;
 
-/// Reads of so few bytes are copied, and the pooled buffer is used again.
+/// Longest read in bytes that is copied, so that the pooled buffer is used again.
 pub(super) const FEW_BYTES: usize = 8 << 10;
-/// A read within a large payload that gave so much is followed by another one of the same thread.
+/// Shortest read in bytes, within a large payload, after which the same thread reads again.
 const MUCH_BYTES: usize = 64 << 10;
-/// The pause after the system could not say which sockets can be read.
+/// Pause after an error of the selector.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Everything that is read.
+/// State that the poller's thread and the render thread share.
 pub(super) struct Shared {
     selector: Arc<Selector>,
     registered: Mutex<HashMap<u64, (Arc<Registered>, Life)>>,
     /// Readable sockets that no thread is reading.
     pub(super) ready: Mutex<ReadyQueue<Arc<Registered>>>,
-    /// Whether the thread sleeps, or is about to, because `ready` was empty. Set under its lock.
+    /// Set while the thread sleeps, or is about to, because `ready` was empty. Set under the lock
+    /// of `ready`.
     is_asleep: AtomicBool,
-    /// The number of the next large payload, from 1 on.
+    /// Number of the next large payload, from 1 on.
     payloads: AtomicU64,
     pub(super) buffers: Arc<BufferPool>,
     is_ending: AtomicBool,
@@ -63,19 +64,19 @@ pub(super) struct Shared {
 /// A connection that is read.
 pub(crate) struct Registered {
     pub(super) id: u64,
-    /// `None` for one that a thread of its own reads.
+    /// `None` for a connection that has a thread of its own.
     socket: Option<Arc<Socket>>,
     pub(super) messages: Sender<Message>,
     end: EndOfInput,
     backpressure: Mutex<Backpressure>,
-    /// A thread of its own may read again.
+    /// Signals the connection's own thread that it may read again.
     may_read: Condvar,
     /// Number of reports by the selector. A socket that was found empty before the last report may
     /// have bytes again.
     changes: AtomicU32,
-    /// Whether the last read was short.
+    /// Set if the last read was short.
     is_interactive: AtomicBool,
-    /// The number of the large payload that is being read, or 0.
+    /// Number of the large payload that is being read, or 0.
     payload_since: AtomicU64,
 }
 
@@ -90,7 +91,7 @@ impl Member for Arc<Registered> {
 }
 
 impl Registered {
-    /// Waits until a batch may be read.
+    /// Blocks until another batch may be read.
     pub(super) fn wait_for_room(&self) {
         let mut backpressure = lock(&self.backpressure);
         while !backpressure.may_read() {
@@ -98,7 +99,7 @@ impl Registered {
         }
     }
 
-    /// Sends a message of what was read. A render thread that is gone wants no more.
+    /// Sends a message to the render thread. If that has ended, later bytes are discarded.
     pub(super) fn send(&self, message: Message) {
         if self.messages.send(message).is_err() {
             lock(&self.backpressure).is_over = true;
@@ -107,20 +108,22 @@ impl Registered {
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Counts and flags are whole at any time.
+    // The counts and flags are consistent even if a thread panicked while it held the lock.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The hold on the thread, which is started with the first socket, and ends when this is gone and
-/// the last socket closed.
+/// Handle of the reader thread. The thread is started with the first socket, and ends when this is
+/// dropped and the last socket is closed.
 pub(crate) struct Poller {
     shared: Arc<Shared>,
     is_started: Mutex<bool>,
 }
 
 impl Poller {
+    /// Creates a poller; the thread is not started yet.
+    ///
     /// # Errors
-    /// When the system has nothing to wait with.
+    /// If the system has no selector to give.
     pub fn new(buffers: Arc<BufferPool>) -> io::Result<Self> {
         let shared = Arc::new(Shared {
             selector: Arc::new(Selector::new()?),
@@ -139,10 +142,10 @@ impl Poller {
         InlineReader(self.shared.clone())
     }
 
-    /// Takes a socket in under a number, with its place among the connections; nothing is read yet.
+    /// Registers a socket under the number `id`; nothing is read yet.
     ///
     /// # Errors
-    /// When the system has no thread or no room to watch it. The stream comes back.
+    /// If the system cannot start the thread or watch one more socket. The stream is returned.
     pub fn adopt(&self, mut stream: Stream, id: u64, slot: Slot) -> Result<Arc<Socket>, (Stream, io::Error)> {
         let is_registered = self.start().and_then(|()| stream.register(&self.shared.selector, id));
         match is_registered {
@@ -162,8 +165,8 @@ impl Poller {
         Ok(())
     }
 
-    /// Gets ready to read a connection: a socket that was adopted, or what a thread of its own will
-    /// read. Answers what the render thread gives its batches back to.
+    /// Prepares to read a connection: an adopted socket, or one that a thread of its own will read.
+    /// Returns the handle to which the render thread releases the connection's batches.
     pub fn prepare(
         &self,
         id: u64,
@@ -199,7 +202,7 @@ impl fmt::Debug for Poller {
     }
 }
 
-/// Takes back the batches of one connection.
+/// Handle to which the batches of one connection are released.
 #[derive(Clone)]
 pub(crate) struct Return {
     pub(super) registered: Arc<Registered>,
@@ -207,15 +210,16 @@ pub(crate) struct Return {
 }
 
 impl Return {
-    /// Begins to read a socket; `life` is dropped when nothing more comes.
+    /// Starts reading a socket; `life` is dropped at the end of its input.
     pub fn begin(&self, life: Life) {
         lock(&self.shared.registered).insert(self.registered.id, (self.registered.clone(), life));
-        // What came before was reported to nobody.
+        // Earlier reports of the selector found no registered connection.
         self.shared.note_change(&self.registered);
         self.shared.wake();
     }
 
-    /// Takes a batch back, after which a payload waits for so many bytes.
+    /// Releases a batch; `payload_left` is the number of bytes that the current payload still
+    /// lacks.
     pub fn put(&self, payload_left: usize) {
         let mut backpressure = lock(&self.registered.backpressure);
         backpressure.on_release(payload_left);
@@ -223,7 +227,7 @@ impl Return {
         self.go_on(backpressure);
     }
 
-    /// The render thread wants no more.
+    /// Notes that the connection has ended: bytes that still arrive are discarded.
     pub fn is_over(&self) {
         let mut backpressure = lock(&self.registered.backpressure);
         backpressure.is_over = true;
@@ -240,15 +244,15 @@ impl Return {
 }
 
 impl Shared {
-    /// Wakes the thread up, if it sleeps.
+    /// Wakes the thread if it sleeps.
     pub(super) fn wake(&self) {
         if self.is_asleep.swap(false, Ordering::Relaxed) {
             self.selector.wake();
         }
     }
 
-    /// Puts a socket in line, if it can and may be read and nobody does. Returns whether it was put
-    /// there.
+    /// Puts a socket into the ready queue, if it is readable, may be read, and no thread has it.
+    /// Returns whether it was put there.
     fn offer(&self, registered: &Arc<Registered>, backpressure: &mut Backpressure) -> bool {
         let is_offered = backpressure.is_ready
             && !backpressure.is_taken
@@ -261,7 +265,7 @@ impl Shared {
         is_offered
     }
 
-    /// The selector named a socket: there is something to read, or there may be.
+    /// Notes that the selector has reported a socket: it is readable, or may be.
     fn note_change(&self, registered: &Arc<Registered>) {
         let mut backpressure = lock(&registered.backpressure);
         backpressure.is_ready = true;
@@ -269,7 +273,7 @@ impl Shared {
         self.offer(registered, &mut backpressure);
     }
 
-    /// Gives the payload that a connection is in the midst of a number, or takes it away.
+    /// Numbers the large payload that a connection has begun, or clears the number at its end.
     fn note_payload(&self, registered: &Registered, backpressure: &Backpressure) {
         let since = registered.payload_since.load(Ordering::Relaxed);
         if backpressure.is_within_payload() != (since > 0) {
@@ -278,7 +282,8 @@ impl Shared {
         }
     }
 
-    /// Allows the socket to be read again after a batch of `bytes` was queued for the render thread.
+    /// Allows the socket to be read again after a batch of `bytes` was queued for the render
+    /// thread.
     pub(super) fn done(&self, registered: &Arc<Registered>, bytes: usize) {
         let mut backpressure = lock(&registered.backpressure);
         backpressure.is_taken = false;
@@ -288,12 +293,12 @@ impl Shared {
         }
     }
 
-    /// Ends a socket. Returns the message for the render thread.
+    /// Ends the reading of a connection. Returns the message for the render thread, the first time.
     pub(super) fn at_end(&self, registered: &Registered) -> Option<Message> {
         let mut backpressure = lock(&registered.backpressure);
         let is_expected = !std::mem::replace(&mut backpressure.is_at_end, true) && !backpressure.is_over;
         drop(backpressure);
-        // Its life ends outside of the lock.
+        // The connection's `Life` is dropped after the lock is released.
         let ended = lock(&self.registered).remove(&registered.id);
         drop(ended);
         self.buffers.trim();
@@ -303,9 +308,9 @@ impl Shared {
         is_expected.then_some(Message::End(registered.id, registered.end))
     }
 
-    /// Asks the selector for readable sockets, with or without waiting for one.
+    /// Polls the selector for readable sockets; blocks until there is one if `waits` is set.
     pub(super) fn ask(&self, waits: bool) -> io::Result<()> {
-        // Not locked while it waits.
+        // Not locked while the selector blocks.
         let mut locked = None;
         let notify = |id| {
             if let Some((registered, _)) = locked.get_or_insert_with(|| lock(&self.registered)).get(&id) {
@@ -318,7 +323,7 @@ impl Shared {
         }
     }
 
-    /// Waits for the next readable socket. `None` when the thread is to end.
+    /// Waits for the next readable socket. Returns `None` when the thread is to end.
     fn wait_next(&self) -> io::Result<Option<Arc<Registered>>> {
         if !lock(&self.ready).is_empty() {
             self.ask(false)?;
@@ -361,12 +366,12 @@ impl Shared {
         }
     }
 
-    /// Counts a batch of `bytes`. Returns whether it must be handed on.
+    /// Counts a batch of `filled` bytes. Returns whether it must be sent to the render thread.
     pub(super) fn note_batch(&self, registered: &Registered, filled: usize) -> bool {
         let mut backpressure = lock(&registered.backpressure);
         if backpressure.is_over {
-            // Its last replies are on their way: a socket that is closed with bytes unread would
-            // take them along.
+            // Its last replies are being sent: a socket that is closed with unread bytes is reset,
+            // and the replies would be lost. So the bytes are read and discarded.
             return false;
         }
         backpressure.on_read(filled);
@@ -374,8 +379,8 @@ impl Shared {
         true
     }
 
-    /// Reads once into `buffer`. Returns the number of bytes, for which a batch must be handed on,
-    /// or else the message for the render thread.
+    /// Reads once into `buffer`. Returns the number of bytes, which must be sent as a batch, or
+    /// otherwise the message for the render thread, if there is one.
     pub(super) fn fill(&self, registered: &Registered, buffer: &mut [u8]) -> Result<usize, Option<Message>> {
         let Some(socket) = &registered.socket else { return Err(None) };
         let changes = registered.changes.load(Ordering::Acquire);
@@ -394,8 +399,8 @@ impl Shared {
         self.note_batch(registered, filled).then_some(filled).ok_or(None)
     }
 
-    /// Reads once into `own`. Returns the message for the render thread, with or without the
-    /// buffer.
+    /// Reads once into `own`. Returns the message for the render thread; the buffer is in it, or in
+    /// `left` if it was not needed.
     pub(super) fn read(
         &self,
         registered: &Registered,
@@ -426,21 +431,21 @@ pub(super) fn bytes_of(message: &Option<Message>) -> usize {
     }
 }
 
-/// The state of a socket after a read.
+/// State of a socket after a read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum SocketState {
-    /// Empty: the selector reports when there is more.
+    /// Empty: the selector will report new bytes.
     Empty,
-    /// Perhaps not empty.
+    /// Possibly not empty.
     Unknown,
     /// Closed or broken; both end the connection in the same way.
     AtEnd,
 }
 
-/// Receives into `buffer`, and once more where little came: the selector tells again only of a
-/// socket that was found empty. Answers how much came, which counts whatever follows, and how the
-/// socket was left. One that brought much stays in line in place of being asked again: its sender
-/// would be woken up for a second, short piece of the same.
+/// Receives into `buffer`, and once more after a short read, because the selector reports a socket
+/// again only if it was found empty. Returns the number of bytes, which counts even at the end of
+/// the input, and the state of the socket. After a long read the socket stays in the ready queue
+/// instead: a second read would wake its sender for a short piece of the same data.
 fn receive(socket: &Socket, buffer: &mut [u8]) -> (usize, SocketState) {
     let mut filled = 0;
     for _ in 0..2 {

@@ -1,22 +1,21 @@
-//! The queue of readable sockets: the order in which readable sockets are read: those whose last
-//! read was short before all others, and of those that send large payloads the one whose payload
-//! began first.
+//! The queue of readable sockets, in the order in which they are read: those whose last read was
+//! short before all others, and of those within large payloads the one whose payload began first.
 //!
-//! A payload is held until it is whole. When many connections send large ones and each is read in
-//! its turn, all of them are held at the same time, in more memory than any cache has. So those
-//! that are within a large payload give their turns to the one of them whose payload began first.
-//! The turns of all others are theirs: those within payloads have no more than before, and one
-//! whose payload is whole waits until those that began before its next one are whole, too.
+//! A payload is held in memory until it is complete. If many connections send large ones and each
+//! is read in rotation, all of them are held at the same time, in more memory than any cache has.
+//! So connections within a large payload give their places in the rotation to the one of them whose
+//! payload began first. Other connections keep their places. A connection whose payload is complete
+//! waits until the payloads that began before its next one are complete, too.
 
 use std::collections::VecDeque;
 
-/// A socket.
+/// A socket in the queue.
 pub(super) trait Member: Clone {
-    /// When the large payload began that it is in the midst of, as a number that grows; 0 when it
-    /// is in none.
+    /// Returns the number of the large payload that is being received, in order of beginning; 0 if
+    /// there is none.
     fn payload_since(&self) -> u64;
 
-    /// Whether its last read was short.
+    /// Returns whether its last read was short.
     fn is_interactive(&self) -> bool;
 }
 
@@ -46,17 +45,17 @@ impl<T: Member> ReadyQueue<T> {
         self.interactive.len() + self.throughput.len()
     }
 
-    /// Whether there is one of this kind.
+    /// Returns whether any queued socket satisfies `what`.
     pub fn holds(&self, what: impl FnMut(&T) -> bool) -> bool {
         self.interactive.iter().chain(&self.throughput).any(what)
     }
 
-    /// Returns the next socket among those whose last read was short.
+    /// Takes the next socket among those whose last read was short.
     pub fn next_interactive(&mut self) -> Option<T> {
         self.interactive.pop_front()
     }
 
-    /// Returns the next socket.
+    /// Takes the next socket.
     pub fn next(&mut self) -> Option<T> {
         if let Some(interactive) = self.next_interactive() {
             return Some(interactive);
@@ -84,7 +83,7 @@ mod tests {
     use std::cell::Cell;
     use std::rc::Rc;
 
-    /// A socket's number, when its payload began, and whether its last read was short.
+    /// A socket's name, the number of its payload, and its flag for a short last read.
     #[derive(Clone)]
     struct Named(char, Rc<Cell<u64>>, bool);
 
@@ -116,7 +115,7 @@ mod tests {
             (0..count).map(|_| turn()).collect::<String>()
         };
         assert_eq!(turns(8), "bxbybxby");
-        // Its payload is whole and the next has begun: it goes behind those that wait.
+        // Its payload is complete and the next has begun: it goes behind those that wait.
         all[1].1.set(8);
         assert_eq!(turns(8).replace(['x', 'y'], ""), "cccc");
     }

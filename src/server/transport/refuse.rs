@@ -1,9 +1,10 @@
-//! Refusing connections: one `ERR` line, then the end.
+//! Refusal of connections: one `ERR` line, then the end.
 //!
-//! In: sockets that cannot be served, from the threads that accept. A socket that is closed with
-//! bytes unread takes the line along on its way, so a few ([`LINGERING`]) are read from and
-//! discarded for up to [`PATIENCE`] by one thread, which exists while there are any. Promises:
-//! never waits; every socket is told, those beyond the few are closed at once.
+//! In: sockets that cannot be served, from the threads that accept. Out: closed sockets. A socket
+//! that is closed with unread bytes is reset, which may discard the line; so up to [`LINGERING`]
+//! sockets are read from, and the bytes discarded, for up to [`PATIENCE`], by one thread that
+//! exists while there are any. Promises: never blocks; every client is sent the line; sockets
+//! beyond the limit are closed at once.
 
 use super::Stream;
 use super::report::{Trouble, report};
@@ -13,11 +14,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-/// Refused sockets that are still read from.
+/// Refused sockets that are still read from, at most.
 pub(crate) const LINGERING: usize = 16;
-/// How long they are.
+/// Time for which they are read from.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The pause between two rounds of reading, and the most that is read of one socket in a round.
+/// Pause between two rounds of reading, and the most bytes that are read of one socket in a round.
 const PAUSE: Duration = Duration::from_millis(10);
 const ROUND_BYTES: usize = 64 << 10;
 
@@ -30,11 +31,11 @@ static LINGERING_SOCKETS: Mutex<LingeringSockets> =
     Mutex::new(LingeringSockets { sockets: Vec::new(), has_thread: false });
 
 fn lock() -> MutexGuard<'static, LingeringSockets> {
-    // The list is whole at any time.
+    // The list is valid even if a thread panicked while it held the lock.
     LINGERING_SOCKETS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Tells a client why it cannot be served, and lets it go.
+/// Sends a client the reason why it cannot be served, and closes the connection.
 pub(super) fn refuse(socket: Stream, why: &str) {
     let Some(socket) = send_refusal(socket, why) else { return };
     let mut lingering = lock();
@@ -55,21 +56,21 @@ pub(super) fn refuse(socket: Stream, why: &str) {
     }
 }
 
-/// Sends the refusal and closes the socket at once: no descriptor is kept.
+/// Sends the refusal and closes the socket at once, so that no descriptor is kept.
 pub(super) fn refuse_now(socket: Stream, why: &str) {
     drop(send_refusal(socket, why));
 }
 
-/// Sends the line and reads what has arrived. Returns the socket if its client may send more.
+/// Sends the error line and reads what has arrived. Returns the socket if its client may send more.
 fn send_refusal(socket: Stream, why: &str) -> Option<Stream> {
-    // The first bytes on a socket fit into the system's buffer, and a client that is gone needs
-    // none.
+    // The first bytes on a socket fit into the system's buffer, and a client that is gone does not
+    // need them.
     (&socket).write_all(format!("ERR 0 0 EQUOTA CONNECT: {why}\n").as_bytes()).ok()?;
     socket.shutdown(Shutdown::Write);
     discard(&socket).then_some(socket)
 }
 
-/// Reads what is there and discards it. Returns whether more may come.
+/// Reads and discards what has arrived. Returns whether more may come.
 fn discard(mut socket: &Stream) -> bool {
     let mut rest = [0; 4096];
     for _ in 0..ROUND_BYTES / rest.len() {

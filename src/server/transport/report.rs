@@ -1,8 +1,8 @@
-//! Trouble that does not end the server, reported on standard error.
+//! Reports of trouble that does not end the server, on standard error.
 //!
-//! In: what went wrong, from any thread. Out: lines that begin with `fbptr: `, at most one of a
-//! kind in [`EVERY`]; the next one tells how many were left out. Promises: never waits, not even
-//! for a standard error that nobody reads. One knows by the unit test below, and by the process
+//! In: descriptions of errors, from any thread. Out: lines that begin with `fbptr: `, at most one
+//! of a kind in [`EVERY`]; the next one says how many were left out. Promises: never blocks, not
+//! even on a standard error that nobody reads. Tested by the unit test below, and by the process
 //! tests that read such lines.
 
 use std::fmt::Display;
@@ -10,15 +10,15 @@ use std::io::{self, Write};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The time between two lines of a kind.
+/// Shortest time between two lines of a kind.
 const EVERY: Duration = Duration::from_secs(5);
 
 /// Kinds of trouble.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Trouble {
-    /// All connections that are allowed are there.
+    /// The server has as many connections as are allowed.
     Full,
-    /// All connections that are allowed to one address are there.
+    /// An address has as many connections as are allowed.
     AddressFull,
     /// No descriptor is left for a connection.
     Descriptors,
@@ -32,7 +32,7 @@ pub(crate) enum Trouble {
 
 const KINDS: usize = Trouble::Watching as usize + 1;
 
-/// When a kind was reported last, and how often it was left out since.
+/// Time of the last report of a kind, and the number of reports left out since.
 #[derive(Clone, Copy)]
 struct Throttle {
     reported_at: Option<Instant>,
@@ -42,7 +42,7 @@ struct Throttle {
 impl Throttle {
     const NEW: Throttle = Throttle { reported_at: None, omitted: 0 };
 
-    /// Returns how many lines were left out when it is time for one; counts one more otherwise.
+    /// Returns the number of lines left out if one may be written, and otherwise counts one more.
     fn pass(&mut self, now: Instant) -> Option<u64> {
         if self.reported_at.is_some_and(|reported| now < reported + EVERY) {
             self.omitted += 1;
@@ -55,9 +55,9 @@ impl Throttle {
 
 static THROTTLES: Mutex<[Throttle; KINDS]> = Mutex::new([Throttle::NEW; KINDS]);
 
-/// Reports trouble on standard error, unless one of its kind was reported a moment ago.
+/// Reports trouble on standard error, unless its kind was reported within [`EVERY`].
 pub(crate) fn report(trouble: Trouble, what: impl Display) {
-    // Counts are whole at any time.
+    // The counts are valid even if a thread panicked while it held the lock.
     let mut throttles = THROTTLES.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(omitted) = throttles[trouble as usize].pass(Instant::now()) else { return };
     if !takes_a_line() {
@@ -68,12 +68,12 @@ pub(crate) fn report(trouble: Trouble, what: impl Display) {
         0 => format!("fbptr: {what}\n"),
         _ => format!("fbptr: {what} ({omitted} more of this kind were left out)\n"),
     };
-    // A standard error that is closed has nobody to tell.
+    // Nobody reads a standard error that is closed.
     let _ = io::stderr().write_all(line.as_bytes());
 }
 
-/// Returns whether standard error takes a line at once: a pipe that nobody empties must not stop
-/// the server.
+/// Returns whether standard error takes a line without blocking: a pipe that nobody reads must not
+/// stop the server.
 #[cfg(unix)]
 fn takes_a_line() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 /// Reports taken from the system by one call.
 const EVENTS: usize = 64;
-/// The number of the selector's own waker.
+/// Token of the selector's own waker.
 const WAKE: Token = Token(usize::MAX);
 
 /// A signal to the writer of a socket that the socket is writable.
@@ -25,7 +25,7 @@ pub(super) struct Writable {
 }
 
 impl Writable {
-    /// Whether the socket is writable, or nobody will read what is written.
+    /// Signals that the socket is writable, or that waiting for it is of no use.
     pub fn set(&self) {
         *lock(&self.is_set) = true;
         self.changed.notify_all();
@@ -35,7 +35,7 @@ impl Writable {
         *lock(&self.is_set) = false;
     }
 
-    /// Waits until it is set.
+    /// Blocks until the signal is set.
     pub fn wait(&self) {
         let is_set = lock(&self.is_set);
         drop(self.changed.wait_while(is_set, |is_set| !*is_set).unwrap_or_else(PoisonError::into_inner));
@@ -43,7 +43,7 @@ impl Writable {
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Flags, lists and events are whole at any time.
+    // Flags, lists and events are consistent even if a thread panicked while it held the lock.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -51,13 +51,15 @@ pub(super) struct Selector {
     system: Mutex<(Poll, Events)>,
     registry: Registry,
     waker: Waker,
-    /// Writers that wait.
+    /// Signals of the waiting writers, by socket number.
     writers: Mutex<HashMap<u64, Arc<Writable>>>,
 }
 
 impl Selector {
+    /// Creates a selector with its waker.
+    ///
     /// # Errors
-    /// When the system has no descriptor for it.
+    /// If the system has no descriptor for it.
     pub fn new() -> io::Result<Self> {
         let poll = Poll::new()?;
         let registry = poll.registry().try_clone()?;
@@ -69,16 +71,16 @@ impl Selector {
     /// Registers `source` for reports of bytes to read.
     ///
     /// # Errors
-    /// When the system has no room to watch one more.
+    /// If the system cannot watch one more.
     pub fn register(&self, source: &mut impl event::Source, id: u64) -> io::Result<()> {
         self.registry.register(source, Token(id as usize), Interest::READABLE)
     }
 
-    /// Sets `writable` whenever `source` takes bytes, from now on until [`Self::end_writer`]; at
-    /// once if it does now.
+    /// Sets `writable` whenever `source` becomes writable, until [`Self::end_writer`]; at once if
+    /// it is writable at the call.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the system refuses.
     pub fn begin_writer(
         &self,
         source: &mut impl event::Source,
@@ -95,29 +97,31 @@ impl Selector {
     }
 
     pub fn end_writer(&self, source: &mut impl event::Source, id: u64) {
-        // To be told of too much is no harm.
+        // Reports that nobody needs do no harm.
         let _ = self.registry.reregister(source, Token(id as usize), Interest::READABLE);
         lock(&self.writers).remove(&id);
     }
 
     /// Ends the wait of the thread that polls.
     pub fn wake(&self) {
-        // It fails only where it was called before and nobody has looked.
+        // Fails only if an earlier call has not been seen yet.
         let _ = self.waker.wake();
     }
 
-    /// Waits for readable sockets, or for `wake`, and lists them.
+    /// Blocks until a socket is readable or [`Self::wake`] is called, and calls `notify` with the
+    /// number of each readable socket.
     ///
     /// # Errors
-    /// When the system cannot say.
+    /// If polling fails.
     pub fn wait(&self, notify: impl FnMut(u64)) -> io::Result<()> {
         self.ask(&mut lock(&self.system), None, notify)
     }
 
-    /// Lists readable sockets without waiting; none while another thread polls.
+    /// Calls `notify` with the number of each readable socket, without blocking. Does nothing while
+    /// another thread polls.
     ///
     /// # Errors
-    /// When the system cannot say.
+    /// If polling fails.
     pub fn look(&self, notify: impl FnMut(u64)) -> io::Result<()> {
         match self.system.try_lock() {
             Ok(mut system) => self.ask(&mut system, Some(Duration::ZERO), notify),

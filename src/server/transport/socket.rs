@@ -1,8 +1,7 @@
-//! A connected socket, TCP or Unix, behind one face: one descriptor for its reader, its writer and
-//! the render thread.
+//! A connected TCP or Unix socket: one descriptor for its reader, its writer and the render thread.
 //!
-//! Reads and sends do not wait. A writer that has to waits until the selector says that the system
-//! takes more.
+//! Reads and sends do not block. A writer that must wait does so until the selector reports that
+//! the socket is writable.
 
 use super::selector::{Selector, Writable};
 use super::{Control, Slot};
@@ -13,7 +12,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-/// What the system gives.
+/// The system's socket.
 #[derive(Debug)]
 pub(crate) enum Stream {
     Tcp(TcpStream),
@@ -22,7 +21,7 @@ pub(crate) enum Stream {
 }
 
 impl Stream {
-    /// Closes one side or both. One that is closed already stays so.
+    /// Closes one side or both. An error, such as that it is closed already, is ignored.
     pub fn shutdown(&self, how: Shutdown) {
         let _ = match self {
             Stream::Tcp(s) => s.shutdown(how),
@@ -80,35 +79,35 @@ impl Write for &Stream {
     }
 }
 
-/// A registered socket and its place among the connections.
+/// A registered socket and its place among the allowed connections.
 #[derive(Debug)]
 pub(crate) struct Socket {
     pub id: u64,
-    /// Locked for writing only to change what the selector tells.
+    /// Locked for writing only to change the registration with the selector.
     stream: RwLock<Stream>,
     selector: Arc<Selector>,
     writable: Arc<Writable>,
-    /// Declared behind the stream: the place is free when the descriptor is.
+    /// Declared after the stream, so that the place is freed after the descriptor.
     _slot: Slot,
 }
 
 impl Socket {
-    /// Takes a stream that is registered with the selector under this number.
+    /// Wraps a stream that is registered with the selector under the number `id`.
     pub(super) fn new(stream: Stream, id: u64, selector: Arc<Selector>, slot: Slot) -> Self {
         Socket { id, stream: RwLock::new(stream), selector, writable: Arc::default(), _slot: slot }
     }
 
     fn stream(&self) -> RwLockReadGuard<'_, Stream> {
-        // A stream is whole at any time.
+        // A stream is valid even if a thread panicked while it held the lock.
         self.stream.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads what has arrived.
+    /// Reads what has arrived. Does not block.
     pub fn receive(&self, buffer: &mut [u8]) -> io::Result<usize> {
         (&mut &*self.stream()).read(buffer)
     }
 
-    /// Sends some bytes, and waits until the system takes any.
+    /// Sends some of the bytes; blocks until the system takes any. Returns how many were sent.
     fn send_some(&self, bytes: &[u8]) -> io::Result<usize> {
         match self.send(bytes) {
             Err(e) if e.kind() == ErrorKind::WouldBlock => {}
@@ -116,7 +115,7 @@ impl Socket {
         }
         self.stream_mut().begin_writer(&self.selector, self.id, &self.writable)?;
         let result = loop {
-            // In this order: what becomes writable between is not missed.
+            // In this order, a socket that becomes writable in between is not missed.
             self.writable.unset();
             match self.send(bytes) {
                 Err(e) if e.kind() == ErrorKind::WouldBlock => self.writable.wait(),
@@ -152,7 +151,7 @@ impl Write for Replies {
 
 impl Control for Socket {
     fn send_now(&self, bytes: &[u8]) -> usize {
-        // What went wrong is found by the writer, when it is left all of it.
+        // The writer finds an error again when it is given all of the bytes.
         self.send(bytes).unwrap_or(0)
     }
 

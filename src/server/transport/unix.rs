@@ -1,5 +1,7 @@
-//! Unix socket files: made with mode 0600 before anybody can connect, replaced only when dead,
+//! Unix socket files: created with mode 0600 before any client can connect, replaced only if dead,
 //! removed at the end.
+//!
+//! In: a path. Out: a non-blocking listening socket and its file.
 
 use super::listen::{ListenAddress, ListenError};
 use rustix::fs::{Mode, fchmod};
@@ -11,12 +13,12 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
-/// Connections that wait to be accepted; the system may allow fewer.
+/// Connections that may wait to be accepted; the system may allow fewer.
 const BACKLOG: i32 = 4096;
 /// Readable and writable by the owner alone.
 const MODE: u32 = 0o600;
 
-/// A socket file, known by device and inode: at the end only our own is removed.
+/// A socket file, identified by device and inode: at the end only our own file is removed.
 #[derive(Debug)]
 pub(super) struct SocketFile {
     path: PathBuf,
@@ -35,7 +37,7 @@ fn identity_of(path: &Path) -> io::Result<(u64, u64)> {
     std::fs::symlink_metadata(path).map(|m| (m.dev(), m.ino()))
 }
 
-/// Listens on a socket file, on which `accept` does not wait.
+/// Creates a socket file and listens on it; its `accept` does not block.
 ///
 /// # Errors
 /// See [`ListenError`].
@@ -57,11 +59,11 @@ pub(super) fn open(path: &Path) -> Result<(UnixListener, SocketFile), ListenErro
     Ok((UnixListener::from(bound), file))
 }
 
-/// Makes the socket file, on which nobody listens yet: a client that is early is refused by the
-/// system.
+/// Creates the socket file without listening yet: the system refuses a client that connects too
+/// early.
 fn bind_file(path: &Path) -> io::Result<(OwnedFd, SocketFile)> {
     let bound = unix_socket()?;
-    // Linux gives the file the mode that the socket has. Other systems refuse this, and the file's
+    // Linux gives the file the mode of the socket. Other systems refuse this call, and the file's
     // mode is set below.
     let _ = fchmod(&bound, Mode::from_raw_mode(MODE as _));
     bind(&bound, &SocketAddrUnix::new(path)?)?;
@@ -78,8 +80,8 @@ fn unix_socket() -> io::Result<OwnedFd> {
     Ok(made)
 }
 
-/// Returns whether a server listens on a socket file. Does not wait: one whose backlog is full is
-/// there, too.
+/// Returns whether a server listens on a socket file. Does not block: a server whose backlog is
+/// full counts, too.
 fn answers(path: &Path) -> Result<bool, Errno> {
     let probe = unix_socket().map_err(|e| Errno::from_io_error(&e).unwrap_or(Errno::IO))?;
     ioctl_fionbio(&probe, true)?;
@@ -130,8 +132,8 @@ mod tests {
                 (client, is_full)
             })
             .collect();
-        // Where the system has no AGAIN for it, the backlog of this test cannot be told from a dead
-        // server.
+        // On systems that do not report a full backlog by AGAIN, it cannot be told from a dead
+        // server here.
         if cfg!(target_os = "linux") {
             assert!(clients.iter().any(|(_, is_full)| *is_full));
             assert_eq!(answers(&path), Ok(true));
