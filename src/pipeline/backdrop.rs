@@ -1,12 +1,12 @@
-//! The backdrop over the viewport, before anything else of a scene is drawn.
+//! The background over the viewport, painted before anything else of a scene.
 //!
-//! In: one colour, or a sky and the camera that sees it. Out: the bytes of every pixel of the
-//! viewport on the frame; depth stays as it is. A pixel's colour is that of the ray through its
-//! centre: with M = projection * view without its translation (the sky is infinitely far away) and
-//! p(z) = M^-1 (x_ndc, y_ndc, z, 1), the ray runs along p(0.5) - p(0), each divided by its w. Rays
-//! of a parallel projection all run along the view axis. Rows are shared by the executor's threads;
-//! each pixel is found by itself, so the bytes do not depend on how. A cancelled executor leaves
-//! rows out.
+//! In: one colour, or a sky and its camera. Out: the bytes of every pixel of the viewport on the
+//! frame; depth is unchanged. A pixel's colour is that of the ray through its centre: with M =
+//! projection * view without its translation (the sky is infinitely far away) and p(z) = M^-1
+//! (x_ndc, y_ndc, z, 1), the ray has the direction p(0.5) - p(0), each divided by its w. All rays
+//! of a parallel projection run along the view axis. The executor's threads share the rows. Each
+//! pixel is computed independently, so the bytes do not depend on the threads. A cancelled executor
+//! leaves rows out.
 
 use super::draw_call::Target;
 use super::rasterize::{blend, opaque};
@@ -15,7 +15,7 @@ use super::viewport::ViewportTransform;
 use crate::scene::{Camera, CameraMatrices, Sky, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 
-/// Paints one colour over the viewport.
+/// Fills the viewport with one colour.
 pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
     let width = target.memory.width();
     let clip = ViewportTransform::new(viewport, width, target.memory.height()).clip;
@@ -30,8 +30,7 @@ pub(super) fn paint(target: &mut Target, viewport: Viewport, color: DVec3) {
     target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
 }
 
-/// Paints a sky over the viewport, as the camera sees it; nothing where the camera makes no
-/// picture.
+/// Paints a sky over the viewport as the camera sees it; nothing if the camera makes no picture.
 pub(super) fn paint_sky(
     target: &mut Target,
     viewport: Viewport,
@@ -65,7 +64,7 @@ pub(super) fn paint_sky(
     target.memory.mark_rows(clip.y0 as u32..clip.y1 as u32);
 }
 
-/// The directions of the rays through points of NDC, world space.
+/// World-space directions of the rays through NDC points.
 struct Rays {
     to_world: DMat4,
 }
@@ -99,7 +98,7 @@ mod tests {
         let fov_rad = std::f64::consts::FRAC_PI_2;
         let perspective = Projection::Perspective { fov_rad, near: 0.1, far: 100.0, on_smaller_side: false };
         let rays = Rays::new(&camera(perspective).matrices(2.0).unwrap());
-        // Looking along -x: right is -z. At 90 degrees on the height the upper edge is 45 degrees
+        // Looking along -x, right is -z. At 90 degrees over the height the upper edge is 45 degrees
         // up.
         for (ndc, expected) in [
             ([0.0, 0.0], DVec3::NEG_X),

@@ -1,21 +1,22 @@
-//! Sorts faces by depth or keeps file order, in lists that are kept from draw to draw.
+//! Face lists of draws, in file order or sorted by depth, with buffers that are reused.
 
 use super::prepared_draw::PreparedDraw;
 use crate::cancel::CancelToken;
 use crate::scene::ShadeMode;
 use std::cmp::Ordering;
 
-/// Recycles an empty list's memory for items of another lifetime.
+/// Reuses an empty list's allocation for items of another lifetime. Both types must have the same
+/// size.
 pub(crate) fn recycle<T, U>(list: Vec<T>) -> Vec<U> {
     debug_assert!(list.is_empty() && size_of::<T>() == size_of::<U>());
     list.into_iter().map(|_| -> U { unreachable!("the list is empty") }).collect()
 }
 
-/// Bytes of a face in the list, and what it takes beside that to be sorted.
+/// Bytes per face of the list, and of the keys for sorting it.
 pub(crate) const FACE_ENTRY_BYTES: u64 = size_of::<(usize, u32)>() as u64;
 pub(crate) const SORT_KEY_BYTES: u64 = size_of::<(f64, usize, u32)>() as u64;
 
-/// A list of faces - object, triangle -, and what sorting it takes.
+/// List of faces as (object index, triangle index), and the buffer for sorting it.
 #[derive(Debug, Default)]
 pub(crate) struct FaceOrder {
     list: Vec<(usize, u32)>,
@@ -23,19 +24,19 @@ pub(crate) struct FaceOrder {
 }
 
 impl FaceOrder {
-    /// The faces.
+    /// Returns the faces.
     pub fn list(&self) -> &[(usize, u32)] {
         &self.list
     }
 
-    /// Bytes that the lists take.
+    /// Returns the bytes that the lists take.
     pub fn size_bytes(&self) -> usize {
         self.list.capacity() * size_of::<(usize, u32)>()
             + self.keyed.capacity() * size_of::<(f64, usize, u32)>()
     }
 
-    /// Takes the faces of all objects that are wanted, in file order; no wireframe's. Only the
-    /// first when it is cancelled.
+    /// Collects the faces of all objects for which `is_included` holds, in file order; wireframes
+    /// have none. A cancelled draw leaves the list incomplete.
     pub fn collect_faces(&mut self, all: &[PreparedDraw], is_included: impl Fn(&PreparedDraw, u32) -> bool) {
         self.list.clear();
         for (object, p) in all.iter().enumerate().filter(|(_, p)| p.call.shade != ShadeMode::Wire) {
@@ -47,28 +48,30 @@ impl FaceOrder {
         }
     }
 
-    /// Puts the faces far to near by view z of their centres; equals stay in file order, which is
-    /// that of their numbers. When it is cancelled, only the first, or in no order.
+    /// Sorts the faces from far to near by the view z of their centres; equal ones stay in file
+    /// order, which is that of their indices. A cancelled sort leaves the list incomplete or
+    /// unsorted.
     pub fn sort(&mut self, all: &[PreparedDraw], cancel: &CancelToken) {
         self.keyed.clear();
         for some in self.list.chunks(FACES_AT_ONCE).take_while(|_| !cancel.is_cancelled()) {
             self.keyed.extend(some.iter().map(|&(o, t)| (all[o].center_z(t), o, t)));
         }
-        // Far first: view z is more negative there. A stable sort would ask for memory.
+        // Far first: view z is more negative there. An unstable sort, because a stable one
+        // allocates.
         sort_in_parts(&mut self.keyed, &|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))), cancel);
         self.list.clear();
         self.list.extend(self.keyed.iter().map(|&(_, object, triangle)| (object, triangle)));
     }
 }
 
-/// Faces between two looks whether the list is still wanted.
+/// Faces between two checks of the cancel token.
 const FACES_AT_ONCE: usize = 1 << 14;
 
-/// Lists of at most so many items are sorted without looking whether they are still wanted: some
-/// ten milliseconds.
+/// Maximum length of a list that is sorted without checking the cancel token: some ten
+/// milliseconds.
 const SORTED_AT_ONCE: usize = 1 << 18;
 
-/// Sorts a list, which is split at its median while it is long; leaves off when it is cancelled.
+/// Sorts a list, splitting it at its median while it is long; stops early when it is cancelled.
 fn sort_in_parts<T>(list: &mut [T], compare: &impl Fn(&T, &T) -> Ordering, cancel: &CancelToken) {
     if cancel.is_cancelled() {
         return;

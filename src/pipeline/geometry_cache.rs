@@ -1,4 +1,4 @@
-//! Cached facts about a mesh: validity, attributes in use, bounds, normals, its indexed form.
+//! Cached facts about a mesh: validity, attributes in use, bounds, normals, indexed mesh.
 
 use super::draw_call::PipelineError;
 use super::normals::{Normals, polygon_normal};
@@ -11,42 +11,42 @@ use glam::{DVec3, DVec4};
 use std::cell::Cell;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// The parts that a draw asks for.
+/// The facts that a draw needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Needs {
-    /// The polygons' normals, and with `true` the means at the positions.
+    /// `Some` for polygon normals; `Some(true)` for the means at the positions too.
     pub normals: Option<bool>,
-    /// The prepared form, and with `true` its normals.
+    /// `Some` for the indexed mesh; `Some(true)` with normals.
     pub prepared: Option<bool>,
-    /// The table of faces that are lit as wholes.
+    /// True for the table of flat-shaded faces.
     pub faces: bool,
 }
 
-/// Faces between two looks whether a table is still wanted.
+/// Faces between two checks of the cancel token.
 const FACES_AT_ONCE: usize = 4096;
 
-/// Facts about one geometry. Everything but the first part is made when it is first asked for.
+/// Facts about one geometry. The public fields are computed at once, the others on first use.
 #[derive(Debug)]
 pub(crate) struct GeometryInfo {
-    /// Whether the mesh points into its own arrays only.
+    /// Result of checking that all indices are within the mesh's arrays.
     pub checked: Result<(), PipelineError>,
-    /// Whether the file gives every corner's normal.
+    /// True if the file gives every corner's normal.
     pub all_normals_given: bool,
-    /// Whether some vertex colour lets light through.
+    /// True if some vertex colour has alpha below 1.
     pub has_clear_colors: bool,
-    /// A polygon of each material that occurs, in the order in which they do.
+    /// One polygon index per material in use, in order of first use.
     pub materials: Vec<u32>,
-    /// The object-space box around all positions.
+    /// Object-space bounding box of all positions; `None` if there are none.
     pub bounds: Option<(DVec3, DVec3)>,
     face_normals: OnceLock<Normals>,
     smooth_normals: OnceLock<Normals>,
     unlit: OnceLock<IndexedMesh>,
     lit: OnceLock<IndexedMesh>,
     faces: OnceLock<FaceTable>,
-    /// Ends the making of normals, tables and prepared forms early; those then have no faces, or
-    /// only the first.
+    /// Token that ends the computation of normals, tables and indexed meshes early; a result is
+    /// then empty or incomplete.
     cancel: CancelToken,
-    /// What the parts above hold of the renderer's budget.
+    /// Budget reservation for the cached parts.
     held: Mutex<Option<Reservation>>,
 }
 
@@ -78,11 +78,11 @@ impl GeometryInfo {
         }
     }
 
-    /// Makes what a draw asks for, as far as it is not there: normals, the prepared form where the
-    /// tile renderer draws, the table of faces that are lit as wholes.
+    /// Computes those facts in `needs` that are missing: normals, the indexed mesh for the tile
+    /// renderer, the table of flat-shaded faces.
     ///
     /// # Errors
-    /// When `budget` has no room for it; what was there before stays.
+    /// When they do not fit `budget`; earlier facts stay.
     pub fn prepare(&self, mesh: &Mesh, needs: Needs, budget: &MemoryBudget) -> Result<(), OverBudget> {
         if self.has(needs) {
             return Ok(());
@@ -114,7 +114,7 @@ impl GeometryInfo {
         let wants_smooth = needs.normals == Some(true)
             || needs.prepared == Some(true) && self.lit.get().is_none() && !self.all_normals_given;
         if wants_smooth && self.smooth_normals.get().is_none() {
-            // Sums, and who was seen last, go again.
+            // Includes the sums and the last polygon per position, which are freed afterwards.
             held.try_cover(have() + polygons * 24 + positions * (24 + 32 + 4))?;
             self.normals(mesh, true);
         }
@@ -146,7 +146,7 @@ impl GeometryInfo {
         room: impl FnMut(u64) -> Result<(), OverBudget>,
     ) -> Result<IndexedMesh, OverBudget> {
         let means = (!self.all_normals_given).then(|| self.normals(mesh, true));
-        // Triangles of one polygon follow each other, and it may have many.
+        // Consecutive triangles share a polygon, which may have many corners.
         let last = Cell::new((u32::MAX, None));
         let face_normal = |t: u32| {
             let polygon = mesh.triangle_polygon[t as usize];
@@ -168,7 +168,7 @@ impl GeometryInfo {
         IndexedMesh::within(mesh, normal_of, room, &self.cancel)
     }
 
-    /// The normals of the polygons, and with `smooth` the means at the positions.
+    /// Returns the polygons' normals and, if `smooth`, the means at the positions.
     pub fn normals(&self, mesh: &Mesh, smooth: bool) -> &Normals {
         match smooth {
             true => self.smooth_normals.get_or_init(|| Normals::of(mesh, true, &self.cancel)),
@@ -176,7 +176,7 @@ impl GeometryInfo {
         }
     }
 
-    /// The prepared form, with normals where `is_lit`.
+    /// Returns the indexed mesh, with normals if `is_lit`.
     pub fn prepared(&self, mesh: &Mesh, is_lit: bool) -> &IndexedMesh {
         if let (false, Some(lit)) = (is_lit, self.lit.get()) {
             return lit;
@@ -190,7 +190,7 @@ impl GeometryInfo {
         self.lit.get_or_init(|| self.prepare_lit(mesh, |_| Ok(())).expect("nothing refuses"))
     }
 
-    /// The table of faces that are lit as wholes.
+    /// Returns the table of flat-shaded faces.
     pub fn faces(&self, mesh: &Mesh) -> &FaceTable {
         self.faces.get_or_init(|| {
             let normals = self.normals(mesh, false);
@@ -199,10 +199,10 @@ impl GeometryInfo {
             table.centers.iter_mut().for_each(|list| list.reserve_exact(faces));
             table.normals.reserve_exact(faces);
             table.colors.reserve_exact(if mesh.colors.is_empty() { 0 } else { faces });
-            // Triangles of one polygon follow each other, and it may have many.
+            // Consecutive triangles share a polygon, which may have many corners.
             let (mut last, mut center, mut color) = (u32::MAX, DVec3::ZERO, DVec4::ONE);
             for (t, &polygon) in mesh.triangle_polygon.iter().enumerate().take(mesh.triangles.len()) {
-                // Normals that were given up are not there, either.
+                // A cancelled computation of normals leaves none to read here.
                 if t % FACES_AT_ONCE == 0 && self.cancel.is_cancelled() {
                     break;
                 }
@@ -226,12 +226,12 @@ impl GeometryInfo {
         })
     }
 
-    /// How many vertices the prepared form has, once there is one.
+    /// Returns the vertex count of the indexed mesh, if it has been computed.
     pub fn vertex_count(&self) -> Option<u64> {
         self.lit.get().or(self.unlit.get()).map(|p| p.vertex_count() as u64)
     }
 
-    /// Bytes that are kept.
+    /// Returns the bytes of all cached facts.
     pub fn size_bytes(&self) -> usize {
         let normals = |n: Option<&Normals>| n.map_or(0, |n| (n.of_polygon.len() + n.of_position.len()) * 24);
         let mesh = |m: Option<&IndexedMesh>| m.map_or(0, IndexedMesh::size_bytes);
@@ -243,14 +243,14 @@ impl GeometryInfo {
     }
 }
 
-/// The object-space unit normal of a triangle by itself; zero without area.
+/// Returns the object-space unit normal of a triangle; zero without area.
 fn triangle_normal(mesh: &Mesh, triangle: u32) -> DVec3 {
     let corners = mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize]);
     let position = |c: &Corner| mesh.positions[c.position as usize];
     polygon_normal(corners.into_iter().map(position)).unwrap_or(DVec3::ZERO)
 }
 
-/// The means of the positions and of the colours of a polygon's corners.
+/// Returns the mean position and mean colour of a polygon's corners.
 fn means_of(mesh: &Mesh, corners: &[Corner]) -> (DVec3, DVec4) {
     let count = corners.len() as f64;
     let sum = corners.iter().fold(DVec3::ZERO, |sum, c| sum + mesh.positions[c.position as usize]);
@@ -258,7 +258,7 @@ fn means_of(mesh: &Mesh, corners: &[Corner]) -> (DVec3, DVec4) {
     (sum / count, corners.iter().fold(DVec4::ZERO, |sum, c| sum + color(c)) / count)
 }
 
-/// Refuses a mesh that points outside its own arrays.
+/// Checks that all indices of a mesh are within its arrays.
 fn check(mesh: &Mesh) -> Result<(), PipelineError> {
     let inside = |what: &'static str, index: u64, len: usize| match index < len as u64 {
         true => Ok(()),
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn a_polygon_of_many_corners_costs_what_its_triangles_do() {
-        // Its corners would be added up for each of its triangles: for hours.
+        // Adding up the corners for every triangle would take hours.
         const COUNT: usize = 300_000;
         let mut mesh = Mesh::from_triangles(vec![DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]);
         let corner = |i: usize| Corner { position: (i % 2) as u32, ..mesh.corners[0] };

@@ -1,9 +1,9 @@
-//! Lighting equations: what colour a point of a surface has.
+//! Lighting equations: the colour of a point of a surface.
 //!
-//! Phong (source 000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n) Il, R = 2(N.L)N - L;
-//! Blinn (X3D, MTL): H = (L+V)/|L+V| in place of R. Specular only where N.L > 0. All vectors are
-//! unit, in world space; L points to the light, V to the viewer. What the texture multiplies (Ka
-//! and Kd terms) and what it does not (Ks and Ke) are kept apart.
+//! Phong (notes 000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n) Il, R = 2(N.L)N - L;
+//! Blinn (X3D, MTL): H = (L+V)/|L+V| in place of R. Specular light occurs only where N.L > 0. All
+//! vectors are unit vectors in world space; L points to the light, V to the viewer. The terms that
+//! a texture multiplies (Ka and Kd) and those that it does not (Ks and Ke) are separate.
 
 use super::tile::{Cone, Exponent, FastLight, LightPosition};
 use crate::math::matrix::unit;
@@ -11,10 +11,10 @@ use crate::math::power::pow;
 use crate::scene::{Attenuation, CameraMatrices, Light, LightKind, LightingModel, Material};
 use glam::DVec3;
 
-/// The strongest attenuation factor: 1/0 would make 0 * inf out of a black colour.
+/// Maximum attenuation factor: with 1/0 a black colour would become 0 * inf.
 const MAX_FACTOR: f64 = 1e30;
 
-/// A colour in two parts, R, G, B each.
+/// A lit colour in two parts, each R, G, B.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LitColor {
     /// The Ka and Kd terms: multiplied by vertex colour and texture.
@@ -23,20 +23,20 @@ pub(crate) struct LitColor {
     pub specular_emissive: DVec3,
 }
 
-/// Where the light falls.
+/// A point to be lit, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfacePoint {
     pub position: DVec3,
-    /// Unit, or zero for a surface without one.
+    /// Unit vector, or zero if the surface has none.
     pub normal: DVec3,
 }
 
-/// How V is found.
+/// Source of the view vector V.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ViewerPosition {
-    /// From every point to the eye.
+    /// V points from each surface point to this eye position.
     Eye(DVec3),
-    /// The same everywhere (parallel projections).
+    /// V is constant (parallel projections).
     Axis(DVec3),
 }
 
@@ -48,7 +48,7 @@ impl ViewerPosition {
         }
     }
 
-    /// V; zero at the eye itself.
+    /// Returns V; zero at the eye itself.
     fn direction_from(&self, position: DVec3) -> DVec3 {
         match *self {
             ViewerPosition::Eye(eye) => unit(eye - position).unwrap_or(DVec3::ZERO),
@@ -57,11 +57,12 @@ impl ViewerPosition {
     }
 }
 
-/// A light with what does not depend on the point.
+/// A light with the values that do not depend on the surface point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedLight {
     light: Light,
-    /// For DIR unit towards the light, for spots the unit axis; zero without direction.
+    /// For a directional light, the unit vector towards it; for spots, the unit axis; zero without
+    /// direction.
     direction: DVec3,
     /// Cosine of a SPOT's half angle.
     cos_angle: f64,
@@ -81,7 +82,8 @@ impl PreparedLight {
         PreparedLight { light: *light, direction, cos_angle }
     }
 
-    /// L and the strength that reaches `p` (attenuation times cone); `None` where nothing does.
+    /// Returns L and the light's strength at `p` (attenuation times cone); `None` if the light does
+    /// not reach it.
     fn reach(&self, p: DVec3) -> Option<(DVec3, f64)> {
         let clamped = self.light.clamp_attenuation;
         match self.light.kind {
@@ -112,18 +114,18 @@ impl PreparedLight {
     }
 }
 
-/// What one light adds at one point, with the numbers on the way.
+/// Contribution of one light at one point, with intermediate values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LightTerm {
-    /// Unit, to the light.
+    /// L, the unit vector to the light.
     pub to_light: DVec3,
     /// Attenuation times cone.
     pub strength: f64,
-    /// N.L; not above 0 where the light is behind the surface.
+    /// N.L; at most 0 if the light is behind the surface.
     pub n_dot_l: f64,
-    /// R, or H after Blinn, where a highlight was asked for.
+    /// R, or H in the Blinn model; `None` without a specular term.
     pub mirror: Option<DVec3>,
-    /// R.V or N.H, clamped to 0..1, and its power n.
+    /// R.V or N.H, clamped to 0..1, and its n-th power.
     pub cosine: f64,
     pub power: f64,
     /// R, G, B of the three terms.
@@ -133,7 +135,7 @@ pub(crate) struct LightTerm {
 }
 
 impl PreparedLight {
-    /// `None` where the light does not reach.
+    /// Returns the light's terms at a point; `None` if it does not reach it. `v` is V.
     #[inline]
     fn term(&self, point: SurfacePoint, material: &Material, v: DVec3) -> Option<LightTerm> {
         let (l, strength) = self.reach(point.position)?;
@@ -174,14 +176,14 @@ impl PreparedLight {
     }
 }
 
-/// Unit vector and distance from `p` to a light; `None` when it is at the point.
+/// Returns unit vector and distance from `p` to a light; `None` if they coincide.
 fn towards(light: DVec3, p: DVec3) -> Option<(DVec3, f64)> {
     let to = light - p;
     let l = unit(to)?;
     Some((l, to.dot(l)))
 }
 
-/// 1 / (c + l d + q d^2); X3D clamps the sum at 1.
+/// Returns 1 / (c + l d + q d^2); X3D clamps the sum to at least 1.
 fn strength(a: Attenuation, d: f64, clamped: bool) -> f64 {
     let sum = a.c + a.l * d + a.q * d * d;
     if sum.is_nan() {
@@ -200,13 +202,13 @@ pub(crate) struct Lighting {
 }
 
 impl Lighting {
-    /// The lights that can add anything, in order; black ones are left out.
+    /// Collects the lights that can contribute, in order; black ones are left out.
     #[cfg(test)]
     pub fn new<'a>(lights: impl Iterator<Item = &'a Light>, ambient: DVec3, viewer: ViewerPosition) -> Self {
         Lighting::new_in(lights, ambient, viewer, Vec::new())
     }
 
-    /// The same in a list that is not used any more.
+    /// Collects the lights that can contribute into a recycled list.
     pub fn new_in<'a>(
         lights: impl Iterator<Item = &'a Light>,
         ambient: DVec3,
@@ -219,17 +221,17 @@ impl Lighting {
         Lighting { prepared_lights, ambient, viewer }
     }
 
-    /// The list, for another draw.
+    /// Returns the list, for another draw to reuse.
     pub fn into_lights(self) -> Vec<PreparedLight> {
         self.prepared_lights
     }
 
-    /// How many lights take part.
+    /// Returns the number of lights that can contribute.
     pub fn light_count(&self) -> usize {
         self.prepared_lights.len()
     }
 
-    /// Whether the colour of `material` depends on where a point is and how it is turned.
+    /// Returns whether the colour of `material` depends on a point's position and normal.
     pub fn depends_on_point(&self, material: &Material) -> bool {
         let answers = |c: DVec3| c != DVec3::ZERO;
         material.model != LightingModel::Unlit
@@ -239,7 +241,7 @@ impl Lighting {
             })
     }
 
-    /// The colour where no light makes a difference.
+    /// Returns the colour of a material that no light affects.
     pub fn constant(&self, material: &Material) -> LitColor {
         match material.model {
             // The emissive colour is all there is: vertex colour and texture multiply it.
@@ -252,8 +254,8 @@ impl Lighting {
         }
     }
 
-    /// The lights as the kernels want them, in their frame, to the list given; `None` where f32
-    /// does not carry one.
+    /// Fills `fast` with the lights in the kernels' format. `point` and `direction` transform to
+    /// shading space. Returns `None` if a value is out of range for f32 kernels.
     pub fn fast(
         &self,
         material: &Material,
@@ -307,7 +309,7 @@ impl Lighting {
         Some(())
     }
 
-    /// The colour of one point.
+    /// Returns the colour of one point.
     pub fn at(&self, point: SurfacePoint, material: &Material) -> LitColor {
         let mut lit = self.constant(material);
         if material.model == LightingModel::Unlit {
@@ -323,14 +325,14 @@ impl Lighting {
         lit
     }
 
-    /// V at a point, and what each light that reaches it adds there, in order.
+    /// Returns V at a point, and the terms of each light that reaches it, in order.
     pub fn terms(&self, point: SurfacePoint, material: &Material) -> (DVec3, Vec<LightTerm>) {
         let v = self.viewer.direction_from(point.position);
         let prepared_lights = self.prepared_lights.iter().filter(|_| material.model != LightingModel::Unlit);
         (v, prepared_lights.filter_map(|prepared_light| prepared_light.term(point, material, v)).collect())
     }
 
-    /// The ambient light.
+    /// Returns the ambient light.
     pub fn ambient(&self) -> DVec3 {
         self.ambient
     }

@@ -1,17 +1,16 @@
-//! Lines and points in space: the mesh's own, and the edges of a wireframe.
+//! Lines and points of a mesh, and the edges of a wireframe.
 //!
-//! A line is clipped by the six planes (source 000), its ends go to the pixels that hold them, and
-//! Bresenham's midpoint line joins them (source 001), both ends lit; the cost is that of the part
-//! on the frame. Lines are not lit: they have the colour Ke + Kd (an unlit material's emission),
-//! times vertex colours. Depth runs straight on the screen between the ends. A wide line is that
-//! line with each pixel repeated along the axis that it runs less along, at the same depth; the
-//! steps of a pattern are counted from the first pixel that the six planes leave, and go on along
-//! lines that hang together.
+//! A line is clipped by the six planes (notes 000); its ends go to the pixels that contain them,
+//! joined by Bresenham's midpoint line (notes 001), both ends included. The cost is that of the
+//! part on the frame. Lines are not lit: their colour is Ke + Kd (an unlit material's emission),
+//! times vertex colours. Depth is linear on the screen between the ends. A wide line is that line
+//! with each pixel repeated along the minor axis at the same depth. Pattern steps are counted from
+//! the first pixel after clipping, and continue along connected lines.
 //!
 //! SHADE wire draws each polygon edge once, from the lower position index, if CULL leaves one of
-//! its polygons. Under HIDE zbuffer hidden lines are removed by depth: the faces go into the depth
-//! memory first, without colour, and a line's pixel is seen when its depth, or that of one of its
-//! own faces there, is not behind what is stored.
+//! its polygons. Under HIDE zbuffer hidden lines are removed by depth: the faces are first drawn
+//! into the depth memory only, and a line's pixel is visible if its depth, or that of one of its
+//! own faces there, is not behind the stored one.
 
 use super::clip::{ClipVertex, ClippedLine, clip_line};
 use super::draw_call::{DrawStats, Target};
@@ -25,29 +24,29 @@ use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Ma
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
-/// What runs along a line: w - z, world x y z, colour r g b a.
+/// Varyings of a line: w - z, world x y z, colour r g b a.
 type LineVertex = ClipVertex<8>;
 
-/// How a line's pixels meet the depth that is there.
+/// Depth test of a line's pixels.
 #[derive(Clone, Copy)]
 enum DepthRule<'p> {
-    /// As a face's: strictly nearer passes.
+    /// As for faces: passes if strictly nearer.
     Strict,
-    /// The edge of faces that are in the depth already: not behind passes, and so does what lies on
-    /// these faces.
+    /// For an edge of faces already in depth memory: passes if not behind, where a pixel may take
+    /// the depth of these faces' planes.
     Edge(&'p [Option<FacePlane>; 2]),
 }
 
-/// An edge of a wireframe: its ends' corner indices, lower position first, and the planes of the
-/// faces on it.
+/// An edge of a wireframe: corner indices of its ends, lower position first, its polygon, and up to
+/// two visible triangles on it.
 struct Edge {
     corners: [u32; 2],
     polygon: usize,
     planes: [Option<u32>; 2],
 }
 
-/// Bytes that a wireframe's edges take at most: a list and a table by their ends, which have room
-/// for twice as many and move, and which faces and polygons are seen.
+/// Returns the maximum bytes of a wireframe's edges: a list and a hash table by their ends, with
+/// doubled capacity and reallocation, and flags of visible faces and polygons.
 pub(crate) fn wire_bytes(mesh: &Mesh) -> u64 {
     let edges = mesh.corners.len() as u64;
     let table = 2 * (size_of::<([u32; 2], usize)>() + 1) as u64;
@@ -59,7 +58,7 @@ impl PreparedDraw<'_> {
     /// Draws the edges of all polygons that CULL leaves.
     pub fn draw_wire(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
-        // Which faces are seen; under zbuffer they hide lines.
+        // Finds the visible faces; under zbuffer they hide lines.
         let hides = self.plan.uses(Part::Coverage) && self.call.hide == HiddenSurface::ZBuffer;
         let mut is_face_seen = Vec::with_capacity(mesh.triangles.len());
         let mut is_seen = vec![false; mesh.polygons.len()];
@@ -90,7 +89,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Each edge of the polygons that are seen, once, in the order in which the file brings them.
+    /// Returns each edge of the visible polygons once, in file order.
     fn edges(&self, is_seen: &[bool], is_face_seen: &[bool]) -> Vec<Edge> {
         let mesh = &self.call.geometry.mesh;
         let mut edges: Vec<Edge> = Vec::new();
@@ -113,7 +112,8 @@ impl PreparedDraw<'_> {
                 });
             }
         }
-        // The seen triangles on each edge: what lies on them is the edge's own surface.
+        // Records the visible triangles on each edge: pixels on them belong to the edge's own
+        // surface.
         for (t, triangle) in mesh.triangles.iter().enumerate().filter(|&(t, _)| is_face_seen[t]) {
             if self.is_cancelled_at(t) {
                 return edges;
@@ -132,7 +132,7 @@ impl PreparedDraw<'_> {
         edges
     }
 
-    /// Whether the draw is to end early, asked at every item of this number and often enough.
+    /// Returns whether the draw is cancelled, asking the token only at every 64th item.
     fn is_cancelled_at(&self, item: usize) -> bool {
         item.is_multiple_of(64) && self.cancel.is_cancelled()
     }
@@ -146,7 +146,7 @@ impl PreparedDraw<'_> {
             if self.is_cancelled_at(i) {
                 return;
             }
-            // A pattern goes on along lines that hang together.
+            // A pattern continues along connected lines.
             if last != Some(from) {
                 pen.step = 0;
             }
@@ -156,7 +156,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Draws the mesh's points, a pixel each.
+    /// Draws the mesh's points, one pixel each.
     pub fn draw_points(&self, target: &mut Target, stats: &mut DrawStats) {
         let mesh = &self.call.geometry.mesh;
         for (i, &c) in mesh.points.iter().enumerate() {
@@ -189,9 +189,9 @@ impl PreparedDraw<'_> {
         ClipVertex { pos_clip: v.clip, varyings: [v.complement, p.x, p.y, p.z, rgb.x, rgb.y, rgb.z, color.w] }
     }
 
-    /// The pixel that holds a clip space point. An end that the six planes left lies in the
-    /// viewport, unless its numbers are at the end of their range: such a one is brought to where
-    /// the steps can be counted.
+    /// Returns the pixel that contains a clip-space point. Ends that were clipped lie in the
+    /// viewport, unless their values are at the end of their range: these are clamped so that steps
+    /// can be counted.
     fn pixel(&self, clip: DVec4) -> [i64; 2] {
         let range = [i32::MIN, i32::MAX].map(f64::from);
         self.assembler.transform.on_screen(clip).map(|v| v.floor().clamp(range[0], range[1]) as i64)
@@ -221,7 +221,7 @@ impl PreparedDraw<'_> {
             }
             let [x, y] = steps.at(k);
             let s = if steps.length == 0 { 0.0 } else { k as f64 / steps.length as f64 };
-            // Perspective-correct: straight in space, not on the screen.
+            // Perspective-correct: linear in space, not on the screen.
             let t = if self.is_affine() { s } else { (s / wb) / ((1.0 - s) / wa + s / wb) };
             let varyings = std::array::from_fn(|i| a.varyings[i] + (b.varyings[i] - a.varyings[i]) * t);
             let (z, complement) = (za + (zb - za) * s, ca + (cb - ca) * s);
@@ -238,7 +238,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// One pixel of a line or point: depth, colour, bytes.
+    /// Draws one pixel of a line or point: depth test, colour, bytes.
     fn put(
         &self,
         pixel: LinePixel,
@@ -278,7 +278,8 @@ impl PreparedDraw<'_> {
                             (z, complement) = (pz, pc);
                         }
                     }
-                    // Two steps of room: the stored face may be the other half of the same polygon.
+                    // A tolerance of two steps: the stored face may be the other half of the same
+                    // polygon.
                     format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0)).saturating_sub(2) <= stored
                 }
             };
@@ -307,20 +308,20 @@ impl PreparedDraw<'_> {
     }
 }
 
-/// How the lines of a draw are drawn, and how far the pattern has come.
+/// Line style of a draw, and the position in its pattern.
 #[derive(Clone)]
 struct Pen {
     style: LineStyle,
-    /// Steps from where the pattern began.
+    /// Steps since the pattern began.
     step: u64,
 }
 
 impl Pen {
-    /// One pixel wide, without gaps.
+    /// One pixel wide, solid.
     const THIN: Pen = Pen { style: LineStyle { width: 1, kind: LineKind::Solid }, step: 0 };
 }
 
-/// Where a line is, in pixels and depth.
+/// A pixel of a line and its depth.
 #[derive(Clone, Copy)]
 struct LinePixel {
     x: i64,
@@ -335,7 +336,7 @@ struct LinePixel {
 struct Steps {
     from: [i64; 2],
     sign: [i64; 2],
-    /// 0 where x is the major axis.
+    /// Major axis: 0 for x, 1 for y.
     major: usize,
     /// n: steps along the major axis.
     length: i64,
@@ -357,7 +358,7 @@ impl Steps {
         }
     }
 
-    /// The steps whose major coordinate is inside the rectangle.
+    /// Returns the steps whose major coordinate is inside the rectangle.
     fn visible(&self, clip: crate::math::coverage::PixelRect) -> std::ops::RangeInclusive<i64> {
         let (low, high) = match self.major {
             0 => (clip.x0 as i64, clip.x1 as i64 - 1),
@@ -393,7 +394,7 @@ mod tests {
             let s = Steps::new(a, b);
             s.visible(clip).map(|k| s.at(k)).collect::<Vec<_>>()
         };
-        // The midpoint variable, one step at a time.
+        // The midpoint variable, updated step by step.
         let naive = |a: [i64; 2], b: [i64; 2]| {
             let (dx, dy) = ((b[0] - a[0]).abs(), (b[1] - a[1]).abs());
             let s = [(b[0] - a[0]).signum(), (b[1] - a[1]).signum()];

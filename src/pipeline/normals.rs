@@ -1,26 +1,26 @@
-//! Normals: of faces, of vertices, and their way into the world.
+//! Normals of faces and vertices, and their transformation to world space.
 //!
-//! In: object space positions and polygons. Out: unit normals, object space until [`NormalMatrix`]
-//! takes them to the world. A vertex is a position index; its normal is the equal-weight mean of
-//! the unit normals of its polygons, normalised again (source 000: a sum of unit normals is not
-//! one). Polygons without area don't count; a mean that vanishes is none.
+//! In: object-space positions and polygons. Out: unit normals, in object space until
+//! [`NormalMatrix`] transforms them. A vertex is a position index; its normal is the equal-weight
+//! mean of the unit normals of its polygons, normalized again (notes 000: a sum of unit normals is
+//! not one). Polygons without area do not count; a mean that vanishes yields no normal.
 
 use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::scene::Mesh;
 use glam::{DMat3, DMat4, DVec3};
 
-/// A mean of unit normals shorter than this a face has cancelled: what is left is rounding.
+/// Length per face below which a sum of unit normals has cancelled: the rest is rounding error.
 const CANCELLED: f64 = 1e-12;
 
-/// Polygons between two looks whether the normals are still wanted.
+/// Polygons between two checks of the cancel token.
 const POLYGONS_AT_ONCE: usize = 4096;
 
-/// The unit normal of a polygon (Newell), counter-clockwise side; `None` without area or with
-/// numbers out of reach.
+/// Returns the unit normal of a polygon by Newell's method, on its counter-clockwise side. Returns
+/// `None` without area, or if the extent is not finite.
 pub(crate) fn polygon_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
     let origin = points.clone().next()?;
-    // Scaled to 1, so that neither huge nor tiny polygons leave the numbers.
+    // Scaled to 1, so that neither huge nor tiny polygons over- or underflow.
     let extent = points.clone().fold(0.0f64, |m, p| m.max((p - origin).abs().max_element()));
     if !(extent > 0.0 && extent.is_finite()) {
         return None;
@@ -35,18 +35,18 @@ pub(crate) fn polygon_normal(points: impl Iterator<Item = DVec3> + Clone) -> Opt
     unit(sum)
 }
 
-/// Object space unit normals: one a polygon, one a position.
+/// Object-space unit normals per polygon and per position.
 #[derive(Debug, Default)]
 pub(crate) struct Normals {
     /// Zero for a polygon without area.
     pub of_polygon: Vec<DVec3>,
-    /// Zero where there is none; empty when no corner needs one.
+    /// Zero where there is none; empty if means were not requested.
     pub of_position: Vec<DVec3>,
 }
 
 impl Normals {
-    /// The polygons' normals and, with `smooth`, the means at the positions; none at all when it is
-    /// cancelled.
+    /// Computes the polygons' normals and, if `smooth`, the means at the positions. Returns empty
+    /// lists when it is cancelled.
     pub fn of(mesh: &Mesh, smooth: bool, cancel: &CancelToken) -> Self {
         let corners = |p: &crate::scene::Polygon| {
             &mesh.corners[p.first_corner as usize..p.first_corner as usize + p.corner_count as usize]
@@ -64,7 +64,7 @@ impl Normals {
             return Normals { of_polygon, of_position: Vec::new() };
         }
         let mut sums = vec![(DVec3::ZERO, 0u32); mesh.positions.len()];
-        // A polygon counts once at each of its positions, however often it comes by.
+        // A polygon counts once at each of its positions, even if it visits one repeatedly.
         let mut last_seen = vec![u32::MAX; mesh.positions.len()];
         for (i, (p, &n)) in mesh.polygons.iter().zip(&of_polygon).enumerate() {
             if i % POLYGONS_AT_ONCE == 0 && cancel.is_cancelled() {
@@ -90,24 +90,24 @@ impl Normals {
     }
 }
 
-/// The inverse transpose of a model matrix, up to a positive factor.
+/// Inverse transpose of a model matrix, up to a positive factor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NormalMatrix(DMat3);
 
 impl NormalMatrix {
     pub fn of(model: &DMat4) -> Self {
         let m = DMat3::from_mat4(*model);
-        // Scaled to 1 first: the cofactors are products of two.
+        // Scaled to 1 first: the cofactors are products of two entries.
         let size = m.to_cols_array().iter().fold(0.0f64, |a, v| a.max(v.abs()));
         let m = if size > 0.0 { m * (1.0 / size) } else { m };
-        // inverse transpose = cofactors / determinant; a flattening model has no inverse but still
+        // inverse transpose = cofactors / determinant; a singular model has no inverse but still
         // has cofactors.
         let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         NormalMatrix(if m.determinant() < 0.0 { cofactors * -1.0 } else { cofactors })
     }
 
-    /// The unit world normal of an object space normal; `None` when it has no direction.
+    /// Returns the unit world normal of an object-space normal; `None` if it has no direction.
     pub fn apply(&self, normal: DVec3) -> Option<DVec3> {
         unit(self.0 * unit(normal)?)
     }
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_mean_of_equal_weights_and_one_that_cancels() {
-        // Two big and one tiny face at position 0: weights are equal all the same.
+        // Two big faces and a tiny one at position 0: their weights are equal nevertheless.
         let p = [[0., 0., 0.], [9., 0., 0.], [0., 9., 0.], [0., 0., 1e-3], [0., 1e-3, 0.]].map(DVec3::from);
         let mesh = Mesh::from_triangles(p.to_vec(), &[[0, 1, 2], [0, 4, 3], [0, 0, 1]]);
         let n = Normals::of(&mesh, true, &NEVER);
@@ -159,8 +159,7 @@ mod tests {
                 assert!(n.dot(t).abs() < 1e-15, "{model}");
             }
         }
-        // A mirror keeps the outside outside: the normal of the face x = 1 of a box points away
-        // from its middle.
+        // A mirror keeps normals outward: that of a box's face x = 1 points away from its middle.
         let mirror = NormalMatrix::of(&matrix::scale(DVec3::new(-1.0, 1.0, 1.0)));
         assert_eq!(mirror.apply(DVec3::X), Some(-DVec3::X));
         assert_eq!(NormalMatrix::of(&DMat4::ZERO).apply(DVec3::X), None);

@@ -1,9 +1,11 @@
-//! The plain path over threads: faces set up in pieces of the list, then drawn band by band of
-//! rows, in the list's order.
+//! Rasterizes faces in submission order, for alpha blending and the painter's algorithm; on a pool,
+//! in bands of rows.
 //!
-//! Every pixel belongs to one band and every band draws its faces in order, so bytes, depths and
-//! ids are those of the plain path for everything that it draws: transparency, fog, every depth
-//! format, painter. With a level of vectors, faces that allow it are drawn by them.
+//! In: a list of faces of prepared draws. Out: bytes, depths and ids in the target. Faces are
+//! prepared in batches of the list. Every pixel belongs to one band and every band draws its faces
+//! in order, so the result equals that of the plain path for all that it draws: transparency, fog,
+//! every depth format, painter. If a SIMD level is given, supported faces are drawn by vector
+//! kernels.
 
 use super::assemble::Face;
 use super::depth_sort::{FACE_ENTRY_BYTES, recycle};
@@ -20,15 +22,14 @@ use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 
-/// Faces that are set up before they are drawn: bounds what the set-ups take.
+/// Faces prepared before they are drawn: bounds the memory for prepared faces.
 const BATCH: usize = 8192;
 /// Rows of a band.
 const BAND_ROWS: u32 = 16;
-/// Boxes of fewer pixels than this together are drawn by the calling thread: waking others costs
-/// more.
+/// Total bounding-box pixels below which the calling thread draws alone: waking others costs more.
 const FEW_PIXELS: u64 = 20_000;
 
-/// A face ready for its pixels.
+/// A face ready to be rasterized.
 struct PreparedFace<'a> {
     object: usize,
     triangle: u32,
@@ -38,18 +39,18 @@ struct PreparedFace<'a> {
     blended_face: Option<BlendedFace<'a>>,
 }
 
-/// A face, unless nothing of it is seen, and what was counted on the way.
+/// A face, or `None` if nothing of it is visible, and the statistics of preparing it.
 type PreparedFaceResult<'a> = (Option<PreparedFace<'a>>, DrawStats);
 
-/// Fewer faces than this are set up by the calling thread.
+/// Number of faces below which the calling thread prepares them alone.
 const FEW_FACES: usize = 64;
 
-/// Bytes that drawing `faces` faces in order takes beside their vertices.
+/// Returns the bytes for drawing `faces` faces in submission order, apart from their vertices.
 pub(crate) fn face_list_bytes(faces: u64) -> u64 {
     faces.min(BATCH as u64) * size_of::<PreparedFaceResult>() as u64 + faces * FACE_ENTRY_BYTES
 }
 
-/// Lists that one draw leaves to the next.
+/// Buffers that one draw leaves to the next for reuse.
 #[derive(Default)]
 pub(crate) struct FaceList {
     blended_setups: Vec<BlendedSetup>,
@@ -63,7 +64,7 @@ impl fmt::Debug for FaceList {
 }
 
 impl FaceList {
-    /// Bytes that the lists take.
+    /// Returns the bytes that the lists take.
     pub fn size_bytes(&self) -> usize {
         self.prepared_faces.capacity() * size_of::<PreparedFaceResult>()
             + self.blended_setups.capacity() * size_of::<BlendedSetup>()
@@ -71,8 +72,8 @@ impl FaceList {
     }
 }
 
-/// Draws a list of faces - object, triangle - in its order. All objects are drawn through one
-/// viewport, with one rule for depth.
+/// Draws a list of faces, given as (object index, triangle index), in its order. All objects must
+/// have the same viewport and depth settings.
 pub(crate) fn draw_in_order(
     (executor, level): (&CancellableExecutor, Option<Level>),
     lists: &mut FaceList,
@@ -148,7 +149,7 @@ pub(crate) fn draw_in_order(
     lists.blended_setups = blended_setups;
 }
 
-/// What all bands draw.
+/// Shared inputs of all bands.
 struct Work<'w, 'a> {
     all: &'w [PreparedDraw<'a>],
     faces: &'w [PreparedFaceResult<'w>],
@@ -157,7 +158,7 @@ struct Work<'w, 'a> {
 }
 
 impl Work<'_, '_> {
-    /// Halves the canvas until it is a band.
+    /// Splits the target rows in halves down to single bands, and draws these on the pool.
     fn share(&self, target_rows: TargetRows, rows: Range<u32>) -> (DrawStats, Range<u32>) {
         if rows.len() as u32 <= BAND_ROWS {
             return self.draw_band(target_rows);
@@ -191,7 +192,7 @@ impl Work<'_, '_> {
     }
 }
 
-/// The smallest range that holds both, either of which may be empty.
+/// Returns the smallest range that contains both, either of which may be empty.
 fn joined(a: Range<u32>, b: Range<u32>) -> Range<u32> {
     match (a.is_empty(), b.is_empty()) {
         (true, _) => b,

@@ -1,9 +1,9 @@
-//! The plane of one face: what depth and weights a pixel's centre has on it.
+//! Plane equation of a face: depth and barycentrics over the screen.
 //!
-//! In: three clip space corners, unsnapped, some of which may have w <= 0. Out: at any NDC point
-//! (X, Y) the weights of the corners and the depth. Homogeneous form (Olano, Greer, "Triangle scan
+//! In: three clip-space corners, unsnapped, some of which may have w <= 0. Out: at any NDC point
+//! (X, Y) the corners' weights and the depth. The form is homogeneous (Olano, Greer, "Triangle scan
 //! conversion using 2D homogeneous coordinates", 1997), relative to one corner so that small faces
-//! far from the axis keep their digits:
+//! far from the axis keep their precision:
 //!
 //! ```text
 //! q = (X, Y, 1) = b0 v0 + b1 v1 + b2 v2      with v = (x, y, w) of a corner
@@ -11,10 +11,10 @@
 //! z/w of the pixel = b0 z0 + b1 z1 + b2 z2
 //! ```
 //!
-//! b / sum(b) are the perspective-correct weights, b_i w_i those straight on the screen. No
-//! division by any w but that of the reference corner, which is the one nearest the middle of the
-//! view. The corners are put in an order that depends on their positions alone, so the depth of a
-//! face is the same bits in any corner order.
+//! b / sum(b) are the perspective-correct barycentrics, b_i w_i those linear on the screen. The
+//! only division by a corner's w is by that of the reference corner, which is the one nearest the
+//! middle of the view. The corners are sorted by their positions alone, so a face's depth has the
+//! same bits in any corner order.
 
 use super::vertex::Vertex;
 use super::viewport::ViewportTransform;
@@ -23,33 +23,33 @@ use crate::scene::Interpolation;
 /// A face's plane over the screen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacePlane {
-    /// NDC of the reference corner.
+    /// NDC position of the reference corner.
     origin: [f64; 2],
     /// Its 1/w, z/w and (w-z)/w.
     inv_w: f64,
     z: f64,
     complement: f64,
-    /// For the other two corners: b = gradient . (X - X0, Y - Y0), w, and what b adds to z/w and
-    /// (w-z)/w.
+    /// The other two corners: gradient with b = gradient . (X - X0, Y - Y0), w, and the increments
+    /// of z/w and (w-z)/w per b.
     others: [Corner; 2],
     /// w of the reference corner.
     w: f64,
-    /// Where the reference and the other two stand among the caller's corners.
+    /// Indices of the reference corner and the other two among the caller's corners.
     order: [usize; 3],
-    /// Whether all w are positive: the weights on the screen are then weights.
+    /// True if all w are positive, so that the weights can be clamped on the screen.
     in_front: bool,
 }
 
-/// Depth and weights of a face as linear functions of the pixel.
+/// Depth and weights of a face as linear functions of the pixel position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlaneEquation {
-    /// Where the reference corner is, in pixels.
+    /// Position of the reference corner in pixels.
     pub origin: [f64; 2],
-    /// z at the origin, per column, per row.
+    /// z at the origin, and its step per column and per row.
     pub z: [f64; 3],
-    /// 1 - z likewise, free of cancellation.
+    /// 1 - z in the same form, computed without cancellation.
     pub complement: [f64; 3],
-    /// For each corner in the caller's order, b at the origin, per column, per row.
+    /// For each corner in the caller's order: b at the origin, and its step per column and per row.
     pub barycentrics: [[f64; 3]; 3],
 }
 
@@ -59,21 +59,21 @@ impl PlaneEquation {
         base + (dx * (x as f64 + 0.5 - self.origin[0]) + dy * (y as f64 + 0.5 - self.origin[1]))
     }
 
-    /// z at the centre of pixel (x, y).
+    /// Returns z at the centre of pixel (x, y).
     #[inline]
     pub fn z_at(&self, x: i32, y: i32) -> f64 {
         self.at(self.z, x, y)
     }
 
-    /// Whether the face is between near (included) and far (excluded) at the centre of pixel (x,
-    /// y): its z, extrapolated where the centre lies beside the face, and kept within `z_range`,
-    /// the least and greatest z of its corners.
+    /// Returns whether the face lies between near (inclusive) and far (exclusive) at the centre of
+    /// pixel (x, y). A z extrapolated beyond the face is clamped to `z_range`, the range of z at
+    /// its corners.
     #[inline]
     pub fn is_between_near_and_far(&self, z_range: [f64; 2], x: i32, y: i32) -> bool {
         (0.0..1.0).contains(&self.z_at(x, y).max(z_range[0]).min(z_range[1]))
     }
 
-    /// b of a corner at the centre of pixel (x, y).
+    /// Returns b of a corner at the centre of pixel (x, y).
     #[inline]
     pub fn barycentric_at(&self, corner: usize, x: i32, y: i32) -> f64 {
         self.at(self.barycentrics[corner], x, y)
@@ -88,25 +88,25 @@ struct Corner {
     complement: f64,
 }
 
-/// What a pixel is of its face: `b` as above, in the caller's order.
+/// Corner weights b of the module's formula at one point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
-    /// In the caller's order.
+    /// In the caller's corner order.
     b: [f64; 3],
-    /// The same, reference corner first.
+    /// In the plane's own order, reference corner first.
     own: [f64; 3],
 }
 
 impl Weights {
-    /// In the caller's order; their sum is 1/w.
+    /// Returns the weights in the caller's order; their sum is 1/w.
     pub fn values(&self) -> [f64; 3] {
         self.b
     }
 }
 
 impl FacePlane {
-    /// The plane through three corners, at least one of which has w > 0; `None` for a face without
-    /// area, or with numbers that leave f64.
+    /// Creates the plane through three corners, at least one of which has w > 0. Returns `None` for
+    /// a face without area, or if a coefficient is not finite.
     pub fn new(corners: [&Vertex; 3]) -> Option<Self> {
         let order = canonical_order(corners)?;
         let [v0, v1, v2] = order.map(|i| corners[i]);
@@ -146,8 +146,8 @@ impl FacePlane {
         (det != 0.0 && sound).then_some(plane)
     }
 
-    /// The plane over the pixels of a screen: depth, and the weights b, or with `affine` those
-    /// straight on the screen.
+    /// Returns the plane equation in pixels: depth, and the weights b, or b w if `interp` is
+    /// affine.
     pub fn plane_equation(&self, screen: &ViewportTransform, interp: Interpolation) -> PlaneEquation {
         let scale = screen.ndc_per_pixel();
         let [o1, o2] = &self.others;
@@ -181,7 +181,7 @@ impl FacePlane {
         }
     }
 
-    /// The weights at an NDC point of the plane; outside the face some are negative.
+    /// Returns the weights at an NDC point; outside the face some are negative.
     #[inline]
     pub fn weights_at(&self, ndc: [f64; 2]) -> Weights {
         let (dx, dy) = (ndc[0] - self.origin[0], ndc[1] - self.origin[1]);
@@ -198,8 +198,8 @@ impl FacePlane {
         Weights { b, own }
     }
 
-    /// The weights clamped to the face, for a pixel that snapping put up to 1/256 pixel outside of
-    /// it; `None` where the plane has no point in front of the eye.
+    /// Returns the weights clamped to the face, for a pixel that snapping put up to 1/256 pixel
+    /// outside it. Returns `None` where the plane has no point in front of the eye.
     #[inline]
     pub fn clamped(&self, weights: Weights) -> Option<Weights> {
         let own = weights.own;
@@ -207,8 +207,8 @@ impl FacePlane {
             return Some(weights);
         }
         let w = [self.w, self.others[0].w, self.others[1].w];
-        // In front of the eye the weights on the screen are clamped; on a face through the eye
-        // plane, those in space.
+        // With all corners in front of the eye clamp the weights on the screen, otherwise those in
+        // space.
         let scale = if self.in_front { 1.0 } else { 1.0 / (own[0] + own[1] + own[2]) };
         let share = |i: usize| (own[i] * scale * if self.in_front { w[i] } else { 1.0 }).clamp(0.0, 1.0);
         let s = [share(0), share(1), share(2)];
@@ -223,7 +223,7 @@ impl FacePlane {
         (scale > 0.0 && sum > 0.0 && sum.is_finite()).then(|| self.weights(own))
     }
 
-    /// The depth z in [0,1] where the weights are, and 1 - z without cancellation.
+    /// Returns the depth z in [0,1] at these weights, and 1 - z computed without cancellation.
     #[inline]
     pub fn depth(&self, weights: &Weights) -> (f64, f64) {
         let [_, b1, b2] = weights.own;
@@ -231,8 +231,8 @@ impl FacePlane {
         (self.z + (b1 * o1.z + b2 * o2.z), self.complement + (b1 * o1.complement + b2 * o2.complement))
     }
 
-    /// The plane's depth at weights that may lie outside the face, kept between those of its
-    /// corners in front.
+    /// Returns z and 1 - z at weights that may lie outside the face, clamped to the depths of its
+    /// corners in front of the eye. The far limit applies only if all corners are in front.
     pub fn depth_within(&self, weights: &Weights) -> (f64, f64) {
         let at = |b: [f64; 3]| self.depth(&self.weights(b));
         let mut ends = vec![(self.z, self.complement)];
@@ -253,12 +253,13 @@ impl FacePlane {
         (z, complement)
     }
 
-    /// The shares of the corners, which add up to 1; `None` beyond the horizon of the plane.
+    /// Returns the corners' barycentrics, which add up to 1; `None` beyond the horizon of the
+    /// plane. `divide` is false if w is 1 everywhere.
     #[inline]
     pub fn barycentrics(&self, weights: &Weights, interp: Interpolation, divide: bool) -> Option<[f64; 3]> {
         let b = weights.b;
         match interp {
-            // With w = 1 everywhere both are the weights themselves.
+            // With w = 1 everywhere both kinds equal the weights.
             _ if !divide => Some(b),
             Interpolation::Perspective => {
                 let inv_w = b[0] + b[1] + b[2];
@@ -275,8 +276,8 @@ impl FacePlane {
     }
 }
 
-/// Reference corner first: w > 0 and nearest to the middle of the view; the others by their
-/// coordinates.
+/// Returns the corners' order: first the reference corner, which has w > 0 and is nearest the
+/// middle of the view, then the others by their coordinates.
 fn canonical_order(corners: [&Vertex; 3]) -> Option<[usize; 3]> {
     let away = |v: &Vertex| {
         let c = v.clip;

@@ -1,4 +1,4 @@
-//! Stage 1: from a draw call to its plan.
+//! Stage 1: derives a draw call's plan.
 
 use super::assemble::Facing;
 use super::depth_sort::SORT_KEY_BYTES;
@@ -15,13 +15,13 @@ use crate::cancel::CancelToken;
 use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
 use glam::DVec3;
 
-/// Whether faces are sorted before they are drawn, and why.
+/// Reason printed when the painter's algorithm sorts faces.
 pub(crate) const SORTED_BY_PAINTER: &str = "HIDE painter draws far to near";
 
 impl Plan {
-    /// The plan of one DRAW into `target`.
+    /// Creates the plan of one DRAW into `target`.
     ///
-    /// It costs a look at the mesh's polygons and corners, not at its vertices.
+    /// The cost is linear in the mesh's polygons and corners; vertices are not transformed.
     pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
         let lighting = call.lighting(ViewerPosition::Axis(DVec3::Z));
         let mut plan =
@@ -33,12 +33,12 @@ impl Plan {
 }
 
 impl<'a> DrawCall<'a> {
-    /// The lights that reach this mesh.
+    /// Returns the lights that reach this mesh.
     pub(crate) fn lighting(&self, viewer: ViewerPosition) -> Lighting {
         self.lighting_in(viewer, Vec::new())
     }
 
-    /// The same in a list that another draw has left.
+    /// Returns the lights that reach this mesh, in a list recycled from another draw.
     pub(crate) fn lighting_in(&self, viewer: ViewerPosition, recycled: Vec<PreparedLight>) -> Lighting {
         match self.light_subset {
             None => Lighting::new_in(self.lights.iter(), self.ambient, viewer, recycled),
@@ -49,7 +49,9 @@ impl<'a> DrawCall<'a> {
         }
     }
 
-    /// The material and texture of a polygon seen from one side: its own, or the draw's.
+    /// Returns the material and texture of a polygon seen from one side. The back material comes
+    /// first, then the polygon's own material, then the draw's; the texture is the polygon's own or
+    /// the draw's.
     pub(crate) fn material_of(&self, polygon: &Polygon, side: Facing) -> (&'a Material, Option<&'a Texture>) {
         let own = match polygon.material {
             NONE => None,
@@ -63,12 +65,13 @@ impl<'a> DrawCall<'a> {
         (material, texture.or(self.texture))
     }
 
-    /// Whether a face with this material and texture lets light through, vertex colours aside.
+    /// Returns whether a face with this material and texture can be transparent, vertex colours
+    /// aside.
     pub(crate) fn is_transparent(material: &Material, texture: Option<&Texture>) -> bool {
         material.transparency > 0.0 || texture.is_some_and(Texture::has_alpha)
     }
 
-    /// Which sides of faces can be seen.
+    /// Returns the sides of faces that CULL leaves visible.
     fn sides(&self) -> &'static [Facing] {
         match self.cull {
             Cull::Back => &[Facing::Front],
@@ -172,7 +175,8 @@ pub(crate) fn plan_draw(
     plan
 }
 
-/// What the polygons ask for.
+/// Requirements of the polygons: whether any is lit, textured or transparent, and the bytes of all
+/// textures in use.
 #[derive(Default)]
 struct Asks {
     light: bool,
@@ -184,7 +188,7 @@ struct Asks {
 fn asks_of(call: &DrawCall, lighting: &Lighting, geometry_info: &GeometryInfo) -> Asks {
     let mesh = &call.geometry.mesh;
     let mut asks = Asks::default();
-    // Most meshes have few: those need no list.
+    // Most meshes have few textures; those need no allocation.
     let (mut few, mut count, mut more) = ([std::ptr::null(); 8], 0, Vec::new());
     for p in geometry_info.materials.iter().map(|&p| &mesh.polygons[p as usize]) {
         for &side in call.sides() {
@@ -320,13 +324,12 @@ fn has_colors(call: &DrawCall) -> bool {
     !call.geometry.mesh.colors.is_empty()
 }
 
-/// More products of faces and vertices than this are not looked at to find out whether a mesh is
-/// convex.
+/// Maximum product of faces and vertices at which a mesh is tested for convexity.
 const CONVEX_LIMIT: u64 = 4_000_000;
 
-/// Whether no face of this draw can lie in front of another: one face alone, or a closed convex
-/// solid of which CULL leaves one side. Its faces must be opaque, for a pixel on a seam is then the
-/// same whichever face comes last.
+/// Returns whether no face of this draw can lie in front of another: a single face, or a closed
+/// convex solid of which CULL leaves one side. The caller must know that the faces are opaque, so
+/// that a pixel on a seam is the same whichever face comes last.
 pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
     let mesh = &call.geometry.mesh;
     if !mesh.lines.is_empty() || !mesh.points.is_empty() || call.shade == ShadeMode::Wire {
@@ -339,8 +342,8 @@ pub(crate) fn nothing_can_hide(call: &DrawCall) -> bool {
     }
 }
 
-/// Whether the triangles close a convex body: every edge is met once from each side, and no vertex
-/// lies above a face.
+/// Returns whether the triangles bound a closed convex body: every edge occurs once in each
+/// direction, and no vertex lies above a face.
 fn is_convex_solid(geometry: &crate::scene::Geometry) -> bool {
     let mesh = &geometry.mesh;
     if mesh.triangles.len() as u64 * mesh.positions.len() as u64 > CONVEX_LIMIT {

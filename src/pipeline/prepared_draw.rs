@@ -1,4 +1,4 @@
-//! A draw made ready: its plan, and the tables that hold for all of its faces.
+//! A prepared draw: its plan, and the data that all of its faces share.
 
 mod face;
 
@@ -19,7 +19,7 @@ use crate::scene::{CameraMatrices, FillStyle, Interpolation, ShadeMode};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Which faces of a draw are wanted.
+/// Selection of a draw's faces by transparency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Layer {
     All,
@@ -27,7 +27,7 @@ pub(crate) enum Layer {
     Transparent,
 }
 
-/// Lists that a draw leaves to another one.
+/// Buffers that one draw leaves to another for reuse.
 #[derive(Debug, Default)]
 pub(crate) struct RecycledLists {
     prepared_lights: Vec<PreparedLight>,
@@ -35,29 +35,29 @@ pub(crate) struct RecycledLists {
 }
 
 impl RecycledLists {
-    /// Bytes that the lists take.
+    /// Returns the bytes that the lists take.
     pub fn size_bytes(&self) -> usize {
         self.prepared_lights.capacity() * size_of::<PreparedLight>()
             + self.vertices.capacity() * size_of::<Vertex>()
     }
 }
 
-/// One draw with everything that is found once.
+/// One draw with everything that is computed once per draw.
 pub(crate) struct PreparedDraw<'a> {
     pub call: &'a DrawCall<'a>,
     pub plan: Plan,
     pub assembler: Assembler,
-    /// All vertices, or none yet.
+    /// All transformed vertices, or empty before [`PreparedDraw::transform_all`].
     vertices: Vec<Vertex>,
     pub lighting: Lighting,
     pub geometry_info: Arc<GeometryInfo>,
     pub normal_matrix: NormalMatrix,
-    /// Ends long loops over faces, lines and points early.
+    /// Token that ends long loops over faces, lines and points early.
     pub cancel: &'a CancelToken,
 }
 
 impl<'a> PreparedDraw<'a> {
-    /// Stages 1 to 3. Nothing is written; an error leaves the memories untouched.
+    /// Runs stages 1 to 3. Nothing is written, so an error leaves the target untouched.
     pub fn new(
         call: &'a DrawCall<'a>,
         target: &Target,
@@ -74,8 +74,9 @@ impl<'a> PreparedDraw<'a> {
         Ok(prepared)
     }
 
-    /// The same with what is known of the geometry; positions are transformed one by one when they
-    /// are asked for, until [`PreparedDraw::transform_all`]. Its lists are made in `recycled`.
+    /// Runs stage 1 with cached facts about the geometry. Positions are transformed one by one on
+    /// demand until [`PreparedDraw::transform_all`] is called. Its lists reuse the buffers of
+    /// `recycled`.
     pub fn with(
         call: &'a DrawCall<'a>,
         target: &Target,
@@ -89,7 +90,10 @@ impl<'a> PreparedDraw<'a> {
         Ok(prepared)
     }
 
-    /// Refuses what no picture can be made of; the camera's matrices, unless they are at hand.
+    /// Checks the draw and returns the camera's matrices: `camera` if given, otherwise computed.
+    ///
+    /// # Errors
+    /// When the model matrix or the mesh is invalid, or the camera makes no picture.
     pub fn check(
         call: &DrawCall,
         geometry_info: &GeometryInfo,
@@ -103,7 +107,7 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// A draw that was checked, seen by this camera.
+    /// Prepares a draw that has passed [`PreparedDraw::check`], with this camera.
     pub fn of(
         call: &'a DrawCall<'a>,
         camera: CameraMatrices,
@@ -115,7 +119,7 @@ impl<'a> PreparedDraw<'a> {
         let transform = Transform { model: call.model, camera, screen };
         let lighting = call.lighting_in(ViewerPosition::of(&camera), recycled.prepared_lights);
         recycled.vertices.clear();
-        // 1: what this draw needs
+        // Stage 1: the plan.
         let plan = plan_draw(call, target, &lighting, &geometry_info);
         PreparedDraw {
             call,
@@ -129,7 +133,7 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// What this draw asks to be known of its geometry.
+    /// Returns the facts that this draw needs of its geometry.
     pub fn needs(&self) -> Needs {
         let plan = &self.plan;
         let is_lit = [Part::LightPixels, Part::LightVertices, Part::LightFaces].iter().any(|p| plan.uses(*p));
@@ -142,7 +146,7 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// Vertices that come in.
+    /// Returns the number of vertices to transform.
     pub fn vertices_in(&self) -> u64 {
         match self.plan.uses(Part::TransformVertices) {
             true => self.call.geometry.mesh.positions.len() as u64,
@@ -150,7 +154,8 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// 2: all positions to clip space and the screen; 3: normals.
+    /// Stage 2: transforms all positions to clip space and the screen, unless that is done. A
+    /// cancelled draw leaves the list incomplete.
     pub fn transform_all(&mut self) {
         if self.vertices.is_empty() && self.plan.uses(Part::TransformVertices) {
             let positions = &self.call.geometry.mesh.positions;
@@ -161,12 +166,12 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// The lists, for another draw.
+    /// Returns the buffers for another draw to reuse.
     pub fn into_recycled(self) -> RecycledLists {
         RecycledLists { prepared_lights: self.lighting.into_lights(), vertices: self.vertices }
     }
 
-    /// The vertex of a position.
+    /// Returns the transformed vertex of a position index.
     #[inline]
     pub fn vertex(&self, position: u32) -> Vertex {
         match self.vertices.get(position as usize) {
@@ -175,7 +180,7 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// 3: the normals that the plan asks for.
+    /// Stage 3: returns the normals that the plan requires.
     fn normals(&self) -> Option<&Normals> {
         let smooth = self.plan.uses(Part::VertexNormals);
         self.plan
@@ -187,7 +192,7 @@ impl<'a> PreparedDraw<'a> {
         &self.assembler.transform
     }
 
-    /// Makes the memories that the plan asks for and that are not there yet.
+    /// Creates the depth memory if the plan requires it and the target has none that fits.
     pub fn open_buffers(&self, target: &mut Target) {
         if !self.plan.uses(Part::DepthMemory) {
             return;
@@ -199,41 +204,41 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// The triangles in the order in which they are drawn.
+    /// Returns the triangles in drawing order.
     pub fn face_order(&self) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.call.geometry.mesh.triangles.len() as u32).collect();
         if self.plan.uses(Part::SortFaces) {
-            // Far first: view z is more negative there. Stable, so equals keep the file's order.
+            // Far first: view z is more negative there. Stable, so equal ones keep file order.
             order.sort_by(|&a, &b| self.center_z(a).total_cmp(&self.center_z(b)));
         }
         order
     }
 
-    /// Stages 4 and 5 for one triangle.
+    /// Runs stages 4 and 5 for one triangle.
     pub fn assemble(&self, triangle: u32, stats: &mut DrawStats) -> Option<Face> {
         self.assembler.face(self.corner_vertices(triangle).each_ref(), stats)
     }
 
-    /// Stages 4 to 10 for one triangle, if it belongs to `layer`.
+    /// Runs stages 4 to 10 for one triangle, if it belongs to `layer`.
     pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
         if self.is_in(triangle, layer) {
             self.draw_any_face(triangle, target, stats);
         }
     }
 
-    /// Whether a triangle belongs to `layer`.
+    /// Returns whether a triangle belongs to `layer`.
     pub fn is_in(&self, triangle: u32, layer: Layer) -> bool {
         layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
     }
 
-    /// Stages 4 to 10 for one triangle.
+    /// Runs stages 4 to 10 for one triangle.
     pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
         let Some(face) = self.assemble(triangle, stats) else { return };
         let shade = self.shade(triangle, face.side, stats);
         self.cover(&face, &shade, triangle, WriteMask::Color, target, stats);
     }
 
-    /// Stages 6, 7 and 10 for one triangle, into the depth alone.
+    /// Runs stages 6, 7 and 10 for one triangle, writing depth only.
     pub fn draw_depth(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
         let Some(face) = self.assemble(triangle, stats) else { return };
         let shade = FaceShade {
@@ -268,12 +273,12 @@ impl<'a> PreparedDraw<'a> {
         target.memory.mark_rows(written);
     }
 
-    /// The memories of this draw.
+    /// Returns the target's rows as this draw may write them.
     pub fn target_rows<'t>(&self, target: &'t mut Target) -> TargetRows<'t> {
         TargetRows::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
     }
 
-    /// What covers and colours the faces of this draw.
+    /// Returns the rasterizer of this draw's faces.
     pub fn raster<'r, 't>(&'r self, target_rows: &'r mut TargetRows<'t>) -> Raster<'r, 't> {
         Raster {
             target_rows,
@@ -285,13 +290,13 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// Whether values run straight on the screen.
+    /// Returns whether attributes are interpolated linearly on the screen.
     pub fn is_affine(&self) -> bool {
         self.call.interp == Interpolation::Affine
     }
 }
 
-/// Refuses what no picture can be made of.
+/// Checks that the model matrix is finite and affine, and that the mesh's indices are valid.
 fn check(call: &DrawCall, geometry_info: &GeometryInfo) -> Result<(), PipelineError> {
     if !call.model.is_finite() {
         return Err(PipelineError::NotFinite { what: "the model matrix" });

@@ -1,7 +1,7 @@
-//! Stages 6, 7 and 10: a face to pixels - coverage, depth, and the bytes.
+//! Stages 6, 7 and 10: coverage, depth test and pixel writes of a face.
 //!
-//! Each covered pixel is decided for itself, at its centre, in f64: no value is carried from pixel
-//! to pixel.
+//! Each covered pixel is evaluated independently at its centre, in f64: no value is carried from
+//! pixel to pixel.
 
 use super::assemble::Face;
 use super::draw_call::{DrawStats, Target};
@@ -18,30 +18,31 @@ use crate::simd::Level;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// A byte of a colour: floor(255 clamp(c, 0, 1) + 0.5); NaN is 0.
+/// Converts a colour component to a byte: floor(255 clamp(c, 0, 1) + 0.5); NaN gives 0.
 #[inline]
 pub(crate) fn to_byte(c: f64) -> u8 {
-    // The cast takes NaN to 0.
+    // The cast converts NaN to 0.
     (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// Some rows of the memories that a draw writes, and which of their pixels it may.
+/// Some rows of a render target, and the clip rectangle of the draw.
 pub(crate) struct TargetRows<'t> {
-    /// Pixels in a row.
+    /// Pixels per row.
     width: usize,
-    /// What may be drawn, in pixels of the frame: no row outside of this canvas.
+    /// Clip rectangle in pixels of the frame; it lies within these rows.
     clip: PixelRect,
-    /// The first row.
+    /// Index of the first row.
     y0: u32,
     bytes: &'t mut [u8],
     depth: Option<(DepthFormat, DepthWords<'t>)>,
     ids: Option<&'t mut [[u32; 2]]>,
-    /// Rows that were written.
+    /// Range of rows that were written.
     pub written: Range<u32>,
 }
 
 impl<'t> TargetRows<'t> {
-    /// The whole frame. With `depth`, depth is tested and written, and ids where they are kept.
+    /// Returns all rows of the frame. With `depth`, depth is tested and written, and so are ids if
+    /// the target has a pick buffer.
     pub fn new(target: &'t mut Target, clip: PixelRect, depth: bool) -> Self {
         let size = (target.memory.width(), target.memory.height());
         let depth = target.depth.as_mut().filter(|_| depth).map(|d| (d.format(), d.words_mut()));
@@ -51,12 +52,12 @@ impl<'t> TargetRows<'t> {
         TargetRows { width: size.0 as usize, clip, y0: 0, bytes, depth, ids, written: 0..0 }
     }
 
-    /// The rows that may be drawn.
+    /// Returns the rows inside the clip rectangle.
     pub fn rows(&self) -> Range<i32> {
         self.clip.y0..self.clip.y1
     }
 
-    /// The rows above `row` of the frame, and those from it on.
+    /// Splits into the rows above `row` of the frame, and those from it on.
     pub fn split(self, row: u32) -> (Self, Self) {
         let (width, y0) = (self.width, self.y0);
         let end = y0 + (self.bytes.len() / (width * 4)) as u32;
@@ -104,29 +105,29 @@ impl<'t> TargetRows<'t> {
     }
 }
 
-/// What a draw does with a pixel that passed, in every mode the same for all of its faces.
+/// Rasterizer state that all faces of a draw share.
 pub(crate) struct Raster<'r, 't> {
     pub target_rows: &'r mut TargetRows<'t>,
     pub screen: &'r ViewportTransform,
     pub lighting: &'r Lighting,
     pub interp: Interpolation,
-    /// Whether w differs from 1 anywhere.
+    /// True unless w is 1 everywhere.
     pub divide: bool,
     pub name: u32,
 }
 
-/// Which memories a pixel writes.
+/// Buffers that a pixel writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WriteMask {
-    /// Colour, and depth where it is kept (transparent faces don't write it).
+    /// Colour, and depth if the draw has it (transparent faces do not write it).
     Color,
-    /// Depth alone: what hides the lines of a wireframe.
+    /// Depth only: the hidden-line removal of a wireframe.
     DepthOnly,
 }
 
 impl Face {
-    /// The colour and opacity of the face at the centre of a pixel; `None` where its plane shows
-    /// nothing there.
+    /// Returns the colour and opacity of the face at the centre of a pixel; `None` where its plane
+    /// has no point in front of the eye.
     pub fn pixel(
         &self,
         shade: &FaceShade,
@@ -143,7 +144,7 @@ impl Face {
         self.color_at(&weights, shade, [x, y], screen, lighting, (interp, divide), stats)
     }
 
-    /// 8 and 9: attributes and colour where the weights are.
+    /// Stages 8 and 9: returns the interpolated colour at these weights.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "a pixel's whole surroundings")]
     fn color_at(
@@ -165,7 +166,7 @@ impl Face {
 }
 
 impl Raster<'_, '_> {
-    /// Draws one face; `triangle` is its number for the pick buffer.
+    /// Draws one face; `triangle` is its index for the pick buffer.
     pub fn face(
         &mut self,
         face: &Face,
@@ -185,7 +186,7 @@ impl Raster<'_, '_> {
                 let mut row_is_written = false;
                 for x in xs {
                     let ndc = screen.ndc_of_pixel(x, y);
-                    // 7: depth
+                    // Stage 7: depth
                     stats.pixels_tested += 1;
                     let Some(weights) = plane.clamped(plane.weights_at(ndc)) else { continue };
                     if crossing.is_some_and(|plane| !plane.is_between_near_and_far(face.z_range, x, y)) {
@@ -205,7 +206,7 @@ impl Raster<'_, '_> {
                         target_rows.store_depth(index, passed, [name, triangle]);
                         continue;
                     }
-                    // 8 and 9: attributes and colour
+                    // Stages 8 and 9: attributes and colour
                     let (rgb, opacity) = match (shade.fill.at(x, y), solid) {
                         (Filling::Nothing, _) => continue,
                         (Filling::Hatch(color), _) => (color, 1.0),
@@ -226,7 +227,7 @@ impl Raster<'_, '_> {
                             }
                         }
                     };
-                    // 10: the bytes
+                    // Stage 10: the bytes
                     if !shade.is_transparent {
                         target_rows.store_depth(index, passed, [name, triangle]);
                     }
@@ -248,7 +249,7 @@ impl Raster<'_, '_> {
 }
 
 impl Raster<'_, '_> {
-    /// Draws one face by vectors, to the same bytes.
+    /// Draws one face by the vector kernels, with the same bytes as [`Raster::face`].
     pub fn blended_face(
         &mut self,
         level: Level,
@@ -304,7 +305,7 @@ impl Raster<'_, '_> {
     }
 }
 
-/// How far the texture runs from the pixel to its neighbours on the right and below, on the face's
+/// Returns the steps of u, v from a pixel to its neighbours on the right and below, on the face's
 /// plane.
 pub(crate) fn footprint(
     plane: &FacePlane,
@@ -323,12 +324,13 @@ pub(crate) fn footprint(
     }
 }
 
-/// The bytes of an opaque colour.
+/// Returns the bytes of an opaque colour.
 pub(crate) fn opaque(rgb: DVec3) -> Rgba {
     [to_byte(rgb.x), to_byte(rgb.y), to_byte(rgb.z), 255]
 }
 
-/// new = old * t + rgb * (1 - t) on the bytes in memory, t = 1 - opacity.
+/// Blends a colour onto a pixel: new = old * t + rgb * (1 - t) on the bytes in memory, t = 1 -
+/// opacity.
 pub(crate) fn blend(pixel: &mut [u8], rgb: DVec3, opacity: f64) {
     let opacity = opacity.clamp(0.0, 1.0);
     let t = 1.0 - opacity;

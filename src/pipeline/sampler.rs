@@ -1,24 +1,25 @@
-//! Textures: which level of detail, and what colour.
+//! Texture sampling: level of detail, wrapping and filtering.
 //!
-//! (0,0) is the lower left corner of the picture, texel centres are at .5. L is the longer of the
-//! two footprint vectors to (x+1,y) and (x,y+1) in texels of level 0, D = log2 L (source 003); each
+//! (0,0) is the lower left corner of the picture; texel centres are at .5. L is the longer of the
+//! two footprint vectors to (x+1,y) and (x,y+1) in texels of level 0, D = log2 L (notes 003); each
 //! level is sampled in its own size.
 
 use crate::math::power::log2;
 use crate::scene::{Filter, Sampling, Texture, Wrap};
 use glam::DVec2;
 
-/// How far apart neighbouring pixels are on the texture.
+/// Distance of neighbouring pixels on the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Footprint {
-    /// The u, v steps to the pixel on the right and to the one below.
+    /// Steps of u, v to the pixel on the right and to the one below.
     Steps(DVec2, DVec2),
     /// A neighbour lies beyond the horizon of the face's plane.
     Horizon,
 }
 
 impl Footprint {
-    /// D = log2 of the longer step in texels; +inf beyond the horizon, -inf for no step.
+    /// Returns D = log2 of the longer step in texels; +inf beyond the horizon, -inf for a step of
+    /// zero.
     pub fn level(&self, width: u32, height: u32) -> f64 {
         let Footprint::Steps(right, down) = self else { return f64::INFINITY };
         let size = DVec2::new(width as f64, height as f64);
@@ -27,7 +28,8 @@ impl Footprint {
     }
 }
 
-/// The texture's R, G, B, A in 0..1 at `uv`. `level` is D; only the mip filters look at it.
+/// Returns the texture's R, G, B, A in 0..1 at `uv`. `level` returns D; only the mip filters call
+/// it.
 pub(crate) fn sample(
     texture: &Texture,
     sampling: Sampling,
@@ -57,11 +59,11 @@ pub(crate) fn sample(
     texel.map(|c| c / 255.0)
 }
 
-/// A coordinate in texels of a side of `size`, (0 at the left or lower end), kept where whole
-/// numbers are exact.
+/// Converts a coordinate to texels of a side of `size` (0 at the left or lower end), within the
+/// range where integers are exact.
 fn in_texels(coordinate: f64, wrap: Wrap, size: u32) -> f64 {
     match wrap {
-        // Whole turns are dropped first: what is left is exact, however far out the coordinate was.
+        // The integer part is dropped first: the rest is exact, however large the coordinate was.
         Wrap::Repeat => (coordinate - coordinate.floor()) * size as f64,
         Wrap::Clamp => (coordinate * size as f64).clamp(-1.0, size as f64 + 1.0),
     }

@@ -1,7 +1,7 @@
-//! Stages 8 and 9: what runs across a face, and the colour that it gives a pixel.
+//! Stages 8 and 9: attribute interpolation and the colour of a pixel.
 //!
-//! In: the shares of a face's corners at a pixel (they add up to 1). Out: R, G, B (unclamped) and
-//! opacity. What is the same on the whole face is found once a face.
+//! In: barycentrics of a pixel in its face. Out: R, G, B (unclamped) and opacity. Values that are
+//! constant on a face are computed once per face.
 
 use super::draw_call::DrawStats;
 use super::light::{Lighting, LitColor, SurfacePoint};
@@ -10,43 +10,43 @@ use crate::math::matrix::unit;
 use crate::scene::{FillStyle, Fog, FogKind, Material, Sampling, Texture, TextureStages};
 use glam::{DVec2, DVec3, DVec4};
 
-/// How the light part of a face's colour is found.
+/// Frequency at which a face is lit.
 #[derive(Clone, Debug)]
 pub(crate) enum ShadingFrequency<'a> {
-    /// One colour on the face.
+    /// Per face: one colour.
     Constant(LitColor),
-    /// Lit at the corners, vertex colours already in.
+    /// Per vertex: lit at the corners, vertex colours included.
     Vertices([LitColor; 3]),
-    /// Lit at each pixel with the interpolated normal.
+    /// Per pixel, with the interpolated normal.
     Pixels {
         material: &'a Material,
         normals: [DVec3; 3],
-        /// For normals that cancel on the way.
+        /// Replaces an interpolated normal that vanishes.
         face_normal: DVec3,
     },
 }
 
-/// Everything of a face that its pixels' colours depend on.
+/// Inputs of a face's pixel colours.
 #[derive(Clone, Debug)]
 pub(crate) struct FaceShade<'a> {
     pub light: ShadingFrequency<'a>,
-    /// Vertex colours that run across the face.
+    /// Vertex colours, interpolated across the face.
     pub colors: Option<[DVec4; 3]>,
     pub texture: Option<(&'a Texture, Sampling, [DVec2; 3])>,
-    /// Several textures in place of one, and the numbers of the face's corners.
+    /// Multitexturing stages in place of one texture, and the face's corner indices.
     pub stages: Option<(&'a TextureStages, [u32; 3])>,
-    /// Which pixels show the face.
+    /// Fill style: pixels that show the face.
     pub fill: FillStyle,
-    /// World positions, where something asks for them.
+    /// World positions; zero if neither lighting nor fog needs them.
     pub positions: [DVec3; 3],
-    /// 1 - transparency, times the alpha of a colour that holds for the whole face.
+    /// 1 - transparency, times the alpha of a colour that is constant on the face.
     pub opacity: f64,
     pub fog: Option<(Fog, DVec3)>,
-    /// Whether the face lets light through: it is blended, and writes no depth.
+    /// True if the face is transparent: it is blended and writes no depth.
     pub is_transparent: bool,
 }
 
-/// A value between three corners' values; equal corners give exactly their value.
+/// Interpolates three corners' values; equal corners give exactly their value.
 macro_rules! between {
     ($v:expr, $barycentrics:expr) => {
         $v[0] + ($v[1] - $v[0]) * $barycentrics[1] + ($v[2] - $v[0]) * $barycentrics[2]
@@ -54,7 +54,7 @@ macro_rules! between {
 }
 
 impl FaceShade<'_> {
-    /// The colour and opacity where nothing runs across the face.
+    /// Returns colour and opacity if they are constant on the face.
     pub fn solid(&self) -> Option<(DVec3, f64)> {
         match self {
             FaceShade {
@@ -69,8 +69,8 @@ impl FaceShade<'_> {
         }
     }
 
-    /// The colour and opacity at a pixel. `footprint` is asked for only by the mip filters; it gets
-    /// the u, v corners.
+    /// Returns colour and opacity at a pixel. Only the mip filters call `footprint`, with the
+    /// corners' u, v.
     pub fn at(
         &self,
         barycentrics: [f64; 3],
@@ -118,7 +118,7 @@ impl FaceShade<'_> {
             let texel = |number: usize| {
                 let stage = &stages.stages[number];
                 let uv = corners.map(|c| stage.texcoords.get(c as usize).copied().unwrap_or(DVec2::ZERO));
-                // X3D's textures are filtered by four texels of their first level.
+                // X3D textures are filtered bilinearly on level 0.
                 let texture = stage.texture.as_deref();
                 texture.map_or([1.0; 4], |t| sample(t, stage.sampling, between!(uv, barycentrics), || 0.0))
             };
@@ -138,13 +138,14 @@ impl FaceShade<'_> {
     }
 }
 
-/// The u, v at the shares, relative to the first corner's: differences of it keep their digits far
-/// from 0.
+/// Returns u, v at these barycentrics relative to the first corner, so that differences keep their
+/// precision far from 0.
 pub(crate) fn uv_from_first(uv: &[DVec2; 3], barycentrics: [f64; 3]) -> DVec2 {
     (uv[1] - uv[0]) * barycentrics[1] + (uv[2] - uv[0]) * barycentrics[2]
 }
 
-/// X3D's fog interpolant: 1 all of the surface's own colour, 0 all fog; `distance` from the eye.
+/// Returns X3D's fog interpolant at `distance` from the eye: 1 for the surface's colour alone, 0
+/// for fog alone.
 pub(crate) fn visibility(fog: &Fog, distance: f64) -> f64 {
     let range = fog.visibility_range;
     if range.is_nan() || range <= 0.0 {

@@ -1,4 +1,4 @@
-//! The 12x10 tables of notes 003, drawn; and small pictures as text.
+//! The 12x10 tables of notes 003 as pictures, and other small pictures as text.
 
 use super::*;
 use crate::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
@@ -15,7 +15,7 @@ fn vec3(v: &Value) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|i| number(&v[i])))
 }
 
-/// An object of a mesh with a material.
+/// Returns an object of a mesh with a material.
 fn object(name: &str, mesh: Mesh, material: Material) -> Object {
     Object {
         name: name.into(),
@@ -32,8 +32,7 @@ fn object(name: &str, mesh: Mesh, material: Material) -> Object {
     }
 }
 
-/// The scene that a table's inputs describe: triangles that only give off light, seen from (0, 0,
-/// 8).
+/// Returns the scene that a table's inputs describe: emissive triangles, seen from (0, 0, 8).
 fn table_scene(inputs: &Value) -> Scene {
     let objects = inputs["objects_in_order"].as_array().unwrap().iter().map(|o| {
         let points = (0..3).map(|i| vec3(&o["points"][i])).collect();
@@ -104,7 +103,7 @@ fn golden_opaque_tables_in_every_format() {
         assert!(depth.is_none(), "HIDE none makes no depth");
         assert_colors(&memory, &g["expected"]["colour_without_zbuffer"], "without zbuffer");
     }
-    // The painter draws blue, which is farther, first: as the z-buffer shows it.
+    // The painter draws blue first, which is farther: the result equals the z-buffer's.
     let (memory, _) = draw_table(&scene, DepthFormat::F32, HiddenSurface::Painter);
     assert_colors(&memory, &g["expected"]["colour_with_zbuffer"], "painter");
 }
@@ -127,7 +126,7 @@ fn golden_transparent_tables() {
             "({x},{y})"
         );
     }
-    // Green is tested against depth but leaves none: only blue's is there.
+    // Green is tested against depth but writes none: only blue's depth is stored.
     let (_, alone) = draw_table(&blue, DepthFormat::F32, HiddenSurface::ZBuffer);
     let (depth, alone) = (depth.unwrap(), alone.unwrap());
     assert!((0..120).all(|i| depth.word(i) == alone.word(i)));
@@ -145,7 +144,7 @@ fn golden_depth_values() {
     for case in cases {
         let d = number(&case["view_distance"]);
         let (near, far) = (number(&case["near"]), number(&case["far"]));
-        // A face square to the view, at distance d from an eye at z = 8.
+        // A face perpendicular to the view axis, at distance d from an eye at z = 8.
         let z = 8.0 - d;
         let mesh = Mesh::from_triangles(
             vec![DVec3::new(-9.0, -9.0, z), DVec3::new(9.0, -9.0, z), DVec3::new(0.0, 9.0, z)],
@@ -167,7 +166,7 @@ fn golden_depth_values() {
     }
 }
 
-/// A frame as letters: `.` black, `r`, `g`, `b` by the brightest channel, `w` for grey.
+/// Returns a frame as letters: `.` black, `r`, `g`, `b` by the brightest channel, `w` for grey.
 fn letters(memory: &VideoMemory) -> String {
     let letter = |p: &[u8; 4]| match p {
         [0, 0, 0, _] => '.',
@@ -180,7 +179,7 @@ fn letters(memory: &VideoMemory) -> String {
     rows.map(|r| r.iter().map(letter).collect::<String>() + "\n").collect()
 }
 
-/// A box of half size `h` with quads, counter-clockwise from outside.
+/// Returns a box of half size `h` made of quads, counter-clockwise from outside.
 fn box_mesh(h: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..8 {
@@ -225,8 +224,8 @@ fn a_wire_cube_has_12_edges_and_depth_hides_three() {
     assert_eq!(letters(&front), HIDDEN_CUBE, "\n{}", letters(&front));
     let (hidden, _) = wire_cube(HiddenSurface::ZBuffer, Cull::Back, 30);
     assert_eq!(letters(&hidden), HIDDEN_CUBE, "\n{}", letters(&hidden));
-    // With every face drawn, depth alone hides the three: but for the pixel where one ends on the
-    // outline.
+    // With every face drawn, depth alone hides the three edges, except for the pixel where one ends
+    // on the outline.
     let (hidden, stats) = wire_cube(HiddenSurface::ZBuffer, Cull::None, 30);
     assert_eq!(stats.lines_drawn, 12);
     let off = |m: &VideoMemory| letters(m).bytes().zip(HIDDEN_CUBE.bytes()).filter(|(a, b)| a != b).count();
@@ -256,7 +255,7 @@ fn lines_and_points_are_hidden_by_depth_and_keep_their_colours() {
     let camera =
         Camera { projection: Projection::Ortho { window, near: 1.0, far: 9.0 }, ..Camera::default() };
     let call = DrawCall { camera, ambient: DVec3::ONE, ..DrawCall::new(&geometry, &material, 16, 12) };
-    // Ka 0: the face is black, and the line is in front of it only on its right half.
+    // With Ka 0 the face is black, and the line is in front of it only on its right half.
     draw(&mut target, &call).unwrap();
     assert_eq!(letters(&memory), LINE_AND_POINT, "\n{}", letters(&memory));
 }
@@ -279,7 +278,7 @@ fn pick_remembers_the_last_face_that_wrote_depth() {
         ids.get(9, 9)
     };
     let nearer = crate::math::matrix::translate(DVec3::Z);
-    // The front of the box is polygon 0: triangles 0 and 1.
+    // Polygon 0 is the front of the box: triangles 0 and 1.
     assert!(matches!(shot(&solid, 7, DMat4::IDENTITY, HiddenSurface::ZBuffer), Some((7, 0 | 1))));
     assert!(matches!(shot(&glass, 8, nearer, HiddenSurface::ZBuffer), Some((7, _))), "glass writes no depth");
     assert!(matches!(shot(&solid, 9, nearer, HiddenSurface::None), Some((7, _))), "HIDE none writes none");

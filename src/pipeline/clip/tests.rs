@@ -2,7 +2,7 @@ use super::*;
 use crate::pipeline::golden;
 use proptest::prelude::*;
 
-/// x, y, z, h and then the varyings.
+/// x, y, z, h, followed by the varyings.
 fn vertex(v: &serde_json::Value) -> ClipVertex<3> {
     let v: Vec<f64> = v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
     ClipVertex {
@@ -76,7 +76,7 @@ fn any_vertex() -> impl Strategy<Value = ClipVertex<3>> {
 }
 
 proptest! {
-    // Much that is asked about lies outside altogether, and says nothing.
+    // Many random inputs lie entirely outside and test nothing.
     #![proptest_config(ProptestConfig { max_global_rejects: 20_000, ..ProptestConfig::default() })]
 
     #[test]
@@ -97,12 +97,13 @@ proptest! {
         prop_assert!(ends.iter().all(|v| (0..6).all(|plane| distance(plane, v.pos_clip) >= -1e-12)));
     }
 
-    /// Two faces on the edge ab, run along in opposite directions: what the edge gives is the same bits in both.
+    /// Two faces share the edge ab in opposite directions: both get the same bits from it.
     #[test]
     fn new_vertices_on_a_shared_edge_are_the_same(p in prop::array::uniform4(any_vertex())) {
         let [a, b, c, d] = p;
         let (one, other) = (clip_polygon(&[a, b, c]), clip_polygon(&[b, a, d]));
-        // A point of the edge has varyings that lie on the segment from a's to b's, and so no part of c's or d's.
+        // Varyings of a point on the edge lie on the segment from a's to b's, so none comes from c
+        // or d.
         let mark = |v: ClipVertex<3>, m: f64| ClipVertex { varyings: [m, v.varyings[1], v.varyings[2]], ..v };
         let ring = clip_polygon(&[mark(a, 0.0), mark(b, 0.0), mark(c, 1.0)]);
         let on_edge: Vec<usize> = (0..ring.len()).filter(|&i| ring[i].varyings[0] == 0.0).collect();

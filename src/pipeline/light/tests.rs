@@ -47,7 +47,7 @@ fn shiny(n: f64) -> Material {
     Material { ks: DVec3::ONE, n, ..Material::default() }
 }
 
-/// The colour at the origin of a face that looks along +z, seen along (0, 0, 1).
+/// Returns the colour at the origin of a face that looks along +z, seen along (0, 0, 1).
 fn at_origin(light: Light, material: &Material) -> LitColor {
     let lighting = Lighting::new([light].iter(), DVec3::ZERO, ViewerPosition::Axis(DVec3::Z));
     lighting.at(SurfacePoint { position: DVec3::ZERO, normal: DVec3::Z }, material)
@@ -64,7 +64,7 @@ fn phong_reflects_and_blinn_halves() {
     assert!(
         (at_origin(directional(l, DVec3::ONE), &blinn).specular_emissive.x - 1.8 * 1.8 / 3.6).abs() < 1e-15
     );
-    // From behind nothing shines, not even where R.V would.
+    // From behind there is no light, not even where R.V would be positive.
     let behind = at_origin(directional(DVec3::new(0.0, 0.6, -0.8), DVec3::ONE), &shiny(0.0));
     assert_eq!((behind.diffuse_ambient, behind.specular_emissive), (DVec3::ZERO, DVec3::ZERO));
 }
@@ -101,7 +101,7 @@ fn attenuation_falls_with_distance_and_x3d_clamps_it() {
     assert!((base(2.0, true) - 1.3).abs() < 1e-14);
     assert!((base(9.0, true) - 1.3 / 5.95).abs() < 1e-14);
     assert_eq!(base(10.5, true), 0.0);
-    // At the surface point it gives nothing at all.
+    // A light at the surface point contributes nothing.
     assert_eq!(base(0.0, false), 0.0);
     let dark = Attenuation { c: 0.0, l: 0.0, q: 0.0 };
     for p in [DVec3::Z, -DVec3::Z, DVec3::Z * 1e-300, DVec3::Z * 1e200] {

@@ -1,4 +1,4 @@
-//! What a plan leaves out, case by case, and that the draw then does without.
+//! Tests of the parts that a plan leaves out, and that the draw then does without.
 
 use super::*;
 use crate::memory::{DepthFormat, VideoMemory};
@@ -45,7 +45,7 @@ fn triangle() -> Mesh {
     mesh
 }
 
-/// A tetrahedron: closed and convex.
+/// Returns a tetrahedron: closed and convex.
 fn solid() -> Mesh {
     let p = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]].map(DVec3::from);
     Mesh::from_triangles(p.to_vec(), &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -63,7 +63,8 @@ fn texture(alpha: u8) -> Option<(Arc<Texture>, Sampling)> {
     Some((Arc::new(Texture::new(2, 2, vec![alpha; 16]).unwrap()), Sampling::default()))
 }
 
-/// The plan of a scene on 20x20 pixels; and what drawing it did, and whether it made a depth memory.
+/// Returns the plan of a scene on 20x20 pixels, the statistics of drawing it, and whether it
+/// created a depth memory.
 fn plan_and_draw(scene: &Scene, change: impl FnOnce(&mut SceneOptions)) -> (Plan, DrawStats, bool) {
     let mut options = SceneOptions::new(20, 20);
     change(&mut options);
@@ -122,11 +123,11 @@ fn one_emissive_triangle_needs_no_light_no_attribute_and_no_depth() {
     ];
     assert_absent(&plan, &without);
     assert!(!has_depth && stats.pixels_written > 30 && stats.pixels_lit + stats.vertices_lit == 0);
-    // A stream's future is not known: there the depth is kept.
+    // A stream may continue, so its depth is kept.
     let (plan, _, has_depth) = plan_and_draw(&dark, |_| {});
     assert!(plan.uses(Part::DepthMemory) && has_depth);
     assert_eq!(plan.item(Part::DepthMemory).bytes, 800);
-    // A black light is no light, and an unlit material asks for none.
+    // A black light contributes nothing, and an unlit material needs no light.
     let black = Scene { lights: vec![Light { color: DVec3::ZERO, ..prepared_light() }], ..dark };
     assert_absent(&plan_and_draw(&black, whole).0, &LIGHTING);
     thing.material.model = LightingModel::Unlit;
@@ -150,7 +151,7 @@ fn a_flat_convex_solid_needs_no_depth_and_no_interpolation() {
     assert_absent(&plan, &without);
     assert!(plan.uses(Part::FaceNormals) && plan.uses(Part::LightFaces) && plan.uses(Part::CullFaces));
     assert!(!has_depth && stats.vertices_lit == stats.faces_drawn && stats.faces_culled > 0);
-    // Seen from both sides, dented, open, or with another beside it, faces may hide each other.
+    // Seen from both sides, dented, open, or beside another object, faces may hide each other.
     let mut cases = vec![vec![thing.clone(), thing.clone()]];
     let mut both = thing.clone();
     both.cull = Cull::None;
@@ -240,7 +241,7 @@ fn each_shading_lights_where_it_should() {
         assert!(plan.uses(part) && !others.iter().any(|p| plan.uses(*p)), "{plan}");
         assert_eq!(stats.pixels_lit > 0, shade == ShadeMode::Phong);
     }
-    // Normals that the file gives need no faces' normals.
+    // Normals given by the file need no face normals.
     let mut mesh = solid();
     mesh.normals = vec![DVec3::Z];
     mesh.corners.iter_mut().for_each(|c| c.normal = 0);

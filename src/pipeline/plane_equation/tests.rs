@@ -1,4 +1,4 @@
-//! The worked numbers of notes 003 on the plane of one face, and what must hold for every face.
+//! Tests of plane equations: the reference values of notes 003, and properties of all faces.
 
 use super::*;
 use crate::pipeline::golden;
@@ -12,12 +12,12 @@ fn number(v: &Value) -> f64 {
     v.as_f64().unwrap()
 }
 
-/// NDC in a frame of 64 x 64 pixels.
+/// NDC of a point in a frame of 64 x 64 pixels.
 fn ndc(p: [f64; 2]) -> [f64; 2] {
     [p[0] / 32.0 - 1.0, 1.0 - p[1] / 32.0]
 }
 
-/// A corner at a place on the screen, at distance `w` from the eye, with clip depth `z`.
+/// Returns a corner at a screen position, at distance `w` from the eye, with clip depth `z`.
 fn corner(screen: [f64; 2], w: f64, z: f64) -> Vertex {
     let [x, y] = ndc(screen);
     Vertex { clip: DVec4::new(x * w, y * w, z, w), complement: w - z, view_z: -w, screen }
@@ -92,7 +92,7 @@ fn golden_mip_level() {
     }
 }
 
-/// Every number that notes 003 print, from the pipeline's own planes, logarithm and cameras.
+/// Every number printed in notes 003, computed from the pipeline's planes, logarithm and cameras.
 #[test]
 fn golden_printed_numbers() {
     let inputs = golden("seed003_mip_level")["inputs"].clone();
@@ -199,7 +199,8 @@ fn clamped_weights_are_weights() {
         plane.barycentrics(&w, Interpolation::Affine, true).unwrap()
     };
     let close = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14);
-    // Straight weights (.5, .25, .25) stay; (1.25, 0, -.25) become (1, 0, 0); (-.25, .625, .625) halves.
+    // Straight weights (.5, .25, .25) stay; (1.25, 0, -.25) become (1, 0, 0); (-.25, .625, .625)
+    // halves.
     assert!(close(at([3.0, 3.0]), [0.5, 0.25, 0.25]));
     assert!(close(at([1.0, -1.0]), [1.0, 0.0, 0.0]));
     assert!(close(at([6.0, 6.0]), [0.0, 0.5, 0.5]));
@@ -229,7 +230,8 @@ proptest! {
         }
     }
 
-    /// Any affine function of the corners comes back at points of the face, also for corners behind the eye.
+    /// Affine functions of the corners are reproduced at points of the face, also with corners
+    /// behind the eye.
     #[test]
     fn shares_give_back_the_point(
         p in [place(), place(), place()],

@@ -1,4 +1,4 @@
-//! One face of a draw that is made ready: its corners, where it lies, its normals, and what is found of its light at once.
+//! Per-face data of a prepared draw: corners, bounds, normals, and the inputs of its shading.
 
 use super::PreparedDraw;
 use crate::math::coverage::PixelRect;
@@ -13,7 +13,7 @@ use crate::scene::{Corner, ShadeMode, TextureStages};
 use glam::{DVec3, DVec4};
 
 impl<'a> PreparedDraw<'a> {
-    /// View z of a face's centre.
+    /// Returns the view z of a face's centre.
     pub fn center_z(&self, triangle: u32) -> f64 {
         let [a, b, c] = self.corner_vertices(triangle).map(|v| v.view_z);
         (a + b + c) / 3.0
@@ -28,12 +28,13 @@ impl<'a> PreparedDraw<'a> {
         self.corners(triangle).map(|c| self.vertex(c.position))
     }
 
-    /// Columns and rows outside of which a triangle covers nothing, inside the view.
+    /// Returns a pixel rectangle, within the viewport, outside of which a triangle covers nothing.
     pub fn bounds_of(&self, triangle: u32) -> PixelRect {
         self.bounds_around(&self.corner_vertices(triangle))
     }
 
-    /// The same of the triangle with these corners.
+    /// Returns such a rectangle for the triangle with these corners; the viewport's if one is not
+    /// finite.
     pub fn bounds_around(&self, corners: &[Vertex; 3]) -> PixelRect {
         let clip = self.transform().screen.clip;
         if corners.iter().any(|v| !(v.screen[0].is_finite() && v.screen[1].is_finite())) {
@@ -54,14 +55,15 @@ impl<'a> PreparedDraw<'a> {
         self.call.geometry.mesh.triangle_polygon[triangle as usize] as usize
     }
 
-    /// Whether a triangle lets light through, from either side that can be seen.
+    /// Returns whether a triangle is transparent, seen from a side that is visible.
     pub fn is_transparent(&self, triangle: u32) -> bool {
         if !self.plan.uses(Part::ReadBack) {
             return false;
         }
         let polygon = &self.call.geometry.mesh.polygons[self.polygon_of(triangle)];
         let corners = self.corners(triangle);
-        // Which side is seen is known only once the face is on the screen; a back material of another kind is rare.
+        // The visible side is known only once the face is on the screen, which matters only with a
+        // back material.
         let side = match self.call.back_material.is_some() {
             false => Facing::Front,
             true => self.assembler.side(self.corner_vertices(triangle).each_ref()).unwrap_or(Facing::Front),
@@ -77,14 +79,15 @@ impl<'a> PreparedDraw<'a> {
         self.call.geometry.mesh.colors.get(corner.color as usize).copied()
     }
 
-    /// The three corners' u, v, when all have one.
+    /// Returns the three corners' texture coordinates, if all of them have one.
     pub fn texcoords(&self, corners: [&Corner; 3]) -> Option<[glam::DVec2; 3]> {
         let uv = &self.call.geometry.mesh.texcoords;
         let [a, b, c] = corners.map(|c| uv.get(c.texcoord as usize).copied());
         Some([a?, b?, c?])
     }
 
-    /// The unit world normal of a triangle's polygon; its own where the polygon has none; zero without area.
+    /// Returns the unit world normal of a triangle's polygon. Falls back to the triangle's own
+    /// normal, then to zero for a face without area.
     pub fn face_normal(&self, triangle: u32) -> DVec3 {
         let mesh = &self.call.geometry.mesh;
         let polygon = self.polygon_of(triangle);
@@ -97,7 +100,8 @@ impl<'a> PreparedDraw<'a> {
         object.and_then(|n| self.normal_matrix.apply(n)).unwrap_or(DVec3::ZERO)
     }
 
-    /// The unit world normal at a corner: the file's, or the mean, or the face's.
+    /// Returns the unit world normal at a corner: the file's, else the mean of its faces', else the
+    /// face's.
     pub fn corner_normal(&self, corner: &Corner, face_normal: DVec3) -> DVec3 {
         let given = self.call.geometry.mesh.normals.get(corner.normal as usize);
         given
@@ -106,7 +110,7 @@ impl<'a> PreparedDraw<'a> {
             .unwrap_or(face_normal)
     }
 
-    /// The part of stages 8 and 9 that is done once a face.
+    /// Computes the part of stages 8 and 9 that is done once per face.
     pub fn shade(&self, triangle: u32, side: Facing, stats: &mut DrawStats) -> FaceShade<'a> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let polygon = self.polygon_of(triangle);
@@ -162,14 +166,14 @@ impl<'a> PreparedDraw<'a> {
             }
         };
         match (&mut light, colors) {
-            // One colour a face: the mean of its polygon's.
+            // Flat shading has one colour per face: the mean of its polygon's.
             (ShadingFrequency::Constant(lit), Some(_)) if call.shade == ShadeMode::Flat => {
                 let mean = self.polygon_color(polygon);
                 lit.diffuse_ambient *= mean.truncate();
                 opacity *= mean.w;
                 colors = None;
             }
-            // The colours are in the light already; only their alpha runs on.
+            // The light includes the colours already; only their alpha is interpolated.
             (ShadingFrequency::Vertices(_), Some(c)) => {
                 colors = has_alpha.then_some(c.map(|c| DVec4::new(1.0, 1.0, 1.0, c.w)));
             }
@@ -181,7 +185,7 @@ impl<'a> PreparedDraw<'a> {
         FaceShade { light, colors, texture, stages, fill, positions, opacity, fog, is_transparent }
     }
 
-    /// The mean of a polygon's corners, in the world.
+    /// Returns the mean of a polygon's corners in world space.
     pub fn polygon_center(&self, polygon: usize) -> DVec3 {
         let mesh = &self.call.geometry.mesh;
         let corners = mesh.polygon_corners(polygon);
@@ -191,7 +195,7 @@ impl<'a> PreparedDraw<'a> {
         sum / corners.len() as f64
     }
 
-    /// The mean of a polygon's vertex colours.
+    /// Returns the mean of a polygon's vertex colours.
     fn polygon_color(&self, polygon: usize) -> DVec4 {
         let corners = self.call.geometry.mesh.polygon_corners(polygon);
         let sum = corners.iter().fold(DVec4::ZERO, |sum, c| sum + self.color(c).unwrap_or(DVec4::ONE));
