@@ -39,8 +39,8 @@ pub fn blit(memory: &mut VideoMemory, rect: Rect, rgba: &[u8], blend: Blend) -> 
 
 /// Returns the bytes of w x h pixels from (x, y), row by row, without a copy.
 ///
-/// Pixels outside the frame or a negative size are an error. An empty rectangle is none, wherever
-/// it is.
+/// Pixels outside the frame or a negative size are an error. A width or height
+/// of 0 never is, wherever the rectangle lies.
 pub fn rows(memory: &VideoMemory, rect: Rect) -> Result<impl Iterator<Item = &[u8]>, DrawError> {
     let (xs, ys) = source_ranges(memory, rect)?;
     let (xs, stride) = (xs.start * 4..xs.end * 4, memory.stride_bytes());

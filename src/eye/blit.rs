@@ -1,33 +1,34 @@
-//! A picture of the eye in video memory.
+//! Drawing a picture of the eye into video memory.
 //!
-//! In: an [`EyePicture`] and a rectangle of the frame in pixels. Out: opaque bytes, colours clamped to 0..=255 and rounded half up.
-//! A 1-D screen is a band (each pixel a column), a 2-D one a picture, a 3-D one a contact sheet of its layers along axis 3, in
-//! reading order; of further axes likewise. Where the rectangle is not the sheet's size the nearest pixel is taken: column i of w
-//! shows column floor((i + 1/2) n / w). Cells of the sheet without a layer are black.
+//! In: an [`EyePicture`] and a rectangle of the frame in pixels. Out: opaque pixels, colours
+//! clamped to 0..=255 and rounded half up. A 1-D screen is drawn as a band (each pixel a column), a
+//! 2-D one as a picture, a 3-D one as a contact sheet of its layers along axis 3, in reading order;
+//! further axes likewise. If the rectangle is not of the sheet's size the nearest pixel is taken:
+//! column i of w shows column floor((i + 1/2) n / w). Cells of the sheet without a layer are black.
 
 use super::picture::EyePicture;
 use crate::memory::{Rgba, VideoMemory};
 
-/// A cell of the sheet without a layer.
+/// Colour of a cell of the sheet without a layer.
 const EMPTY: Rgba = VideoMemory::CLEAR;
 
-/// How a screen is laid out on a sheet.
+/// Layout of a screen on a contact sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContactSheet {
-    /// Layers side by side.
+    /// Number of layers side by side.
     pub columns: u32,
-    /// Rows of layers.
+    /// Number of rows of layers.
     pub rows: u32,
-    /// Pixels of a layer, across and down.
+    /// Width and height of a layer in pixels.
     pub layer: [u32; 2],
 }
 
 impl ContactSheet {
-    /// The layout of a screen of these pixels: as near to a square as whole layers allow.
+    /// Returns the layout of a screen of `pixels`, as near to a square as complete layers allow.
     pub fn of(pixels: &[u32]) -> Self {
         let layer = [pixels.first().copied().unwrap_or(1), pixels.get(1).copied().unwrap_or(1)];
         let layers: u32 = pixels.iter().skip(2).product();
-        // The longer side of the sheet with so many columns; the shortest is near the square.
+        // The longer side of the sheet with this many columns; the smallest one is near the square.
         let longer = |columns: u32| {
             let (w, h) = (
                 u64::from(columns) * u64::from(layer[0]),
@@ -41,12 +42,13 @@ impl ContactSheet {
         ContactSheet { columns, rows: layers.div_ceil(columns), layer }
     }
 
-    /// Pixels of the whole sheet, across and down.
+    /// Returns the width and height of the entire sheet in pixels.
     pub fn size(&self) -> [u32; 2] {
         [self.columns * self.layer[0], self.rows * self.layer[1]]
     }
 
-    /// The size of a picture of the sheet on its own: a line is a band an eighth as high as it is long.
+    /// Returns the size in pixels of a picture of the sheet: a line becomes a band an eighth as
+    /// high as it is long.
     pub fn picture_size(&self) -> [u32; 2] {
         match self.size() {
             [w, 1] if self.columns == 1 => [w, w.div_ceil(8)],
@@ -54,7 +56,8 @@ impl ContactSheet {
         }
     }
 
-    /// The flat index of the screen's pixel at a place of the sheet, given how many there are, or `None` in an empty cell.
+    /// Returns the flat index of the screen's pixel at (x, y) of the sheet, or `None` in an empty
+    /// cell. `count` is the screen's number of pixels.
     pub fn pixel(&self, x: u32, y: u32, count: usize) -> Option<usize> {
         let [w, h] = self.layer;
         let layer = (y / h * self.columns + x / w) as usize;
@@ -63,7 +66,8 @@ impl ContactSheet {
     }
 }
 
-/// The picture as a sheet of opaque pixels, row after row, of the size of [`ContactSheet::size`].
+/// Returns the picture as a sheet of opaque pixels, row after row, and its size,
+/// [`ContactSheet::size`].
 pub fn contact_sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
     let contact_sheet = ContactSheet::of(&picture.pixels);
     let [w, h] = contact_sheet.size();
@@ -73,27 +77,29 @@ pub fn contact_sheet(picture: &EyePicture) -> ([u32; 2], Vec<Rgba>) {
     ([w, h], (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
 }
 
-/// The pixel of `n` that pixel `i` of `length` shows: the nearest, floor((i + 1/2) n / length).
+/// Returns the pixel of `n` that pixel `i` of `length` shows: the nearest, floor((i + 1/2) n /
+/// length).
 pub fn nearest(i: u32, length: u32, n: u32) -> u32 {
     ((2 * u64::from(i) + 1) * u64::from(n) / (2 * u64::from(length.max(1)))) as u32
 }
 
-/// Clamped and rounded half up.
+/// Clamps to 0..=255 and rounds half up.
 fn opaque(color: [f64; 3]) -> Rgba {
     let [r, g, b] = color.map(|c| (c.clamp(0.0, 255.0) + 0.5).floor() as u8);
     [r, g, b, 255]
 }
 
-/// Draws the picture into the rectangle of `w` x `h` pixels at (x, y); sizes of 0 or less draw nothing.
+/// Draws the picture into the rectangle of `w` x `h` pixels at (x, y). Sizes of 0 or less draw
+/// nothing.
 pub fn blit(picture: &EyePicture, memory: &mut VideoMemory, x: i32, y: i32, w: i32, h: i32) {
     let contact_sheet = ContactSheet::of(&picture.pixels);
     let size = contact_sheet.size();
-    // The visible part alone is walked.
+    // Only the visible part is iterated over.
     let visible = |from: i32, length: i32, limit: u32| {
         let (from, length) = (i64::from(from), i64::from(length.max(0)));
         (-from).clamp(0, length)..(i64::from(limit) - from).clamp(0, length)
     };
-    // Both are at least 0 here: the loops walk the visible part of a rectangle that has one.
+    // Both are at least 0 here: the loops cover the visible part of a non-empty rectangle.
     let source = |i: i64, length: i32, n: u32| nearest(i as u32, length as u32, n);
     for j in visible(y, h, memory.height()) {
         let row = source(j, h, size[1]);
@@ -122,7 +128,7 @@ mod tests {
         }
     }
 
-    /// The red bytes of the frame, a row a line; -- where nothing was drawn.
+    /// Prints the red bytes of the frame, one row for each line; -- where nothing was drawn.
     fn reds(memory: &VideoMemory) -> String {
         let pixel = |p: &[u8]| if p[2] == 255 { format!("{:2} ", p[0]) } else { "-- ".into() };
         let row = |y| memory.row(y).unwrap().chunks(4).map(pixel).collect::<String>();

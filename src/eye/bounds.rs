@@ -1,19 +1,21 @@
-//! Which pixels may see a facet, and how near it can be: conservative boxes.
+//! Conservative bounds of a facet: the pixels that may see it, and its least distance.
 //!
-//! In: a facet in eye space. Out: for each screen axis the half-open range of pixels whose fibre may meet the facet's part with
-//! x_0 > 0 inside the aperture; never too small, `None` when no pixel sees it.
+//! In: a facet in eye space. Out: for each screen axis the half-open range of pixels whose fibre
+//! may meet the facet's part with x_0 > 0 inside the aperture; never too small, `None` if no pixel
+//! sees it.
 
 use super::frame::Screen;
 use crate::math::nvec::{ROUNDING, dot, unit};
 
-/// The pixels that may see the facet, or `None`.
+/// Returns the pixels that may see the facet, or `None`.
 pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -> Option<[[u32; 2]; N]> {
     let m = screen.centres.len();
-    // Slopes x_a / x_0 of the part before the eye; then of the part inside each side of the aperture, which is also before it.
+    // Slopes x_a / x_0 of the part in front of the eye, then of the part inside each side of the
+    // aperture, which is also in front of it.
     let mut slopes = slope_ranges(v, m, v.map(|p| p[0]))?;
     for hidden in m + 1..N {
         for side in [1.0, -1.0] {
-            // A hair wider than the aperture: what lies on its border is inside.
+            // Slightly wider than the aperture: points on its border are inside.
             let tan = screen.tan[hidden] * (1.0 + 1e-9) + 1e-12;
             let part = slope_ranges(v, m, v.map(|p| tan * p[0] - side * p[hidden]))?;
             for a in 0..m {
@@ -25,7 +27,8 @@ pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -
     for a in 0..m {
         let centres = &screen.centres[a];
         let n = centres.len() as f64;
-        // c(j) = c(0) (n-1-2j)/(n-1) falls with j; the pixel index of slope m is (n - 1 - 2 n m d / S) / 2.
+        // c(j) = c(0) (n-1-2j)/(n-1) falls with j; the pixel index of slope m is (n - 1 - 2 n m d /
+        // S) / 2.
         let index = |slope: f64| {
             let step = if centres.len() > 1 { centres[0] - centres[1] } else { 1.0 };
             (centres[0] - slope * screen.distance) / step
@@ -43,11 +46,11 @@ pub(super) fn pixel_box<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>) -
     Some(pixels)
 }
 
-/// The range of x_a / x_0, a = 1..=m, over the part of the simplex with x_0 > 0 and a linear function >= 0 whose values at
-/// the vertices are `sides`, or `None` when it is empty.
+/// Returns the range of x_a / x_0, a = 1..=m, over the part of the simplex with x_0 > 0 and g >= 0,
+/// where g is the linear function with values `sides` at the vertices; `None` if the part is empty.
 ///
-/// The part's corners are vertices and points of edges. Where the part reaches x_0 = 0 the slope grows without bound
-/// towards the sign of x_a there.
+/// The part's corners are vertices and points of edges. Where the part reaches x_0 = 0 the slope
+/// grows without bound towards the sign of x_a there.
 fn slope_ranges<const N: usize>(v: &[[f64; N]; N], m: usize, sides: [f64; N]) -> Option<[[f64; 2]; N]> {
     if v.iter().all(|p| p[0] <= 0.0) || sides.iter().all(|&g| g < 0.0) {
         return None;
@@ -77,7 +80,7 @@ fn slope_ranges<const N: usize>(v: &[[f64; N]; N], m: usize, sides: [f64; N]) ->
     Some(ranges)
 }
 
-/// Calls `include` for the points of the edge p..q where the part's borders, the linear function = 0 and x_0 = 0 cut it.
+/// Calls `include` for the points of edge p..q at which the linear function or x_0 is 0.
 fn edge_corners<const N: usize>(
     p: &[f64; N],
     q: &[f64; N],
@@ -97,7 +100,7 @@ fn edge_corners<const N: usize>(
         let u = p[0] / (p[0] - q[0]);
         let mut point = at(u);
         point[0] = 0.0;
-        // What rounding cannot tell from 0 may go either way.
+        // Coordinates that rounding cannot distinguish from 0 may have either sign.
         for k in 1..N {
             if point[k].abs() <= 1e-12 * (p[k].abs() + q[k].abs()) {
                 point[k] = 0.0;
@@ -107,17 +110,20 @@ fn edge_corners<const N: usize>(
     }
 }
 
-/// A lower bound of the distance of the facet from the eye: that of the box around it, or of the plane before it that faces its
-/// middle. `farthest` is at least the largest length of its vertices.
+/// Returns a lower bound of the facet's distance from the eye: the larger of the distance of its
+/// bounding box and that of the plane in front of it that faces its middle. `farthest` is at least
+/// the largest length of its vertices.
 pub(super) fn nearest<const N: usize>(v: &[[f64; N]; N], farthest: f64) -> f64 {
     let middle = unit(std::array::from_fn(|a| v.iter().map(|p| p[a]).sum()));
-    // Without a middle there is no such plane: NaN gives way to the other.
+    // Without a middle there is no such plane: `max` ignores the NaN.
     (nearest_to_box(v) * (1.0 - 1e-12)).max(along(v, &middle, farthest))
 }
 
-/// The least x.direction on the facet, less what rounding may add: no point is nearer to the eye, `direction` being a unit vector.
+/// Returns the least x.direction on the facet, minus a bound on rounding errors. As `direction` is
+/// a unit vector, no point is nearer to the eye.
 ///
-/// Where a large facet passes close by, its products cancel: the doubt is a part of `farthest`, not of the result.
+/// Where a large facet passes close by, its products cancel: the error is relative to `farthest`,
+/// not to the result.
 #[inline]
 pub(super) fn along<const N: usize>(v: &[[f64; N]; N], direction: &[f64; N], farthest: f64) -> f64 {
     v.iter().fold(f64::INFINITY, |least, p| least.min(dot(p, direction)))
@@ -140,8 +146,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// x.x of the point of the facet with barycentrics `weights`, with twice the digits where it matters: coordinates are whole
-    /// numbers times a power of two, so that no product is rounded.
+    /// Returns x.x of the point of the facet with barycentrics `weights` as a fraction, with
+    /// numerator and denominator in i128: coordinates are integers times a power of two, so no
+    /// product is rounded.
     fn length2(v: &[[i64; 4]; 4], weights: [i64; 4]) -> (i128, i128) {
         let sum: i128 = weights.iter().map(|w| i128::from(*w)).sum();
         let coordinate =
@@ -150,7 +157,8 @@ mod tests {
     }
 
     proptest! {
-        /// Large facets that pass close by the eye, and small ones far away: no point of theirs is nearer than the bounds say.
+        /// Large facets that pass close by the eye, and small ones far away: none of their points
+        /// is nearer than the bounds.
         #[test]
         fn no_point_is_nearer_than_the_bounds(
             near in prop::array::uniform4(prop::array::uniform4(-40i64..40)),
@@ -160,7 +168,8 @@ mod tests {
             weights in prop::array::uniform32(0i64..50),
             direction in prop::array::uniform4(-1.0f64..1.0),
         ) {
-            // Spread along all axes but one, in which all of it lies a little before the eye.
+            // Spread along all axes but one, along which all of it lies slightly in front of the
+            // eye.
             let integers: [[i64; 4]; 4] = std::array::from_fn(|i| {
                 std::array::from_fn(|a| if a == axis { depth + near[i][a].rem_euclid(5) } else { near[i][a] << shift })
             });
@@ -172,7 +181,7 @@ mod tests {
                 let w = [w[0], w[1], w[2], w[3] + 1];
                 let (above, below) = length2(&integers, w);
                 for bound in bounds {
-                    // bound <= sqrt(above / below), squared in whole numbers of 2^-60.
+                    // bound <= sqrt(above / below), squared in integers of 2^-60.
                     let scaled = (bound.max(0.0) / unit_of_length * libm::exp2(20.0)).floor() as i128;
                     prop_assert!(scaled * scaled * below <= above << 40, "{bound} {v:?} {w:?}");
                 }
@@ -180,8 +189,9 @@ mod tests {
         }
     }
 
-    /// Whether a point of the triangle with x_0 > 0 and no negative value of `sides` lies in the plane f.x = 0: the plane's
-    /// part is the hull of vertices and of cuts of edges, and any multiple of a point does for it.
+    /// Returns whether a point of the triangle with x_0 > 0 and no negative value of `sides` lies
+    /// in the plane f.x = 0. The plane's part is the hull of vertices and of cuts of edges, and any
+    /// multiple of a point will do.
     fn meets(v: &[[i64; 3]; 3], f: [i64; 3], sides: &[[i64; 3]]) -> bool {
         type Point = [i128; 3];
         let at = |g: &[i64; 3], p: &Point| (0..3).map(|k| i128::from(g[k]) * p[k]).sum::<i128>();
@@ -203,8 +213,8 @@ mod tests {
         ends.iter().any(|p| p[0] > 0 && sides.iter().all(|g| at(g, p) >= 0))
     }
 
-    /// The pixels of screen axis `axis`, of `n`, that [`meets`] says: d = 5/4, S = 2, so that 4n times a pixel's direction is
-    /// whole.
+    /// Returns the pixels of screen axis `axis`, of `n`, for which [`meets`] holds: d = 5/4, S = 2,
+    /// so that 4n times a pixel's direction is an integer.
     fn pixels_that_meet(v: &[[i64; 3]; 3], axis: usize, n: u32, sides: &[[i64; 3]]) -> Vec<u32> {
         let n = i64::from(n);
         let direction = |j: i64| {
@@ -223,7 +233,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
-        /// Without hidden axes: the box's sides are the first and the last pixel whose plane meets the part before the eye.
+        /// Without hidden axes: the box's sides are the first and the last pixel whose plane meets
+        /// the part in front of the eye.
         #[test]
         fn a_box_holds_the_pixels_between_the_ends_and_no_more(
             v in prop::array::uniform3(prop::array::uniform3(-12i64..12)),
@@ -254,8 +265,8 @@ mod tests {
             }
         }
 
-        /// With a hidden axis of tan = 1/2: no pixel that sees the part inside is left out, and before the eye the box is that
-        /// of the parts inside one side each.
+        /// With a hidden axis of tan = 1/2: no pixel that sees the part inside is left out, and in
+        /// front of the eye the box is that of the parts inside one side each.
         #[test]
         fn an_aperture_cuts_a_box_down(
             v in prop::array::uniform3(prop::array::uniform3(-12i64..12)),
@@ -276,7 +287,8 @@ mod tests {
             }
         }
 
-        /// `along` is the least product but for rounding, and `nearest` no less than what the box around the facet says.
+        /// `along` is the least product up to rounding, and `nearest` is at least the distance of
+        /// the facet's bounding box.
         #[test]
         fn the_bounds_are_of_use(
             v in prop::array::uniform4(prop::array::uniform4(-40.0f64..40.0)),
@@ -298,7 +310,8 @@ mod tests {
 
     #[test]
     fn a_wall_that_the_eye_nearly_touches_has_no_bound_beyond_it() {
-        // x_0 = 2^-30 on all of it, and it reaches 1 to all sides: the products of the slanted direction cancel.
+        // x_0 = 2^-30 on all of it, and it extends to 1 on all sides: the products of the slanted
+        // direction cancel.
         let near = libm::exp2(-30.0);
         let v = [[near, 1.0, 1.0], [near, -1.0, 0.25], [near, 0.3, -1.0]];
         assert!(nearest(&v, 1.5) <= near);
@@ -307,7 +320,7 @@ mod tests {
             let direction = unit([1.0, turn, -turn]);
             assert!(along(&v, &direction, 1.5) <= near, "{k}");
         }
-        // And it is of use: a wall that faces its middle.
+        // The bound is useful: a wall that faces its middle.
         let far = [[3.0, 1.0, 1.0], [3.0, -1.0, 1.0], [3.0, 0.0, -1.0]];
         assert!(nearest(&far, 3.4) > 2.9);
     }

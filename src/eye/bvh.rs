@@ -1,40 +1,42 @@
-//! A hierarchy of boxes over the obstacles, for light rays in scenes of many facets.
+//! A bounding volume hierarchy of the obstacles, for light rays in scenes of many facets.
 //!
-//! In: the solids of a frame. Out: those whose box a ray may meet, in a fixed order; never too few: boxes are widened by more
-//! than rounding and the closed border of a simplex can reach.
+//! In: the occluders of a frame. Out: those whose box a ray may meet, in a fixed order; none is
+//! missed, as the boxes are enlarged by more than rounding and the tolerance of a simplex's border.
 
 use super::occluder::{LightTarget, Occluder};
 use crate::math::nvec::{max_abs, sub};
 
-/// Facets in a leaf at most.
+/// Largest number of facets in a leaf.
 const LEAF: usize = 4;
 
-/// Boxes are widened by this part of the largest coordinate at hand.
+/// Boxes are enlarged by this fraction of the largest coordinate.
 const MARGIN: f64 = 1e-11;
 
 struct Node<const N: usize> {
     low: [f64; N],
     high: [f64; N],
-    /// Leaf: first entry in `order`. Inner: index of the second child; the first follows its parent.
+    /// Leaf: index of the first entry in `order`. Inner node: index of the second child; the first
+    /// follows its parent.
     at: u32,
-    /// Leaf: number of entries, at least 1. Inner: 0.
+    /// Leaf: number of entries, at least 1. Inner node: 0.
     count: u32,
 }
 
-/// The hierarchy.
+/// The hierarchy, as a flat list of nodes in depth-first order.
 pub(super) struct Bvh<const N: usize> {
     nodes: Vec<Node<N>>,
     order: Vec<u32>,
 }
 
-/// A solid's box, widened.
+/// The enlarged box of an occluder.
 struct Item<const N: usize> {
     low: [f64; N],
     high: [f64; N],
 }
 
 impl<const N: usize> Bvh<N> {
-    /// Splits at the median along the axis in which the middles spread widest, until few are left.
+    /// Builds the hierarchy: splits at the median along the axis with the widest spread of box
+    /// centres, until a leaf's number is left.
     pub fn new(occluders: &[Occluder<N>]) -> Self {
         let item = |occluder: &Occluder<N>| Item {
             low: occluder.low.map(|x| x - MARGIN * occluder.size),
@@ -48,7 +50,8 @@ impl<const N: usize> Bvh<N> {
         bvh
     }
 
-    /// Builds the tree of the items that `keys` names; what stands beside the names means nothing.
+    /// Builds the tree of the items whose indices are in `keys`; the keys' first components are
+    /// scratch space.
     fn build(&mut self, items: &[Item<N>], keys: &mut [(f64, u32)], first: u32) {
         let (mut low, mut high) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
         let (mut least, mut most) = (low, high);
@@ -82,12 +85,13 @@ impl<const N: usize> Bvh<N> {
         self.build(items, right, first + half as u32);
     }
 
-    /// How many boxes there are.
+    /// Returns the number of boxes.
     pub fn boxes(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The first solid, in the order of the tree, that `test` accepts among those on the way from `p` to the light.
+    /// Returns the first occluder, in the order of the tree, that `test` accepts among those whose
+    /// boxes the segment from `p` to the light may meet.
     pub fn find(
         &self,
         p: &[f64; N],
@@ -123,7 +127,7 @@ impl<const N: usize> Bvh<N> {
                 continue;
             }
             if node.count == 0 {
-                // Halves at each level: 64 places are enough for 2^32 facets.
+                // Each level halves the items: 64 entries are enough for 2^32 facets.
                 stack[depth] = node.at;
                 stack[depth + 1] = index + 1;
                 depth += 2;
@@ -138,7 +142,8 @@ impl<const N: usize> Bvh<N> {
     }
 }
 
-/// Moves the `half` least keys to the front. Not compiled once a dimension, as what calls it is.
+/// Moves the `half` least keys to the front. Not generic over the dimension, so it is compiled
+/// once.
 fn part_at(keys: &mut [(f64, u32)], half: usize) {
     keys.select_nth_unstable_by(half, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }

@@ -1,11 +1,11 @@
-//! Why a scene was refused, with its place in the JSON.
+//! Errors of scenes, located by their path in the JSON.
 
 use crate::error::Code;
 
-/// What is wrong with an N-dimensional scene. `path` is the place in the JSON: `facets[3].v[2]`.
+/// Error of an N-dimensional scene. `path` is the position in the JSON: `facets[3].v[2]`.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EyeError {
-    /// Not JSON, or a number that f64 cannot hold.
+    /// Not JSON, or a number that f64 cannot represent.
     #[error("line {line} column {column}: {message}")]
     Json {
         /// Line, from 1.
@@ -18,61 +18,61 @@ pub enum EyeError {
     /// A value of another type, or a word that is not one of those expected.
     #[error("{path}: expected {expected}, found {found}")]
     Type {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
-        /// What belongs there.
+        /// Description of the expected values.
         expected: String,
-        /// What is there.
+        /// Text of the value found.
         found: String,
     },
-    /// A field that must be there and is not.
+    /// A required field is missing.
     #[error("{path}: missing")]
     Missing {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
     },
-    /// A field that does not belong there.
+    /// An unknown field.
     #[error("{path}: unknown field, expected one of {expected}")]
     Unknown {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
-        /// The fields that are known there.
+        /// Names of the allowed fields.
         expected: String,
     },
     /// An array of the wrong length.
     #[error("{path}: expected {expected} entries, found {found}")]
     Length {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
-        /// How many belong there.
+        /// Expected number of entries.
         expected: String,
-        /// How many are there.
+        /// Number of entries found.
         found: usize,
     },
     /// A number outside its range.
     #[error("{path}: expected {expected}, found {found}")]
     Range {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
-        /// The range.
+        /// Description of the allowed range.
         expected: String,
-        /// The number.
+        /// The number found.
         found: f64,
     },
-    /// More than this program takes.
+    /// A size above one of the program's limits.
     #[error("{path}: {found} is over the limit of {limit}")]
     TooBig {
-        /// Place in the JSON.
+        /// Path in the JSON.
         path: String,
         /// The limit.
         limit: u64,
-        /// What was asked for.
+        /// Requested size.
         found: u64,
     },
 }
 
 impl EyeError {
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             EyeError::TooBig { .. } => Code::TooBig,

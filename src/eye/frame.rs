@@ -1,10 +1,11 @@
-//! What is worked out once a frame: the scene in eye space, and each facet's numbers.
+//! Data computed once for each picture: the scene in eye space, and each facet's derived numbers.
 //!
-//! In: a checked scene. Out: facets as seen from the eye at the origin, in a unit of length that is a power of two (so that a
-//! scene 2^20 times as large gives the same bits), nearest first, without those that cannot be seen.
+//! In: a validated scene. Out: facets as seen from the eye at the origin, in a unit of length that
+//! is a power of two (so that a scene 2^20 times as large gives the same bits), nearest first,
+//! without those that cannot be seen.
 //!
-//! The vertices of a facet stand in one order for all facets (by coordinates): a ridge that two facets share is worked out
-//! with the same operations in both, and no ray slips between them.
+//! The vertices of every facet are in one order (by coordinates), so a ridge that two facets share
+//! is computed with the same operations in both, and no ray slips between them.
 
 use super::bounds;
 use super::lights::{FrameLight, frame_lights};
@@ -14,44 +15,45 @@ use super::render::{Executor, Task};
 use super::scene::EyeScene;
 use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
 
-/// A facet whose hyperplane passes the eye nearer than this part of its largest coordinate is seen edge-on: invisible.
+/// A facet whose hyperplane passes the eye at less than this fraction of its largest coordinate is
+/// seen edge-on, so it is invisible.
 const EDGE_ON: f64 = 1e-12;
 
-/// A pivot ratio below this makes a facet degenerate.
+/// A ratio of pivots below this makes a facet degenerate.
 const DEGENERATE: f64 = 1e-12;
 
-/// Facets from this number on are worked out in several jobs.
+/// Number of facets computed in one task; scenes with more are split into several.
 const FACETS_PER_TASK: usize = 2048;
 
-/// A facet that may be seen.
+/// A facet that may be visible.
 pub(super) struct Visible<const N: usize> {
     /// Index in the scene.
     pub id: u32,
-    /// Index in [`Frame::occluders`], where there are lights.
+    /// Index in [`Frame::occluders`], if there are lights.
     pub occluder: u32,
     /// Vertices in eye space, in canonical order.
     pub v: [[f64; N]; N],
     /// Unit normal.
     pub normal: [f64; N],
-    /// n.x on the facet; not 0.
+    /// n.x on the facet, not 0.
     pub offset: f64,
     /// Sum of the squared hidden coordinates of the normal.
     pub normal_hidden2: f64,
-    /// No point of the facet is nearer than this.
+    /// Lower bound of the distance of the facet's points.
     pub nearest: f64,
-    /// The largest length of a vertex.
+    /// Largest distance of a vertex.
     pub farthest: f64,
-    /// Pixels that may see it, half-open, along each screen axis; 0..1 along the others.
+    /// Half-open range of pixels that may see it along each screen axis; 0..1 along the others.
     pub pixels: [[u32; 2]; N],
-    /// A functional of [`Frame::planes`] smaller than this may have a wrong sign.
+    /// Error bound: a functional of [`Frame::planes`] smaller than this may have the wrong sign.
     pub doubt: f64,
 }
 
 /// The screen in eye space.
 pub(super) struct Screen<const N: usize> {
-    /// Distance, scaled into 1..2.
+    /// Distance of the screen from the eye, scaled into 1..2.
     pub distance: f64,
-    /// Coordinate of the pixel centres, one list a screen axis.
+    /// Coordinates of the pixel centres, one list for each screen axis.
     pub centres: Vec<Vec<f64>>,
     /// Tangents of the apertures of the hidden axes, by axis.
     pub tan: [f64; N],
@@ -59,37 +61,38 @@ pub(super) struct Screen<const N: usize> {
 
 /// A scene in eye space.
 pub(super) struct Frame<const N: usize> {
-    /// A length here times 2^exponent is one of the scene.
+    /// A length here times 2^exponent is a length of the scene.
     pub exponent: i32,
-    /// The screen.
+    /// The screen in eye space.
     pub screen: Screen<N>,
-    /// How fibres are searched.
+    /// Search method for fibres.
     pub method: Method,
-    /// The lights.
+    /// The lights in eye space.
     pub lights: Vec<FrameLight<N>>,
     /// Hidden coordinates of the fan's rays on the screen, empty without a fan.
     pub fan: Vec<[f64; N]>,
-    /// Facets that may be seen, in the scene's order.
+    /// Facets that may be visible, in the scene's order.
     pub facets: Vec<Visible<N>>,
-    /// Their indices, those whose `nearest` is least first.
+    /// Indices into `facets`, in the order of increasing `nearest`.
     pub order: Vec<u32>,
-    /// Their pixels along the last screen axis, in that order.
+    /// Pixel ranges of these facets along the last screen axis, in the same order.
     pub bands: Vec<[u32; 2]>,
-    /// Functionals x -> det(x, ...) of each visible facet's faces: `Method::planes_per_facet` each.
+    /// Functionals x -> det(x, ...) of each visible facet's faces: `Method::planes_per_facet` for
+    /// each facet.
     pub planes: Vec<[f64; N]>,
-    /// For each functional its sign on the facet, 1 or -1, where that is one sign; else 0.
+    /// Sign of each functional on the facet: 1, -1, or 0 where it takes both.
     pub hulls: Vec<f64>,
     /// All facets that are not degenerate, as obstacles to light; empty where there are no lights.
     pub occluders: Vec<Occluder<N>>,
-    /// Placement of each light to each occluder, `lights` entries an occluder.
+    /// Placement of each light relative to each occluder, `lights` entries for each occluder.
     pub placements: Vec<LightPlacement>,
     /// Degenerate facets, by index in the scene.
     pub skipped: Vec<u32>,
-    /// How many facets are seen edge-on.
+    /// Number of facets seen edge-on.
     pub edge_on: usize,
 }
 
-/// What comes of a run of the scene's facets.
+/// Results for a range of the scene's facets.
 #[derive(Default)]
 struct FacetBatch<const N: usize> {
     facets: Vec<Visible<N>>,
@@ -102,7 +105,7 @@ struct FacetBatch<const N: usize> {
 }
 
 impl<const N: usize> Frame<N> {
-    /// Works the frame out; large scenes in several jobs.
+    /// Computes the frame, in several tasks if the scene is large.
     pub fn new(scene: &EyeScene, method: Method, executor: &dyn Executor) -> Self {
         let exponent = length_exponent(scene);
         let eye = EyeSpace::new(scene, exponent);
@@ -145,7 +148,7 @@ impl<const N: usize> Frame<N> {
         }
     }
 
-    /// Bytes that the facets' numbers take.
+    /// Returns the number of bytes of the facets' data.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.facets)
             + size_of_val(&*self.order)
@@ -157,21 +160,21 @@ impl<const N: usize> Frame<N> {
             + size_of_val(&*self.fan)
     }
 
-    /// The functionals of visible facet `index`.
+    /// Returns the functionals of visible facet `index`.
     #[inline(always)]
     pub fn planes_of(&self, index: usize) -> &[[f64; N]] {
         let count = self.method.planes_per_facet(N);
         &self.planes[index * count..(index + 1) * count]
     }
 
-    /// The signs of these functionals on the facet.
+    /// Returns the signs of these functionals on the facet.
     #[inline(always)]
     pub fn hulls_of(&self, index: usize) -> &[f64] {
         let count = self.method.planes_per_facet(N);
         &self.hulls[index * count..(index + 1) * count]
     }
 
-    /// How the lights stand to solid `index`.
+    /// Returns the placements of the lights relative to occluder `index`.
     #[inline(always)]
     pub fn placements_of(&self, index: usize) -> &[LightPlacement] {
         &self.placements[index * self.lights.len()..(index + 1) * self.lights.len()]
@@ -239,14 +242,15 @@ impl<const N: usize> FacetBatch<N> {
     }
 }
 
-/// The numbers beside the distances, the least distance first. Not compiled once a dimension, as what calls it is.
+/// Returns the indices in order of increasing distance. Not generic over the dimension, so it is
+/// compiled once.
 fn nearest_first(mut keys: Vec<(f64, u32)>) -> Vec<u32> {
     keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     keys.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Sorts by the first coordinate that differs. By insertion: there are at most eight, and the standard library's sorts are
-/// compiled whole for each dimension.
+/// Sorts points lexicographically, by insertion: there are at most eight, and the standard
+/// library's sorts would be compiled again for each dimension.
 fn sort_by_coordinates<const N: usize>(v: &mut [[f64; N]; N]) {
     let is_after = |a: &[f64; N], b: &[f64; N]| {
         a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).is_some_and(|o| o.is_gt())
@@ -260,7 +264,7 @@ fn sort_by_coordinates<const N: usize>(v: &mut [[f64; N]; N]) {
     }
 }
 
-/// From world to eye: shift, turn, scale.
+/// Transform from world to eye space: translation, rotation, scale.
 pub(super) struct EyeSpace<const N: usize> {
     origin: [f64; N],
     axes: [[f64; N]; N],
@@ -277,13 +281,13 @@ impl<const N: usize> EyeSpace<N> {
         }
     }
 
-    /// R^T (x - o), scaled.
+    /// Returns R^T (x - o), scaled.
     pub fn point(&self, x: &[f64]) -> [f64; N] {
         let shifted: [f64; N] = std::array::from_fn(|i| rescale(x[i], self.exponent) - self.origin[i]);
         self.turn(&shifted)
     }
 
-    /// R^T u, made a unit vector.
+    /// Returns R^T u as a unit vector.
     pub fn direction(&self, u: &[f64]) -> [f64; N] {
         let largest = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let exponent = exponent_of(largest);
@@ -291,13 +295,13 @@ impl<const N: usize> EyeSpace<N> {
     }
 
     fn turn(&self, x: &[f64; N]) -> [f64; N] {
-        // + 0.0 turns -0 into 0, which the order of the vertices would tell apart.
+        // + 0.0 turns -0 into 0, which the sort of the vertices would distinguish.
         std::array::from_fn(|j| dot(&self.axes[j], x) + 0.0)
     }
 }
 
 impl<const N: usize> Screen<N> {
-    /// Dimension M of the screen.
+    /// Returns the dimension M of the screen.
     pub fn dim(&self) -> usize {
         self.centres.len()
     }
@@ -306,7 +310,7 @@ impl<const N: usize> Screen<N> {
         let exponent = exponent_of(scene.distance);
         let centre = |a: usize, j: u32| {
             let (n, size) = (i64::from(scene.pixels[a]), rescale(scene.size[a], exponent));
-            // Whole numbers first: exactly antisymmetric.
+            // Integers first, so that the centres are exactly antisymmetric.
             size * (n - 1 - 2 * i64::from(j)) as f64 / (2 * n) as f64
         };
         let mut tan = [0.0; N];
@@ -321,23 +325,24 @@ impl<const N: usize> Screen<N> {
     }
 }
 
-/// The exponent that brings all vertices and the eye to at most 1.
+/// Returns the exponent that scales all vertices and the eye to at most 1.
 fn length_exponent(scene: &EyeScene) -> i32 {
     let points = scene.facets.iter().flat_map(|f| f.v.iter()).chain([&scene.pose.position]);
     exponent_of(points.flatten().fold(0.0, |m: f64, x| m.max(x.abs()))) + 1
 }
 
-/// e with 2^e <= x < 2^(e+1); 0 for 0.
+/// Returns e with 2^e <= x < 2^(e+1); 0 for 0.
 fn exponent_of(x: f64) -> i32 {
     if x == 0.0 { 0 } else { libm::ilogb(x) }
 }
 
-/// x 2^-exponent, exact but for underflow; kept where squares and sums of it stay finite enough to compare.
+/// Returns x 2^-exponent, exact but for underflow, clamped so that squares and sums of results stay
+/// finite.
 fn rescale(x: f64, exponent: i32) -> f64 {
     libm::scalbn(x, -exponent).clamp(-1e300, 1e300)
 }
 
-/// Unit normal n and n.x of the hyperplane through N points.
+/// Returns the unit normal n of the hyperplane through N points, and n.x on it.
 fn hyperplane<const N: usize>(v: &[[f64; N]; N]) -> ([f64; N], f64) {
     let mut edges = [[0.0; N]; N];
     for i in 1..N {
@@ -346,7 +351,7 @@ fn hyperplane<const N: usize>(v: &[[f64; N]; N]) -> ([f64; N], f64) {
         edges[i] = edge.map(|x| libm::scalbn(x, -exponent));
     }
     let normal = unit(wedge(&edges[1..], N));
-    // The vertex nearest to the eye leaves the least rounding error.
+    // The vertex nearest to the eye gives the least rounding error.
     let mut base = &v[0];
     for point in &v[1..] {
         if max_abs(point) < max_abs(base) {
@@ -356,7 +361,8 @@ fn hyperplane<const N: usize>(v: &[[f64; N]; N]) -> ([f64; N], f64) {
     (normal, dot(&normal, base))
 }
 
-/// Whether the smallest pivot of the edges is under 1e-12 of the largest (elimination with full pivoting).
+/// Returns whether the smallest pivot of the edges is below 1e-12 of the largest (elimination with
+/// full pivoting).
 fn is_degenerate<const N: usize>(v: &[[f64; N]; N], exponent: i32) -> bool {
     let mut edges: [[f64; N]; N] = std::array::from_fn(|i| {
         std::array::from_fn(|j| rescale(v[i][j], exponent) - rescale(v[0][j], exponent))
@@ -390,10 +396,11 @@ fn is_degenerate<const N: usize>(v: &[[f64; N]; N], exponent: i32) -> bool {
     false
 }
 
-/// A bound on the rounding error of the facet's functionals at any of its pixels.
+/// Returns a bound on the rounding error of the facet's functionals at any of its pixels.
 ///
-/// A functional is a determinant of d v_a - c_a v_0; both the sum of its terms' sizes and the effect of rounding these entries
-/// are under the product of the rows' absolute sums, which is what is returned times a few ulp.
+/// A functional is a determinant of d v_a - c_a v_0. Both the sum of its terms' magnitudes and the
+/// effect of rounding these entries are below the product of the rows' absolute sums; the result is
+/// this product times a few ulp.
 fn doubt<const N: usize>(v: &[[f64; N]; N], screen: &Screen<N>, pixels: &[[u32; 2]; N], fan: bool) -> f64 {
     let axes = if fan { N - 1 } else { screen.dim() };
     let mut product = 1.0 / screen.distance.powi(axes as i32 - 1);

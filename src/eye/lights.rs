@@ -1,23 +1,24 @@
-//! Light: who lights a point, and what colour it then has.
+//! Lighting: the lights that reach a point, and its colour.
 //!
-//! In: a point of a facet, in eye space, and its distance from the eye. Out: a lit flag for each light, and the colour
-//! clamp(I_t I_R base, 0, 255) with I_t = min(1, I_d + sum of I_l(D_l) colour_l over the lit), channel by channel.
-//! Source: sections 2.1.1 to 2.2 and equations 1 to 5; tinting and many lights complete its section 6. No factor for the
-//! angle of the light: the source has none.
+//! In: a point of a facet, in eye space, and its distance from the eye. Out: a lit flag for each
+//! light, and the colour clamp(I_t I_R base, 0, 255) with I_t = min(1, I_d + sum of I_l(D_l)
+//! colour_l over the lit), channel by channel. Source: sections 2.1.1 to 2.2 and equations 1 to 5;
+//! tinting and several lights complete its section 6. There is no factor for the light's angle of
+//! incidence: the source has none.
 
 use super::frame::EyeSpace;
 use super::occluder::{LightPlacement, LightTarget, Occluder, TAU};
 use super::scene::{EyeLightKind, EyeScene, Falloff};
 use crate::math::nvec::{add_scaled, dot, sub};
 
-/// A light's place in eye space.
+/// Position or direction of a light in eye space.
 pub(super) enum LightPlace<const N: usize> {
     Sun { direction: [f64; N] },
     Plane { direction: [f64; N], offset: f64 },
     Radial { position: [f64; N] },
 }
 
-/// A light of the frame.
+/// A light of the scene, in eye space.
 pub(super) struct FrameLight<const N: usize> {
     pub place: LightPlace<N>,
     pub falloff: Falloff,
@@ -41,8 +42,10 @@ pub(super) fn frame_lights<const N: usize>(scene: &EyeScene, eye: &EyeSpace<N>) 
 }
 
 impl<const N: usize> FrameLight<N> {
-    /// How the light, placed to `occluder` as `placement` says, meets its point `p`, seen from the side `eye_side`: its distance and
-    /// where to look for obstacles, or `None` when it does not reach the side that is seen.
+    /// Returns the light's distance from point `p` of `occluder` and the target of the shadow test,
+    /// or `None` if the light does not reach the side of the facet that is seen. `placement` is the
+    /// light's position relative to `occluder`; `eye_side` (1 or -1) is the side of the facet on
+    /// which the eye is.
     #[inline]
     pub fn reach(
         &self,
@@ -60,7 +63,8 @@ impl<const N: usize> FrameLight<N> {
                 (dot(&to_light, &to_light).sqrt(), LightTarget::Radial { position: *position })
             }),
             LightPlace::Plane { direction, offset } => {
-                // p_L = p - h u is the foot of the perpendicular on the plane: it lies on side -sign(h) sign(n.u) of the facet.
+                // p_L = p - h u is the foot of the perpendicular on the plane: it lies on side
+                // -sign(h) sign(n.u) of the facet.
                 let h = dot(direction, p) - offset;
                 let height = -h * placement.height;
                 let is_seen = placement.side != 0
@@ -72,7 +76,8 @@ impl<const N: usize> FrameLight<N> {
     }
 }
 
-/// The colour of a facet under total light `total` a channel, with the eye's own loss `view` (0..=1).
+/// Returns the colour of a facet of colour `base` under total light `total`, with the eye's own
+/// loss `view` (0..=1).
 pub(super) fn shade(base: [f64; 3], total: [f64; 3], view: f64) -> [f64; 3] {
     std::array::from_fn(|c| (total[c].min(1.0) * view * base[c]).clamp(0.0, 255.0))
 }

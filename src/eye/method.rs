@@ -1,25 +1,27 @@
-//! How the nearest point of a facet in a pixel's fibre is found, and the functionals that each way needs.
+//! Methods to find the nearest point of a facet in a pixel's fibre, and the functionals that each
+//! needs.
 //!
-//! With K = N-1-M hidden axes: K = 0 a ray, K = 1 a closed form in the plane of the fibre, K >= 2 the nearest point of a
-//! polytope; or, as a check and a preview, a fan of rays.
+//! With K = N-1-M hidden axes: for K = 0 a ray, for K = 1 a closed form in the plane of the fibre,
+//! for K >= 2 the nearest point of a polytope; or, as a check and a preview, a fan of rays.
 
 use super::frame::{Screen, Visible};
 use crate::math::nvec::{dot, max_abs, sub, unit, wedge};
 
-/// What the caller asks for.
+/// Search method requested by the caller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fibre {
     /// The exact nearest point.
     #[default]
     Exact,
-    /// A fan of this many rays along each hidden axis, the ends of the aperture included: never nearer than exact.
+    /// A fan of this many rays along each hidden axis, including the ends of the aperture. Its
+    /// distance is never below the exact one.
     Fan(u32),
 }
 
-/// The most rays of a fan in one fibre.
+/// Largest number of rays of a fan in one fibre.
 pub const MAX_FAN_RAYS: u64 = 1 << 16;
 
-/// What is done for the K at hand.
+/// Search method for the scene's K.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Method {
     /// K = 0.
@@ -28,11 +30,11 @@ pub(super) enum Method {
     Plane,
     /// K >= 2.
     Cone,
-    /// Sampled, this many rays along each hidden axis.
+    /// Sampled, with this many rays along each hidden axis.
     Fan(u32),
 }
 
-/// The place of the pair i < j among the pairs of 0..n.
+/// Returns the index of the pair i < j among the pairs of 0..n.
 #[inline(always)]
 pub(super) const fn pair_index(n: usize, i: usize, j: usize) -> usize {
     let (i, j) = if i < j { (i, j) } else { (j, i) };
@@ -49,13 +51,13 @@ impl Method {
         }
     }
 
-    /// How many functionals a facet of R^n has.
+    /// Returns the number of functionals of a facet of R^n.
     #[inline(always)]
     pub const fn planes_per_facet(self, n: usize) -> usize {
         if matches!(self, Method::Plane) { n * (n - 1) / 2 } else { n }
     }
 
-    /// The hidden coordinates of the fan's rays on the screen.
+    /// Returns the hidden coordinates of the fan's rays on the screen; empty for other methods.
     pub fn fan_rays<const N: usize>(self, screen: &Screen<N>) -> Vec<[f64; N]> {
         let Method::Fan(count) = self else { return Vec::new() };
         let mut rays = vec![[0.0; N]];
@@ -78,11 +80,13 @@ impl Method {
         rays
     }
 
-    /// Appends the functionals of a facet, and the sign that each has on the facet: 1 or -1, or 0 where it has both.
+    /// Appends the functionals of a facet to `planes`, and to `hulls` the sign of each on the
+    /// facet: 1, -1, or 0 where it takes both.
     ///
-    /// Ray and fan: functional i is (-1)^i det(x, vertices but i): at the direction P all have one sign when P meets the facet,
-    /// and they are its barycentrics there but for a factor. Plane: functional (i,j) is det(x, vertices but i and j) in
-    /// the visible coordinates alone. Cone: those of the ray as unit vectors with inner sides positive.
+    /// Ray and fan: functional i is (-1)^i det(x, vertices but i). At the direction P all have one
+    /// sign if P meets the facet, and they are proportional to its barycentrics there. Plane:
+    /// functional (i,j) is det(x, vertices but i and j) in the visible coordinates alone. Cone:
+    /// those of the ray as unit vectors, positive on the inner side.
     pub fn push_planes<const N: usize>(
         self,
         facet: &Visible<N>,
@@ -96,7 +100,7 @@ impl Method {
                     for j in i + 1..N {
                         let (plane, base) = through(&facet.v, |k| k != i && k != j, m + 1);
                         let sides = [i, j].map(|k| dot(&plane, &sub(&facet.v[k], base)));
-                        // A side within rounding is none.
+                        // Within rounding the sign is undecided.
                         let sure = 1e-9 * max_abs(&plane) * facet.farthest;
                         let hull = f64::from(u8::from(sides.iter().all(|&s| s > sure)))
                             - f64::from(u8::from(sides.iter().all(|&s| s < -sure)));
@@ -108,7 +112,8 @@ impl Method {
             Method::Ray | Method::Fan(_) | Method::Cone => {
                 for i in 0..N {
                     let (plane, base) = through(&facet.v, |k| k != i, N);
-                    // Vertex i lies on the inner side. Its height over the others decides, summed from differences.
+                    // Vertex i lies on the inner side. Its height over the others decides, computed
+                    // from differences.
                     let inner = if dot(&plane, &sub(&facet.v[i], base)) < 0.0 { -1.0 } else { 1.0 };
                     let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
                     if self == Method::Cone {
@@ -124,8 +129,8 @@ impl Method {
     }
 }
 
-/// det(x, the vertices that `among` picks) on the first `len` coordinates, through differences from the first of them, which is
-/// given too.
+/// Returns det(x, the vertices selected by `among`) on the first `len` coordinates, computed from
+/// differences to the first of these vertices, which is returned too.
 #[inline(always)]
 fn through<const N: usize>(
     v: &[[f64; N]; N],

@@ -1,5 +1,5 @@
 //! The N-dimensional eye: scenes of R^N on screens of M dimensions.
-// Indices are axes and vertices here, the letters of the formulas.
+// Indices are axes and vertices here, named as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
 mod blit;

@@ -1,43 +1,47 @@
 //! A facet as an obstacle to light.
 //!
-//! In: points in eye space. Out: whether the facet stands between a point and a light.
-//! One rule, without ids: facet g blocks iff h_p = n.p - c and h_L have strictly opposite signs, both over tau in size, and the
-//! crossing p + s (p_L - p), s = h_p / (h_p - h_L), lies in the closed simplex. What is within tau of g's hyperplane cannot be
-//! blocked by g: no acne, no self-shadow, and coincident or adjacent facets do not shadow each other.
+//! In: points in eye space. Out: whether the facet stands between a point and a light. There is one
+//! rule, without facet ids: facet g blocks iff h_p = n.p - c and h_L have strictly opposite signs,
+//! both larger than tau in magnitude, and the crossing p + s (p_L - p), s = h_p / (h_p - h_L), lies
+//! in the closed simplex. A point within tau of g's hyperplane cannot be blocked by g: no acne, no
+//! self-shadow, and coincident or adjacent facets do not shadow each other.
 
 use super::lights::{FrameLight, LightPlace};
 use crate::math::nvec::{add_scaled, dot, max_abs, sub, unit, wedge};
 
-/// tau over the largest coordinate of the point and the facet.
+/// tau divided by the largest coordinate of the point and the facet.
 pub(super) const TAU: f64 = 1e-10;
 
-/// How far outside the simplex still counts as inside, over the same: what rounding cannot tell.
+/// Distance outside the simplex that still counts as inside, relative to the same coordinate: the
+/// bound of rounding.
 const CLOSED: f64 = 1e-12;
 
 /// Position of a light relative to a facet's hyperplane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightPlacement {
-    /// Radial: n.p_L - c. Parallel: n.u, u along the light.
+    /// Radial: n.p_L - c. Parallel: n.u, with u along the light.
     pub height: f64,
-    /// The side that the light is on: 1, -1, or 0 in the hyperplane (or along it). For a light plane: of its direction.
+    /// Side of the facet that the light is on: 1, -1, or 0 in the hyperplane (or along it). For a
+    /// light plane: the side of its direction.
     pub side: i8,
 }
 
-/// A facet that is not degenerate.
+/// A facet that is not degenerate, as an obstacle to light.
 pub(super) struct Occluder<const N: usize> {
     /// Unit normal.
     pub normal: [f64; N],
     /// n.x on the facet.
     pub offset: f64,
-    /// The largest absolute coordinate.
+    /// Largest absolute coordinate of a vertex.
     pub size: f64,
-    /// The box around it.
+    /// Lower corner of the bounding box.
     pub low: [f64; N],
-    /// The box around it.
+    /// Upper corner of the bounding box.
     pub high: [f64; N],
-    /// Inside its hyperplane: entry i is the unit normal of the ridge opposite vertex i, towards it ...
+    /// Entry i is the unit vector, in the facet's hyperplane, normal to the ridge opposite vertex i
+    /// and pointing to it.
     ridges: [[f64; N]; N],
-    /// ... and its value on the ridge.
+    /// Value of ridge normal i on its ridge.
     ridge_offsets: [f64; N],
 }
 
@@ -87,15 +91,15 @@ impl<const N: usize> Occluder<N> {
             }
         };
         let sign = if height.abs() <= zero { 0 } else { height.signum() as i8 };
-        // The sun stands where its light comes from.
+        // A sun is on the side that its light comes from.
         LightPlacement {
             height,
             side: if matches!(light.place, LightPlace::Sun { .. }) { -sign } else { sign },
         }
     }
 
-    /// Whether the facet stands between `p` (largest coordinate `p_size`) and the light at `target`, which stands to it as
-    /// `placement` says.
+    /// Returns whether the facet stands between `p` (largest coordinate `p_size`) and the light at
+    /// `target`, whose position relative to the facet is `placement`.
     #[inline]
     pub fn blocks(
         &self,
@@ -113,7 +117,7 @@ impl<const N: usize> Occluder<N> {
         let crossing = match target {
             LightTarget::Sun { direction } => {
                 let fall = placement.height;
-                // Against the light, n.x changes by -fall a unit of length.
+                // Against the light, n.x changes by -fall for each unit of length.
                 if fall.abs() <= TAU || (fall > 0.0) != (height > 0.0) {
                     return false;
                 }
@@ -136,10 +140,12 @@ impl<const N: usize> Occluder<N> {
             .all(|(ridge, offset)| dot(ridge, &crossing) - offset >= -CLOSED * scale)
     }
 
-    /// Whether the facet may stand between any point of the box `middle` +- `half` and the light: never false when one is blocked.
+    /// Returns whether the facet may stand between any point of the box `middle` +- `half` and the
+    /// light; never false if one is blocked.
     ///
-    /// The crossing's height over ridge i is, but for a positive factor, a linear function of p: with h = n.p - c and a point light,
-    /// |h_L| (w_i.p - o_i) - sign(h_L) (w_i.p_L - o_i) h; with the sun along u and f = n.u, |f| (w_i.p - o_i) - sign(f) (w_i.u) h.
+    /// The crossing's height over ridge i is, up to a positive factor, a linear function of p: with
+    /// h = n.p - c and a point light, |h_L| (w_i.p - o_i) - sign(h_L) (w_i.p_L - o_i) h; with the
+    /// sun along u and f = n.u, |f| (w_i.p - o_i) - sign(f) (w_i.u) h.
     pub fn may_block(
         &self,
         middle: &[f64; N],
@@ -149,7 +155,8 @@ impl<const N: usize> Occluder<N> {
     ) -> bool {
         let at = dot(&self.normal, middle) - self.offset;
         let reach = (0..N).fold(0.0, |sum, a| sum + self.normal[a].abs() * half[a]);
-        // The sign that h must have somewhere in the box, and the ridges' own value of the light.
+        // The sign that h must have somewhere in the box, and the bound below which the light's
+        // height counts as 0.
         let (sign, zero) = match target {
             LightTarget::Sun { .. } => (placement.height.signum(), TAU),
             LightTarget::Radial { .. } => (-placement.height.signum(), TAU * self.size),
@@ -166,7 +173,8 @@ impl<const N: usize> Occluder<N> {
                     dot(ridge, position) - offset
                 }
             };
-            // Both cases: the sign before the light's value is the opposite of `placement.height`'s.
+            // In both cases the factor of the light's value has the sign opposite to
+            // `placement.height`.
             let (own, other) = (placement.height.abs(), -placement.height.signum() * of_light);
             let value = own * (dot(ridge, middle) - offset) + other * at;
             let spread =
@@ -177,14 +185,14 @@ impl<const N: usize> Occluder<N> {
     }
 }
 
-/// Where the light is, seen from one point.
+/// Position of a light, as seen from one point.
 #[derive(Clone, Copy)]
 pub(super) enum LightTarget<const N: usize> {
-    /// At infinity: its light travels along this unit vector.
+    /// At infinity; its light travels along this unit vector.
     Sun { direction: [f64; N] },
-    /// At this place, for all points.
+    /// A position, the same for all points.
     Radial { position: [f64; N] },
-    /// At this place, for one point: its foot on a light plane.
+    /// A position that belongs to one point: its foot on a light plane.
     Foot { position: [f64; N] },
 }
 

@@ -1,7 +1,8 @@
-//! What the eye saw: facet, distance, lit flags and colour of every pixel, as JSON in and out, and compared.
+//! The rendered picture: facet, distance, lit flags and colour of every pixel, with JSON input and
+//! output and comparison.
 //!
-//! Flat arrays, axis 1 (left to right) fastest, then axis 2 (top to bottom), then the others. Colours are reals in 0..=255,
-//! not rounded.
+//! Flat arrays, axis 1 (left to right) fastest, then axis 2 (top to bottom), then the others.
+//! Colours are reals in 0..=255, not rounded.
 
 use super::error::EyeError;
 use super::json::Node;
@@ -12,27 +13,28 @@ use std::fmt::Write;
 /// Facet index of a pixel that sees nothing.
 pub const MISS: i32 = -1;
 
-/// The picture of an N-dimensional scene.
+/// The rendered picture of an N-dimensional scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EyePicture {
     /// Pixels along each screen axis.
     pub pixels: Vec<u32>,
-    /// How many lights the scene has: flags a pixel in `lit`.
+    /// Number of lights of the scene: flags for each pixel in `lit`.
     pub lights: usize,
-    /// Index of the facet seen, or [`MISS`].
+    /// Index of the facet seen by each pixel, or [`MISS`].
     pub facet: Vec<i32>,
-    /// Its distance from the eye in units of the scene, infinite on a miss.
+    /// Distance of the point seen from the eye, in units of the scene; infinite on a miss.
     pub dist: Vec<f64>,
-    /// Whether each light reaches the point seen, `lights` flags a pixel; false on a miss.
+    /// True for each light that reaches the point seen; `lights` flags for each pixel, false on a
+    /// miss.
     pub lit: Vec<bool>,
-    /// Colour, 0..=255 a channel.
+    /// Colour of each pixel, 0..=255 for each channel.
     pub color: Vec<[f64; 3]>,
-    /// Degenerate facets that were left out, ascending.
+    /// Indices of degenerate facets, which are not drawn, ascending.
     pub skipped_facets: Vec<u32>,
 }
 
 impl EyePicture {
-    /// An empty picture for a scene: background everywhere.
+    /// Creates the empty picture of a scene: background everywhere.
     pub(super) fn background(scene: &EyeScene) -> Self {
         let (count, lights) = (scene.pixel_count(), scene.lights.len());
         EyePicture {
@@ -46,13 +48,13 @@ impl EyePicture {
         }
     }
 
-    /// The lit flags of pixel `index`.
+    /// Returns the lit flags of pixel `index`.
     pub fn flags(&self, index: usize) -> &[bool] {
         &self.lit[index * self.lights..(index + 1) * self.lights]
     }
 
-    /// The picture as JSON `{facet, dist, lit, color, skipped_facets}`: `dist` null and `lit` [] on a miss, numbers in the
-    /// shortest form that reads back to the same bits.
+    /// Returns the picture as JSON `{facet, dist, lit, color, skipped_facets}`. On a miss `dist` is
+    /// null and `lit` []. Numbers are in the shortest form that reads back to the same bits.
     pub fn to_json(&self) -> String {
         let count = self.facet.len();
         let mut out = String::with_capacity(count * 64);
@@ -77,7 +79,8 @@ impl EyePicture {
         out
     }
 
-    /// Reads a picture of `scene` from `{facet, dist, lit, color, skipped_facets}`; a `fragile` list is allowed and not kept.
+    /// Reads a picture of `scene` from `{facet, dist, lit, color, skipped_facets}`. A `fragile`
+    /// list is allowed and ignored.
     pub fn from_value(value: &Value, scene: &EyeScene) -> Result<Self, EyeError> {
         let root = Node { value, path: "expected".into() };
         root.object(&["facet", "dist", "lit", "color", "fragile", "skipped_facets"])?;
@@ -117,10 +120,10 @@ impl EyePicture {
         Ok(picture)
     }
 
-    /// How this picture differs from `other`, which has the same pixels and lights; flat indices in `fragile` are left out.
+    /// Compares this picture with `other`, ignoring the pixels whose flat indices are in `fragile`.
     ///
     /// # Panics
-    /// When pixels or lights differ in number.
+    /// Panics if the pictures differ in their number of pixels or lights.
     pub fn differences(&self, other: &EyePicture, fragile: &[usize]) -> Differences {
         assert_eq!((&self.pixels, self.lights), (&other.pixels, other.lights), "pictures of one screen");
         let mut out =
@@ -135,7 +138,7 @@ impl EyePicture {
             if self.dist[i] != other.dist[i] {
                 let (a, b) = (self.dist[i], other.dist[i]);
                 let off = (a - b).abs() / b.abs().max(1.0);
-                // A hit against a miss counts as infinitely far off.
+                // A hit against a miss counts as an infinite difference.
                 out.distance = out.distance.max(if off.is_nan() { f64::INFINITY } else { off });
             }
             for c in 0..3 {
@@ -164,25 +167,26 @@ fn list(
     out.push(']');
 }
 
-/// How two pictures differ.
+/// Differences between two pictures.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Differences {
-    /// Pixels that see another facet.
+    /// Number of pixels that see another facet.
     pub facets: usize,
-    /// Pixels with other lit flags.
+    /// Number of pixels with other lit flags.
     pub flags: usize,
-    /// The largest difference of distances, relative where over 1.
+    /// Largest difference of distances, relative for distances above 1.
     pub distance: f64,
-    /// The largest difference of a colour channel, in 1/255.
+    /// Largest difference of a colour channel, in the unit of 0..=255.
     pub color: f64,
-    /// Whether other facets were skipped.
+    /// True if the lists of skipped facets differ.
     pub skipped: bool,
-    /// The first pixel whose facet or flags differ.
+    /// Index of the first pixel whose facet or flags differ.
     pub first: Option<usize>,
 }
 
 impl Differences {
-    /// Whether the pictures agree as the cases ask: facets and flags equal, distance within 1e-9, colour within 1e-6.
+    /// Returns whether the pictures agree within the test cases' tolerances: facets and flags
+    /// equal, distance within 1e-9, colour within 1e-6.
     pub fn are_none(&self) -> bool {
         self.facets == 0 && self.flags == 0 && !self.skipped && self.distance <= 1e-9 && self.color <= 1e-6
     }

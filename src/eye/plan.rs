@@ -1,47 +1,47 @@
-//! What a scene needs, and what is left out because it does not: printed by `--explain`.
+//! The plan of rendering a scene, as printed by `--explain`: the method, and what is culled.
 
 use super::method::Method;
 use super::scene::{EyeLightKind, EyeScene};
 use super::tile::World;
 use std::fmt;
 
-/// How shadows are found.
+/// Method of finding shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObstaclePlan {
-    /// There are no lights: no obstacle is kept, no point is asked for shadow.
+    /// No lights: no obstacles are stored and no shadow tests are made.
     None,
-    /// So many obstacles; those that may shadow a tile are picked for each tile.
+    /// This many obstacles; those that may shadow a tile are selected for each tile.
     Picked(usize),
-    /// So many obstacles, in a hierarchy of so many boxes.
+    /// This many obstacles, in a hierarchy of this many boxes.
     Boxes(usize, usize),
 }
 
-/// The plan of a picture.
+/// Plan of rendering a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EyePlan {
-    /// N.
+    /// Dimension N of the space.
     pub dim: usize,
-    /// Pixels along the screen axes.
+    /// Pixels along each screen axis.
     pub pixels: Vec<u32>,
-    /// How a fibre is searched, in words.
+    /// Search method for fibres, in words.
     pub fibre: String,
-    /// Facets of the scene.
+    /// Number of facets of the scene.
     pub facets: usize,
-    /// Degenerate ones, skipped.
+    /// Number of degenerate facets, which are skipped.
     pub skipped: usize,
-    /// Edge-on ones, invisible.
+    /// Number of facets seen edge-on, which are invisible.
     pub edge_on: usize,
-    /// Facets behind the eye, beside the screen or outside the aperture, culled once.
+    /// Number of facets behind the eye, beside the screen or outside the aperture.
     pub out_of_view: usize,
-    /// Facets that fibres are searched for.
+    /// Number of facets that are searched in the fibres.
     pub searched: usize,
-    /// Suns, light planes and point lights.
+    /// Numbers of suns, light planes and point lights.
     pub lights: [usize; 3],
-    /// How shadows are found.
+    /// Method of finding shadows.
     pub obstacles: ObstaclePlan,
-    /// Bytes of the frame's own numbers.
+    /// Size of the frame's data in bytes.
     pub frame_bytes: usize,
-    /// Bytes of the picture.
+    /// Size of the picture in bytes.
     pub picture_bytes: usize,
 }
 

@@ -1,14 +1,15 @@
-//! Where the eye is and how it is turned: navigation in R^N.
+//! Position and orientation of the eye: navigation in R^N.
 //!
-//! x_eye = R^T (x - o). R starts as the identity; a rotation [a,b,angle] turns the eye's own frame, columns of R:
-//! e_a -> cos e_a + sin e_b, e_b -> -sin e_a + cos e_b. Multiples of 90 degrees are exact, and the columns are made
-//! orthonormal again after each step, so that a long walk does not warp the eye.
-//! A pose is its list of rotations: what a viewer shows is what the JSON with that list gives, to the bit.
+//! x_eye = R^T (x - o). R starts as the identity; a rotation [a,b,angle] turns the eye's own frame,
+//! columns of R: e_a -> cos e_a + sin e_b, e_b -> -sin e_a + cos e_b. Multiples of 90 degrees are
+//! exact, and the columns are orthonormalised after each step, so that rounding does not accumulate
+//! over a long navigation. A pose is stored as its list of rotations, so a viewer shows exactly, to
+//! the bit, the picture that the JSON with that list gives.
 
 use super::error::EyeError;
 use super::scene::{finite_point, in_range};
 
-/// A turn in the plane of the eye's own axes `a` and `b`, from `a` towards `b`.
+/// A rotation in the plane of the eye's own axes `a` and `b`, from `a` towards `b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     /// First axis.
@@ -19,12 +20,12 @@ pub struct Rotation {
     pub angle_deg: f64,
 }
 
-/// Place and turns of the eye, in world space.
+/// Position and rotations of the eye, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
-    /// Where it is.
+    /// Position of the eye.
     pub position: Vec<f64>,
-    /// Its turns, in order, each in the frame that those before it left.
+    /// Rotations, in order, each in the frame that the earlier ones produced.
     pub rotations: Vec<Rotation>,
 }
 
@@ -34,7 +35,7 @@ impl Pose {
         Pose { position: vec![0.0; dim], rotations: Vec::new() }
     }
 
-    /// The eye's axes: entry j is R e_j, the j-th axis in world coordinates.
+    /// Returns the eye's axes: entry j is R e_j, the j-th axis in world coordinates.
     pub fn axes(&self) -> Vec<Vec<f64>> {
         let dim = self.position.len();
         let mut axes: Vec<Vec<f64>> =
@@ -54,7 +55,7 @@ impl Pose {
     /// Moves the eye by `distance` along its own axis `axis` (0 forward, 1 left, 2 up, ...).
     ///
     /// # Panics
-    /// When `axis` is not one of the space.
+    /// Panics if `axis` is not below the dimension.
     pub fn advance(&mut self, axis: usize, distance: f64) {
         let direction = &self.axes()[axis];
         for (x, step) in self.position.iter_mut().zip(direction) {
@@ -62,10 +63,11 @@ impl Pose {
         }
     }
 
-    /// Turns the eye in the plane of its axes `a` and `b`; turns in one plane that follow each other become one.
+    /// Rotates the eye in the plane of its axes `a` and `b`. Consecutive rotations in one plane are
+    /// merged into one.
     ///
     /// # Panics
-    /// When `a` and `b` are not two axes of the space.
+    /// Panics unless `a` and `b` are two different axes below the dimension.
     pub fn turn(&mut self, a: usize, b: usize, angle_deg: f64) {
         let dim = self.position.len();
         assert!(a != b && a < dim && b < dim, "a plane of two axes below {dim}");
@@ -77,7 +79,7 @@ impl Pose {
         self.rotations.retain(|r| r.angle_deg != 0.0);
     }
 
-    /// Every plane of rotation of R^N, as pairs of axes, visible ones first.
+    /// Returns every plane of rotation of R^N as a pair of axes, those of visible axes first.
     pub fn planes(dim: usize) -> Vec<[usize; 2]> {
         (1..dim).flat_map(|b| (0..b).map(move |a| [a, b])).collect()
     }
@@ -101,7 +103,7 @@ impl Pose {
     }
 }
 
-/// Sine and cosine of an angle in degrees; exact at multiples of 90.
+/// Returns sine and cosine of an angle in degrees; exact at multiples of 90.
 pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let reduced = angle_deg % 360.0;
     let quarter = (reduced / 90.0).round();
@@ -114,7 +116,7 @@ pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     }
 }
 
-/// Gram and Schmidt, in the order of the axes; exact for a frame of unit axes.
+/// Orthonormalises by Gram-Schmidt, in the order of the axes; exact for a frame of unit axes.
 fn orthonormalise(axes: &mut [Vec<f64>]) {
     for j in 0..axes.len() {
         let (done, rest) = axes.split_at_mut(j);

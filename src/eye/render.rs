@@ -1,13 +1,15 @@
-//! THE EYE AS NUMBERED STEPS: from a scene to its picture.
+//! Rendering a scene of R^N, in numbered steps.
 //!
 //! 1. The frame: facets in eye space, culled, nearest first (`frame`).
-//! 2. The screen is cut into slabs, one job each, and slabs into tiles.
-//! 3. Each tile searches the fibres of its pixels, nearest facets first, until none can be nearer (`fibre`).
-//! 4. The tie rule picks a winner a pixel.
+//! 2. The screen is split into slabs, one task each, and slabs into tiles.
+//! 3. Each tile searches the fibres of its pixels, nearest facets first, until none can be nearer
+//!    (`fibre`).
+//! 4. The tie rule selects one point for each pixel.
 //! 5. Lights and obstacles (`lights`, `occluder`, `bvh`).
 //! 6. Colour.
 //!
-//! No thread is started here: jobs go to the caller's [`Executor`]. A picture is the same, bit for bit, whoever runs them.
+//! No thread is started here: tasks go to the caller's [`Executor`]. The picture has the same bits
+//! with any executor.
 
 use super::error::EyeError;
 use super::fibre::TILE_PIXELS;
@@ -27,16 +29,16 @@ macro_rules! for_dimension {
         }
     };
 }
-/// A piece of work that may run on any thread.
+/// A task that may run on any thread.
 pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
 
-/// Something that runs jobs: all of them, in any order, before it returns.
+/// Runs tasks: all of them, in any order, before it returns.
 pub trait Executor {
-    /// Runs the jobs.
+    /// Runs the tasks and returns when all have finished.
     fn run<'a>(&self, tasks: Vec<Task<'a>>);
 }
 
-/// The thread that asks.
+/// Executor that runs the tasks on the calling thread.
 pub struct Serial;
 
 impl Executor for Serial {
@@ -51,24 +53,24 @@ impl Executor for rayon::ThreadPool {
     }
 }
 
-/// Renders a scene with exact fibres, on this thread.
+/// Renders a scene with exact fibres, on the calling thread.
 pub fn render(scene: &EyeScene) -> EyePicture {
     dispatch(scene, Fibre::Exact, &Serial)
 }
 
-/// Renders a scene with the fibres asked for, on the threads of `executor`.
+/// Renders a scene with the given search method, on the threads of `executor`.
 ///
 /// # Errors
-/// A fan without rays, or of more than [`MAX_FAN_RAYS`] in one fibre.
+/// Fails for a fan without rays, or of more than [`MAX_FAN_RAYS`] in one fibre.
 pub fn render_with(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> Result<EyePicture, EyeError> {
     check_fan(scene, fibre)?;
     Ok(dispatch(scene, fibre, executor))
 }
 
-/// What rendering the scene would do, and what it leaves out.
+/// Returns the plan of rendering the scene: its method, and the facets it searches and skips.
 ///
 /// # Errors
-/// As [`render_with`].
+/// Fails as [`render_with`] does.
 pub fn plan(scene: &EyeScene, fibre: Fibre) -> Result<EyePlan, EyeError> {
     check_fan(scene, fibre)?;
     Ok(for_dimension!(scene, plan_dim (scene, fibre), 2 3 4 5 6 7 8))
@@ -128,7 +130,8 @@ fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &dyn Exe
     picture
 }
 
-/// Extents of a tile along the screen axes: 64 pixels, as near to a cube as powers of two go.
+/// Returns the extents of a tile along the screen axes: 64 pixels, as near to a cube as powers of
+/// two allow.
 fn tile_sizes<const N: usize>(pixels: &[u32]) -> [u32; N] {
     let mut sizes = [1; N];
     let mut axis = 0;

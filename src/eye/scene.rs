@@ -1,16 +1,17 @@
-//! A scene of R^N and the screen it is seen on, checked.
+//! A validated scene of R^N and the screen it is seen on.
 //!
-//! World space throughout. Axes of the eye: 0 forward, 1..=M screen (1 left, 2 up, ...), M+1..N hidden.
-//! Promise: an [`EyeScene`] holds finite numbers, in range, of matching lengths; whoever has one need not check again.
+//! World space throughout. Axes of the eye: 0 forward, 1..=M screen (1 left, 2 up, ...), M+1..N
+//! hidden. Promise: an [`EyeScene`] holds finite numbers, in range, of matching lengths, so code
+//! that takes one need not check again.
 
 use super::error::EyeError;
 use super::pose::Pose;
 
-/// The largest dimension of a scene.
+/// Largest dimension of a scene.
 pub const MAX_DIM: usize = crate::math::nvec::MAX_DIM;
-/// The most pixels of one picture.
+/// Largest number of pixels of one picture.
 pub const MAX_PIXELS: u64 = 1 << 26;
-/// The most lit flags of one picture: pixels times lights.
+/// Largest number of lit flags of one picture: pixels times lights.
 pub const MAX_FLAGS: u64 = 1 << 28;
 
 /// Loss of brightness with distance: I(D) = min(1, k / (1 + D)^n).
@@ -26,7 +27,7 @@ impl Falloff {
     /// No loss at any distance.
     pub const OFF: Falloff = Falloff { k: 1.0, n: 0.0 };
 
-    /// I(D) in 0..=1 for a distance D >= 0 (source, equation 1, clamped).
+    /// Returns I(D) in 0..=1 for a distance D >= 0 (source, equation 1, clamped).
     pub fn at(self, distance: f64) -> f64 {
         let base = 1.0 + distance;
         let loss = if self.n == self.n.trunc() && self.n <= 16.0 {
@@ -38,76 +39,77 @@ impl Falloff {
     }
 }
 
-/// Where a light is.
+/// Kind and position of a light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EyeLightKind {
-    /// The sun: infinitely far, its light travels along `direction`; no loss with distance.
+    /// A sun: infinitely far, its light travels along `direction`, without loss over distance.
     Sun {
-        /// Not zero, any length.
+        /// Direction in which the light travels: not zero, of any length.
         direction: Vec<f64>,
     },
-    /// The hyperplane through `point` with normal `direction`; it shines from both faces, along the normal.
+    /// A light plane: the hyperplane through `point` with normal `direction`. It shines from both
+    /// faces, along the normal.
     Plane {
-        /// Not zero, any length.
+        /// Normal of the hyperplane: not zero, of any length.
         direction: Vec<f64>,
         /// Any point of the hyperplane.
         point: Vec<f64>,
     },
-    /// A point that shines all around.
+    /// A point light, which shines in all directions.
     Radial {
-        /// Its place.
+        /// Position of the light.
         position: Vec<f64>,
     },
 }
 
-/// A light.
+/// A light of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EyeLight {
-    /// Where it is.
+    /// Kind and position of the light.
     pub kind: EyeLightKind,
-    /// Its loss with distance.
+    /// Loss of brightness with distance from the light.
     pub falloff: Falloff,
-    /// Its colour, 0..=1.
+    /// Colour, 0..=1 for each channel.
     pub color: [f64; 3],
 }
 
-/// One (N-1)-simplex.
+/// An (N-1)-simplex of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facet {
-    /// N points of N coordinates each.
+    /// Vertices: N points of N coordinates each.
     pub v: Vec<Vec<f64>>,
-    /// Its own colour, 0..=255.
+    /// Colour, 0..=255 for each channel.
     pub color: [f64; 3],
 }
 
-/// What a scene is made of; [`EyeScene::new`] checks it.
+/// Contents of a scene, not validated; [`EyeScene::new`] does that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneParts {
-    /// N.
+    /// Dimension N of the space.
     pub dim: usize,
     /// Pixels along each of the M screen axes.
     pub pixels: Vec<u32>,
-    /// Distance of the screen from the eye, over 0.
+    /// Distance of the screen from the eye, above 0.
     pub distance: f64,
-    /// Width of the screen along each of its axes, over 0.
+    /// Width of the screen along each of its axes, above 0.
     pub size: Vec<f64>,
     /// Tangent of the aperture of each of the N-1-M hidden axes, at least 0.
     pub aperture_tan: Vec<f64>,
-    /// Diffuse light I_d a channel, 0..=1.
+    /// Diffuse light I_d of each channel, 0..=1.
     pub diffuse: [f64; 3],
-    /// The eye's own loss I_R.
+    /// Loss of brightness I_R with distance from the eye.
     pub view: Falloff,
-    /// Colour of pixels that see nothing, 0..=255.
+    /// Colour of pixels that see nothing, 0..=255 for each channel.
     pub background: [f64; 3],
-    /// Where the eye is and how it is turned.
+    /// Position and orientation of the eye.
     pub pose: Pose,
     /// The lights.
     pub lights: Vec<EyeLight>,
-    /// The facets; a degenerate one is allowed here, and skipped and reported by the renderer.
+    /// The facets. Degenerate ones are allowed here; the renderer skips and reports them.
     pub facets: Vec<Facet>,
 }
 
-/// A checked scene.
+/// A validated scene; dereferences to its [`SceneParts`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct EyeScene(SceneParts);
 
@@ -120,7 +122,7 @@ impl std::ops::Deref for EyeScene {
 }
 
 impl EyeScene {
-    /// Checks lengths and ranges; the error names the place as the JSON would.
+    /// Validates lengths and ranges. An error names the offending field by its path in the JSON.
     pub fn new(parts: SceneParts) -> Result<Self, EyeError> {
         let n = parts.dim;
         in_range("dim", n as f64, (2..=MAX_DIM).contains(&n), || {
@@ -166,27 +168,27 @@ impl EyeScene {
         Ok(EyeScene(parts))
     }
 
-    /// The parts, to be changed and checked again.
+    /// Returns the parts, to be changed and validated again.
     pub fn into_parts(self) -> SceneParts {
         self.0
     }
 
-    /// Dimension M of the screen.
+    /// Returns the dimension M of the screen.
     pub fn screen_dim(&self) -> usize {
         self.0.pixels.len()
     }
 
-    /// Number K of hidden retina axes.
+    /// Returns the number K = N-1-M of hidden retina axes.
     pub fn hidden_dim(&self) -> usize {
         self.0.dim - 1 - self.0.pixels.len()
     }
 
-    /// Pixels in all.
+    /// Returns the number of pixels of the picture.
     pub fn pixel_count(&self) -> usize {
         self.0.pixels.iter().map(|&n| n as usize).product()
     }
 
-    /// The same scene seen from elsewhere; the pose must be of the scene's dimension.
+    /// Returns the scene seen from another pose. Fails if the pose is not of the scene's dimension.
     pub fn with_pose(mut self, pose: Pose) -> Result<Self, EyeError> {
         pose.check(self.0.dim)?;
         self.0.pose = pose;
@@ -213,7 +215,7 @@ fn check_light(place: &str, light: &EyeLight, n: usize) -> Result<(), EyeError> 
     color(&format!("{place}.color"), &light.color, 1.0)
 }
 
-/// A point of N finite coordinates.
+/// Validates that `point` has N finite coordinates.
 pub(super) fn finite_point(place: &str, point: &[f64], n: usize) -> Result<(), EyeError> {
     same_length(place, point.len(), n)?;
     for (i, &x) in point.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! A slab of the screen, tile by tile: search, pick, light.
+//! Rendering a slab of the screen, tile by tile: search, selection of the point seen, lighting.
 //!
-//! In: a frame, and where the slab's pixels go. Out: those pixels. Runs on any thread; a pixel does not depend on how the screen
-//! is cut, nor on what its neighbours found: what is skipped here can't be seen.
+//! In: a frame, and the memory of the slab's pixels. Out: those pixels. Runs on any thread. A pixel
+//! depends neither on how the screen is split nor on its neighbours: only facets that cannot be
+//! seen are skipped.
 
 use super::bounds;
 use super::bvh::Bvh;
@@ -14,10 +15,11 @@ use super::scene::EyeScene;
 use crate::math::nvec::{dot, max_abs, unit};
 use std::ops::Range;
 
-/// Up to so many obstacles, those that may shadow a tile are picked for each tile; more are sorted into boxes.
+/// Number of obstacles up to which those that may shadow a tile are selected for each tile; more
+/// are put into a hierarchy of boxes.
 pub(super) const PICKED_OBSTACLES: usize = 256;
 
-/// Where a slab's pixels go.
+/// Memory of a slab's pixels; fields as in [`EyePicture`](super::EyePicture).
 pub(super) struct Output<'a> {
     pub facet: &'a mut [i32],
     pub dist: &'a mut [f64],
@@ -26,7 +28,7 @@ pub(super) struct Output<'a> {
 }
 
 impl Output<'_> {
-    /// The first `count` pixels, and the others.
+    /// Splits into the first `count` pixels and the rest.
     pub fn split(self, count: usize, lights: usize) -> (Self, Self) {
         let (facet, facet_rest) = self.facet.split_at_mut(count);
         let (dist, dist_rest) = self.dist.split_at_mut(count);
@@ -39,7 +41,7 @@ impl Output<'_> {
     }
 }
 
-/// A tile: pixels low..high along each axis, and the middle and half extent of their directions.
+/// A tile: pixels low..high along each axis, and the centre and half extent of their directions.
 struct Tile<const N: usize> {
     low: [u32; N],
     high: [u32; N],
@@ -49,17 +51,17 @@ struct Tile<const N: usize> {
     axis: [f64; N],
 }
 
-/// What is kept from tile to tile.
+/// Working memory reused from tile to tile.
 struct TileScratch<const N: usize> {
     nearest: Nearest<N>,
-    /// Obstacle that blocked each light last.
+    /// The obstacle that last blocked each light.
     last_blockers: Vec<u32>,
     /// Obstacles that may shadow the tile.
     picked: Vec<u32>,
     seen: Vec<Seen<N>>,
 }
 
-/// A pixel's point, and the light it gets.
+/// The point seen by a pixel, and the light it receives.
 struct Seen<const N: usize> {
     pixel: usize,
     index: u32,
@@ -81,7 +83,7 @@ impl<'a, const N: usize> World<'a, N> {
         World { scene, frame, obstacles }
     }
 
-    /// Renders the layers `slab` of the last screen axis.
+    /// Renders layers `slab` of the last screen axis.
     pub fn render_slab(&self, slab: Range<u32>, sizes: [u32; N], mut out: Output) {
         let last = self.frame.screen.dim() - 1;
         let bands = self.frame.order.iter().zip(&self.frame.bands);
@@ -106,7 +108,7 @@ impl<'a, const N: usize> World<'a, N> {
                 let base = self.scene.facets[self.frame.facets[seen.index as usize].id as usize].color;
                 out.color[seen.pixel] = shade(base, seen.total, self.scene.view.at(seen.distance));
             }
-            // The next tile of the slab, axis 1 fastest.
+            // Moves to the next tile of the slab, axis 1 fastest.
             let mut axis = 0;
             while axis < last {
                 low[axis] += sizes[axis];
@@ -135,7 +137,7 @@ impl<'a, const N: usize> World<'a, N> {
         Tile { low, high, middle, half, axis: unit(middle) }
     }
 
-    /// Searches the fibres of a tile's pixels.
+    /// Searches the fibres of a tile's pixels, nearest facets first.
     fn search_tile(&self, tile: &Tile<N>, near: &[u32], nearest: &mut Nearest<N>) {
         nearest.clear();
         let (low, high) = (tile.low, tile.high);
@@ -178,7 +180,7 @@ impl<'a, const N: usize> World<'a, N> {
         }
     }
 
-    /// Whether the whole tile lies outside a face of the facet's outline on the screen.
+    /// Returns whether the entire tile lies outside a face of the facet's outline on the screen.
     fn is_missed(&self, index: usize, tile: &Tile<N>) -> bool {
         if !matches!(self.frame.method, Method::Ray | Method::Plane) {
             return false;
@@ -190,9 +192,10 @@ impl<'a, const N: usize> World<'a, N> {
         })
     }
 
-    /// Whether everything that the tile's pixels found is nearer than the facet, as seen along the tile's middle, or than the
-    /// facet's hyperplane in any of their fibres: q = c^2 / (<n,P>^2 / |P|^2 + n_hidden^2), with the largest <n,P> and the
-    /// least |P|.
+    /// Returns whether every point found for the tile's pixels is nearer than the facet. The
+    /// facet's distance is bounded along the tile's central direction, and by its hyperplane in any
+    /// of the pixels' fibres: q = c^2 / (<n,P>^2 / |P|^2 + n_hidden^2), with the largest <n,P> and
+    /// the least |P|.
     fn is_behind(&self, index: usize, tile: &Tile<N>, least_length2: f64, worst2: f64) -> bool {
         if worst2 == f64::INFINITY {
             return false;
@@ -208,7 +211,7 @@ impl<'a, const N: usize> World<'a, N> {
         facet.offset * facet.offset * (1.0 - 1e-9) > worst2 * trace
     }
 
-    /// The direction of pixel `at` but for c_1, which is 0.
+    /// Returns the direction of pixel `at`, except c_1, which is 0.
     fn direction(&self, at: [u32; N]) -> [f64; N] {
         let mut direction = [0.0; N];
         direction[0] = self.frame.screen.distance;
@@ -218,7 +221,7 @@ impl<'a, const N: usize> World<'a, N> {
         direction
     }
 
-    /// Picks the winners of a tile.
+    /// Selects the point seen by each pixel of a tile.
     fn pick(&self, tile: &Tile<N>, slab_start: u32, scratch: &mut TileScratch<N>, out: &mut Output) {
         scratch.seen.clear();
         let axes = self.scene.pixels.len();
@@ -245,7 +248,7 @@ impl<'a, const N: usize> World<'a, N> {
         });
     }
 
-    /// Sets the flags of light `index` in a tile, and adds what it gives.
+    /// Sets the lit flags of light `index` in a tile, and adds its light.
     fn light_tile(&self, index: usize, scratch: &mut TileScratch<N>, out: &mut Output) {
         let light = &self.frame.lights[index];
         let mut reached: [Option<(f64, LightTarget<N>)>; TILE_PIXELS] = [None; TILE_PIXELS];
@@ -288,7 +291,8 @@ impl<'a, const N: usize> World<'a, N> {
         }
     }
 
-    /// Whether anything stands between `p` and the light. `last` is tried first: what it holds changes the time, not the answer.
+    /// Returns whether an obstacle stands between `p` and the light. `last` is tried first; it
+    /// affects the time, not the result.
     fn is_blocked(
         &self,
         light: usize,
@@ -312,7 +316,8 @@ impl<'a, const N: usize> World<'a, N> {
     }
 }
 
-/// Calls `run(at, local)` for each run along axis 1 of the box low..high, `local` counting the box's pixels.
+/// Calls `run(at, local)` for each run of pixels along axis 1 of the box low..high; `local` is the
+/// index of its first pixel in the box.
 fn for_each_run<const N: usize>(low: [u32; N], high: [u32; N], mut run: impl FnMut([u32; N], usize)) {
     let mut at = low;
     let length = (high[0] - low[0]) as usize;

@@ -1,19 +1,22 @@
 //! K >= 2: the fibre is a cone of K+1 dimensions, and the facet meets it in a polytope.
 //!
-//! In orthonormal coordinates (|P| s, h_1 .. h_K) of the fibre's span the search is: least |x|^2 with b.x = 1 (the facet's
-//! hyperplane) and a_i.x >= 0 (the facet's N faces as seen from the eye, and two sides of each aperture). All of the a_i
-//! pass through the eye, so the answer is found by taking them one by one: while the nearest point satisfies the next one it
-//! stays; else the answer lies in that one's hyperplane, one dimension lower, under those before it.
-//! Source: R. Seidel, "Small-Dimensional Linear Programming and Convex Hulls Made Easy", 1991, for a strictly convex aim.
+//! In orthonormal coordinates (|P| s, h_1 .. h_K) of the fibre's span the problem is: least |x|^2
+//! with b.x = 1 (the facet's hyperplane) and a_i.x >= 0 (the facet's N faces as seen from the eye,
+//! and two sides of each aperture). All of the a_i pass through the eye, so the solution is found
+//! by adding them one by one: if the nearest point satisfies the next constraint it stays;
+//! otherwise the solution lies in that constraint's hyperplane, one dimension lower, under the
+//! earlier ones. Source: R. Seidel, "Small-Dimensional Linear Programming and Convex Hulls Made
+//! Easy", 1991, for a strictly convex objective.
 
 use super::{Candidate, Nearest, Run, facing};
 use crate::eye::frame::{Frame, Visible};
 use crate::math::nvec::{MAX_DIM, add_scaled, dot, unit};
 
-/// A side is violated when a.x falls below this part of |x| (a being a unit vector of R^N): an angle that rounding can't tell from 0.
+/// A side is violated if a.x is below this fraction of |x| (a being a unit vector of R^N): an angle
+/// that rounding cannot distinguish from 0.
 const VIOLATED: f64 = -1e-12;
 
-/// The most sides of a fibre's polytope: N faces and 2 K sides of apertures.
+/// Largest number of sides of a fibre's polytope: N faces and 2 K sides of apertures.
 const MAX_SIDES: usize = MAX_DIM + 2 * (MAX_DIM - 2);
 
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
@@ -39,12 +42,13 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
     }
 }
 
-/// The hidden axes whose aperture is not shut: along the others the fibre has no width.
+/// Returns the hidden axes whose aperture is not 0: along the others the fibre has no width.
 fn open_axes<const N: usize>(frame: &Frame<N>) -> impl Iterator<Item = usize> {
     (frame.screen.dim() + 1..N).filter(|&axis| frame.screen.tan[axis] > 0.0)
 }
 
-/// The nearest point within `reach2` (squared), in the coordinates (|P| s, open hidden axes).
+/// Returns the nearest point within `reach2` (squared), in the coordinates (|P| s, open hidden
+/// axes).
 fn nearest_in_fibre<const N: usize>(
     frame: &Frame<N>,
     facet: &Visible<N>,
@@ -82,11 +86,12 @@ fn nearest_in_fibre<const N: usize>(
     (at[0] > 0.0).then_some(at)
 }
 
-/// The shortest x with b.x = 1 and a.x >= 0 for all `sides`, if there is one with |x|^2 <= `reach2`.
+/// Returns the shortest x with b.x = 1 and a.x >= 0 for all `sides`, or `None` if there is none
+/// with |x|^2 <= `reach2`.
 fn least<const N: usize>(b: &[f64; N], sides: &[[f64; N]], reach2: f64) -> Option<[f64; N]> {
     let b2 = dot(b, b);
     if !(b2 * reach2 >= 1.0 && b2 > 0.0) {
-        return None; // the hyperplane is farther than that, or away from the fibre altogether
+        return None; // the hyperplane is farther away than that, or does not meet the fibre
     }
     let mut x = b.map(|c| c / b2);
     for (i, side) in sides.iter().enumerate() {

@@ -1,5 +1,6 @@
-//! The fan: m rays along each hidden axis of the fibre, each against the facet in R^N. A check and a preview of the exact ways:
-//! every hit is a point of the facet in the fibre, so the fan is never nearer than exact; its error falls with 1/m.
+//! The fan: m rays along each hidden axis of the fibre, each intersected with the facet in R^N. A
+//! check and a preview of the exact methods: every hit is a point of the facet in the fibre, so the
+//! fan is never nearer than exact; its error falls with 1/m.
 
 use super::{Candidate, Nearest, Run, facing};
 use crate::eye::frame::Frame;
@@ -31,7 +32,7 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
                 depth += lambda[i] * facet.v[i][0];
             }
             let t = depth / (sum * pixel[0]);
-            // A sum that may be all rounding is a ray in the hyperplane.
+            // A sum that may consist of rounding errors alone means a ray in the hyperplane.
             if t > 0.0 && sum.abs() > N as f64 * facet.doubt {
                 let point: [f64; N] = std::array::from_fn(|a| t * (pixel[a] + ray[a]));
                 let distance2 = dot(&point, &point);

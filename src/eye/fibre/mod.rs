@@ -1,8 +1,9 @@
-//! THE SEARCH IN A FIBRE: the nearest point of a facet that a pixel can see.
+//! Search in a fibre: the nearest point of a facet that a pixel can see.
 //!
-//! The fibre of pixel P is the cone {x in span(P, hidden axes), x_0 > 0, |x_j| <= tan(alpha_j) x_0} from the eye at 0.
-//! In: a facet, and a run of pixels along screen axis 1. Out: candidates, kept by [`Nearest`] under the tie rule.
-//! How one would know: every face of the polytope tried in rational numbers (tests/eye/exact).
+//! The fibre of pixel P is the cone {x in span(P, hidden axes), x_0 > 0, |x_j| <= tan(alpha_j) x_0}
+//! from the eye at 0. In: a facet, and a run of pixels along screen axis 1. Out: candidates, stored
+//! in [`Nearest`] under the tie rule. Check: every face of the polytope tried in rational numbers
+//! (tests/eye/exact).
 
 mod cone;
 mod fan;
@@ -19,16 +20,16 @@ use super::method::Method;
 use crate::math::nvec::signed_det;
 use std::ops::Range;
 
-/// Pixels of one tile at most.
+/// Largest number of pixels of a tile.
 pub(super) const TILE_PIXELS: usize = 64;
 
 /// A run of pixels along screen axis 1.
 pub(super) struct Run<const N: usize> {
-    /// The pixels' direction: d, c_1 (of no meaning here), c_2, ..., c_M, zeros.
+    /// Direction of the pixels: d, c_1 (unused here), c_2, ..., c_M, zeros.
     pub direction: [f64; N],
-    /// Pixels along axis 1.
+    /// Range of pixels along axis 1.
     pub x: Range<u32>,
-    /// Place in the tile of pixel `x.start`.
+    /// Index in the tile of pixel `x.start`.
     pub local: usize,
 }
 
@@ -43,8 +44,9 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
     }
 }
 
-/// The squared distance of the eye from the facet's trace in the fibre, q = c^2 / |n_W|^2: no point of the facet in the
-/// fibre is nearer, and of two that are as near, the one with the larger q faces the eye more.
+/// Returns the squared distance of the eye from the facet's trace in the fibre, q = c^2 / |n_W|^2.
+/// No point of the facet in the fibre is nearer, and of two equally near facets the one with the
+/// larger q faces the eye more.
 ///
 /// `along` is <n,P>.
 #[inline(always)]
@@ -52,10 +54,12 @@ fn facing<const N: usize>(facet: &Visible<N>, along: f64, inverse_length2: f64) 
     facet.offset * facet.offset / (along * along * inverse_length2 + facet.normal_hidden2)
 }
 
-/// The determinant of f_a(v) = d v_a - c_a v_0, a = 1..=m, over the m vertices that `among` picks, with a sure sign.
+/// Returns the determinant of f_a(v) = d v_a - c_a v_0, a = 1..=m, over the m vertices selected by
+/// `among`, with a reliable sign.
 ///
-/// Each f is rounded once and then taken as exact, the same for all facets at the vertex: what is decided is the exact
-/// incidence with a mesh whose vertices are moved by an ulp, so that no ray slips between facets.
+/// Each f is rounded once and then taken as exact, and it is the same for all facets at the vertex:
+/// the result is the exact incidence with a mesh whose vertices are moved by an ulp, so no ray
+/// slips between facets.
 #[cold]
 fn sure_minor<const N: usize>(
     facet: &Visible<N>,

@@ -1,12 +1,13 @@
 //! The nearest points found so far for the pixels of a tile, and the tie rule.
 //!
-//! Among hits with D <= D_min (1 + 1e-9) the one with the largest facing value q wins; of those equal within 1e-9 the lowest
-//! facet index. Because the rule is not that of a total order, all hits within the tolerance are kept until the end: then the
-//! answer depends neither on the order of the facets nor on what was pruned.
+//! Among hits with D <= D_min (1 + 1e-9) the one with the largest facing value q is selected; of
+//! those equal within 1e-9 the one with the lowest facet index. The rule is not a total order, so
+//! all hits within the tolerance are stored until the end: then the result depends neither on the
+//! order of the facets nor on what was pruned.
 
 use super::TILE_PIXELS;
 
-/// Distances within this part of each other are a tie, and so are facing values.
+/// Distances within this fraction of each other are a tie, and so are facing values.
 pub(crate) const TIE: f64 = 1e-9;
 
 /// (1 + TIE)^2, for squared distances.
@@ -15,23 +16,23 @@ const TIE2: f64 = (1.0 + TIE) * (1.0 + TIE);
 /// A point of a facet that a pixel may see.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate<const N: usize> {
-    /// Squared distance from the eye.
+    /// Squared distance of the point from the eye.
     pub distance2: f64,
-    /// The facing value q; 0 where only the index counts.
+    /// Facing value q; 0 where only the index counts.
     pub facing: f64,
-    /// The facet's index in the scene.
+    /// Index of the facet in the scene.
     pub id: u32,
-    /// Its index among the visible ones.
+    /// Index of the facet among the visible ones.
     pub index: u32,
     /// The point, in eye space.
     pub point: [f64; N],
 }
 
-/// What the pixels of a tile have found.
+/// The nearest points found for the pixels of a tile.
 pub(crate) struct Nearest<const N: usize> {
     limit2: [f64; TILE_PIXELS],
     found: Vec<Vec<Candidate<N>>>,
-    /// 1 / |P|^2 of each pixel's direction.
+    /// 1 / |P|^2 for each pixel's direction.
     pub inverse_length2: [f64; TILE_PIXELS],
 }
 
@@ -44,24 +45,24 @@ impl<const N: usize> Nearest<N> {
         }
     }
 
-    /// Forgets everything.
+    /// Clears the results of all pixels.
     pub fn clear(&mut self) {
         self.limit2 = [f64::INFINITY; TILE_PIXELS];
         self.found.iter_mut().for_each(Vec::clear);
     }
 
-    /// The squared distance beyond which nothing matters any more to pixel `local`.
+    /// Returns the squared distance beyond which no point can be selected for pixel `local`.
     #[inline(always)]
     pub fn limit2(&self, local: usize) -> f64 {
         self.limit2[local]
     }
 
-    /// The same for all pixels of the tile that are in `locals`.
+    /// Returns the largest [`Self::limit2`] of the tile's pixels in `locals`.
     pub fn worst2(&self, locals: std::ops::Range<usize>) -> f64 {
         self.limit2[locals].iter().fold(0.0, |m: f64, x| m.max(*x))
     }
 
-    /// Keeps a candidate if it may win.
+    /// Stores a candidate if it may be selected.
     #[inline]
     pub fn offer(&mut self, local: usize, candidate: Candidate<N>) {
         let limit2 = &mut self.limit2[local];
@@ -75,7 +76,7 @@ impl<const N: usize> Nearest<N> {
         }
     }
 
-    /// The winner of pixel `local`.
+    /// Returns the point selected for pixel `local`.
     pub fn winner(&self, local: usize) -> Option<&Candidate<N>> {
         let found = &self.found[local];
         let facing = found.iter().fold(0.0, |m: f64, c| m.max(c.facing));
@@ -98,7 +99,7 @@ mod tests {
     #[test]
     fn the_tie_rule_does_not_depend_on_the_order() {
         for (hits, want) in [
-            // Nearer by more than 1e-9 wins whatever it faces.
+            // Nearer by more than 1e-9 wins whatever the facing values.
             (vec![(2.0, 0.1, 5), (2.0 * (1.0 + 3e-9), 9.0, 1)], 5),
             // Within 1e-9 the facing value decides, then the index.
             (vec![(2.0, 0.1, 1), (2.0 * (1.0 + 0.5e-9), 0.2, 7)], 7),

@@ -1,18 +1,19 @@
-//! K = 1: the fibre is a piece of a plane, and the facet meets it in a segment.
+//! K = 1: the fibre is part of a plane, and the facet meets it in a segment.
 //!
-//! The segment's ends lie on faces of N-1 vertices, which meet the plane in a point each: the case K = 0 in the visible
-//! coordinates. In the plane x = s P + h e_hidden, |x|^2 = s^2 |P|^2 + h^2: the segment A, B is clipped to s >= 0 and
-//! tan(alpha) d s -+ h >= 0, and the nearest point is at u = clamp(-<A,B-A> / |B-A|^2, lo, hi). Closed form, no iteration.
+//! The segment's ends lie on faces of N-1 vertices, each of which meets the plane in a point: the
+//! case K = 0 in the visible coordinates. In the plane x = s P + h e_hidden, |x|^2 = s^2 |P|^2 +
+//! h^2: the segment A, B is clipped to s >= 0 and tan(alpha) d s -+ h >= 0, and the nearest point
+//! is at u = clamp(-<A,B-A> / |B-A|^2, lo, hi). Closed form, no iteration.
 
 use super::{Candidate, Nearest, Run, facing, sure_minor};
 use crate::eye::frame::{Frame, Visible};
 use crate::eye::method::{Method, pair_index};
 use crate::math::nvec::{MAX_DIM, dot};
 
-/// Pairs of the vertices of the largest facet.
+/// Number of vertex pairs of a facet in the largest dimension.
 const MAX_PAIRS: usize = MAX_DIM * (MAX_DIM - 1) / 2;
 
-/// Values of the aperture's borders smaller than this part of their terms are 0.
+/// Values of the aperture's border functions below this fraction of their terms count as 0.
 const ON_BORDER: f64 = 1e-14;
 
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
@@ -64,8 +65,8 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
     }
 }
 
-/// For each face of a simplex of n vertices (the one without vertex i): which minors are its barycentrics, and which of them with
-/// a minus sign.
+/// Returns, for each face of a simplex of n vertices (the one without vertex i), a mask of the
+/// minors that are its barycentrics, and a mask of those with a minus sign.
 const fn faces(n: usize) -> [[u32; 2]; MAX_DIM] {
     let mut faces = [[0; 2]; MAX_DIM];
     let mut i = 0;
@@ -86,7 +87,8 @@ const fn faces(n: usize) -> [[u32; 2]; MAX_DIM] {
     faces
 }
 
-/// The ends (s, h) of the facet's segment in the plane, from the minors of its pairs.
+/// Returns the ends (s, h) of the facet's segment in the plane, from the minors of its vertex
+/// pairs.
 #[inline(always)]
 fn segment<const N: usize>(
     facet: &Visible<N>,
@@ -105,8 +107,8 @@ fn segment<const N: usize>(
     let mut count = 0;
     for i in 0..N {
         let [mask, flip] = faces[i];
-        // Met when the barycentrics that are not 0 have one sign; when all are 0 the face lies in the plane as a whole, and its
-        // own faces give the ends.
+        // Met if the nonzero barycentrics have one sign. If all are 0 the face lies entirely in the
+        // plane, and its own faces give the ends.
         let counted = mask & !zero;
         let signs = (negative ^ flip) & counted;
         if counted == 0 || (signs != 0 && signs != counted) {
@@ -123,7 +125,8 @@ fn segment<const N: usize>(
             0 => ends = [end, end],
             1 => ends[1] = end,
             _ => {
-                // More than two faces meet at an end of the segment: keep the farthest from the first.
+                // More than two faces meet at an end of the segment: the farthest from the first is
+                // taken.
                 let part = |e: [f64; 3]| [e[0] / e[2], e[1] / e[2]];
                 let span = |e: [f64; 3]| {
                     (part(e)[0] - part(ends[0])[0]).abs() + (part(e)[1] - part(ends[0])[1]).abs()
@@ -138,7 +141,8 @@ fn segment<const N: usize>(
     if count == 0 {
         return None;
     }
-    // One division for all four, unless the product of the sums leaves the range in which it is exact enough.
+    // One division for all four, unless the product of the sums leaves the range in which it is
+    // accurate enough.
     let [a, b] = ends;
     let product = a[2] * b[2] * d;
     if !(1e-280..1e280).contains(&product) {
@@ -150,7 +154,8 @@ fn segment<const N: usize>(
     Some(([a[0] * scale_a, a[1] * scale_a * d], [b[0] * scale_b, b[1] * scale_b * d]))
 }
 
-/// The point (s, h) of the segment a..b, clipped to the aperture, that is nearest to the eye; `tan` is tan(alpha) d.
+/// Returns the point (s, h) of the segment a..b, clipped to the aperture, that is nearest to the
+/// eye; `tan` is tan(alpha) d.
 #[inline(always)]
 fn nearest_of_segment(a: [f64; 2], b: [f64; 2], tan: f64, inverse_length2: f64) -> Option<(f64, f64)> {
     let (mut lo, mut hi) = (0.0f64, 1.0f64);
@@ -173,7 +178,7 @@ fn nearest_of_segment(a: [f64; 2], b: [f64; 2], tan: f64, inverse_length2: f64) 
         return None;
     }
     let (ds, dh) = (b[0] - a[0], b[1] - a[1]);
-    // Times 1 / |P|^2: the metric is s s' + h h' / |P|^2.
+    // Scaled by 1 / |P|^2: the metric is s s' + h h' / |P|^2.
     let along = a[0] * ds + a[1] * dh * inverse_length2;
     let length2 = ds * ds + dh * dh * inverse_length2;
     let u = if length2 > 0.0 { (-along / length2).clamp(lo, hi) } else { lo };

@@ -1,8 +1,9 @@
 //! K = 0: the fibre is a ray.
 //!
-//! lambda_i is proportional to det(P, vertices but i): all of one sign (zeros allowed) is a hit; t = sum(lambda x_0) / d > 0.
-//! Each functional belongs to a ridge. Where rounding could turn its sign, the minor of f decides instead.
-//! Source of the idea: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013, here in any N.
+//! lambda_i is proportional to det(P, vertices but i). If all have one sign (zeros allowed) it is a
+//! hit, with t = sum(lambda x_0) / d > 0. Each functional belongs to a ridge. Where rounding could
+//! change its sign, the minor of f decides instead. Source of the idea: S. Woop, C. Benthin, I.
+//! Wald, "Watertight Ray/Triangle Intersection", 2013, here in any N.
 
 use super::{Candidate, Nearest, Run, sure_minor};
 use crate::eye::frame::Frame;
@@ -27,7 +28,7 @@ pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N
             });
         }
         if lambda.iter().any(|&l| l > 0.0) == lambda.iter().any(|&l| l < 0.0) {
-            continue; // both signs, or nothing but zeros: the ray lies in the facet's hyperplane
+            continue; // both signs, or only zeros: the ray lies in the facet's hyperplane
         }
         let (mut sum, mut depth) = (0.0, 0.0);
         for i in 0..N {

@@ -1,11 +1,12 @@
-//! The aperture's border against its equation, |x_j| <= tan(alpha_j) x_0, on facets whose nearest point is a quotient.
+//! The aperture's border against its equation, |x_j| <= tan(alpha_j) x_0, on facets whose nearest
+//! point is a quotient.
 
 use crate::eye::{
     EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, Serial, render, render_with,
 };
 
-/// A facet in the hyperplane x_0 = depth - slant h, h being the last hidden coordinate: from h = `first` to `first` + 4, wide
-/// around the axis, `side` 1 or -1 times h.
+/// A facet in the hyperplane x_0 = depth - slant h, h being the last hidden coordinate: from h =
+/// `first` to `first` + 4, wide around the axis, with h multiplied by `side` (1 or -1).
 #[derive(Clone, Copy, Debug)]
 struct Wall {
     depth: f64,
@@ -17,7 +18,8 @@ struct Wall {
 const SCREEN: (f64, f64, u32) = (0.7, 0.3, 5); // d, S, pixels along each axis
 
 fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePicture {
-    // A simplex of dim - 1 corners around 0 in the axes but the last, and one corner above its middle.
+    // A simplex of dim - 1 corners around 0 in all axes but the last, and one corner above its
+    // middle.
     let mut v = vec![vec![-2.0; dim]; dim];
     v[dim - 1].fill(0.0);
     for (k, point) in v.iter_mut().enumerate() {
@@ -52,21 +54,22 @@ fn border(wall: Wall, tan: f64) -> f64 {
     wall.depth * tan / (1.0 + wall.slant * tan)
 }
 
-/// The distance that a pixel sees, |P|^2 = `length2` d^2: the least of length2 x_0^2 + h^2 from the wall's lower end to the border.
+/// Returns the distance that a pixel sees, with |P|^2 = `length2` d^2: the least of length2 x_0^2 +
+/// h^2 from the wall's lower end to the border.
 fn wanted(wall: Wall, tan: f64, length2: f64) -> f64 {
     let free = wall.depth * length2 * wall.slant / (1.0 + length2 * wall.slant * wall.slant);
     let h = free.min(border(wall, tan)).max(wall.first);
     (length2 * (wall.depth - wall.slant * h).powi(2) + h * h).sqrt()
 }
 
-/// |P|^2 / d^2 of a flat pixel.
+/// Returns |P|^2 / d^2 of the pixel with flat index `index`.
 fn length2(index: usize, screen: usize) -> f64 {
     let (d, size, n) = (SCREEN.0, SCREEN.1, SCREEN.2 as usize);
     let centre = |j: usize| size * (n as f64 - 1.0 - 2.0 * j as f64) / (2.0 * n as f64);
     (0..screen).fold(1.0, |sum, a| sum + (centre(index / n.pow(a as u32) % n) / d).powi(2))
 }
 
-/// Dimensions, and of the screen: one hidden axis, and two.
+/// Dimensions of the space and of the screen: one hidden axis, and two.
 const SPACES: [(usize, usize); 4] = [(3, 1), (4, 2), (4, 1), (5, 2)];
 
 #[test]
@@ -91,7 +94,8 @@ fn the_aperture_ends_where_its_equation_says() {
 
 #[test]
 fn a_wall_that_only_touches_the_border_is_seen_whichever_way_its_place_was_rounded() {
-    // x_0 = depth on all of it, so that its lower end is exactly on the border but for the rounding of one product.
+    // x_0 = depth on all of it, so its lower end is exactly on the border up to the rounding of one
+    // product.
     for ((dim, screen), side) in SPACES.into_iter().flat_map(|s| [(s, 1.0), (s, -1.0)]) {
         for (i, depth) in (1..=20).flat_map(|i| [0.7, 1.1, 3.0, 5.3].map(|depth| (i, depth))) {
             let tan = f64::from(i) / 23.0;
@@ -108,7 +112,7 @@ fn a_wall_that_only_touches_the_border_is_seen_whichever_way_its_place_was_round
 #[test]
 fn the_outermost_rays_of_a_fan_lie_on_the_border() {
     for ((dim, screen), side) in SPACES.into_iter().flat_map(|s| [(s, 1.0), (s, -1.0)]) {
-        // It comes nearer as h grows, so that the outermost ray sees the nearest point.
+        // It comes nearer as h grows, so the outermost ray sees the nearest point.
         let wall = Wall { depth: 3.0, slant: 0.6, first: -0.1, side };
         let picture = look(dim, screen, 0.3, wall, Fibre::Fan(3));
         for (index, dist) in picture.dist.iter().enumerate() {

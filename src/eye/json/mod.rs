@@ -1,13 +1,16 @@
-//! Scenes as JSON text, in and out.
+//! Reading and writing of scenes as JSON.
 //!
-//! In: the text of a SCENE, or of a case `{about, scene, expected}` that holds one. Out: an [`EyeScene`], or the place of what
-//! is wrong with it. Unknown fields are refused; numbers are read to the last bit.
+//! In: the text of a SCENE, or of a test case `{about, scene, expected}` that contains one. Out: an
+//! [`EyeScene`], or an error with its path. Unknown fields are errors; numbers are read exactly to
+//! the last bit.
 //!
-//! SCENE: `dim` N; `pixels` [n_1..n_M]; `d`; `S` [S_1..S_M]; `aperture_tan` or `aperture_deg`, one a hidden axis; `I_d` number
-//! or [r,g,b] in 0..1 (default 0); `view` {k,n} (default off); `background` (default black); `eye` {position, rotations
-//! [[a,b,degrees]..]}; `lights`; `facets` [{v: N points, color}]. A light: `type` "parallel" with `direction` and perhaps `point`,
-//! or "radial" with `position`; `k`, `n`, `color`. Defaults: n = 0 parallel and view, N-1 radial; k = 2^n; white. Any colour
-//! may be a string: a CSS name, or hex with or without `#`, in which ff is the most that the field can be.
+//! SCENE: `dim` N; `pixels` [n_1..n_M]; `d`; `S` [S_1..S_M]; `aperture_tan` or `aperture_deg`, one
+//! for each hidden axis; `I_d` number or [r,g,b] in 0..1 (default 0); `view` {k,n} (default off);
+//! `background` (default black); `eye` {position, rotations [[a,b,degrees]..]}; `lights`; `facets`
+//! [{v: N points, color}]. A light: `type` "parallel" with `direction` and optionally `point`, or
+//! "radial" with `position`; `k`, `n`, `color`. Defaults: n = 0 for parallel lights and the view,
+//! N-1 for radial lights; k = 2^n; white. Any colour may be a string: a CSS name, or hex with or
+//! without `#`, in which ff is the field's maximum.
 
 mod node;
 #[cfg(test)]
@@ -20,8 +23,10 @@ use super::pose::{Pose, Rotation};
 use super::scene::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, SceneParts};
 use serde_json::{Value, json};
 
-/// Bytes that reading a scene from this text takes at most, the scene included. The text is counted, not parsed: each array has room
-/// for 4 values at least, each object is a node of 11, and lists have room for twice their items and move.
+/// Returns an upper bound of the bytes that reading a scene from this text takes, including the
+/// scene. The text is not parsed, only its brackets and commas are counted: each array has room for
+/// at least 4 values, each object is a node of 11, and lists have room for twice their items while
+/// they grow.
 pub fn json_bytes(text: &[u8]) -> u64 {
     const VALUE: u64 = size_of::<Value>() as u64;
     let (mut arrays, mut objects, mut items) = (0, 0, 1);
@@ -41,7 +46,7 @@ pub fn json_bytes(text: &[u8]) -> u64 {
 }
 
 impl EyeScene {
-    /// Reads a scene, or the scene of a case file.
+    /// Reads a scene, or the scene of a test case.
     pub fn from_json(text: &[u8]) -> Result<Self, EyeError> {
         let value: Value = serde_json::from_slice(text).map_err(|e| EyeError::Json {
             line: e.line(),
@@ -51,7 +56,7 @@ impl EyeScene {
         Self::from_value(&value)
     }
 
-    /// Reads a scene, or the scene of a case file, from parsed JSON.
+    /// Reads a scene, or the scene of a test case, from parsed JSON.
     pub fn from_value(value: &Value) -> Result<Self, EyeError> {
         let root = Node { value, path: String::new() };
         match value.get("scene") {
@@ -63,7 +68,7 @@ impl EyeScene {
         }
     }
 
-    /// The scene as JSON, which reads back as the same scene.
+    /// Returns the scene as JSON, which reads back as an equal scene.
     pub fn to_value(&self) -> Value {
         let rotations: Vec<Value> =
             self.pose.rotations.iter().map(|r| json!([r.a, r.b, r.angle_deg])).collect();
@@ -153,7 +158,7 @@ fn read_scene(node: &Node) -> Result<EyeScene, EyeError> {
         })?,
         pixels,
     };
-    // A scene inside a case file keeps its prefix in the place of the error.
+    // In a test case the error's path keeps the prefix of the scene.
     EyeScene::new(parts).map_err(|e| prefixed(e, &node.path))
 }
 

@@ -1,10 +1,10 @@
-//! A value of a JSON text that knows its place, and what may be asked of it: each question names what it expected.
+//! A JSON value with its path, and typed accessors whose errors say what they expected.
 
 use crate::eye::EyeError;
 use crate::memory::parse_color;
 use serde_json::{Map, Value};
 
-/// A value and its place.
+/// A JSON value and its path.
 pub(in crate::eye) struct Node<'a> {
     pub(in crate::eye) value: &'a Value,
     pub(in crate::eye) path: String,
@@ -26,7 +26,7 @@ impl<'a> Node<'a> {
         EyeError::Type { path, expected: expected.to_owned(), found }
     }
 
-    /// An object with no other fields than these.
+    /// Returns the object, or an error if it has other fields than `fields`.
     pub(in crate::eye) fn object(&self, fields: &[&str]) -> Result<&'a Map<String, Value>, EyeError> {
         let map = self.value.as_object().ok_or_else(|| self.not("an object"))?;
         match map.keys().find(|key| !fields.contains(&key.as_str())) {
@@ -53,7 +53,7 @@ impl<'a> Node<'a> {
         self.value.as_f64().filter(|x| x.is_finite()).ok_or_else(|| self.not("a finite number"))
     }
 
-    /// A whole number from 0 to `most`.
+    /// Returns an integer from 0 to `most`.
     pub(in crate::eye) fn integer(&self, most: u64) -> Result<u64, EyeError> {
         let found = self.number()?;
         if (0.0..=most as f64).contains(&found) && found.trunc() == found {
@@ -65,7 +65,7 @@ impl<'a> Node<'a> {
     }
 
     pub(in crate::eye) fn numbers(&self) -> Result<Vec<f64>, EyeError> {
-        // No path is built for entries that are fine: facets are many.
+        // No path is built for valid entries: there are many facets.
         let list = self.value.as_array().ok_or_else(|| self.not("an array of numbers"))?;
         let read = |(i, value): (usize, &'a Value)| match value {
             Value::Number(_) => Node { value, path: String::new() }.number(),
@@ -74,7 +74,8 @@ impl<'a> Node<'a> {
         list.iter().enumerate().map(read).collect()
     }
 
-    /// A colour: R, G, B as three numbers, or as the name of a CSS colour or hex, scaled so that ff is `full`.
+    /// Returns a colour: R, G, B as three numbers, or the name of a CSS colour or hex, scaled so
+    /// that ff is `full`.
     pub(super) fn color(&self, full: f64) -> Result<[f64; 3], EyeError> {
         const EXPECTED: &str = "three numbers, a CSS colour name, or gg or rrggbb in hex";
         let word = match self.value {

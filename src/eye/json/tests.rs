@@ -1,4 +1,4 @@
-//! Scenes read with their defaults, and every mistake refused with its place.
+//! Scenes read with their defaults; every mistake is an error with its path.
 
 use super::*;
 use crate::error::Code;

@@ -1,13 +1,13 @@
-//! Shadows against their definition: the crossing's barycentrics, solved for as a linear system.
+//! Shadows against their definition: the crossing's barycentrics, from a linear system.
 
 use super::*;
 use crate::math::nvec::dot;
 use proptest::prelude::*;
 
-/// Numbers nearer than this to where an answer turns are left to rounding.
+/// Numbers nearer than this to where a result changes are left to rounding.
 const UNSURE: f64 = 1e-5;
 
-/// The solution of the rows' equations, by elimination with the largest pivots, unless one is nearly 0.
+/// Solves the linear system by elimination with the largest pivots; `None` if a pivot is nearly 0.
 fn solve<const N: usize>(mut rows: [[f64; N]; N], mut right: [f64; N]) -> Option<[f64; N]> {
     for step in 0..N {
         let best = (step..N).max_by(|&a, &b| rows[a][step].abs().total_cmp(&rows[b][step].abs()))?;
@@ -27,10 +27,11 @@ fn solve<const N: usize>(mut rows: [[f64; N]; N], mut right: [f64; N]) -> Option
     Some(std::array::from_fn(|i| right[i] / rows[i][i]))
 }
 
-/// Whether the tetrahedron of R^4 stands on the way from `p` along `way`, which ends at `way` itself where `is_short`; `None`
-/// where that is a matter of rounding.
+/// Returns whether the tetrahedron of R^4 stands on the path from `p` along `way`, which ends at
+/// `way` itself if `is_short`; `None` if rounding decides.
 fn stands_between(v: &[[f64; 4]; 4], p: &[f64; 4], way: &[f64; 4], is_short: bool) -> Option<bool> {
-    // Unknown: four barycentrics and s; four coordinates of sum(l v) - s way = p, and sum(l) = 1.
+    // Unknowns: four barycentrics and s. Equations: four coordinates of sum(l v) - s way = p, and
+    // sum(l) = 1.
     let mut rows = [[0.0; 5]; 5];
     for (a, row) in rows.iter_mut().enumerate().take(4) {
         *row = std::array::from_fn(|i| if i < 4 { v[i][a] } else { -way[a] });
@@ -48,7 +49,8 @@ fn occluder_of(v: &[[f64; 4]; 4]) -> Option<Occluder<4>> {
     (dot(&across, &across) > 1e-2).then(|| Occluder::new(v, normal, dot(&normal, &v[0])))
 }
 
-/// A target of each kind, how it stands to the occluder, and the way to it from `p`.
+/// Returns a target of each kind, its placement relative to the occluder, and the path to it from
+/// `p`.
 fn targets(
     occluder: &Occluder<4>,
     place: [f64; 4],
@@ -59,7 +61,7 @@ fn targets(
     let radial = placed(dot(&occluder.normal, &place) - occluder.offset);
     [
         (LightTarget::Radial { position: place }, radial, sub(&place, p), true),
-        // Where a foot is seen from differs from point to point: its placement is that of the light plane's direction.
+        // A foot differs from point to point: its placement is that of the light plane's direction.
         (LightTarget::Foot { position: place }, placed(0.0), sub(&place, p), true),
         (
             LightTarget::Sun { direction },
@@ -76,7 +78,7 @@ proptest! {
     fn a_facet_blocks_what_crosses_it(
         v in prop::array::uniform4(prop::array::uniform4(-2.0f64..2.0)),
         p in prop::array::uniform4(-2.0f64..2.0),
-        // Often near the straight way through the facet's middle.
+        // Often near the straight path through the facet's middle.
         off in prop::array::uniform4(-1.0f64..1.0),
         through in any::<bool>(),
     ) {
@@ -90,14 +92,14 @@ proptest! {
         for (target, placement, way, is_short) in targets(&occluder, place, &p) {
             let Some(want) = stands_between(&v, &p, &way, is_short) else { continue };
             prop_assert_eq!(occluder.blocks(&p, max_abs(&p), &target, &placement), want);
-            // And a box that is this point alone is no less sure.
+            // A box of this point alone gives the same result.
             if !matches!(target, LightTarget::Foot { .. }) {
                 prop_assert_eq!(occluder.may_block(&p, &[0.0; 4], &target, &placement), want);
             }
         }
     }
 
-    /// A box is kept when each of the linear functions that say so is positive in one of its corners.
+    /// A box is kept if each of the linear functions is positive in one of its corners.
     #[test]
     fn a_box_is_kept_by_its_best_corners(
         v in prop::array::uniform4(prop::array::uniform4(-2.0f64..2.0)),
@@ -113,7 +115,8 @@ proptest! {
                 let p: [f64; 4] = std::array::from_fn(|a| middle[a] + part[a] * half[a]);
                 prop_assert!(kept || !occluder.blocks(&p, max_abs(&p), &target, &placement), "{p:?}");
             }
-            // The light's own value in a ridge's function, and the side on which the box must reach.
+            // The light's own value in a ridge's function, and the side on which the box must
+            // reach.
             let (place, with_offset, sign) = match target {
                 LightTarget::Foot { .. } => {
                     prop_assert!(kept);
@@ -155,7 +158,7 @@ fn a_stand_is_the_side_that_the_light_is_on() {
         let height = occluder.placement(&light(LightPlace::Radial { position: [x0, 5.0, 0.0, 0.0] })).height;
         assert!((height - (2.0 - x0)).abs() < 1e-14, "{height}");
     }
-    // A sun that travels away from the eye stands on the eye's side.
+    // A sun that travels away from the eye is on the eye's side.
     assert_eq!(side(LightPlace::Sun { direction: [1.0, 0.0, 0.0, 0.0] }), 1);
     assert_eq!(side(LightPlace::Sun { direction: [-0.6, 0.8, 0.0, 0.0] }), -1);
     assert_eq!(side(LightPlace::Sun { direction: [0.0, 1.0, 0.0, 0.0] }), 0);

@@ -1,11 +1,11 @@
-//! A scene around a shape: an eye at a good distance, lights, a screen.
+//! Demo scenes: a shape with an eye at a good distance, lights and a screen.
 
 use super::Shape;
 use crate::eye::error::EyeError;
 use crate::eye::pose::Pose;
 use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts, in_range};
 
-/// Colours for cells, taken in turn.
+/// Colours of cells, used cyclically.
 pub const PALETTE: [[f64; 3]; 8] = [
     [230.0, 60.0, 50.0],
     [70.0, 200.0, 80.0],
@@ -17,25 +17,26 @@ pub const PALETTE: [[f64; 3]; 8] = [
     [240.0, 120.0, 190.0],
 ];
 
-/// How a shape is shown.
+/// Settings of a shape's demo scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DemoScene {
     /// Pixels along each screen axis.
     pub pixels: Vec<u32>,
-    /// Aperture of every hidden axis, a tangent.
+    /// Aperture of every hidden axis, as a tangent.
     pub aperture_tan: f64,
-    /// Turns of the shape: two axes and degrees, in order.
+    /// Rotations of the shape, in order: two axes and an angle in degrees.
     pub turns: Vec<(usize, usize, f64)>,
 }
 
 impl DemoScene {
-    /// The scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a white point light to the upper left of the
-    /// eye and a bluish sun from the right.
+    /// Creates the scene: the shape about 0, seen from a distance of 3 radii along axis 0, with a
+    /// white point light to the upper left of the eye and a bluish sun from the right. Colours come
+    /// from [`PALETTE`].
     pub fn scene(&self, shape: Shape) -> Result<EyeScene, EyeError> {
         self.scene_in_colors(shape, |cell| PALETTE[cell as usize % PALETTE.len()])
     }
 
-    /// The same, with a colour for each cell.
+    /// Creates the scene of [`Self::scene`] with a colour for each cell.
     pub fn scene_in_colors(
         &self,
         shape: Shape,
@@ -55,7 +56,7 @@ impl DemoScene {
             (0..dim).map(|k| components.get(k).copied().unwrap_or(0.0) * radius).collect()
         };
         let least = self.pixels.iter().copied().filter(|&n| n > 1).min().unwrap_or(1);
-        // Lights a little off the eye's own hidden coordinate show cells that face it.
+        // Lights slightly off the eye's own hidden coordinate show which cells face it.
         let mut light_position = along(&[-2.0, 2.0, 2.5]);
         let mut sun = along(&[0.7, 1.0, -0.4]);
         light_position[dim - 1] += 0.3 * radius;

@@ -1,12 +1,13 @@
-//! Prisms: a shape of R^N drawn out along a new axis, and meshes of R^3 as the first of them.
+//! Prisms: a shape of R^N extruded along a new axis, and shapes from meshes of R^3.
 
 use super::{Shape, ShapeError};
 use crate::scene::Mesh;
 
-/// The sides of the prism over `shape`: drawn out from `low` to `high` along a new last axis. The ends stay open.
+/// Returns the sides of the prism over `shape`, extruded from `low` to `high` along a new last
+/// axis. The ends stay open.
 ///
-/// A simplex v_0 < .. < v_(n-1), ordered by point, gives n simplices v_0 .. v_i at one end, v_i .. v_(n-1) at the other: neighbours
-/// cut their common side alike.
+/// A simplex v_0 < .. < v_(n-1), ordered by point index, gives n simplices with v_0 .. v_i at one
+/// end and v_i .. v_(n-1) at the other, so neighbours split their common side identically.
 pub fn extrude(shape: &Shape, low: f64, high: f64) -> Shape {
     let count = shape.points.len() as u32;
     let end = |h: f64| shape.points.iter().map(move |p| [p.as_slice(), &[h]].concat());
@@ -42,7 +43,8 @@ pub fn extrude(shape: &Shape, low: f64, high: f64) -> Shape {
     out
 }
 
-/// The triangles of a mesh in the eye's axes: 0 is the mesh's -z, 1 its -x, 2 its y. A cell is a polygon.
+/// Returns the triangles of a mesh in the eye's axes: 0 is the mesh's -z, 1 its -x, 2 its y. A cell
+/// is a polygon.
 pub fn from_mesh(mesh: &Mesh) -> Result<Shape, ShapeError> {
     if mesh.triangles.is_empty() {
         return Err(ShapeError::Empty);

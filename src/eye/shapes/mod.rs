@@ -1,7 +1,8 @@
-//! THINGS TO LOOK AT: regular polytopes of R^N, prisms over meshes, and a scene around them.
+//! Example shapes: regular polytopes of R^N, prisms over meshes, and demo scenes around them.
 //!
-//! Out: boundaries cut into (N-1)-simplices that meet face to face, so that no ray slips between them. Simplices of closed
-//! shapes are wound alike: det(v_0, .., v_(N-1)) about an inner point is positive.
+//! Out: boundaries split into (N-1)-simplices that meet face to face, so that no ray slips between
+//! them. Simplices of closed shapes have one winding: det(v_0, .., v_(N-1)) relative to an inner
+//! point is positive.
 
 mod demo_scene;
 mod extrude;
@@ -14,17 +15,17 @@ pub use regular::{cell24, cross_polytope, cube, simplex};
 use super::pose::sin_cos_deg;
 use super::scene::Facet;
 
-/// Why a shape could not be made.
+/// Error of creating a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
-    /// A dimension that this shape does not have.
+    /// A dimension in which the shape does not exist.
     #[error("a {shape} has {expected} dimensions, not {found}")]
     Dimension {
-        /// The shape.
+        /// Name of the shape.
         shape: &'static str,
-        /// The dimensions it can have.
+        /// Dimensions in which it exists.
         expected: &'static str,
-        /// The dimension asked for.
+        /// Requested dimension.
         found: usize,
     },
     /// A mesh without triangles.
@@ -32,24 +33,24 @@ pub enum ShapeError {
     Empty,
 }
 
-/// A boundary of R^N as simplices over shared points.
+/// A boundary in R^N as simplices over shared points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// N.
+    /// Dimension N of the space.
     pub dim: usize,
     /// Points of N coordinates.
     pub points: Vec<Vec<f64>>,
-    /// N point indices each.
+    /// Simplices: N point indices each.
     pub simplices: Vec<Vec<u32>>,
-    /// The flat cell that each simplex is a part of, counted from 0.
+    /// Index of the flat cell that each simplex is part of, from 0.
     pub cells: Vec<u32>,
 }
 
 impl Shape {
-    /// Turns the shape about 0 in the plane of two axes, from `a` towards `b`.
+    /// Rotates the shape about 0 in the plane of two axes, from `a` towards `b`.
     ///
     /// # Panics
-    /// When `a` and `b` are not two axes of the space.
+    /// Panics unless `a` and `b` are two different axes below the dimension.
     pub fn turned(mut self, a: usize, b: usize, angle_deg: f64) -> Self {
         assert!(a != b && a < self.dim && b < self.dim, "two axes below {}", self.dim);
         let (sin, cos) = sin_cos_deg(angle_deg);
@@ -59,10 +60,10 @@ impl Shape {
         self
     }
 
-    /// Scales about 0, then moves.
+    /// Scales about 0, then translates.
     ///
     /// # Panics
-    /// When `by` has not N coordinates.
+    /// Panics if `by` does not have N coordinates.
     pub fn placed(mut self, scale: f64, by: &[f64]) -> Self {
         assert_eq!(by.len(), self.dim, "a step of the space");
         for p in &mut self.points {
@@ -71,12 +72,12 @@ impl Shape {
         self
     }
 
-    /// The distance of the farthest point from 0.
+    /// Returns the distance of the farthest point from 0.
     pub fn radius(&self) -> f64 {
         self.points.iter().map(|p| p.iter().map(|x| x * x).sum::<f64>()).fold(0.0, f64::max).sqrt()
     }
 
-    /// The simplices as facets, one colour a cell.
+    /// Returns the simplices as facets, one colour for each cell.
     pub fn facets(&self, color: impl Fn(u32) -> [f64; 3]) -> Vec<Facet> {
         let corner = |&i: &u32| self.points[i as usize].clone();
         let facet = |(simplex, &cell): (&Vec<u32>, &u32)| Facet {

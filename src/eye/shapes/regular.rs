@@ -1,10 +1,11 @@
-//! The regular polytopes: simplex, cube and cross-polytope of any N, and the 24-cell of R^4. Centred on 0.
+//! The regular polytopes: simplex, cube and cross-polytope of any N, and the 24-cell of R^4.
+//! Centred on 0.
 
 use super::{Shape, ShapeError};
 use crate::eye::scene::MAX_DIM;
 use crate::math::nvec::{dot, wedge};
 
-/// Refuses dimensions that the eye has not.
+/// Returns an error for dimensions that the eye does not support.
 fn check(shape: &'static str, dim: usize) -> Result<(), ShapeError> {
     if (2..=MAX_DIM).contains(&dim) {
         Ok(())
@@ -13,7 +14,7 @@ fn check(shape: &'static str, dim: usize) -> Result<(), ShapeError> {
     }
 }
 
-/// Swaps two points of a simplex where its determinant is negative.
+/// Swaps two points of a simplex if its determinant is negative.
 fn wind(points: &[Vec<f64>], simplex: &mut [u32]) {
     let rows: Vec<[f64; MAX_DIM]> = simplex
         .iter()
@@ -24,7 +25,7 @@ fn wind(points: &[Vec<f64>], simplex: &mut [u32]) {
     }
 }
 
-/// A shape from its points and its cells' simplices.
+/// Creates a shape from its points and its cells' simplices.
 fn shape(dim: usize, points: Vec<Vec<f64>>, cells: Vec<Vec<Vec<u32>>>) -> Shape {
     let mut out = Shape { dim, points, simplices: Vec::new(), cells: Vec::new() };
     for (cell, simplices) in cells.into_iter().enumerate() {
@@ -37,11 +38,13 @@ fn shape(dim: usize, points: Vec<Vec<f64>>, cells: Vec<Vec<Vec<u32>>>) -> Shape 
     out
 }
 
-/// The regular simplex: N+1 points at distance 1 from 0, N+1 cells. Cell i is the one without point i.
+/// Creates the regular simplex: N+1 points at distance 1 from 0, N+1 cells. Cell i is the one
+/// without point i.
 pub fn simplex(dim: usize) -> Result<Shape, ShapeError> {
     check("simplex", dim)?;
     let n = dim as f64;
-    // The unit axes and a point on the diagonal at the same distance from all of them: (1 - sqrt(N+1)) / N each.
+    // The unit axes and a point on the diagonal at the same distance from all of them: (1 -
+    // sqrt(N+1)) / N each.
     let last = (1.0 - (n + 1.0).sqrt()) / n;
     let centre = (1.0 + last) / (n + 1.0);
     let mut points: Vec<Vec<f64>> =
@@ -55,10 +58,11 @@ pub fn simplex(dim: usize) -> Result<Shape, ShapeError> {
     Ok(shape(dim, points, (0..=dim as u32).map(cell).collect()))
 }
 
-/// The cube with corners at +-1 (N = 4: the tesseract): 2N cells of (N-1)! simplices.
+/// Creates the cube with corners at +-1 (N = 4: the tesseract): 2N cells of (N-1)! simplices.
 ///
-/// Cell 2a is the one at x_a = -1, cell 2a+1 at x_a = 1. A cell is cut along the monotone ways from its lowest corner to its highest
-/// (Freudenthal, 1942): neighbours cut their common face alike.
+/// Cell 2a is the one at x_a = -1, cell 2a+1 at x_a = 1. A cell is split along the monotone paths
+/// from its lowest corner to its highest (Freudenthal, 1942), so neighbours split their common face
+/// identically.
 pub fn cube(dim: usize) -> Result<Shape, ShapeError> {
     check("cube", dim)?;
     let corner = |i: usize| (0..dim).map(|k| if i >> k & 1 == 1 { 1.0 } else { -1.0 }).collect();
@@ -94,7 +98,7 @@ fn permutations(items: &[usize]) -> Vec<Vec<usize>> {
     all
 }
 
-/// The cross-polytope with points at +-1 on each axis (N = 3: the octahedron): 2^N cells.
+/// Creates the cross-polytope with points at +-1 on each axis (N = 3: the octahedron): 2^N cells.
 pub fn cross_polytope(dim: usize) -> Result<Shape, ShapeError> {
     check("cross-polytope", dim)?;
     let point = |i: usize| (0..dim).map(|k| if k == i / 2 { [1.0, -1.0][i % 2] } else { 0.0 }).collect();
@@ -102,7 +106,8 @@ pub fn cross_polytope(dim: usize) -> Result<Shape, ShapeError> {
     Ok(shape(dim, (0..2 * dim).map(point).collect(), (0..1 << dim).map(cell).collect()))
 }
 
-/// The 24-cell with points at the permutations of (+-1, +-1, 0, 0): 24 octahedra of 4 tetrahedra. Only in R^4.
+/// Creates the 24-cell with points at the permutations of (+-1, +-1, 0, 0): 24 octahedra of 4
+/// tetrahedra. Only in R^4.
 pub fn cell24(dim: usize) -> Result<Shape, ShapeError> {
     if dim != 4 {
         return Err(ShapeError::Dimension { shape: "24-cell", expected: "4", found: dim });
@@ -115,7 +120,8 @@ pub fn cell24(dim: usize) -> Result<Shape, ShapeError> {
             points.push(p);
         }
     }
-    // The dual 24-cell's points are the cells' directions: the axes and the corners of a cube. A cell's points have product 1.
+    // The dual 24-cell's points are the cells' directions: the axes and the corners of a cube. A
+    // cell's points have product 1 with its direction.
     let axes = (0..8).map(|i| (0..4).map(|k| if k == i / 2 { [1.0, -1.0][i % 2] } else { 0.0 }).collect());
     let corners = (0..16).map(|i| (0..4).map(|k| if i >> k & 1 == 1 { 0.5 } else { -0.5 }).collect());
     let directions: Vec<Vec<f64>> = axes.chain(corners).collect();
@@ -123,7 +129,8 @@ pub fn cell24(dim: usize) -> Result<Shape, ShapeError> {
     let cell = |direction: &Vec<f64>| {
         let mut of_cell: Vec<u32> =
             (0..24).filter(|&i| product(&points[i as usize], direction) == 1.0).collect();
-        // Around the diagonal of the first point and its opposite: neighbours of the equator stand at right angles.
+        // Around the diagonal of the first point and its opposite: adjacent points of the equator
+        // are at right angles.
         let centre: Vec<f64> = direction.iter().map(|x| x / product(direction, direction)).collect();
         let from_centre =
             |i: u32| -> Vec<f64> { points[i as usize].iter().zip(&centre).map(|(x, c)| x - c).collect() };
@@ -149,7 +156,8 @@ mod tests {
     use super::*;
     use std::collections::HashMap;
 
-    /// Each ridge of a closed boundary is shared by two simplices, wound against each other.
+    /// Asserts that each ridge of a closed boundary is shared by two simplices, with opposite
+    /// winding.
     fn assert_closed(shape: &Shape) {
         let mut ridges: HashMap<Vec<u32>, i32> = HashMap::new();
         let mut count: HashMap<Vec<u32>, u32> = HashMap::new();
@@ -175,7 +183,7 @@ mod tests {
         assert!(count.values().all(|&n| n == 2), "two simplices a ridge");
     }
 
-    /// The volume inside: sum of determinants over N!.
+    /// Returns the enclosed volume: sum of determinants over N!.
     fn volume(shape: &Shape) -> f64 {
         let det = |s: &Vec<u32>| {
             let rows: Vec<[f64; MAX_DIM]> = s
@@ -203,7 +211,8 @@ mod tests {
             assert!((volume(&cross) - 2f64.powi(dim as i32) / factorial(dim)).abs() < 1e-12);
             let simplex = simplex(dim).unwrap();
             assert_closed(&simplex);
-            // Edge a of the simplex of circumradius 1: a^2 = 2 (N+1) / N; volume a^N sqrt(N+1) / (N! 2^(N/2)).
+            // Edge a of the simplex of circumradius 1: a^2 = 2 (N+1) / N; volume a^N sqrt(N+1) /
+            // (N! 2^(N/2)).
             let (n, edge) = (dim as f64, (2.0 * (dim as f64 + 1.0) / dim as f64).sqrt());
             let want = edge.powi(dim as i32) * (n + 1.0).sqrt() / (factorial(dim) * 2f64.powf(n / 2.0));
             assert!((volume(&simplex) - want).abs() < 1e-12, "{dim}");
