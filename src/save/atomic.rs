@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Atomic replacement of files.
 
 use super::SaveError;
 use super::temporary::create_beside;
@@ -6,10 +6,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Lets `write` fill the file at `path`, which changes only when all of it is written: a temporary file in the same folder
-/// is renamed over it, so that a program that ends half-way leaves the old one.
+/// Replaces the file at `path` by what `write` writes, atomically: a temporary file in the same
+/// folder is renamed over it, so that a program that ends half-way leaves the old file.
 ///
-/// What is no plain file (a pipe, `/dev/stdout`) is written as it stands; a link is followed.
+/// Special files (a pipe, `/dev/stdout`) are opened and written directly; a link is followed.
 pub fn atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -21,10 +21,10 @@ pub fn atomically(
     }
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let (temporary, file) = create_beside(&target).map_err(fail)?;
-    // Open until it has its name: a file that is closed before could be taken for a leftover.
+    // Stays open until it is renamed: a closed temporary file could be taken for a leftover.
     let written = fill(file, write).and_then(|file| fs::rename(&temporary, &target).map(|()| drop(file)));
     written.map_err(|e| {
-        // The error that counts is the first one; the leftover is removed if it can be.
+        // The first error is reported; the leftover is removed if possible.
         let _ = fs::remove_file(&temporary);
         fail(e)
     })

@@ -1,4 +1,4 @@
-//! The formats of snapshots and of depth.
+//! Writers of snapshots and of depth.
 
 use super::{SaveError, atomically};
 use crate::memory::{DepthMemory, VideoMemory};
@@ -7,19 +7,19 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// How a snapshot is written.
+/// File format of a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SnapshotFormat {
-    /// PNG, 8 bits RGBA, alpha as it stands in memory.
+    /// PNG, 8-bit RGBA, with the frame's alpha.
     Png,
     /// PPM (`P6`), without alpha.
     Ppm,
-    /// The RGBA bytes alone.
+    /// The RGBA bytes without a header.
     Raw,
 }
 
 impl SnapshotFormat {
-    /// The format that the ending of a file name asks for, in either case.
+    /// Returns the format for the extension of a file name, in either case.
     pub fn of_path(path: &Path) -> Result<Self, SaveError> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
@@ -51,7 +51,8 @@ pub fn png(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-/// A writer that keeps its first error: an encoder that reports it in its own words loses its kind.
+/// A writer that stores its first error: the encoder reports it by its text alone, without its
+/// kind.
 struct FirstError<'a> {
     out: &'a mut dyn Write,
     error: Option<io::Error>,
@@ -94,8 +95,8 @@ pub fn raw(memory: &VideoMemory, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(memory.bytes())
 }
 
-/// Writes depth as PFM: `Pf`, scale -1.0 (little-endian), rows bottom-up, z in 0..1 for every depth format, 1 where
-/// nothing was drawn.
+/// Writes depth as PFM: `Pf`, scale -1.0 (little-endian), rows bottom-up, z in 0..1 for every depth
+/// format, 1 where nothing was drawn.
 pub fn pfm(depth: &DepthMemory, out: &mut dyn Write) -> io::Result<()> {
     let (width, height) = (depth.width() as usize, depth.height() as usize);
     write!(out, "Pf\n{width} {height}\n-1.0\n")?;
@@ -111,19 +112,19 @@ pub fn pfm(depth: &DepthMemory, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes the frame to `path` in the format of its ending, whole or not at all.
+/// Writes the frame to `path` in the format of its extension, atomically.
 pub fn to_path(memory: &VideoMemory, path: &Path) -> Result<(), SaveError> {
     let format = SnapshotFormat::of_path(path)?;
     atomically(path, |out| format.write(memory, out))
 }
 
-/// Writes depth to `path`, which must end in `.pfm`, whole or not at all.
+/// Writes depth to `path`, which must end in `.pfm`, atomically.
 pub fn depth_to_path(depth: &DepthMemory, path: &Path) -> Result<(), SaveError> {
     check_depth_path(path)?;
     atomically(path, |out| pfm(depth, out))
 }
 
-/// Whether a name is one for depth: it ends in `.pfm`.
+/// Checks that a name is one for depth: that it ends in `.pfm`.
 pub fn check_depth_path(path: &Path) -> Result<(), SaveError> {
     match path.extension() {
         Some(e) if e.eq_ignore_ascii_case("pfm") => Ok(()),
@@ -131,7 +132,7 @@ pub fn check_depth_path(path: &Path) -> Result<(), SaveError> {
     }
 }
 
-/// The CRC-32 (ISO-HDLC) of the frame's RGBA bytes: what `CRC` answers.
+/// Returns the CRC-32 (ISO-HDLC) of the frame's RGBA bytes, the value that `CRC` replies.
 pub fn crc32(memory: &VideoMemory) -> u32 {
     crc32fast::hash(memory.bytes())
 }
@@ -140,7 +141,7 @@ pub fn crc32(memory: &VideoMemory) -> u32 {
 mod tests {
     use super::*;
 
-    /// A disk that is full after so many bytes.
+    /// A disk that is full after this many bytes.
     struct FullDisk(usize);
 
     impl Write for FullDisk {

@@ -1,4 +1,4 @@
-//! Snapshots in tests: is a frame still the picture that was once looked at and kept?
+//! Golden-image tests: comparison of a frame with a reference PNG.
 //!
 //! ```no_run
 //! use fbptr::memory::VideoMemory;
@@ -8,40 +8,40 @@
 //! assert_golden(&frame, "tests/golden/black.png", Tolerance::EXACT);
 //! ```
 //!
-//! A test that fails leaves `black.actual.png` and, if the sizes agree, `black.diff.png` beside the golden file. With
-//! `BLESS=1` in the environment the golden file is rewritten, and the test fails all the same: a run that rewrites proves
-//! nothing.
+//! A test that fails leaves `black.actual.png` and, if the sizes agree, `black.diff.png` beside the
+//! golden file. With `BLESS=1` in the environment the golden file is rewritten, and the test fails
+//! all the same: a run that rewrites proves nothing.
 
 use super::{SaveError, crc32, to_path};
 use crate::memory::{MemoryError, VideoMemory};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How far a frame may be from its golden picture.
+/// Largest difference allowed between a frame and its golden picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tolerance {
-    /// A pixel differs when one of its channels (R, G, B, A) differs by more than this.
+    /// A pixel differs if one of its channels (R, G, B, A) differs by more than this.
     pub per_channel: u8,
-    /// How many pixels may differ.
+    /// Number of pixels that may differ.
     pub pixels: u64,
 }
 
 impl Tolerance {
-    /// Every byte the same.
+    /// Requires every byte to be equal.
     pub const EXACT: Tolerance = Tolerance { per_channel: 0, pixels: 0 };
 }
 
-/// What to do with the golden file.
+/// Use of the golden file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Compare with it.
+    /// Compare the frame with it.
     Compare,
     /// Rewrite it, and fail.
     Bless,
 }
 
 impl Mode {
-    /// `Bless` when the environment has `BLESS=1`.
+    /// Returns `Bless` if the environment has `BLESS=1`, otherwise `Compare`.
     pub fn from_env() -> Self {
         match std::env::var_os("BLESS") {
             Some(v) if v == "1" => Mode::Bless,
@@ -50,45 +50,45 @@ impl Mode {
     }
 }
 
-/// How two frames of one size differ.
+/// Difference of two frames of the same size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Pixels with a channel further off than the tolerance.
+    /// Number of pixels with a channel difference above the tolerance.
     pub pixels: u64,
-    /// The largest difference of a channel, over all pixels, within the tolerance or not.
+    /// Largest difference of a channel over all pixels, within the tolerance or not.
     pub max: u8,
-    /// The first pixel, row by row, with a channel further off than the tolerance.
+    /// First pixel (x, y), row by row, with a channel difference above the tolerance.
     pub first: Option<(u32, u32)>,
 }
 
-/// Why a frame did not pass.
+/// Reason why a frame did not pass.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GoldenError {
-    /// There is no golden file yet.
+    /// The golden file does not exist.
     #[error("{}: no golden file; look at {}, and keep it with BLESS=1", .golden.display(), .actual.display())]
     Missing {
-        /// The file that is not there.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// Where the frame was written.
+        /// File to which the frame was written.
         actual: PathBuf,
     },
-    /// There is no folder for the golden file yet.
+    /// The folder of the golden file does not exist.
     #[error(
         "{}: there is no folder {}; make it (mkdir -p), or run once with BLESS=1, which makes it and keeps the frame",
         .golden.display(), .folder.display()
     )]
     NoFolder {
-        /// The file that was asked for.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// The folder that is not there.
+        /// Path of the folder.
         folder: PathBuf,
     },
-    /// The golden file is no PNG that can be read.
+    /// The golden file is not a readable PNG.
     #[error("{}: {reason}", .golden.display())]
     Unreadable {
-        /// The file.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// What is wrong with it.
+        /// Message of the system or of the decoder.
         reason: String,
     },
     /// The sizes differ.
@@ -97,13 +97,13 @@ pub enum GoldenError {
         .golden.display(), .expected.0, .expected.1, .found.0, .found.1, .actual.display()
     )]
     Size {
-        /// The file.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// Its width and height.
+        /// Width and height of the golden file.
         expected: (u32, u32),
-        /// The frame's width and height.
+        /// Width and height of the frame.
         found: (u32, u32),
-        /// Where the frame was written.
+        /// File to which the frame was written.
         actual: PathBuf,
     },
     /// Too many pixels differ.
@@ -113,23 +113,23 @@ pub enum GoldenError {
         .difference.first.unwrap_or_default(), .actual.display(), .diff.display()
     )]
     Differs {
-        /// The golden file.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// How much.
+        /// Difference found.
         difference: Difference,
-        /// What was allowed.
+        /// Difference allowed.
         tolerance: Tolerance,
-        /// Where the frame was written.
+        /// File to which the frame was written.
         actual: PathBuf,
-        /// Where the magnified difference was written.
+        /// File to which the magnified difference was written.
         diff: PathBuf,
     },
     /// The golden file was rewritten: run again without BLESS.
     #[error("{}: rewritten (crc {crc:08x}); this run fails, run again without BLESS", .golden.display())]
     Blessed {
-        /// The file.
+        /// Path of the golden file.
         golden: PathBuf,
-        /// The CRC-32 of the frame's bytes.
+        /// CRC-32 of the frame's bytes.
         crc: u32,
     },
     /// A picture could not be written.
@@ -137,7 +137,7 @@ pub enum GoldenError {
     Save(#[from] SaveError),
 }
 
-/// Compares two frames; `None` when their sizes differ.
+/// Compares two frames; `None` if their sizes differ.
 pub fn compare(actual: &VideoMemory, expected: &VideoMemory, per_channel: u8) -> Option<Difference> {
     if (actual.width(), actual.height()) != (expected.width(), expected.height()) {
         return None;
@@ -159,8 +159,8 @@ fn distance(a: &[u8; 4], b: &[u8; 4]) -> [u8; 4] {
     std::array::from_fn(|c| a[c].abs_diff(b[c]))
 }
 
-/// The difference of two frames of one size as a picture: each channel's distance, scaled so that the largest is 255;
-/// alpha's distance is added as grey.
+/// Returns the difference of two frames of the same size as a picture: the difference of each
+/// channel, scaled so that the largest is 255; that of alpha is added as grey.
 pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMemory, MemoryError> {
     let mut picture = VideoMemory::new(actual.width(), actual.height())?;
     let max = compare(actual, expected, 0).map_or(0, |d| d.max).max(1) as u32;
@@ -174,7 +174,7 @@ pub fn magnified(actual: &VideoMemory, expected: &VideoMemory) -> Result<VideoMe
     Ok(picture)
 }
 
-/// Reads a PNG as a frame.
+/// Reads a PNG file as a frame.
 pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
     let unreadable = |reason: String| GoldenError::Unreadable { golden: path.to_owned(), reason };
     let bytes = fs::read(path).map_err(|e| unreadable(e.to_string()))?;
@@ -187,10 +187,11 @@ pub fn read_png(path: &Path) -> Result<VideoMemory, GoldenError> {
     Ok(memory)
 }
 
-/// Holds `actual` against the golden PNG at `golden`.
+/// Compares `actual` with the golden PNG at `golden`.
 ///
-/// On failure the frame goes to `NAME.actual.png` and the magnified difference to `NAME.diff.png` beside the golden file;
-/// on success what an earlier failure left there is removed.
+/// On failure the frame is written to `NAME.actual.png` and the magnified difference to
+/// `NAME.diff.png` beside the golden file; on success these files of an earlier failure are
+/// removed.
 pub fn check(
     actual: &VideoMemory,
     golden: impl AsRef<Path>,
@@ -199,7 +200,7 @@ pub fn check(
 ) -> Result<(), GoldenError> {
     let golden = golden.as_ref();
     let (actual_path, diff_path) = (golden.with_extension("actual.png"), golden.with_extension("diff.png"));
-    // What an earlier run left would be taken for this run's.
+    // Files of an earlier run would be taken for this run's.
     for leftover in [&actual_path, &diff_path] {
         match fs::remove_file(leftover) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -240,10 +241,11 @@ pub fn check(
     Err(GoldenError::Differs { golden, difference, tolerance, actual: actual_path, diff: diff_path })
 }
 
-/// [`check`] for tests: the mode comes from the environment.
+/// [`check`] for tests, with the mode from the environment.
 ///
 /// # Panics
-/// When the frame does not pass, with the count of pixels and the largest difference; always with `BLESS=1`.
+/// If the frame does not pass, with the number of pixels and the largest difference; always with
+/// `BLESS=1`.
 #[track_caller]
 pub fn assert_golden(actual: &VideoMemory, golden: impl AsRef<Path>, tolerance: Tolerance) {
     if let Err(error) = check(actual, golden, tolerance, Mode::from_env()) {

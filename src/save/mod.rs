@@ -1,8 +1,9 @@
-//! PIXELS OUT to files: snapshots (png, ppm, raw), movies (GIF, APNG, y4m, numbered PNGs), depth as PFM, and the comparison
-//! of snapshots in tests.
+//! File output: snapshots (png, ppm, raw), movies (GIF, APNG, y4m, numbered PNGs), depth as PFM,
+//! and the comparison of snapshots in tests.
 //!
-//! In: a [`VideoMemory`](crate::memory::VideoMemory) or a [`DepthMemory`](crate::memory::DepthMemory), row 0 at the top.
-//! Out: bytes to any writer, or a file that is there whole or not at all. The same picture gives the same file.
+//! In: a [`VideoMemory`](crate::memory::VideoMemory) or a
+//! [`DepthMemory`](crate::memory::DepthMemory), row 0 at the top. Out: bytes to any writer, or a
+//! file that is replaced atomically. The same picture gives the same file.
 
 mod atomic;
 mod formats;
@@ -21,37 +22,37 @@ use crate::error::Code;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a picture was not written.
+/// Reason why a picture was not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SaveError {
-    /// The file name's ending names no format.
+    /// The extension of the file name stands for no format.
     #[error("{}: expected a name that ends in {expected}", .path.display())]
     UnknownEnding {
-        /// The name.
+        /// Path as given.
         path: PathBuf,
-        /// The endings there are.
+        /// Valid extensions.
         expected: &'static str,
     },
-    /// So many frames a second make no movie of this format.
+    /// The movie format does not support this frame rate.
     #[error("{}: expected {least} to {most} frames a second, found {found}", .path.display())]
     Rate {
-        /// The name.
+        /// Path as given.
         path: PathBuf,
-        /// The least there can be.
+        /// Lowest rate, in frames per second.
         least: f64,
-        /// The most.
+        /// Highest rate, in frames per second.
         most: f64,
-        /// What was asked for.
+        /// Requested rate, in frames per second.
         found: f64,
     },
-    /// The system refused.
+    /// The operating system reported an error.
     #[error("{}: {reason}", .path.display())]
     Io {
         /// The file, or `-` for a writer without a name.
         path: PathBuf,
-        /// What kind of refusal.
+        /// Kind of the error.
         kind: io::ErrorKind,
-        /// The system's words.
+        /// Message of the operating system.
         reason: String,
     },
 }
@@ -61,7 +62,7 @@ impl SaveError {
         SaveError::Io { path: path.to_owned(), kind: error.kind(), reason: error.to_string() }
     }
 
-    /// The protocol's code for this error.
+    /// Returns the protocol's code for this error.
     pub fn code(&self) -> Code {
         match self {
             SaveError::UnknownEnding { .. } => Code::Args,

@@ -1,26 +1,28 @@
-//! Temporary files beside what they will replace, and what programs that were killed have left of them.
+//! Temporary files for atomic replacement, and the removal of those that killed programs left.
 //!
-//! A temporary file is `.fbptr-PROCESS-NUMBER.tmp`, and whoever writes it holds the system's lock on it, which ends with the
-//! process however that ends. So a file of such a name that can be locked is nobody's. Promise: nothing that a living
-//! process writes is removed, in whatever container it lives; without locks (a file system that has none) nothing is.
+//! A temporary file is `.fbptr-PROCESS-NUMBER.tmp`, and its writer holds the system's file lock on
+//! it, which ends with the process in every case. So a file of such a name that can be locked
+//! belongs to no process. Promise: no file that a living process writes is removed, in whatever
+//! container it runs; on a file system without locks none is.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A name for a temporary file that this process has not used. Short, so that one near the system's limit finds room.
+/// Returns a name for a temporary file that this process has not used. It is short, so that it fits
+/// even near the system's limit on path lengths.
 pub(crate) fn temporary_name() -> String {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     format!(".fbptr-{}-{}.tmp", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed))
 }
 
-/// Marks a temporary file just made as being written, until it is closed. `false` when another process took it for a
-/// leftover in between: then it is gone, or about to be, and another must be made.
+/// Locks a new temporary file until it is closed. Returns `false` if another process has taken it
+/// for a leftover meanwhile: then it is removed, or about to be, and another must be created.
 pub(crate) fn hold(file: &File) -> bool {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => false,
-        // No locks here: nobody removes anything either.
+        // Without locks no process removes a file either.
         Err(TryLockError::Error(_)) => true,
         Ok(()) => is_linked(file),
     }
@@ -37,7 +39,8 @@ fn is_linked(_: &File) -> bool {
     true
 }
 
-/// A new file in the folder of `target`, under a name that nothing else has. It must stay open until it is renamed.
+/// Creates a new file in the folder of `target`, under an unused name. It must stay open until it
+/// is renamed.
 pub(super) fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
     loop {
         let temporary = target.with_file_name(temporary_name());
@@ -50,8 +53,8 @@ pub(super) fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
-/// Removes the half-written files that killed programs have left in the folder of `target`, and none of a program that lives.
-/// What cannot be removed stays.
+/// Removes the unfinished files that killed programs left in the folder of `target`, and none of a
+/// living program. Files that cannot be removed stay.
 pub fn remove_leftovers_beside(target: &Path) {
     remove_leftovers_in(match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -59,7 +62,8 @@ pub fn remove_leftovers_beside(target: &Path) {
     });
 }
 
-/// Removes the half-written files that killed programs have left in a folder, as [`remove_leftovers_beside`] does.
+/// Removes the unfinished files that killed programs left in a folder, as
+/// [`remove_leftovers_beside`] does.
 pub fn remove_leftovers_in(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -75,12 +79,13 @@ fn remove_if_left(path: &Path) {
     options.write(true);
     #[cfg(unix)]
     {
-        // A pipe that was put in its place would wait for a reader.
+        // Opening a pipe in its place would block until there is a reader.
         let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOFOLLOW;
         std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
     }
     let Ok(file) = options.open(path) else { return };
-    // The lock is held until the name is gone: a writer that has just made it sees one or the other.
+    // The lock is held until the name is removed, so a writer that has just created the file sees
+    // either the lock or the removal.
     if file.try_lock().is_ok() && is_linked(&file) {
         let _ = fs::remove_file(path);
     }

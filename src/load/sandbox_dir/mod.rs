@@ -62,7 +62,7 @@ pub enum SandboxError {
         "{name:?}: the files that SNAP wrote take {used} of {limit} bytes, and there is no room for this one"
     )]
     Quota {
-        /// The name.
+        /// Name as given.
         name: String,
         /// Bytes in use.
         used: u64,

@@ -1,9 +1,12 @@
-//! Animated PNG: a PNG whose `acTL` counts frames; each later frame is an `fcTL` and its `fdAT` chunks.
+//! Animated PNG: a PNG whose `acTL` chunk counts the frames; each later frame is an `fcTL` chunk
+//! and its `fdAT` chunks.
 //!
-//! A frame is written behind the `IEND` that ends the file, with another `IEND` behind itself; then the old one becomes an
-//! empty private chunk (`fbPt`) by one write of 8 bytes, and the count is raised by another. Between the two the file has
-//! one frame more than it counts, which decoders leave unseen.
-//! Source: W3C, Portable Network Graphics, third edition, sections 11.3.6 (animation) and 5.4 (chunk names).
+//! A frame is written after the `IEND` that ends the file, followed by another `IEND`; then the old
+//! one becomes an empty private chunk (`fbPt`) by one write of 8 bytes, and the count is raised by
+//! another. Between the two the file has one frame more than it counts, which decoders ignore.
+//!
+//! Source: W3C, Portable Network Graphics, third edition, sections 11.3.6 (animation) and 5.4
+//! (chunk names).
 
 use super::{FrameWriter, Growing, Ticks, changed_box, cut_rgb};
 use crate::memory::VideoMemory;
@@ -11,25 +14,25 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::io;
 
-/// Ticks of a second.
+/// Ticks per second.
 const TICKS: f64 = 1000.0;
-/// Signature and IHDR: what is before `acTL`.
+/// Bytes of signature and IHDR, which precede `acTL`.
 const HEAD_BYTES: usize = 8 + 25;
-/// Length and type before a chunk's data.
+/// Bytes of length and type before a chunk's data.
 const CHUNK_HEAD: usize = 8;
-/// A chunk without data.
+/// Bytes of a chunk without data.
 const EMPTY_CHUNK: u64 = 12;
 
-/// An APNG that grows.
+/// Writer of an APNG that grows by frames.
 pub(super) struct Apng {
     file: Growing,
     size: [u32; 2],
     ticks: Ticks,
     last: Vec<u8>,
     frames: u32,
-    /// Of fcTL and fdAT chunks together.
+    /// Next sequence number; fcTL and fdAT chunks share them.
     sequence: u32,
-    /// Where the last fcTL stands, its data, and the ticks it says.
+    /// Offset of the last fcTL chunk, its data, and its delay in ticks.
     control_offset: u64,
     control: [u8; 26],
     delay: u64,
@@ -50,7 +53,8 @@ impl Apng {
         }
     }
 
-    /// Sequence number, size, place, delay, then: leave the frame, replace what is below.
+    /// Returns the data of an fcTL: sequence number, size, position, delay, then the operations
+    /// "leave the frame" and "replace the pixels below".
     fn control(&mut self, [x, y, w, h]: [u32; 4], ticks: u64) -> [u8; 26] {
         let mut data = [0; 26];
         for (i, number) in [self.sequence, w, h, x, y].into_iter().enumerate() {
@@ -122,7 +126,7 @@ impl FrameWriter for Apng {
 }
 
 impl Apng {
-    /// Joins a frame that is written from `end` on to the file that ends there.
+    /// Appends a frame, written from `end` on, to the file that ends there.
     fn join(&mut self, end: u64, bytes: &[u8]) -> io::Result<()> {
         self.file.write_at(end, bytes)?;
         let mut filler = Vec::new();
@@ -135,7 +139,7 @@ impl Apng {
     }
 }
 
-/// The data of `acTL`: so many frames, for ever again.
+/// Returns the data of `acTL`: the number of frames, repeated for ever.
 fn counted(frames: u32) -> [u8; 8] {
     let mut data = [0; 8];
     data[..4].copy_from_slice(&frames.to_be_bytes());
@@ -152,7 +156,7 @@ fn chunk(out: &mut Vec<u8>, kind: &[u8; 4], data: &[u8]) {
     out.extend_from_slice(&crc.to_be_bytes());
 }
 
-/// A PNG, 8 bits RGB.
+/// Encodes an 8-bit RGB PNG.
 fn encode(rgb: &[u8], width: u32, height: u32) -> io::Result<Vec<u8>> {
     let mut png = Vec::new();
     PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
@@ -161,7 +165,7 @@ fn encode(rgb: &[u8], width: u32, height: u32) -> io::Result<Vec<u8>> {
     Ok(png)
 }
 
-/// The data of a PNG's IDAT chunks.
+/// Returns the data of a PNG's IDAT chunks.
 fn image_data(png: &[u8]) -> Vec<&[u8]> {
     let mut found = Vec::new();
     let mut rest = &png[8..];
@@ -171,7 +175,7 @@ fn image_data(png: &[u8]) -> Vec<&[u8]> {
         if head[4..] == *b"IDAT" {
             found.push(data);
         }
-        // The CRC.
+        // Skips the CRC.
         rest = tail.get(4..).unwrap_or_default();
     }
     found

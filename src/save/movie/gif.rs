@@ -1,7 +1,9 @@
-//! GIF: blocks after a header, and one byte, 3b, that ends it.
+//! Animated GIF: blocks after a header, and one byte, 3b, that ends it.
 //!
-//! A frame is written behind that byte, with another 3b behind itself; then the old 3b is overwritten by the frame's own
-//! first byte. Before that one-byte write the file ends where it ended; after it, the frame is in. No moment between.
+//! A frame is written after that byte, followed by another 3b; then the old 3b is overwritten by
+//! the frame's own first byte. Before that one-byte write the file ends where it ended; after it,
+//! the frame is included. There is no state between.
+//!
 //! Source: CompuServe, Graphics Interchange Format, version 89a (1990).
 
 use super::quantize::indexed;
@@ -10,29 +12,29 @@ use crate::memory::VideoMemory;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use std::io;
 
-/// Ends a GIF.
+/// Last byte of a GIF.
 const TRAILER: u8 = 0x3b;
 
-/// A GIF that grows.
+/// Writer of a GIF that grows by frames.
 pub(super) struct GifMovie {
     file: Growing,
     size: [u16; 2],
     ticks: Ticks,
     last: Vec<u8>,
-    /// Where the last frame's delay stands, and what it is.
+    /// Offset of the last frame's delay in the file, and its value in 1/100 second.
     delay_offset: u64,
     delay: u64,
 }
 
 impl GifMovie {
     pub fn new(file: Growing, width: u32, height: u32, rate: f64) -> Self {
-        // The sides were checked.
+        // The sides were checked against u16::MAX by `Movie::create`.
         let size = [width, height].map(|n| n as u16);
         let ticks = Ticks::new(100.0, rate);
         GifMovie { file, size, ticks, last: Vec::new(), delay_offset: 0, delay: 0 }
     }
 
-    /// The bytes of a whole GIF with one frame; the header's length.
+    /// Returns a complete GIF with one frame, and the length of its header.
     fn encode(&self, frame: &Frame<'_>) -> io::Result<(Vec<u8>, usize)> {
         let refused = |e: gif::EncodingError| io::Error::other(e);
         let mut encoder = Encoder::new(Vec::new(), self.size[0], self.size[1], &[]).map_err(refused)?;
@@ -81,7 +83,7 @@ impl FrameWriter for GifMovie {
         };
         debug_assert_eq!(bytes[header_bytes..header_bytes + 3], [0x21, 0xf9, 4]);
         debug_assert_eq!(bytes.last(), Some(&TRAILER));
-        // 21 f9 04 flags, then the delay.
+        // The block is 21 f9 04, one byte of flags, then the delay.
         (self.delay_offset, self.delay) = (start + 4, ticks);
         self.last.clear();
         self.last.extend_from_slice(memory.bytes());

@@ -1,12 +1,14 @@
-//! MOVIES: frame after frame into a GIF, an APNG, a y4m stream or numbered PNGs.
+//! Movie output: frames to a GIF, an APNG, a y4m stream or numbered PNGs.
 //!
-//! In: the frame's RGBA bytes, one push a frame, each to be seen for 1/rate seconds. Out: a file that is whole after every
-//! push. Promise: a program that is killed at any moment leaves a file that decoders read to the last frame pushed. A frame
-//! is written behind what ends the file, and joined to it by one small write; nothing is kept for later. One would know by
-//! killing the program and decoding what is there (`tests/cli/movie.rs`).
+//! In: the frame's RGBA bytes, one call of [`Movie::push`] per frame, each shown for 1/rate
+//! seconds. Out: a file that is complete after every push. Promise: a program that is killed at any
+//! moment leaves a file that decoders read up to the last frame pushed. A frame is written after
+//! the end marker of the file, and attached by one small write; nothing is buffered for later.
+//! Tested by killing the program and decoding the file (`tests/cli/movie.rs`).
 //!
-//! Alpha is not shown on a screen, and not in a movie; numbered PNGs are snapshots and keep it.
-//! A frame that equals the last one makes the last one longer where the format knows durations (GIF, APNG).
+//! Movies have no alpha, as a screen has none; numbered PNGs are snapshots and keep it. A frame
+//! equal to the last one extends the last one's duration where the format has durations (GIF,
+//! APNG).
 
 mod apng;
 mod gif;
@@ -23,24 +25,25 @@ use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// How a movie is written.
+/// File format of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MovieFormat {
-    /// GIF: at most 256 colours a frame (exact where there are no more), at most 50 frames a second.
+    /// GIF: at most 256 colours per frame (exact if there are no more), at most 50 frames per
+    /// second.
     Gif,
-    /// Animated PNG: every byte of R, G and B.
+    /// Animated PNG: R, G and B without loss.
     Apng,
-    /// YUV4MPEG2 with full chroma (C444, BT.601, 16..235): what ffmpeg and mpv read from a pipe.
+    /// YUV4MPEG2 with full chroma (C444, BT.601, 16..235), which ffmpeg and mpv read from a pipe.
     Y4m,
-    /// One PNG a frame: `name-0000.png` and on.
+    /// One PNG per frame: `name-0000.png`, `name-0001.png` and so on.
     NumberedPng,
 }
 
-/// The endings of movies' names.
+/// Description of the valid file names of movies.
 pub const MOVIE_ENDINGS: &str = ".gif, .apng, .y4m or .png (numbered), or - for y4m on standard output";
 
 impl MovieFormat {
-    /// The format that a name asks for: by its ending in either case, y4m for `-`.
+    /// Returns the format for the extension of a name, in either case; y4m for `-`.
     pub fn of_path(path: &Path) -> Result<Self, SaveError> {
         if path == Path::new("-") {
             return Ok(MovieFormat::Y4m);
@@ -55,9 +58,9 @@ impl MovieFormat {
         }
     }
 
-    /// The most frames a second that it can tell apart, if there is a limit that anyone reaches.
+    /// Returns the highest frame rate of the format, or `None` if there is no practical limit.
     pub fn most_frames_per_second(self) -> Option<f64> {
-        // Viewers take a hundredth of a second for ten.
+        // Viewers replace a delay of 1/100 second by 10/100.
         (self == MovieFormat::Gif).then_some(50.0)
     }
 }
@@ -76,19 +79,19 @@ impl std::fmt::Debug for Movie {
     }
 }
 
-/// One format's way of taking frames.
+/// Writer of one movie format.
 trait FrameWriter {
-    /// Takes a frame of the movie's size; it is in the file when this returns.
+    /// Appends a frame of the movie's size; it is in the file when this returns.
     fn frame(&mut self, memory: &VideoMemory) -> io::Result<()>;
 }
 
 impl Movie {
-    /// A movie of `width` x `height` pixels at `rate` frames a second; a file appears with its first frame, and replaces
-    /// what had its name. `-` writes y4m to standard output. What programs that were killed left half-written beside it goes.
+    /// Creates a movie of `width` x `height` pixels at `rate` frames per second. The file appears
+    /// with its first frame, and replaces an older file of that name. `-` writes y4m to standard
+    /// output. Unfinished files that killed programs left beside it are removed.
     ///
-    /// # Errors
-    /// A name without one of the endings, a rate that is none or too fast for the format, a frame too large for it, a pipe
-    /// that cannot be opened.
+    /// # Errors An unknown extension, a rate out of range or too high for the format, a frame too
+    /// large for it, a pipe that cannot be opened.
     pub fn create(path: &Path, width: u32, height: u32, rate: f64) -> Result<Self, SaveError> {
         let format = MovieFormat::of_path(path)?;
         let most = format.most_frames_per_second().unwrap_or(MAX_RATE);
@@ -118,13 +121,13 @@ impl Movie {
         Ok(Movie { writer, path: path.to_owned(), size: [width, height], frames: 0 })
     }
 
-    /// Adds the frame as it stands; it is in the file when this returns.
+    /// Appends the frame; it is in the file when this returns.
     ///
     /// # Errors
-    /// What the system said. What is in the file already stays readable.
+    /// The error of the operating system. Frames already in the file stay readable.
     ///
     /// # Panics
-    /// When the memory has another size than the movie.
+    /// If the memory does not have the size of the movie.
     pub fn push(&mut self, memory: &VideoMemory) -> Result<(), SaveError> {
         assert_eq!([memory.width(), memory.height()], self.size, "one size a movie");
         self.writer.frame(memory).map_err(|e| SaveError::io(&self.path, &e))?;
@@ -132,26 +135,27 @@ impl Movie {
         Ok(())
     }
 
-    /// Frames pushed.
+    /// Returns the number of frames pushed.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Where it is written.
+    /// Returns the path given to [`Movie::create`].
     pub fn path(&self) -> &Path {
         &self.path
     }
 }
 
-/// Less is no movie, and more is no clock's.
+/// Range of frame rates. A lower one makes no movie, and no clock reaches a higher one.
 const MIN_RATE: f64 = 0.01;
 const MAX_RATE: f64 = 1000.0;
 
-/// A file that grows by frames and is whole after each: made under another name, and put in its place with its first frame.
+/// A file that grows by frames and is complete after each: created under a temporary name, and
+/// renamed with its first frame.
 struct Growing {
     path: PathBuf,
     file: Option<File>,
-    /// Bytes of it that count.
+    /// Length of its complete part in bytes.
     length: u64,
 }
 
@@ -160,7 +164,7 @@ impl Growing {
         Growing { path, file: None, length: 0 }
     }
 
-    /// The whole of the file with its first frame.
+    /// Creates the file with its first frame; `bytes` are the complete file.
     fn begin(&mut self, bytes: &[u8]) -> io::Result<()> {
         let is_plain = !fs::metadata(&self.path).is_ok_and(|m| !m.is_file());
         if !is_plain {
@@ -170,7 +174,7 @@ impl Growing {
         let (temporary, mut file) = create_beside(&target)?;
         let put = file.write_all(bytes).and_then(|()| fs::rename(&temporary, &target));
         if let Err(e) = put {
-            // The error that counts is the first one.
+            // The first error is reported.
             let _ = fs::remove_file(&temporary);
             return Err(e);
         }
@@ -178,7 +182,7 @@ impl Growing {
         Ok(())
     }
 
-    /// Writes bytes at a place, in one piece.
+    /// Writes bytes at an offset in one piece.
     fn write_at(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
         let file = self.file.as_mut().ok_or_else(|| io::Error::other("a movie without its first frame"))?;
         file.seek(SeekFrom::Start(offset))?;
@@ -186,7 +190,8 @@ impl Growing {
     }
 }
 
-/// The box of pixels whose R, G or B differ, as x, y, width, height; `None` where none does.
+/// Returns the bounding box of the pixels whose R, G or B differ, as x, y, width, height; `None` if
+/// none do.
 fn changed_box(before: &[u8], after: &[u8], width: u32) -> Option<[u32; 4]> {
     let stride = width as usize * 4;
     let differ = |a: &[u8], b: &[u8]| a[..3] != b[..3];
@@ -209,7 +214,7 @@ fn changed_box(before: &[u8], after: &[u8], width: u32) -> Option<[u32; 4]> {
     Some([left, top, right + 1 - left, bottom + 1 - top].map(|n| n as u32))
 }
 
-/// The pixels of a box, row after row, as RGB.
+/// Returns the pixels of a box as RGB, row after row.
 fn cut_rgb(rgba: &[u8], width: u32, [x, y, w, h]: [u32; 4]) -> Vec<u8> {
     let mut out = Vec::with_capacity(w as usize * h as usize * 3);
     for row in rgba.chunks_exact(width as usize * 4).skip(y as usize).take(h as usize) {
@@ -219,7 +224,8 @@ fn cut_rgb(rgba: &[u8], width: u32, [x, y, w, h]: [u32; 4]) -> Vec<u8> {
     out
 }
 
-/// Time in whole ticks: frame k lasts from tick `round(k / rate)` to the next one's, so that rounding never adds up.
+/// Frame durations in whole ticks: frame k lasts from tick `round(k / rate)` to that of the next,
+/// so that rounding errors do not add up.
 struct Ticks {
     per_frame: f64,
     frames: u64,
@@ -230,7 +236,7 @@ impl Ticks {
         Ticks { per_frame: ticks_per_second / rate, frames: 0 }
     }
 
-    /// The ticks of the next frame, at least 1.
+    /// Returns the duration of the next frame in ticks, at least 1.
     fn next(&mut self) -> u64 {
         let at = |frames: u64| (frames as f64 * self.per_frame).round() as u64;
         let ticks = at(self.frames + 1) - at(self.frames);

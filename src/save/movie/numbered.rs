@@ -1,4 +1,4 @@
-//! One PNG a frame.
+//! Numbered PNG files, one per frame.
 
 use super::FrameWriter;
 use crate::memory::VideoMemory;
@@ -6,7 +6,7 @@ use crate::save::{atomically, png};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Files with numbers before their ending, each there whole or not at all.
+/// Writer of PNG files with numbers before their extension, each written atomically.
 pub(super) struct Numbered {
     path: PathBuf,
     next: u64,
@@ -27,7 +27,7 @@ impl FrameWriter for Numbered {
     }
 }
 
-/// The name of picture `number` of several: `name-0007.png`.
+/// Returns the file name of picture `number` of a series: `name-0007.png`.
 pub fn numbered_path(path: &Path, number: u64) -> PathBuf {
     let mut name = path.file_stem().map(|s| s.to_os_string()).unwrap_or_default();
     name.push(format!("-{number:04}"));

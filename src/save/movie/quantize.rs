@@ -1,21 +1,23 @@
-//! 256 colours for a picture: the very ones where there are no more, else by median cut.
+//! Colour quantization to 256 colours: exact if there are no more, otherwise by median cut.
 //!
-//! Median cut on cells of 8x8x8 colours: the box whose pixels are spread the most is parted at the median of its longest
-//! side until there are 256; a box's colour is the mean of its pixels. Whole numbers only: the same picture, the same file.
+//! Median cut works on cells of 8x8x8 colours: the box whose pixels are spread the most is split at
+//! the median of its longest side until there are 256; the colour of a box is the mean of its
+//! pixels. Integers only: the same picture gives the same file.
+//!
 //! Source: P. Heckbert, Color Image Quantization for Frame Buffer Display (1982), section 3.2.
 
 use std::collections::HashMap;
 
-/// Colours of a palette, at most.
+/// Most colours of a palette.
 const COLORS: usize = 256;
 
-/// An index for each pixel, and the palette as R, G, B bytes.
+/// Returns an index for each pixel, and the palette as R, G, B bytes.
 pub(super) fn indexed(rgb: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let pixels = rgb.as_chunks::<3>().0;
     exact(pixels).unwrap_or_else(|| median_cut(pixels))
 }
 
-/// `None` where there are more than [`COLORS`].
+/// Returns indices and palette without loss, or `None` if there are more than [`COLORS`] colours.
 fn exact(pixels: &[[u8; 3]]) -> Option<(Vec<u8>, Vec<u8>)> {
     let mut palette: Vec<u8> = Vec::new();
     let mut numbers: HashMap<[u8; 3], u8> = HashMap::new();
@@ -40,18 +42,18 @@ fn exact(pixels: &[[u8; 3]]) -> Option<(Vec<u8>, Vec<u8>)> {
     Some((indices, palette))
 }
 
-/// The cell of a colour: five bits a channel.
+/// Returns the cell of a colour: five bits per channel.
 #[inline]
 fn cell([r, g, b]: [u8; 3]) -> usize {
     usize::from(r >> 3) << 10 | usize::from(g >> 3) << 5 | usize::from(b >> 3)
 }
 
-/// A channel of a cell, 0..32.
+/// Returns one channel of a cell, 0..32.
 fn side(cell: u16, channel: usize) -> u16 {
     cell >> (10 - 5 * channel) & 31
 }
 
-/// Cells that will share a colour.
+/// Cells that share a palette colour.
 struct Group {
     cells: Vec<u16>,
     pixels: u64,
@@ -71,7 +73,7 @@ impl Group {
         Group { cells, pixels, longest, length }
     }
 
-    /// How much is gained by parting it.
+    /// Returns the priority of splitting this group: pixels times the square of the longest side.
     fn spread(&self) -> u64 {
         self.pixels * u64::from(self.length) * u64::from(self.length)
     }
@@ -129,7 +131,7 @@ mod tests {
         let back: Vec<u8> =
             indices.iter().flat_map(|&i| palette[usize::from(i) * 3..][..3].to_vec()).collect();
         assert_eq!(back, few);
-        // A slope of red over a slope of green, in every byte.
+        // A gradient of red over a gradient of green, in every byte.
         let many: Vec<u8> =
             (0..256 * 256).flat_map(|i: u32| [(i % 256) as u8, (i / 256) as u8, 40]).collect();
         let (indices, palette) = indexed(&many);
@@ -142,7 +144,7 @@ mod tests {
 
     #[test]
     fn colours_within_one_cell_share_their_mean() {
-        // More than 256 colours in two cells: nothing can be parted further.
+        // More than 256 colours in two cells: no group can be split further.
         let many: Vec<u8> =
             (0..600u32).flat_map(|i| [(i % 8) as u8, (i / 8 % 8) as u8, (i / 64) as u8 + 120]).collect();
         let (indices, palette) = indexed(&many);

@@ -22,7 +22,7 @@ impl Drop for Folder {
     }
 }
 
-/// Frame `i` of a movie that has few colours, or many.
+/// Returns frame `i` of a movie with few colours, or with many.
 fn picture(i: u32, has_many_colors: bool) -> VideoMemory {
     let mut memory = VideoMemory::new(40, 30).expect("small");
     for y in 0..30 {
@@ -42,7 +42,7 @@ fn rgb(bytes: &[u8]) -> Vec<[u8; 3]> {
     bytes.as_chunks::<4>().0.iter().map(|p: &Rgba| [p[0], p[1], p[2]]).collect()
 }
 
-/// Every frame of a movie file and how long it is seen.
+/// Decodes every frame of a movie file, with its duration.
 fn decode(path: &Path) -> Vec<(Vec<[u8; 3]>, Duration)> {
     let bytes = fs::read(path).expect("the movie");
     let frames = match MovieFormat::of_path(path).expect("an ending") {
@@ -104,7 +104,7 @@ fn a_still_picture_is_one_long_frame_and_time_never_drifts() {
         for i in [0, 0, 0, 1, 2, 2] {
             movie.push(&picture(i, false)).expect("pushed");
         }
-        // 100 a minute is more than a frame's largest delay.
+        // The duration added below exceeds the largest delay of a single frame.
         let shown = decode(&path);
         assert_eq!(shown.len(), 3, "{name}");
         let total: Duration = shown.iter().map(|(_, time)| *time).sum();
@@ -119,7 +119,7 @@ fn a_still_picture_is_one_long_frame_and_time_never_drifts() {
 
 #[test]
 fn a_file_cut_in_the_middle_of_a_frame_still_shows_those_before() {
-    // What a killed program leaves: the frame's bytes are behind the end, and the end was not moved yet.
+    // A killed program leaves the frame's bytes after the end marker, which has not been moved yet.
     let folder = Folder::new("cut");
     for name in ["a.gif", "a.apng"] {
         let path = folder.0.join(name);

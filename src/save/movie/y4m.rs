@@ -1,13 +1,15 @@
-//! YUV4MPEG2: a line, then `FRAME` and three planes a frame. It needs no end and no seeking: the format of pipes.
+//! YUV4MPEG2: a header line, then `FRAME` and three planes for each frame. It needs no end marker
+//! and no seeking, so it suits pipes.
 //!
-//! C444 in studio range, by ITU-R BT.601 in whole numbers, rounded half up (kr = .299, kb = .114):
-//! Y = 16 + 219 (kr R + kg G + kb B) / 255, Cb = 128 + 224 (B - y) / (2 (1 - kb)) / 255, Cr likewise with R and kr.
+//! C444 in studio range, by ITU-R BT.601 in integers, rounded half up (kr = .299, kb = .114): Y =
+//! 16 + 219 (kr R + kg G + kb B) / 255, Cb = 128 + 224 (B - y) / (2 (1 - kb)) / 255, Cr likewise
+//! with R and kr.
 
 use super::FrameWriter;
 use crate::memory::VideoMemory;
 use std::io::{self, Write};
 
-/// A y4m stream.
+/// Writer of a y4m stream.
 pub(super) struct Y4m {
     out: Box<dyn Write + Send>,
     header: Option<String>,
@@ -38,7 +40,7 @@ impl FrameWriter for Y4m {
     }
 }
 
-/// Y, Cb, Cr of a pixel, 16 bits behind the point.
+/// Returns Y, Cb, Cr of a pixel, computed with 16 fractional bits.
 #[inline(always)]
 fn studio([r, g, b, _]: [u8; 4]) -> [u8; 3] {
     let [r, g, b] = [r, g, b].map(i32::from);
@@ -50,7 +52,7 @@ fn studio([r, g, b, _]: [u8; 4]) -> [u8; 3] {
     ]
 }
 
-/// A rate as whole numbers, to a thousandth.
+/// Returns a rate as a reduced fraction, rounded to a thousandth.
 fn fraction(rate: f64) -> [u64; 2] {
     let thousandths = (rate * 1000.0).round().max(1.0) as u64;
     let common = num_integer::gcd(thousandths, 1000);
