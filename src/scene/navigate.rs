@@ -25,8 +25,8 @@ pub enum ProjectionChoice {
 }
 
 impl ProjectionChoice {
-    /// Returns the next choice for a camera whose author chose the projection `given`. The cycle is as
-    /// given, perspective (left out if `given` is one), orthographic, oblique.
+    /// Returns the next choice for a camera whose author chose the projection `given`. The cycle is
+    /// as given, perspective (left out if `given` is one), orthographic, oblique.
     pub fn next(self, given: &Projection) -> Self {
         use ProjectionChoice::*;
         match (self, is_parallel(given)) {

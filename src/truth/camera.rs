@@ -1,7 +1,9 @@
-//! The reference's own cameras: world to view to clip, and NDC to screen, worked from the sources.
+//! Cameras of the reference: world to view to clip space, and NDC to screen, derived from the
+//! sources.
 //!
-//! Column vectors, matrices as they are written on paper (row by row). Clip space: -w<=x<=w, -w<=y<=w, 0<=z<=w.
-//! Sources: 001 (view, view plane at d, viewport), 000 (A, B, C, D, P), 004 (frustum to box, parallel projections).
+//! Column vectors; matrices as written on paper (row by row). Clip space: -w<=x<=w, -w<=y<=w,
+//! 0<=z<=w. Sources: 001 (view, view plane at d, viewport), 000 (A, B, C, D, P), 004 (frustum to
+//! box, parallel projections).
 
 use super::double_double::{
     DoubleDouble, DoubleDouble3, DoubleDouble4, cross, dot3, double_double3, narrow3, sub3, unit3,
@@ -9,52 +11,53 @@ use super::double_double::{
 use crate::scene::{Camera, CameraError, LookAt, ObliqueKind, Projection, Viewport, ViewportRule};
 use glam::DVec3;
 
-/// A 4x4 matrix, rows first.
+/// 4x4 matrix as an array of rows.
 pub type Matrix = [[DoubleDouble; 4]; 4];
 
-/// Where V comes from.
+/// Origin of the vector V to the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewerPosition {
-    /// V runs from the surface to this world point.
+    /// V points from the surface to this world point.
     Eye(DVec3),
     /// V is this unit world vector everywhere (parallel projections).
     Axis(DVec3),
 }
 
-/// A camera worked out for one viewport.
+/// Matrices and viewer of a camera for one viewport.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
-    /// World to view space: the camera at the origin, looking along -z.
+    /// Matrix from world to view space: the camera at the origin, looking along -z.
     pub view: Matrix,
-    /// View to clip space.
+    /// Matrix from view to clip space.
     pub projection: Matrix,
-    /// What V is.
+    /// Origin of V.
     pub viewer: ViewerPosition,
-    /// The eye in world space, from which distances (fog) are measured.
+    /// Eye in world space, from which distances (fog) are measured.
     pub eye: DVec3,
     viewport: Viewport,
 }
 
-/// The sum of products that is M p.
+/// Returns the product M p.
 pub fn transform(m: &Matrix, p: DoubleDouble4) -> DoubleDouble4 {
     std::array::from_fn(|r| m[r][0] * p[0] + m[r][1] * p[1] + m[r][2] * p[2] + m[r][3] * p[3])
 }
 
-/// A B.
+/// Returns the product A B.
 pub fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
     std::array::from_fn(|r| {
         std::array::from_fn(|c| a[r][0] * b[0][c] + a[r][1] * b[1][c] + a[r][2] * b[2][c] + a[r][3] * b[3][c])
     })
 }
 
-/// R T of source 001: rows x, y, z of R, then the eye to the origin.
+/// Returns R T of source 001: rows x, y, z of R, after translating the eye to the origin.
 fn rotate_and_translate(axes: [DoubleDouble3; 3], origin: DoubleDouble3) -> Matrix {
     let row = |a: DoubleDouble3| [a[0], a[1], a[2], -dot3(a, origin)];
     let last = [DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ONE];
     [row(axes[0]), row(axes[1]), row(axes[2]), last]
 }
 
-/// The view of eye, reference and up: z = (eye-ref)/|..|, x = up x z/|..|, y = z x x; and the three axes.
+/// Returns the view of eye, reference and up, with its three axes: z = (eye-ref)/|..|, x = up x
+/// z/|..|, y = z x x.
 fn look_at(l: &LookAt) -> Result<(Matrix, [DoubleDouble3; 3]), CameraError> {
     let z =
         unit3(sub3(double_double3(l.eye), double_double3(l.reference))).ok_or(CameraError::NoDirection)?;
@@ -68,13 +71,14 @@ fn look_at(l: &LookAt) -> Result<(Matrix, [DoubleDouble3; 3]), CameraError> {
     Ok((rotate_and_translate(axes, double_double3(l.eye)), axes))
 }
 
-/// The z row that takes -z_view = near to 0 and -z_view = far to w = -z_view: z_ndc = f(d-n)/(d(f-n)) (003).
+/// Returns the z row that maps -z_view = near to 0 and -z_view = far to w = -z_view: z_ndc =
+/// f(d-n)/(d(f-n)) (003).
 fn perspective_z_row(near: DoubleDouble, far: DoubleDouble) -> [DoubleDouble; 4] {
     let depth = far - near;
     [DoubleDouble::ZERO, DoubleDouble::ZERO, -far / depth, -(far * near) / depth]
 }
 
-/// A box of a perspective: its window [l, r, b, t] at the near plane, w = -z.
+/// Returns the matrix of a perspective frustum: window [l, r, b, t] at the near plane, w = -z.
 fn frustum([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDouble) -> Matrix {
     let (zero, two) = (DoubleDouble::ZERO, DoubleDouble::new(2.0));
     [
@@ -85,7 +89,7 @@ fn frustum([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDoubl
     ]
 }
 
-/// A parallel box: its window [l, r, b, t], depth (-z - n)/(f - n), w = 1.
+/// Returns the matrix of a parallel box: window [l, r, b, t], depth (-z - n)/(f - n), w = 1.
 fn parallel([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDouble) -> Matrix {
     let (zero, two) = (DoubleDouble::ZERO, DoubleDouble::new(2.0));
     [
@@ -96,7 +100,7 @@ fn parallel([l, r, b, t]: [DoubleDouble; 4], near: DoubleDouble, far: DoubleDoub
     ]
 }
 
-/// The golden's two turns (004): -45 degrees about y, then asin(1/sqrt 3) about x.
+/// Returns the two rotations of the golden (004): -45 degrees about y, then asin(1/sqrt 3) about x.
 fn isometric_turns() -> Matrix {
     let h = DoubleDouble::new(0.5).sqrt();
     let s = DoubleDouble::ONE / DoubleDouble::new(3.0).sqrt();
@@ -107,10 +111,11 @@ fn isometric_turns() -> Matrix {
     multiply(&about_x, &about_y)
 }
 
-/// B A, C, D and P of source 000: the view of a WINDOW camera and its projection.
+/// Returns B A, and P D C, of source 000: the view of a WINDOW camera and its projection.
 ///
-/// The source's axes u, v, n (n into the scene) are left-handed; here z is -n, so that view space is the same as for
-/// the others, and the signs of C, D and P follow. The result on the screen is M1 of the golden.
+/// The source's axes u, v, n (n into the scene) are left-handed; here z is -n, so that view space
+/// is as for the other cameras, and the signs of C, D and P follow. The result on the screen is M1
+/// of the golden.
 #[expect(clippy::too_many_arguments, reason = "the numbers of WINDOW, in the source's letters")]
 fn window_camera(
     vrp: DVec3,
@@ -134,7 +139,7 @@ fn window_camera(
     let view = rotate_and_translate([u, v, n.map(|c| -c)], double_double3(vrp));
     let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
     let [cu, cv, su, sv, dp, near, far] = [cu, cv, su, sv, dp, near, far].map(DoubleDouble::new);
-    // From n to -z and back: the matrices below are the source's, in u, v, n.
+    // From -z to n: the matrices below are the source's, in u, v, n.
     let to_n = [[i, o, o, o], [o, i, o, o], [o, o, -i, o], [o, o, o, i]];
     let c = [[i, o, -cu / dp, o], [o, i, -cv / dp, o], [o, o, i, o], [o, o, o, i]];
     let d = [[dp / (su * far), o, o, o], [o, dp / (sv * far), o, o], [o, o, i / far, o], [o, o, o, i]];
@@ -164,7 +169,10 @@ fn check_positive(what: &'static str, value: f64) -> Result<DoubleDouble, Camera
 }
 
 impl Sight {
-    /// Works out a camera for a viewport.
+    /// Computes the matrices of a camera for a viewport.
+    ///
+    /// # Errors
+    /// If the view has no direction, or the projection bounds no volume or area.
     pub fn new(camera: &Camera, viewport: &Viewport) -> Result<Sight, CameraError> {
         let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
         let l = &camera.look_at;
@@ -187,7 +195,8 @@ impl Sight {
             Projection::Plane { d, near, far } => {
                 let (n, f) = check_range(near, far, true)?;
                 let d = check_positive("view-plane distance", d)?;
-                // Rows x, y, w of 001 are 1, 1, -1/d; all three times d, so that w is FRUSTUM's and its z row fits.
+                // Rows x, y, w of 001 are 1, 1, -1/d; all three are multiplied by d, so that w is
+                // FRUSTUM's and its z row fits.
                 let p = [[d, o, o, o], [o, d, o, o], perspective_z_row(n, f), [o, o, -i, o]];
                 (look_at(l)?.0, p, None)
             }
@@ -199,7 +208,7 @@ impl Sight {
                 let look = l;
                 let [l, r, b, t] = check_window(window)?;
                 let (n, f) = check_range(near, far, false)?;
-                // Half sizes about the centre; the one that is short for the viewport grows.
+                // Half sizes about the centre; the smaller one relative to the viewport grows.
                 let two = DoubleDouble::new(2.0);
                 let aspect =
                     DoubleDouble::new(viewport.width.into()) / DoubleDouble::new(viewport.height.into());
@@ -240,7 +249,7 @@ impl Sight {
             Projection::PseudoIsometric { window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
                 let view = multiply(&isometric_turns(), &look_at(l)?.0);
-                // Every axis unshortened: x and y over sqrt(2/3).
+                // Every axis unforeshortened: x and y over sqrt(2/3).
                 let k = (DoubleDouble::new(3.0) / DoubleDouble::new(2.0)).sqrt();
                 let stretch = [[k, o, o, o], [o, k, o, o], [o, o, i, o], [o, o, o, i]];
                 let p = multiply(&parallel(check_window(window)?, n, f), &stretch);
@@ -261,7 +270,7 @@ impl Sight {
         };
         let viewer = match v_view {
             None => ViewerPosition::Eye(eye),
-            // The view's rows are the world's axes of view space: V_world = R^T V_view.
+            // The view's rows are the axes of view space in the world: V_world = R^T V_view.
             Some(v) => {
                 let world =
                     std::array::from_fn(|c| view[0][c] * v[0] + view[1][c] * v[1] + view[2][c] * v[2]);
@@ -271,7 +280,7 @@ impl Sight {
         Ok(Sight { view, projection, viewer, eye, viewport: *viewport })
     }
 
-    /// NDC x and y to screen pixels, y down, in the convention where pixel (i, j) has its centre at (i+.5, j+.5).
+    /// Maps NDC x and y to screen pixels, y down, with the centre of pixel (i, j) at (i+.5, j+.5).
     pub fn to_screen(&self, x_ndc: DoubleDouble, y_ndc: DoubleDouble) -> [DoubleDouble; 2] {
         let v = &self.viewport;
         let (x0, y0) = (DoubleDouble::new(v.x.into()), DoubleDouble::new(v.y.into()));
@@ -285,7 +294,8 @@ impl Sight {
         }
     }
 
-    /// NDC of the centre of pixel (x, y); not finite for a `centres` viewport one pixel wide or high.
+    /// Returns the NDC of the centre of pixel (x, y); not finite for a `centres` viewport one pixel
+    /// wide or high.
     pub fn ndc_of_pixel(&self, x: i64, y: i64) -> [DoubleDouble; 2] {
         let v = &self.viewport;
         let (dx, dy) =
@@ -298,7 +308,7 @@ impl Sight {
         }
     }
 
-    /// Screen pixels that one unit of NDC covers, across and down.
+    /// Returns the screen pixels per unit of NDC in x and y.
     pub fn pixels_per_ndc(&self) -> [f64; 2] {
         let less = match self.viewport.rule {
             ViewportRule::Corners => 0.0,

@@ -1,82 +1,84 @@
-//! Holding a drawn picture to the truth by the project's limits.
+//! Comparison of a drawn picture with the reference, by the project's limits.
 //!
-//! In: video memory, its depth memory, and the picture that the reference made of the same draws. Out: a [`Comparison`]: how many
-//! pixels are off in coverage, colour and depth, the largest errors, the worst places. Limits: coverage 0 pixels; colours
-//! 1/255, textured 2/255; f32 depth the larger of 2 ulp and 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of what is
-//! stored. A pixel is right when it agrees with one of its right answers in colour and depth at once.
+//! In: video memory, its depth memory, and the reference picture of the same draws. Out: a
+//! [`Comparison`]: the number of pixels with errors in coverage, colour and depth, the largest
+//! errors, the first faulty pixels. Limits: coverage 0 pixels; colours 1/255, textured 2/255; f32
+//! depth the larger of 2 ulp and 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of the stored
+//! value. A pixel is correct if it agrees with one of its accepted results in colour and depth at
+//! once.
 
 use super::double_double::DoubleDouble;
 use super::picture::{PixelState, StoredDepth, TruthPicture, ulp_f32};
 use crate::memory::{DepthFormat, DepthMemory, VideoMemory};
 use std::fmt;
 
-/// How far colours may be off, in 1/255 steps, untextured and textured.
+/// Largest accepted colour errors in 1/255 steps, untextured and textured.
 pub const COLOR_LIMITS: [u8; 2] = [1, 2];
-/// How far integer depths may be off, in steps.
+/// Largest accepted error of integer depths in steps.
 pub const STEP_LIMIT: f64 = 0.501;
-/// How far f32 depths may be off, in ulp.
+/// Largest accepted error of f32 depths in ulp.
 pub const F32_ULP_LIMIT: f64 = 2.0;
-/// How far f32 depths may be off, in z, where that is more.
+/// Largest accepted error of f32 depths in z, if that is more than [`F32_ULP_LIMIT`].
 pub const F32_Z_LIMIT: f64 = 4e-7;
-/// How far reversed depths may be off, in ulp of what is stored.
+/// Largest accepted error of reversed depths in ulp of the stored value.
 pub const REVERSED_ULP_LIMIT: f64 = 4.0;
 
-/// What is wrong at a pixel.
+/// Kind of error at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fault {
-    /// Drawn where nothing may be, or not drawn where something must be.
+    /// Drawn where nothing may be drawn, or not drawn where something must be.
     Coverage,
-    /// The colour belongs to no right answer.
+    /// The colour matches no accepted result.
     Color,
-    /// The stored depth belongs to no right answer that has this colour.
+    /// The stored depth matches no accepted result of this colour.
     Depth,
 }
 
-/// A pixel that is off.
+/// Pixel with an error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultyPixel {
-    /// Column.
+    /// Column of the pixel.
     pub x: u32,
-    /// Row.
+    /// Row of the pixel.
     pub y: u32,
-    /// What is wrong.
+    /// Kind of the error.
     pub fault: Fault,
-    /// The bytes found.
+    /// Bytes found.
     pub found: [u8; 4],
-    /// The stored depth found, if depth was compared.
+    /// Stored depth found, if depth was compared.
     pub depth: Option<u32>,
-    /// The right answers.
+    /// Accepted results.
     pub expected: Vec<PixelState>,
 }
 
-/// The outcome of a comparison.
+/// Result of a comparison.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Comparison {
-    /// Pixels compared.
+    /// Number of pixels compared.
     pub pixels: usize,
-    /// Pixels off in coverage.
+    /// Number of pixels with an error in coverage.
     pub coverage_off: usize,
-    /// Pixels off in colour.
+    /// Number of pixels with an error in colour.
     pub color_off: usize,
-    /// Pixels off in depth.
+    /// Number of pixels with an error in depth.
     pub depth_off: usize,
-    /// The largest difference of a byte from its nearest right answer.
+    /// Largest difference of a byte from its nearest accepted result.
     pub max_color: u8,
-    /// The largest part of its limit that a depth used up (1 = at the limit).
+    /// Largest depth error as a fraction of its limit (1 = at the limit).
     pub max_depth: f64,
-    /// Pixels with more than one right answer.
+    /// Number of pixels with more than one accepted result.
     pub turns: usize,
-    /// Pixels where a range of more than 4 steps is right, or anything at all.
+    /// Number of pixels where a range of more than 4 steps, or any colour, is accepted.
     pub loose: usize,
-    /// The first pixels that are off.
+    /// First pixels with errors.
     pub faulty_pixels: Vec<FaultyPixel>,
 }
 
-/// How many faulty pixels a report describes.
+/// Largest number of faulty pixels that a comparison describes.
 const MAX_FAULTY_PIXELS: usize = 8;
 
 impl Comparison {
-    /// Whether nothing is off.
+    /// Returns whether no pixel has an error.
     pub fn is_right(&self) -> bool {
         self.coverage_off == 0 && self.color_off == 0 && self.depth_off == 0
     }
@@ -112,10 +114,10 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// Compares what was drawn with what is right. Without a depth memory only colours are compared.
+/// Compares a drawn picture with the reference. Without a depth memory only colours are compared.
 ///
 /// # Panics
-/// When the pictures are not of one size, or the depth formats differ.
+/// If the pictures differ in size, or the depth formats differ.
 pub fn compare(memory: &VideoMemory, depth: Option<&DepthMemory>, truth: &TruthPicture) -> Comparison {
     assert_eq!((memory.width(), memory.height()), (truth.width(), truth.height()), "pictures of one size");
     if let Some(d) = depth {
@@ -184,25 +186,26 @@ fn judge(
     }
 }
 
-/// How far a pixel is from its nearest right answer: one that it agrees with if there is any, else the closest in colour.
+/// Distance of a pixel from its nearest accepted result: one that it agrees with if there is any,
+/// else the closest in colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
-    /// The largest difference of a byte, in 1/255 steps.
+    /// Largest difference of a byte, in 1/255 steps.
     pub color: u8,
-    /// The part of its limit that the depth uses up; 0 where depth is not compared.
+    /// Depth error as a fraction of its limit; 0 if depth is not compared.
     pub depth: f64,
-    /// The depth's distance in z.
+    /// Depth error in z.
     pub depth_z: f64,
-    /// Whether the colour is over its limit.
+    /// True if the colour exceeds its limit.
     pub color_fails: bool,
-    /// Whether the depth is over its limit.
+    /// True if the depth exceeds its limit.
     pub depth_fails: bool,
 }
 
-/// Holds one pixel to its right answers; that a pixel is free is not asked.
+/// Compares one pixel with its accepted results, even if the pixel is unconstrained.
 ///
 /// # Panics
-/// Off the picture.
+/// If the pixel is off the picture.
 pub fn nearest(truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Option<u32>) -> Nearest {
     let format = truth.depth_format();
     let measured = truth.states(x, y).iter().map(|s| {
@@ -222,10 +225,11 @@ pub fn nearest(truth: &TruthPicture, [x, y]: [u32; 2], found: [u8; 4], word: Opt
     best.expect("a pixel has at least one right answer")
 }
 
-/// RGBA bytes of the right answers that are nearest to a picture's: what a picture is to be compared with by other measures.
+/// Returns the RGBA bytes of the accepted results nearest to a picture's: the reference for other
+/// measures.
 ///
 /// # Panics
-/// When the pictures are not of one size.
+/// If the pictures differ in size.
 pub fn nearest_bytes(truth: &TruthPicture, found: &[u8]) -> Vec<u8> {
     let pixels = truth.width() as usize * truth.height() as usize;
     assert_eq!(found.len(), 4 * pixels, "pictures of one size");
@@ -239,10 +243,11 @@ pub fn nearest_bytes(truth: &TruthPicture, found: &[u8]) -> Vec<u8> {
     found.as_chunks().0.iter().enumerate().flat_map(answer).collect()
 }
 
-/// How far a pixel's bytes are from the nearest right answer, in 1/255 steps; `index` is width y + x.
+/// Returns the distance of a pixel's bytes from the nearest accepted result, in 1/255 steps;
+/// `index` is width * y + x.
 ///
 /// # Panics
-/// Off the picture.
+/// If the pixel is off the picture.
 pub fn color_error(truth: &TruthPicture, index: usize, found: [u8; 4]) -> u8 {
     let [x, y] = [index as u32 % truth.width(), index as u32 / truth.width()];
     if truth.is_free(x, y) {
@@ -251,7 +256,7 @@ pub fn color_error(truth: &TruthPicture, index: usize, found: [u8; 4]) -> u8 {
     truth.states(x, y).iter().map(|s| color_distance(s, found)).min().unwrap_or(0)
 }
 
-/// The largest distance of a byte from a right answer's range; a drawn pixel's alpha is 255.
+/// Returns the largest distance of a byte from a result's range; a drawn pixel's alpha is 255.
 fn color_distance(s: &PixelState, found: [u8; 4]) -> u8 {
     if s.drawn.is_some() && found[3] != 255 {
         return 255;
@@ -259,7 +264,7 @@ fn color_distance(s: &PixelState, found: [u8; 4]) -> u8 {
     (0..3).map(|c| s.lo[c].saturating_sub(found[c]).max(found[c].saturating_sub(s.hi[c]))).max().unwrap_or(0)
 }
 
-/// How much of its limit a stored depth uses up: at most 1 when it is right.
+/// Returns the error of a stored depth as a fraction of its limit: at most 1 if it is accepted.
 pub fn depth_use_of_limit(format: DepthFormat, s: &PixelState, word: u32) -> f64 {
     let distance_beyond = |v: DoubleDouble, lo: DoubleDouble, hi: DoubleDouble| {
         (lo - v).max(v - hi).max(DoubleDouble::ZERO).to_f64()

@@ -1,34 +1,35 @@
-//! Which pixels a triangle covers: point in triangle, in whole numbers of 1/256 pixel.
+//! Coverage of a triangle: point-in-triangle tests in integers of 1/256 pixel.
 //!
-//! In: corners in screen pixels, y down, pixel (i, j) with its centre at (i+.5, j+.5). Each coordinate is snapped to the
-//! nearest 1/256 (ties to even). A centre is covered when it lies strictly inside, or on a top or a left edge. The plain
-//! question is asked pixel by pixel with integers as wide as needed; nothing is stepped.
+//! In: corners in screen pixels, y down, pixel (i, j) with its centre at (i+.5, j+.5). Each
+//! coordinate is snapped to the nearest 1/256 (ties to even). A centre is covered if it lies
+//! strictly inside, or on a top or left edge. Each pixel is tested on its own with integers of
+//! sufficient width; nothing is incremental.
 
 use super::double_double::DoubleDouble;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
-/// What is known of a pixel's coverage.
+/// Result of a coverage test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Coverage {
     /// Outside.
     No,
-    /// The decision turns here: either side is right.
+    /// Borderline: both sides are accepted.
     Maybe,
     /// Inside.
     Yes,
 }
 
-/// A triangle with its corners snapped.
+/// Triangle with snapped corners.
 #[derive(Clone, Debug)]
 pub struct Outline {
     corners: [[BigInt; 2]; 3],
-    /// The same, where they fit: products of differences then fit 128 bits.
+    /// Corners in i128 if they are small enough that products of differences fit 128 bits.
     narrow: Option<[[i128; 2]; 3]>,
     area2: BigInt,
 }
 
-/// x as mantissa * 2^exponent.
+/// Returns the mantissa and exponent with x = mantissa * 2^exponent.
 fn decompose(x: f64) -> (BigInt, i64) {
     let bits = x.to_bits();
     let exponent = ((bits >> 52) & 0x7ff) as i64;
@@ -39,12 +40,12 @@ fn decompose(x: f64) -> (BigInt, i64) {
     (if x < 0.0 { -mantissa } else { mantissa }, exponent)
 }
 
-/// The whole number nearest to `256 x`, ties to even. `x` is finite.
+/// Returns the integer nearest to `256 x`, ties to even. `x` is finite.
 pub fn snap(x: DoubleDouble) -> BigInt {
     let (hi, lo) = x.parts();
     let ((m_hi, e_hi), (m_lo, e_lo)) = (decompose(hi), decompose(lo));
     let (e_hi, e_lo) = (e_hi + 8, e_lo + 8);
-    // Both parts over the smaller of the two exponents, then one rounded division.
+    // Both parts at the smaller of the two exponents, then one rounded division.
     let e = if lo == 0.0 { e_hi } else { e_hi.min(e_lo) };
     let mut sum = m_hi << (e_hi - e) as usize;
     if lo != 0.0 {
@@ -65,9 +66,9 @@ pub fn snap(x: DoubleDouble) -> BigInt {
     }
 }
 
-/// How far `256 x` is from the nearest tie between two whole numbers.
+/// Returns the distance of `256 x` from the nearest tie between two integers.
 pub fn distance_to_tie(x: DoubleDouble) -> f64 {
-    // x - floor(x + 1/2) is exact: the tie lies at half a unit from that whole number.
+    // x - floor(x + 1/2) is exact: the tie lies half a unit from that integer.
     let t = x * DoubleDouble::new(256.0);
     let (hi, lo) = t.parts();
     if hi.abs() >= 2f64.powi(52) {
@@ -79,7 +80,7 @@ pub fn distance_to_tie(x: DoubleDouble) -> f64 {
 }
 
 impl Outline {
-    /// Snaps three corners; `None` when a coordinate is not finite.
+    /// Snaps three corners; `None` if a coordinate is not finite.
     pub fn new(screen: [[DoubleDouble; 2]; 3]) -> Option<Outline> {
         if screen.iter().flatten().any(|c| !c.is_finite()) {
             return None;
@@ -87,7 +88,7 @@ impl Outline {
         Some(Self::from_snapped(screen.map(|p| p.map(snap))))
     }
 
-    /// The triangle of corners in 1/256 pixel.
+    /// Creates the triangle of corners in 1/256 pixel.
     pub fn from_snapped(corners: [[BigInt; 2]; 3]) -> Outline {
         let limit = BigInt::from(1i64 << 60);
         let fits = corners.iter().flatten().all(|c| c.magnitude() <= limit.magnitude());
@@ -101,7 +102,8 @@ impl Outline {
         Outline { corners, narrow, area2 }
     }
 
-    /// The sign of (x1-x0)(y2-y0) - (x2-x0)(y1-y0), y down: `Less` is counter-clockwise as seen.
+    /// Returns the sign of (x1-x0)(y2-y0) - (x2-x0)(y1-y0), y down: `Less` is counter-clockwise on
+    /// the screen.
     pub fn turn(&self) -> Ordering {
         match self.area2.sign() {
             Sign::Minus => Ordering::Less,
@@ -110,13 +112,13 @@ impl Outline {
         }
     }
 
-    /// Whether the centre of pixel (x, y) is covered.
+    /// Returns whether the centre of pixel (x, y) is covered.
     pub fn covers(&self, x: i64, y: i64) -> bool {
         let turn = self.turn();
         if turn == Ordering::Equal {
             return false;
         }
-        // Edges in the order in which the inside lies to the right: clockwise as seen.
+        // Edges in the order that has the inside to the right: clockwise on the screen.
         let order = if turn == Ordering::Greater { [0, 1, 2] } else { [0, 2, 1] };
         let center = [256 * x as i128 + 128, 256 * y as i128 + 128];
         (0..3).all(|i| {
@@ -125,14 +127,16 @@ impl Outline {
                 Some(c) => edge_narrow(c[from], c[to], center),
                 None => edge_big(&self.corners[from], &self.corners[to], center),
             };
-            // With the inside to the right: an edge that goes up is a left one; a level one that goes right, a top one.
+            // With the inside to the right, an edge that goes up is a left edge, and a horizontal
+            // one that goes right is a top edge.
             let is_top_left = dy == Ordering::Less || (dy == Ordering::Equal && dx == Ordering::Greater);
             side == Ordering::Greater || (side == Ordering::Equal && is_top_left)
         })
     }
 
-    /// For each edge from corner i to the next, the centre's distance from its line in pixels (inside positive), and where
-    /// along the edge its foot lies (0 at the first corner, 1 at the next). In f64, for margins only.
+    /// Returns for each edge from corner i to the next the centre's distance from its line in
+    /// pixels (positive inside), and the position of its foot along the edge (0 at the first
+    /// corner, 1 at the next). In f64, for margins only.
     pub fn distances(&self, x: i64, y: i64) -> [(f64, f64); 3] {
         let sign = if self.turn() == Ordering::Less { -1.0 } else { 1.0 };
         let center = [x as f64 + 0.5, y as f64 + 0.5];
@@ -167,7 +171,7 @@ fn edge_big(a: &[BigInt; 2], b: &[BigInt; 2], p: [i128; 2]) -> (Ordering, Orderi
     (side.cmp(&zero), dx.cmp(&zero), dy.cmp(&zero))
 }
 
-/// The value to about 53 bits; too large ones become infinite.
+/// Converts the value with about 53 bits; too large values become infinite.
 fn big_to_f64(v: &BigInt) -> f64 {
     let bits = v.bits();
     if bits <= 100 {
@@ -209,7 +213,8 @@ mod tests {
         );
     }
 
-    /// Two triangles of a square of 2 x 2 pixels whose corners are pixel centres: top and left are in, the rest out.
+    /// Two triangles of a square of 2 x 2 pixels whose corners are pixel centres: the top and left
+    /// edges are covered, the others not.
     #[test]
     fn top_and_left_edges_are_in_and_the_seam_is_lit_once() {
         let [a, b, c, d] = [[1.5, 1.5], [3.5, 1.5], [3.5, 3.5], [1.5, 3.5]];
@@ -235,7 +240,8 @@ mod tests {
         }
         let half_plane = outline([[-1e30, -1e30], [1e30, 1e30], [-1e30, 1e30]]);
         assert!(half_plane.covers(3, 5) && !half_plane.covers(5, 3));
-        // The edge x = y passes through the centres: it is a right edge here, so they are out.
+        // The edge x = y passes through the centres: it is a right edge here, so they are not
+        // covered.
         assert!(!half_plane.covers(4, 4));
         assert_eq!(outline([[0.0, 0.0], [4.0, 4.0], [8.0, 8.0]]).turn(), Ordering::Equal);
         assert_eq!(outline([[0.0, 0.0], [0.0, 8.0], [8.0, 0.0]]).turn(), Ordering::Less);

@@ -1,20 +1,23 @@
-//! `DoubleDouble`: a real number held as the sum of two f64, about 32 significant digits.
+//! `DoubleDouble`: a real number as the unevaluated sum of two f64, about 32 significant digits.
 //!
-//! The reference works the geometry (matrices, planes, depths, u and v) in it, so that its own rounding lies far below
-//! what it judges: a sliver's depth plane or a camera 1e7 units away loses 10 digits and still has 20 left. The results
-//! are bit-identical everywhere: + - * / sqrt of f64 only, no FMA.
+//! The reference computes the geometry (matrices, planes, depths, u and v) in it, so that its own
+//! rounding is far below the errors that it measures: a sliver's depth plane or a camera 1e7 units
+//! away loses 10 digits and still has 20 left. The results are bit-identical everywhere: + - * /
+//! sqrt of f64 only, no FMA.
 //!
-//! At the ends of the range: either both parts are finite, or the number is `hi` alone (an infinity or NaN) with `lo` 0,
-//! and then each operation gives what f64 gives for the `hi`s. A finite result is never lost to an overflow on the way.
-//! A product below 1e-289 is that of the `hi`s in f64: its second part would underflow.
+//! Ends of the range: either both parts are finite, or the number is `hi` alone (an infinity or
+//! NaN) with `lo` 0, and each operation returns the f64 result of the `hi`s. No finite result is
+//! lost to an intermediate overflow. A product below 1e-289 is that of the `hi`s in f64: its second
+//! part would underflow.
 //!
-//! Source: T. J. Dekker, "A floating-point technique for extending the available precision", 1971; the sum of two
-//! numbers with its error after D. E. Knuth, "The Art of Computer Programming" 2, section 4.2.2.
+//! Source: T. J. Dekker, "A floating-point technique for extending the available precision", 1971;
+//! the sum of two numbers with its error after D. E. Knuth, "The Art of Computer Programming" 2,
+//! section 4.2.2.
 
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// A number as `hi + lo`, with `hi` the f64 nearest to it.
+/// Number `hi + lo`, with `hi` the f64 nearest to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DoubleDouble {
     hi: f64,
@@ -29,7 +32,7 @@ const TINY: f64 = f64::from_bits((1023 - 960) << 52);
 const DOWN: f64 = f64::from_bits((1023 - 128) << 52);
 const UP: f64 = f64::from_bits((1023 + 128) << 52);
 
-/// a + b and the error of that sum, exactly; the error is 0 where the sum is not finite.
+/// Returns a + b and its exact rounding error; the error is 0 if the sum is not finite.
 fn sum_and_error(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     let b_part = s - a;
@@ -40,12 +43,13 @@ fn sum_and_error(a: f64, b: f64) -> (f64, f64) {
     if !s.is_finite() {
         return (s, 0.0);
     }
-    // Beside the largest f64 a step overflowed though the sum does not: Dekker's order, the larger first, cannot.
+    // Near the largest f64 a step overflowed although the sum does not: Dekker's order, the larger
+    // first, cannot.
     let (large, small) = if a.abs() >= b.abs() { (a, b) } else { (b, a) };
     (s, small - (s - large))
 }
 
-/// a as two halves of at most 26 bits each, for |a| up to [`LARGE`].
+/// Splits a into two halves of at most 26 bits each, for |a| up to [`LARGE`].
 fn halves(a: f64) -> (f64, f64) {
     const SPLITTER: f64 = 134_217_729.0; // 2^27 + 1
     let t = SPLITTER * a;
@@ -53,13 +57,15 @@ fn halves(a: f64) -> (f64, f64) {
     (high, a - high)
 }
 
-/// a * b and the error of that product, exactly; the error is 0 for a product that is not finite or below [`TINY`].
+/// Returns a * b and its exact rounding error; the error is 0 for a product that is not finite or
+/// below [`TINY`].
 fn product_and_error(a: f64, b: f64) -> (f64, f64) {
     let p = a * b;
     if !p.is_finite() || p.abs() < TINY {
         return (p, 0.0);
     }
-    // Scaled by a power of two where a step below could overflow: the product is finite, so the other factor is not large.
+    // Scaled by a power of two where a step below could overflow: the product is finite, so the
+    // other factor is not large.
     if a.abs().max(b.abs()).max(p.abs()) > LARGE {
         let (large, other) = if a.abs() >= b.abs() { (a, b) } else { (b, a) };
         let (_, error) = product_and_error(large * DOWN, other);
@@ -70,17 +76,17 @@ fn product_and_error(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl DoubleDouble {
-    /// 0.
+    /// Zero.
     pub const ZERO: DoubleDouble = DoubleDouble { hi: 0.0, lo: 0.0 };
-    /// 1.
+    /// One.
     pub const ONE: DoubleDouble = DoubleDouble { hi: 1.0, lo: 0.0 };
 
-    /// The number `x`, exactly.
+    /// Converts `x` exactly.
     pub const fn new(x: f64) -> Self {
         DoubleDouble { hi: x, lo: 0.0 }
     }
 
-    /// `hi + lo` of any two parts.
+    /// Returns the normalized sum of any two parts.
     fn of_parts(hi: f64, lo: f64) -> Self {
         if !hi.is_finite() {
             return DoubleDouble { hi, lo: 0.0 };
@@ -89,32 +95,33 @@ impl DoubleDouble {
         DoubleDouble { hi, lo: if hi.is_finite() { lo } else { 0.0 } }
     }
 
-    /// The number times a power of two.
+    /// Returns the number times a power of two.
     fn scaled(self, factor: f64) -> Self {
         DoubleDouble::of_parts(self.hi * factor, self.lo * factor)
     }
 
-    /// The nearest f64.
+    /// Returns the nearest f64.
     pub fn to_f64(self) -> f64 {
         self.hi
     }
 
-    /// The two f64 whose exact sum this number is, the larger first.
+    /// Returns the two f64 whose exact sum this number is, the larger first.
     pub fn parts(self) -> (f64, f64) {
         (self.hi, self.lo)
     }
 
-    /// Whether it is neither infinite nor NaN.
+    /// Returns whether the number is neither infinite nor NaN.
     pub fn is_finite(self) -> bool {
         self.hi.is_finite()
     }
 
-    /// |self|.
+    /// Returns the absolute value.
     pub fn abs(self) -> Self {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// The square root; 0 for numbers that are not positive, and itself for infinity and NaN.
+    /// Returns the square root; 0 for numbers that are not positive, and the number itself for
+    /// infinity and NaN.
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
             return DoubleDouble::ZERO;
@@ -132,12 +139,12 @@ impl DoubleDouble {
         (root + self / root) * half
     }
 
-    /// The smaller of two numbers.
+    /// Returns the smaller of two numbers.
     pub fn min(self, other: Self) -> Self {
         if other < self { other } else { self }
     }
 
-    /// The larger of two numbers.
+    /// Returns the larger of two numbers.
     pub fn max(self, other: Self) -> Self {
         if other > self { other } else { self }
     }
@@ -204,7 +211,8 @@ impl Div for DoubleDouble {
         if !first.is_finite() || !b.is_finite() {
             return DoubleDouble::new(first);
         }
-        // Beside the largest f64 the product of the first digit and b may overflow, beside the smallest its error is lost.
+        // Near the largest f64 the product of the first digit and b may overflow; near the smallest
+        // its error is lost.
         if self.hi.abs() > LARGE {
             return (self.scaled(DOWN) / b).scaled(UP);
         }
@@ -219,39 +227,40 @@ impl Div for DoubleDouble {
     }
 }
 
-/// A point or direction of three wide numbers.
+/// Point or direction of three double-double numbers.
 pub type DoubleDouble3 = [DoubleDouble; 3];
-/// A homogeneous point.
+/// Homogeneous point.
 pub type DoubleDouble4 = [DoubleDouble; 4];
 
-/// The wide copy of a vector.
+/// Converts a vector exactly.
 pub fn double_double3(v: glam::DVec3) -> DoubleDouble3 {
     [v.x.into(), v.y.into(), v.z.into()]
 }
 
-/// The nearest f64 vector.
+/// Returns the nearest f64 vector.
 pub fn narrow3(v: DoubleDouble3) -> glam::DVec3 {
     glam::DVec3::new(v[0].to_f64(), v[1].to_f64(), v[2].to_f64())
 }
 
-/// a . b.
+/// Returns the dot product a . b.
 pub fn dot3(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// a x b.
+/// Returns the cross product a x b.
 pub fn cross(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// a - b.
+/// Returns the difference a - b.
 pub fn sub3(a: DoubleDouble3, b: DoubleDouble3) -> DoubleDouble3 {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-/// v at length 1, or `None` for the zero vector and for one with a part that is not finite.
+/// Returns v at length 1, or `None` for the zero vector and for one with a component that is not
+/// finite.
 pub fn unit3(v: DoubleDouble3) -> Option<DoubleDouble3> {
-    // By the largest part first, so that no square overflows or vanishes.
+    // Divided by the largest component first, so that no square overflows or underflows.
     let largest = v.iter().fold(DoubleDouble::ZERO, |m, c| m.max(c.abs()));
     if !(largest > DoubleDouble::ZERO && v.iter().all(|c| c.is_finite())) {
         return None;
@@ -274,7 +283,7 @@ mod tests {
         assert!(off.to_f64().abs() < 1e-31, "{off:?}");
         let root = DoubleDouble::new(2.0).sqrt();
         assert!((root * root - DoubleDouble::new(2.0)).to_f64().abs() < 1e-31);
-        // (1e16 + 1) - 1e16 is lost in f64, not here.
+        // (1e16 + 1) - 1e16 loses the 1 in f64, not here.
         assert_eq!((DoubleDouble::new(1e16) + DoubleDouble::ONE - DoubleDouble::new(1e16)).to_f64(), 1.0);
         let tiny = DoubleDouble::new(1e-25);
         assert_eq!((DoubleDouble::ONE + tiny - DoubleDouble::ONE).to_f64(), 1e-25);
@@ -298,7 +307,7 @@ mod tests {
         assert!((u[0] - DoubleDouble::new(3.0) / DoubleDouble::new(5.0)).abs().to_f64() < 1e-31);
     }
 
-    /// x 2^1074, a whole number for every finite f64.
+    /// Returns x 2^1074, an integer for every finite f64.
     fn exact(x: f64) -> BigInt {
         let (mantissa, exponent) = crate::math::coverage::exact_int::parts(x);
         BigInt::from(mantissa) << (exponent + 1074).unsigned_abs()
@@ -308,7 +317,7 @@ mod tests {
         exact(x.hi) + exact(x.lo)
     }
 
-    /// Any f64: by its bits, at either end of the range, ordinary, and those that are no numbers.
+    /// Any f64: random bits, both ends of the range, ordinary numbers, infinities and NaN.
     fn extreme() -> impl Strategy<Value = f64> {
         let top = (0u64..64).prop_map(|below| f64::from_bits(f64::MAX.to_bits() - below));
         let bottom = (0u64..64).prop_map(f64::from_bits);
@@ -328,13 +337,14 @@ mod tests {
         if x.hi.is_finite() { x.lo.is_finite() && x.hi + x.lo == x.hi } else { x.lo == 0.0 }
     }
 
-    /// The same number, or both none.
+    /// Returns whether both are the same number, or both NaN.
     fn is_same(a: f64, b: f64) -> bool {
         a == b || a.is_nan() && b.is_nan()
     }
 
-    /// Quotients and roots may lie so near to a tie that 32 digits do not tell its side, and are rounded twice where they are
-    /// scaled to below the normal numbers.
+    /// Returns whether `x` is within rounding of `plain`. Quotients and roots may lie so near to a
+    /// tie that 32 digits do not decide its side, and are rounded twice if they are scaled to
+    /// subnormal numbers.
     fn is_beside(x: DoubleDouble, plain: f64) -> bool {
         let off = (x - DoubleDouble::new(plain)).abs().to_f64();
         off <= plain.abs() * 2f64.powi(-53) || plain.abs() < f64::MIN_POSITIVE && off <= 5e-324

@@ -1,8 +1,10 @@
-//! What one face gives to one pixel: coverage, depth and colour, with every right answer where a decision turns.
+//! Fragments: coverage, depth and colours of one face at one pixel, with every accepted result of a
+//! borderline decision.
 //!
-//! Weights p_i = b_i / sum b_j are the perspective-correct ones of source 003, b_i w_i the straight ones of the screen.
-//! Where the pixel's centre is covered only because the outline was snapped, extrapolating the plane and clamping the
-//! weights are both right, and so is what lies between: the answers then are ranges.
+//! Weights p_i = b_i / sum b_j are the perspective-correct ones of source 003, b_i w_i those linear
+//! on the screen. If a pixel's centre is covered only because the outline was snapped, both
+//! extrapolating the plane and clamping the weights are accepted, and so is everything between: the
+//! results are ranges.
 
 use super::camera::Sight;
 use super::coverage::Coverage;
@@ -13,44 +15,44 @@ use super::texture::UvFootprint;
 use crate::scene::{Filling, Filter, Fog, FogKind, Interpolation, ShadeMode};
 use glam::{DVec3, DVec4};
 
-/// A colour with its opacity; `lo` and `hi` differ only where a range is right.
+/// Colour with its opacity; `lo` and `hi` differ only if a range is accepted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorRange {
-    /// Least R, G, B, unclamped.
+    /// Smallest R, G, B, unclamped.
     pub lo: DVec3,
     /// Largest R, G, B, unclamped.
     pub hi: DVec3,
-    /// Least and largest opacity.
+    /// Smallest and largest opacity.
     pub alpha: [f64; 2],
 }
 
 /// One face at one pixel.
 #[derive(Clone, Debug)]
 pub struct Fragment {
-    /// Whether it is there at all: coverage, and 0 <= z <= 1.
+    /// Coverage combined with the test 0 <= z <= 1.
     pub presence: Coverage,
-    /// Least and largest right depth.
+    /// Smallest and largest accepted depth.
     pub z: [DoubleDouble; 2],
-    /// Its right colours.
+    /// Accepted colours.
     pub colors: Vec<ColorRange>,
 }
 
-/// 2 ulp of f32 just below 1: within this of z = 0 or z = 1 a fragment may be in or out.
+/// 2 ulp of f32 just below 1: within this distance of z = 0 or z = 1 both sides are accepted.
 const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
 
-/// What a draw asks of every pixel.
+/// Data of a draw for all of its fragments.
 #[derive(Clone, Copy)]
 pub struct FragmentContext<'a> {
-    /// The camera.
+    /// Camera of the draw.
     pub sight: &'a Sight,
-    /// Perspective-correct or straight.
+    /// Interpolation of attributes: perspective-correct or linear on the screen.
     pub interpolation: Interpolation,
     /// Fog, if any.
     pub fog: Option<Fog>,
 }
 
 impl ColorRange {
-    /// The range that holds both.
+    /// Returns the smallest range that contains both.
     pub fn hull(self, other: ColorRange) -> ColorRange {
         ColorRange {
             lo: self.lo.min(other.lo),
@@ -61,7 +63,7 @@ impl ColorRange {
 }
 
 impl FragmentContext<'_> {
-    /// The fragment of `face` at pixel (x, y), or `None` where the face is not.
+    /// Returns the fragment of `face` at pixel (x, y), or `None` if there is none.
     pub fn fragment(&self, face: &Face, x: i64, y: i64, coverage: Coverage) -> Option<Fragment> {
         let weights = face.weights(self.sight.ndc_of_pixel(x, y));
         let sets = weight_sets(face, &weights);
@@ -88,7 +90,7 @@ impl FragmentContext<'_> {
         Some(Fragment { presence, z: z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE)), colors })
     }
 
-    /// Weights for attributes: the perspective-correct ones, or the straight ones.
+    /// Returns the weights for attributes: perspective-correct, or linear on the screen.
     fn attribute_weights(&self, face: &Face, p: DoubleDouble3) -> DoubleDouble3 {
         match self.interpolation {
             Interpolation::Perspective => p,
@@ -96,7 +98,7 @@ impl FragmentContext<'_> {
         }
     }
 
-    /// The right colours for perspective-correct weights p.
+    /// Returns the accepted colours for perspective-correct weights p.
     fn colors(&self, face: &Face, p: DoubleDouble3, footprint: UvFootprint) -> Vec<ColorRange> {
         let a = self.attribute_weights(face, p);
         let weigh =
@@ -157,7 +159,8 @@ impl FragmentContext<'_> {
         colors
     }
 
-    /// X3D's fog: f C + (1-f) fog, f = (range-d)/range or exp(-d/(range-d)), 0 from the range on.
+    /// Applies X3D's fog: f C + (1-f) fog, f = (range-d)/range or exp(-d/(range-d)), 0 from the
+    /// range on.
     pub fn fogged(&self, color: DVec3, point: DVec3) -> DVec3 {
         let Some(fog) = self.fog.filter(|f| f.visibility_range > 0.0) else { return color };
         let (d, range) = (point.distance(self.sight.eye), fog.visibility_range);
@@ -169,7 +172,7 @@ impl FragmentContext<'_> {
         color * f + fog.color * (1.0 - f)
     }
 
-    /// Forward differences of u and v to (x+1, y) and (x, y+1) on the face's plane.
+    /// Returns the forward differences of u and v to (x+1, y) and (x, y+1) on the face's plane.
     fn footprint(&self, face: &Face, x: i64, y: i64, here: &Weights) -> UvFootprint {
         let none = UvFootprint::Steps([[0.0; 2]; 2]);
         let Some((_, rules)) = &face.texture else { return none };
@@ -199,7 +202,8 @@ impl FragmentContext<'_> {
     }
 }
 
-/// Gouraud: the corners' colours weighed; a range where a corner has more than one right colour.
+/// Interpolates the corners' colours (Gouraud); a range if a corner has more than one accepted
+/// colour.
 fn gouraud(face: &Face, a: [f64; 3]) -> [LitColor; 2] {
     let zero = LitColor { diffuse_ambient: DVec3::ZERO, specular_emissive: DVec3::ZERO };
     let mut range = [zero; 2];
@@ -225,20 +229,21 @@ fn gouraud(face: &Face, a: [f64; 3]) -> [LitColor; 2] {
     range
 }
 
-/// The straight screen weights that go with perspective-correct ones: p_i w_i, scaled to sum 1.
+/// Returns the screen-linear weights for perspective-correct ones: p_i w_i, scaled to sum 1.
 fn straight(face: &Face, p: DoubleDouble3) -> DoubleDouble3 {
     let raw: DoubleDouble3 = std::array::from_fn(|i| p[i] * face.corners[i].clip[3]);
     let sum = raw[0] + raw[1] + raw[2];
     raw.map(|r| r / sum)
 }
 
-/// z at weights p: sum p_i z_i / sum p_i w_i.
+/// Returns z at weights p: sum p_i z_i / sum p_i w_i.
 fn depth(face: &Face, p: DoubleDouble3) -> DoubleDouble {
     let sum = |k: usize| (0..3).fold(DoubleDouble::ZERO, |s, i| s + p[i] * face.corners[i].clip[k]);
     sum(2) / sum(3)
 }
 
-/// The weights that may be used at a pixel: one set inside the true face; outside, extrapolated and clamped ones.
+/// Returns the accepted weights at a pixel: one set inside the true face; extrapolated and clamped
+/// ones outside.
 fn weight_sets(face: &Face, weights: &Weights) -> Vec<DoubleDouble3> {
     let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
     if face.is_degenerate {
@@ -256,7 +261,7 @@ fn weight_sets(face: &Face, weights: &Weights) -> Vec<DoubleDouble3> {
         sets.push(scaled(weights.b.map(|b| b.max(o))));
         let w = |k: usize| face.corners[k].clip[3];
         if (0..3).all(|k| w(k) > o) {
-            // Clamping the straight weights b_i w_i, then making them perspective-correct.
+            // The screen-linear weights b_i w_i clamped, then made perspective-correct.
             let clamped: DoubleDouble3 = std::array::from_fn(|k| (weights.b[k] * w(k)).max(o).min(i));
             sets.push(scaled(std::array::from_fn(|k| clamped[k] / w(k))));
         }
@@ -264,7 +269,8 @@ fn weight_sets(face: &Face, weights: &Weights) -> Vec<DoubleDouble3> {
     sets
 }
 
-/// 0 <= z <= 1, closed at 0; near either end both answers are right, unless the face lies exactly there.
+/// Tests 0 <= z <= 1, closed at 0. Near either end both results are accepted, unless the face lies
+/// exactly in the near plane.
 fn in_depth_range(face: &Face, z: [DoubleDouble; 2]) -> Coverage {
     let edge = DoubleDouble::new(DEPTH_EDGE);
     if face.corners.iter().all(|c| c.clip[2] == DoubleDouble::ZERO) {

@@ -1,18 +1,21 @@
-//! THE TRUTH: a second renderer, written straight from the formulas, that says which pictures are right.
+//! Reference renderer: written directly from the formulas, it defines which pictures are correct.
 //!
-//! In: a [`Scene`](crate::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds for each pixel every
-//! answer that the specification calls right: bytes, unclamped colour, exact depth, the face that is seen. Nearly
-//! everywhere that is one answer; where the exact decision turns (see [`fragment`](self) below) it holds both sides.
+//! In: a [`Scene`](crate::scene::Scene) and [`Settings`]. Out: a [`TruthPicture`], which holds for
+//! each pixel every result that the specification accepts: bytes, unclamped colour, exact depth,
+//! and the visible face. Nearly everywhere that is one result; where an exact decision is
+//! borderline, both sides are accepted.
 //!
-//! How it differs from the pipeline, so that an error has to be made twice to stay unseen: nothing is shared with it but
-//! the scene's data types; matrices, planes, depths and texture coordinates are worked with 32 digits ([`DoubleDouble`]), pixel by
-//! pixel, from homogeneous coordinates (a face through the eye plane needs no cutting); coverage asks each pixel's centre
-//! by itself in whole numbers. It is slow: for pictures of some 10^4 pixels and scenes of some 10^3 faces.
+//! It is independent of the pipeline, so that an error must be made twice to go unnoticed: they
+//! share only the scene's data types. Matrices, planes, depths and texture coordinates are computed
+//! with 32 digits ([`DoubleDouble`]), pixel by pixel, from homogeneous coordinates (a face through
+//! the eye plane needs no clipping); coverage is tested at each pixel's centre in integers. It is
+//! slow: for pictures of some 10^4 pixels and scenes of some 10^3 faces.
 //!
-//! Turns, and what is accepted there: 2 ulp of stored depth (0.501 of a step for integers), 1/256 texel for `nearest`, 1e-6
-//! of a mip level, of N.L = 0, of a spot's edge; a centre covered by the snapped outline but outside the true face; 1.5/256
-//! pixel around the outline of a face with some w <= 0; a snapping tie that lies within the rounding error of plain f64;
-//! the order of faces whose sorting keys agree to 12 digits.
+//! Accepted at borderline decisions: 2 ulp of stored depth (0.501 of a step for integers), 1/256
+//! texel for `nearest`, 1e-6 of a mip level, of N.L = 0, of a spot's edge; a centre covered by the
+//! snapped outline but outside the true face; 1.5/256 pixel around the outline of a face with some
+//! w <= 0; a snapping tie that lies within the rounding error of plain f64; the order of faces
+//! whose sorting keys agree to 12 digits.
 
 mod camera;
 pub mod compare;

@@ -1,7 +1,9 @@
-//! The picture that the reference makes: for each pixel, every answer that the specification calls right.
+//! Reference picture: for each pixel, every result that the specification accepts.
 //!
-//! A pixel holds a list of states, nearly always one; none is kept for a pixel that nothing has touched. A fragment whose decision turns (see `fragment`) splits them; equal
-//! states are merged. A pixel whose list grows past `MAX_STATES` is free: it is counted, and accepts anything.
+//! A pixel holds a list of states, nearly always one; the list of an untouched pixel is empty and
+//! stands for the blank state. A fragment with a borderline decision (see `fragment`) splits the
+//! states; equal states are merged. A pixel whose list exceeds `MAX_STATES` is unconstrained: it is
+//! counted, and accepts any colour.
 
 use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble4};
@@ -9,84 +11,84 @@ use super::fragment::{ColorRange, Fragment};
 use crate::memory::{DepthFormat, Rgba};
 use glam::DVec3;
 
-/// More states than this and the pixel is free.
+/// Number of states above which a pixel becomes unconstrained.
 pub const MAX_STATES: usize = 48;
 
-/// Who drew: the key of a face among all that a picture has seen.
+/// Index of a face among all faces that a picture has recorded.
 pub type FaceKey = u32;
 
-/// What a picture remembers of a face.
+/// Record of a face of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceRecord {
-    /// The object's name.
+    /// Name of the object.
     pub name: String,
     /// Number of the object in its draw.
     pub object: u32,
     /// Number of the triangle in its object, in file order.
     pub triangle: u32,
-    /// Clip positions in an order that does not depend on the first corner or on the winding.
+    /// Clip positions in an order that is independent of the first corner and of the winding.
     positions: [DoubleDouble4; 3],
 }
 
-/// One right answer for a pixel.
+/// One accepted result for a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelState {
-    /// Least bytes.
+    /// Smallest accepted bytes.
     pub lo: [u8; 3],
-    /// Largest bytes.
+    /// Largest accepted bytes.
     pub hi: [u8; 3],
-    /// Colour before it became bytes: the least and the largest, unclamped.
+    /// Smallest and largest accepted colour before quantization, unclamped.
     pub real: [DVec3; 2],
-    /// Depth in 0..=1: the least and the largest.
+    /// Smallest and largest accepted depth in 0..=1.
     pub z: [DoubleDouble; 2],
-    /// The face whose depth this is.
+    /// Face that wrote this depth.
     pub depth_owner: Option<FaceKey>,
-    /// The face that was drawn last.
+    /// Face that was drawn last.
     pub drawn: Option<FaceKey>,
-    /// Whether a texture had a part in the colour.
+    /// True if a texture contributed to the colour.
     pub is_textured: bool,
 }
 
-/// A picture with all right answers.
+/// Picture with all accepted results.
 #[derive(Clone, Debug)]
 pub struct TruthPicture {
     width: u32,
     height: u32,
     format: DepthFormat,
-    /// The one answer of the pixels that nothing has touched: those whose list is empty.
+    /// State of untouched pixels, whose lists are empty.
     blank: PixelState,
     states: Vec<Vec<PixelState>>,
     free: Vec<bool>,
     faces: Vec<FaceRecord>,
 }
 
-/// How a fragment meets the depth memory.
+/// Use of the depth memory by a fragment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthUse {
     /// Neither tested nor written.
     Ignore,
-    /// Tested only: transparent faces.
+    /// Tested, not written: transparent faces.
     Test,
     /// Tested and written.
     TestAndWrite,
 }
 
-/// A fragment with what the resolve needs besides.
+/// Fragment with the data for resolving it.
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// The fragment.
     pub fragment: Fragment,
-    /// Its face.
+    /// Key of its face.
     pub face: FaceKey,
-    /// What it does to depth.
+    /// Depth test and write.
     pub depth_use: DepthUse,
-    /// Whether it is blended over what is there.
+    /// True if it is blended over the pixel.
     pub is_transparent: bool,
-    /// Whether a texture coloured it.
+    /// True if it is textured.
     pub is_textured: bool,
 }
 
-/// floor(255 clamp(c, 0, 1) + 0.5); what is not a number counts as 0.
+/// Quantizes a colour channel: floor(255 clamp(c, 0, 1) + 0.5); NaN counts as 0.
 pub fn byte(c: f64) -> u8 {
     if c.is_nan() { 0 } else { (255.0 * c.clamp(0.0, 1.0) + 0.5).floor() as u8 }
 }
@@ -96,7 +98,7 @@ fn bytes(c: DVec3) -> [u8; 3] {
 }
 
 impl TruthPicture {
-    /// A cleared picture: opaque black, depth 1.
+    /// Creates a cleared picture: opaque black, depth 1.
     pub fn new(width: u32, height: u32, format: DepthFormat) -> TruthPicture {
         let pixels = width as usize * height as usize;
         let blank = PixelState {
@@ -119,25 +121,25 @@ impl TruthPicture {
         }
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// How depths are stored.
+    /// Returns the format of stored depths.
     pub fn depth_format(&self) -> DepthFormat {
         self.format
     }
 
-    /// The right answers for pixel (x, y). Empty lists do not occur.
+    /// Returns the accepted results for pixel (x, y), at least one.
     ///
     /// # Panics
-    /// Off the picture.
+    /// If the pixel is off the picture.
     pub fn states(&self, x: u32, y: u32) -> &[PixelState] {
         assert!(x < self.width && y < self.height, "({x},{y}) is off the picture");
         self.states_at((self.width * y + x) as usize)
@@ -150,37 +152,37 @@ impl TruthPicture {
         }
     }
 
-    /// Each pixel's first answer.
+    /// Returns each pixel's first accepted result.
     fn firsts(&self) -> impl Iterator<Item = &PixelState> {
         self.states.iter().map(|s| s.first().unwrap_or(&self.blank))
     }
 
-    /// Whether so much turns at pixel (x, y) that any answer is accepted.
+    /// Returns whether pixel (x, y) has so many borderline decisions that any colour is accepted.
     pub fn is_free(&self, x: u32, y: u32) -> bool {
         self.free[(self.width * y + x) as usize]
     }
 
-    /// What is known of a face that drew.
+    /// Returns the record of a face.
     pub fn face(&self, key: FaceKey) -> &FaceRecord {
         &self.faces[key as usize]
     }
 
-    /// The RGBA bytes of each pixel's first answer, row 0 at the top.
+    /// Returns the RGBA bytes of each pixel's first accepted result, row 0 at the top.
     pub fn bytes(&self) -> Vec<u8> {
         self.firsts().flat_map(|s| [s.lo[0], s.lo[1], s.lo[2], 255]).collect()
     }
 
-    /// The unclamped colour of each pixel's first answer.
+    /// Returns the unclamped colour of each pixel's first accepted result.
     pub fn real_colors(&self) -> Vec<[f64; 3]> {
         self.firsts().map(|s| s.real[0].to_array()).collect()
     }
 
-    /// The exact depth of each pixel's first answer.
+    /// Returns the exact depth of each pixel's first accepted result.
     pub fn depths(&self) -> Vec<f64> {
         self.firsts().map(|s| s.z[0].to_f64()).collect()
     }
 
-    /// Colour everywhere, depth 1 everywhere: what CLEAR does.
+    /// Sets every pixel to `color` with depth 1, as CLEAR does.
     pub fn clear(&mut self, color: Rgba) {
         let rgb = [color[0], color[1], color[2]];
         let real = DVec3::from_array(rgb.map(|c| c as f64 / 255.0));
@@ -190,7 +192,7 @@ impl TruthPicture {
         self.free.fill(false);
     }
 
-    /// A colour over the pixels of x0..x1, y0..y1 that exist; depth stays.
+    /// Fills the pixels of x0..x1, y0..y1 within the picture with a colour; depth is unchanged.
     pub fn paint(&mut self, [x0, x1, y0, y1]: [i64; 4], color: DVec3) {
         let (width, height) = (self.width as i64, self.height as i64);
         let covers_frame = x0 <= 0 && y0 <= 0 && x1 >= width && y1 >= height;
@@ -211,7 +213,7 @@ impl TruthPicture {
         }
     }
 
-    /// A colour over one pixel, as opaque as it says; depth stays.
+    /// Blends a colour over one pixel with the given opacity; depth is unchanged.
     pub(super) fn paint_pixel(&mut self, x: i64, y: i64, color: DVec3, opacity: f64) {
         let at = (self.width as i64 * y + x) as usize;
         self.free[at] = false;
@@ -226,7 +228,7 @@ impl TruthPicture {
         merge(states);
     }
 
-    /// Remembers a face; layers name it by the key.
+    /// Records a face and returns its key for layers.
     pub fn register(&mut self, name: &str, object: u32, triangle: u32, clip: [DoubleDouble4; 3]) -> FaceKey {
         let mut positions = clip;
         positions.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
@@ -234,7 +236,7 @@ impl TruthPicture {
         (self.faces.len() - 1) as FaceKey
     }
 
-    /// Puts layers on pixel `index` (= width y + x), in one of the orders that are right.
+    /// Draws layers over pixel `index` (= width * y + x), in any one of the accepted orders.
     pub fn resolve(&mut self, index: usize, orders: &[Vec<&Layer>]) {
         let before = self.states_at(index).to_vec();
         let mut after = Vec::new();
@@ -253,7 +255,7 @@ impl TruthPicture {
         self.states[index] = after;
     }
 
-    /// One layer over each state: kept, replaced, or both.
+    /// Draws one layer over each state, which is kept, replaced, or both.
     fn put(&self, layer: &Layer, states: &[PixelState]) -> Vec<PixelState> {
         let mut after = Vec::new();
         for state in states {
@@ -273,7 +275,8 @@ impl TruthPicture {
         after
     }
 
-    /// Whether what the fragment would store is strictly nearer than what is stored.
+    /// Returns whether the depth that the fragment would store is strictly nearer than the stored
+    /// one.
     fn is_nearer(&self, layer: &Layer, state: &PixelState) -> Coverage {
         let z = layer.fragment.z;
         if let Some(owner) = state.depth_owner
@@ -304,7 +307,8 @@ impl TruthPicture {
         }
     }
 
-    /// Whether two faces have equal depths for certain: the same positions, or one constant depth.
+    /// Returns whether two faces certainly have equal depths: the same positions, or one constant
+    /// depth.
     fn is_same_depth(&self, a: FaceKey, b: FaceKey) -> bool {
         let (a, b) = (&self.faces[a as usize].positions, &self.faces[b as usize].positions);
         let level = |p: &[DoubleDouble4; 3]| p.iter().all(|q| q[2] == p[0][2] && q[3] == p[0][3]);
@@ -320,17 +324,18 @@ fn decide(certainly: bool, certainly_not: bool) -> Coverage {
     }
 }
 
-/// The distance from |x| to the next larger f32.
+/// Returns the distance from |x| to the next larger f32.
 pub fn ulp_f32(x: f64) -> f64 {
     let bits = (x.abs() as f32).to_bits();
     (f32::from_bits(bits + 1) - f32::from_bits(bits)) as f64
 }
 
-/// What the reference asks of a depth format.
+/// Properties of a depth format for the reference.
 pub trait StoredDepth {
-    /// The largest word of an integer format as a number.
+    /// Returns the largest word of an integer format, or `None`.
     fn steps(self) -> Option<f64>;
-    /// The least and largest word that may be stored for depths z[0]..z[1]: within 0.501 of a step.
+    /// Returns the smallest and largest word that is accepted for depths z[0]..z[1]: within 0.501
+    /// of a step.
     fn words_around(self, z: [DoubleDouble; 2]) -> [u64; 2];
 }
 
@@ -346,7 +351,7 @@ impl StoredDepth for DepthFormat {
 
     fn words_around(self, z: [DoubleDouble; 2]) -> [u64; 2] {
         let steps = self.steps().unwrap_or(0.0);
-        // w is right when |w - steps z| <= 0.501.
+        // A word w is accepted if |w - steps z| <= 0.501.
         let [lo, hi] = z.map(|z| z.max(DoubleDouble::ZERO).min(DoubleDouble::ONE) * DoubleDouble::new(steps));
         let least = (lo - DoubleDouble::new(0.501)).to_f64().ceil().max(0.0);
         let largest = (hi + DoubleDouble::new(0.501)).to_f64().floor().min(steps);
@@ -354,13 +359,14 @@ impl StoredDepth for DepthFormat {
     }
 }
 
-/// The state under a colour that is no face's.
+/// Returns the state painted with a colour that belongs to no face.
 fn painted(state: &PixelState, color: DVec3) -> PixelState {
     let rgb = bytes(color);
     PixelState { lo: rgb, hi: rgb, real: [color; 2], drawn: None, is_textured: false, ..*state }
 }
 
-/// The state after a tone is drawn over it: new = old t + rgb (1 - t) on bytes, or the colour alone.
+/// Returns the state with a layer's colour drawn over it: new = old t + rgb (1 - t) on bytes, or
+/// the colour alone if opaque.
 fn draw_over(layer: &Layer, range: &ColorRange, state: &PixelState) -> PixelState {
     let real = if layer.is_transparent {
         let old = |b: [u8; 3]| DVec3::from_array(b.map(|c| c as f64 / 255.0));
@@ -382,7 +388,7 @@ fn draw_over(layer: &Layer, range: &ColorRange, state: &PixelState) -> PixelStat
     }
 }
 
-/// Leaves one of each state, in order.
+/// Removes duplicates and keeps the order.
 fn merge(states: &mut Vec<PixelState>) {
     let mut kept: Vec<PixelState> = Vec::with_capacity(states.len());
     for s in states.drain(..) {

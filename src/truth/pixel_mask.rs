@@ -1,22 +1,23 @@
-//! The pixels of a picture that are asked for.
+//! Pixel mask: the pixels of a picture to be rendered.
 
-/// A viewport's pixels, all or some of them.
+/// All or some of a viewport's pixels.
 pub struct PixelMask {
-    /// The pixels that may be drawn, x0..x1 and y0..y1.
+    /// Pixels that may be drawn, x0..x1 and y0..y1.
     pub clip: [i64; 4],
     width: usize,
-    /// For (x, y) the count of set pixels above and to the left, in rows of width + 1; `None` where
-    /// all are set.
+    /// Summed-area table in rows of width + 1: at (x, y) the count of set pixels above and to the
+    /// left; `None` if all are set.
     sums: Option<Vec<u32>>,
 }
 
 impl PixelMask {
-    /// All pixels of `clip`.
+    /// Creates a mask of all pixels of `clip`.
     pub fn all(clip: [i64; 4]) -> PixelMask {
         PixelMask { clip, width: 0, sums: None }
     }
 
-    /// Some pixels of a picture so many wide and high, within `clip`, which lies inside the picture.
+    /// Creates a mask of the listed pixels of a picture of `width` x `height`, within `clip`, which
+    /// lies inside the picture.
     pub fn some(clip: [i64; 4], [width, height]: [u32; 2], pixels: &[[u32; 2]]) -> PixelMask {
         let (width, height) = (width as usize, height as usize);
         let mut sums = vec![0u32; (width + 1) * (height + 1)];
@@ -34,7 +35,7 @@ impl PixelMask {
         PixelMask { clip, width, sums: Some(sums) }
     }
 
-    /// Tells if any pixel of a box inside `clip` is set; always, where all are.
+    /// Returns whether any pixel of a box inside `clip` is set; always true if all are.
     pub fn is_any_in(&self, [x0, x1, y0, y1]: [i64; 4]) -> bool {
         let Some(sums) = &self.sums else { return true };
         if x0 >= x1 || y0 >= y1 {
@@ -44,7 +45,7 @@ impl PixelMask {
         at(x1, y1) + at(x0, y0) != at(x0, y1) + at(x1, y0)
     }
 
-    /// Tells if pixel (x, y) of `clip` is set.
+    /// Returns whether pixel (x, y) of `clip` is set.
     pub fn has(&self, x: i64, y: i64) -> bool {
         self.is_any_in([x, x + 1, y, y + 1])
     }

@@ -1,4 +1,4 @@
-//! A whole draw: every face, in order, at every pixel of its box.
+//! Rendering of a scene: every face, in order, at every pixel of its bounds.
 
 use super::camera::Sight;
 use super::coverage::Coverage;
@@ -19,37 +19,37 @@ use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-/// When transparent faces are drawn.
+/// Drawing order of transparent faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Transparency {
-    /// In the stream's order, among the others: each object is one `DRAW`.
+    /// In submission order, among the other faces: each object is one `DRAW`.
     #[default]
     AtOnce,
-    /// After the opaque ones: `DRAWSCENE` and files.
+    /// After the opaque faces: `DRAWSCENE` and files.
     AfterOpaque(TransparencyOrder),
 }
 
-/// The modes of a draw.
+/// Modes of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Settings {
-    /// The part of the picture to draw into; `None` is all of it, by the `corners` rule.
+    /// Rectangle of the picture to draw into; `None` is the whole frame, with the `corners` rule.
     pub viewport: Option<Viewport>,
-    /// Shading of objects that bring none of their own.
+    /// Shading of objects without a shading mode of their own.
     pub shade: ShadeMode,
-    /// How hidden surfaces are found.
+    /// Hidden-surface removal.
     pub hide: HiddenSurface,
-    /// How values run across a face.
+    /// Interpolation of attributes across a face.
     pub interpolation: Interpolation,
-    /// In place of the objects' own culling.
+    /// Culling in place of the objects' own; `None` keeps theirs.
     pub cull: Option<Cull>,
-    /// When transparent faces are drawn.
+    /// Drawing order of transparent faces.
     pub transparency: Transparency,
 }
 
-/// Renders a scene on a cleared picture.
+/// Renders a scene into a cleared picture.
 ///
 /// # Errors
-/// When the scene's camera cannot be used.
+/// If the scene's camera is unusable.
 pub fn render(
     scene: &Scene,
     width: u32,
@@ -62,13 +62,14 @@ pub fn render(
     Ok(picture)
 }
 
-/// A run of layers whose sorting keys agree to this part of their size may come in any order.
+/// Relative difference of sorting keys up to which the layers of a run may come in any order.
 const KEY_TURN: f64 = 1e-12;
 
-/// Renders some pixels of a scene, a list of (x, y); the others stay cleared, or of the background's colour.
+/// Renders only the listed pixels (x, y) of a scene; the others keep the cleared or the background
+/// colour.
 ///
 /// # Errors
-/// When the scene's camera cannot be used.
+/// If the scene's camera is unusable.
 pub fn render_pixels(
     scene: &Scene,
     width: u32,
@@ -83,18 +84,19 @@ pub fn render_pixels(
 }
 
 impl TruthPicture {
-    /// Draws a scene over what is there: background, then faces, each at every pixel of its box.
+    /// Draws a scene over the picture: background, then faces, each at every pixel of its bounds.
     ///
     /// # Errors
-    /// When the scene's camera cannot be used; the picture is then as it was.
+    /// If the scene's camera is unusable; the picture is then unchanged.
     pub fn draw(&mut self, scene: &Scene, settings: &Settings) -> Result<(), CameraError> {
         self.draw_at(scene, settings, None)
     }
 
-    /// [`TruthPicture::draw`] at some pixels, or at all; the background is drawn everywhere.
+    /// Draws like [`TruthPicture::draw`], at the listed pixels only if there is a list; the
+    /// background is drawn everywhere.
     ///
     /// # Errors
-    /// When the scene's camera cannot be used; the picture is then as it was.
+    /// If the scene's camera is unusable; the picture is then unchanged.
     pub fn draw_at(
         &mut self,
         scene: &Scene,
@@ -156,7 +158,7 @@ impl TruthPicture {
                 for (object, layer) in line_pixels.get(&[x, y]).into_iter().flatten() {
                     ranked.push((line_rank(settings, *object), (None, layer.clone())));
                 }
-                // Stable: faces keep their order among themselves, and strokes theirs.
+                // Stable: faces keep their order, and so do lines.
                 ranked.sort_by_key(|r| r.0);
                 let layers: Vec<_> = ranked.into_iter().map(|r| r.1).collect();
                 if !layers.is_empty() {
@@ -167,7 +169,8 @@ impl TruthPicture {
         Ok(())
     }
 
-    /// All faces in the order in which they are drawn, with their keys in this picture; and what lines and points there are.
+    /// Returns all faces in drawing order, with their keys in this picture, and the layers of lines
+    /// and points.
     fn faces_in_order<'a>(
         &mut self,
         scene: &'a Scene,
@@ -191,13 +194,14 @@ impl TruthPicture {
             let view = ObjectView { index: index as u32, object, sight, settings, lighting };
             let mesh = &object.geometry.mesh;
             let is_wire = object.shade.unwrap_or(settings.shade) == ShadeMode::Wire;
-            // A wireframe's edges ask which faces are seen at all.
+            // The edges of a wireframe depend on which faces are visible at all.
             let everywhere = PixelMask::all(mask.clip);
             let own = view.faces(if is_wire { &everywhere } else { mask }, &mut mip_chain);
             if is_wire || !mesh.lines.is_empty() || !mesh.points.is_empty() {
                 let seen: HashSet<u32> = own.iter().map(|f| f.triangle).collect();
                 for pixel in line_pixels_of(&view, context, mask.clip, &seen, is_wire) {
-                    // Never of one depth with a face: its place among them is not theirs.
+                    // A position whose depth never equals a face's: lines and faces have separate
+                    // orders.
                     let aside =
                         [DoubleDouble::ZERO, DoubleDouble::ZERO, -DoubleDouble::ONE, DoubleDouble::new(-7.0)];
                     let face =
@@ -221,7 +225,7 @@ impl TruthPicture {
                 faces.extend(own);
             }
         }
-        // Stable: opaque before transparent where asked, then by the key where there is one.
+        // Stable: opaque before transparent if requested, then by sorting key if there is one.
         faces.sort_by(|a, b| {
             let late = |f: &Face| settings.transparency != Transparency::AtOnce && f.is_transparent;
             late(a).cmp(&late(b)).then_with(|| match (sort_key(settings, a), sort_key(settings, b)) {
@@ -243,7 +247,7 @@ impl TruthPicture {
 /// Layers of lines and points by pixel, with their object's number, in drawing order.
 type LinePixels = HashMap<[i64; 2], Vec<(u32, Layer)>>;
 
-/// Where a face stands among lines and points: late, then by object.
+/// Returns a face's rank among lines and points: first by whether it is late, then by object.
 fn face_rank(settings: &Settings, face: &Face) -> (bool, u32, bool) {
     match settings.transparency {
         Transparency::AtOnce => (false, face.object, false),
@@ -253,7 +257,8 @@ fn face_rank(settings: &Settings, face: &Face) -> (bool, u32, bool) {
     }
 }
 
-/// An object's lines and points follow its opaque faces; the painter's follow those of all objects.
+/// Returns the rank of an object's lines and points: after its opaque faces; for the painter's
+/// algorithm, after those of all objects.
 fn line_rank(settings: &Settings, object: u32) -> (bool, u32, bool) {
     match settings.transparency {
         Transparency::AfterOpaque(_) if settings.hide == HiddenSurface::Painter => {
@@ -263,12 +268,12 @@ fn line_rank(settings: &Settings, object: u32) -> (bool, u32, bool) {
     }
 }
 
-/// What a face is sorted by, if it is.
+/// Sorting key of a face in a sorted draw.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct SortKey {
-    /// The draw that it belongs to: draws keep their order.
+    /// Draw that the face belongs to: draws keep their order.
     draw: u32,
-    /// View z of its centre, far (small) first.
+    /// View z of the face's centroid, farthest (smallest) first.
     center_z: DoubleDouble,
 }
 
@@ -290,7 +295,8 @@ fn depth_use(hide: HiddenSurface, face: &Face) -> DepthUse {
     }
 }
 
-/// The orders in which layers may be put down: as they are, and with runs of equal keys turned about.
+/// Returns the accepted orders of the layers: the given one, and variants within runs of equal
+/// keys.
 fn right_orders(layers: &[(Option<SortKey>, Layer)]) -> Vec<Vec<&Layer>> {
     let equal = |a: Option<SortKey>, b: Option<SortKey>| match (a, b) {
         (Some(a), Some(b)) if a.draw == b.draw => {
@@ -301,7 +307,7 @@ fn right_orders(layers: &[(Option<SortKey>, Layer)]) -> Vec<Vec<&Layer>> {
     };
     let mut orders: Vec<Vec<&Layer>> = vec![Vec::new()];
     for run in layers.chunk_by(|a, b| equal(a.0, b.0)) {
-        // Each of the run may come last, which decides what is seen where layers are opaque.
+        // Each layer of the run may come last, which decides the visible one among opaque layers.
         let variants: Vec<Vec<&Layer>> = (0..run.len().min(6))
             .map(|last| {
                 let mut v: Vec<&Layer> = run.iter().map(|l| &l.1).collect();

@@ -177,9 +177,9 @@ pub fn cylinder_parts(radius: f64, height: f64, parts: RevolvedParts) -> Result<
     Ok(mesh)
 }
 
-/// Adds a disc at height `y`, facing away from the origin, with the inscribed circle of the texture.
-/// Texture up is -z on the upper cap, +z on the lower one. The disc shares the positions of the side's
-/// rim if there are any.
+/// Adds a disc at height `y`, facing away from the origin, with the inscribed circle of the
+/// texture. Texture up is -z on the upper cap, +z on the lower one. The disc shares the positions
+/// of the side's rim if there are any.
 fn cap(mesh: &mut Mesh, r: f64, y: f64) {
     let up = if y > 0.0 { -1.0 } else { 1.0 };
     let normal = mesh.normals.len() as u32;
