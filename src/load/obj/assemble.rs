@@ -1,14 +1,14 @@
-//! What `tobj` returned and what the line check noted, put together as a [`Mesh`].
+//! Combination of `tobj`'s arrays with the properties of the checked elements to a [`Mesh`].
 
 use super::lexer::{Element, ElementKind, FirstUse};
 use super::through_tobj::RawMesh;
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3, DVec4};
 
-/// Fills `mesh` with the used vertices, in the file's order, and the elements, in the file's order.
+/// Fills `mesh` with the used vertices and the elements, both in the file's order.
 ///
-/// `material_of_use` is the material of each `usemtl` name. The reason of a refusal says what `tobj` returned and the check
-/// did not expect.
+/// `material_of_use` is the material index of each `usemtl` name. An error describes how `tobj`'s
+/// result differs from what the check expected.
 pub(super) fn assemble(
     mesh: &mut Mesh,
     raw: RawMesh,
@@ -78,7 +78,7 @@ pub(super) fn assemble(
     }
 }
 
-/// `values`, which are in order of first use, in the order of their ranks.
+/// Returns `values`, which are in order of first use, sorted by their ranks.
 fn in_file_order<T, U: Default + Clone>(values: &[T], ranks: &[u32], make: impl Fn(&T) -> U) -> Vec<U> {
     let mut sorted = vec![U::default(); values.len()];
     for (value, rank) in values.iter().zip(ranks) {

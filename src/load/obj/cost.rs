@@ -1,17 +1,22 @@
-//! What reading an OBJ or MTL file takes, by what is counted in its text before it is read.
+//! Memory estimates for OBJ and MTL files, by counts of the words in their text.
 //!
-//! In: a text. Out: bytes, at most. One would know a wrong figure by tests/allocations/decoder_memory.rs, which counts what is allocated.
+//! In: a text. Out: an upper bound in bytes. A wrong figure is found by
+//! tests/allocations/decoder_memory.rs, which counts allocated bytes.
 
-/// Bytes for one number of a vertex: in the decoder's list, which has room for twice as many and moves, and in the mesh.
+/// Bytes per number of a vertex: in the decoder's vector, which is copied as it grows and has up to
+/// twice the room, and in the mesh.
 const NUMBER_BYTES: u64 = 40;
-/// Bytes for one element: in the decoder's list, which moves, our note of it, a polygon and a triangle.
+/// Bytes per element: in the decoder's vector, which is copied as it grows, our record of it, a
+/// polygon and a triangle.
 const ELEMENT_BYTES: u64 = 400;
-/// Bytes for one corner of an element: in the decoder's element and arrays, in our lists of first uses, and in the mesh.
+/// Bytes per corner of an element: in the decoder's element and arrays, in our tables of first
+/// uses, and in the mesh.
 const CORNER_BYTES: u64 = 130;
-/// Bytes of a material as it is read, checked and kept.
+/// Bytes per material: read, checked and stored.
 const MATERIAL_BYTES: u64 = 4096;
 
-/// Bytes that reading an OBJ file takes, the mesh included: it is counted for itself once it is made.
+/// Returns an upper bound of the bytes for reading an OBJ file, the mesh included: it is reserved
+/// separately once it exists.
 pub(super) fn obj_bytes(text: &[u8]) -> u64 {
     let (mut numbers, mut elements, mut corners) = (0, 0, 0);
     let (mut was_blank, mut first) = (true, None);
@@ -33,13 +38,14 @@ pub(super) fn obj_bytes(text: &[u8]) -> u64 {
     numbers * NUMBER_BYTES + elements * ELEMENT_BYTES + corners * CORNER_BYTES + 4 * longest_statement(text)
 }
 
-/// Bytes that reading an MTL file takes.
+/// Returns an upper bound of the bytes for reading an MTL file.
 pub(super) fn mtl_bytes(text: &[u8]) -> u64 {
     let materials = text.windows(6).filter(|w| *w == b"newmtl").count() as u64;
     (materials + 1) * MATERIAL_BYTES + 6 * text.len() as u64
 }
 
-/// The longest line, or all lines where some are joined: a statement is copied, and handed on word by word.
+/// Returns the length of the longest line, or of the whole text if lines are joined: a statement is
+/// copied, and passed on word by word.
 fn longest_statement(text: &[u8]) -> u64 {
     match text.contains(&b'\\') {
         true => text.len() as u64,

@@ -1,8 +1,8 @@
-//! Checked lines, one at a time, for `tobj` to read.
+//! Line check of OBJ files: a reader that gives `tobj` one checked line at a time.
 //!
 //! The file is read twice: first `v`, `vt` and `vn`, then `f`, `l` and `p`, so that an element may
-//! name a vertex that comes after it, and every index is checked against all that there are, on its
-//! own line. Indices are handed on counted from 1.
+//! refer to a vertex after it, and every index is checked against the totals, with its own line
+//! number. Indices are passed on as absolute, from 1.
 
 mod elements;
 mod vertices;
@@ -14,7 +14,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
 use vertices::has_colors;
 
-/// What an element is.
+/// Kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ElementKind {
     Face,
@@ -22,24 +22,24 @@ pub(super) enum ElementKind {
     Points,
 }
 
-/// What the check noted of an element.
+/// Properties of an element, recorded by the check.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Element {
     pub(super) kind: ElementKind,
-    /// Whether its corners have texture coordinates.
+    /// True if its corners have texture coordinates.
     pub(super) has_texcoords: bool,
-    /// Whether its corners have normals.
+    /// True if its corners have normals.
     pub(super) has_normals: bool,
-    /// Which `usemtl`, or `u32::MAX` before the first one.
+    /// Index of the current `usemtl` name, or `u32::MAX` before the first one.
     pub(super) material_use: u32,
-    /// What the last `s` said: 0 for `off`, [`UNGROUPED`] before the first one.
+    /// Smoothing group set by the last `s`: 0 for `off`, [`UNGROUPED`] before the first one.
     pub(super) smoothing_group: u32,
 }
 
-/// Which of a list of vertices were used, and in which order first.
+/// Used entries of a vertex list, and the order of their first uses.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FirstUse {
-    /// Indices from 0, in the order of first use: the order in which `tobj` returns what they name.
+    /// Indices from 0 in the order of first use: the order in which `tobj` returns the vertices.
     pub(super) order: Vec<u32>,
     seen: Vec<bool>,
 }
@@ -55,7 +55,8 @@ impl FirstUse {
         }
     }
 
-    /// For each used index in order of first use, its rank among the used ones in the file's order.
+    /// Returns, for each used index in order of first use, its rank among the used ones in the
+    /// file's order.
     pub(super) fn ranks(&self) -> Vec<u32> {
         let before = self.seen.iter().scan(0, |rank, seen| {
             let own = *rank;
@@ -67,29 +68,30 @@ impl FirstUse {
     }
 }
 
-/// What the check noted of a whole file.
+/// Properties of a whole file, recorded by the check.
 pub(super) struct Elements {
-    /// The elements, in the file's order.
+    /// Elements in the file's order.
     pub(super) faces: Vec<Element>,
-    /// The names that `usemtl` gives, each once, with the line of its first use.
+    /// Names given by `usemtl`, each once, with the line of its first use.
     pub(super) uses: Vec<(String, u32)>,
     /// First uses of positions, texture coordinates and normals.
     pub(super) order: [FirstUse; 3],
-    /// What `mtllib` says, with its line.
+    /// Arguments of each `mtllib`, with its line.
     pub(super) libraries: Vec<(String, u32)>,
-    /// What was skipped.
+    /// Warnings about skipped parts.
     pub(super) warnings: Vec<LoadWarning>,
 }
 
-/// At most this many warnings of a file are kept.
+/// Most warnings stored per file.
 const MAX_WARNINGS: usize = 100;
 
-/// The sum over large polygons of their corners squared: what cutting them into ears may cost.
+/// Limit of the sum, over large polygons, of their corner counts squared: a bound on the time of
+/// ear clipping.
 const MAX_EAR_WORK: u64 = 4_000_000_000;
-/// A polygon with fewer corners costs nothing to speak of.
+/// Corner count up to which the cost of a polygon is negligible.
 const LARGE_POLYGON: u64 = 64;
 
-/// The three lists of vertices: their statements, and what they are called.
+/// Keywords and names of the three vertex lists.
 const WORD: [&[u8]; 3] = [b"v", b"vt", b"vn"];
 const WHAT: [&str; 3] = ["position", "texture coordinate", "normal"];
 
@@ -99,20 +101,20 @@ enum Pass {
     Done,
 }
 
-/// The checked lines of a file, as a reader. A line that is refused ends it with an error, kept for
-/// [`Lexer::take_error`].
+/// The checked lines of a file, as a reader. An invalid line ends it with an error, which
+/// [`Lexer::take_error`] returns.
 pub(super) struct Lexer<'a> {
     bytes: &'a [u8],
     file_name: &'a str,
     lines: Lines<'a>,
     line: u32,
     pass: Pass,
-    /// The line that is being read, and how far.
+    /// Line that is being read, and the number of bytes consumed of it.
     out: Vec<u8>,
     consumed: usize,
-    /// Vertices so far: in the second pass, those above the element.
+    /// Vertices so far: in the second pass, those above the current element.
     counts: [u64; 3],
-    /// Vertices in the whole file.
+    /// Vertices of the whole file.
     totals: [u64; 3],
     has_colors: bool,
     corner_count: u64,
@@ -164,17 +166,17 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// The line that was handed out last.
+    /// Returns the position of the line that was passed on last.
     pub(super) fn place(&self) -> FilePosition {
         FilePosition::line(self.file_name, self.line)
     }
 
-    /// Why the check ended the file early, if it did.
+    /// Returns the error that ended the file early, if any.
     pub(super) fn take_error(&mut self) -> Option<LoadError> {
         self.error.take()
     }
 
-    /// What was noted, once the file has been read.
+    /// Returns the recorded properties, once the file has been read.
     pub(super) fn into_elements(mut self) -> Elements {
         if self.dropped_warnings > 0 {
             let message = format!("{} more warnings are not shown", self.dropped_warnings);
@@ -198,7 +200,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Warns once for each keyword and reason.
+    /// Warns once for each combination of keyword and reason.
     fn warn_of(&mut self, keyword: &[u8], why: &str) {
         let message = format!("{:?} {why}", shown(keyword));
         if self.warned.len() >= MAX_WARNINGS {

@@ -1,10 +1,11 @@
-//! Statements of OBJ and MTL files: lines, numbered, whatever their ends, joined where `\` says so.
+//! Statements of OBJ and MTL files: numbered lines with any line ends, joined at `\`.
 
 use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use std::borrow::Cow;
 
-/// A file's lines, numbered from 1. A BOM is skipped. A line ends at LF, with any CRs before it dropped; where a file has no
-/// LF at all, at CR. `\` at the end of a line joins the next to it, but not from a comment.
+/// Iterator over a file's statements, with line numbers from 1. A BOM is skipped. A line ends at
+/// LF, with CRs before it dropped; in a file without any LF, at CR. `\` at the end of a line joins
+/// the next one to it, except in a comment.
 #[derive(Clone)]
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
@@ -35,7 +36,7 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Iterator for Lines<'a> {
-    /// The number of the statement's first line, and its bytes without blanks around them.
+    /// Number of the statement's first line, and its bytes without surrounding blanks.
     type Item = (u32, Cow<'a, [u8]>);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -61,19 +62,20 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The first word of a statement, and what follows it.
+/// Splits a statement into its first word and the rest.
 pub(super) fn keyword(statement: &[u8]) -> (&[u8], &[u8]) {
     let end = statement.iter().position(u8::is_ascii_whitespace).unwrap_or(statement.len());
     (&statement[..end], statement[end..].trim_ascii_start())
 }
 
-/// The words of a statement of numbers, up to a comment. Names are not read so: they may hold blanks and `#`.
+/// Iterates over the words of a numeric statement, up to a comment. Not for names, which may
+/// contain blanks and `#`.
 pub(super) fn words(arguments: &[u8]) -> impl Iterator<Item = &[u8]> {
     let end = arguments.iter().position(|b| *b == b'#').unwrap_or(arguments.len());
     arguments[..end].split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// Bytes as text: UTF-8, or Latin-1 where they are not that.
+/// Returns the bytes as text: UTF-8, or Latin-1 if they are not valid UTF-8.
 pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),
@@ -81,7 +83,7 @@ pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// What stands in the file, short enough for a message.
+/// Returns text of the file for a message, cut to 40 characters.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let text = text(bytes);
     match text.char_indices().nth(40) {
@@ -90,7 +92,7 @@ pub(super) fn shown(bytes: &[u8]) -> String {
     }
 }
 
-/// A finite number, or a refusal of the word.
+/// Parses a finite number; the error shows the word.
 pub(super) fn number(
     word: &[u8],
     what: &'static str,

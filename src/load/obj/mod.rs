@@ -1,16 +1,18 @@
-//! OBJ and MTL: Wavefront's meshes and materials, read by `tobj` behind our own line checks.
+//! OBJ and MTL: Wavefront's meshes and materials, read by `tobj` after a check of every line.
 //!
-//! In: a file's bytes (UTF-8, UTF-16 or Latin-1, any line ends, a BOM, `\` continuations, lines of any length). Out: polygons as the
-//! file has them, each corner with its own indices, in object space; a vertex is an OBJ position, so groups and objects do not
-//! part a surface. Numbers are read as f64 and are finite. Positions that nothing uses are left out.
+//! In: the bytes of a file (UTF-8, UTF-16 or Latin-1, any line ends, a BOM, `\` continuations,
+//! lines of any length). Out: the file's polygons in object space, each corner with its own
+//! indices; a vertex is an OBJ position, so groups and objects do not split a surface. Numbers are
+//! read as f64 and are finite. Unused positions are left out.
 //!
-//! `tobj` knows neither lines nor `p`, takes `nan`, parts vertices by group, and can panic. So
-//! every line is checked first (`lexer`), with the line's number at hand; `tobj` is given the
-//! checked lines alone, elements after vertices, in one group; and what it returns is put together
-//! with what the check noted of each element (`assemble`). Statements that are not known are
-//! skipped with a warning, those that are known and wrong are refused.
+//! `tobj` reports no line numbers, ignores `p`, accepts `nan`, splits vertices by group, and can
+//! panic. So every line is checked first (`lexer`), with its line number; `tobj` gets the checked
+//! lines alone, elements after vertices, in one group; and its result is combined with the
+//! properties that the check recorded for each element (`assemble`). Unknown statements are skipped
+//! with a warning, invalid known ones are refused.
 //!
-//! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material format 4.2.
+//! Source: Wavefront, Advanced Visualizer Manual, appendix B1 (Object Files) and the MTL material
+//! format 4.2.
 
 mod assemble;
 mod cost;
@@ -32,44 +34,47 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Finds the files that a file refers to, by the name that stands in it, `/` between folders, relative to the OBJ's own
-/// folder; `None` where there is no such file or it may not be read.
+/// Returns the bytes of a referenced file by the name in the OBJ file, `/` between folders,
+/// relative to the OBJ's own folder; `None` if there is no such file or it may not be read.
 pub type SideFiles<'a> = dyn FnMut(&str) -> Option<Vec<u8>> + 'a;
 
-/// A mesh from an OBJ file, with the materials and textures that could be found.
+/// Mesh of an OBJ file, with the materials and textures that were found.
 #[derive(Clone, Debug, Default)]
 pub struct LoadedObj {
-    /// The mesh, and for each of its materials the texture.
+    /// The mesh, and the texture of each of its materials.
     pub geometry: Geometry,
-    /// What was skipped, in the file's order.
+    /// Skipped parts, in the file's order.
     pub warnings: Vec<LoadWarning>,
-    /// Whether normals were made, and the surface has an edge with one face alone, so that its back can be seen.
+    /// True if normals were computed and the surface has an edge with a single face, so that its
+    /// back can be seen.
     pub is_open: bool,
 }
 
-/// Where the normals of faces come from that the file gives none.
+/// Source of normals for faces that have none in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Smoothing {
-    /// One normal for each position index, the mean of the faces' unit normals, made when the mesh is drawn.
+    /// One normal per position index: the mean of the faces' unit normals, computed when the mesh
+    /// is drawn.
     #[default]
     Indices,
-    /// Smooth across edges whose faces' normals differ by at most this angle in radians, and that smoothing groups
-    /// do not part; equal positions are one vertex.
+    /// Smooth across edges whose faces' normals differ by at most this angle in radians and are in
+    /// the same smoothing group; equal positions are one vertex.
     Angle(f64),
 }
 
-/// Reads the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
+/// Parses the OBJ file `file_name` from its bytes; MTL files and textures come from `side_files`.
 ///
-/// A missing MTL file, material or texture is a warning. A file without any statement makes an empty mesh, with a warning.
+/// A missing MTL file, material or texture is a warning. A file without any statement gives an
+/// empty mesh, with a warning.
 pub fn parse(bytes: &[u8], side_files: &mut SideFiles<'_>, file_name: &str) -> Result<LoadedObj, LoadError> {
     parse_within(bytes, side_files, file_name, &mut LoadMemory::unlimited())
 }
 
-/// [`parse`] within `memory`, which is asked for the tables and the mesh by what is counted in the text before it is read, and for
-/// each picture once its header tells its size.
+/// [`parse`] within the limits of `memory`. Room for tables and mesh is reserved by counts of the
+/// text's words before it is read, and room for each picture once its header gives its size.
 ///
 /// # Errors
-/// As [`parse`], and when `memory` refuses.
+/// Those of [`parse`], and one if `memory` has no room or is cancelled.
 pub fn parse_within(
     bytes: &[u8],
     side_files: &mut SideFiles<'_>,
@@ -79,10 +84,10 @@ pub fn parse_within(
     parse_smooth(bytes, side_files, file_name, memory, Smoothing::Indices)
 }
 
-/// [`parse_within`], with normals for the faces that have none.
+/// [`parse_within`], with a choice of normals for the faces that have none.
 ///
 /// # Errors
-/// As [`parse_within`].
+/// Those of [`parse_within`].
 pub fn parse_smooth(
     bytes: &[u8],
     side_files: &mut SideFiles<'_>,
@@ -98,13 +103,13 @@ pub fn parse_smooth(
     let raw = through_tobj::obj(&mut lexer)?;
     let Elements { faces, uses, order, libraries, mut warnings } = lexer.into_elements();
     let (library, _libraries) = read_libraries(&libraries, side_files, file_name, &mut warnings, memory)?;
-    // Only what is used is kept, in the order of first use.
+    // Only used materials are stored, in the order of first use.
     let mut geometry = Geometry::default();
     let mut material_of_use = Vec::with_capacity(uses.len());
     let mut placements = Vec::new();
     for (name, line) in &uses {
         let Some(found) = library.get(name.as_str()) else {
-            // Without an MTL file at hand, that it is missing has been said already.
+            // If no MTL file was found, that has been reported already.
             if libraries.is_empty() || !library.is_empty() {
                 let message = format!("material {name:?} is not defined: the faces keep the draw's material");
                 warnings.push(LoadWarning { place: FilePosition::line(file_name, *line), message });
@@ -140,7 +145,7 @@ pub fn parse_smooth(
     Ok(LoadedObj { geometry, warnings, is_open })
 }
 
-/// Puts each material's picture where its options say.
+/// Applies the texture options of each material to the texture coordinates of its faces.
 fn place_pictures(
     mesh: &mut Mesh,
     placements: &[Placement],
@@ -153,7 +158,8 @@ fn place_pictures(
     Ok(())
 }
 
-/// A file's text as bytes of UTF-8 or Latin-1: UTF-16 is known by its byte order mark, or by the zeros of its first letter.
+/// Converts a file's text to UTF-8, or leaves it as UTF-8 or Latin-1: UTF-16 is recognized by its
+/// byte order mark, or by the zero byte of its first letter.
 fn decoded<'a>(
     bytes: &'a [u8],
     memory: &LoadMemory,
@@ -165,25 +171,27 @@ fn decoded<'a>(
         [0, 1..=255, ..] => (u16::from_be_bytes, bytes),
         _ => return Ok((Cow::Borrowed(bytes), None)),
     };
-    // Each unit of two bytes is three of UTF-8 at most, in a list that moves as it grows.
+    // Each unit of two bytes becomes three bytes of UTF-8 at most, in a vector that is copied as it
+    // grows.
     let held = memory.work(4 * bytes.len() as u64)?;
     let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
     let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
     Ok((Cow::Owned(text.into_bytes()), Some(held)))
 }
 
-/// A material, and the folder of its MTL file, as `mtllib` names it.
+/// A material, and the folder of its MTL file as named by `mtllib`.
 struct Found {
     material: mtl::FileMaterial,
     folder: String,
 }
 
-/// The folders in front of a file's name, with the last `/`.
+/// Returns the folders in front of a file's name, with the last separator.
 fn folder_of(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or("", |end| &name[..=end])
 }
 
-/// All materials of the MTL files that `mtllib` names, by name; of two with one name the first counts.
+/// Reads all MTL files that `mtllib` names. Returns their materials by name; of two with the same
+/// name the first counts.
 fn read_libraries(
     libraries: &[(String, u32)],
     side_files: &mut SideFiles<'_>,
@@ -197,7 +205,7 @@ fn read_libraries(
     };
     let mut files = Vec::new();
     for (names, line) in libraries {
-        // One name with blanks in it, or several names.
+        // Either one name that contains blanks, or several names.
         if let Some(bytes) = find(side_files, names) {
             files.push((names.clone(), bytes));
             continue;
@@ -226,12 +234,13 @@ fn read_libraries(
     Ok((all, held))
 }
 
-/// The bytes of a side file; where folders are parted by `\`, by `/` as well.
+/// Returns the bytes of a side file; a name with `\` as separator is also tried with `/`.
 fn find(side_files: &mut SideFiles<'_>, name: &str) -> Option<Vec<u8>> {
     side_files(name).or_else(|| name.contains('\\').then(|| side_files(&name.replace('\\', "/"))).flatten())
 }
 
-/// The texture of a material: beside its MTL file, or beside the OBJ file. A file that is there must be a picture.
+/// Reads the texture of a material from the folder of its MTL file, or from that of the OBJ file. A
+/// file that exists must be a valid picture.
 fn read_texture(
     Found { material, folder }: &Found,
     side_files: &mut SideFiles<'_>,

@@ -1,8 +1,9 @@
 //! MTL files: materials, lit by the format's own equation (Blinn's half vector).
 //!
-//! Used: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`. What a file does not say: Ka, Ks and Ke are 0, Kd is
-//! 0.8 (1 under a texture), Ns is 1, and the surface is opaque. `illum 0` is Kd alone, unlit; `illum 1` has no highlight.
-//! Where both `d` and `Tr` stand, `d` counts.
+//! Statements in use: `newmtl`, `Ka`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `illum`, `map_Kd`.
+//! Defaults: Ka, Ks and Ke are 0, Kd is 0.8 (1 with a texture), Ns is 1, and the surface is opaque.
+//! `illum 0` is Kd alone, unlit; `illum 1` has no highlight. If both `d` and `Tr` are given, `d`
+//! counts.
 
 use super::lines::{Lines, keyword, number, shown, text, words};
 use super::placement::Placement;
@@ -14,11 +15,11 @@ use std::collections::HashSet;
 use std::io::Write;
 use std::ops::RangeInclusive;
 
-/// A material and where its `newmtl` stands.
+/// A material and the position of its `newmtl`.
 #[derive(Clone, Debug)]
 pub(super) struct FileMaterial {
     pub(super) material: Material,
-    /// How its picture lies on faces.
+    /// Options of its texture.
     pub(super) placement: Placement,
     pub(super) place: FilePosition,
 }
@@ -28,13 +29,13 @@ struct Check<'a> {
     line: u32,
     /// Checked lines for `tobj`.
     out: Vec<u8>,
-    /// The line of each `newmtl`, and how the picture of its material lies.
+    /// Line of each `newmtl`, and the texture options of its material.
     materials: Vec<(u32, Placement)>,
     warned: HashSet<String>,
     warnings: Vec<LoadWarning>,
 }
 
-/// The materials of an MTL file, in its order, and what was skipped.
+/// Parses an MTL file. Returns its materials in the file's order, and warnings about skipped parts.
 pub(super) fn parse(
     bytes: &[u8],
     file_name: &str,
@@ -147,7 +148,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// `Kd r g b`, or `Kd r` for a grey.
+    /// Handles `Kd r g b`, or `Kd r` for a grey.
     fn color(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
         let mut list = words(arguments);
         let first = list.next().unwrap_or_default();
@@ -175,7 +176,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// A statement with one number, brought into `range`.
+    /// Handles a statement with one number, clamped to `range` with a warning.
     fn number(
         &mut self,
         word: &[u8],
@@ -193,14 +194,15 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// `map_Kd [options] name`: the name may hold blanks; options that change the picture and are not applied are named in
-    /// a warning.
+    /// Handles `map_Kd [options] name`. The name may contain blanks; options that would change the
+    /// picture and are not supported get a warning.
     fn texture(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
         let mut rest = arguments;
         let mut placement = Placement::default();
         while rest.starts_with(b"-") {
             let (option, after) = keyword(rest);
-            // How many words an option takes at least and at most; beyond the least only numbers belong to it.
+            // Least and most words that belong to an option; those beyond the least must be
+            // numbers.
             let (least, most) = match option {
                 b"-blendu" | b"-blendv" | b"-cc" | b"-clamp" | b"-imfchan" | b"-texres" | b"-bm"
                 | b"-boost" | b"-type" | b"-colorspace" => (1, 1),
@@ -227,7 +229,7 @@ impl Check<'_> {
                 b"-s" => placement.scale = pair(1.0),
                 b"-o" => placement.offset = pair(0.0),
                 b"-clamp" => placement.is_clamped = is_on,
-                // Colours are taken as they stand.
+                // Colours are not converted.
                 b"-colorspace" => {}
                 _ => self.warn_of(option, "of map_Kd is not used"),
             }

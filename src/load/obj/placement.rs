@@ -1,15 +1,18 @@
-//! How a material's picture lies on its faces: the options `-s`, `-o` and `-clamp` of `map_Kd`.
+//! The options `-s`, `-o` and `-clamp` of `map_Kd`: scale, offset and clamping of a material's
+//! texture.
 //!
-//! In: a mesh and the placement of each material's picture. Out: the mesh with texture coordinates s * uv + o where a
-//! material says so; faces of other materials that share a coordinate keep theirs. Whether a picture is clamped is a property
-//! of the texture ([`crate::scene::Texture::clamped`]): it ends at 0 and 1 of the coordinates that come out here.
+//! In: a mesh and the options of each material. Out: the mesh with texture coordinates s * uv + o
+//! where a material has such options; faces of other materials that share a coordinate keep theirs.
+//! Clamping is a property of the texture ([`crate::scene::Texture::clamped`]): it ends at 0 and 1
+//! of the coordinates that come out here.
+//!
 //! Source: the MTL format 4.2, "Options for texture map statements".
 
 use crate::scene::{Mesh, NONE};
 use glam::DVec2;
 use std::collections::HashMap;
 
-/// How a picture lies on faces.
+/// Texture options of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placement {
     pub(super) scale: DVec2,
@@ -24,18 +27,19 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// Whether coordinates are other ones than the file's.
+    /// Returns whether the options change texture coordinates.
     pub(super) fn moves(&self) -> bool {
         (self.scale, self.offset) != (DVec2::ONE, DVec2::ZERO)
     }
 }
 
-/// Bytes that placing pictures on a mesh takes.
+/// Returns the working memory in bytes that [`place`] needs.
 pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
     mesh.corners.len() as u64 * 96
 }
 
-/// Moves the texture coordinates of the mesh.
+/// Applies scale and offset to the texture coordinates of the mesh; materials share a changed
+/// coordinate with no other material.
 pub(super) fn place(mesh: &mut Mesh, placements: &[Placement]) {
     let mut moved: HashMap<(u32, u32), u32> = HashMap::new();
     for polygon in &mesh.polygons {

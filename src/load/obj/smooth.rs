@@ -1,16 +1,17 @@
-//! Normals for faces that the file gives none: smooth across edges that are not sharp.
+//! Vertex normals for faces without normals: smooth across edges that are not sharp.
 //!
-//! In: a mesh, the smoothing group of each polygon, and the largest angle between the normals of two faces that are
-//! smoothed into each other. Out: one normal for each group of corners that are smooth together; and whether the surface
-//! has an edge with one face alone. Runs on whichever thread reads the file; sums run in the file's order, so the same
-//! file gives the same bits.
+//! In: a mesh, the smoothing group of each polygon, and the crease angle, the largest angle between
+//! the normals of two faces that are smoothed together. Out: one normal for each group of smooth
+//! corners; and whether the surface has an edge with a single face. Runs on the thread that reads
+//! the file; sums are taken in the file's order, so the same file gives the same bits.
 //!
-//! Positions that are equal are one vertex (files part them where texture coordinates differ). Corners of a vertex are
-//! smooth together where their faces meet at an edge whose angle is no larger than the limit and, where the file has
-//! smoothing groups (`s`), both are in the same one; `s off` joins nothing. What is joined by a chain of such edges is
-//! one group; its normal is the mean of the faces' unit normals by the faces' angles at the vertex (Thurmer and Wuthrich
-//! 1998: it does not depend on how faces are cut into triangles). One would know an error by a seam on the teapot or by
-//! a rounded box (`tests/files/smoothing.rs`).
+//! Equal positions are one vertex (files split them where texture coordinates differ). Corners of a
+//! vertex are smoothed together if their faces meet at an edge whose angle is no larger than the
+//! limit and, if the file has smoothing groups (`s`), both are in the same one; `s off` joins
+//! nothing. Faces joined by a chain of such edges form one group; its normal is the mean of the
+//! faces' unit normals weighted by the faces' angles at the vertex (Thurmer and Wuthrich 1998:
+//! independent of how faces are triangulated). An error would show as a seam on the teapot or as a
+//! rounded box (`tests/files/smoothing.rs`).
 
 use crate::math::matrix::unit;
 use crate::pipeline::polygon_normal;
@@ -18,23 +19,24 @@ use crate::scene::{Corner, Mesh, NONE, Polygon};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// The smoothing group of faces before the first `s`: the angle alone decides.
+/// Smoothing group of faces before the first `s`: the angle alone decides.
 pub(super) const UNGROUPED: u32 = u32::MAX;
 
-/// Beyond so many faces at one edge, each is compared with the one before it alone.
+/// Number of faces at one edge up to which all pairs are compared; beyond it, each face only with
+/// the one before it.
 const MAX_FACES_AT_EDGE: usize = 16;
 
-/// Bytes of the tables for one corner, and for one position.
+/// Bytes of the tables per corner, and per position.
 const CORNER_BYTES: u64 = 96;
 const POSITION_BYTES: u64 = 32;
 
-/// Bytes that smoothing a mesh takes.
+/// Returns the working memory in bytes that smoothing a mesh needs.
 pub(super) fn working_bytes(mesh: &Mesh) -> u64 {
     let of_corners = (mesh.corners.len() + mesh.polygons.len()) as u64 * CORNER_BYTES;
     of_corners + mesh.positions.len() as u64 * POSITION_BYTES
 }
 
-/// A side of a polygon: its two vertices, the lower one first, and the corners at them.
+/// One side of a polygon: its two vertices, the lower index first, and the corners at them.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     vertices: [u32; 2],
@@ -42,14 +44,15 @@ struct Edge {
     corners: [u32; 2],
 }
 
-/// Gives corners without a normal one. Returns whether the surface is open.
+/// Computes normals for the corners that have none. Returns whether the surface is open.
 pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> bool {
     let vertices = welded(&mesh.positions);
     let edges = edges(mesh, &vertices);
     let is_open = edges.chunk_by(|a, b| a.vertices == b.vertices).any(|faces| faces.len() == 1);
     let normals: Vec<Option<DVec3>> = mesh.polygons.iter().map(|p| normal_of(mesh, p)).collect();
     let mut joined: Vec<u32> = (0..mesh.corners.len() as u32).collect();
-    // cos falls as the angle grows; a rounding's width more keeps edges of just the limit smooth.
+    // cos falls as the angle grows; the margin of a rounding error keeps edges at exactly the limit
+    // smooth.
     let least_cos = libm::cos(max_angle_rad) - 1e-12;
     let is_smooth = |a: &Edge, b: &Edge| {
         let [a, b] = [a.polygon, b.polygon].map(|p| p as usize);
@@ -76,9 +79,9 @@ pub(super) fn smooth(mesh: &mut Mesh, groups: &[u32], max_angle_rad: f64) -> boo
     is_open
 }
 
-/// The number of each position's vertex: the least index of an equal position.
+/// Returns the vertex of each position: the lowest index of an equal position.
 fn welded(positions: &[DVec3]) -> Vec<u32> {
-    // -0 is 0.
+    // Adding 0 turns -0 into 0.
     let key = |i: &u32| (positions[*i as usize] + DVec3::ZERO).to_array();
     let compare = |a: &u32, b: &u32| {
         let (p, q) = (key(a), key(b));
@@ -102,7 +105,7 @@ fn normal_of(mesh: &Mesh, polygon: &Polygon) -> Option<DVec3> {
     polygon_normal(corners_of(mesh, polygon).iter().map(|c| mesh.positions[c.position as usize]))
 }
 
-/// The sides of all polygons, those of one edge beside each other. A side between equal positions is none.
+/// Returns the sides of all polygons, sorted by edge. A side between equal positions is left out.
 fn edges(mesh: &Mesh, vertices: &[u32]) -> Vec<Edge> {
     let mut edges = Vec::with_capacity(mesh.corners.len());
     for (polygon, p) in (0..).zip(&mesh.polygons) {
@@ -122,7 +125,7 @@ fn edges(mesh: &Mesh, vertices: &[u32]) -> Vec<Edge> {
     edges
 }
 
-/// The representative of a corner's group.
+/// Returns the representative of a corner's group (union-find with path halving).
 fn group_of(joined: &mut [u32], mut corner: u32) -> u32 {
     while joined[corner as usize] != corner {
         let next = joined[joined[corner as usize] as usize];
@@ -132,13 +135,13 @@ fn group_of(joined: &mut [u32], mut corner: u32) -> u32 {
     corner
 }
 
-/// Joins the groups of two corners; the least corner represents them.
+/// Joins the groups of two corners; the lowest corner represents them.
 fn join(joined: &mut [u32], a: u32, b: u32) {
     let (a, b) = (group_of(joined, a), group_of(joined, b));
     joined[a.max(b) as usize] = a.min(b);
 }
 
-/// Sums the faces' normals over each group of corners, and writes the means into the mesh.
+/// Sums the faces' normals over each group of corners, and stores the means in the mesh.
 fn give_normals(mesh: &mut Mesh, normals: &[Option<DVec3>], joined: &mut [u32]) {
     let needs = |c: &Corner| c.normal == NONE;
     let mut sums = vec![DVec3::ZERO; mesh.corners.len()];
@@ -168,7 +171,8 @@ fn give_normals(mesh: &mut Mesh, normals: &[Option<DVec3>], joined: &mut [u32]) 
     }
 }
 
-/// The angle of a face at `p`, between the sides to `before` and `after`; more than half a turn where it is reflex.
+/// Returns the interior angle of a face at `p`, between the sides to `before` and `after`, in
+/// radians; more than half a turn at a reflex corner.
 fn angle(p: DVec3, before: DVec3, after: DVec3, normal: DVec3) -> f64 {
     let (Some(a), Some(b)) = (unit(after - p), unit(before - p)) else { return 0.0 };
     let across = a.cross(b);
@@ -181,7 +185,8 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_3;
 
-    /// A strip of squares along x, each turned from the one before by `turns` about z; corners have positions of their own.
+    /// Returns a strip of squares along x, each turned from the one before by `turns` about z;
+    /// corners have positions of their own.
     fn strip(turns: &[f64]) -> Mesh {
         let mut mesh = Mesh::default();
         let (mut at, mut heading) = (DVec3::ZERO, 0.0);
@@ -197,7 +202,7 @@ mod tests {
         mesh
     }
 
-    /// How many distinct normals the corners of a mesh have.
+    /// Returns the number of distinct normals at the corners of a mesh.
     fn count(mesh: &Mesh) -> usize {
         let used: std::collections::BTreeSet<u32> = mesh.corners.iter().map(|c| c.normal).collect();
         used.len()
@@ -207,7 +212,7 @@ mod tests {
     fn edges_up_to_the_angle_are_smooth_and_sharper_ones_are_not() {
         for (turn, expected) in [(0.5, 6), (FRAC_PI_3, 6), (FRAC_PI_3 + 1e-6, 8), (-0.5, 6), (3.0, 8)] {
             let mut mesh = strip(&[turn]);
-            // Two squares: an edge has two corners; it joins two pairs of eight corners.
+            // Two squares share an edge, which joins two pairs of the eight corners.
             assert!(smooth(&mut mesh, &[], FRAC_PI_3));
             assert_eq!(count(&mesh), expected, "{turn}");
         }
@@ -228,7 +233,7 @@ mod tests {
             smooth(&mut mesh, &groups, FRAC_PI_3);
             assert_eq!(count(&mesh), expected, "{groups:?}");
         }
-        // A group does not smooth what is sharper than the limit.
+        // A group does not smooth an edge sharper than the limit.
         let mut mesh = strip(&[1.5]);
         smooth(&mut mesh, &[1, 1], FRAC_PI_3);
         assert_eq!(count(&mesh), 8);
@@ -275,7 +280,7 @@ mod tests {
             mesh.positions.push(DVec3::new(0.0, 1.0, f64::from(i) * 1e-6));
             mesh.push_polygon(&[0, 1, i + 2].map(corner), NONE);
         }
-        // Squared this is 4e10 pairs: it would hang.
+        // All pairs would be 4e10: the test would hang.
         assert!(smooth(&mut mesh, &[], FRAC_PI_3));
         assert_eq!(mesh.corners[0].normal, mesh.corners[300_000].normal);
     }

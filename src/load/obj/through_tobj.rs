@@ -1,10 +1,11 @@
-//! The one file that knows `tobj`.
+//! Adapter to the crate `tobj`; no other file refers to it.
 
 use super::lexer::Lexer;
 use crate::load::{FilePosition, LoadError, LoadErrorKind, never_panicking};
 use std::io::BufRead;
 
-/// What `tobj` made of the checked lines, all in one group: arrays in the order of first use, and indices into them.
+/// Result of `tobj` for the checked lines, all in one group: arrays in the order of first use, and
+/// indices into them.
 #[derive(Default)]
 pub(super) struct RawMesh {
     /// x, y, z of each position.
@@ -15,17 +16,17 @@ pub(super) struct RawMesh {
     pub(super) texcoords: Vec<f64>,
     /// x, y, z of each normal.
     pub(super) normals: Vec<f64>,
-    /// Each corner's position.
+    /// Position index of each corner.
     pub(super) indices: Vec<u32>,
-    /// Each corner's texture coordinate, or empty.
+    /// Texture coordinate index of each corner, or empty.
     pub(super) texcoord_indices: Vec<u32>,
-    /// Each corner's normal, or empty.
+    /// Normal index of each corner, or empty.
     pub(super) normal_indices: Vec<u32>,
-    /// Corners of each element; empty where all have three.
+    /// Number of corners of each element; empty if all have three.
     pub(super) arities: Vec<u32>,
 }
 
-/// What `tobj` read of one material, each value `None` where the file has none.
+/// One material as read by `tobj`; `None` for each value that the file does not have.
 #[derive(Default)]
 pub(super) struct RawMaterial {
     pub(super) name: String,
@@ -40,12 +41,12 @@ pub(super) struct RawMaterial {
     pub(super) map_kd: Option<String>,
 }
 
-/// Corners keep an index for each attribute; points, lines and n-gons stay what they are.
+/// Separate indices for each attribute; points, lines and n-gons are not converted.
 const AS_IT_STANDS: tobj::LoadOptions =
     tobj::LoadOptions { single_index: false, triangulate: false, ignore_points: false, ignore_lines: false };
 
-/// Gives the checked lines to `tobj`. A refusal of the check comes back as it was made; one of `tobj`'s own, which the check
-/// should have foreseen, comes back with the line that it was at.
+/// Passes the checked lines to `tobj`. An error of the check is returned unchanged; one of `tobj`
+/// itself, which the check should have prevented, with the line that was being read.
 pub(super) fn obj(lexer: &mut Lexer<'_>) -> Result<RawMesh, LoadError> {
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let loaded = never_panicking(|| tobj::load_obj_buf(lexer, &AS_IT_STANDS, no_materials));
@@ -66,7 +67,7 @@ pub(super) fn obj(lexer: &mut Lexer<'_>) -> Result<RawMesh, LoadError> {
     })
 }
 
-/// Gives checked lines of an MTL file to `tobj`.
+/// Passes the checked lines of an MTL file to `tobj`.
 pub(super) fn mtl(checked: &mut impl BufRead, file_name: &str) -> Result<Vec<RawMaterial>, LoadError> {
     let loaded = never_panicking(|| tobj::load_mtl_buf(checked));
     let (materials, _) = tobj_result(loaded, "MTL", || FilePosition::file(file_name))?;

@@ -1,4 +1,4 @@
-//! The second pass: elements are handed on with their indices checked.
+//! Second pass of the line check: elements, their indices and their state (`usemtl`, `s`).
 
 use super::{Element, ElementKind, LARGE_POLYGON, Lexer, MAX_EAR_WORK, WHAT, WORD};
 use crate::load::obj::lines::{text, words};
@@ -6,7 +6,8 @@ use crate::load::obj::smooth::UNGROUPED;
 use crate::load::{LoadError, LoadErrorKind};
 
 impl Lexer<'_> {
-    /// Second pass: elements are handed on with their indices checked; vertices are counted for relative indices.
+    /// Handles a statement of the second pass: elements are passed on with their indices checked;
+    /// vertices are counted for relative indices.
     pub(super) fn element_statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
         match word {
             b"v" => self.counts[0] += 1,
@@ -20,7 +21,7 @@ impl Lexer<'_> {
             b"usemtl" => {
                 let name = text(arguments).trim().to_owned();
                 if name.is_empty() {
-                    // Exporters write this where a face has no material.
+                    // Some exporters write an empty usemtl for faces without a material.
                     self.material_use = u32::MAX;
                     return Ok(());
                 }
@@ -72,7 +73,7 @@ impl Lexer<'_> {
                 return Err(self.refuse(LoadErrorKind::TooBig { what, found, limit }));
             }
         }
-        // A corner has an attribute where all of its element have it.
+        // An attribute counts only if all corners of the element have it.
         let mut has = [true; 3];
         for list in 1..3 {
             let with = corners.iter().filter(|c| c[list].is_some()).count();
@@ -89,7 +90,8 @@ impl Lexer<'_> {
             for list in 0..3 {
                 self.out.push(if list == 0 { b' ' } else { b'/' });
                 if self.totals[list] > 0 {
-                    // Where the file has an attribute but this element has not, tobj is given the first: it is not used.
+                    // If the file has the attribute but this element lacks it, tobj gets the index
+                    // of the first entry, which is ignored later.
                     let index = corner[list].filter(|_| has[list]).unwrap_or(0);
                     self.elements.order[list].note(index);
                     push_decimal(&mut self.out, index + 1);
@@ -108,7 +110,7 @@ impl Lexer<'_> {
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`, as indices from 0.
+    /// Parses `v`, `v/vt`, `v//vn` or `v/vt/vn` to indices from 0.
     fn corner(&mut self, word: &[u8]) -> Result<[Option<u32>; 3], LoadError> {
         let mut corner = [None; 3];
         for (list, part) in word.split(|b| *b == b'/').enumerate() {
@@ -134,7 +136,8 @@ impl Lexer<'_> {
                 _ => self.counts[list] as i64 + index,
             };
             if position < 0 || position >= self.totals[list] as i64 {
-                // A relative index counts what stands above it, an absolute one all there are.
+                // A relative index refers to the vertices above it, an absolute one to all of the
+                // file.
                 let count = if index < 0 { self.counts[list] } else { self.totals[list] };
                 return Err(self.refuse(LoadErrorKind::Index { what: WHAT[list], index, count }));
             }
@@ -144,14 +147,15 @@ impl Lexer<'_> {
     }
 }
 
-/// The group that `s` names: a whole number, or 0 for `off`. Another word is a group too, by a hash of its bytes.
+/// Returns the group of an `s` statement: an integer, or 0 for `off`. Another word becomes a group
+/// by a hash of its bytes.
 fn smoothing_group(arguments: &[u8]) -> u32 {
     match words(arguments).next() {
         None | Some(b"off" | b"0" | b"null") => 0,
         Some(word) => match std::str::from_utf8(word).ok().and_then(|w| w.parse::<u32>().ok()) {
             Some(number) if number < UNGROUPED => number,
             _ => {
-                // FNV-1a, brought between the two numbers that mean something else.
+                // FNV-1a, mapped to the numbers between the two with special meanings.
                 let mix = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
                 word.iter().fold(0x811c_9dc5, mix) % (UNGROUPED - 1) + 1
             }
@@ -159,7 +163,7 @@ fn smoothing_group(arguments: &[u8]) -> u32 {
     }
 }
 
-/// `[+-]?digits` as a number; one too long for 64 bits becomes the largest, which names nothing.
+/// Parses `[+-]?digits`; a number too long for 64 bits saturates, and is out of every range.
 fn decimal(word: &[u8]) -> Option<i64> {
     let (negative, digits) = match word {
         [b'-', digits @ ..] => (true, digits),

@@ -1,4 +1,4 @@
-//! The first pass: vertices are handed on, and every other statement is known, skipped with a warning, or refused.
+//! First pass of the line check: vertices, and the keywords of all other statements.
 
 use super::{Lexer, WHAT, WORD};
 use crate::load::obj::lines::{Lines, keyword, number, shown, words};
@@ -6,7 +6,8 @@ use crate::load::{LoadError, LoadErrorKind};
 use std::io::Write;
 
 impl Lexer<'_> {
-    /// First pass: vertices are handed on, and every other statement is known, skipped with a warning, or refused.
+    /// Handles a statement of the first pass: vertices are passed on; every other statement is
+    /// accepted, skipped with a warning, or refused.
     pub(super) fn vertex_statement(&mut self, word: &[u8], arguments: &[u8]) -> Result<(), LoadError> {
         match word {
             [] | [b'#', ..] => return Ok(()),
@@ -33,7 +34,7 @@ impl Lexer<'_> {
         Ok(())
     }
 
-    /// `v x y z`, `v x y z w` or `v x y z r g b`.
+    /// Handles `v x y z`, `v x y z w` or `v x y z r g b`.
     fn position(&mut self, arguments: &[u8]) -> Result<(), LoadError> {
         let mut values = [0.0; 8];
         let mut count = 0;
@@ -67,7 +68,7 @@ impl Lexer<'_> {
         let weight = if used == 4 { values[3] } else { 1.0 };
         self.out.extend_from_slice(b"v");
         if self.has_colors {
-            // With a colour there is no place for a weight.
+            // With a colour, tobj has no place for a weight.
             for c in &values[..3] {
                 write!(self.out, " {:?}", c / weight).expect("memory can be written");
             }
@@ -90,7 +91,7 @@ impl Lexer<'_> {
         self.count(0)
     }
 
-    /// `vt` and `vn`.
+    /// Handles `vt` (`list` 1) and `vn` (`list` 2) with one of `counts` numbers.
     fn vertex(
         &mut self,
         list: usize,
@@ -102,7 +103,7 @@ impl Lexer<'_> {
         let mut count = 0;
         for word in words(arguments) {
             number(word, "a coordinate", || self.place())?;
-            // Of a texture coordinate the third is depth, which pictures do not have.
+            // The third number of a texture coordinate is depth, which pictures do not have.
             if list != 1 || count < 2 {
                 self.out.push(b' ');
                 self.out.extend_from_slice(word);
@@ -129,7 +130,7 @@ impl Lexer<'_> {
     }
 }
 
-/// Whether any `v` of the file has a colour: then all are given one.
+/// Returns whether any `v` of the file has a colour: then every vertex gets one.
 pub(super) fn has_colors(bytes: &[u8]) -> bool {
     Lines::new(bytes).any(|(_, statement)| {
         let (word, arguments) = keyword(&statement);
