@@ -12,7 +12,7 @@ pub enum EyeError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the reader said.
+        /// Message of the JSON parser.
         message: String,
     },
     /// A value of another type, or a word that is not one of those expected.

@@ -30,7 +30,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// At the origin, not turned.
+    /// Returns the pose at the origin, not rotated.
     pub fn identity(dim: usize) -> Self {
         Pose { position: vec![0.0; dim], rotations: Vec::new() }
     }

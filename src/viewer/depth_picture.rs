@@ -1,15 +1,17 @@
-//! Depth as a picture: near bright, far dark, nothing black.
+//! Depth as a grey picture: near is bright, far is dark, and nothing drawn is black.
 
 use crate::memory::{DepthMemory, Rgba, VideoMemory};
 
-/// Grey of a value between the least and the largest: 255 for the least, 48 for the largest.
+/// Returns the grey of a value between the least and the largest: 255 for the least, 48 for the
+/// largest.
 fn grey(value: f64, [least, largest]: [f64; 2]) -> Rgba {
     let part = if largest > least { (value - least) / (largest - least) } else { 0.0 };
     let level = (255.0 - 207.0 * part.clamp(0.0, 1.0) + 0.5).floor() as u8;
     [level, level, level, 255]
 }
 
-/// Paints values, one a pixel in rows; `None` is black. The least and the largest of them, where there is any.
+/// Paints one value for each pixel, row after row; `None` is black. Returns the least and the
+/// largest value, if any.
 pub(super) fn paint(memory: &mut VideoMemory, values: &[Option<f64>]) -> Option<[f64; 2]> {
     let all = || values.iter().flatten().copied();
     let (least, largest) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -20,7 +22,7 @@ pub(super) fn paint(memory: &mut VideoMemory, values: &[Option<f64>]) -> Option<
     (least <= largest).then_some([least, largest])
 }
 
-/// Depths of a frame; `None` where nothing was drawn.
+/// Returns the depths of a frame; `None` where nothing was drawn.
 pub(super) fn depths(depth: Option<&DepthMemory>, width: u32, height: u32) -> Vec<Option<f64>> {
     let at = |i: u32| depth.and_then(|d| d.z((i % width) as i32, (i / width) as i32)).filter(|&z| z < 1.0);
     (0..width * height).map(at).collect()

@@ -1,26 +1,28 @@
-//! The difference between what was drawn and what is exact, magnified until it can be seen.
+//! Difference between the drawn and the exact picture, magnified until it is visible.
 //!
-//! In: two pictures. Out: |a - b| a channel, times the factor that makes the largest 255. The exact picture takes long, so it
-//! is worked out on a thread of its own; one at a time, and what is out of date when it is done is thrown away.
+//! In: two pictures. Out: |a - b| for each channel, times the factor that makes the largest 255.
+//! The exact picture takes long, so it is computed on a separate thread, one at a time; a result
+//! that is out of date when it arrives is discarded.
 
 use crate::memory::VideoMemory;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-/// How two pictures differ.
+/// Difference between two pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Difference {
-    /// RGBA, magnified.
+    /// Magnified difference, RGBA.
     pub rgba: Vec<u8>,
-    /// Pixels that differ.
+    /// Number of pixels that differ.
     pub pixels: usize,
-    /// The largest difference of a channel.
+    /// Largest difference of a channel.
     pub largest: u8,
-    /// By how much it is magnified.
+    /// Magnification factor.
     pub factor: u32,
 }
 
 impl Difference {
-    /// Of a picture, and for each of its channels the least and the largest byte that is right.
+    /// Compares a picture with the least and the largest correct byte of each channel, as returned
+    /// by `right` for a pixel's index.
     pub fn new(found: &[u8], right: impl Fn(usize) -> [[u8; 3]; 2]) -> Self {
         let pixels = found.as_chunks::<4>().0;
         let off = |i: usize| {
@@ -40,7 +42,7 @@ impl Difference {
         }
     }
 
-    /// Of two pictures of one size.
+    /// Compares two pictures of the same size.
     pub fn of_bytes(found: &[u8], exact: &[u8]) -> Self {
         let exact = exact.as_chunks::<4>().0;
         Difference::new(found, |i| {
@@ -49,7 +51,7 @@ impl Difference {
         })
     }
 
-    /// What the overlay says of it.
+    /// Returns a line for the overlay; `exact` names the exact picture.
     pub fn line(&self, exact: &str) -> String {
         match self.pixels {
             0 => format!("no pixel differs from {exact}"),
@@ -63,16 +65,16 @@ impl Difference {
         }
     }
 
-    /// Puts it into a frame of the same size.
+    /// Copies the magnified difference into a frame of the same size.
     pub fn paint(&self, memory: &mut VideoMemory) {
         memory.bytes_mut().copy_from_slice(&self.rgba);
     }
 }
 
-/// What works an exact picture out.
+/// Work that computes an exact picture and the difference to it.
 pub(super) type Work = Box<dyn FnOnce() -> Result<Difference, String> + Send>;
 
-/// The exact picture of one moment, on its way or there.
+/// The exact picture of one moment, running or finished.
 #[derive(Default)]
 pub(super) struct Exact {
     running: Option<(u64, Receiver<Result<Difference, String>>)>,
@@ -80,21 +82,21 @@ pub(super) struct Exact {
 }
 
 impl Exact {
-    /// The difference of picture `version`, if it is there.
+    /// Returns the difference of picture `version`, if it is finished.
     pub fn of(&self, version: u64) -> Option<&Result<Difference, String>> {
         self.done.as_ref().filter(|(v, _)| *v == version).map(|(_, d)| d)
     }
 
-    /// Whether work for `version` may begin: it is not there, and none is running.
+    /// Returns whether work for `version` can start: it is not finished, and no work is running.
     pub fn wants(&self, version: u64) -> bool {
         self.running.is_none() && self.of(version).is_none()
     }
 
-    /// Begins to work `version` out.
+    /// Starts the work for picture `version` on a thread of its own.
     pub fn begin(&mut self, version: u64, work: Work) {
         let (sender, receiver) = channel();
         let job = move || {
-            // Nobody waits any more when the viewer is gone.
+            // The receiver is gone if the viewer was closed.
             let _ = sender.send(work());
         };
         match std::thread::Builder::new().name("exact picture".into()).spawn(job) {
@@ -103,7 +105,7 @@ impl Exact {
         }
     }
 
-    /// Takes in what is ready; whether anything was.
+    /// Takes a finished result. Returns whether there was one.
     pub fn poll(&mut self) -> bool {
         let Some((version, receiver)) = &self.running else { return false };
         match receiver.try_recv() {

@@ -1,9 +1,9 @@
-//! The memories that a picture is drawn into.
+//! Memory of the viewer's pictures: video memory, depth and face ids.
 
 use crate::memory::{DepthFormat, DepthMemory, MemoryError, PickBuffer, VideoMemory};
 use crate::pipeline::Target;
 
-/// Video memory, with depth and face ids where they are wanted.
+/// Video memory, with depth and face ids where they are needed.
 pub(super) struct ViewerFrame {
     pub memory: VideoMemory,
     pub depth: Option<DepthMemory>,
@@ -15,7 +15,7 @@ impl ViewerFrame {
         Ok(ViewerFrame { memory: VideoMemory::new(width, height)?, depth: None, ids: None })
     }
 
-    /// Everything as at the start; ids are kept only where depth is.
+    /// Clears everything. Ids are stored only if depth is.
     pub fn clear(&mut self, keeps_depth: bool) {
         self.memory.clear(VideoMemory::CLEAR);
         if !keeps_depth {

@@ -1,4 +1,4 @@
-//! What keys, pointer and wheel do to the viewer.
+//! Effects of keys, pointer and wheel on the viewer.
 
 use super::keys::{self, Action, Key, Look};
 use super::{Request, Show, Subject, Viewer};
@@ -6,13 +6,14 @@ use crate::command::{self, Command};
 use crate::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
 use glam::DVec3;
 
-/// A step by key: a turn, a part of the distance to what is looked at, a factor of that distance.
+/// Size of one key step: an angle, a fraction of the distance to the target, a factor of that
+/// distance.
 const TURN_RAD: f64 = std::f64::consts::PI / 36.0;
 const WALK_PART: f64 = 0.05;
 const ZOOM_FACTOR: f64 = 0.9;
 
 impl Viewer {
-    /// A key goes down or up.
+    /// Handles a key press or release, and returns the resulting request, if any.
     pub fn key(&mut self, key: Key, is_down: bool) -> Option<Request> {
         if !is_down {
             self.keys_down.remove(&key);
@@ -34,7 +35,7 @@ impl Viewer {
             Action::Fullscreen => return Some(Request::Fullscreen),
             Action::Scaling => return Some(Request::Scaling),
             Action::SaveView => return self.save_view(),
-            // They share a corner: each takes the other's place.
+            // Help and plan share a corner: each replaces the other.
             Action::Help => (self.shows_help, self.shows_plan) = (!self.shows_help, false),
             Action::Status => self.shows_status = !self.shows_status,
             Action::FrameRate => self.shows_rate = !self.shows_rate,
@@ -104,7 +105,7 @@ impl Viewer {
         let keeps = self.show == Show::Depth || self.inspects;
         if self.wishes.keeps_depth != keeps {
             self.wishes.keeps_depth = keeps;
-            // N dimensions and streams keep their depth in any case.
+            // N-dimensional scenes and streams store their depth in any case.
             self.is_stale |= matches!(self.subject, Subject::Space(_));
         }
     }
@@ -172,7 +173,7 @@ impl Viewer {
         };
     }
 
-    /// The author's camera, where there is one of three dimensions.
+    /// Returns the author's camera, or `None` for N-dimensional scenes.
     fn given_camera(&mut self) -> Option<Camera> {
         match &mut self.subject {
             Subject::Space(space) => Some(space.given_camera(self.wishes.time)),
@@ -183,7 +184,7 @@ impl Viewer {
 
     fn walk(&mut self, axis: usize, steps: f64) {
         self.is_stale = true;
-        // Without a vanishing point nothing grows on the way: then it grows by itself.
+        // Without perspective, moving ahead does not enlarge the picture, so it zooms instead.
         let is_parallel = self.given_camera().is_some_and(|c| self.wishes.navigator.is_parallel(&c));
         match (&mut self.subject, axis) {
             (Subject::Nd(nd), _) => nd.walk(axis, steps),
@@ -215,9 +216,9 @@ impl Viewer {
     fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64) {
         if let Some(camera) = self.given_camera() {
             let up = match &self.subject {
-                // A stream's author says which way is up: z for some.
+                // A stream's author chooses the up direction, z for some.
                 Subject::Replay(_) => nearest_axis(camera.look_at.up),
-                // OBJ and X3D are upright along y, however their cameras are tilted.
+                // OBJ and X3D scenes are upright along y, however their cameras are tilted.
                 Subject::Space(_) | Subject::Nd(_) => DVec3::Y,
             };
             self.wishes.navigator.orbit(&camera, up, yaw_rad, pitch_rad);
@@ -236,12 +237,13 @@ impl Viewer {
         }
     }
 
-    /// The pointer is at a place of the frame, in pixels (off the frame too), or away; buttons are 1 left + 2 middle + 4 right.
+    /// Handles the pointer's position in frame pixels (possibly outside the frame), or `None` if it
+    /// left the window. `buttons` is the sum of 1 for left, 2 for middle and 4 for right.
     pub fn pointer(&mut self, at: Option<[f64; 2]>, buttons: u8) {
         let (before, held) =
             (std::mem::replace(&mut self.pointer, at), std::mem::replace(&mut self.buttons, buttons));
         let (Some([x0, y0]), Some([x1, y1])) = (before, at) else { return };
-        // A press begins a drag where it is.
+        // A press starts a drag at the current position.
         if buttons == 0 || held == 0 || [x0, y0] == [x1, y1] {
             return;
         }
@@ -265,7 +267,7 @@ impl Viewer {
         }
     }
 
-    /// The wheel turned by so many steps, up is positive.
+    /// Handles the wheel, turned by this many steps; up is positive.
     pub fn wheel(&mut self, steps: f64) {
         if steps.is_finite() && steps != 0.0 {
             self.is_stale = true;
@@ -276,7 +278,7 @@ impl Viewer {
         }
     }
 
-    /// The view as something to keep: the scene's JSON, or the camera in commands.
+    /// Returns a request to save the view: the scene's JSON, or the camera as commands.
     fn save_view(&mut self) -> Option<Request> {
         if let Subject::Nd(nd) = &self.subject {
             let mut bytes = nd.scene().to_value().to_string().into_bytes();
@@ -290,21 +292,21 @@ impl Viewer {
             Subject::Replay(replay) => wishes.navigator.apply(&replay.given_camera(), None, aspect),
             Subject::Nd(_) => return None,
         };
-        // No verb asks for a window that grows: what it grew to is said.
+        // No command describes a window that adapts to the frame, so its adapted size is printed.
         if let Projection::OrthoContain { window, near, far } = projection {
             projection = Projection::Ortho { window: contain(window, aspect), near, far };
         }
         let stand = Command::LookAt { eye: look_at.eye, reference: look_at.reference, up: look_at.up };
         let mut text = Vec::new();
         for command in [stand, Command::Projection(Box::new(projection))] {
-            // What cannot stand in a stream is left out.
+            // A command that has no text form is left out.
             let _ = command::encode(&command, &mut text);
         }
         Some(Request::Print(String::from_utf8_lossy(&text).into_owned()))
     }
 }
 
-/// The coordinate axis, with its sign, that is nearest to `v`; y where several are as near.
+/// Returns the coordinate axis, with sign, nearest to `v`; on ties, y is preferred.
 fn nearest_axis(v: DVec3) -> DVec3 {
     let axes = [DVec3::Y, DVec3::Z, DVec3::X].map(|axis| axis * axis.dot(v).signum());
     let mut nearest = axes[0];

@@ -1,6 +1,7 @@
-//! What each key does: one table that the viewer acts on, and that the overlay, the help and the manual print.
+//! Key bindings: one table that the viewer acts on, and that the overlay, the help and the manual
+//! print.
 
-/// A key, as the viewer knows it; a window system's own names are translated where the window is.
+/// A key of the viewer. Names of a window system are translated in the window module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "keys are called what is written on them")]
 pub enum Key {
@@ -50,25 +51,25 @@ pub enum Key {
     Backspace,
 }
 
-/// How faces are to look: the number keys.
+/// Shading style, chosen by the number keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Look {
-    /// As the file says.
+    /// Shading as in the file.
     #[default]
     AsGiven,
     /// Edges; in N dimensions, the outlines of facets.
     Wire,
-    /// Flat; in N dimensions, the facets' own colours.
+    /// Flat shading; in N dimensions, the facets' own colours.
     Flat,
-    /// Gouraud; in N dimensions, light and shadow alone.
+    /// Gouraud shading; in N dimensions, light and shadow alone.
     Gouraud,
-    /// Phong, without textures; in N dimensions, colour and light.
+    /// Phong shading without textures; in N dimensions, colour and light.
     Phong,
-    /// Phong with textures; in N dimensions, a colour for each facet's number.
+    /// Phong shading with textures; in N dimensions, a colour for each facet's number.
     Textured,
 }
 
-/// What the user asked for.
+/// An action that a key triggers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the table says what each does")]
 pub enum Action {
@@ -93,9 +94,9 @@ pub enum Action {
     Plan,
     Inspect,
     Reset,
-    /// Along an axis of the viewer's: 0 ahead, 1 left, 2 up.
+    /// Moves along one of the viewer's axes by a number of steps: 0 ahead, 1 left, 2 up.
     Walk(usize, f64),
-    /// Left and right (1), up and down (2).
+    /// Turns by a number of steps: left and right (1), up and down (2).
     Turn(usize, f64),
     Zoom(f64),
     NextPlane(i32),
@@ -103,23 +104,23 @@ pub enum Action {
     TurnAbout,
 }
 
-/// A key, how it is written, and what it does.
+/// A key, its name and its action.
 #[derive(Clone, Copy, Debug)]
 pub struct Binding {
     /// The key.
     pub key: Key,
-    /// Its name on the overlay.
+    /// Name of the key on the overlay.
     pub name: &'static str,
-    /// What it asks for.
+    /// The action that the key triggers.
     pub action: Action,
-    /// What it does to a scene of three dimensions, or a stream; empty where it does nothing.
+    /// Description for three-dimensional scenes and streams; empty if the key does nothing there.
     pub help: &'static str,
-    /// What it does to a scene of N dimensions; empty where it does nothing.
+    /// Description for N-dimensional scenes; empty if the key does nothing there.
     pub help_nd: &'static str,
 }
 
 impl Binding {
-    /// Whether holding it down repeats it.
+    /// Returns whether holding the key down repeats the action.
     pub fn repeats(&self) -> bool {
         use Action::*;
         matches!(self.action, StepForward | StepBack | Walk(..) | Turn(..) | Zoom(..) | TurnPlane(..))
@@ -140,7 +141,7 @@ const fn same(key: Key, name: &'static str, action: Action, help: &'static str) 
     bind(key, name, action, help, help)
 }
 
-/// Every key of the viewer.
+/// The bindings of all keys.
 pub const BINDINGS: &[Binding] = &[
     same(Key::F1, "F1", Action::Help, "this list"),
     same(Key::Escape, "Esc", Action::Quit, "quit"),
@@ -188,25 +189,25 @@ pub const BINDINGS: &[Binding] = &[
     same(Key::F12, "F12", Action::Snapshot, "save a PNG"),
 ];
 
-/// What the mouse does, as the overlay says it.
+/// Mouse actions: name, description in three dimensions, description in N dimensions.
 pub const MOUSE: [(&str, &str, &str); 3] = [
     ("drag", "orbit", "turn"),
     ("right", "pan", "walk left, right, up, down"),
     ("wheel", "nearer, farther", "walk ahead, back"),
 ];
 
-/// The binding of a key.
+/// Returns the binding of a key.
 pub fn binding(key: Key) -> &'static Binding {
-    // A key without a binding would be one that nobody can press: the test below has them all.
+    // Every key has a binding: the test below covers them all.
     BINDINGS.iter().find(|b| b.key == key).unwrap_or(&BINDINGS[0])
 }
 
-/// The lines of the help, for a scene of N dimensions or another one.
+/// Returns the lines of the help, for N-dimensional scenes or for others.
 pub fn help_lines(is_nd: bool) -> Vec<String> {
     help_lines_of(is_nd, |_| true)
 }
 
-/// Those of the lines whose keys do something: `works` tells it of an action.
+/// Returns those lines of the help whose keys have an effect, according to `works`.
 pub(super) fn help_lines_of(is_nd: bool, works: impl Fn(Action) -> bool) -> Vec<String> {
     let line = |(name, help, help_nd): (&str, &str, &str)| {
         let help = if is_nd { help_nd } else { help };

@@ -1,10 +1,12 @@
-//! THE VIEWER: a file seen from everywhere. A state machine without a window: keys, pointer and time in; picture, overlay
-//! and requests out, so that every key is tested without a screen.
+//! The viewer: interactive views of a file, as a state machine without a window. Keys, pointer and
+//! time come in; a picture, an overlay and requests go out, so every key is tested without a
+//! screen.
 //!
-//! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream), [`Key`]s, the pointer in frame pixels, time
-//! as it passes. Out: video memory, an [`Overlay`] that is never in it, and [`Request`]s that are for whoever has files.
-//! Promises: what is shown at the start is what rendering the file gives; a view of N dimensions is the picture that its
-//! JSON gives; nothing is drawn again that did not change. It reads a clock only to say how long drawing took.
+//! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream), [`Key`]s, the pointer
+//! in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is never drawn into it,
+//! and [`Request`]s for a caller that can access files and windows. Promises: the first picture is
+//! the one that rendering the file gives; a view in N dimensions is the picture that its JSON
+//! gives; only what changed is drawn again. A clock is read only to report the drawing time.
 
 mod depth_picture;
 mod difference;
@@ -40,66 +42,67 @@ use std::sync::Arc;
 use std::time::Duration;
 use time::Rate;
 
-/// What is looked at.
+/// The contents to view.
 pub enum Model {
     /// A mesh, framed and lit.
     Mesh {
         /// The mesh.
         geometry: Arc<Geometry>,
-        /// Whether its back can be seen: it is drawn then, and lit from both sides.
+        /// True if the back faces can be seen: they are drawn and lit from both sides.
         is_open: bool,
     },
-    /// An X3D document; one without a viewpoint is framed.
+    /// An X3D document. Without a viewpoint it is framed automatically.
     X3d(Box<X3dDocument>),
     /// A scene of N dimensions.
     Eye(Box<EyeScene>),
-    /// A stream of commands, and what makes the engine that it is played on (of the frame's size).
+    /// A stream of commands, and the factory of the engine (of the frame's size) that it is played
+    /// on.
     Stream(Arc<[u8]>, MakeEngine),
 }
 
-/// How a viewer begins.
+/// Settings of a new viewer.
 pub struct ViewerOptions {
-    /// What is looked at, as the overlay calls it.
+    /// Name of the contents, as shown on the overlay.
     pub name: String,
-    /// The frame's size in pixels; [`Viewer::frame_size`] knows what fits.
+    /// Size of the frame in pixels; [`Viewer::frame_size`] gives a suitable one.
     pub size: [u32; 2],
     /// Seconds since the scene's start.
     pub time: f64,
-    /// Frames a second.
+    /// Frames per second of animations.
     pub fps: f64,
-    /// Faces that are left out in place of those that the scene leaves out.
+    /// Face culling that replaces the scene's own, if set.
     pub cull: Option<Cull>,
-    /// What draws.
+    /// The renderer of three-dimensional scenes.
     pub renderer: Renderer,
-    /// Whose threads share the work of N dimensions.
+    /// Executor that renders N-dimensional scenes.
     pub pool: Arc<dyn Executor + Send + Sync>,
 }
 
-/// What the viewer asks of whoever has files and windows.
+/// A request of the viewer to a caller with access to files and windows.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// Close.
+    /// Close the viewer.
     Quit,
-    /// Save what is shown as PNG.
+    /// Save the shown picture as PNG.
     Snapshot,
-    /// Begin or end a GIF of what is shown.
+    /// Start or stop recording the shown pictures as GIF.
     Record,
-    /// Fill the screen with the window, or go back.
+    /// Switch between fullscreen and the window.
     Fullscreen,
-    /// Enlarge the picture to the window, or by whole factors.
+    /// Switch between scaling the picture to the window and integer factors.
     Scaling,
-    /// Save these bytes in a file with this ending.
+    /// Save these bytes in a file with this extension.
     Save {
-        /// The ending, without its point.
+        /// The file extension, without its dot.
         ending: &'static str,
-        /// What to save.
+        /// The contents of the file.
         bytes: Vec<u8>,
     },
-    /// Print this.
+    /// Print this text.
     Print(String),
 }
 
-/// Which picture is shown.
+/// The picture that is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Show {
     Picture,
@@ -107,18 +110,18 @@ enum Show {
     Difference,
 }
 
-/// What the user wishes to see.
+/// View settings chosen by the user.
 #[derive(Clone, Debug, Default)]
 struct Wishes {
     look: Look,
     cull: Option<Cull>,
     hide: Option<HiddenSurface>,
     navigator: Navigator,
-    /// Seconds since the scene's start, a whole number of frames after the first.
+    /// Seconds since the scene's start, an integer number of frames after the first.
     time: f64,
     /// Frames since the scene's start.
     frame: u64,
-    /// Whether depth and faces are wanted where the picture can do without.
+    /// Set while depth and face ids are needed even if the picture can do without.
     keeps_depth: bool,
 }
 
@@ -149,7 +152,7 @@ enum Subject {
     Replay(Box<Replay>),
 }
 
-/// See the module's text.
+/// An interactive view of a [`Model`]; see the [module](self) documentation.
 pub struct Viewer {
     subject: Subject,
     name: String,
@@ -159,11 +162,11 @@ pub struct Viewer {
     pool: Arc<dyn Executor + Send + Sync>,
     wishes: Wishes,
     frame: ViewerFrame,
-    /// Depth or difference, where one of them is shown.
+    /// The picture of depth or difference, if one of them is shown.
     other: VideoMemory,
     show: Show,
     exact: Exact,
-    /// Counts pictures; and the one for which `other` was made.
+    /// Number of the current picture.
     version: u64,
     other_of: Option<u64>,
     is_stale: bool,
@@ -188,7 +191,8 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// The frame that fits a model best: 640x480, or whole enlargements of an N-dimensional screen.
+    /// Returns the most suitable frame size for a model: 640x480, or an integer multiple of an
+    /// N-dimensional screen.
     pub fn frame_size(model: &Model) -> [u32; 2] {
         match model {
             Model::Eye(scene) => Nd::frame_size(scene),
@@ -196,10 +200,10 @@ impl Viewer {
         }
     }
 
-    /// A viewer that looks at `model`.
+    /// Creates a viewer of `model` and draws the first picture.
     ///
     /// # Errors
-    /// A frame that cannot be had, or a model that cannot be drawn at all.
+    /// Fails if the frame cannot be allocated, or the model cannot be drawn.
     pub fn new(model: Model, options: ViewerOptions) -> Result<Self, String> {
         let ViewerOptions { name, size, time, fps, cull, renderer, pool } = options;
         let frame = ViewerFrame::new(size).map_err(|e| e.to_string())?;
@@ -260,7 +264,8 @@ impl Viewer {
         }
     }
 
-    /// Looks at another model from the same place, in the same way: the file has changed.
+    /// Shows another model from the same position, with the same settings, as after a change of the
+    /// file.
     pub fn reload(&mut self, model: Model) {
         let size = [self.frame.memory.width(), self.frame.memory.height()];
         let mut subject = Self::subject(model, &self.name, size, &self.pool);
@@ -272,17 +277,17 @@ impl Viewer {
         self.say("reloaded".to_owned());
     }
 
-    /// Says something on the screen for a while.
+    /// Shows a message on the overlay for a few seconds.
     pub fn say(&mut self, text: String) {
         self.message = Some((text, self.clock));
     }
 
-    /// Tells whether a GIF is being written, for the overlay.
+    /// Sets whether a GIF is being recorded, for the overlay.
     pub fn set_recording(&mut self, is_recording: bool) {
         self.is_recording = is_recording;
     }
 
-    /// Commands of a stream that were refused, as its file's owner is told, each once.
+    /// Takes the errors of refused stream commands, each once, as lines that name `file`.
     pub fn take_errors(&mut self, file: &str) -> Vec<String> {
         match &mut self.subject {
             Subject::Replay(replay) => replay.take_errors().iter().map(|c| c.play_line(file)).collect(),

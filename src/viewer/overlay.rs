@@ -1,27 +1,29 @@
-//! What lies over the picture: text in two corners, and the inspector's enlarged pixels. Data alone; the window draws it.
+//! The overlay: text in two corners, and the inspector's enlarged pixels. Plain data; the window
+//! draws it.
 
 use crate::memory::Rgba;
 
-/// Everything over the picture.
+/// Contents drawn over the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overlay {
-    /// In the upper left corner: help, plan.
+    /// Lines in the upper left corner: help, plan.
     pub top: Vec<String>,
-    /// In the lower left corner: what is seen, messages.
+    /// Lines in the lower left corner: status, messages.
     pub bottom: Vec<String>,
-    /// The inspector.
+    /// The inspector, if it is shown.
     pub zoom: Option<Zoom>,
 }
 
-/// The pixels about the pointer, enlarged, and what is known of the middle one.
+/// The enlarged pixels around the pointer, and details of the middle one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zoom {
-    /// Pixels a side, odd; the one in the middle is under the pointer.
+    /// Pixels on each side, odd; the middle one is under the pointer.
     pub side: usize,
-    /// The pixels, row after row; `None` off the frame.
+    /// The pixels, row after row; `None` outside the frame.
     pub colors: Vec<Option<Rgba>>,
-    /// Text below them.
+    /// Lines of text below the pixels.
     pub lines: Vec<String>,
-    /// Whether the pointer is in the right half of the frame, so that this belongs in the left.
+    /// True if the pointer is in the right half of the frame, so the inspector is placed on the
+    /// left.
     pub belongs_left: bool,
 }

@@ -1,11 +1,13 @@
-//! What the viewer shows: the picture, its depth, or its difference to the exact one, each drawn when it is out of date.
+//! The shown picture: the rendered one, its depth, or its difference to the exact one, each redrawn
+//! when out of date.
 
 use super::{Show, Subject, Viewer, depth_picture};
 use crate::memory::VideoMemory;
 use std::time::{Duration, Instant};
 
 impl Viewer {
-    /// Draws what is out of date; whether what is shown has changed. To be called before [`Viewer::shown`].
+    /// Redraws what is out of date, and returns whether the shown picture changed. To be called
+    /// before [`Viewer::shown`].
     pub fn refresh(&mut self) -> bool {
         let was_stale = std::mem::take(&mut self.is_stale);
         if was_stale {
@@ -28,7 +30,8 @@ impl Viewer {
         was_stale | self.refresh_other()
     }
 
-    /// Makes the picture of depth, or of the difference, where it is shown and out of date.
+    /// Redraws the picture of depth or difference if it is shown and out of date. Returns whether
+    /// it did.
     fn refresh_other(&mut self) -> bool {
         if self.show == Show::Picture || self.other_of == Some(self.version) {
             return false;
@@ -67,7 +70,7 @@ impl Viewer {
         true
     }
 
-    /// Waits for an exact picture that is being worked out: for programs without a window, and tests.
+    /// Waits until the exact picture is computed: for programs without a window, and tests.
     pub fn wait_for_exact(&mut self) {
         while self.show == Show::Difference && self.failure.is_none() {
             self.refresh();
@@ -81,7 +84,7 @@ impl Viewer {
         }
     }
 
-    /// What is shown: the picture, its depth, or its difference to the exact one.
+    /// Returns the shown picture: the rendered one, its depth, or its difference to the exact one.
     pub fn shown(&self) -> &VideoMemory {
         match self.show {
             Show::Picture => &self.frame.memory,
@@ -89,7 +92,7 @@ impl Viewer {
         }
     }
 
-    /// Why the last picture could not be drawn.
+    /// Returns the error of the last picture, if it could not be drawn.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }

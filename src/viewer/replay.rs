@@ -1,7 +1,8 @@
-//! Streams of commands in the viewer: played again with the viewer's view overrides, up to the frame that is shown.
+//! Command streams in the viewer: replayed with the viewer's overrides, up to the shown frame.
 //!
-//! A frame is what stands at a `PRESENT`; a stream without one is one frame. Where the overrides change, or time goes back, the
-//! stream is played from its beginning on a fresh engine, so that every picture is what playing it would give.
+//! A frame is the picture at a `PRESENT`; a stream without one is one frame. When the overrides
+//! change or time goes back, the stream is replayed from its beginning on a new engine, so every
+//! picture is the one that playing the stream gives.
 
 use super::Wishes;
 use super::difference::{Difference, Work};
@@ -14,19 +15,19 @@ use crate::server::{
 };
 use std::sync::Arc;
 
-/// Makes the engine that a stream is played on.
+/// Factory of the engine that a stream is played on.
 pub type MakeEngine = Arc<dyn Fn() -> Result<Engine, String> + Send + Sync>;
 
-/// A stream, and how far it was played.
+/// A stream, and the state of its replay.
 pub(super) struct Replay {
     bytes: Arc<[u8]>,
     make_engine: MakeEngine,
     playing: Option<Playing>,
-    /// Errors of the first playing, until they are told.
+    /// Errors of the first replay, until they are taken.
     errors: Vec<CommandError>,
-    /// How many were told already: each playing meets the same ones.
+    /// Number of errors already reported: each replay meets the same ones.
     reported: usize,
-    /// The number of the last frame, once the end was seen.
+    /// Number of the last frame, once the end was reached.
     last_frame: Option<u64>,
 }
 
@@ -56,7 +57,7 @@ impl Playing {
         Ok(Playing { engine, stream, view_overrides, used: 0, has_ended: false, errors: Vec::new() })
     }
 
-    /// Plays on until so many frames were presented, or to the end.
+    /// Plays until `frames` frames were presented, or to the end.
     fn play_to(&mut self, bytes: &[u8], frames: u64) {
         let budget = Budget { pace: Pace::OneFrame, ..Budget::NONE };
         let mut out = Output::default();
@@ -71,7 +72,7 @@ impl Playing {
                 false => self.stream.finish(&mut self.engine, EndOfInput::File, &mut out),
             };
             self.has_ended = state == StreamState::Ended;
-            // Nobody reads replies here.
+            // Replies have no reader here.
             out.replies.clear();
             for notice in out.notices.drain(..) {
                 if let Notice::Refused(refused) = notice {
@@ -81,7 +82,7 @@ impl Playing {
         }
     }
 
-    /// One line of reply to a question from outside of the stream.
+    /// Runs a query in a session of its own, and returns its reply or error as one line.
     fn ask(&mut self, command: Command) -> String {
         let (mut session, mut reply) = (Session::new(2, Audience::Owner), Vec::new());
         match self.engine.run(&mut session, command, &mut reply) {
@@ -96,36 +97,36 @@ impl Replay {
         Replay { bytes, make_engine, playing: None, errors: Vec::new(), reported: 0, last_frame: None }
     }
 
-    /// What was refused, once.
+    /// Takes the errors of refused commands; each is returned once.
     pub fn take_errors(&mut self) -> Vec<CommandError> {
         std::mem::take(&mut self.errors)
     }
 
-    /// Whether anything was presented. Known once a frame was drawn.
+    /// Returns whether anything was presented, valid once a frame was drawn.
     pub fn is_animated(&self) -> bool {
         self.playing.as_ref().is_some_and(|p| p.engine.frames() > 0)
     }
 
-    /// The number of the last frame, once the end was seen.
+    /// Returns the number of the last frame, once the end was reached.
     pub fn last_frame(&self) -> Option<u64> {
         self.last_frame
     }
 
-    /// The camera of the stream as it stands, as its author has it.
+    /// Returns the author's camera at the current position of the stream.
     pub fn given_camera(&self) -> Camera {
         self.playing.as_ref().map_or_else(Camera::default, |p| p.stream.session().camera)
     }
 
-    /// Whether anything of three dimensions was drawn.
+    /// Returns whether anything three-dimensional was drawn.
     pub fn is_spatial(&mut self) -> bool {
         let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
         !stats.split_whitespace().any(|word| word == "plan=-")
     }
 
-    /// Draws frame number `wishes.frame`, from 0.
+    /// Draws frame `wishes.frame`, counted from 0.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
         let (view_overrides, requested) = (wishes.view_overrides(), wishes.frame + 1);
-        // What was drawn after the last PRESENT is not taken back.
+        // Drawing after the last PRESENT cannot be undone.
         let is_before = |p: &Playing| p.engine.frames() < requested + u64::from(!p.has_ended);
         let fits = |p: &Playing| p.view_overrides == view_overrides && is_before(p);
         let mut playing = match self.playing.take().filter(fits) {
@@ -134,7 +135,7 @@ impl Replay {
         };
         playing.play_to(&self.bytes, requested);
         if playing.has_ended {
-            // What stands after the last PRESENT is a frame too.
+            // The picture after the last PRESENT is a frame too.
             self.last_frame = Some(playing.engine.frames());
         }
         self.errors.extend(playing.errors.iter().skip(self.reported).cloned());
@@ -149,7 +150,7 @@ impl Replay {
         let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
         let requested = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
         let found = stats.split_whitespace().filter(|word| requested.iter().any(|w| word.starts_with(w)));
-        // `plan=` holds several, with commas between and colons inside.
+        // `plan=` has several entries, separated by commas, with colons inside.
         let words = found.flat_map(|word| word.trim_start_matches("plan=").split(','));
         words.map(|word| word.replace(['=', ':'], " ")).collect()
     }
@@ -163,7 +164,7 @@ impl Replay {
         vec![format!("depth {}", tail(&depth, 3)), format!("pick {}", tail(&pick, 3))]
     }
 
-    /// What works out the difference to the picture of the plain path.
+    /// Returns the work that computes the difference to the picture of the plain render path.
     pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let (bytes, make_engine) = (Arc::clone(&self.bytes), Arc::clone(&self.make_engine));
         let view_overrides = ViewOverrides { quality: QualityUse::Exact, ..wishes.view_overrides() };

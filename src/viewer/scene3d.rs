@@ -1,4 +1,4 @@
-//! Scenes of three dimensions in the viewer: meshes, and X3D documents that move with time.
+//! Three-dimensional scenes in the viewer: meshes, and X3D documents that change over time.
 
 use super::Wishes;
 use super::difference::{Difference, Work};
@@ -13,23 +13,23 @@ use crate::scene::{
 use crate::truth::{self, Transparency};
 use std::sync::Arc;
 
-/// What a scene is made of.
+/// Source of a scene's objects.
 pub(super) enum SceneSource {
     Mesh { geometry: Arc<Geometry>, is_open: bool },
     X3d(Box<X3dDocument>),
 }
 
-/// A scene of three dimensions.
+/// A three-dimensional scene in the viewer.
 pub(super) struct Space {
     source: SceneSource,
     name: String,
     aspect: f64,
-    /// The scene as its author has it, and the bits of its time.
+    /// The author's scene, and the bits of the time it was evaluated at.
     given: Option<(u64, Scene)>,
-    /// The mesh without its textures, once it was wanted.
+    /// The mesh without its textures, once it was needed.
     bare: Option<Arc<Geometry>>,
     checker: Option<Arc<Texture>>,
-    /// Names of the objects that were drawn last.
+    /// Names of the objects drawn last.
     names: Vec<String>,
     stats: DrawStats,
 }
@@ -45,7 +45,7 @@ impl Space {
         matches!(&self.source, SceneSource::X3d(document) if document.is_animated())
     }
 
-    /// The scene as its author has it; one without a viewpoint is framed.
+    /// Returns the author's scene at `time`. A scene without a viewpoint is framed automatically.
     pub fn given(&mut self, time: f64) -> &Scene {
         let time = if self.is_animated() { time } else { 0.0 };
         if self.given.as_ref().is_none_or(|(bits, _)| *bits != time.to_bits()) {
@@ -67,7 +67,7 @@ impl Space {
             };
             self.given = Some((time.to_bits(), scene));
         }
-        // It was made above.
+        // Set above.
         &self.given.as_ref().expect("a scene").1
     }
 
@@ -75,7 +75,7 @@ impl Space {
         self.given(time).camera.unwrap_or_default()
     }
 
-    /// Whether any object has a texture, and whether any has coordinates for one.
+    /// Returns whether any object has a texture, and whether any has texture coordinates.
     pub fn textures(&mut self, time: f64) -> (bool, bool) {
         let objects = &self.given(time).objects;
         let has =
@@ -83,7 +83,7 @@ impl Space {
         (has, objects.iter().any(|o| !o.geometry.mesh.texcoords.is_empty()))
     }
 
-    /// The scene as the viewer wants it.
+    /// Returns the scene with the viewer's overrides applied.
     fn seen(&mut self, wishes: &Wishes) -> Scene {
         let mut scene = self.given(wishes.time).clone();
         let view_overrides = wishes.view_overrides();
@@ -114,13 +114,13 @@ impl Space {
         if let (SceneSource::Mesh { .. }, Some(camera), false) =
             (&self.source, &scene.camera, view_overrides.navigator.is_home())
         {
-            // A mesh brings no light: its viewer does.
+            // A mesh has no lights of its own; the viewer adds one.
             scene.lights = vec![viewers_light(camera)];
         }
         scene
     }
 
-    /// The camera that the viewer sees through.
+    /// Returns the viewer's camera.
     pub fn camera(&mut self, wishes: &Wishes) -> Camera {
         self.seen(wishes).camera.unwrap_or_default()
     }
@@ -150,7 +150,8 @@ impl Space {
         Ok(())
     }
 
-    /// What the picture needs and why, what is left out, and what went through it.
+    /// Returns the plan of drawing as lines of text: what is used, what is left out, and the counts
+    /// of the last drawing.
     pub fn plan(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Vec<String> {
         let scene = self.seen(wishes);
         let options = Self::options(wishes, frame);
@@ -176,7 +177,7 @@ impl Space {
         lines
     }
 
-    /// What is known of a pixel beside its bytes.
+    /// Returns the depth and the face at a pixel, as lines of text.
     pub fn inspect(&self, frame: &ViewerFrame, x: i32, y: i32) -> Vec<String> {
         let z = frame.depth.as_ref().and_then(|d| d.z(x, y));
         let hit = frame.ids.as_ref().and_then(|ids| ids.get(x, y));
@@ -187,7 +188,7 @@ impl Space {
         ]
     }
 
-    /// What works out the difference to the exact picture.
+    /// Returns the work that computes the difference to the exact picture.
     pub fn exact(&mut self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let scene = self.seen(wishes);
         let view_overrides = wishes.view_overrides();
@@ -218,7 +219,8 @@ impl Space {
     }
 }
 
-/// The texture of meshes that have coordinates and none of their own: eight by eight squares, red to the right, green up.
+/// Creates the texture for meshes that have coordinates but no texture: eight by eight squares, red
+/// to the right, green up.
 fn checker() -> Texture {
     const SIDE: u32 = 128;
     let texel = |x: u32, y: u32| {
@@ -230,7 +232,7 @@ fn checker() -> Texture {
     Texture::new(SIDE, SIDE, bytes).expect("a size and its bytes")
 }
 
-/// Words in lines of at most so many characters, each after a mark.
+/// Joins words into lines of at most `width` characters, each line after `mark`.
 pub(super) fn wrapped(mark: &str, words: &[&str], width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in words {

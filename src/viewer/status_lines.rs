@@ -1,15 +1,15 @@
-//! What the viewer says over the picture.
+//! Text of the overlay: help, status, plan, inspector.
 
 use super::keys::{Action, Look, help_lines_of};
 use super::{Overlay, Show, Subject, Viewer, Zoom};
 use crate::memory::FbPtr;
 use crate::scene::ProjectionChoice;
 
-/// Pixels a side of the inspector.
+/// Pixels on each side of the inspector.
 const ZOOM_SIDE: usize = 11;
 
 impl Viewer {
-    /// What lies over the picture now.
+    /// Returns the current overlay.
     pub fn overlay(&mut self) -> Overlay {
         let mut overlay = Overlay { zoom: self.zoom_box(), ..Overlay::default() };
         if self.shows_help {
@@ -32,7 +32,7 @@ impl Viewer {
         overlay
     }
 
-    /// The keys that do something to what is seen now.
+    /// Returns the help lines of the keys that have an effect on the current contents.
     fn help(&mut self) -> Vec<String> {
         let is_animated = self.is_animated();
         let (is_nd, is_spatial, has_hidden_axis) = match &mut self.subject {
@@ -72,7 +72,7 @@ impl Viewer {
         }
     }
 
-    /// What is seen, and how.
+    /// Returns the status lines: name, shading style and view settings.
     fn status(&self) -> Vec<String> {
         let look = match (self.wishes.look, matches!(self.subject, Subject::Nd(_))) {
             (Look::AsGiven, _) => "as given",

@@ -98,7 +98,7 @@ fn what_is_shown_at_the_start_is_what_rendering_the_file_gives() {
     let mut viewer = mesh_viewer();
     assert!(picture(&mut viewer) == memory.bytes());
     assert!(!viewer.refresh(), "nothing changed: nothing is drawn");
-    // Wherever it went, R brings it back.
+    // Wherever the camera went, R resets it.
     for key in [Key::A, Key::Left, Key::Equal, Key::PageUp, Key::Up, Key::W] {
         let before = picture(&mut viewer);
         tap(&mut viewer, key);
@@ -117,12 +117,13 @@ fn every_key_changes_picture_overlay_or_asks_for_something() {
             let before = (picture(&mut viewer), viewer.overlay());
             let request = tap(&mut viewer, binding.key);
             let after = (picture(&mut viewer), viewer.overlay());
-            // 0 shows what is shown already after 5 in a scene without a texture but for its name on the overlay; R needs a walk.
+            // 0 after 5 changes only the overlay's text if the scene has no texture; R has an
+            // effect only after a movement.
             let is_changed = before != after || request.is_some() || matches!(binding.action, Action::Reset);
             assert!(is_changed, "{name}: {} does nothing", binding.name);
             viewer.message = None;
             if matches!(binding.action, Action::Help | Action::Status | Action::Depth | Action::Difference) {
-                // What they show or hide would hide what other keys change.
+                // These would cover what other keys change.
                 tap(&mut viewer, binding.key);
             }
         }
@@ -150,7 +151,7 @@ fn projections_culling_and_hiding_go_round() {
     for mut viewer in [mesh_viewer(), x3d_viewer(), stream_viewer(STREAM)] {
         for (key, rounds) in [(Key::P, 3), (Key::C, 4), (Key::H, 4)] {
             if viewer.name == "spin" && key == Key::H {
-                // A box that shows its front alone hides nothing: every method is right.
+                // A box that shows only its front has no hidden faces: every method is right.
                 continue;
             }
             let first = picture(&mut viewer);
@@ -392,7 +393,8 @@ fn the_horizon_stays_level_on_the_way_round() {
         let v = |i: usize| DVec3::new(numbers[i], numbers[i + 1], numbers[i + 2]);
         (v(3) - v(0)).cross(v(6)).normalize()
     };
-    // A camera whose own up leans with it, as that of a framed mesh does; and a stream's, upright along z.
+    // A camera whose up vector tilts with it, as that of a framed mesh; and a stream's, upright
+    // along z.
     let upright_z = "MESH m BOX\nLOOKAT 3 3 2 0 0 0 0 0 1\nLIGHT 0 DIR -1 -1 -1 1 1 1\nDRAW m\nPRESENT\n";
     for (mut viewer, up) in [(mesh_viewer(), DVec3::Y), (stream_viewer(upright_z), DVec3::Z)] {
         for _ in 0..9 {

@@ -1,12 +1,12 @@
-//! Time in the viewer: it passes, it is stepped through by frames, and pictures are counted in it.
+//! Time in the viewer: animation, stepping by frames, and the frame rate.
 
 use super::{Show, Subject, Viewer};
 use std::time::Duration;
 
-/// How long a message is shown.
+/// Time for which a message is shown.
 const MESSAGE_TIME: Duration = Duration::from_secs(4);
 
-/// Pictures drawn in the last second.
+/// Frame rate measurement: pictures drawn since a time, and the last measured rate.
 #[derive(Default)]
 pub(super) struct Rate {
     pub(super) since: Duration,
@@ -15,7 +15,7 @@ pub(super) struct Rate {
 }
 
 impl Viewer {
-    /// Whether anything moves by itself.
+    /// Returns whether the contents change over time.
     pub fn is_animated(&self) -> bool {
         match &self.subject {
             Subject::Space(space) => space.is_animated(),
@@ -24,7 +24,7 @@ impl Viewer {
         }
     }
 
-    /// Lets time pass.
+    /// Advances time by `by`: animation, messages and the frame rate.
     pub fn advance(&mut self, by: Duration) {
         self.clock += by;
         if self.message.as_ref().is_some_and(|(_, since)| self.clock >= *since + MESSAGE_TIME) {
@@ -38,7 +38,7 @@ impl Viewer {
         if self.exact.poll() {
             self.other_of = None;
         }
-        // An exact picture is one of a moment: time waits for it.
+        // An exact picture belongs to one moment, so time stops while the difference is shown.
         if self.is_paused || !self.is_animated() || self.show == Show::Difference {
             return;
         }
@@ -48,7 +48,7 @@ impl Viewer {
         self.step(frames as i64);
     }
 
-    /// Moves time by whole frames.
+    /// Moves time by `frames`, forwards or backwards.
     pub fn step(&mut self, frames: i64) {
         let last = match &self.subject {
             Subject::Replay(replay) => replay.last_frame().unwrap_or(u64::MAX),
@@ -67,7 +67,7 @@ impl Viewer {
         self.wishes.time = self.start_time + (frame as f64 - first as f64) / self.fps;
     }
 
-    /// Seconds since the scene's start.
+    /// Returns the time in seconds since the scene's start.
     pub fn time(&self) -> f64 {
         self.wishes.time
     }

@@ -102,7 +102,7 @@ fn segment<const N: usize>(
         negative |= u32::from(minors[k] < 0.0) << k;
         zero |= u32::from(minors[k] == 0.0) << k;
     }
-    // Ends as (depth, hidden, sum of weights), not divided yet.
+    // Ends as (depth, hidden, sum of weights), not yet divided.
     let mut ends = [[0.0; 3]; 2];
     let mut count = 0;
     for i in 0..N {

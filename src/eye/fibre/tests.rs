@@ -49,7 +49,7 @@ fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePic
     }
 }
 
-/// h at the border, h = tan x_0 on the wall.
+/// Returns h at the border of the aperture on the wall, h = tan x_0.
 fn border(wall: Wall, tan: f64) -> f64 {
     wall.depth * tan / (1.0 + wall.slant * tan)
 }

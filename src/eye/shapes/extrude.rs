@@ -19,7 +19,7 @@ pub fn extrude(shape: &Shape, low: f64, high: f64) -> Shape {
     };
     for (simplex, &cell) in shape.simplices.iter().zip(&shape.cells) {
         let mut sorted = simplex.clone();
-        // Insertion sort, counting swaps: the parity keeps the winding.
+        // Insertion sort, counting swaps: their parity preserves the winding.
         let mut is_odd = false;
         for i in 1..sorted.len() {
             for j in (1..=i).rev() {

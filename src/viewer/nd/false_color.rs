@@ -1,12 +1,12 @@
-//! A picture of the eye in the colours of a look: outlines, the facets' own colours, light alone, numbers.
+//! Recolouring a picture of the eye: outlines, the facets' own colours, light alone, facet numbers.
 
 use crate::eye::{EyePicture, EyeScene, MISS};
 use crate::viewer::keys::Look;
 
-/// Facets' false colours: as far apart as a walk by the golden angle makes them.
+/// Fractional part of the golden ratio; its multiples spread hues evenly.
 const GOLDEN: f64 = 0.618_033_988_75;
 
-/// The picture in the colours of a look.
+/// Returns the picture in the colours of a shading style.
 pub(super) fn in_false_color(picture: &EyePicture, scene: &EyeScene, look: Look) -> EyePicture {
     let mut out = picture.clone();
     let width = picture.pixels[0] as usize;
@@ -23,7 +23,7 @@ pub(super) fn in_false_color(picture: &EyePicture, scene: &EyeScene, look: Look)
             _ if facet == MISS => continue,
             Look::Flat => scene.facets[facet as usize].color,
             Look::Gouraud => {
-                // Light is what the facet's own colour was multiplied by.
+                // The light is the factor by which the facet's own colour was multiplied.
                 let (base, seen) = (scene.facets[facet as usize].color, picture.color[i]);
                 let channel = (0..3).max_by(|&a, &b| base[a].total_cmp(&base[b])).unwrap_or(0);
                 let light = if base[channel] > 0.0 { seen[channel] / base[channel] } else { 0.0 };
@@ -35,7 +35,7 @@ pub(super) fn in_false_color(picture: &EyePicture, scene: &EyeScene, look: Look)
     out
 }
 
-/// A colour for a number: bright, and far from those of the numbers beside it.
+/// Returns a bright colour for a number, far from those of adjacent numbers.
 fn false_color(number: i32) -> [f64; 3] {
     let hue = (f64::from(number) * GOLDEN).fract() * 6.0;
     let wave = |shift: f64| {

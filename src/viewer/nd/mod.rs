@@ -1,6 +1,7 @@
-//! Scenes of N dimensions in the viewer: walking and turning in every plane, hidden ones too.
+//! N-dimensional scenes in the viewer: moving and turning in every plane, including hidden axes.
 //!
-//! A view is a scene with another pose: what is shown is what the JSON of that scene gives, to the bit.
+//! A view is a scene with another pose: the shown picture is the one that the JSON of that scene
+//! gives, to the bit.
 
 mod false_color;
 #[cfg(test)]
@@ -13,21 +14,21 @@ use crate::eye::{self, ContactSheet, Executor, EyePicture, EyeScene, Fibre, MISS
 use false_color::in_false_color;
 use std::sync::Arc;
 
-/// A step of turning, in degrees.
+/// Angle of one step, in degrees.
 const TURN_DEG: f64 = 5.0;
 
-/// About what the eye turns.
+/// Centre of the eye's rotations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum About {
-    /// About itself: it looks elsewhere.
+    /// The eye itself: it looks in another direction.
     Eye,
-    /// About the middle of the facets: it goes round them.
+    /// The middle of the facets: the eye moves around them.
     Middle,
 }
 
-/// A scene of N dimensions.
+/// An N-dimensional scene in the viewer.
 pub(super) struct Nd {
-    /// As its author has it.
+    /// The author's scene.
     given: EyeScene,
     pose: Pose,
     is_slice: bool,
@@ -35,7 +36,7 @@ pub(super) struct Nd {
     plane: usize,
     about: About,
     middle: Vec<f64>,
-    /// Length of a step.
+    /// Length of one step, in units of the scene.
     step: f64,
     picture: Option<EyePicture>,
     pool: Arc<dyn Executor + Send + Sync>,
@@ -59,7 +60,8 @@ impl Nd {
             pose: given.pose.clone(),
             is_slice: false,
             fibre: Fibre::Exact,
-            // The plane that looks into the first hidden axis; without one, to the left.
+            // The plane of the forward and the first hidden axis; without a hidden axis, of forward
+            // and the last axis.
             plane: Pose::planes(dim)
                 .iter()
                 .position(|p| *p == [0, (given.screen_dim() + 1).min(dim - 1)])
@@ -73,18 +75,18 @@ impl Nd {
         }
     }
 
-    /// The scene as it is seen now.
+    /// Returns the scene as currently viewed.
     pub fn scene(&self) -> EyeScene {
         let mut parts = self.given.clone().into_parts();
         parts.pose = self.pose.clone();
         if self.is_slice {
             parts.aperture_tan.fill(0.0);
         }
-        // A pose that numbers do not reach is never taken: see `set_pose`.
+        // `set_pose` accepts only poses in range, so this does not fail.
         EyeScene::new(parts).unwrap_or_else(|_| self.given.clone())
     }
 
-    /// A frame for the scene's screen: whole enlargements of it that come near to 640x480.
+    /// Returns a frame size for the scene's screen: an integer multiple of it, near 640x480.
     pub fn frame_size(scene: &EyeScene) -> [u32; 2] {
         let [w, h] = ContactSheet::of(&scene.pixels).picture_size();
         let scale = (640 / w.max(1)).min(480 / h.max(1)).max(1);
@@ -94,12 +96,12 @@ impl Nd {
         }
     }
 
-    /// Stands where another stood, and sees as it saw, as far as the dimensions allow.
+    /// Takes over another scene's pose and settings, if the dimensions are equal.
     pub fn take_place_of(&mut self, old: &Nd) {
         if (old.given.dim, old.given.screen_dim()) == (self.given.dim, self.given.screen_dim()) {
             (self.plane, self.about) = (old.plane, old.about);
             (self.is_slice, self.fibre) = (old.is_slice, old.fibre);
-            // Whoever never moved sees what the new file wants to be seen.
+            // An eye that was never moved takes the new file's own pose.
             if old.pose != old.given.pose {
                 self.pose = old.pose.clone();
             }
@@ -110,7 +112,7 @@ impl Nd {
         self.pose = self.given.pose.clone();
     }
 
-    /// Walks along an axis of the eye's own.
+    /// Moves along one of the eye's own axes.
     pub fn walk(&mut self, axis: usize, steps: f64) {
         if axis < self.given.dim {
             let mut pose = self.pose.clone();
@@ -119,12 +121,12 @@ impl Nd {
         }
     }
 
-    /// Turns from axis a towards axis b, by so many steps.
+    /// Turns from axis `a` towards axis `b`, by a number of steps.
     pub fn turn(&mut self, a: usize, b: usize, steps: f64) {
         self.turn_by(a, b, steps * TURN_DEG);
     }
 
-    /// Turns from axis a towards axis b.
+    /// Turns from axis `a` towards axis `b`, by an angle in degrees.
     pub fn turn_by(&mut self, a: usize, b: usize, angle_deg: f64) {
         if a == b || a.max(b) >= self.given.dim || !angle_deg.is_finite() {
             return;
@@ -132,7 +134,7 @@ impl Nd {
         let mut pose = self.pose.clone();
         let along: Vec<f64> = match self.about {
             About::Eye => Vec::new(),
-            // Where the middle is in the eye's own frame: there it stays.
+            // Position of the middle in the eye's own frame, where it stays.
             About::Middle => {
                 pose.axes().iter().map(|axis| dot(axis, &self.middle) - dot(axis, &pose.position)).collect()
             }
@@ -153,7 +155,7 @@ impl Nd {
         }
     }
 
-    /// The chosen plane of rotation.
+    /// Returns the selected plane of rotation, as its two axes.
     pub fn plane(&self) -> [usize; 2] {
         Pose::planes(self.given.dim)[self.plane]
     }
@@ -175,18 +177,20 @@ impl Nd {
         };
     }
 
-    /// Between the aperture as given and the exact slice; whether there is a hidden axis at all.
+    /// Switches between the aperture as given and the exact slice. Returns whether there is a
+    /// hidden axis at all.
     pub fn toggle_slice(&mut self) -> bool {
         self.is_slice = !self.is_slice && self.has_hidden_axis();
         self.has_hidden_axis()
     }
 
-    /// Whether any axis of space is not one of the screen's: what slices and fibres are about.
+    /// Returns whether any axis of space is not one of the screen's; slices and fibres need one.
     pub fn has_hidden_axis(&self) -> bool {
         self.given.hidden_dim() > 0
     }
 
-    /// Exact fibres, fans of 3 and of 9 rays a hidden axis; whether fibres are more than rays at all.
+    /// Cycles through exact fibres and fans of 3 and of 9 rays for each hidden axis. Returns
+    /// whether there is a hidden axis at all.
     pub fn next_fibre(&mut self) -> bool {
         self.fibre = match self.fibre {
             _ if !self.has_hidden_axis() => Fibre::Exact,
@@ -197,7 +201,7 @@ impl Nd {
         self.has_hidden_axis()
     }
 
-    /// What is seen now, in a line or two.
+    /// Returns the status lines: dimensions, search method, aperture, position, plane of rotation.
     pub fn status(&self) -> Vec<String> {
         let [a, b] = self.plane();
         let about = if self.about == About::Eye { "the eye" } else { "the middle" };
@@ -242,7 +246,7 @@ impl Nd {
         Ok(())
     }
 
-    /// Distances as greys; the least and the largest.
+    /// Paints distances as greys. Returns the least and the largest, if any.
     pub fn paint_distances(&self, memory: &mut crate::memory::VideoMemory) -> Option<[f64; 2]> {
         let picture = self.picture.as_ref()?;
         let values = (0..memory.height())
@@ -278,7 +282,7 @@ impl Nd {
         ]
     }
 
-    /// What works out the difference to the picture of exact fibres.
+    /// Returns the work that computes the difference to the picture of exact fibres.
     pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
         let (scene, look, pool) = (self.scene(), wishes.look, Arc::clone(&self.pool));
         let found = frame.memory.bytes().to_vec();
@@ -297,7 +301,7 @@ fn paint(picture: &EyePicture, frame: &mut ViewerFrame) {
     eye::blit(picture, &mut frame.memory, 0, 0, w, h);
 }
 
-/// The flat index of the screen's pixel that a pixel of the frame shows.
+/// Returns the flat index of the screen's pixel that a pixel of the frame shows.
 fn pixel_at(picture: &EyePicture, width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
     let sheet = ContactSheet::of(&picture.pixels);
     let [w, h] = sheet.size();
@@ -308,7 +312,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A line of a plan as lines that fit a usual window, parted after commas.
+/// Folds a line of a plan after commas, to fit a usual window.
 fn folded(line: &str) -> Vec<String> {
     const WIDTH: usize = 74;
     let mut lines = vec![String::new()];
@@ -323,7 +327,7 @@ fn folded(line: &str) -> Vec<String> {
     lines.iter().map(|l| l.trim_end().to_owned()).collect()
 }
 
-/// The nearest of 1, 2, 5 times a power of ten: steps that read well.
+/// Rounds to 1, 2 or 5 times a power of ten, so that steps are easy to read.
 fn round_step(length: f64) -> f64 {
     if !(length > 0.0 && length.is_finite()) {
         return 0.1;

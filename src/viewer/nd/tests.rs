@@ -1,4 +1,4 @@
-//! Turning, choosing planes, and the JSON of what is seen.
+//! Turning, selecting planes, and the JSON of the view.
 
 use super::*;
 use crate::eye::Serial;
