@@ -1,41 +1,42 @@
-//! Fetches vertex attributes at the corners of the faces that a vector of pixels shows.
+//! Fetches of vertex attributes at the corners of the faces that a vector of pixels shows.
 
 use super::lighting::V3;
 use crate::simd::Simd;
 
-/// The vertices of the faces that a vector of pixels shows.
+/// Vertices of the faces that a vector of pixels shows.
 #[derive(Clone, Copy)]
 pub enum Corners<'a, S: Simd> {
-    /// Each pixel its own face's.
+    /// A face of its own for each pixel.
     Many([S::I; 3]),
-    /// Those of a few faces, each of some of the pixels.
+    /// A few faces, each of some of the pixels.
     Few(&'a Few<S>),
-    /// One face's.
+    /// One face.
     One([usize; 3]),
 }
 
-/// Faces that a vector shows: up to this many are read one by one and spread over their pixels, more are gathered.
+/// Largest number of faces in a vector that are read one by one and spread over their pixels; more
+/// are gathered.
 pub const fn most_few<S: Simd>() -> usize {
     S::LANES * 3 / 8
 }
 
-/// As many as the widest vectors have.
+/// Largest [`most_few`], that of the widest vectors.
 pub const MOST_FEW: usize = 6;
 
-/// The few faces that a vector of pixels shows. Never copied: that would read at once what was written piece by piece,
-/// which has to wait until all of it has reached the cache.
+/// The few faces that a vector of pixels shows. Never copied: a copy would load at once what was
+/// stored in pieces, and would have to wait until all of it has reached the cache.
 pub struct Few<S: Simd> {
-    /// How many.
+    /// Number of faces.
     pub count: usize,
-    /// The pixels of each.
+    /// Pixels of each face.
     pub pixels: [S::M; MOST_FEW],
-    /// Its corners' vertices.
+    /// Vertices of each face.
     pub vertices: [[usize; 3]; MOST_FEW],
 }
 
 // Functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
-/// A table's records at the corners.
+/// Fetches a table's records at the three corners.
 #[inline(always)]
 pub fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<'_, S>) -> [[S::F; 4]; 3] {
     match corners {
@@ -61,7 +62,7 @@ pub fn gather3<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<
     }
 }
 
-/// A record in these pixels, what was there in the others.
+/// Returns a record in these pixels, and `others` in the rest.
 #[inline(always)]
 fn spread<S: Simd>(s: S, pixels: S::M, [a, b, c, d]: [f32; 4], others: [S::F; 4]) -> [S::F; 4] {
     [
@@ -77,7 +78,7 @@ fn splat4<S: Simd>(s: S, [a, b, c, d]: [f32; 4]) -> [S::F; 4] {
     [s.splat(a), s.splat(b), s.splat(c), s.splat(d)]
 }
 
-/// Three numbers of a table's records at the corners, weighed.
+/// Interpolates the first three numbers of a table's records at the corners.
 #[inline(always)]
 pub fn blend<S: Simd>(s: S, mask: S::M, table: &[[f32; 4]], corners: &Corners<'_, S>, b: [S::F; 3]) -> V3<S> {
     let [v0, v1, v2] = gather3(s, mask, table, corners);

@@ -172,10 +172,10 @@ impl std::ops::Deref for TinyList {
 pub struct Larger {
     /// Number of the bin's fragments that precede it.
     pub fragments_before: u32,
-    /// List that holds the face, and the index in it.
+    /// Number of the bin's tiny faces that precede it; those since the last `Larger` are drawn
     /// after its fragments.
     pub tiny_before: u32,
-    /// Its list and its index there.
+    /// List that holds the face, and the index in it.
     pub entry: BinEntry,
 }
 

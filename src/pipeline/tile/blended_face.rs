@@ -1,9 +1,11 @@
 //! Rasterizes faces in submission order, for alpha blending and the painter's algorithm.
 //!
-//! In: a face as the plain path sets it up (exact spans, depth and weights in f64 along rows), and its light: one colour, one a
-//! corner, or normals to be lit at each pixel. Out: the plain path's bytes: a blended byte is worked in f32, and where that is
-//! too near to the next byte's edge to be told (or f32 lacks the digits), the pixel is the plain path's own. So errors do not
-//! add up over layers. Depth is tested, and written by opaque faces, as everywhere in the tile renderer.
+//! In: a face as the plain path sets it up (exact spans, depth and barycentrics in f64 along rows),
+//! and its light: one colour, one for each corner, or normals to be lit at each pixel. Out: the
+//! plain path's bytes. A blended byte is computed in f32; where that is too near to the boundary of
+//! the next byte (or f32 lacks the digits), the plain path computes the pixel. So errors do not
+//! accumulate over layers. Depth is tested, and written by opaque faces, as everywhere in the tile
+//! renderer.
 
 use super::bins::ClipRect;
 use super::blended_texture::BlendedTexture;
@@ -13,95 +15,97 @@ use super::fog::FogParams;
 use super::lighting::{MaterialLighting, V3, dot, light, scale, splat3};
 use crate::simd::{F32, I32, Kernel, Mask, Simd};
 
-/// The two parts of a colour: what vertex colours multiply, and what they do not.
+/// Two parts of a colour: the one that vertex colours multiply, and the rest.
 pub type DiffuseSpecular = [[f32; 3]; 2];
 
-/// Where the light of a face comes from.
+/// Source of a face's light.
 #[derive(Clone, Copy, Debug)]
 pub enum FaceLighting<'a> {
-    /// One colour.
+    /// One colour for the face.
     Solid(DiffuseSpecular),
-    /// One at each corner.
+    /// One colour for each corner.
     Corners([DiffuseSpecular; 3]),
-    /// Lit at each pixel.
+    /// Lighting at each pixel.
     Pixels {
-        /// The material and its lights, placed relative to `positions`.
+        /// Material and lights, relative to `positions`' origin.
         lighting: &'a MaterialLighting,
-        /// Unit, one a corner.
+        /// Unit normals of the corners.
         normals: [[f32; 3]; 3],
-        /// Of the corners, relative to the eye, or in parallel projections to a point nearby.
+        /// Positions of the corners, relative to the eye, or in parallel projections to a point
+        /// nearby.
         positions: [[f32; 3]; 3],
-        /// Unit, where V is the same everywhere; else it points to the origin.
+        /// Unit vector to the viewer if it is constant; otherwise the viewer is at the origin.
         to_viewer: Option<[f32; 3]>,
     },
 }
 
-/// One face ready to be drawn over what is there.
+/// Face to be drawn over the present pixels.
 #[derive(Clone, Debug)]
 pub struct BlendedFace<'a> {
-    /// Its place.
+    /// Coverage, depth and barycentrics.
     pub exact_face: ExactFace,
-    /// Its light.
+    /// Light of the face.
     pub face_lighting: FaceLighting<'a>,
     /// Vertex colours with alpha.
     pub vertex_colors: Option<[[f32; 4]; 3]>,
-    /// Its texture.
+    /// Texture, if any.
     pub texture: Option<BlendedTexture<'a>>,
-    /// The fog, and the corners' places in it.
+    /// Fog, and the corners' positions relative to which it is given.
     pub fog: Option<(FogParams, [[f32; 3]; 3])>,
-    /// 1 - transparency; alpha of `vertex_colors` aside.
+    /// 1 - transparency, without the alpha of `vertex_colors`.
     pub opacity: f32,
-    /// Whether it is blended, and writes no depth.
+    /// True if the face is blended, and writes no depth.
     pub is_transparent: bool,
 }
 
-/// Draws one pixel as the plain path does: column, row, its four bytes.
+/// Draws one pixel as the plain path does. Arguments: column, row, its four bytes.
 pub type ExactPixel<'a> = &'a dyn Fn(i32, i32, &mut [u8]);
 
-/// Draws a face's share of some rows.
+/// Draws a face in a range of rows.
 pub struct BlendedFaceKernel<'a, 'b> {
-    /// The face.
+    /// Face to draw.
     pub blended_face: &'a BlendedFace<'a>,
-    /// What may be drawn, all of it in the rows of the memories.
+    /// Pixels that may be drawn, all within the rows of the buffers.
     pub view: ClipRect,
-    /// The memories' first row.
+    /// First row of the buffers.
     pub y0: i32,
-    /// Pixels in a row.
+    /// Width of a row in pixels.
     pub width: usize,
     /// RGBA bytes of the rows.
     pub bytes: &'b mut [u8],
-    /// Depth words of the rows; empty where depth is neither tested nor kept.
+    /// Depth words of the rows; empty where depth is neither tested nor stored.
     pub depth: &'b mut [i32],
-    /// The same of 16 bits.
+    /// Depth words of 16 bits; empty for other formats.
     pub narrow: &'b mut [u16],
-    /// How depth is worked in f64; `None` for f32.
+    /// Encoder of depths in f64; `None` for f32.
     pub encoder: Option<DepthEncoder>,
-    /// Name and triangle of each pixel, where PICK asks and the face writes depth; else empty.
+    /// Name and triangle of each pixel, if picking is on and the face writes depth; else empty.
     pub pick: &'b mut [[u32; 2]],
-    /// What `pick` keeps.
+    /// Name and triangle that are written to `pick`.
     pub id: [u32; 2],
-    /// The plain path.
+    /// Draws a pixel by the plain path.
     pub exact: ExactPixel<'a>,
 }
 
-/// What came of it.
+/// Counts of a face's draw.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BlendedFaceStats {
     /// Pixels covered.
     pub tested: u64,
     /// Pixels stored.
     pub written: u64,
-    /// The first row written and one beyond the last; alike where there is none.
+    /// Half-open range of the rows written; empty if there is none.
     pub rows: (i32, i32),
 }
 
-/// How near to the edge between two bytes f32 has no say, in bytes.
+/// Distance from the boundary between two bytes within which f32 does not decide, in bytes.
 const EDGE: f32 = 1.0 / 1024.0;
 
-/// The same under fog, for colours up to white: distances in f32 lose some digits on their way.
+/// This distance under fog, for colours up to white: distances in f32 lose some digits.
 const FOG_EDGE: f32 = 1.0 / 128.0;
 
-/// Spans that are worked on at once: a closure would be compiled without the level's instructions.
+/// Number of spans listed before they are drawn: a closure would be compiled without the level's
+/// instructions.
 const SPANS: usize = 32;
 
 impl Kernel for BlendedFaceKernel<'_, '_> {
@@ -147,7 +151,8 @@ impl Kernel for BlendedFaceKernel<'_, '_> {
 }
 
 impl BlendedFaceKernel<'_, '_> {
-    /// One span: vectors that begin at multiples of their width, the last one of a row perhaps further left.
+    /// Draws one span in vectors aligned to their width, the last one of a row possibly further
+    /// left. Returns the pixels written.
     #[inline(always)]
     fn row<S: Simd>(&mut self, s: S, y: i32, span: std::ops::Range<i32>) -> u64 {
         let blended_face = self.blended_face;
@@ -202,7 +207,8 @@ impl BlendedFaceKernel<'_, '_> {
         written
     }
 
-    /// The depth test in f64 at LANES pixels from `from` on, whose words are those from `at` on: where it passes.
+    /// Tests depth in f64 at LANES pixels from `(x, y)` on, whose words begin at `at`; writes it
+    /// for opaque faces. Returns the lanes that pass.
     #[inline(always)]
     fn depth_test_f64<S: Simd>(
         &mut self,
@@ -237,7 +243,8 @@ impl BlendedFaceKernel<'_, '_> {
     }
 }
 
-/// The bytes of a vector of pixels over those in `under`, and where the plain path is to be asked.
+/// Returns the bytes of a vector of pixels over those in `under`, and the lanes that the plain path
+/// must compute.
 #[inline(always)]
 fn colors<S: Simd>(
     s: S,
@@ -257,7 +264,7 @@ fn colors<S: Simd>(
         let [b0, b1, b2] = exact_faces::weights(s, &blended_face.exact_face, x, y);
         let sum = (b0 + b1) + b2;
         let inverse = s.splat(1.0) / sum;
-        // Beside the face weights are clamped, in a way that is the plain path's own.
+        // Beside the face the plain path clamps barycentrics in its own way.
         let is_beside = b0.lt(zero) | b1.lt(zero) | b2.lt(zero);
         off = mask & (is_beside | !s.splat(1e-30).lt(sum));
         barycentrics = [b0 * inverse, b1 * inverse, b2 * inverse];
@@ -305,7 +312,7 @@ fn colors<S: Simd>(
     let mut own = [diffuse[0] + specular[0], diffuse[1] + specular[1], diffuse[2] + specular[2]];
     let mut edge = s.splat(EDGE);
     if let Some((fog, positions)) = &blended_face.fog {
-        // What fog leaves of a colour beyond white brings that colour's error along.
+        // The part of a colour beyond white that fog leaves carries that colour's error.
         edge = s.splat(FOG_EDGE) * own[0].abs().max(own[1].abs()).max(own[2].abs()).max(s.splat(1.0));
         own = fog.over(s, own, between(s, *positions, barycentrics));
     }
@@ -336,7 +343,7 @@ fn colors<S: Simd>(
     (packed, off)
 }
 
-/// Three numbers at each corner, weighed.
+/// Interpolates three numbers of each corner.
 #[inline(always)]
 fn between<S: Simd>(s: S, v: [[f32; 3]; 3], b: [S::F; 3]) -> V3<S> {
     [

@@ -1,8 +1,8 @@
-//! The texture of a face that is blended: which texels its pixels show, exact enough for the plain path's bytes.
+//! Texture of a blended face: sampled exactly enough for the plain path's bytes.
 //!
-//! Shares and u, v run in f64 along a row, all lanes together; the texels are then the plain path's own. Where a decision
-//! (which texel, which level) is too near to its turning point for two ways of working in f64 to agree, the pixel is left
-//! to the plain path.
+//! Barycentrics and u, v are computed in f64 along a row, all lanes together; the texels are then
+//! sampled by the plain path's own function. Where a decision (which texel, which level) is too
+//! near to its threshold for two computations in f64 to agree, the pixel is left to the plain path.
 
 use super::exact_faces::ExactFace;
 use crate::pipeline::sampler::{Footprint, sample};
@@ -10,22 +10,24 @@ use crate::scene::{Filter, Sampling, Texture, Wrap};
 use crate::simd::{Mask, Simd};
 use glam::DVec2;
 
-/// A texture on a face.
+/// Texture on a face.
 #[derive(Clone, Copy, Debug)]
 pub struct BlendedTexture<'a> {
-    /// The texture.
+    /// Texture to sample.
     pub texture: &'a Texture,
-    /// Its rules.
+    /// Filter and wrapping.
     pub sampling: Sampling,
-    /// u, v at the corners.
+    /// Texture coordinates u, v of the corners.
     pub uv: [DVec2; 3],
 }
 
-/// How near to the edge of a texel, or of a level, the two paths may disagree; in texels, and in levels.
+/// Distance from the edge of a texel or of a level within which the two paths may disagree, in
+/// texels or levels.
 const EDGE: f64 = 1e-7;
 
 impl BlendedTexture<'_> {
-    /// R, G, B, A in 0..1 at LANES pixels from (x, y) on, where `mask` is set, and where the plain path is to be asked.
+    /// Returns R, G, B, A in 0..1 at LANES pixels from (x, y) on, where `mask` is set, and the
+    /// lanes that the plain path must compute.
     #[inline(always)]
     pub fn texels<S: Simd>(
         &self,
@@ -55,7 +57,7 @@ impl BlendedTexture<'_> {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
             let weights = [b[0][i], b[1][i], b[2][i]];
-            // Beside the face weights are clamped, in a way that is the plain path's own.
+            // Beside the face the plain path clamps barycentrics in its own way.
             let is_inside = weights.iter().all(|b| *b >= 0.0);
             match self.texel(exact_face, weights, DVec2::new(us[i], vs[i]), from).filter(|_| is_inside) {
                 Some(texel) => out.iter_mut().zip(texel).for_each(|(out, c)| out[i] = c as f32),
@@ -65,7 +67,7 @@ impl BlendedTexture<'_> {
         (out.map(|lanes| s.load(&lanes[..S::LANES])), s.mask(off))
     }
 
-    /// One pixel's texel; `None` near an edge.
+    /// Returns the texel of one pixel; `None` near an edge.
     fn texel(&self, exact_face: &ExactFace, b: [f64; 3], here: DVec2, from: DVec2) -> Option<[f64; 4]> {
         let (texture, sampling) = (self.texture, self.sampling);
         let at = from + here;
@@ -95,7 +97,7 @@ impl BlendedTexture<'_> {
         Some(sample(texture, sampling, at, || level))
     }
 
-    /// The steps to the pixel on the right and to the one below.
+    /// Returns the steps of u, v to the pixel on the right and to the one below.
     fn footprint(&self, exact_face: &ExactFace, b: [f64; 3], here: DVec2) -> Footprint {
         let [u1, u2] = [self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]];
         let at = |axis: usize| {

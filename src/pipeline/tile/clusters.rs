@@ -1,17 +1,21 @@
-//! Clusters: sixteen faces that follow each other in the file, left out together where none of them can be seen.
+//! Clusters: sixteen consecutive faces, culled as one if none of them can be visible.
 //!
-//! Known of each, once a mesh: a sphere around its corners, a cone around its normals, its least face and longest edge. Known
-//! of a draw: its matrices and its view. What is decided is what [`super::setup`] would decide of every face by itself, never
-//! more:
+//! For each cluster of a mesh these are computed once: a sphere around its corners, a cone around
+//! its normals, its least face area and longest edge. A draw adds its matrices and its clip
+//! rectangle. A cluster is culled only if [`super::setup`] would cull every one of its faces:
 //!
-//! - outside: the sphere lies beyond one side of the view by more than a pixel, before near, beyond far or behind the eye;
-//! - culled: the sphere lies inside the view and every face turns away by more than snapping could turn it back.
+//! - outside: the sphere lies beyond one side of the clip rectangle by more than a pixel, before
+//!   near, beyond far or behind the eye;
+//! - culled: the sphere lies inside the view volume and every face is turned away by more than
+//!   snapping could turn it back.
 //!
-//! With (X, Y, W) = Q p + q the clip coordinates and G(p) = det(Q) p + G0 their cofactors, a face with doubled normal N has on
-//! the screen the doubled area hx hy N.G(p0) / (W0 W1 W2), in every projection. A corner snaps by at most 1/512 pixel in each
-//! axis, so that of a face no longer than L moves by at most 4 L / 256 + 2 / 256^2.
+//! With (X, Y, W) = Q p + q the clip coordinates and G(p) = det(Q) p + G0 their cofactors, a face
+//! with doubled normal N has on the screen the doubled area hx hy N.G(p0) / (W0 W1 W2), in every
+//! projection. A corner snaps by at most 1/512 pixel in each axis, so the doubled area of a face no
+//! longer than L changes by at most 4 L / 256 + 2 / 256^2.
 //!
-//! How one would know: `tests` hold every face of what is left out to the set-up of single faces.
+//! How one would know: `tests` compare every face of a culled cluster with the set-up of single
+//! faces.
 
 use super::bins::{ClipRect, Winding};
 use super::vertex::{ROUNDINGS, ToScreen, WIDTH};
@@ -23,53 +27,56 @@ use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 /// Faces of a cluster: one vector of the widest level.
 pub const CLUSTER_FACES: usize = 16;
 
-/// Meshes of fewer faces have none: they are drawn before clusters are looked at.
+/// Smallest number of faces of a mesh with clusters: smaller ones are drawn before clusters could
+/// be tested.
 pub const LEAST_FACES: usize = 1024;
 
-/// Clusters between two looks whether they are still wanted.
+/// Clusters between two checks for cancellation.
 const CLUSTERS_AT_ONCE: usize = 512;
 
-/// About how many bytes a cluster takes: what is known of it, and a list of six blocks.
+/// Approximate bytes of a cluster: its bounds, and a list of six blocks.
 pub const CLUSTER_BYTES: u64 = 40 + 4 + 6 * 4 + 1;
 
-/// Blocks of vertices that a cluster asks for at most, on the average: beyond, faces that follow each other are no neighbours.
+/// Largest average number of vertex blocks of a cluster: beyond it consecutive faces are not
+/// neighbours.
 const MOST_BLOCKS: usize = 12;
 
-/// What is known of the clusters of a mesh.
+/// Bounds of a mesh's clusters, with the blocks of vertices that they use.
 #[derive(Clone, Debug, Default)]
 pub struct Clusters {
-    /// How many there are; the lists are filled up to whole vectors.
+    /// Number of clusters; the lists are padded to whole vectors.
     count: usize,
-    /// Middles of the spheres, x, y, z; their radii.
+    /// Centres of the spheres, x, y, z, and their radii.
     spheres: [Vec<f32>; 4],
-    /// Unit axes of the cones, x, y, z; the cosines of their half angles.
+    /// Unit axes of the cones, x, y, z, and the cosines of their half angles.
     cones: [Vec<f32>; 4],
-    /// The least doubled area of a face; 0 where normals go apart.
+    /// Least doubled area of a face; 0 where normals diverge.
     least_areas: Vec<f32>,
-    /// The longest side of a face.
+    /// Longest edge of a face.
     longest_edges: Vec<f32>,
-    /// Where each cluster's list in `blocks` begins, and where the last one ends; empty where each needs too many.
+    /// Start of each cluster's list in `blocks`, and the end of the last; empty if clusters use too
+    /// many blocks.
     starts: Vec<u32>,
-    /// The blocks of [`WIDTH`] vertices that clusters ask for.
+    /// Blocks of [`WIDTH`] vertices that the clusters use.
     blocks: Vec<u32>,
 }
 
-/// The visibility of a cluster, as culling decides it.
+/// Values for the visibility of a cluster, as culling decides it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Visibility;
 
 impl Visibility {
-    /// Its faces are looked at one by one.
+    /// Its faces are tested one by one.
     pub const OPEN: u8 = 0;
-    /// All are culled.
+    /// All of its faces are culled.
     pub const CULLED: u8 = 1;
-    /// All are outside.
+    /// All of its faces are outside.
     pub const OUTSIDE: u8 = 2;
 }
 
 impl Clusters {
-    /// The clusters of the faces with these corners; none where the mesh has but few faces, or when it is
-    /// cancelled.
+    /// Builds the clusters of the faces with these corners; none if the mesh has fewer than
+    /// [`LEAST_FACES`], or on cancellation.
     pub fn of(
         positions: &[Vec<f64>; 3],
         corners: &[Vec<i32>; 3],
@@ -81,7 +88,7 @@ impl Clusters {
             return clusters;
         }
         let at = |vertex: i32| DVec3::from_array([0, 1, 2].map(|axis| positions[axis][vertex as usize]));
-        // In which cluster each block was last asked for, so that it is listed once.
+        // Last cluster that used each block, so that a block is listed once.
         let mut last = vec![u32::MAX; positions[0].len().div_ceil(WIDTH)];
         let mut points = [[DVec3::ZERO; 3]; CLUSTER_FACES];
         for (cluster, start) in (0..faces).step_by(CLUSTER_FACES).enumerate() {
@@ -126,7 +133,7 @@ impl Clusters {
             bounds = (bounds.0.min(*p), bounds.1.max(*p));
         }
         let middle = ((bounds.0 + bounds.1) * 0.5).as_vec3();
-        // Around a point that is nowhere no sphere is large enough: `max` would pass over what is no number.
+        // No sphere contains a point that is not finite: `max` would skip NaN.
         let radius2 = match points().all(|p| p.is_finite()) {
             true => points().fold(0.0f64, |r, p| r.max(p.distance_squared(middle.as_dvec3()))),
             false => f64::INFINITY,
@@ -143,8 +150,8 @@ impl Clusters {
         }
         let axis = sum.normalize_or_zero().as_vec3();
         let cosine = normals[..faces.len()].iter().fold(1.0f64, |least, n| least.min(n.dot(axis.as_dvec3())));
-        // Where normals go apart, some face may look anywhere; and an axis in f32 is not quite of length 1, which only wide
-        // cones would notice.
+        // Where normals diverge, some face may look anywhere. An axis in f32 is not quite of length
+        // 1, which only wide cones would notice.
         let area = if cosine > 0.05 { area } else { 0.0 };
         for (list, value) in
             self.spheres.iter_mut().zip(middle.to_array().into_iter().chain([up(radius2.sqrt())]))
@@ -160,17 +167,17 @@ impl Clusters {
         self.longest_edges.push(up(edge2.sqrt()));
     }
 
-    /// How many there are.
+    /// Returns the number of clusters.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no clusters.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The blocks of vertices that a cluster's faces ask for; none where that is not known.
+    /// Returns the blocks of vertices that a cluster's faces use; empty if that is not recorded.
     #[inline(always)]
     pub fn blocks_of(&self, cluster: usize) -> &[u32] {
         match self.starts.get(cluster..cluster + 2) {
@@ -179,49 +186,52 @@ impl Clusters {
         }
     }
 
-    /// Whether it is known which vertices each cluster asks for.
+    /// Returns whether the vertices that each cluster uses are recorded.
     pub fn knows_blocks(&self) -> bool {
         !self.starts.is_empty()
     }
 
-    /// Bytes that the lists take.
+    /// Returns the bytes of the lists.
     pub fn size_bytes(&self) -> usize {
         self.least_areas.len() * 40 + (self.starts.len() + self.blocks.len()) * 4
     }
 }
 
-/// f32 not below, where f32 have but few bits too.
+/// Rounds up to f32, also where f32 has few bits.
 fn up(value: f64) -> f32 {
     ((value * (1.0 + 1e-6)) as f32).next_up()
 }
 
-/// A draw's view volume and cofactors in object space, for culling clusters.
+/// View volume and cofactors of a draw in object space, for culling clusters.
 #[derive(Clone, Copy, Debug)]
 pub struct CullView {
-    /// Unit planes with their distances: inside is >= 0. Left, right, top, bottom, near, far.
+    /// Planes with unit normals and their distances: inside is >= 0. Left, right, top, bottom,
+    /// near, far.
     planes: [[f64; 4]; 6],
-    /// The first four moved outwards by more than a pixel.
+    /// The first four planes, moved outwards by more than a pixel.
     beyond: [[f64; 4]; 4],
-    /// W, and the length of its gradient.
+    /// W as a row, and the length of its gradient.
     w: [f64; 4],
     w_slope: f64,
-    /// det(Q) and G0, both turned so that what is culled has positive areas.
+    /// det(Q) and G0, with the sign that gives culled faces positive areas.
     spread: f64,
     cofactor: [f64; 3],
-    /// Pixels^2 of a doubled area of 1 where W is 1; none are culled with 0.
+    /// Pixels^2 of a doubled area of 1 at W = 1; with 0 no face is culled.
     area_scale: f64,
-    /// Pixels at most that an edge of 1 runs over where W is 1.
+    /// Bound on the pixels that an edge of length 1 covers at W = 1.
     edge_scale: f64,
-    /// How far the numbers of planes and cofactors reach: their roundings are a part of it.
+    /// Magnitude of the numbers in planes and cofactors: rounding errors are relative to it.
     reach: f64,
-    /// How far the plain path's roundings move a point seen from a plane or from the eye, in object space.
+    /// Distance in object space by which the plain path's rounding moves a point relative to a
+    /// plane or the eye.
     object_error: f64,
-    /// Pixels that they move a corner by on the screen, where W is 1.
+    /// Pixels by which rounding moves a corner on the screen, at W = 1.
     screen_error: f64,
 }
 
 impl CullView {
-    /// Of a draw of positions whose coordinates are at most `farthest` from 0; `complement` is w - z as a row over view space.
+    /// Prepares the culling of a draw of positions whose coordinates are at most `farthest` in
+    /// size; `complement` is w - z as a row over view space.
     pub fn new(
         t: &ToScreen,
         to_view: &DMat4,
@@ -241,7 +251,8 @@ impl CullView {
         };
         let [left, right, top, bottom] = sides(0.0);
         let planes = [left, right, top, bottom, z, rest].map(plane);
-        // What is added up on the way to each of the planes, and to w: where it cancels, roundings stay.
+        // Sums of absolute terms for each of the planes, and for w: rounding errors remain where
+        // they cancel.
         let far = t.sizes_in_view(farthest);
         let [far_x, far_y, far_z, far_rest, far_w] = clip.map(|row| DVec4::from_array(row).abs().dot(far));
         let sums = [0, 1].map(|axis| {
@@ -285,7 +296,8 @@ impl CullView {
     }
 }
 
-/// A row as a plane with a unit normal; without a slope it is infinitely far, on one side or the other.
+/// Returns a row as a plane with a unit normal; a row without gradient is infinitely far, on one
+/// side or the other.
 fn plane(row: DVec4) -> [f64; 4] {
     match row.truncate().length() {
         0.0 => [0.0, 0.0, 0.0, row.w.signum() * f64::INFINITY],
@@ -293,17 +305,18 @@ fn plane(row: DVec4) -> [f64; 4] {
     }
 }
 
-/// Decides on a run of clusters.
+/// Decides the visibility of a run of clusters.
 pub struct ClusterKernel<'a> {
-    /// All clusters of the mesh.
+    /// Clusters of the mesh.
     pub clusters: &'a Clusters,
-    /// The number of the run's first; a multiple of [`WIDTH`].
+    /// Index of the run's first cluster; a multiple of [`WIDTH`].
     pub first: usize,
-    /// The draw's.
+    /// View volume of the draw.
     pub cull_view: &'a CullView,
-    /// The [`Visibility`] of each of the run.
+    /// Output: the [`Visibility`] of each cluster of the run.
     pub visibilities: &'a mut [u8],
-    /// One a block of vertices: 1 where an open cluster asks for it. Empty where all are worked anyway.
+    /// Output: one byte for each block of vertices, set to 1 if an open cluster uses it. Empty if
+    /// all are transformed anyway.
     pub marks: &'a [AtomicU8],
 }
 
@@ -344,7 +357,7 @@ impl Kernel for ClusterKernel<'_> {
     }
 }
 
-/// A vector of a list, from `at` on.
+/// Loads a vector of a list from `at` on.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn lanes(list: &[f32], at: usize) -> Lanes {
@@ -355,13 +368,13 @@ fn lanes(list: &[f32], at: usize) -> Lanes {
     to
 }
 
-/// The visibilities of clusters: spheres, cones, areas and edges, a list each.
+/// Returns the visibilities of clusters, given their spheres, cones, areas and edges, a list each.
 #[allow(clippy::needless_range_loop, reason = "lanes of several arrays go together")]
 #[inline(always)]
 fn decide(o: &CullView, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lanes; 10]) -> [u8; WIDTH] {
     let mut visibilities = [Visibility::OPEN; WIDTH];
     for i in 0..WIDTH {
-        // What roundings may do is far below this.
+        // Rounding errors are far below this margin.
         let far = (x[i].abs() + y[i].abs()) + z[i].abs();
         let r = (radius[i] + 1e-12 * (far + o.reach)) + o.object_error;
         let (mut inside, mut outside) = (true, false);
@@ -383,13 +396,13 @@ fn decide(o: &CullView, [x, y, z, radius, ax, ay, az, cosine, area, edge]: &[Lan
         let length2 = (g[0] * g[0] + g[1] * g[1]) + g[2] * g[2];
         let aside = (length2 - along * along).max(0.0).sqrt();
         let sine = (1.0 - cosine[i] * cosine[i]).max(0.0).sqrt();
-        // N.G(p) at least, for a unit N of the cone at a point of the sphere.
+        // Lower bound on N.G(p) for a unit N of the cone at a point of the sphere.
         let least = (along * cosine[i] - aside * sine) - o.spread.abs() * r;
         let doubled_area = least * area[i] * o.area_scale;
         let pixels = o.edge_scale * edge[i];
-        // Both sides times w_max^3; snapping 4 L / 256, with a hundredth to spare.
+        // Both sides times w_max^3; snapping 4 L / 256, with a margin of one percent.
         let moved = (0.0158 * pixels / w_min + 1e-4) * (w_max * w_max * w_max);
-        // Beside snapping, roundings must be nothing.
+        // Rounding must be negligible beside snapping.
         let flip_normal = (doubled_area > moved) & (o.screen_error <= 1e-5 * w_min);
         let gone = (outside & is_before) | (w_max < 0.0);
         let culled = inside & is_before & flip_normal & !gone;

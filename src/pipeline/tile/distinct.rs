@@ -1,45 +1,47 @@
-//! Distinct corners: each combination of attributes that occurs becomes one vertex.
+//! Deduplication of corners: each combination of attributes that occurs becomes one vertex.
 //!
-//! In: the corners of a mesh, face after face. Out: the number of the vertex that each is. Vertices of one position are a chain,
-//! since most positions have one; where a chain grows long, they are found by a hash, so that no mesh makes this quadratic. The
-//! numbers do not depend on the hash: they are given in the order in which the corners come. Runs on the calling thread. One would
-//! know by the test below, in which all corners are at one position.
+//! In: the corners of a mesh, face by face. Out: the vertex index of each. Vertices of one position
+//! form a linked list, since most positions have one; where a list grows long, its vertices are
+//! found by a hash, so that no mesh takes quadratic time. The indices do not depend on the hash:
+//! they are assigned in the order of the corners. Runs on the calling thread. How one would know:
+//! the test below puts all corners at two positions.
 
 use crate::scene::Corner;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
-/// What makes a vertex: its corner without the normal, its material's number, and its normal.
+/// Key of a vertex: its corner without the normal, its material's index, and its normal.
 pub(super) type VertexKey = (Corner, u32, DVec3);
 
-/// A chain of so many vertices is the longest that is searched.
+/// Length of the longest list that is searched.
 const LONGEST_CHAIN: usize = 16;
 
-/// The end of a chain.
+/// End of a list.
 const NONE: i32 = -1;
-/// In place of a chain's first vertex: those of this position are found by their hash.
+/// In place of a list's first vertex: the vertices of this position are found by their hash.
 const CROWDED: i32 = -2;
 
-/// Bytes that a vertex takes here at most: in its lists, which have room for twice their items and move, and among the hashes.
+/// Bytes that a vertex takes here at most: in the lists, whose capacity is up to twice their items
+/// and which move, and in the hash table.
 pub(super) const DISTINCT_BYTES: u64 = 3 * (size_of::<VertexKey>() + 4) as u64 + 56;
 
-/// See the module's text.
+/// Vertices found so far, with an index by position.
 pub(super) struct Distinct {
-    /// Of each position, its last vertex.
+    /// Last vertex of each position.
     first: Vec<i32>,
-    /// Of each vertex, the one before it in its chain.
+    /// For each vertex, the one before it in its list.
     next: Vec<i32>,
     keys: Vec<VertexKey>,
-    /// Of each hash of crowded positions' keys, the last vertex.
+    /// Last vertex of each hash of crowded positions' keys.
     crowded: HashMap<u64, i32>,
     hasher: RandomState,
-    /// How many vertices the last search has passed.
+    /// Number of vertices that the last search passed.
     passed: usize,
 }
 
 impl Distinct {
-    /// No vertices yet, of so many positions.
+    /// Creates an empty set for this number of positions.
     pub fn new(positions: usize) -> Self {
         Distinct {
             first: vec![NONE; positions],
@@ -51,12 +53,12 @@ impl Distinct {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.keys.len()
     }
 
-    /// The vertex of a key, if there is one.
+    /// Returns the vertex of a key, if there is one.
     #[inline]
     pub fn find(&mut self, key: &VertexKey) -> Option<i32> {
         let mut vertex = self.first[key.0.position as usize];
@@ -71,7 +73,7 @@ impl Distinct {
         (vertex >= 0).then_some(vertex)
     }
 
-    /// Adds a key that the last search was for and has not found; the number of its vertex.
+    /// Adds a key that the last search did not find; returns the index of its vertex.
     #[inline]
     pub fn add(&mut self, key: VertexKey) -> i32 {
         let (vertex, position) = (self.keys.len() as i32, key.0.position as usize);
@@ -102,7 +104,7 @@ impl Distinct {
         self.next[vertex as usize] = last.unwrap_or(NONE);
     }
 
-    /// Equal keys have equal hashes: -0 is 0, and normals are numbers.
+    /// Hashes a key. Equal keys have equal hashes: -0 hashes as 0, and normals are not NaN.
     fn hash(&self, (corner, material, normal): &VertexKey) -> u64 {
         let normal = normal.to_array().map(|v| (v + 0.0).to_bits());
         self.hasher.hash_one((corner.position, corner.texcoord, corner.color, *material, normal))
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn many_vertices_at_one_position_are_found_and_numbered_as_few_are() {
-        // Searched one by one, these would take hours.
+        // A linear search of these would take hours.
         const COUNT: u32 = 300_000;
         let key = |i: u32| {
             let corner = Corner { position: i % 2, texcoord: i / 2, color: scene::NONE, normal: scene::NONE };

@@ -1,13 +1,15 @@
-//! A vector of faces in numbers: edge functions, the coverage of tiny boxes, corners in one order.
+//! Arithmetic on a vector of faces: edge functions, coverage of tiny boxes, order of corners.
 //!
-//! Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+//! Helpers are functions marked for inlining, not closures: a closure would be compiled without the
+//! level's instructions.
 
 use super::bins::Small;
 use super::setup::TINY_SIDE;
 use crate::simd::{F32, I32, Mask, Simd};
 use std::ops::Range;
 
-/// The edge function from p to q at a pixel's centre, biased so that >= 0 is inside, and its steps per column and row.
+/// Returns the edge function from a to b at a pixel's centre, biased so that >= 0 is inside, and
+/// its steps per column and row.
 #[inline(always)]
 pub(super) fn edge<S: Simd>(
     s: S,
@@ -27,7 +29,8 @@ pub(super) fn edge<S: Simd>(
     ((e + bias).sar::<8>(), none - dy, dx)
 }
 
-/// Which of 8x8 pixels are covered: rows 0 to 3 in the first word, 4 to 7 in the second, 8 bits a row.
+/// Returns the coverage of 8x8 pixels: rows 0 to 3 in the first word, 4 to 7 in the second, 8 bits
+/// for each row.
 #[inline(always)]
 pub(super) fn coverage<S: Simd>(
     s: S,
@@ -68,7 +71,7 @@ pub(super) fn coverage<S: Simd>(
     (words[0], words[1])
 }
 
-/// The edge functions of a small face at a vector of columns, row after row.
+/// Edge functions of a small face at a vector of columns, row by row.
 pub(super) struct Edges<S: Simd> {
     at: [S::I; 3],
     steps_y: [S::I; 3],
@@ -76,7 +79,8 @@ pub(super) struct Edges<S: Simd> {
 }
 
 impl<S: Simd> Edges<S> {
-    /// At LANES columns from `start` on, of which those of `counted` count, and at row `y`.
+    /// Evaluates them at LANES columns from `start` on, of which only those in `counted` are
+    /// reported, and at row `y`.
     #[inline(always)]
     pub fn new(s: S, face: &Small, start: i32, counted: Range<i32>, y: i32) -> Self {
         let lanes = S::LANES as i32;
@@ -95,7 +99,7 @@ impl<S: Simd> Edges<S> {
         }
     }
 
-    /// Which columns the row covers; then the next row's turn has come.
+    /// Returns the columns that the row covers, and steps to the next row.
     #[inline(always)]
     pub fn covered(&mut self, s: S) -> S::M {
         let [e0, e1, e2] = self.at;
@@ -105,7 +109,7 @@ impl<S: Simd> Edges<S> {
     }
 }
 
-/// How many bits a word has, lane by lane.
+/// Returns the number of set bits, lane by lane.
 #[inline(always)]
 pub(super) fn ones<S: Simd>(s: S, word: S::I) -> S::I {
     let (pairs, fours, eights) = (s.splat_i(0x5555_5555), s.splat_i(0x3333_3333), s.splat_i(0x0f0f_0f0f));
@@ -121,29 +125,29 @@ pub(super) fn bounds3<S: Simd>(a: S::I, b: S::I, c: S::I) -> (S::I, S::I) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
-/// A record's position snapped to 1/256 pixel.
+/// Returns a screen vertex's position snapped to 1/256 pixel.
 #[inline(always)]
 pub(super) fn snapped<S: Simd>(s: S, r: [S::F; 4]) -> (S::I, S::I) {
     let (up, one) = (r[3].bits(), s.splat_i(1));
     (r[0].bits().sar::<8>() + (up & one), r[1].bits().sar::<8>() + (up.shr::<1>() & one))
 }
 
-/// A corner: position in 1/65536 pixel, and the bits of its depth.
+/// Corner of a face: position in 1/65536 pixel, and the bits of its depth.
 pub(super) type Corner<S> = [<S as Simd>::I; 3];
 
-/// The corner of a record.
+/// Returns the corner of a screen vertex.
 #[inline(always)]
 pub(super) fn corner<S: Simd>(r: [S::F; 4]) -> Corner<S> {
     [r[0].bits(), r[1].bits(), r[2].bits()]
 }
 
-/// From p to q, in pixels.
+/// Returns q - p in pixels.
 #[inline(always)]
 pub(super) fn pixels<S: Simd>(s: S, p: S::I, q: S::I) -> S::F {
     (q - p).to_f32() * s.splat(1.0 / 65536.0)
 }
 
-/// The corners in ascending order of (x, y), lane by lane.
+/// Sorts the corners in ascending order of (x, y), lane by lane.
 #[inline(always)]
 pub(super) fn sort_corners<S: Simd>(s: S, [a, b, c]: [Corner<S>; 3]) -> [Corner<S>; 3] {
     let (a, b) = in_order(s, a, b);

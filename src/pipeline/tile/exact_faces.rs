@@ -1,7 +1,9 @@
-//! Faces that a screen vertex cannot hold or f32 cannot carry: behind the eye, huge, steep, in f64 from the plain path's own set-up.
+//! Exact faces: set up in f64 by the plain path, where screen vertices or f32 are insufficient
+//! (behind the eye, huge, steep).
 //!
-//! Coverage by exact spans, depth and weights as linear functions of the pixel, in f64. Along a row both are worked in f64
-//! at the first column of each run of 16 and in f32 from there: whichever width the vectors have, the numbers are the same.
+//! Coverage is by exact spans; depth and barycentrics are linear functions of the pixel, in f64.
+//! Along a row both are evaluated in f64 at the first column of each run of 16 columns and in f32
+//! from there, so the values do not depend on the vector width.
 
 use super::bins::Grid;
 use super::raster::{Tile, write};
@@ -9,54 +11,56 @@ use crate::math::coverage::{Filling, PixelRect, SnappedTriangle};
 use crate::pipeline::plane_equation::PlaneEquation;
 use crate::simd::{F32, I32, Mask, Simd};
 
-/// Columns that share a base in f64.
+/// Columns that share a base value in f64.
 const RUN: i32 = 16;
 
-/// Depth that runs faster than this over a pixel is worked in f64 at every pixel.
+/// Depth slope per column above which depth is evaluated in f64 at every pixel.
 const STEEP: f64 = 1.0 / 64.0;
 
 /// Distance from 0 and from 1 within which rounding may put a depth in f32 on the wrong side.
 const DEPTH_ROUNDING: f32 = 1e-6;
 
-/// A face set up by the plain path.
+/// Face set up by the plain path.
 #[derive(Clone, Debug)]
 pub struct ExactFace {
-    /// The triangle's number in the mesh.
+    /// Index of the triangle in the mesh.
     pub face: u32,
-    /// Columns and rows that may hold covered pixels, half-open, inside the view.
+    /// Columns and rows that may hold covered pixels, half-open, inside the clip rectangle.
     pub bounds: PixelRect,
-    /// What is covered: the face, or what is left of a cut one.
+    /// Covered area: the face, or the remains of a clipped one.
     pub outlines: [Option<SnappedTriangle>; 2],
-    /// Depth and weights over the screen.
+    /// Plane equations of depth and barycentrics over the screen.
     pub plane: PlaneEquation,
-    /// Whether 0 <= z < 1 at every corner.
+    /// True if 0 <= z < 1 at every corner.
     pub is_between: bool,
-    /// The nearest and farthest corner's z; everything where the face is cut. Depth stays between them, also where a pixel's
-    /// centre lies outside of the face.
+    /// Nearest and farthest z of the corners; unbounded if the face is clipped. Depth is clamped to
+    /// it, also at pixel centres outside the face.
     pub z_range: [f32; 2],
-    /// The same in f64, of z and of 1 - z.
+    /// These ranges in f64, of z and of 1 - z.
     pub exact_ranges: [[f64; 2]; 2],
-    /// Whether some w <= 0: weights may then be negative.
+    /// True if some corner has w <= 0: barycentrics may then be negative.
     pub is_cut: bool,
-    /// What a weight is multiplied by to be a share of the screen: the corner's w, or 1 where values run straight there.
+    /// Factors from barycentrics to weights on the screen: each corner's w, or 1 where attributes
+    /// are linear on the screen.
     pub corner_w: [f32; 3],
-    /// Whether its weights run slowly enough for f32 along a run of columns.
+    /// True if the barycentrics' slopes are small enough for f32 along a run of columns.
     pub is_gentle: bool,
-    /// Whether they run so slowly that f32 has all the digits that bytes ask for.
+    /// True if their slopes are so small that f32 has all the digits that bytes need.
     pub is_smooth: bool,
-    /// Whether it is seen from behind.
+    /// True if the face is back-facing.
     pub is_back: bool,
-    /// Whether its normals are turned.
+    /// True if the face's normals are flipped.
     pub is_normal_flipped: bool,
 }
 
-/// A face's part in one row, from the set-up of its spans.
+/// Row and columns of a span.
 pub(super) type Span = (i32, std::ops::Range<i32>);
 
-/// Spans are listed before they are drawn: a closure would be compiled without the level's instructions.
+/// Number of spans listed before they are drawn: a closure would be compiled without the level's
+/// instructions.
 pub(super) const SPANS: usize = Grid::TILE_ROWS as usize;
 
-/// Draws the face's share of a tile; fragments tested and passed.
+/// Draws a face in a tile; returns the fragments tested and passed.
 #[inline(always)]
 pub fn draw<S: Simd>(s: S, exact_face: &ExactFace, tile: &mut Tile<'_>) -> (u64, u64) {
     let (mut tested, mut passed) = (0, 0);
@@ -78,11 +82,11 @@ pub fn draw<S: Simd>(s: S, exact_face: &ExactFace, tile: &mut Tile<'_>) -> (u64,
     (tested, passed)
 }
 
-/// Faces that are drawn together over a whole tile.
+/// Largest number of faces that are drawn together over a whole tile.
 pub const MOST_STACKED: usize = 24;
 
-/// How much of the tile is the face's, as far as [`stack`] can draw it: whole means between near and far too, and a depth
-/// that runs slowly enough for f32.
+/// Returns how much of the tile the face covers, as far as [`stack`] can draw it: `All` requires
+/// depths between near and far, too, and a slope that is small enough for f32.
 #[inline(always)]
 pub fn filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
     match tile_filling(exact_face, tile) {
@@ -91,7 +95,8 @@ pub fn filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
     }
 }
 
-/// How much of the tile is the face's: whole means between near and far too, and of whole vectors.
+/// Returns how much of the tile the face covers: `All` requires depths between near and far, and
+/// whole vectors.
 #[inline(always)]
 pub(super) fn tile_filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
     let [Some(outline), None] = &exact_face.outlines else { return Filling::Part };
@@ -105,15 +110,16 @@ pub(super) fn tile_filling(exact_face: &ExactFace, tile: &Tile<'_>) -> Filling {
     }
 }
 
-/// Draws faces that fill the tile, in their order, and says how many fragments passed: a pixel's depth and face stay in
-/// registers until all of them were asked.
+/// Draws faces that fill the tile, in order, and returns how many fragments passed. A pixel's depth
+/// and face stay in registers until all faces are tested.
 #[inline(always)]
 pub fn stack<S: Simd>(s: S, faces: &[&ExactFace], tile: &mut Tile<'_>) -> u64 {
     let count = faces.len().min(MOST_STACKED);
     let faces = &faces[..count];
     let (x0, width) = (tile.x0, (tile.x1 - tile.x0) as usize);
     let mut ids = [0; MOST_STACKED];
-    // Low and high as `depths` and its callers take them, at once; + 0.0 makes a zero positive, as its bits have to be.
+    // Bounds as `depths` and its callers apply them; + 0.0 makes a zero positive, as its bits have
+    // to be.
     let (mut low, mut high, mut slope) = ([0f32; MOST_STACKED], [0f32; MOST_STACKED], [0f32; MOST_STACKED]);
     let mut is_level = true;
     for (i, face) in faces.iter().enumerate() {
@@ -176,14 +182,14 @@ pub fn stack<S: Simd>(s: S, faces: &[&ExactFace], tile: &mut Tile<'_>) -> u64 {
     passed
 }
 
-/// As the vectors' `max` and `min` do it.
+/// Clamps like the vectors' `max` and `min`.
 #[inline(always)]
 fn clamp(z: f32, low: f32, high: f32) -> f32 {
     let z = if z > low { z } else { low };
     if z < high { z } else { high }
 }
 
-/// The spans of an outline within a tile's part of its box; how many there are.
+/// Lists the spans of an outline within `clip`; returns their number.
 pub(super) fn spans_of(outline: &SnappedTriangle, clip: PixelRect, spans: &mut [Span; SPANS]) -> usize {
     let mut count = 0;
     match outline.filling(clip) {
@@ -202,7 +208,8 @@ pub(super) fn spans_of(outline: &SnappedTriangle, clip: PixelRect, spans: &mut [
     count
 }
 
-/// One span: vectors that begin at multiples of their width, the first and the last in part.
+/// Draws one span in vectors aligned to their width, the first and the last in part. Returns the
+/// fragments passed.
 #[inline(always)]
 fn row<S: Simd>(
     s: S,
@@ -212,7 +219,7 @@ fn row<S: Simd>(
     tile: &mut Tile<'_>,
 ) -> u64 {
     let lanes = S::LANES as i32;
-    // The last vector of a row that is no multiple of its width begins further left.
+    // The last vector of a row that is no multiple of its width starts further left.
     let last_whole = tile.x1 & !(lanes - 1);
     let mut passed = 0;
     let mut x = span.start;
@@ -262,7 +269,8 @@ pub(super) fn between_near_and_far<S: Simd>(s: S, exact_face: &ExactFace, z: S::
     s.mask(bits)
 }
 
-/// `count` columns from (x, y) on, all of them covered: whole vectors.
+/// Draws `count` columns from (x, y) on, all covered, in whole vectors. Returns the fragments
+/// passed.
 #[inline(always)]
 fn full_run<S: Simd>(
     s: S,
@@ -300,7 +308,8 @@ fn full_run<S: Simd>(
     passed
 }
 
-/// Depths at LANES pixels from (x, y) on: at each the same number, however wide the vectors and wherever they begin.
+/// Returns the depths at LANES pixels from (x, y) on, with values that depend neither on the vector
+/// width nor on its alignment.
 #[inline(always)]
 pub(super) fn depths<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S::F {
     let zx = exact_face.plane.z[1];
@@ -325,7 +334,8 @@ pub(super) fn depths<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> S
     s.load(&lanes[..S::LANES]).max(low).min(high)
 }
 
-/// The weights b of an exact face at LANES pixels from (x, y) on: b / sum(b) are the shares of the corners, 1 / sum(b) is w.
+/// Returns the barycentrics b of an exact face at LANES pixels from (x, y) on: b / sum(b) are the
+/// corners' weights, 1 / sum(b) is w.
 #[inline(always)]
 pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> [S::F; 3] {
     if exact_face.is_gentle && x & (S::LANES as i32 - 1) == 0 {
@@ -358,7 +368,8 @@ pub fn weights<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> [S::F; 
     out
 }
 
-/// The shares of the corners at LANES pixels from (x, y) on, from f64, and where the plain path has to say: beside the face.
+/// Returns the corners' weights at LANES pixels from (x, y) on, computed in f64, and the lanes
+/// beside the face, which the plain path must compute.
 #[inline(always)]
 pub(super) fn exact_barycentrics<S: Simd>(s: S, exact_face: &ExactFace, x: i32, y: i32) -> ([S::F; 3], S::M) {
     let mut b = [[0.0f64; 16]; 3];
@@ -380,8 +391,8 @@ pub(super) fn exact_barycentrics<S: Simd>(s: S, exact_face: &ExactFace, x: i32, 
     (out.map(|lanes| s.load(&lanes[..S::LANES])), !s.mask(inside))
 }
 
-/// The weights clamped as the plain path does it, where a centre lies beside the face: the shares of the screen to 0..1, and
-/// their sum to 1 again. Inside they stay as they are.
+/// Clamps barycentrics as the plain path does, where a centre lies beside the face: the weights on
+/// the screen to 0..1, rescaled to a sum of 1. Inside the face they are unchanged.
 #[inline(always)]
 pub fn clamped<S: Simd>(s: S, exact_face: &ExactFace, b: [S::F; 3]) -> [S::F; 3] {
     let (zero, one) = (s.splat(0.0), s.splat(1.0));

@@ -1,7 +1,8 @@
-//! The colours of a vector of pixels from the faces that they show: weights, attributes, light, texture.
+//! Attributes of the faces that a vector of pixels shows: barycentrics, vertices and materials.
 //!
-//! The weights of faces with records come from those; a face that was set up in f64 brings its own. From there on both go one
-//! way ([`super::interpolate`]). What kernel walks over the pixels: [`super::resolve`].
+//! The barycentrics of faces with screen vertices are computed from those; a face that was set up
+//! in f64 has its own. From there on both take one path ([`super::interpolate`]). The kernel that
+//! iterates over the pixels is [`super::resolve`].
 
 use super::attribute_fetch::{Corners, Few, MOST_FEW, gather3, most_few};
 use super::exact_faces::{self, ExactFace};
@@ -13,23 +14,23 @@ use super::shading_state::{ColorSource, Shading};
 use super::vertex::ScreenVertex;
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
-/// The faces that pixels are shaded from.
+/// Faces that pixels are shaded from.
 #[derive(Clone, Copy)]
 pub struct Faces<'a> {
-    /// What all pixels share.
+    /// State that all pixels share.
     pub shading: &'a Shading<'a>,
-    /// The bits of the three vertices of each face, and of its material's number.
+    /// Bits of the three vertex indices of each face, and of its material's index.
     pub corners: &'a [[f32; 4]],
-    /// The vertices.
+    /// Vertices on the screen.
     pub screen_vertices: &'a [ScreenVertex],
-    /// Whether the mesh is larger than the nearer caches.
+    /// True if the mesh is larger than the nearer caches.
     pub is_far_flung: bool,
-    /// Finds a face that was set up in f64.
+    /// Finds the set-up of a face in f64.
     pub exact_face: &'a (dyn Fn(u32) -> Option<&'a ExactFace> + Sync),
 }
 
 impl Faces<'_> {
-    /// Asks for the vertices that the next block will gather.
+    /// Prefetches the vertices that the next block will gather.
     #[inline(always)]
     pub fn prefetch<S: Simd>(&self, s: S, ids: S::I) {
         let narrow = ids.gt(s.splat_i(NO_FACE)) & s.splat_i(EXACT_FACE_BIT).gt(ids);
@@ -52,7 +53,8 @@ impl Faces<'_> {
         }
     }
 
-    /// The packed colours of pixels whose faces have records, where they need no weights.
+    /// Returns the packed colours of pixels whose faces have screen vertices, if no barycentrics
+    /// are needed.
     #[inline(always)]
     pub fn unweighed_color<S: Simd>(&self, s: S, mask: S::M, faces: S::I) -> Option<S::I> {
         let shading = self.shading;
@@ -68,7 +70,8 @@ impl Faces<'_> {
         None
     }
 
-    /// Weights of pixels whose faces have records, and the numbers of their surfaces.
+    /// Returns the shading inputs of pixels whose faces have screen vertices, and the indices of
+    /// their materials.
     #[inline(always)]
     pub(super) fn fragment_inputs<'f, S: Simd>(
         &self,
@@ -88,11 +91,12 @@ impl Faces<'_> {
         let (d0, d1, d2) = (offset(s, r0, px, py), offset(s, r1, px, py), offset(s, r2, px, py));
         let (e0, e1, e2) = (cross::<S>(d1, d2), cross::<S>(d2, d0), cross::<S>(d0, d1));
         let area = (e0 + e1) + e2;
-        // Inside a face that is seen from its other side all of these are below 0: their ratios are the same.
+        // Inside a face that is seen from its other side all of these are negative: their ratios
+        // are unaffected.
         let zero = s.splat(0.0);
         let is_normal_flipped = area.lt(zero);
         let f = [e0, e1, e2];
-        // Beside the face: clamped to it, as the plain path does.
+        // Beside the face: clamped to it, as in the plain path.
         let (least, most) = (area.min(zero), area.max(zero));
         let (e0, e1, e2) = (e0.max(least).min(most), e1.max(least).min(most), e2.max(least).min(most));
         let [i0, i1, i2] = match shading.is_affine {
@@ -104,7 +108,8 @@ impl Faces<'_> {
         let w = ((e0 + e1) + e2) * inverse;
         let (mut right, mut below) = (p, p);
         if shading.bindings.iter().any(|m| m.texture.is_some()) {
-            // A pixel further on, an edge function has moved by the edge's extent on the other axis.
+            // One pixel further, an edge function has changed by the edge's extent on the other
+            // axis.
             let unit = s.splat(65536.0);
             let steps = [(d1, d2), (d2, d0), (d0, d1)];
             let i = [i0, i1, i2];
@@ -132,7 +137,7 @@ impl Faces<'_> {
         (FragmentInputs { faces, corners, barycentrics, turn, at }, materials)
     }
 
-    /// The vertices of pixels' faces, and their materials' numbers.
+    /// Returns the vertices of the pixels' faces, and the indices of their materials.
     #[inline(always)]
     fn corners_of<'f, S: Simd>(
         &self,
@@ -166,7 +171,8 @@ impl Faces<'_> {
         (Corners::Few(few), materials)
     }
 
-    /// The packed colours of pixels of one face that was set up in f64, and where f32 lacks the digits.
+    /// Returns the packed colours of pixels of one face that was set up in f64, and the lanes where
+    /// f32 lacks the digits.
     #[inline(always)]
     pub fn exact_face<S: Simd>(
         &self,
@@ -195,7 +201,7 @@ impl Faces<'_> {
         let corners =
             Corners::<'_, S>::One([c0.to_bits() as usize, c1.to_bits() as usize, c2.to_bits() as usize]);
         let turn = s.mask(if exact_face.is_normal_flipped { u32::MAX } else { 0 });
-        // Where the face's plane runs away to the horizon, or is seen on edge, f32 has no say.
+        // Where the face's plane reaches the horizon, or is seen edge-on, f32 does not decide.
         let off = mask & !s.splat(1e-30).lt(sum);
         let mut w = inverse;
         if shading.is_affine {
@@ -213,7 +219,7 @@ impl Faces<'_> {
         (color, if needs_w { mask } else { needs_f64 | off })
     }
 
-    /// The one colour of a face, where it is easily seen that it has but one.
+    /// Returns the one colour of a face, if a cheap test shows that it has only one.
     #[inline(always)]
     pub fn only_color(&self, face: usize) -> Option<[f32; 3]> {
         let shading = self.shading;
@@ -249,7 +255,7 @@ impl Faces<'_> {
         }
     }
 
-    /// The one colour of everything, where there is one.
+    /// Returns the material whose colour all pixels have, if there is one.
     #[inline(always)]
     fn is_plain_color(&self) -> Option<&MaterialLighting> {
         let s = self.shading;
@@ -264,7 +270,8 @@ impl Faces<'_> {
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
-/// From the pixel's centre to a record's position, in 1/65536 pixel; the floor in the record is half a unit low.
+/// Returns the vector from the pixel's centre to a vertex, in 1/65536 pixel; the floor in the
+/// vertex is half a unit low.
 #[inline(always)]
 fn offset<S: Simd>(s: S, r: [S::F; 4], px: S::I, py: S::I) -> [S::F; 2] {
     let half = s.splat(0.5);

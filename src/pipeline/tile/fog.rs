@@ -1,25 +1,25 @@
-//! Fog, a vector of points at a time: the twin of `pipeline::shade::visibility`, in f32.
+//! Fog for a vector of points: `pipeline::shade::visibility` in f32.
 
 use super::lighting::{V3, dot, exp2, splat3};
 use crate::scene::{Fog, FogKind};
 use crate::simd::{F32, Simd};
 use std::f32::consts::LOG2_E;
 
-/// A scene's fog as a draw's shading frame has it.
+/// Fog of a scene, in the shading space of a draw.
 #[derive(Clone, Copy, Debug)]
 pub struct FogParams {
     color: [f32; 3],
     range: f32,
     kind: FogKind,
-    /// The eye, from which distance counts, where the positions have it.
+    /// Position of the eye, from which distance is measured, in the space of the positions.
     eye: [f32; 3],
 }
 
-/// Numbers whose squares f32 carries.
+/// Bound on numbers whose squares fit f32.
 const LARGEST: f32 = 1e15;
 
 impl FogParams {
-    /// The fog of a scene seen from `eye`; `None` where f32 does not carry it.
+    /// Converts the fog of a scene seen from `eye`; `None` if f32 does not carry it.
     pub fn new(fog: &Fog, eye: [f32; 3]) -> Option<FogParams> {
         let color = fog.color.as_vec3().to_array();
         let range = fog.visibility_range as f32;
@@ -28,7 +28,7 @@ impl FogParams {
         (is_carried && has_range).then_some(FogParams { color, range, kind: fog.kind, eye })
     }
 
-    /// A colour as it is seen through the fog from the eye to `position`.
+    /// Returns a colour at `position` as seen through the fog from the eye.
     #[inline(always)]
     pub fn over<S: Simd>(&self, s: S, color: V3<S>, position: V3<S>) -> V3<S> {
         let (zero, one, range) = (s.splat(0.0), s.splat(1.0), s.splat(self.range));
@@ -40,7 +40,7 @@ impl FogParams {
             FogKind::Linear => left / range,
             FogKind::Exponential => exp2(s, s.splat(-LOG2_E) * (distance / left)),
         };
-        // Beyond its range, and where there is no distance, all is fog.
+        // Beyond its range, and where the distance is NaN, all is fog.
         let clear = s.select(zero.lt(left), clear, zero);
         let hidden = one - clear;
         let fog = splat3(s, self.color);

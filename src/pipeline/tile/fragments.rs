@@ -1,46 +1,48 @@
-//! Fragments of the smallest faces: of faces that cover one pixel or two, as most of a fine mesh do, each pixel with its depth.
+//! Fragments of the smallest faces, which cover one or two pixels as most faces of a fine mesh do:
+//! each pixel with its depth.
 //!
-//! The exact answer is that of drawing the face: the same pixels, the same sums for their depths, in file order. A list of
-//! fragments is drawn by comparing and storing, without looking at a face's coverage; a fragment lies in one tile only. Depth
-//! formats that are worked in f64 find their own depth from the face.
+//! The result is exactly that of drawing the face: equal pixels, equal sums for their depths, in
+//! file order. A list of fragments is drawn by comparing and storing, without evaluating a face's
+//! coverage; a fragment lies in one tile only. Depth formats that are evaluated in f64 compute the
+//! depth from the face.
 
 use super::bins::ListBytes;
 use super::raster::NO_FACE;
 use crate::simd::{F32, I32, Mask, Simd};
 
-/// A vector of fragments, in file order of their faces.
+/// Vector of fragments, in file order of their faces.
 #[derive(Clone, Copy)]
 pub struct Fragments<S: Simd> {
-    /// Column in the low half, row in the high one.
+    /// Pixel: column in the low half, row in the high half.
     pub at: S::I,
-    /// The depth's word.
+    /// Depth word.
     pub z: S::I,
-    /// The triangle's number in the mesh; [`NO_FACE`] where there is none.
+    /// Index of the triangle in the mesh; [`NO_FACE`] for unused lanes.
     pub face: S::I,
 }
 
 /// Fragments of a tile.
 #[derive(Debug, Default)]
 pub struct FragmentList {
-    // Places, words and numbers, each with room behind the last one.
+    // Pixels, depth words and faces, each with room behind the last element.
     lists: [Vec<i32>; 3],
     count: usize,
 }
 
 impl FragmentList {
-    /// How many there are.
+    /// Returns the number of fragments.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no fragments.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Adds the lanes of a vector that are set.
+    /// Appends the set lanes of a vector.
     #[inline(always)]
     pub fn add<S: Simd>(&mut self, s: S, lanes: S::M, fragments: &Fragments<S>, bytes: &ListBytes) {
         let end = self.count + S::LANES;
@@ -55,35 +57,36 @@ impl FragmentList {
         self.count += s.compress_i(lanes, fragments.face, &mut face[self.count..]);
     }
 
-    /// Place, depth word and face of some of them.
+    /// Returns pixel, depth word and face of the fragments in `range`.
     #[inline(always)]
     pub fn some(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = [i32; 3]> {
         let [at, z, face] = self.lists.each_ref().map(|list| &list[range.clone()]);
         at.iter().zip(z).zip(face).map(|((at, z), face)| [*at, *z, *face])
     }
 
-    /// Forgets all; keeps their memory.
+    /// Removes all fragments; the allocations are reused.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Bytes of its memory.
+    /// Returns the capacity in bytes.
     pub fn size_bytes(&self) -> usize {
         self.lists.iter().map(|list| list.capacity() * size_of::<i32>()).sum()
     }
 }
 
-/// Which lanes have at most two pixels, all in the first four rows of their boxes.
+/// Returns the lanes that have at most two pixels, all in the first four rows of their boxes.
 #[inline(always)]
 pub(super) fn has_few<S: Simd>(s: S, (low, high): (S::I, S::I)) -> S::M {
     let second = low & (low - s.splat_i(1));
     ((second & (second - s.splat_i(1))) | high).eq(s.splat_i(0))
 }
 
-/// The fragments of such faces, where `faces` are set: of their first pixels, or of both, face after face. How many vectors.
+/// Returns the fragments of such faces, where `faces` is set: of their first pixels, or of both,
+/// face by face, and the number of vectors.
 ///
-/// `word` is the low half of their coverage, `first` the box's first column and row in one, `depth` the depth at that pixel
-/// and its steps.
+/// `word` is the low half of their coverage, `first` the box's first column and row in one word,
+/// `depth` the depth at that pixel and its steps.
 #[inline(always)]
 pub(super) fn of<S: Simd>(
     s: S,
@@ -107,10 +110,11 @@ pub(super) fn of<S: Simd>(
     ([Fragments { at: at[0], z: z[0], face: face[0] }, Fragments { at: at[1], z: z[1], face: face[1] }], 2)
 }
 
-/// The fragments at the pixels of one bit each, with the sums that drawing their faces takes.
+/// Returns the fragments at the pixels of one set bit each, with the sums that drawing their faces
+/// would use.
 #[inline(always)]
 fn at_bit<S: Simd>(s: S, bit: S::I, first: S::I, [z0, zx, zy]: [S::F; 3]) -> Fragments<S> {
-    // The exponent of a power of two is its bit's number.
+    // The exponent of a power of two is the index of its bit.
     let number = (bit.to_f32().bits().shr::<23>() & s.splat_i(0xff)) - s.splat_i(127);
     let (row, column) = (number.shr::<3>(), number & s.splat_i(7));
     let z = (z0 + zy * row.to_f32()) + zx * column.to_f32();
@@ -126,7 +130,7 @@ mod tests {
     use super::*;
     use crate::simd::{Kernel, Level};
 
-    /// Faces of one or two pixels: which count, coverage, depth and steps.
+    /// Faces of one or two pixels: set lanes, coverage, depth and steps.
     struct Faces {
         live: u32,
         words: [i32; 16],
@@ -134,7 +138,7 @@ mod tests {
     }
 
     impl Kernel for &Faces {
-        /// Place, word and face of each fragment, as a list holds them.
+        /// Pixel, depth word and face of each fragment, as a list holds them.
         type Output = Vec<[i32; 3]>;
         #[inline(always)]
         fn run<S: Simd>(self, s: S) -> Vec<[i32; 3]> {
@@ -165,7 +169,8 @@ mod tests {
     fn fragments_are_a_faces_pixels_in_file_order_with_its_depths() {
         let mut state = 7;
         for round in 0..400u32 {
-            // Every bit comes, alone and with others; all rounds but the first leave some lanes out.
+            // Every bit occurs, alone and with others; all rounds but the first leave some lanes
+            // out.
             let faces = Faces {
                 live: if round == 0 { u32::MAX } else { noise(&mut state) },
                 words: std::array::from_fn(|i| {

@@ -1,12 +1,14 @@
-//! Coarse depth: a face that lies behind everything in its part of a tile is left out before its pixels are looked at.
+//! Hierarchical z: skips faces that lie behind everything in their part of a tile.
 //!
-//! A tile is cut into cells of 16x8 pixels, each with the farthest depth word in it. A fragment passes when its word is strictly
-//! less than the one that is there, so a face no word of which can be less than the farthest one of each cell that it reaches has
-//! none that passes: the same bytes with and without. Words only become less while faces are drawn, so a farthest word that was
-//! found a while ago is too far at worst, and nothing is left out that would be seen. It is found anew from the tile's words where
-//! a tile's faces are begun, and again when about as many fragments have passed as would cover the tile twice; a face that fills
-//! the tile brings all cells down to its own farthest corner at once. Fragments are drawn as they are: asking would cost as much.
-//! Depths that are not f32 words have none of this.
+//! A tile is divided into cells of 16x8 pixels, each with its farthest depth word. A fragment
+//! passes if its word is strictly less than the stored one, so a face whose words cannot be less
+//! than the farthest one of each cell that it reaches has no fragment that passes: the bytes are
+//! equal with and without this test. Words only decrease while faces are drawn, so an outdated
+//! farthest word is too far at worst, and no visible face is skipped. The words are computed when a
+//! tile's faces are begun, and again after about as many fragments have passed as would cover the
+//! tile twice; a face that fills the tile lowers all cells to its own farthest corner at once.
+//! Fragments are drawn without the test, which would cost as much. Depth formats other than f32
+//! have none of this.
 
 use super::bins::{BinEntry, Small, Tiny};
 use super::exact_faces::ExactFace;
@@ -15,33 +17,33 @@ use super::traverse::{FaceRaster, RasterStats, traverse};
 use crate::math::coverage::Filling;
 use crate::simd::{I32, Kernel, Simd};
 
-/// Columns and rows of a cell.
+/// Columns and rows of a cell in pixels.
 const CELL: [i32; 2] = [16, 8];
-/// Cells in a row of a tile's.
+/// Number of cells in a row of a tile.
 const ROW: usize = ID_STRIDE / CELL[0] as usize;
-/// Cells of the largest tile.
+/// Number of cells of the largest tile.
 const CELLS: usize = ROW * (super::bins::Grid::TILE_ROWS / CELL[1]) as usize;
 
 /// Bytes of one tile's cells, on the stack of each thread that draws.
 pub(crate) const HIERARCHICAL_Z_BYTES: u64 = size_of::<Cells>() as u64;
 
-/// Tiles with fewer faces than this are not worth their words' being read first: tiny ones,
+/// Smallest number of tiny faces for which computing the cells pays.
 const FEW_TINY: usize = 32;
-/// and larger ones.
+/// Smallest number of larger faces for which computing the cells pays.
 const FEW_LARGER: usize = 2;
 
-/// The farthest word of each cell.
+/// Farthest depth words of a tile's cells.
 struct Cells {
     far: [i32; CELLS],
-    /// The farthest of all.
+    /// Farthest word of all cells.
     farthest: i32,
 }
 
-/// Draws one chunk's share of a tile, but for hidden faces.
+/// Rasterizes the faces of one chunk in a tile, except hidden ones.
 pub struct HierarchicalZKernel<'a, 'b>(pub RasterKernel<'a, 'b>);
 
 impl HierarchicalZKernel<'_, '_> {
-    /// Whether a tile has faces enough.
+    /// Returns whether a bin has enough faces for the test to pay.
     pub fn pays(bin: &super::bins::Bin) -> bool {
         let larger = bin.larger.iter().filter(|l| l.entry != BinEntry::OrderBreak);
         bin.tiny.len() >= FEW_TINY || larger.take(FEW_LARGER).count() == FEW_LARGER
@@ -59,11 +61,11 @@ impl Kernel for HierarchicalZKernel<'_, '_> {
     }
 }
 
-/// The plain raster behind a tile's cells.
+/// Raster that tests faces against a tile's cells first.
 struct HierarchicalZRaster<'a, 'b> {
     plain: RasterKernel<'a, 'b>,
     cells: Cells,
-    /// Fragments that had passed when the cells were found.
+    /// Number of fragments that had passed when the cells were computed.
     surveyed: u64,
 }
 
@@ -107,7 +109,7 @@ impl FaceRaster for HierarchicalZRaster<'_, '_> {
     #[inline(always)]
     fn hides_exact(&self, face: &ExactFace) -> bool {
         let b = face.bounds;
-        // Its depths stay between its corners'; a cut one has no nearest.
+        // Depths stay between those of the corners; a clipped face has no nearest depth.
         self.cells.hide(self.plain.tile, [b.x0, b.y0, b.x1, b.y1], word(face.z_range[0]))
     }
     #[inline(always)]
@@ -124,7 +126,7 @@ impl FaceRaster for HierarchicalZRaster<'_, '_> {
 }
 
 impl Cells {
-    /// The farthest words of a tile as they are.
+    /// Computes the farthest words of a tile.
     #[inline(always)]
     fn of<S: Simd>(s: S, tile: &Tile<'_>) -> Cells {
         let mut far = [0; CELLS];
@@ -164,7 +166,8 @@ impl Cells {
         Cells { far, farthest }
     }
 
-    /// Whether nothing of a face is seen that has no word below `near` and lies within these columns and rows: x0, y0, x1, y1.
+    /// Returns whether a face is hidden that lies within these columns and rows (x0, y0, x1, y1)
+    /// and has no word below `near`.
     #[inline(always)]
     fn hide(&self, tile: &Tile<'_>, [x0, y0, x1, y1]: [i32; 4], near: i32) -> bool {
         if near >= self.farthest {
@@ -186,7 +189,8 @@ impl Cells {
         true
     }
 
-    /// A face that fills the tile is drawn: nothing is farther than its farthest corner any more.
+    /// Lowers the cells for a face that fills the tile: nothing is farther than its farthest
+    /// corner.
     #[inline(always)]
     fn lower(&mut self, face: &ExactFace) {
         let most = word(face.z_range[1]);
@@ -197,7 +201,8 @@ impl Cells {
     }
 }
 
-/// The word of a depth, as faces are drawn with it: what is before the near plane is on it.
+/// Returns the word of a depth as faces are drawn with it: depths before the near plane are clamped
+/// to it.
 #[inline(always)]
 fn word(z: f32) -> i32 {
     (z.to_bits() as i32).max(0)
@@ -219,13 +224,15 @@ fn nearest_of_small(face: &Small) -> i32 {
     nearest(face.depth, [x1 - x0, y1 - y0])
 }
 
-/// No pixel of a face in a box of so many columns and rows has a word below this: sums and products that are rounded run one way,
-/// as they do without, so the least of all is at a corner, worked as it is worked there.
+/// Returns a lower bound on the words of a face in a box of this many columns and rows. Rounded
+/// sums and products are monotonic, so the least value is at a corner, if it is computed as it is
+/// for the pixels.
 #[inline(always)]
 fn nearest([z0, zx, zy]: [f32; 3], [columns, rows]: [i32; 2]) -> i32 {
     let (right, bottom) = (zx * (columns - 1) as f32, zy * (rows - 1) as f32);
     let (along, down) = (if right < 0.0 { right } else { 0.0 }, if bottom < 0.0 { bottom } else { 0.0 });
-    // Not a number only where a slope is none; its word is among the largest, so it is asked for what it hides: nothing.
+    // NaN only if a slope is NaN; such words are among the largest, and the face is not to be
+    // skipped.
     let z = (z0 + down) + along;
     if z.is_nan() { 0 } else { word(z) }
 }

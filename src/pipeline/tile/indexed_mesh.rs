@@ -1,8 +1,10 @@
-//! A mesh as the tile renderer wants it, made once: every distinct corner is one vertex with all its attributes.
+//! Indexed mesh for the tile renderer, built once: every distinct corner is one vertex with all its
+//! attributes.
 //!
-//! Positions stay f64 (they are transformed in f64); normals, texture coordinates and colours become f32 records of
-//! four numbers, as the shading kernels gather them. Vertices stand in the order in which the faces first ask for them,
-//! so neighbours lie together. Nothing here depends on camera, light or frame.
+//! Positions stay f64 (they are transformed in f64); normals, texture coordinates and colours
+//! become f32 records of four numbers, as the shading kernels gather them. Vertices are in the
+//! order in which the faces first use them, so neighbours are close in memory. Nothing here depends
+//! on camera, light or frame.
 
 use super::clusters::{CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
 use super::distinct::{DISTINCT_BYTES, Distinct};
@@ -12,79 +14,83 @@ use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
 use glam::{DVec3, DVec4};
 
-/// The index lists are filled up to a multiple of this, with faces without area.
+/// The index lists are padded to a multiple of this with faces without area.
 const PADDING: usize = 16;
 
-/// Faces that one piece of set-up work takes.
+/// Smallest number of faces in a chunk of set-up work.
 const CHUNK_FACES: usize = 4096;
-/// The most pieces: each has a list for each tile, and a bit of its visitors.
+/// Largest number of chunks: each has a list for each tile, and a bit in the tile's visitors.
 const MOST_CHUNKS: usize = 64;
 
-/// Faces in a piece of set-up work of so many.
+/// Returns the number of faces in a chunk of set-up work for a mesh of `faces` faces.
 pub fn chunk_faces(faces: usize) -> usize {
     faces.div_ceil(MOST_CHUNKS).next_multiple_of(16).max(CHUNK_FACES)
 }
 
-/// See the module's text.
+/// Indexed mesh with its attributes as the kernels read them.
 #[derive(Clone, Debug, Default)]
 pub struct IndexedMesh {
-    /// Object-space positions, x of every vertex, then y, then z.
+    /// Object-space positions: x of every vertex, then y, then z.
     pub positions: [Vec<f64>; 3],
-    /// Three vertices a triangle, in file order: first corners, second corners, third corners. Filled up with vertex 0.
+    /// Vertex indices of the triangles, in file order: first corners, second corners, third
+    /// corners. Padded with vertex 0.
     pub corners: [Vec<i32>; 3],
-    /// The same as one record a triangle: the bits of its three vertices and of its material's number.
+    /// One record for each triangle: the bits of its three vertex indices and of its material's
+    /// index.
     pub screen_vertices: Vec<[f32; 4]>,
-    /// How many triangles there are.
+    /// Number of triangles.
     pub triangle_count: usize,
-    /// How many vertices, from the first on, each piece of [`chunk_faces`] and those before it ask for.
+    /// For each chunk of [`chunk_faces`] faces, the number of vertices that it and the chunks
+    /// before it use.
     pub asked: Vec<u32>,
     /// Unit normals in object space; w is 0.
     pub normals: Vec<[f32; 4]>,
-    /// u and v, then what f32 lost of them: together they have 48 bits.
+    /// u and v in f32, then their rounding errors: together they have 48 bits.
     pub texcoords: Vec<[f32; 4]>,
-    /// R, G, B, A.
+    /// Vertex colours: R, G, B, A.
     pub colors: Vec<[f32; 4]>,
-    /// Of each triangle, its material's number in `materials`; empty where there is but one.
+    /// Index in `materials` of each triangle; empty if there is only one material.
     pub face_materials: Vec<i32>,
-    /// A polygon of each material that occurs, in the order in which they do.
+    /// One polygon of each material that occurs, in order of first occurrence.
     pub materials: Vec<u32>,
-    /// Runs of vertices of one material: where each ends, and which.
+    /// Runs of vertices of one material: end of the run, and index in `materials`.
     pub vertex_runs: Vec<(usize, usize)>,
-    /// Whether every corner has texture coordinates.
+    /// True if every corner has texture coordinates.
     pub has_all_texcoords: bool,
-    /// How far u and v run over a face at most.
+    /// Largest range of u or v over a face.
     pub longest_texcoord_run: f64,
-    /// How far from 0 positions lie at most, axis by axis.
+    /// Largest distance of positions from 0, for each axis.
     pub farthest: [f64; 3],
-    /// Faces that follow each other, and what is known of them together.
+    /// Bounds of consecutive faces, for culling.
     pub clusters: Clusters,
 }
 
-/// The shading of faces one by one: centres and normals, in object space.
+/// Inputs of per-face shading: centres and normals, in object space.
 #[derive(Clone, Debug, Default)]
 pub struct FaceTable {
-    /// The middle of each triangle's polygon, x of all, then y, then z.
+    /// Centre of each triangle's polygon: x of all, then y, then z.
     pub centers: [Vec<f64>; 3],
-    /// The unit normal of each triangle's polygon; w is 0.
+    /// Unit normal of each triangle's polygon; w is 0.
     pub normals: Vec<[f32; 4]>,
-    /// The mean of each polygon's colours; empty without colours.
+    /// Mean colour of each triangle's polygon; empty without colours.
     pub colors: Vec<[f32; 4]>,
 }
 
 impl IndexedMesh {
-    /// The prepared form of `mesh`. `normal_of` gives a corner's unit normal in object space: triangle, corner.
+    /// Builds the indexed form of `mesh`. `normal_of` returns the unit normal in object space for a
+    /// triangle and one of its corners.
     #[cfg(test)]
     pub fn new(mesh: &Mesh, normal_of: impl Fn(u32, &Corner) -> DVec3, cancel: &CancelToken) -> Self {
         IndexedMesh::within(mesh, normal_of, |_| Ok(()), cancel).expect("nothing refuses")
     }
 
-    /// Bytes that making a prepared form takes at most while it has no more than so many vertices: its lists, those that find
-    /// equal corners, and the old room of a list that moves.
+    /// Returns an upper bound on the bytes that building takes with at most `vertices` vertices:
+    /// its lists, those that deduplicate corners, and the old allocation of a list that moves.
     fn most_bytes(mesh: &Mesh, vertices: u64) -> u64 {
         let faces = mesh.triangles.len() as u64;
         let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
         let lists = 24 + 16 + per(!mesh.texcoords.is_empty(), 16) + per(!mesh.colors.is_empty(), 16);
-        // A cluster asks for 48 blocks at most; lists have room for twice their items.
+        // A cluster uses 48 blocks at most; lists have a capacity of up to twice their items.
         let clusters = faces.div_ceil(CLUSTER_FACES as u64) * (2 * CLUSTER_BYTES + 3 * 48 * 4) + vertices;
         let padded = faces + PADDING as u64;
         vertices * (lists + 24 + DISTINCT_BYTES)
@@ -94,11 +100,11 @@ impl IndexedMesh {
             + per(faces >= LEAST_FACES as u64, clusters)
     }
 
-    /// The prepared form, which asks `room` before it takes memory: bytes in all, from the first list on. Without faces when it is
-    /// cancelled.
+    /// Builds the indexed form, calling `room` before it allocates, with the total bytes from the
+    /// first list on. Without faces if it is cancelled.
     ///
     /// # Errors
-    /// As `room`.
+    /// Those of `room`.
     pub fn within(
         mesh: &Mesh,
         normal_of: impl Fn(u32, &Corner) -> DVec3,
@@ -108,7 +114,7 @@ impl IndexedMesh {
         let mut prepared =
             IndexedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
         let has_colors = !mesh.colors.is_empty();
-        // So many vertices, if corners differ in one way only.
+        // Number of vertices if corners differ in one attribute only.
         let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
         let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
         let mut granted = most;
@@ -184,7 +190,8 @@ impl IndexedMesh {
                 prepared.corners[k].push(vertex);
                 match uv {
                     Some(uv) => {
-                        // What f32 does not reach, or is no number, is longest however little it changes.
+                        // A range that f32 does not reach, or NaN, counts as infinite however
+                        // little it changes.
                         let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
                         least_run = if is_carried { least_run } else { f64::INFINITY };
                         let uv = uv.extend(0.0).extend(0.0);
@@ -233,7 +240,7 @@ impl IndexedMesh {
         Ok(if cancel.is_cancelled() { Self::default() } else { prepared })
     }
 
-    /// The corners of a triangle, in object space.
+    /// Returns the corners of a triangle in object space.
     pub fn points_of(&self, triangle: u32) -> [DVec3; 3] {
         let [xs, ys, zs] = &self.positions;
         self.corners.each_ref().map(|list| {
@@ -242,12 +249,12 @@ impl IndexedMesh {
         })
     }
 
-    /// How many vertices there are.
+    /// Returns the number of vertices.
     pub fn vertex_count(&self) -> usize {
         self.positions[0].len()
     }
 
-    /// Bytes that the arrays take.
+    /// Returns the bytes of the arrays.
     pub fn size_bytes(&self) -> usize {
         self.clusters.size_bytes()
             + self.vertex_count() * 24

@@ -1,5 +1,5 @@
-//! Interpolates attributes by barycentrics, then lights, textures and fogs a vector of pixels, the
-//! same for all kinds of faces.
+//! Interpolation of attributes by barycentrics, then lighting, texturing and fog, a vector of
+//! pixels at a time, for all kinds of faces.
 
 use super::attribute_fetch::{Corners, blend, gather3};
 use super::face_tables::Faces;
@@ -8,46 +8,49 @@ use super::sampler::{SampleCoord, TextureSampler, UvDerivatives};
 use super::shading_state::{ColorSource, Eye, MaterialBinding};
 use crate::simd::{F32, I32, Simd};
 
-/// The barycentrics of a vector of pixels on the faces that they show.
+/// Barycentrics of a vector of pixels on the faces that they show.
 pub(super) struct Barycentrics<S: Simd> {
-    /// e_i / w_i, not yet divided by their sum: all of them below 0 where a face is seen from its other side.
+    /// e_i / w_i, not yet divided by their sum; all negative where a face is seen from its other
+    /// side.
     pub p: [S::F; 3],
-    /// `p` at the pixel on the right and at the one below, where a texture asks; not clamped to the face.
+    /// `p` at the pixel on the right and at the one below, if a texture needs them; not clamped to
+    /// the face.
     pub right: [S::F; 3],
     pub below: [S::F; 3],
     /// 1 / the sum of `p`, with its sign.
     pub inverse: S::F,
-    /// The pixel's w, above 0.
+    /// Depth w of the pixel, positive.
     pub w: S::F,
 }
 
-/// Inputs of a vector of fragments before their light.
+/// Inputs of a vector of fragments to lighting.
 pub(super) struct FragmentInputs<'f, S: Simd> {
-    /// The faces that they show.
+    /// Faces that the fragments show.
     pub faces: S::I,
-    /// The corners of those faces.
+    /// Vertices of those faces.
     pub corners: Corners<'f, S>,
-    /// The corners' weights in each pixel.
+    /// Weights of the corners at each pixel.
     pub barycentrics: Barycentrics<S>,
-    /// Whose normals are turned.
+    /// Lanes whose normals are flipped.
     pub turn: S::M,
-    /// Columns and rows.
+    /// Pixel columns and rows.
     pub at: (S::I, S::I),
 }
 
-/// Light, before texture and fog.
+/// Lit colour of a vector of pixels, before texture and fog.
 #[derive(Clone, Copy)]
 pub struct ReflectedLight<S: Simd> {
-    /// What a texture multiplies.
+    /// Part that a texture multiplies.
     pub diffuse: V3<S>,
-    /// What it does not.
+    /// Part that a texture does not multiply.
     pub specular: V3<S>,
-    /// In the shading frame, where there is fog.
+    /// Position in shading space; 0 without fog.
     pub position: V3<S>,
 }
 
 impl Faces<'_> {
-    /// Colours at once of pixels that show this surface, and where f32 lacks the digits.
+    /// Returns the packed colours of pixels that show this material, and the lanes where f32 lacks
+    /// the digits.
     #[inline(always)]
     pub(super) fn shade<S: Simd>(
         &self,
@@ -66,7 +69,8 @@ impl Faces<'_> {
         (self.finish(s, &lit), needs_f64)
     }
 
-    /// The light of pixels that show this surface, and where f32 lacks the digits.
+    /// Returns the light of pixels that show this material, and the lanes where f32 lacks the
+    /// digits.
     #[inline(always)]
     pub(super) fn lit<S: Simd>(
         &self,
@@ -152,7 +156,7 @@ impl Faces<'_> {
         (ReflectedLight { diffuse, specular, position }, needs_f64)
     }
 
-    /// Where pixels look into a texture.
+    /// Returns the coordinates at which pixels sample a texture.
     #[inline(always)]
     pub(super) fn sample_coord<S: Simd>(
         &self,
@@ -172,7 +176,8 @@ impl Faces<'_> {
             true => {
                 let (right, rs) = run_of(s, barycentrics.right, (u1, u2), (v1, v2));
                 let (below, bs) = run_of(s, barycentrics.below, (u1, u2), (v1, v2));
-                // Their sign is that of the pixel's own sum unless the face's plane runs to the horizon between them.
+                // The sign is that of the pixel's own sum unless the face's plane reaches the
+                // horizon between them.
                 let is_horizon =
                     mask & !(zero.lt(rs * barycentrics.inverse) & zero.lt(bs * barycentrics.inverse));
                 Some(UvDerivatives {
@@ -185,7 +190,7 @@ impl Faces<'_> {
         texture.sample_coord(s, [[t0[0], t0[1]], [t0[2], t0[3]]], here, footprint)
     }
 
-    /// Packed colours.
+    /// Applies fog and packs the colours.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&self, s: S, lit: &ReflectedLight<S>) -> S::I {
         let color = add::<S>(lit.diffuse, lit.specular);
@@ -197,7 +202,7 @@ impl Faces<'_> {
 }
 
 impl<S: Simd> Barycentrics<S> {
-    /// The corners' weights: their sum is 1.
+    /// Returns the corners' weights, which sum to 1.
     #[inline(always)]
     fn weights(&self) -> [S::F; 3] {
         [self.p[0] * self.inverse, self.p[1] * self.inverse, self.p[2] * self.inverse]
@@ -205,14 +210,14 @@ impl<S: Simd> Barycentrics<S> {
 }
 
 impl<S: Simd> ReflectedLight<S> {
-    /// Takes the texels' colours on.
+    /// Multiplies the diffuse part by the texels' colours.
     #[inline(always)]
     pub fn multiply(&mut self, texel: V3<S>) {
         self.diffuse = [self.diffuse[0] * texel[0], self.diffuse[1] * texel[1], self.diffuse[2] * texel[2]];
     }
 }
 
-/// The eye's ray through pixels, from which a point is w times as far.
+/// Returns the eye's ray through pixels, scaled so that a point is at ray * w.
 #[inline(always)]
 fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
     let (column, row) = (column.to_f32(), row.to_f32());
@@ -225,7 +230,7 @@ fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
-/// u, v relative to the first corner at these barycentrics, and their sum.
+/// Returns u, v relative to the first corner at these barycentrics, and the sum of `p`.
 #[inline(always)]
 fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S::F; 2], S::F) {
     let sum = (p[0] + p[1]) + p[2];
@@ -234,7 +239,7 @@ fn run_of<S: Simd>(s: S, p: [S::F; 3], u: (S::F, S::F), v: (S::F, S::F)) -> ([S:
     ([b1 * u.0 + b2 * u.1, b1 * v.0 + b2 * v.1], sum)
 }
 
-/// From texture coordinates to others, both in two parts.
+/// Returns the difference of texture coordinates, both in two parts.
 #[inline(always)]
 fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
     [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]

@@ -1,81 +1,82 @@
-//! Lighting a vector of points at once: the pipeline's equations in f32, in the shading frame.
+//! Lighting of a vector of points: the pipeline's equations in f32, in shading space.
 //!
-//! The shading frame has its origin in the eye, so that no digits are lost far from the world's origin, and the axes in
-//! which the normals are given. Equations: `pipeline::light`, of which this is the fast twin; exponents up to 1000.
+//! Shading space has its origin at the eye, so that no digits are lost far from the world's origin,
+//! and the axes in which the normals are given. The equations are those of `pipeline::light`;
+//! exponents up to 1000.
 
 use crate::scene::LightingModel;
 use crate::simd::{F32, I32, Simd};
 use std::f32::consts::FRAC_PI_2;
 
-/// A vector of points or directions: x, y, z.
+/// Vector of points or directions: x, y, z.
 pub type V3<S> = [<S as Simd>::F; 3];
 
-/// Where a light is, in the shading frame.
+/// Position of a light in shading space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightPosition {
-    /// Towards the light, unit.
+    /// Unit vector towards the light.
     Toward([f32; 3]),
-    /// The light's position.
+    /// Position of the light.
     At([f32; 3]),
 }
 
-/// Which directions a light shines in.
+/// Directions in which a light shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cone {
-    /// All of them.
+    /// All directions.
     None,
     /// Within an angle of the axis, with a power of the cosine.
     Power {
-        /// Unit, in which light travels.
+        /// Unit vector in which the light travels.
         axis: [f32; 3],
-        /// The cosine of the angle.
+        /// Cosine of the angle.
         cos_angle: f32,
-        /// The power.
+        /// Power of the cosine.
         exponent: Exponent,
     },
-    /// Full within one angle, none from another on, straight between.
+    /// Full within one angle, none from another on, linear between.
     Linear {
-        /// Unit, in which light travels.
+        /// Unit vector in which the light travels.
         axis: [f32; 3],
-        /// The angle of the full beam, radians.
+        /// Angle of the full beam, in radians.
         beam: f32,
-        /// The angle where the light ends, radians.
+        /// Angle at which the light ends, in radians.
         cut_off: f32,
     },
 }
 
-/// One light with the material's answer multiplied in.
+/// Light with the material's coefficients multiplied in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FastLight {
-    /// Where it is.
+    /// Position, or direction towards the light.
     pub position: LightPosition,
-    /// Where it shines.
+    /// Directions in which it shines.
     pub cone: Cone,
-    /// Beyond this distance it gives nothing.
+    /// Distance beyond which it gives nothing.
     pub radius: f32,
     /// Ka times the light's own ambient colour.
     pub ambient: [f32; 3],
-    /// Kd times colour.
+    /// Kd times the light's colour.
     pub diffuse: [f32; 3],
-    /// Ks times colour; all 0 leaves the specular term out.
+    /// Ks times the light's colour; if all are 0 the specular term is skipped.
     pub specular: [f32; 3],
-    /// 1 / (c + l d + q d^2), or `None` for none.
+    /// Coefficients c, l, q of the attenuation 1 / (c + l d + q d^2); `None` for none.
     pub attenuation: Option<[f32; 3]>,
-    /// Whether that sum is at least 1.
+    /// True if that sum is clamped to at least 1.
     pub is_clamped: bool,
 }
 
-/// The specular exponent.
+/// Specular exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exponent {
-    /// A whole number, by repeated squaring.
+    /// Integer, evaluated by repeated squaring.
     Integer(u32),
-    /// Any other.
+    /// Any other number.
     Real(f32),
 }
 
 impl Exponent {
-    /// The exponent, or 1 where it is less.
+    /// Returns the exponent, or 1 if it is less.
     fn at_least_one(self) -> f32 {
         match self {
             Exponent::Integer(n) => n.max(1) as f32,
@@ -83,7 +84,8 @@ impl Exponent {
         }
     }
 
-    /// The form in which n is raised to; `None` above what f32 carries.
+    /// Returns the representation of exponent `n`; `None` outside 0..=1000, which f32 does not
+    /// carry.
     pub fn new(n: f64) -> Option<Exponent> {
         match n {
             n if !(0.0..=1000.0).contains(&n) => None,
@@ -93,45 +95,47 @@ impl Exponent {
     }
 }
 
-/// Everything that lights one material.
+/// Material and lights of a draw, as the kernels read them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialLighting {
-    /// What is there without lights and answers texture and vertex colour: Ka times ambient light.
+    /// Light without lights that texture and vertex colour multiply: Ka times ambient light.
     pub diffuse: [f32; 3],
-    /// What is there without lights and answers nothing: Ke.
+    /// Light without lights that nothing multiplies: Ke.
     pub specular: [f32; 3],
-    /// The lights that are on; none for what no light reaches.
+    /// Lights that are on; empty if no light reaches the material.
     pub lights: Vec<FastLight>,
-    /// The exponent.
+    /// Specular exponent.
     pub exponent: Exponent,
-    /// Phong or Blinn.
+    /// Lighting model: Phong or Blinn.
     pub model: LightingModel,
 }
 
-/// a . b, in a fixed order.
+/// Returns a . b, summed in a fixed order.
 #[inline(always)]
 pub fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> S::F {
     (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }
 
-/// The colour of points: `diffuse` is what a texture multiplies (ambient and diffuse), `specular` what it does not.
+/// Colours of a vector of points: `diffuse` is the part that a texture multiplies, `specular` the
+/// rest.
 pub struct LitPoints<S: Simd> {
     /// Ambient and diffuse terms.
     pub diffuse: V3<S>,
     /// Emissive and specular terms.
     pub specular: V3<S>,
-    /// Where f32 lacks the digits: a light much nearer than the eye, or all but opposite to it.
+    /// Lanes where f32 lacks the digits: a light much nearer than the eye, or almost opposite to
+    /// it.
     pub needs_f64: S::M,
 }
 
-/// A light nearer than this part of the eye's distance is delicate.
+/// Ratio of a light's distance to the eye's below which a point is shaded in f64.
 const NEAR_LIGHT: f32 = 1.0 / 64.0;
 
-/// Blinn's half vector is short where light and viewer are all but opposite: 1 + L.V below this times the exponent leaves
-/// f32 too few digits of its length.
+/// Bound on 1 + L.V per unit of the exponent, below which f32 has too few digits of the length of
+/// Blinn's half vector, which is short where light and viewer are almost opposite.
 const OPPOSITE: f32 = 1e-4;
 
-/// The largest attenuation factor, as in the plain path.
+/// Largest attenuation factor, as in the plain path.
 const MAX_FACTOR: f32 = 1e30;
 
 /// Lights points at `position` with unit normals `normal`, seen along unit `to_viewer`.
@@ -159,7 +163,7 @@ pub fn light<S: Simd>(
                 let away2 = dot::<S>(position, position);
                 needs_f64 = needs_f64 | d2.lt(away2 * s.splat(NEAR_LIGHT * NEAR_LIGHT));
                 let length = d2.sqrt();
-                // A light at the surface point gives 0: its direction is made 0.
+                // A light at the surface point contributes 0: its direction is made 0.
                 let toward = scale::<S>(d, s.select(zero.lt(d2), one / length, zero));
                 (toward, reach(s, light, length, d2, toward))
             }
@@ -193,7 +197,7 @@ pub fn light<S: Simd>(
     LitPoints { diffuse, specular, needs_f64 }
 }
 
-/// What of a light reaches a point: attenuation, radius, cone.
+/// Returns the fraction of a light that reaches a point: attenuation, radius, cone.
 #[inline(always)]
 fn reach<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F, toward: V3<S>) -> S::F {
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
@@ -225,7 +229,8 @@ fn reach<S: Simd>(s: S, light: &FastLight, length: S::F, d2: S::F, toward: V3<S>
     }
 }
 
-/// The angle in 0..pi whose cosine this is, to about 2e-7: Abramowitz, Stegun, "Handbook of mathematical functions", 4.4.46.
+/// Returns the angle in 0..pi of a cosine, to about 2e-7: Abramowitz, Stegun, "Handbook of
+/// mathematical functions", 4.4.46.
 #[inline(always)]
 fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
     let one = s.splat(1.0);
@@ -240,7 +245,7 @@ fn acos<S: Simd>(s: S, cos: S::F) -> S::F {
     s.select(cos.lt(s.splat(0.0)), s.splat(std::f32::consts::PI) - angle, angle)
 }
 
-/// x^n for x in [0, about 1]; 0^0 = 1.
+/// Returns x^n for x in [0, about 1]; 0^0 = 1.
 #[inline(always)]
 pub fn power<S: Simd>(s: S, x: S::F, n: Exponent) -> S::F {
     match n {
@@ -261,19 +266,20 @@ pub fn power<S: Simd>(s: S, x: S::F, n: Exponent) -> S::F {
     }
 }
 
-/// log2 of x > 0, to about 1e-7 relative near 1 and absolute elsewhere; x = 0 gives -150.
+/// Returns log2 of x > 0, to about 1e-7 relative near 1 and absolute elsewhere; x = 0 gives -150.
 ///
-/// x = m 2^e with m in [1/sqrt 2, sqrt 2); log2 m = 2/ln 2 (t + t^3/3 + t^5/5 + ...), t = (m-1)/(m+1).
+/// x = m 2^e with m in [1/sqrt 2, sqrt 2); log2 m = 2/ln 2 (t + t^3/3 + t^5/5 + ...), t =
+/// (m-1)/(m+1).
 #[inline(always)]
 pub fn log2<S: Simd>(s: S, x: S::F) -> S::F {
     let bits = x.bits();
-    // The bits of 1/sqrt 2 taken away, the exponent's bits are those of e.
+    // After subtraction of the bits of 1/sqrt 2, the exponent bits are those of e.
     let e = (bits - s.splat_i(0x3f35_04f3)).sar::<23>();
     let m = (bits - e.shl::<23>()).as_f32();
     let one = s.splat(1.0);
     let t = (m - one) / (m + one);
     let t2 = t * t;
-    // What follows is less than 2e-9: t is at most 0.172.
+    // The remaining terms are less than 2e-9: t is at most 0.172.
     let mut series = s.splat(1.0 / 9.0);
     for c in [1.0 / 7.0, 0.2, 1.0 / 3.0] {
         series = series * t2 + s.splat(c);
@@ -282,7 +288,7 @@ pub fn log2<S: Simd>(s: S, x: S::F) -> S::F {
     s.select(s.splat(1e-38).lt(x), e.to_f32() + log_m, s.splat(-150.0))
 }
 
-/// 2^x for x <= 0 or little above; 0 below -126.
+/// Returns 2^x for x <= 0 or slightly above; 0 below -126.
 #[inline(always)]
 pub fn exp2<S: Simd>(s: S, x: S::F) -> S::F {
     let integer = x.max(s.splat(-200.0)).min(s.splat(126.0)).floor();
@@ -296,7 +302,7 @@ pub fn exp2<S: Simd>(s: S, x: S::F) -> S::F {
     s.select(s.splat(-126.0).le(integer), series * scale, s.splat(0.0))
 }
 
-/// Bytes of colours in 0..1 and beyond: floor(255 clamp(c) + 0.5), alpha 255, R lowest.
+/// Converts colours in 0..1 and beyond to bytes: floor(255 clamp(c) + 0.5), alpha 255, R lowest.
 #[inline(always)]
 pub fn pack<S: Simd>(s: S, color: V3<S>) -> S::I {
     let (r, g, b) = (byte(s, color[0]), byte(s, color[1]), byte(s, color[2]));
@@ -308,19 +314,19 @@ fn byte<S: Simd>(s: S, c: S::F) -> S::I {
     (c.max(s.splat(0.0)).min(s.splat(1.0)) * s.splat(255.0) + s.splat(0.5)).to_i32()
 }
 
-/// The same point in every lane.
+/// Returns `v` in every lane.
 #[inline(always)]
 pub fn splat3<S: Simd>(s: S, v: [f32; 3]) -> V3<S> {
     [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
 }
 
-/// v * k.
+/// Returns v * k.
 #[inline(always)]
 pub fn scale<S: Simd>(v: V3<S>, k: S::F) -> V3<S> {
     [v[0] * k, v[1] * k, v[2] * k]
 }
 
-/// sum + color * k.
+/// Returns sum + color * k.
 #[inline(always)]
 fn add_scaled<S: Simd>(s: S, sum: V3<S>, color: [f32; 3], k: S::F) -> V3<S> {
     [sum[0] + s.splat(color[0]) * k, sum[1] + s.splat(color[1]) * k, sum[2] + s.splat(color[2]) * k]

@@ -123,8 +123,8 @@ pub(crate) struct Scratch {
     bytes: ListBytes,
     /// Limit of `bytes`; beyond it a draw is split into pieces.
     pub list_bytes: usize,
-    /// Set while several draws share `bytes`: once it reaches the limit, none of them starts a
-    /// piece.
+    /// Set if several draws share `bytes`: once it exceeds the limit, none of them starts a
+    /// cluster of faces.
     is_shared: bool,
 }
 
@@ -205,8 +205,8 @@ pub(crate) struct DepthF64 {
     pub row: [f64; 4],
 }
 
-/// Smallest and largest side of a frame in pixels: a vector must fit, and screen vertices must
-/// reach all pixels.
+/// Smallest width of a frame in pixels (a vector must fit), and largest width and height (screen
+/// vertices must reach every pixel).
 pub(crate) const FRAME_LIMITS: (usize, usize) = (16, 15_900);
 
 /// Counts of one draw.

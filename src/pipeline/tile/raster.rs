@@ -1,8 +1,9 @@
-//! Visibility: for one tile, which face is seen at each pixel and how deep, in the faces' own order.
+//! Rasterization for visibility: which face is seen at each pixel of a tile and at which depth.
 //!
-//! In: the faces set up by every chunk, in order. Out: depth words (the bits of f32, which order as the numbers do) and the
-//! number of the face that wrote each. A fragment passes when its depth is strictly less; nothing else decides, so the
-//! result does not depend on threads, tiles or lanes. Without a depth memory every fragment passes.
+//! In: the faces set up by every chunk, in order. Out: depth words (the bits of f32, which order as
+//! the numbers do) and the index of the face that wrote each. A fragment passes if its depth is
+//! strictly less; nothing else decides, so the result does not depend on threads, tiles or lanes.
+//! Without a depth buffer every fragment passes.
 
 use super::bins::{Bin, Grid, Small, Tiny};
 use super::edges::Edges;
@@ -11,62 +12,63 @@ use super::traverse::{FaceRaster, RasterStats, traverse};
 use crate::math::coverage::Filling;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
-/// In the memory of ids: no face of this draw.
+/// Value in a tile's face ids for pixels that no face of this draw covers.
 pub const NO_FACE: i32 = -1;
 
-/// Numbers in a row of a tile's memory of ids: the last tile of a row has fewer columns than this.
+/// Row stride of a tile's face ids; the last tile of a row has fewer columns than this.
 pub const ID_STRIDE: usize = 2 * Grid::TILE_COLUMNS as usize;
 
-/// A tile's memory of ids, the first cache's size; rows and columns that the tile does not have stay empty.
+/// Face ids of a tile, sized for the first-level cache; rows and columns beyond the tile stay
+/// [`NO_FACE`].
 pub type Ids = [i32; ID_STRIDE * Grid::TILE_ROWS as usize];
 
-/// A tile and what one thread writes of it.
+/// A tile, and the buffers that one thread writes.
 pub struct Tile<'a> {
-    /// Its pixel columns, half-open; at least as many as a vector has lanes.
+    /// First pixel column; the tile has at least as many columns as a vector has lanes.
     pub x0: i32,
-    /// See `x0`.
+    /// End of the pixel columns.
     pub x1: i32,
-    /// Its pixel rows, half-open.
+    /// First pixel row.
     pub y0: i32,
-    /// See `y0`.
+    /// End of the pixel rows.
     pub y1: i32,
-    /// Pixels in a row of the frame.
+    /// Width of a row of the frame in pixels.
     pub width: usize,
-    /// Depth words of the frame's rows `y0..y1`; empty where depth is neither tested nor kept.
+    /// Depth words of the frame's rows `y0..y1`; empty where depth is neither tested nor stored.
     pub depth: &'a mut [i32],
-    /// Faces of the tile's pixels.
+    /// Face ids of the tile's pixels.
     pub ids: &'a mut Ids,
 }
 
 impl Tile<'_> {
-    /// How many pixels it has.
+    /// Returns the number of pixels.
     #[inline(always)]
     pub fn pixels(&self) -> u64 {
         ((self.x1 - self.x0) * (self.y1 - self.y0)) as u64
     }
 
-    /// The place of a pixel in the memory of ids.
+    /// Returns the index of a pixel in the face ids.
     #[inline(always)]
     pub fn id_at(&self, x: i32, y: i32) -> usize {
         (y - self.y0) as usize * ID_STRIDE + (x - self.x0) as usize
     }
 
-    /// The place of a pixel in the depth words.
+    /// Returns the index of a pixel in the depth words.
     #[inline(always)]
     pub fn depth_at(&self, x: i32, y: i32) -> usize {
         (y - self.y0) as usize * self.width + x as usize
     }
 }
 
-/// Draws one chunk's share of a tile.
+/// Rasterizes the faces of one chunk in a tile.
 pub struct RasterKernel<'a, 'b> {
-    /// The chunk's faces in this tile.
+    /// Bin of the chunk's faces in this tile.
     pub bin: &'a Bin,
     /// The chunk's exact faces.
     pub exact_faces: &'a [ExactFace],
-    /// What will be asked of each face that is seen.
+    /// Per-face data to prefetch for the resolve of visible faces.
     pub corners: &'a [[f32; 4]],
-    /// The memories.
+    /// Tile and its buffers.
     pub tile: &'a mut Tile<'b>,
 }
 
@@ -122,8 +124,8 @@ impl FaceRaster for RasterKernel<'_, '_> {
     }
 }
 
-/// The depth test at LANES pixels from (x, y) on, where `covered`; those that pass keep z and the face's number. How many
-/// passed.
+/// Tests depth at LANES pixels from (x, y) on, where `covered`; writes z and the face id where it
+/// passes. Returns how many passed.
 #[inline(always)]
 pub(super) fn write<S: Simd>(
     s: S,
@@ -147,7 +149,7 @@ pub(super) fn write<S: Simd>(
     passes.bits().count_ones() as u64
 }
 
-/// A face whose coverage is known: a row of up to eight pixels at a time.
+/// Draws a tiny face, a row of up to eight pixels at a time; returns how many passed.
 #[inline(always)]
 fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let lanes = S::LANES as i32;
@@ -155,7 +157,7 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let rows = (tile.y0 - y0).max(0)..(face.size[1] as i32).min(tile.y1 - y0);
     let [z0, zx, zy] = face.depth;
     if face.mask & (face.mask - 1) == 0 {
-        // One pixel: the same sums without vectors.
+        // One pixel: equal sums without vectors.
         let bit = face.mask.trailing_zeros() as i32;
         let (row, column) = (bit >> 3, bit & 7);
         let (x, y) = (x0 + column, y0 + row);
@@ -180,13 +182,13 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     let mut x = x0.max(tile.x0);
     let right = (x0 + face.size[0] as i32).min(tile.x1);
     while x < right {
-        // At multiples of its width a vector reads what one before it wrote, not parts of two. One that would leave the
-        // tile begins further left.
+        // Aligned to its width, a vector loads what one earlier vector stored, not parts of two.
+        // One that would leave the tile starts further left.
         let start = (x & -lanes).min(tile.x1 - lanes);
         let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
         let along = s.splat(zx) * (s.iota() + s.splat_i(start - x0)).to_f32();
         for row in rows.clone() {
-            // From 7 columns to the right of the face's first to 15 to its left.
+            // The shift ranges from 7 columns right of the face's first to 15 columns left of it.
             let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32;
             let z = (s.splat(z0 + zy * row as f32) + along).bits().max(s.splat_i(0));
             passed += write(s, tile, (start, y0 + row), s.mask(bits & fresh), z, id);
@@ -196,7 +198,8 @@ fn tiny<S: Simd>(s: S, face: &Tiny, tile: &mut Tile<'_>) -> u64 {
     passed
 }
 
-/// A face whose edge functions fit i32: a vector of columns at a time, row by row; fragments tested and passed.
+/// Draws a face whose edge functions fit i32: a vector of columns at a time, row by row. Returns
+/// the fragments tested and passed.
 #[inline(always)]
 fn small<S: Simd>(s: S, face: &Small, tile: &mut Tile<'_>) -> (u64, u64) {
     let [x0, y0, x1, y1] = face.bounds.map(i32::from);

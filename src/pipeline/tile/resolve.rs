@@ -1,10 +1,12 @@
-//! Colour: every pixel of a tile that a face of this draw won is shaded once, a block of four columns at a time.
+//! Deferred shading: shades each pixel of a tile that a face of this draw won, once, in blocks of
+//! four columns.
 //!
-//! Weights come from the unsnapped corners: e_i = the doubled area that pixel centre and edge i span, clamped to the face's,
-//! of whose sign it is;
-//! b_i = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at depth
-//! w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. An exact face brings e_i / w_i as linear functions of the
-//! pixel. Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the pixel in f64.
+//! Barycentrics come from the unsnapped corners: e_i is the doubled area that the pixel centre and
+//! edge i span, clamped to the sign of the face's area; b_i = (e_i / w_i) / sum(e_j / w_j). The
+//! point itself lies on the eye's ray through the pixel, at depth w = sum(e_i) / sum(e_i / w_i), so
+//! no positions are gathered. An exact face supplies e_i / w_i as linear functions of the pixel.
+//! Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the
+//! pixel in f64.
 
 use super::attribute_fetch::{Few, MOST_FEW};
 use super::bins::ClipRect;
@@ -16,44 +18,45 @@ use super::raster::{ID_STRIDE, NO_FACE, Tile};
 use super::texture_queue::{QUEUE_CAPACITY, TextureQueue};
 use crate::simd::{I32, Kernel, Mask, Simd};
 
-/// Set in the memory of ids beside the number of a face that was set up in f64.
+/// Bit set in a face id if the face was set up in f64.
 pub const EXACT_FACE_BIT: i32 = 1 << 30;
-/// Shades a tile.
+/// Shades the visible pixels of a tile.
 pub struct ResolveKernel<'a, 'b, 'c> {
-    /// The faces.
+    /// Tables of the faces' attributes.
     pub faces: Faces<'a>,
-    /// Which columns and rows may hold faces, inside the tile.
+    /// Columns and rows that may hold faces, inside the tile.
     pub reach: ClipRect,
-    /// The tile; its memory of ids is left empty.
+    /// Tile to shade; its face ids are reset to [`NO_FACE`].
     pub tile: &'b mut Tile<'c>,
-    /// The RGBA bytes of the frame's rows from the tile's first on.
+    /// RGBA bytes of the frame's rows from the tile's first row on.
     pub bytes: &'b mut [u8],
-    /// Those rows' part of the memory of ids, where PICK asks for it: name and triangle; else empty.
+    /// Pick buffer of those rows (name and triangle); empty when picking is off.
     pub pick: &'b mut [[u32; 2]],
-    /// What the memory of ids keeps for this draw.
+    /// Name that is written to the pick buffer.
     pub name: u32,
 }
 
-/// A face that was set up in f64, looked up once for all its neighbouring vectors.
+/// Last face that was set up in f64, looked up once for all its neighbouring vectors.
 struct CachedFace<'a, S: Simd> {
     face: i32,
     exact_face: Option<&'a ExactFace>,
-    /// Its packed colour, where it has but one.
+    /// Packed colour; `None` if the face has more than one.
     color: Option<S::I>,
 }
 
-/// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that the vectors of one face are few.
+/// Columns and rows that are shaded together: four blocks of 4x4 pixels, so that each face needs
+/// few vectors.
 const STRIP: [i32; 2] = [16, 4];
 
 impl Kernel for ResolveKernel<'_, '_, '_> {
-    /// Pixels shaded.
+    /// Number of pixels shaded.
     type Output = u64;
 
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) -> u64 {
         let mut shaded = 0;
         let mut cached = CachedFace { face: NO_FACE, exact_face: None, color: None };
-        // Only what is textured ever waits.
+        // Only textured pixels are queued.
         let is_textured = self.faces.shading.bindings.iter().any(|binding| binding.texture.is_some());
         let mut queue = if is_textured { Some(TextureQueue::new(s)) } else { None };
         let (x0, y0) = (self.tile.x0, self.tile.y0);
@@ -95,7 +98,8 @@ impl Kernel for ResolveKernel<'_, '_, '_> {
 }
 
 impl<'a> ResolveKernel<'a, '_, '_> {
-    /// What a strip shows: how many pixels, and whether some of them have records, and some were set up in f64.
+    /// Returns the number of a strip's pixels that show a face, and whether some of those faces
+    /// have screen vertices, and whether some were set up in f64.
     #[inline(always)]
     fn look<S: Simd>(&self, s: S, x: i32, y: i32) -> (u32, bool, bool) {
         let at = self.tile.id_at(x, y);
@@ -114,7 +118,8 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         (seen, exact_face < seen, exact_face > 0)
     }
 
-    /// Whether a whole strip shows the face that was looked up last, of one colour; then it has got it.
+    /// Returns whether a whole strip shows the cached face, and that has one colour; the strip is
+    /// then filled with it.
     #[inline(always)]
     fn is_full_of<S: Simd>(&mut self, s: S, cached: &CachedFace<'a, S>, x: i32, y: i32) -> bool {
         let Some(color) = cached.color else { return false };
@@ -150,7 +155,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         true
     }
 
-    /// The pixels of a strip whose faces have records, a block of four columns at a time.
+    /// Shades a strip's pixels whose faces have screen vertices, a block of four columns at a time.
     #[inline(always)]
     fn blocks<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
         let height = S::LANES as i32 / 4;
@@ -189,7 +194,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
             self.binding(s, narrow, 0, &inputs, (x, y), queue);
             return;
         }
-        // One surface after the other; mostly there is one in a block.
+        // One material after the other; most blocks show one.
         let mut numbers = [0; 16];
         s.store_i(bindings, &mut numbers[..S::LANES]);
         let mut left = narrow;
@@ -201,7 +206,8 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
     }
 
-    /// The pixels of a block that show a surface: drawn, or put in line for their texels.
+    /// Lights a block's pixels that show one material; stores them, or queues them for their
+    /// texels.
     #[inline(always)]
     fn binding<S: Simd>(
         &mut self,
@@ -234,7 +240,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         self.plain_pixels((mask & needs_f64).bits(), (x, y));
     }
 
-    /// Draws the pixels that wait for their texels.
+    /// Fetches the texels of the queued pixels and stores their colours.
     #[inline(always)]
     fn drain_queue<S: Simd>(&mut self, s: S, queue: &mut TextureQueue<S>) {
         let shading = self.faces.shading;
@@ -264,7 +270,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         queue.count = 0;
     }
 
-    /// Shades these pixels of a block by the plain path.
+    /// Shades the pixels of a block given by the bits of `left` by the plain path.
     #[inline(always)]
     fn plain_pixels(&mut self, mut left: u32, (x, y): (i32, i32)) {
         while left != 0 {
@@ -282,7 +288,8 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         self.bytes[at..at + 4].copy_from_slice(&color);
     }
 
-    /// The pixels of a strip whose faces were set up in f64, row by row, face by face: a vector mostly shows one.
+    /// Shades a strip's pixels whose faces were set up in f64, row by row, face by face: most
+    /// vectors show one face.
     #[inline(always)]
     fn exact_rows<S: Simd>(&mut self, s: S, x: i32, y: i32, cached: &mut CachedFace<'a, S>) {
         let lanes = S::LANES as i32;
@@ -291,7 +298,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         while row < (y + STRIP[1]).min(self.tile.y1) {
             let mut column = x;
             while column < end {
-                // A vector that would leave the tile begins further left.
+                // A vector that would leave the tile starts further left.
                 let start = column.min(self.tile.x1 - lanes);
                 let ids = s.load_i(&self.tile.ids[self.tile.id_at(start, row)..]);
                 let fresh = s.mask(u32::MAX << (column - start));
@@ -345,7 +352,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
     }
 
-    /// Keeps name and triangle of a strip's pixels for PICK.
+    /// Writes name and triangle of a strip's pixels to the pick buffer.
     fn keep_ids(&mut self, x: i32, y: i32) {
         for row in y..(y + STRIP[1]).min(self.tile.y1) {
             for column in x..(x + STRIP[0]).min(self.tile.x1) {

@@ -1,79 +1,81 @@
-//! Textures, a vector of pixels at a time: the twin of `pipeline::sampler`, in f32.
+//! Texture sampling for a vector of pixels: `pipeline::sampler` in f32.
 //!
-//! Coordinates come as a corner's, in two parts, and the way from it: whole turns are dropped before the digits are.
+//! Coordinates are given as those of a corner, in two parts, and the offset from it: whole repeats
+//! are dropped before digits are lost.
 
 use super::lighting::{V3, log2, scale, splat3};
 use super::texel_fetch::{FixedPointMips, TexelQuad, between, bilinear, nearest};
 use crate::scene::{Filter, Sampling, Texture, Wrap};
 use crate::simd::{F32, I32, Mask, Simd};
 
-/// Within this of a level's edge `mipmap` asks the plain path: the level is found to about 1e-4.
+/// Distance from a level's edge within which `mipmap` leaves the pixel to the plain path: the level
+/// is accurate to about 1e-4.
 const LEVEL_EDGE: f32 = 1e-3;
 
-/// The square of a footprint that reaches the horizon: larger than every texture's.
+/// Squared footprint of a pixel that reaches the horizon: larger than that of any texture.
 const HORIZON: f32 = (1u128 << 126) as f32;
 
-/// A texture and its rules.
+/// Texture with its sampling state.
 #[derive(Clone, Copy, Debug)]
 pub struct TextureSampler<'a> {
-    /// The texture, without transparent texels.
+    /// Texture to sample, without transparent texels.
     pub texture: &'a Texture,
-    /// The rules.
+    /// Filter and wrapping.
     pub sampling: Sampling,
-    /// The texture's levels in fixed point.
+    /// Mip levels of the texture in fixed point.
     fixed: FixedPointMips<'a>,
 }
 
 impl<'a> TextureSampler<'a> {
-    /// Of this texture by these rules.
+    /// Creates a sampler of `texture`.
     pub fn new(texture: &'a Texture, sampling: Sampling) -> Self {
         Self { texture, sampling, fixed: FixedPointMips::new(texture.fixed_levels()) }
     }
 
-    /// Whether the filter looks at levels.
+    /// Returns whether the filter uses mip levels.
     #[inline(always)]
     pub fn needs_level(&self) -> bool {
         matches!(self.sampling.filter, Filter::Mipmap | Filter::Trilinear)
     }
 }
 
-/// How far u, v move to the pixel on the right and to the one below.
+/// Screen-space derivatives of u, v.
 pub struct UvDerivatives<S: Simd> {
-    /// To (x + 1, y).
+    /// Difference to pixel (x + 1, y).
     pub right: [S::F; 2],
-    /// To (x, y + 1).
+    /// Difference to pixel (x, y + 1).
     pub below: [S::F; 2],
-    /// Where one of them lies beyond the horizon.
+    /// Lanes for which one of these pixels lies beyond the horizon.
     pub is_horizon: S::M,
 }
 
-/// Where pixels look into a texture.
+/// Coordinates at which pixels sample a texture.
 #[derive(Clone, Copy)]
 pub struct SampleCoord<S: Simd> {
-    /// The coordinates, without whole turns.
+    /// Coordinates without whole repeats.
     u: S::F,
     v: S::F,
-    /// The square of the longer way to a neighbour's spot, in texels, where the filter looks at levels.
+    /// Squared length of the longer derivative in texels, if the filter uses levels.
     footprint: S::F,
 }
 
-/// What pixels will read of the levels of a texture: found before anything is read, so that the reads of several vectors are
-/// under way together.
+/// Texels that pixels will read from the levels of a texture. They are computed before any is read,
+/// so that the reads of several vectors overlap.
 #[derive(Clone, Copy)]
 pub struct TexelAddresses<S: Simd> {
-    /// Where the filter looks at levels; else this and what follows means nothing.
+    /// Mip level, if the filter uses levels; otherwise no field is meaningful.
     level: S::F,
     /// How far on the way to the next level.
     part: S::F,
     /// Those that have all they read in fixed point, and what that is: of their level and of the next.
     is_fixed: S::M,
     quads: [TexelQuad<S>; 2],
-    /// Too near to a level's edge for f32.
+    /// Lanes too near to a level's edge for f32.
     needs_f64: S::M,
 }
 
 impl<S: Simd> SampleCoord<S> {
-    /// The first texel.
+    /// Returns the coordinates of the first texel.
     #[inline(always)]
     pub fn origin(s: S) -> Self {
         let zero = s.splat(0.0);
@@ -87,7 +89,7 @@ impl<S: Simd> SampleCoord<S> {
 }
 
 impl<S: Simd> TexelAddresses<S> {
-    /// At nothing.
+    /// Returns the addresses of no texels.
     #[inline(always)]
     pub fn none(s: S) -> Self {
         let zero = s.splat(0.0);
@@ -100,7 +102,7 @@ impl<S: Simd> TexelAddresses<S> {
         }
     }
 
-    /// Where f32 lacks the digits.
+    /// Returns the lanes where f32 lacks the digits.
     #[inline(always)]
     pub fn needs_f64(&self) -> S::M {
         self.needs_f64
@@ -108,7 +110,7 @@ impl<S: Simd> TexelAddresses<S> {
 }
 
 impl TextureSampler<'_> {
-    /// The spot at `origin` (u, v, and what f32 lost of them) + `away`.
+    /// Returns the coordinates `origin` (u, v, and their rounding errors) + `away`.
     #[inline(always)]
     pub fn sample_coord<S: Simd>(
         &self,
@@ -131,7 +133,7 @@ impl TextureSampler<'_> {
         SampleCoord { u, v, footprint }
     }
 
-    /// What will be read there; nothing is read of the texels yet, but those of the nearer level are asked for.
+    /// Computes the texels to read; reads none yet, but prefetches those of the nearer level.
     #[inline(always)]
     pub fn texel_addresses<S: Simd>(
         &self,
@@ -156,7 +158,8 @@ impl TextureSampler<'_> {
             let is_edge = part.lt(s.splat(LEVEL_EDGE)) | s.splat(1.0 - LEVEL_EDGE).lt(part);
             (at.floor().max(zero).min(top), zero, mask & is_edge & s.splat(0.5).lt(at))
         };
-        // Those that have both of their levels in fixed point, all at once; what is no number has no place there.
+        // Lanes with both of their levels in fixed point are addressed at once; NaN coordinates
+        // have no address there.
         let fixed = &self.fixed;
         let highest =
             fixed.count.min(last) as f32 - if is_trilinear && fixed.count < last { 1.0 } else { 0.0 };
@@ -168,7 +171,7 @@ impl TextureSampler<'_> {
         let number = level.to_i32();
         let near = fixed.quad(s, self.sampling, sample_coord.coordinates(), number);
         fixed.ask_for(s, &near);
-        // The last level is its own next one.
+        // The last level serves as its own next one.
         let far = match is_trilinear {
             true => {
                 let number = (number + s.splat_i(1)).min(s.splat_i(last as i32));
@@ -179,7 +182,7 @@ impl TextureSampler<'_> {
         TexelAddresses { level, part, is_fixed, quads: [near, far], needs_f64 }
     }
 
-    /// R, G, B in 0..1.
+    /// Returns R, G, B in 0..1.
     #[inline(always)]
     pub fn texel<S: Simd>(
         &self,
@@ -197,7 +200,7 @@ impl TextureSampler<'_> {
         scale::<S>(texel, s.splat(1.0 / 255.0))
     }
 
-    /// Bilinear in each lane's own level, and on the way to the next.
+    /// Samples bilinearly in each lane's own level, and interpolates towards the next.
     #[inline(always)]
     fn levels<S: Simd>(
         &self,
@@ -214,7 +217,7 @@ impl TextureSampler<'_> {
                 let next = self.fixed.bilinear(s, texel_addresses.is_fixed, &texel_addresses.quads[1]);
                 texel = between::<S>(texel, next, texel_addresses.part);
             }
-            // A power of two, so that nothing is rounded by it.
+            // A power of two, so this is exact.
             out = scale::<S>(texel, s.splat(1.0 / 256.0));
         }
         let mut left = mask & !texel_addresses.is_fixed;
@@ -249,7 +252,7 @@ impl TextureSampler<'_> {
     }
 }
 
-/// A coordinate without its whole turns, or as it is where it is clamped.
+/// Returns a coordinate without its whole repeats, or unchanged if it is clamped.
 #[inline(always)]
 fn turns<S: Simd>(_: S, origin: S::F, rest: S::F, away: S::F, wrap: Wrap) -> S::F {
     match wrap {

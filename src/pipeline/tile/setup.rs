@@ -1,11 +1,13 @@
-//! Faces: culled, bounded and given their edge functions and depth plane, a vector of faces at a time.
+//! Triangle set-up: culls and bounds faces and computes their edge functions and depth plane, a
+//! vector of faces at a time.
 //!
-//! In: records of vertices, three indices a face. Out: the faces that may light a pixel, in file order, and for each tile
-//! the list of those that reach it. Three kinds of set-up, by what a face needs:
-//! - [`Tiny`]: at most 8 pixels a side; its coverage is found here, a bit a pixel, and what covers none is dropped. A vector
-//!   of faces that cover one or two each becomes [`fragments`].
-//! - [`Small`]: edge functions that stay exact in i32.
-//! - [`ExactFace`]: everything else, by the plain path's own set-up in f64.
+//! In: screen vertices, three indices a face. Out: the faces that may cover a pixel, in file order,
+//! binned into tiles. There are three kinds of set-up:
+//! - [`Tiny`]: at most 8 pixels a side; its coverage is computed here, one bit for each pixel, and
+//!   a face without coverage is dropped. A vector of faces that cover one or two pixels each
+//!   becomes [`fragments`].
+//! - [`Small`]: edge functions that are exact in i32.
+//! - [`ExactFace`]: all others, by the plain path's own set-up in f64.
 
 use super::bin_fragments::bin_fragments;
 use super::bins::{Chunk, ClipRect, Grid, Small, Winding};
@@ -17,64 +19,67 @@ use super::vertex::{Outcode, ScreenVertex};
 use crate::pipeline::draw_call::DrawStats;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
-/// The largest side of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
+/// Largest side in pixels of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.
 pub const SMALL_SIDE: i32 = 62;
 
-/// The largest side of a face whose coverage is a word of bits.
+/// Largest side in pixels of a face whose coverage is a word of bits.
 pub const TINY_SIDE: i32 = 8;
 
-/// How much depth may run over a face, times its slenderness (longest side squared over doubled area): a rounding of the
-/// slope then moves depth by less than 6e-8 over the face.
+/// Largest range of depth over a face, times its slenderness (longest side squared over doubled
+/// area): the rounding of the slope then moves depth by less than 6e-8 over the face.
 const STEEPEST: f32 = 1.0 / 2.0;
 
-/// How slender a face may be for weights in f32: its longest side squared over its doubled area.
+/// Largest slenderness for barycentrics in f32: longest side squared over doubled area.
 const SLENDEREST: f32 = 4096.0;
 
-/// How thin a face may be, in pixels. Snapping covers centres up to 1/360 pixel beside the unsnapped face; there, its corners'
-/// errors of depth, 9e-8 at most, count 1 + 2 / 360 / thinness times: here 2.4 times.
+/// Smallest thickness of a face in pixels. Snapping covers centres up to 1/360 pixel beside the
+/// unsnapped face; there, the depth errors of its corners, 9e-8 at most, are amplified 1 + 2 / 360
+/// / thickness times: here 2.4 times.
 const THINNEST: f32 = 1.0 / 256.0;
 
-/// The steepest depth, per pixel, that may rest on positions known to 1/65536 pixel: an error below 1e-7.
+/// Largest depth slope per pixel for positions in 1/65536 pixel: an error below 1e-7.
 const STEEPEST_SLOPE: f32 = 1.0 / 128.0;
 
-/// Sets up one face as the plain path does, for what records cannot hold: its number; `None` when nothing of it is drawn.
+/// Sets up one face, by its index, as the plain path does, if screen vertices cannot represent it;
+/// `None` if nothing of it is drawn.
 pub type PlainSetup<'a> = &'a (dyn Fn(u32, &mut DrawStats) -> Option<ExactFace> + Sync);
 
-/// Sets up the faces `first_face..` of a chunk.
+/// Sets up and bins the faces of a chunk.
 pub struct SetupKernel<'a> {
-    /// The vertices.
+    /// Vertices of the mesh on the screen.
     pub screen_vertices: &'a [ScreenVertex],
-    /// Three vertices a face: this chunk's faces, with what fills up the last vector.
+    /// Vertex indices of the three corners of this chunk's faces, padded to whole vectors.
     pub corners: [&'a [i32]; 3],
-    /// How many faces this chunk has.
+    /// Number of faces in this chunk.
     pub faces: usize,
-    /// What became of this chunk's clusters; empty where all are open.
+    /// Visibility of this chunk's clusters; empty if all are open.
     pub visibilities: &'a [u8],
-    /// The number of the chunk's first face in the mesh.
+    /// Index of the chunk's first face in the mesh.
     pub first_face: u32,
-    /// Which windings are kept.
+    /// Windings that are drawn.
     pub winding: Winding,
-    /// What may be drawn.
+    /// Pixels that may be drawn.
     pub view: ClipRect,
-    /// The tiles.
+    /// Grid of tiles.
     pub grid: Grid,
-    /// The plain path's set-up.
+    /// Set-up by the plain path.
     pub plain: PlainSetup<'a>,
-    /// Where the lists of all chunks have room for more bytes than this, no further cluster is begun.
+    /// Limit in bytes of the lists of all chunks: beyond it no further cluster is begun.
     pub most_bytes: usize,
-    /// Whether the first cluster is set up whatever the lists have room for.
+    /// True if the first cluster is set up regardless of that limit.
     pub is_first: bool,
-    /// Where it goes.
+    /// Output: the bins and counts of the chunk.
     pub chunk: &'a mut Chunk,
 }
 
-/// How many clusters ahead what will be read is asked for.
+/// Distance in clusters of the prefetch.
 const AHEAD: usize = 3;
 
-/// A vector of tiny faces that reaches more tiles than this is handed out face by face.
+/// Largest number of tiles that a vector of tiny faces is binned to as a whole; beyond, it is
+/// binned face by face.
 const MOST_TILES: usize = 4;
 
-/// What the vector stage hands to the scalar one, a row of lanes each.
+/// Number of fields that the vector stage passes to the scalar stage, a row of lanes each.
 const FIELDS: usize = 16;
 
 impl Kernel for SetupKernel<'_> {
@@ -86,7 +91,7 @@ impl Kernel for SetupKernel<'_> {
         let mut faces = [[0; 8]; 16];
         let view = self.view;
         let (zero, none) = (s.splat(0.0), s.splat_i(0));
-        // Of tiny faces, lane by lane.
+        // Covered pixels of tiny faces, lane by lane.
         let mut pixels_in = none;
         let mut done = self.faces;
         for start in (0..self.faces).step_by(S::LANES) {
@@ -118,26 +123,28 @@ impl Kernel for SetupKernel<'_> {
             let r0 = s.gather4(all, self.screen_vertices, c0);
             let r1 = s.gather4(all, self.screen_vertices, c1);
             let r2 = s.gather4(all, self.screen_vertices, c2);
-            // A record without 1/w is one that only the plain path can place.
+            // A screen vertex without 1/w can only be placed by the plain path.
             let (odd0, odd1, odd2) = (r0[3].bits().eq(none), r1[3].bits().eq(none), r2[3].bits().eq(none));
             let is_odd = live & (odd0 | odd1 | odd2);
             let fits = live & !is_odd;
             let (min_fx, max_fx) = bounds3::<S>(r0[0].bits(), r1[0].bits(), r2[0].bits());
             let (min_fy, max_fy) = bounds3::<S>(r0[1].bits(), r1[1].bits(), r2[1].bits());
-            // Beyond a side of the view by more than a pixel, before near or beyond far: as the plain path counts it.
+            // More than a pixel beyond a side of the clip rectangle, before near or beyond far:
+            // counted as the plain path does.
             let (z0, z1, z2) = (r0[2], r1[2], r2[2]);
             let (z_min, z_max) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
             let is_beyond = s.splat_i((view.x0 - 1) << 16).gt(max_fx)
                 | min_fx.gt(s.splat_i((view.x1 + 1) << 16))
                 | s.splat_i((view.y0 - 1) << 16).gt(max_fy)
                 | min_fy.gt(s.splat_i((view.y1 + 1) << 16));
-            // f32 does not tell which side of the far plane this is on.
+            // In f32 these depths do not tell the side of the far plane.
             let is_at_far = fits & s.splat(1.0).le(z_max) & z_min.le(s.splat(1.0 + 4.0 * f32::EPSILON));
             let outside = fits & !is_at_far & (is_beyond | z_max.lt(zero) | s.splat(1.0).lt(z_min));
             let ((x0, y0), (x1, y1), (x2, y2)) = (snapped(s, r0), snapped(s, r1), snapped(s, r2));
             let (min_x, max_x) = bounds3::<S>(x0, x1, x2);
             let (min_y, max_y) = bounds3::<S>(y0, y1, y2);
-            // The area's sign: exact in i32 for boxes of SMALL_SIDE; larger ones are the plain set-up's.
+            // The sign of the area is exact in i32 for boxes of SMALL_SIDE; larger faces go to the
+            // plain set-up.
             let side = s.splat_i((SMALL_SIDE + 1) * 256);
             let is_small = side.gt(max_x - min_x) & side.gt(max_y - min_y);
             let (ux, uy, vx, vy) = (x1 - x0, y1 - y0, x2 - x0, y2 - y0);
@@ -161,7 +168,8 @@ impl Kernel for SetupKernel<'_> {
             stats.faces_empty += n_empty;
             stats.faces_culled += count_of::<S>(sized) - n_seen - n_empty;
             stats.faces += count_of::<S>(outside | sized);
-            // Behind the eye with all corners, or beyond one plane: the flags stand where the position would.
+            // Behind the eye with all corners, or beyond one plane: the outcode is in place of the
+            // position.
             let flags = r0[0].bits() & r1[0].bits() & r2[0].bits();
             let is_all_odd = odd0 & odd1 & odd2;
             let gone = is_odd & is_all_odd & !(flags & s.splat_i(Outcode::OUTSIDE)).eq(none);
@@ -179,7 +187,7 @@ impl Kernel for SetupKernel<'_> {
             if !(work | by_plain).any() {
                 continue;
             }
-            // Edge k runs from corner k+1 to k+2; all turned so that the inside is >= 0.
+            // Edge k runs from corner k+1 to k+2; signs are flipped so that the inside is >= 0.
             let px = left.shl::<8>() + s.splat_i(128);
             let py = top.shl::<8>() + s.splat_i(128);
             let (e0, sx0, sy0) = edge(s, is_counter, (x1, y1), (x2, y2), (px, py));
@@ -189,13 +197,13 @@ impl Kernel for SetupKernel<'_> {
             let is_tiny = work & tiny_side.gt(columns) & tiny_side.gt(rows);
             let (low, high) =
                 coverage(s, is_tiny, (columns, rows), [e0, e1, e2], [sx0, sx1, sx2], [sy0, sy1, sy2]);
-            // What covers no centre is done.
+            // A tiny face that covers no centre is done.
             work = work & !(is_tiny & (low | high).eq(none));
             if !(work | by_plain).any() {
                 continue;
             }
-            // The depth plane of the unsnapped face, from its corners in an order of their own, so that faces with the
-            // same corners in any order get the same plane.
+            // Depth plane of the unsnapped face, from its corners in canonical order, so that faces
+            // with equal corners in any order get equal planes.
             let [a, b, c] = sort_corners(s, [corner::<S>(r0), corner::<S>(r1), corner::<S>(r2)]);
             let (bx, by, cx, cy) =
                 (pixels(s, a[0], b[0]), pixels(s, a[1], b[1]), pixels(s, a[0], c[0]), pixels(s, a[1], c[1]));
@@ -236,7 +244,7 @@ impl Kernel for SetupKernel<'_> {
                 columns | rows.shl::<8>(),
             ];
             if !others.any() {
-                // Most often all lie in one tile, or in two: their lists take the faces as they come.
+                // Most often all lie in one tile, or in two: those get the whole vector.
                 let (least, most) = (s.splat_i(i32::MAX), s.splat_i(0));
                 let bounds = [
                     s.select_i(tiny, left, least).reduce_min(),
@@ -321,7 +329,7 @@ impl Kernel for SetupKernel<'_> {
                     if let Some(exact_face) = exact_face.filter(|w| !w.bounds.is_empty()) {
                         self.chunk.add_exact(exact_face, &self.grid);
                     }
-                    // What the vectors have decided is counted already.
+                    // The vectors' decisions are counted already.
                     if work_bits >> lane & 1 == 0 {
                         self.chunk.stats += own;
                     }
@@ -342,7 +350,7 @@ impl Kernel for SetupKernel<'_> {
 }
 
 impl SetupKernel<'_> {
-    /// Asks for what an open cluster further on will read.
+    /// Prefetches the indices of an open cluster ahead.
     #[inline(always)]
     fn ask_ahead(&self, start: usize) {
         let at = start / CLUSTER_FACES + AHEAD;
@@ -357,7 +365,7 @@ impl SetupKernel<'_> {
 
 // Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
 
-/// A lane as a small face.
+/// Gathers the fields of a lane into a small face.
 #[inline(always)]
 fn small_of(lanes: &[[i32; 16]; FIELDS], lane: usize, face: u32) -> Small {
     Small {

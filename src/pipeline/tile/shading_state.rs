@@ -1,73 +1,76 @@
-//! Per-draw shading state: the source of colours, the eye, the materials, the fog.
+//! Per-draw shading state: colour source, eye, materials and fog.
 
 use super::fog::FogParams;
 use super::lighting::MaterialLighting;
 use super::sampler::TextureSampler;
 
-/// Where colours come from.
+/// Source of the colours, with its per-vertex or per-face arrays.
 #[derive(Clone, Copy, Debug)]
 pub enum ColorSource<'a> {
-    /// Lit at each pixel; normals in the shading frame, one a vertex.
+    /// Lit at each pixel; normals of the vertices in shading space.
     Pixels(&'a [[f32; 4]]),
-    /// Lit at the vertices: the diffuse part, and what a texture does not multiply (empty when both are one).
+    /// Lit at the vertices: the diffuse part, and the part that a texture does not multiply (empty
+    /// if both are in the first).
     Vertices(&'a [[f32; 4]], &'a [[f32; 4]]),
-    /// One colour a face, in the same two parts.
+    /// One colour for each face, in these two parts.
     Faces(&'a [[f32; 4]], &'a [[f32; 4]]),
-    /// One colour a material.
+    /// One colour for each material.
     Constant,
 }
 
-/// How a pixel's place in the shading frame is found.
+/// Reconstruction of a pixel's position in shading space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// Eye-relative position = (ray 0 + ray 1 * column + ray 2 * row) * w; V points back along it.
     Perspective {
-        /// At pixel (0,0), per column, per row.
+        /// Ray at pixel (0,0), and its steps per column and per row.
         ray: [[f32; 3]; 3],
     },
-    /// V is the same everywhere; positions are gathered.
+    /// V is constant; positions are interpolated from the vertices.
     Parallel {
-        /// Unit, towards the viewer.
+        /// Unit vector towards the viewer.
         to_viewer: [f32; 3],
     },
 }
 
-/// Shades one pixel in f64: face, column, row; R, G, B, A.
+/// Shades one pixel in f64. Arguments: face, column, row; result: R, G, B, A.
 pub type PlainPixel<'a> = &'a (dyn Fn(u32, i32, i32) -> [u8; 4] + Sync);
 
-/// One material as the kernels read it.
+/// Material as the kernels read it.
 #[derive(Clone, Debug)]
 pub struct MaterialBinding<'a> {
-    /// The material and its lights.
+    /// Material and lights.
     pub lighting: MaterialLighting,
-    /// Its texture.
+    /// Texture, if any.
     pub texture: Option<TextureSampler<'a>>,
 }
 
-/// What every pixel of a draw shares.
+/// Shading state that all pixels of a draw share.
 pub struct Shading<'a> {
-    /// Where colours come from.
+    /// Source of the colours.
     pub source: ColorSource<'a>,
-    /// The eye.
+    /// Reconstruction of positions.
     pub eye: Eye,
-    /// The materials; with `back`, all of them once more for faces seen from behind.
+    /// Materials; if `back` is not 0, followed by one for each again for back-facing faces.
     pub bindings: &'a [MaterialBinding<'a>],
-    /// Faces seen from behind have surfaces of their own, so many further on; 0 where they have not.
+    /// Offset in `bindings` of the materials of back-facing faces; 0 if they have none of their
+    /// own.
     pub back: i32,
-    /// Which faces are seen from behind, by the sign of their screen area: 1 clockwise, -1 counter-clockwise.
+    /// Sign of the screen area of back-facing faces: 1 clockwise, -1 counter-clockwise.
     pub back_facing: i32,
-    /// The fog.
+    /// Fog, if any.
     pub fog: Option<FogParams>,
     /// Vertex colours that multiply the diffuse part at each pixel; empty for none.
     pub colors: &'a [[f32; 4]],
-    /// Texture coordinates.
+    /// Texture coordinates of the vertices.
     pub texcoords: &'a [[f32; 4]],
-    /// Positions in the shading frame (parallel projections that are lit per pixel).
+    /// Positions of the vertices in shading space (parallel projections that are lit per pixel).
     pub positions: &'a [[f32; 4]],
-    /// Whether values run straight on the screen.
+    /// True if attributes are linear on the screen.
     pub is_affine: bool,
-    /// Faces with this sign of their screen area turn their normals: 1 clockwise, -1 counter-clockwise, 0 none.
+    /// Sign of the screen area of faces whose normals are flipped: 1 clockwise, -1
+    /// counter-clockwise, 0 none.
     pub flip_normal: i32,
-    /// The plain path.
+    /// Shades one pixel by the plain path.
     pub plain: PlainPixel<'a>,
 }

@@ -1,30 +1,32 @@
-//! Texels of a texture's levels, a vector of pixels at a time: where they are, and what lies between them.
+//! Texel fetches from a texture's levels, a vector of pixels at a time: addresses and
+//! interpolation.
 //!
-//! Coordinates come without whole turns, in 0..=1 where they repeat. One that is no number has no place: whoever asks for
-//! places in fixed point leaves such lanes out, the other ways give any texel.
+//! Coordinates are without whole repeats, in 0..=1 where they repeat. NaN coordinates have no
+//! address: callers leave such lanes out of fetches in fixed point, the other fetches return any
+//! texel.
 
 use super::lighting::{V3, scale};
 use crate::scene::{FIXED_LEVELS, FixedLevels, LevelTexels, Sampling, Texture, Wrap};
 use crate::simd::{F32, I32, Mask, Simd, prefetch};
 
-/// Levels in fixed point, found once a draw because every vector asks for them. Entry n of a table is level n's, from 1
-/// on.
+/// Mip levels in fixed point, tabulated once for each draw because every vector uses them. Entry n
+/// of a table is that of level n, from 1 on.
 #[derive(Clone, Copy, Debug)]
 pub struct FixedPointMips<'a> {
     texels: &'a [[u16; 4]],
-    /// They are levels 1 to so many.
+    /// Number of such levels, from level 1 on.
     pub count: u32,
     widths: [i32; 8],
     heights: [i32; 8],
-    /// Where the lowest row begins: rows are stored from the top.
+    /// Index of each level's lowest row: rows are stored from the top.
     lowest_rows: [i32; 8],
 }
 
-/// Every such level has its entry.
+/// Every such level has an entry in the tables.
 const _: () = assert!(FIXED_LEVELS < 8);
 
 impl<'a> FixedPointMips<'a> {
-    /// Of a texture.
+    /// Tabulates the levels of a texture.
     pub fn new(levels: FixedLevels<'a>) -> Self {
         let FixedLevels { texels, levels, count } = levels;
         let (mut widths, mut heights, mut lowest_rows) = ([1; 8], [1; 8], [0; 8]);
@@ -35,19 +37,19 @@ impl<'a> FixedPointMips<'a> {
         Self { texels, count, widths, heights, lowest_rows }
     }
 
-    /// The square around coordinates without whole turns, each lane's in its own level. Where that is not one in fixed point
-    /// the places mean nothing.
+    /// Returns the 2x2 texels around coordinates without whole repeats, each lane's in its own
+    /// level. Lanes whose level is not in fixed point have meaningless addresses.
     #[inline(always)]
     pub fn quad<S: Simd>(&self, s: S, sampling: Sampling, at: [S::F; 2], number: S::I) -> TexelQuad<S> {
         let (w, h) = (s.lookup(&self.widths, number), s.lookup(&self.heights, number));
         let near = neighbours(s, sampling, at, (w, h));
-        // Each row has its first texel once more at its end.
+        // Each row repeats its first texel at its end.
         let stride = w + s.splat_i(1);
         let base = s.lookup(&self.lowest_rows, number) + near.i[0];
         TexelQuad { at: [base - near.j[0] * stride, base - near.j[1] * stride], part: near.part }
     }
 
-    /// In 1/256 of 0..255.
+    /// Interpolates four texels, in units of 1/256 of 0..255.
     #[inline(always)]
     pub fn bilinear<S: Simd>(&self, s: S, mask: S::M, quad: &TexelQuad<S>) -> V3<S> {
         let a = fixed_pair(s, mask, self.texels, quad.at[0]);
@@ -55,7 +57,7 @@ impl<'a> FixedPointMips<'a> {
         blend::<S>(a, b, quad.part)
     }
 
-    /// Says that both rows' texels will be read soon.
+    /// Prefetches the texels of both rows.
     #[inline(always)]
     pub fn ask_for<S: Simd>(&self, s: S, quad: &TexelQuad<S>) {
         let mut row = 0;
@@ -72,7 +74,8 @@ impl<'a> FixedPointMips<'a> {
     }
 }
 
-/// Four texels of a level in fixed point: where the two of each row begin, and how far on the way between them.
+/// Four texels of a level in fixed point: the addresses of each row's pair, and the interpolation
+/// weights.
 #[derive(Clone, Copy)]
 pub struct TexelQuad<S: Simd> {
     at: [S::I; 2],
@@ -80,21 +83,21 @@ pub struct TexelQuad<S: Simd> {
 }
 
 impl<S: Simd> TexelQuad<S> {
-    /// Nowhere.
+    /// Returns a quad without meaningful addresses.
     #[inline(always)]
     pub fn none(s: S) -> Self {
         Self { at: [s.splat_i(0); 2], part: [s.splat(0.0); 2] }
     }
 }
 
-/// The texels around a point of a level, and how far it lies on the way from the first to the second of each axis.
+/// Texels around a point of a level, and the weights of the second texel on each axis.
 struct Neighbours<S: Simd> {
     i: [S::I; 2],
     j: [S::I; 2],
     part: [S::F; 2],
 }
 
-/// Of a level of this width and height.
+/// Returns the texels around coordinates in a level of this width and height.
 #[inline(always)]
 fn neighbours<S: Simd>(s: S, sampling: Sampling, [u, v]: [S::F; 2], (w, h): (S::I, S::I)) -> Neighbours<S> {
     let (i, across) = around(s, u, sampling.wrap_s, w);
@@ -102,8 +105,9 @@ fn neighbours<S: Simd>(s: S, sampling: Sampling, [u, v]: [S::F; 2], (w, h): (S::
     Neighbours { i, j, part: [across, up] }
 }
 
-/// The two texels around a coordinate without whole turns, along an axis of so many. Beyond an edge that is clamped the way
-/// to the second is 0, as if it were the first once more.
+/// Returns the two texels around a coordinate without whole repeats, on an axis of `size` texels,
+/// and the weight of the second. Beyond a clamped edge that weight is 0, as if the second were the
+/// first again.
 #[inline(always)]
 fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2], S::F) {
     let (none, one) = (s.splat_i(0), s.splat_i(1));
@@ -112,7 +116,8 @@ fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2]
     match wrap {
         Wrap::Repeat => {
             let floor = texels.floor();
-            // From -1 to size - 1: only the first one can lie before the texture, only the second one behind it.
+            // From -1 to size - 1: only the first texel can lie before the texture, only the second
+            // behind it.
             let first = floor.to_i32();
             let second = first + one;
             let around =
@@ -128,14 +133,14 @@ fn around<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> ([S::I; 2]
     }
 }
 
-/// Two texels of the one row and two of the other, as far as `part` says on the way between them.
+/// Interpolates two texels of each of two rows by the weights `part`.
 #[inline(always)]
 fn blend<S: Simd>(a: [V3<S>; 2], b: [V3<S>; 2], part: [S::F; 2]) -> V3<S> {
     let (a, b) = (between::<S>(a[0], a[1], part[0]), between::<S>(b[0], b[1], part[0]));
     between::<S>(a, b, part[1])
 }
 
-/// The texel that coordinates without whole turns lie in, in 0..255.
+/// Returns the texel in which coordinates without whole repeats lie, in 0..255.
 #[inline(always)]
 pub fn nearest<S: Simd>(s: S, mask: S::M, texture: &Texture, sampling: Sampling, [u, v]: [S::F; 2]) -> V3<S> {
     let (w, h) = (s.splat_i(texture.width() as i32), s.splat_i(texture.height() as i32));
@@ -157,7 +162,7 @@ fn in_texels<S: Simd>(s: S, coordinate: S::F, wrap: Wrap, size: S::I) -> S::F {
     }
 }
 
-/// A texel's number that is at most one size beyond the texture.
+/// Returns an index that is at most one size beyond the texture, wrapped or clamped into it.
 #[inline(always)]
 fn wrapped<S: Simd>(s: S, texel: S::I, wrap: Wrap, size: S::I) -> S::I {
     let none = s.splat_i(0);
@@ -169,11 +174,11 @@ fn wrapped<S: Simd>(s: S, texel: S::I, wrap: Wrap, size: S::I) -> S::I {
         }
         Wrap::Clamp => texel,
     };
-    // Whatever a lane that nobody looks at holds, it stays inside.
+    // Lanes that are not used must stay in bounds, too.
     texel.max(none).min(highest)
 }
 
-/// Between four texels, all lanes' in the same level, in 0..255.
+/// Interpolates four texels, in one level for all lanes, in 0..255.
 #[inline(always)]
 pub fn bilinear<S: Simd>(
     s: S,
@@ -190,7 +195,7 @@ pub fn bilinear<S: Simd>(
     scale::<S>(blend::<S>(a, b, near.part), s.splat(unit))
 }
 
-/// Texels i0 and i1 of row j (counted from below), and what they are counted in.
+/// Returns texels i0 and i1 of row j (counted from below), and the unit of their channels.
 #[inline(always)]
 fn pair<S: Simd>(
     s: S,
@@ -228,7 +233,7 @@ fn pair<S: Simd>(
     }
 }
 
-/// A texel in fixed point and the one behind it: behind the last of a row its first again.
+/// Returns a texel in fixed point and the next one; after the last of a row its first again.
 #[inline(always)]
 fn fixed_pair<S: Simd>(s: S, mask: S::M, texels: &[[u16; 4]], at: S::I) -> [V3<S>; 2] {
     let [rg0, ba0, rg1, ba1] = s.gather_pairs(mask, texels, at);
@@ -239,20 +244,20 @@ fn fixed_pair<S: Simd>(s: S, mask: S::M, texels: &[[u16; 4]], at: S::I) -> [V3<S
     ]
 }
 
-/// A place among so many: where coordinates are no numbers, any.
+/// Clamps an index to `count` elements: NaN coordinates get any element.
 #[inline(always)]
 fn inside<S: Simd>(s: S, at: S::I, count: usize) -> S::I {
     at.max(s.splat_i(0)).min(s.splat_i((count - 1) as i32))
 }
 
-/// R, G, B of packed bytes.
+/// Unpacks R, G, B of packed bytes.
 #[inline(always)]
 fn channels<S: Simd>(s: S, rgba: S::I) -> V3<S> {
     let low = s.splat_i(255);
     [(rgba & low).to_f32(), (rgba.shr::<8>() & low).to_f32(), (rgba.shr::<16>() & low).to_f32()]
 }
 
-/// So far on the way from the one to the other.
+/// Interpolates linearly from a to b.
 #[inline(always)]
 pub fn between<S: Simd>(a: V3<S>, b: V3<S>, t: S::F) -> V3<S> {
     [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]

@@ -1,8 +1,9 @@
 //! Queue of lit pixels whose texels are not fetched yet.
 //!
-//! A textured vector goes through a long chain of operations, each of which needs the one before it: weights, level,
-//! addresses, texels, colour. So several are taken through each part of it together; what is left to a vector when its weights
-//! and its light are done is kept here. The pixels are the same in whatever order they are drawn.
+//! A textured vector goes through a long chain of dependent operations: barycentrics, level,
+//! addresses, texels, colour. So several vectors go through each part together; the queue holds the
+//! state of a vector once its barycentrics and its light are computed. The pixels do not depend on
+//! the order in which they are drawn.
 
 use super::interpolate::ReflectedLight;
 use super::lighting::splat3;
@@ -12,33 +13,33 @@ use crate::simd::Simd;
 /// Number of vectors processed per batch, to hide latency.
 pub const QUEUE_CAPACITY: usize = 4;
 
-/// A vector of lit pixels of one surface.
+/// Vector of lit pixels of one material.
 #[derive(Clone, Copy)]
 pub struct QueuedPixels<S: Simd> {
-    /// Which of them are to be drawn.
+    /// Lanes to be drawn.
     pub mask: S::M,
-    /// The surface's number.
+    /// Index of the material.
     pub binding: usize,
-    /// The block's upper left pixel.
+    /// Upper left pixel of the block.
     pub corner: [i32; 2],
-    /// Their light.
+    /// Light of the pixels.
     pub lit: ReflectedLight<S>,
-    /// Where they look into the texture.
+    /// Texture coordinates.
     pub sample_coord: SampleCoord<S>,
-    /// What they will read there, once that is known.
+    /// Texels to read, computed when the queue is drained.
     pub texel_addresses: TexelAddresses<S>,
 }
 
 /// The queued vectors.
 pub struct TextureQueue<S: Simd> {
-    /// The vectors; those from `count` on mean nothing.
+    /// Queued vectors; those from `count` on are unused.
     pub vectors: [QueuedPixels<S>; QUEUE_CAPACITY],
-    /// How many.
+    /// Number of queued vectors.
     pub count: usize,
 }
 
 impl<S: Simd> TextureQueue<S> {
-    /// None.
+    /// Creates an empty queue.
     #[inline(always)]
     pub fn new(s: S) -> Self {
         let none = QueuedPixels {

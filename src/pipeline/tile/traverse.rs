@@ -1,51 +1,52 @@
-//! Traverses the faces of one tile: in file order, fragments and tiny ones up to the next larger one, and those
-//! that fill the tile together.
+//! Traversal of a tile's faces in file order: fragments and tiny faces up to the next larger one,
+//! and runs of faces that fill the tile.
 //!
-//! In: a chunk's list of a tile. Out: how many fragments were tested and passed, and faces left out. What a face does to the
-//! tile is its raster's: plain ([`super::raster`]), behind coarse depth ([`super::hierarchical_z`]), in f64 ([`super::depth_f64`]). Each has
-//! its own copy of the traversal, so what a raster does not ask for costs nothing.
+//! In: a chunk's bin of a tile. Out: fragments tested and passed, and faces skipped. The raster
+//! that draws the faces is a type parameter: plain ([`super::raster`]), with hierarchical z
+//! ([`super::hierarchical_z`]), in f64 ([`super::depth_f64`]). Each instantiates its own copy of
+//! the traversal, so a method that a raster leaves at its default costs nothing.
 
 use super::bins::{Bin, BinEntry, Larger, Small, Tiny};
 use super::exact_faces::{ExactFace, MOST_STACKED};
 use crate::math::coverage::Filling;
 use crate::simd::Simd;
 
-/// The rasterizer's part in a traversal. Counts are of fragments.
+/// Drawing operations of a traversal. Counts are of fragments.
 pub(super) trait FaceRaster {
-    /// Draws a pixel of a face: place, depth word, number. Whether it passed.
+    /// Draws one fragment: position, depth word, face. Returns whether it passed.
     fn fragment(&mut self, fragment: [i32; 3]) -> bool;
-    /// Draws a face whose coverage is known; how many passed.
+    /// Draws a face whose coverage is known; returns how many passed.
     fn tiny<S: Simd>(&mut self, s: S, face: &Tiny) -> u64;
-    /// Draws a face with edge functions in i32; tested and passed.
+    /// Draws a face with edge functions in i32; returns the fragments tested and passed.
     fn small<S: Simd>(&mut self, s: S, face: &Small) -> (u64, u64);
-    /// Draws a face that the plain path has set up; tested and passed.
+    /// Draws a face that the plain path has set up; returns the fragments tested and passed.
     fn exact_face<S: Simd>(&mut self, s: S, face: &ExactFace) -> (u64, u64);
-    /// How much of the tile is the face's, as far as [`FaceRaster::stack`] can draw it.
+    /// Returns how much of the tile the face covers, as far as [`FaceRaster::stack`] can draw it.
     fn filling(&self, face: &ExactFace) -> Filling;
-    /// Draws faces that fill the tile, in their order; how many passed.
+    /// Draws faces that fill the tile, in order; returns how many passed.
     fn stack<S: Simd>(&mut self, s: S, faces: &[&ExactFace]) -> u64;
-    /// Pixels of the tile.
+    /// Returns the number of pixels of the tile.
     fn pixels(&self) -> u64;
 
-    /// Whether nothing of a face would pass, so that it need not be drawn.
+    /// Returns whether no fragment of the face would pass, so that it need not be drawn.
     #[inline(always)]
     fn hides_tiny(&self, _: &Tiny) -> bool {
         false
     }
-    /// See [`FaceRaster::hides_tiny`].
+    /// Returns whether no fragment of the face would pass.
     #[inline(always)]
     fn hides_small(&self, _: &Small) -> bool {
         false
     }
-    /// See [`FaceRaster::hides_tiny`].
+    /// Returns whether no fragment of the face would pass.
     #[inline(always)]
     fn hides_exact(&self, _: &ExactFace) -> bool {
         false
     }
-    /// A face that fills the tile will be drawn before anything else is asked.
+    /// Called for a face that fills the tile; it is drawn before the faces of later queries.
     #[inline(always)]
     fn will_fill(&mut self, _: &ExactFace) {}
-    /// So many fragments have passed by now.
+    /// Called with the number of fragments that have passed so far.
     #[inline(always)]
     fn has_passed<S: Simd>(&mut self, _: S, _: u64) {}
 }
@@ -53,15 +54,15 @@ pub(super) trait FaceRaster {
 /// Counts of a traversal.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RasterStats {
-    /// Fragments tested; those of tiny faces were counted when they were set up.
+    /// Fragments tested; those of tiny faces are counted at set-up.
     pub tested: u64,
     /// Fragments that passed.
     pub passed: u64,
-    /// Faces that were left out.
+    /// Faces that were skipped as hidden.
     pub hidden: u64,
 }
 
-/// Draws the faces of a list in their order; `exact_faces` holds the chunk's.
+/// Draws the faces of `bin` in order; `exact_faces` are the chunk's.
 #[inline(always)]
 pub(super) fn traverse<S: Simd, R: FaceRaster>(
     s: S,
@@ -72,7 +73,7 @@ pub(super) fn traverse<S: Simd, R: FaceRaster>(
     let mut done = RasterStats::default();
     let (mut from, mut drawn, mut placed) = (0, 0, 0);
     while from <= bin.larger.len() {
-        // The fragments and tiny faces up to the next larger one, or the last ones.
+        // Fragments and tiny faces up to the next larger face, or the last ones.
         let next = bin.larger.get(from);
         let fragments = next.map_or(bin.fragments.len(), |l| l.fragments_before as usize);
         if placed < fragments {
@@ -116,7 +117,7 @@ pub(super) fn traverse<S: Simd, R: FaceRaster>(
             (done.tested, done.passed) = (done.tested + t, done.passed + p);
             continue;
         }
-        // With those behind it that fill the tile as well.
+        // Together with the faces behind it that also fill the tile.
         let mut stack = [face; MOST_STACKED];
         let mut count = 1;
         raster.will_fill(face);

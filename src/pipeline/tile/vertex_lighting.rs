@@ -1,33 +1,35 @@
-//! Colours found before any pixel is: at every vertex (Gouraud) or once a face (flat), a vector of points at a time.
+//! Lighting ahead of the pixels: at every vertex (Gouraud) or once for each face (flat), a vector
+//! of points at a time.
 
 use super::lighting::{MaterialLighting, light, scale};
 use super::shading_state::Eye;
 use crate::simd::{F32, Kernel, Mask, Simd};
 
-/// Lights one point in f64, where f32 lacks the digits: its number; diffuse and specular.
+/// Lights one point in f64, where f32 lacks the digits. Argument: its index; result: diffuse and
+/// specular.
 pub type ExactPoint<'a> = &'a (dyn Fn(usize) -> [[f32; 3]; 2] + Sync);
 
 /// Lights a run of points.
 pub struct VertexLightingKernel<'a> {
-    /// The material and its lights.
+    /// Material and lights.
     pub lighting: &'a MaterialLighting,
-    /// The eye.
+    /// Position of the viewer.
     pub eye: Eye,
-    /// Rows that take object space to the shading frame.
+    /// Rows that take object space to shading space.
     pub to_frame: [[f64; 4]; 3],
-    /// Object-space x, y, z of the points.
+    /// Object-space x, y and z of the points.
     pub positions: [&'a [f64]; 3],
-    /// Their unit normals in the shading frame.
+    /// Unit normals of the points in shading space.
     pub normals: &'a [[f32; 4]],
-    /// What multiplies the diffuse part; empty for nothing.
+    /// Colours that multiply the diffuse part; empty for none.
     pub colors: &'a [[f32; 4]],
-    /// The number of the first point.
+    /// Index of the first point.
     pub first: usize,
-    /// For points that f32 does not carry.
+    /// Lights points that f32 does not carry.
     pub exact: ExactPoint<'a>,
-    /// The diffuse part, or with an empty `specular` all of it.
+    /// Output: the diffuse part, or with an empty `specular` the sum of both.
     pub diffuse: &'a mut [[f32; 4]],
-    /// What a texture does not multiply.
+    /// Output: the part that a texture does not multiply.
     pub specular: &'a mut [[f32; 4]],
 }
 
@@ -39,10 +41,10 @@ impl Kernel for VertexLightingKernel<'_> {
     fn run<S: Simd>(self, s: S) {
         let count = self.diffuse.len();
         let mut at = [[0f32; 16]; 3];
-        // Whole vectors of points, whatever is left over in the last one.
+        // Whole vectors of points; unused lanes of the last one hold leftovers.
         let mut points = [[0f64; 16]; 3];
         let mut out = [[0f32; 16]; 6];
-        // Where nothing multiplies the one part only, both are one.
+        // If nothing multiplies only one of the parts, they are stored as a sum.
         let is_sum = self.colors.is_empty() && self.specular.is_empty();
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
         for start in (0..count).step_by(S::LANES) {

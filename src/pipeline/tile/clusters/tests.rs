@@ -1,4 +1,4 @@
-//! What is left out together, held to every face by itself.
+//! Culled clusters compared with every single face.
 
 use super::*;
 use crate::math::coverage::SnappedTriangle;
@@ -30,7 +30,7 @@ fn to_screen(model: DMat4, view: DMat4, projection: DMat4) -> (ToScreen, [f64; 4
     (t, (projection.row(3) - projection.row(2)).to_array())
 }
 
-/// What a draw into the whole frame shows.
+/// Returns the cull view of a draw into the whole frame.
 fn outlook_of(
     farthest: [f64; 3],
     model: DMat4,
@@ -49,7 +49,7 @@ fn visibilities(level: Level, clusters: &Clusters, cull_view: &CullView, marks: 
     visibilities
 }
 
-/// Whether a face is left out as `visibility` says, by the steps of single faces.
+/// Returns whether a single face is culled as `visibility` says, by the steps of set-up.
 fn is_left_out(visibility: u8, clip: [DVec4; 3], winding: Winding) -> bool {
     let half = SIZE.map(|s| s as f64 * 0.5);
     let screen = clip.map(|c| [half[0] + c.x / c.w * half[0], half[1] - c.y / c.w * half[1]]);
@@ -85,12 +85,13 @@ fn is_left_out(visibility: u8, clip: [DVec4; 3], winding: Winding) -> bool {
     }
 }
 
-/// Clip coordinates as the plain path finds them, one matrix after the other.
+/// Returns clip coordinates as the plain path computes them, one matrix after the other.
 fn by_steps([model, view, projection]: [DMat4; 3], position: [f64; 3]) -> DVec4 {
     projection * (view * (model * DVec3::from_array(position).extend(1.0)))
 }
 
-/// Holds every face to its cluster's visibility; how many clusters are open, culled and outside.
+/// Compares every face with its cluster's visibility; returns how many clusters are open, culled
+/// and outside.
 fn check(mesh: &IndexedMesh, model: DMat4, view: DMat4, projection: DMat4, winding: Winding) -> [usize; 3] {
     let cull_view = outlook_of(mesh.farthest, model, view, projection, winding);
     let marks: Vec<AtomicU8> = (0..mesh.vertex_count().div_ceil(WIDTH)).map(|_| AtomicU8::new(0)).collect();
@@ -193,7 +194,7 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
         let is_nowhere = (0..3).any(|k| mesh.positions[0][mesh.corners[k][f] as usize].is_nan());
         assert!(!is_nowhere || found[f / CLUSTER_FACES] == Visibility::OPEN, "face {f}");
     }
-    // Matrices without an inverse, and with what is no number.
+    // Matrices without an inverse, and with NaN.
     for odd in
         [DMat4::ZERO, DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)), DMat4::NAN, DMat4::IDENTITY * 1e300]
     {

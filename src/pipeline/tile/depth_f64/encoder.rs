@@ -1,16 +1,17 @@
-//! How the words of a depth format are made of depths in f64, lane by lane, as [`DepthFormat::encode`] makes them.
+//! Encoding of depths in f64 to the words of a depth format, lane by lane, equal to
+//! [`DepthFormat::encode`].
 
 use crate::memory::DepthFormat;
 use crate::simd::{I32, Simd};
 
-/// How a format makes words of depths.
+/// Encoder of a depth format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthEncoder {
-    /// What z is multiplied by; unused when reversed.
+    /// Factor from depth to words; unused for the reversed format.
     scale: f64,
-    /// Whether depth is 1 - z and words are the inverted bits of its f32.
+    /// True if depth is 1 - z and words are the inverted bits of its f32.
     pub is_reversed: bool,
-    /// What makes signed numbers of words, in the same order.
+    /// Bits that turn words into signed numbers of equal order.
     flip: i32,
 }
 
@@ -27,13 +28,13 @@ impl DepthEncoder {
         }
     }
 
-    /// The word of a depth in 0..=1, as [`DepthFormat::encode`] makes it.
+    /// Returns the word of a depth in 0..=1, equal to [`DepthFormat::encode`].
     #[inline(always)]
     pub(super) fn word(&self, depth: f64) -> i32 {
         if self.is_reversed { !(depth as f32).to_bits() as i32 } else { fixed(depth, self.scale) }
     }
 
-    /// The words of depths in 0..=1.
+    /// Returns the words of depths in 0..=1.
     #[inline(always)]
     pub(super) fn words<S: Simd>(&self, s: S, depths: &[f64; 16]) -> S::I {
         let mut words = [0i32; 16];
@@ -49,13 +50,13 @@ impl DepthEncoder {
         s.load_i(&words[..S::LANES])
     }
 
-    /// Words with these bits turned are signed numbers in the same order.
+    /// Returns the bits to invert so that words become signed numbers of equal order.
     #[inline(always)]
     pub(super) fn flip(&self) -> i32 {
         self.flip
     }
 
-    /// Where `word` is nearer than `old`.
+    /// Returns the lanes where `word` is nearer than `old`.
     #[inline(always)]
     pub fn is_nearer<S: Simd>(&self, s: S, word: S::I, old: S::I) -> S::M {
         let flip = s.splat_i(self.flip);
@@ -63,10 +64,10 @@ impl DepthEncoder {
     }
 }
 
-/// floor(scale * depth + 1/2) without a conversion that has to look at its range.
+/// Returns floor(scale * depth + 1/2), without a conversion that checks its range.
 #[inline(always)]
 fn fixed(depth: f64, scale: f64) -> i32 {
-    // Adding 2^52 rounds to a whole number, which is then in the low bits.
+    // Adding 2^52 rounds to an integer, which is then in the low bits.
     const WHOLE: f64 = 4_503_599_627_370_496.0;
     let t = depth * scale + 0.5;
     let r = t + WHOLE;

@@ -1,15 +1,18 @@
-//! Visibility where depth is stored as whole numbers or reversed: what f32 does not carry is worked in f64, lane by lane.
+//! Rasterization for depth formats in fixed point or reversed: depth is evaluated in f64, lane by
+//! lane.
 //!
-//! In: faces as [`super::setup`] left them (coverage is the same in every format) and each vertex's place and depth in f64:
-//! z/w, or (w-z)/w free of cancellation for the reversed format. Out: the words that the format stores, at each pixel from the
-//! face's own plane through its unsnapped corners, kept between its corners' depths:
+//! In: faces as [`super::setup`] made them (coverage is equal in every format) and each vertex's
+//! position and depth in f64: z/w, or (w-z)/w free of cancellation for the reversed format. Out:
+//! the words that the format stores, at each pixel from the face's own plane through its unsnapped
+//! corners, clamped to its corners' depths:
 //!
 //! ```text
 //! d(x, y) = da + (dx (x + 1/2 - xa) + dy (y + 1/2 - ya))     a = the corner that comes first by its position
 //! word    = floor(scale d + 1/2)   or   not bits(f32(d))
 //! ```
 //!
-//! Every pixel is worked for itself, so neither threads, tiles nor lanes matter. Twin in f32: [`super::raster`].
+//! Every pixel is evaluated independently, so neither threads, tiles nor lanes matter. The version
+//! in f32 is [`super::raster`].
 
 mod encoder;
 mod plane;
@@ -29,25 +32,25 @@ use crate::math::coverage::{Filling, PixelRect};
 use crate::simd::{I32, Kernel, Mask, Simd};
 use plane::DepthPlane;
 
-/// Draws one chunk's share of a tile.
+/// Rasterizes the faces of one chunk in a tile.
 pub struct DepthRasterKernel<'a, 'b> {
-    /// The chunk's faces in this tile.
+    /// Bin of the chunk's faces in this tile.
     pub bin: &'a Bin,
     /// The chunk's exact faces.
     pub exact_faces: &'a [ExactFace],
-    /// The three vertices of each face.
+    /// Vertex indices of each face.
     pub corners: &'a [[f32; 4]],
-    /// The vertices.
+    /// Vertices with their depths in f64.
     pub vertices: &'a [DepthVertex],
-    /// How words are made.
+    /// Encoder of the depth format.
     pub encoder: DepthEncoder,
-    /// The tile; its own depth words are not looked at.
+    /// Tile to draw; its own depth words are not used.
     pub tile: &'a mut Tile<'b>,
-    /// The words of the tile's rows,
+    /// Depth words of the tile's rows.
     pub words: &'a mut [i32],
-    /// so many in a row,
+    /// Number of words in a row.
     pub stride: usize,
-    /// the first of them of this column.
+    /// Column of the first word of a row.
     pub first_column: i32,
 }
 
@@ -61,7 +64,7 @@ impl Kernel for DepthRasterKernel<'_, '_> {
 }
 
 impl DepthRasterKernel<'_, '_> {
-    /// The plane of a face with records.
+    /// Returns the depth plane of a face with screen vertices.
     #[inline(always)]
     fn plane(&self, face: u32) -> DepthPlane {
         let [a, b, c, _] = self.corners[face as usize];
@@ -74,7 +77,8 @@ impl DepthRasterKernel<'_, '_> {
         (y - self.tile.y0) as usize * self.stride + (x - self.first_column) as usize
     }
 
-    /// The depth test at LANES pixels from (x, y) on, where `covered`; how many passed.
+    /// Tests depth at LANES pixels from (x, y) on, where `covered`; writes word and id where it
+    /// passes. Returns how many passed.
     #[inline(always)]
     fn write<S: Simd>(&mut self, s: S, (x, y): (i32, i32), covered: S::M, word: S::I, id: S::I) -> u64 {
         let at = self.word_at(x, y);
@@ -88,7 +92,7 @@ impl DepthRasterKernel<'_, '_> {
         passes.bits().count_ones() as u64
     }
 
-    /// The depth test at one pixel.
+    /// Tests depth at one pixel; writes word and id if it passes, and returns whether it did.
     #[inline(always)]
     fn write_one(&mut self, (x, y): (i32, i32), word: i32, id: i32) -> bool {
         let (at, flip) = (self.word_at(x, y), self.encoder.flip());
@@ -115,7 +119,7 @@ impl FaceRaster for DepthRasterKernel<'_, '_> {
         let rows = (self.tile.y0 - y0).max(0)..(face.size[1] as i32).min(self.tile.y1 - y0);
         let plane = self.plane(face.face);
         if face.mask & (face.mask - 1) == 0 {
-            // One pixel: the same sums without vectors.
+            // One pixel: equal sums without vectors.
             let bit = face.mask.trailing_zeros() as i32;
             let (x, y) = (x0 + (bit & 7), y0 + (bit >> 3));
             if !rows.contains(&(bit >> 3)) || x < self.tile.x0 || x >= self.tile.x1 {
@@ -129,11 +133,12 @@ impl FaceRaster for DepthRasterKernel<'_, '_> {
         let mut x = x0.max(self.tile.x0);
         let right = (x0 + face.size[0] as i32).min(self.tile.x1);
         while x < right {
-            // A vector that would leave the tile begins further left.
+            // A vector that would leave the tile starts further left.
             let start = x.min(self.tile.x1 - lanes);
             let fresh = u32::MAX << (x - start) & (u32::MAX >> (32 - lanes));
             for row in rows.clone() {
-                // From 15 columns to the right of the face's first to 8 to its left.
+                // The shift ranges from 15 columns right of the face's first to 8 columns left of
+                // it.
                 let bits = (((face.mask >> (8 * row)) & 0xff) << 16 >> (16 + start - x0)) as u32 & fresh;
                 if bits != 0 {
                     let word = self.encoder.words(s, &plane.row::<S>(start, plane.down(y0 + row)));
@@ -208,7 +213,8 @@ impl FaceRaster for DepthRasterKernel<'_, '_> {
         exact_faces::tile_filling(face, self.tile)
     }
 
-    /// A pixel's word and face stay in registers until all faces were asked; what does not change along a row is worked once.
+    /// A pixel's word and face stay in registers until all faces are tested; terms that are
+    /// constant along a row are evaluated once.
     #[inline(always)]
     fn stack<S: Simd>(&mut self, s: S, faces: &[&ExactFace]) -> u64 {
         let count = faces.len().min(MOST_STACKED);

@@ -1,23 +1,23 @@
-//! Depth over the screen in f64: a face's plane, its depths along a row, and the words of these.
+//! Depth plane of a face in f64, its depths along a row, and their words.
 
 use super::{DepthEncoder, DepthVertex};
 use crate::pipeline::tile::exact_faces::ExactFace;
 use crate::simd::Simd;
 
-/// Depth over the screen, as the format counts it.
+/// Depth over the screen, in the format's sense (z or 1 - z).
 #[derive(Clone, Copy, Debug)]
 pub struct DepthPlane {
-    /// Where `base` holds, in pixels.
+    /// Position where depth is `base`, in pixels.
     origin: [f64; 2],
     base: f64,
-    /// Per column, per row.
+    /// Depth steps per column and per row.
     run: [f64; 2],
-    /// The corners' depths, the least and the greatest.
+    /// Least and greatest depth of the corners.
     range: [f64; 2],
 }
 
 impl DepthPlane {
-    /// The plane through three corners: the same in any order of theirs.
+    /// Returns the plane through three corners; their order does not matter.
     #[inline(always)]
     pub fn through(corners: [DepthVertex; 3]) -> DepthPlane {
         let [a, b, c] = corners;
@@ -35,7 +35,7 @@ impl DepthPlane {
         }
     }
 
-    /// The plane that the plain path has set up.
+    /// Returns the plane that the plain path has set up.
     #[inline(always)]
     pub fn of_wide(exact_face: &ExactFace, encoder: &DepthEncoder) -> DepthPlane {
         let linear = &exact_face.plane;
@@ -46,37 +46,37 @@ impl DepthPlane {
         DepthPlane { origin: linear.origin, base, run: [x, y], range }
     }
 
-    /// A plane before any was found.
+    /// Placeholder for unused elements.
     pub const NOWHERE: DepthPlane =
         DepthPlane { origin: [0.0; 2], base: 0.0, run: [0.0; 2], range: [0.0; 2] };
 
-    /// Whether depth is the same all along a row.
+    /// Returns whether depth is constant along a row.
     #[inline(always)]
     pub fn is_level(&self) -> bool {
         self.run[0] == 0.0
     }
 
-    /// What a row adds to the base.
+    /// Returns the term that row y adds to the base.
     #[inline(always)]
     pub fn down(&self, y: i32) -> f64 {
         self.run[1] * (y as f64 + 0.5 - self.origin[1])
     }
 
-    /// Depth in 0..=1 at the centre of a pixel of column x and of a row that adds `down`; what is not a number, on a face
-    /// without area, is the nearest corner's.
+    /// Returns the depth at the centre of a pixel of column x and of a row that adds `down`,
+    /// clamped to the corners' depths; NaN, on a face without area, becomes the nearest corner's.
     #[inline(always)]
     fn along(&self, x: i32, down: f64) -> f64 {
         let along = self.run[0] * (x as f64 + 0.5 - self.origin[0]);
         lesser(greater(self.base + (along + down), self.range[0]), self.range[1])
     }
 
-    /// Depth in 0..=1 at the centre of pixel (x, y).
+    /// Returns the depth in 0..=1 at the centre of pixel (x, y).
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32) -> f64 {
         within(self.along(x, self.down(y)))
     }
 
-    /// Depths in 0..=1 at LANES pixels from column x on.
+    /// Returns the depths in 0..=1 at LANES pixels from column x on.
     #[inline(always)]
     pub fn row<S: Simd>(&self, x: i32, down: f64) -> [f64; 16] {
         let mut out = [0.0; 16];
@@ -87,13 +87,13 @@ impl DepthPlane {
     }
 }
 
-/// The lesser of two; the second when one is not a number.
+/// Returns the lesser of two numbers; the second if one is NaN.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The greater of two; the second when one is not a number.
+/// Returns the greater of two numbers; the second if one is NaN.
 #[inline(always)]
 fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
@@ -105,13 +105,14 @@ fn in_order(p: DepthVertex, q: DepthVertex) -> (DepthVertex, DepthVertex) {
     if swap { (q, p) } else { (p, q) }
 }
 
-/// A depth that the plane may have left a little.
+/// Clamps a depth to 0..=1, which rounding may have left slightly.
 #[inline(always)]
 fn within(depth: f64) -> f64 {
     lesser(greater(depth, 0.0), 1.0)
 }
 
-/// The words of an exact face at LANES pixels from (x, y) on, and where they lie between near and far.
+/// Returns the words of an exact face at LANES pixels from (x, y) on, and the lanes that lie
+/// between near and far.
 #[inline(always)]
 pub fn exact_words<S: Simd>(
     s: S,
@@ -146,7 +147,7 @@ mod tests {
                 assert_eq!(plane.at(x, y).to_bits(), other.at(x, y).to_bits());
             }
         }
-        // Without area there is no plane, but a depth.
+        // Without area there is no plane, but there is a depth.
         let flat = DepthPlane::through([a, a, a]);
         assert_eq!(flat.at(100, 100), 0.25);
     }

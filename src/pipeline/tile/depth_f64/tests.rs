@@ -1,4 +1,4 @@
-//! Tiles that exact faces fill, against words made one by one.
+//! Tiles that exact faces fill, compared with words computed one by one.
 
 use super::*;
 use crate::math::coverage::SnappedTriangle;
@@ -12,7 +12,8 @@ use crate::truth::scenes::Random;
 const TILE: PixelRect = PixelRect { x0: 128, y0: 32, x1: 256, y1: 64 };
 const WIDTH: usize = 384;
 
-/// A face around the tile with depth z0 at its middle, and these steps; kept at least `low` deep.
+/// Returns a face around the tile with depth z0 at its centre, and these steps; clamped to at least
+/// `low`.
 fn face(number: u32, [z0, zx, zy]: [f64; 3], low: f64) -> ExactFace {
     let bounds = PixelRect { x0: 0, y0: 0, x1: WIDTH as i32, y1: 96 };
     let outline = SnappedTriangle::new([[-500.0, -500.0], [-500.0, 900.0], [1200.0, -500.0]]);
@@ -39,7 +40,8 @@ fn face(number: u32, [z0, zx, zy]: [f64; 3], low: f64) -> ExactFace {
     }
 }
 
-/// The words, faces and passed fragments of the tile, one pixel and one face after the other.
+/// Computes the words, faces and passed fragments of the tile, one pixel and one face after the
+/// other.
 fn one_by_one(format: DepthFormat, faces: &[ExactFace]) -> (Vec<u32>, Vec<i32>, u64) {
     let (mut words, mut ids, mut passed) = (Vec::new(), Vec::new(), 0);
     for y in TILE.y0..TILE.y1 {
@@ -64,7 +66,7 @@ fn one_by_one(format: DepthFormat, faces: &[ExactFace]) -> (Vec<u32>, Vec<i32>, 
     (words, ids, passed)
 }
 
-/// The same by the kernel, with words in a frame or in a tile's own memory.
+/// Computes them by the kernel, with words in a frame or in a tile's own buffer.
 fn by_kernel(
     level: Level,
     format: DepthFormat,

@@ -1,23 +1,24 @@
-//! Vertices whose depth keeps the digits of f64, by the plain path's own steps.
+//! Vertex stage that retains depth in f64, in the steps of the plain path.
 
 use crate::pipeline::tile::vertex::{ToScreen, WIDTH, affine, is_marked};
 use crate::simd::{Kernel, Simd};
 use std::sync::atomic::AtomicU8;
 
-/// A vertex: column and row in pixels, and its depth as the format counts it.
+/// Vertex with column and row in pixels, and its depth in the format's sense (z or 1 - z); the last
+/// number is 0.
 pub type DepthVertex = [f64; 4];
 
-/// Works out the deep vertices of a run of positions.
+/// Transforms a run of vertices.
 pub struct DepthVertexKernel<'a> {
-    /// Object-space x, y, z.
+    /// Object-space x, y and z of the vertices.
     pub positions: [&'a [f64]; 3],
-    /// The matrices.
+    /// Matrices of the draw.
     pub to_screen: &'a ToScreen,
-    /// The row that takes view space to z of clip space, or to w - z.
+    /// Row that takes view space to z of clip space, or to w - z.
     pub row: [f64; 4],
-    /// See [`super::vertex::VertexKernel`].
+    /// Blocks of vertices that are used; see [`VertexKernel`](crate::pipeline::tile::VertexKernel).
     pub marks: &'a [AtomicU8],
-    /// One a position; what has no place on the screen is not a number.
+    /// Output: one for each position; NaN for points without a position on the screen.
     pub out: &'a mut [DepthVertex],
 }
 

@@ -1,5 +1,5 @@
-//! Texels of vectors against the definition, worked out anew in f64: the mean of 2x2 texels a level, four texels weighed by
-//! the way to each, two levels weighed by the fraction of D = log2 L.
+//! Vector sampling compared with the definition, evaluated in f64: the mean of 2x2 texels for each
+//! level, four texels interpolated, two levels weighted by the fraction of D = log2 L.
 
 use super::*;
 use crate::simd::{Kernel, Level};
@@ -7,7 +7,8 @@ use crate::simd::{Kernel, Level};
 /// Largest difference from the definition, colours being 0..1: f32 finds the level to about 1e-4.
 const TOLERANCE: f64 = 3e-4;
 
-/// A pixel: u, v, its steps to the right and below, and whether a neighbour lies beyond the horizon.
+/// Pixel: u, v, their steps to the right and below, and whether a neighbour lies beyond the
+/// horizon.
 #[derive(Clone, Copy, Debug)]
 struct Pixel {
     uv: [f32; 2],
@@ -39,10 +40,11 @@ impl Kernel for Look<'_> {
     }
 }
 
-/// A level's size and its texels, rows from below.
+/// Size of a level and its texels, rows from below.
 type Rows = (i64, i64, Vec<[f64; 3]>);
 
-/// Every level: texel i is the mean of 2i and 2i+1 both ways, of a side of 1 the one texel twice.
+/// Returns every level: texel i is the mean of 2i and 2i+1 on both axes, or for a side of 1 of the
+/// one texel twice.
 fn levels(width: i64, height: i64, bytes: &[u8]) -> Vec<Rows> {
     let row = |y: i64| (0..width).map(move |x| 4 * ((height - 1 - y) * width + x) as usize);
     let texels = (0..height).flat_map(row).map(|at| [0, 1, 2].map(|c| f64::from(bytes[at + c]) / 255.0));
@@ -64,7 +66,7 @@ fn levels(width: i64, height: i64, bytes: &[u8]) -> Vec<Rows> {
     levels
 }
 
-/// Four texels around u, v, each weighed by how near it is.
+/// Interpolates the four texels around u, v.
 fn inputs((w, h, texels): &Rows, sampling: Sampling, [u, v]: [f32; 2]) -> [f64; 3] {
     let (x, y) = (f64::from(u) * *w as f64 - 0.5, f64::from(v) * *h as f64 - 0.5);
     let mut sum = [0.0; 3];
@@ -84,7 +86,7 @@ fn at(texel: f64, wrap: Wrap, size: i64) -> i64 {
     }
 }
 
-/// The definition's colour; `None` within a thousandth of a place where it jumps.
+/// Returns the definition's colour; `None` within a thousandth of a discontinuity.
 fn expected_texel(levels: &[Rows], sampling: Sampling, pixel: &Pixel) -> Option<[f64; 3]> {
     let (w, h) = (levels[0].0 as f64, levels[0].1 as f64);
     let length = |[u, v]: [f32; 2]| (f64::from(u) * w).hypot(f64::from(v) * h);
@@ -110,7 +112,8 @@ fn expected_texel(levels: &[Rows], sampling: Sampling, pixel: &Pixel) -> Option<
     }
 }
 
-/// Pixels from half a texel to beyond the top level, in turn along and across the texture.
+/// Returns pixels with footprints from half a texel to beyond the top level, alternately along and
+/// across the texture.
 fn pixels(width: f32, height: f32) -> Vec<Pixel> {
     let spread = |i: u32, by: u32| (i.wrapping_mul(by) >> 8) as f32 / (1 << 24) as f32;
     (0..1600)

@@ -1,4 +1,4 @@
-//! Records against the plain path's steps.
+//! Screen vertices compared with the plain path's steps.
 
 use super::*;
 use crate::simd::Level;
@@ -16,7 +16,7 @@ fn records_hold_the_floor_and_the_snap_of_every_position() {
         sides: [[0.0, 200.0], [0.0, 100.0]],
     };
     let n = 1003;
-    // Quarters of 1/256 pixel, so that ties and both neighbours come up, and values off the frame.
+    // Quarters of 1/256 pixel, so that ties and both neighbours occur, and values off the frame.
     let xs: Vec<f64> = (0..n).map(|i| (i as f64 - 300.0) / 51200.0).collect();
     let ys: Vec<f64> = (0..n).map(|i| (i as f64 * 7.0 - 300.0) / 25600.0 / 4.0).collect();
     let zs: Vec<f64> = (0..n).map(|i| i as f64 / n as f64).collect();
@@ -48,7 +48,8 @@ fn records_hold_the_floor_and_the_snap_of_every_position() {
     }
 }
 
-/// The places that the plain path's steps give: floors in 1/65536 pixel, and what is snapped.
+/// Returns the positions by the plain path's steps: floors in 1/65536 pixel, and the snapped
+/// values.
 fn steps(t: &ToScreen, p: [f64; 3]) -> [[i64; 2]; 2] {
     let row = |[a, b, c, d]: [f64; 4], [x, y, z]: [f64; 3]| ((a * x + b * y) + c * z) + d;
     let world = t.model.map(|r| row(r, p));
@@ -87,7 +88,8 @@ fn places_are_those_of_the_steps(t: ToScreen, points: &[[f64; 3]]) {
 
 #[test]
 fn one_matrix_gives_the_places_of_the_steps_where_they_are_ties_too() {
-    // A thing far away, seen from near by, turned by a right angle: whole and half 1/256 pixels, hit or just missed.
+    // A distant object through a long lens, turned by a right angle: whole and half 1/256 pixels,
+    // hit or just missed.
     for away in [0.0, 1.0 / 3.0, 1e3, 1e6] {
         let t = ToScreen {
             model: [[0., -1.0, 0., away], [1., 0., 0., away], [0., 0., 1., 0.]],
@@ -118,7 +120,7 @@ fn where_one_matrix_would_put_a_vertex_elsewhere_the_steps_decide() {
         half: [1.0, 1.0],
         sides: [[0.0, 100.0], [0.0, 100.0]],
     };
-    // On whole 1/65536 pixels, where the last bit decides on the floor.
+    // On multiples of 1/65536 pixel, where the last bit decides the floor.
     let points: Vec<[f64; 3]> =
         (0..4000).map(|i| [(i * 1237) as f64 / 65536.0, (i * 977) as f64 / 65536.0, 0.5]).collect();
     let elsewhere = |p: &&[f64; 3]| steps(&t, **p)[0][0] != (p[0] * 65536.0) as i64;
