@@ -1,4 +1,5 @@
-//! What every odd OBJ and MTL file must become: a mesh, or a refusal with file, line and reason.
+//! Odd OBJ and MTL files, each with the mesh, or the error with file, line and reason, that it must
+//! give.
 
 use super::*;
 use crate::error::Code;
@@ -29,7 +30,7 @@ fn warnings(loaded: &LoadedObj) -> Vec<String> {
     loaded.warnings.iter().map(|w| w.to_string()).collect()
 }
 
-/// Every index of a mesh names something, triangles cover their polygons' corners.
+/// Asserts that every index is in range, and that triangles cover their polygons' corners.
 fn assert_sound(mesh: &Mesh) {
     let good = |index: u32, len: usize| index == NONE || (index as usize) < len;
     for c in &mesh.corners {
@@ -58,7 +59,7 @@ fn polygons_keep_their_corners_and_the_files_indices() {
         "v 9 9 9\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n\
          f 5/4/1 2/1/1 3/2/1 4/3/1\nf 4 3 2",
     );
-    // The position that nothing uses is gone; the others keep the file's order.
+    // The unused position is left out; the others keep the file's order.
     assert_eq!(m.positions[0], DVec3::ZERO);
     assert_eq!(m.positions.len(), 4);
     assert_eq!(m.normals, [DVec3::new(0.0, 0.0, 2.0)], "normals keep their length");
@@ -203,7 +204,7 @@ fn what_is_malformed_is_refused_with_its_line() {
         refusal("hello world\nthis is text"),
         "m.obj:1: expected an OBJ statement such as v or f, found \"hello\""
     );
-    // A polygon whose cutting would take minutes.
+    // A polygon whose triangulation would take minutes.
     let huge = format!("{TRIANGLE}f{}", " 1 2 3".repeat(30_000));
     assert_eq!(load_with(huge, &[]).unwrap_err().code(), Code::TooBig);
 }
@@ -231,7 +232,7 @@ fn what_is_skipped_is_said_once_with_its_line() {
     assert_eq!(many.warnings[100].message, "400 more warnings are not shown");
 }
 
-/// A file with one face of each named material.
+/// Returns a file with one face of each named material.
 fn faces_of(names: &[&str]) -> String {
     let faces: String = names.iter().map(|n| format!("usemtl {n}\nf 1 2 3\n")).collect();
     format!("mtllib  my lib.mtl \n{TRIANGLE}{faces}")
@@ -325,11 +326,11 @@ fn textures_are_found_by_names_with_blanks_and_options() {
         warnings(&loaded)
             .contains(&"lib/my.mtl:5: warning: texture \"gone.png\" cannot be found: it is left out".into())
     );
-    // A file that is there and is no picture is an error that names it.
+    // A file that exists and is no picture is an error that names it.
     let broken: [(&str, &[u8]); 2] = [("lib/my.mtl", mtl.as_bytes()), ("lib/my picture.png", b"no")];
     let error = load_with(&obj, &broken).unwrap_err();
     assert!(error.to_string().starts_with("lib/my picture.png: not a readable picture"), "{error}");
-    // Names are shown as the OBJ file's own: from where its reader stands.
+    // File names are shown relative to the reader of the OBJ file, as its own name is.
     let mut find = |name: &str| (name == "lib/my.mtl").then(|| b"newmtl a\nKd x".to_vec());
     let error = parse(obj.as_bytes(), &mut find, "there/m.obj").unwrap_err();
     assert!(error.to_string().starts_with("there/lib/my.mtl:2: a colour"), "{error}");
@@ -380,7 +381,7 @@ fn a_file_cut_at_any_byte_loads_or_is_refused() {
     assert_eq!(load_with(WHOLE, &[("l.mtl", WHOLE_MTL)]).unwrap().geometry.mesh.materials.len(), 2);
 }
 
-/// Pieces of statements, sound and broken.
+/// Generates pieces of statements, valid and invalid.
 fn piece() -> impl Strategy<Value = String> {
     let words = [
         "v",
@@ -447,7 +448,7 @@ proptest! {
             let obj = ["mtllib l.mtl\n", &obj.join(between)].concat();
             match load_with(obj, &[("l.mtl", mtl.join(between).as_bytes())]) {
                 Ok(loaded) => assert_sound(&loaded.geometry.mesh),
-                // Only what the check did not foresee comes without a line.
+                // Only an error that the check did not foresee has no line.
                 Err(error) => prop_assert!(error.place.line > 0, "{}", error),
             }
         }
@@ -543,9 +544,9 @@ fn smoothing_gives_normals_where_the_file_has_none() {
     assert!(normals_meet("s 4294967296\n", "s 4294967296\n"), "a number beyond 32 bits");
     assert!(!normals_meet("s 2\n", "s 1\n"), "another group");
     assert!(!normals_meet("", "s off\n") && !normals_meet("", "s 0\n"), "no group");
-    // Normals of the file stay, and such a mesh is not said to be open.
+    // Normals of the file stay, and such a mesh is not reported as open.
     let given = smooth("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 2\nf 1//1 2//1 3//1\n");
     assert_eq!((given.geometry.mesh.normals.len(), given.is_open), (1, false));
-    // The specification's rule makes none.
+    // The specification's rule adds no normals.
     assert_eq!(load(format!("{roof}{}", faces.replace("{}", ""))).geometry.mesh.normals, []);
 }

@@ -1,15 +1,18 @@
-//! Flattens the graph at one moment: groups and transforms to world matrices, shapes to objects,
-//! lights with their scope, and the bound viewpoint, background, fog and navigation info.
+//! Flattening of the graph at one moment: groups and transforms to world matrices, shapes to
+//! objects, lights with their scope, and the bound viewpoint, background, fog and navigation info.
 //!
-//! Sources, clauses of ISO/IEC 19775-1: 10 (Group, StaticGroup, Switch, Transform), 9.4.2 (Inline), 9.4.1 (Anchor: its children;
-//! nothing is followed), 23.4.2 (Collision: its children are seen, its proxy never is), 23.4.1 and .3 (`facing`), 17 (lights), 7.2.2
-//! (bindable nodes: the first one met is bound; levels of a LOD that are not shown count, those of a Switch do not), 35 (layering).
+//! Sources, clauses of ISO/IEC 19775-1: 10 (Group, StaticGroup, Switch, Transform), 9.4.2 (Inline),
+//! 9.4.1 (Anchor: its children; links are not followed), 23.4.2 (Collision: its children are shown,
+//! its proxy never is), 23.4.1 and .3 (`facing`), 17 (lights), 7.2.2 (bindable nodes: the first one
+//! in traversal order is bound; hidden levels of a LOD count, hidden choices of a Switch do not),
+//! 35 (layering).
 //!
-//! Layers (35.4): those that `order` names are shown, 0 being what stands outside of all; what is bound in the active layer
-//! counts before what is bound elsewhere. Limits: all layers are one space, seen through one camera, with one depth; a layer's
-//! viewport does not bound it (its children, as those of any Viewport, are shown).
+//! Layers (35.4): those that `order` lists are shown, 0 being the scene outside all layers;
+//! bindable nodes of the active layer take precedence over others. Limits: all layers are one
+//! space, seen through one camera, with one depth buffer; a layer's viewport does not clip it (its
+//! children, like those of any Viewport, are shown).
 //!
-//! Where something depends on the viewer there are two passes: the first one finds the camera, with
+//! If something depends on the viewer there are two passes: the first one finds the camera, with
 //! all levels of every LOD shown and no Billboard turned; the second one is seen from there.
 
 use super::camera::{self, rotation};
@@ -21,34 +24,34 @@ use crate::math::matrix::{scale, translate, unit};
 use crate::scene::{Attenuation, Camera, Fog, FogKind, Light, LightKind, Object, Scene};
 use glam::{DMat4, DVec3};
 
-/// The most lights of a scene; further ones are left out.
+/// Most lights of a scene; further ones are left out.
 pub(super) const MAX_LIGHTS: usize = 1_000;
 
 const VIEWPOINTS: &[&str] = &["Viewpoint", "OrthoViewpoint"];
 
-/// One pass over the graph, and the scene that it builds.
+/// State of one pass over the graph, and the scene that it builds.
 struct Flattener<'a> {
     view: GraphView<'a>,
     mesh_cache: &'a MeshCache,
     scene: Scene,
-    /// The lights that reach everything.
+    /// Indices of the lights that affect every object.
     global: Vec<u32>,
-    /// Bindable nodes in the order met, with their places and layers.
+    /// Bindable nodes in traversal order, with their world matrices and layers.
     bindable: Vec<(NodeId, DMat4, i64)>,
-    /// From where LOD and Billboard are seen; `None` shows every level, and turns nothing.
+    /// Viewer of LOD and Billboard; `None` shows every level and turns nothing.
     viewer: Option<Camera>,
-    /// The layer around, and the one that is active.
+    /// Current layer, and the active one.
     layer: i64,
     active_layer: i64,
-    /// How many parts around are not shown: levels of a LOD, layers.
+    /// Number of enclosing parts that are hidden: levels of a LOD, layers.
     hidden: usize,
-    /// Names of the groups around, innermost last.
+    /// DEF names of the enclosing groups, innermost last.
     names: Vec<&'a str>,
-    /// How many Inlines are around.
+    /// Number of enclosing Inlines.
     inlines: usize,
 }
 
-/// The scene as `view` has it, seen by `viewer`, or by its own camera.
+/// Returns the scene of `view`, seen by `viewer` or by its own camera.
 pub(super) fn scene(view: GraphView, mesh_cache: &MeshCache, viewer: Option<&Camera>) -> Scene {
     if !view.graph.depends_on_viewer {
         return Flattener::of(view, mesh_cache, None).finish(None);
@@ -57,7 +60,7 @@ pub(super) fn scene(view: GraphView, mesh_cache: &MeshCache, viewer: Option<&Cam
     Flattener::of(view, mesh_cache, Some(viewer.copied().unwrap_or(own))).finish(Some(own))
 }
 
-/// Whether a scene depends on where it is seen from.
+/// Returns whether a scene depends on the position of the viewer.
 pub(super) fn depends_on_viewer(graph: &Graph) -> bool {
     let view = GraphView { graph, overrides: &Overrides::new() };
     let depends = |id: &NodeId| match view.name(*id) {
@@ -67,13 +70,13 @@ pub(super) fn depends_on_viewer(graph: &Graph) -> bool {
     (0..graph.nodes.len() as NodeId).any(|id| depends(&id))
 }
 
-/// Whether a viewpoint of the file is bound.
+/// Returns whether a viewpoint of the file is bound.
 pub(super) fn has_viewpoint(view: GraphView, mesh_cache: &MeshCache) -> bool {
     Flattener::of(view, mesh_cache, None).bound(VIEWPOINTS, None).is_some()
 }
 
 impl<'a> Flattener<'a> {
-    /// Everything that a scene has.
+    /// Traverses the whole graph.
     fn of(view: GraphView<'a>, mesh_cache: &'a MeshCache, viewer: Option<Camera>) -> Self {
         let mut flattener = Flattener {
             view,
@@ -98,7 +101,8 @@ impl<'a> Flattener<'a> {
         flattener
     }
 
-    /// Everything in a group that stands at `model`, under the scoped lights `lights`.
+    /// Adds the contents of a group with world matrix `model`, affected by the scoped lights
+    /// `lights`.
     fn group(&mut self, id: NodeId, model: DMat4, lights: &[u32]) {
         let view = self.view;
         let def = view.node(id).def.as_deref();
@@ -113,7 +117,7 @@ impl<'a> Flattener<'a> {
         };
         let shown = self.level_of(id, model);
         let is_shown = |i: usize| shown.is_none_or(|shown| shown == i);
-        // Lights reach what stands before them too.
+        // A light also affects siblings before it.
         let mut lights = lights.to_vec();
         for (_, light) in children().enumerate().filter(|(i, _)| is_shown(*i)) {
             self.light(light, model, &mut lights);
@@ -128,7 +132,8 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// The one child that a LOD shows the viewer; `None` for other nodes, and where there is no viewer yet.
+    /// Returns the index of the one child that a LOD shows the viewer; `None` for other nodes, and
+    /// if there is no viewer yet.
     fn level_of(&self, id: NodeId, model: DMat4) -> Option<usize> {
         let (view, camera) = (self.view, self.viewer.as_ref()?);
         if view.name(id) != "LOD" {
@@ -172,7 +177,7 @@ impl<'a> Flattener<'a> {
                 }
             }
             "Shape" if is_visible() && self.hidden == 0 => self.shape(id, model, lights),
-            // Bindable nodes of an Inline are never bound first.
+            // Bindable nodes of an Inline are never bound initially.
             "Viewpoint" | "OrthoViewpoint" | "Background" | "Fog" | "NavigationInfo" if self.inlines == 0 => {
                 self.bindable.push((id, model, self.layer));
             }
@@ -180,11 +185,11 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// The layers that `order` names, each among what it is in.
+    /// Adds the layers that `order` lists, with the world matrix and lights of the LayerSet.
     fn layers(&mut self, id: NodeId, model: DMat4, lights: &[u32]) {
         let view = self.view;
         let order = view.ints(id, "order");
-        // What hides the scene outside of all layers does not hide them.
+        // Hiding the scene outside all layers does not hide the layers.
         let (around, hidden) = (self.layer, std::mem::take(&mut self.hidden));
         let layers = view.node(id).children.iter().filter(|c| c.container == "layers");
         for (number, layer) in (1..).zip(layers) {
@@ -199,7 +204,7 @@ impl<'a> Flattener<'a> {
         let view = self.view;
         let Some(parts) = shapes::parts(&view, id) else { return };
         let fresh = match shapes::is_driven(&view, &parts) {
-            // Where routes have made a geometry that cannot be, it stays as the file has it.
+            // If routes have made the geometry invalid, it stays as in the file.
             true => shapes::prepare(&view, &parts).ok().map(|(prepared, _)| prepared),
             false => None,
         };
@@ -217,7 +222,7 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// Adds a light, if the node is one and is on; a scoped one joins `scope`.
+    /// Adds a light, if the node is one and is on; the index of a scoped one is pushed to `scope`.
     fn light(&mut self, id: NodeId, model: DMat4, scope: &mut Vec<u32>) {
         let view = self.view;
         let is_light = matches!(view.name(id), "DirectionalLight" | "PointLight" | "SpotLight");
@@ -242,7 +247,8 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// The first node of a kind that was met, in the active layer if there is one, unless routes from the bound viewpoint bind another.
+    /// Returns the bound node of the types `names` with its world matrix: one that a route from the
+    /// bound viewpoint binds, else the first of the active layer, else the first.
     fn bound(&self, names: &[&str], viewpoint: Option<NodeId>) -> Option<(NodeId, DMat4)> {
         let met = || self.bindable.iter().filter(|(id, ..)| names.contains(&self.view.name(*id)));
         let routed = viewpoint.and_then(|viewpoint| {
@@ -256,14 +262,14 @@ impl<'a> Flattener<'a> {
         routed.or_else(active).or_else(|| met().next()).map(|(id, model, _)| (*id, *model))
     }
 
-    /// The bound viewpoint's camera, or the standard's own.
+    /// Returns the bound viewpoint's camera, or the standard's default.
     fn camera(&self) -> Camera {
         let Some((id, model)) = self.bound(VIEWPOINTS, None) else { return camera::default_camera() };
         let bounds = self.view.bool(id, "viewAll").then(|| self.scene.bounds()).flatten();
         camera::camera(&self.view, id, model, bounds)
     }
 
-    /// The scene, seen by `camera`, or by the bound viewpoint's.
+    /// Completes the scene with `camera`, or with that of the bound viewpoint.
     fn finish(mut self, camera: Option<Camera>) -> Scene {
         let view = self.view;
         let by = self.bound(VIEWPOINTS, None).map(|(id, _)| id);
@@ -297,7 +303,7 @@ impl<'a> Flattener<'a> {
     }
 }
 
-/// A Transform's matrix: T C R SR S -SR -C.
+/// Returns a Transform's matrix: T C R SR S -SR -C.
 fn transform(view: &GraphView, id: NodeId) -> DMat4 {
     let vec3 = |field| view.vec3(id, field);
     let center = vec3("center");
@@ -317,7 +323,7 @@ fn transform(view: &GraphView, id: NodeId) -> DMat4 {
     }
 }
 
-/// How much a matrix enlarges lengths, on the whole: the cube root of what it does to volumes.
+/// Returns the mean scale factor of a matrix: the cube root of its volume factor.
 fn enlargement(model: DMat4) -> f64 {
     let volume = glam::DMat3::from_mat4(model).determinant().abs();
     match volume == 1.0 {
@@ -326,14 +332,14 @@ fn enlargement(model: DMat4) -> f64 {
     }
 }
 
-/// Products of finite fields may overflow; beyond this nothing looks different.
+/// Bound for products of finite fields, which may overflow; a larger value looks no different.
 const HUGE: f64 = 1e100;
 
 fn bounded(color: DVec3) -> DVec3 {
     color.clamp(DVec3::splat(-HUGE), DVec3::splat(HUGE))
 }
 
-/// A light's kind in world space; `None` where its matrix or direction leaves it nowhere.
+/// Returns a light's kind in world space; `None` if its matrix or direction is degenerate.
 fn light_kind(view: &GraphView, id: NodeId, model: DMat4) -> Option<LightKind> {
     let direction = || unit(model.transform_vector3(view.vec3(id, "direction")));
     if view.name(id) == "DirectionalLight" {
@@ -344,7 +350,7 @@ fn light_kind(view: &GraphView, id: NodeId, model: DMat4) -> Option<LightKind> {
     if !(position.is_finite() && size > 0.0 && size.is_finite()) {
         return None;
     }
-    // Distances count in the light's own units: a world distance is `size` of them.
+    // Distances are measured in the light's own units, of which a world distance is 1 / `size`.
     let [c, l, q] = view.array(id, "attenuation");
     let attenuation =
         Attenuation { c, l: (l / size).clamp(-HUGE, HUGE), q: (q / size / size).clamp(-HUGE, HUGE) };

@@ -1,4 +1,5 @@
-//! The scene graph: nodes with typed fields, held by index. A node is made after what it holds, so the graph has no cycle.
+//! The scene graph: nodes with typed fields, in a vector. A node is added after its children, so
+//! the graph has no cycle.
 
 use super::route::Route;
 use super::schema::NodeType;
@@ -7,67 +8,68 @@ use crate::scene::{SkyPictures, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A node's index in its graph.
+/// Index of a node in [`Graph::nodes`].
 pub(super) type NodeId = u32;
 
-/// A node that another one holds, and in which field.
+/// A child node, and the field of the parent that contains it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Child {
     pub(super) container: &'static str,
     pub(super) node: NodeId,
 }
 
-/// Where an element or attribute stands.
+/// Position of an element or attribute.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Origin {
-    /// Which of the files.
+    /// Index of the file.
     pub(super) source: usize,
-    /// The byte in its text.
+    /// Byte offset in its text.
     pub(super) byte: usize,
 }
 
-/// One node.
+/// A node with its field values and children.
 #[derive(Debug)]
 pub(super) struct Node {
     pub(super) ty: &'static NodeType,
-    /// One value a field of the type.
+    /// One value per field of the type.
     pub(super) values: Vec<Value>,
-    /// The byte of each field's text in the file; the element's own where the field is not given.
+    /// Byte offset of each field's text in the file; that of the element for a field that is not
+    /// given.
     pub(super) written: Vec<usize>,
     pub(super) children: Vec<Child>,
     pub(super) origin: Origin,
-    /// The element's line, from 1.
+    /// Line of the element, from 1.
     pub(super) line: u32,
-    /// Its DEF name.
+    /// DEF name.
     pub(super) def: Option<String>,
     pub(super) totals: Totals,
-    /// Whether an instance of a prototype made it.
+    /// True if it belongs to an instance of a prototype.
     pub(super) is_expanded: bool,
 }
 
-/// What a node holds with everything below it, those behind USE and Inline counted each time.
+/// Totals of a node and everything below it; nodes reached through USE and Inline count each time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Totals {
-    /// The longest chain of nodes, itself counted.
+    /// Length of the longest chain of nodes, itself included.
     pub(super) depth: usize,
-    /// How many nodes a traversal from here meets.
+    /// Number of nodes that a traversal visits.
     pub(super) visits: u64,
-    /// How many shapes are among them.
+    /// Number of shapes among them.
     pub(super) shapes: u64,
-    /// The bytes that making all their meshes takes.
+    /// Bytes for computing all their meshes.
     pub(super) geometry_bytes: u64,
-    /// The longest name of a shape: the DEF names down to it.
+    /// Length of the longest name of a shape: the DEF names on the way to it.
     pub(super) name_bytes: u64,
 }
 
 impl Totals {
-    /// Of a node by itself.
+    /// Returns the totals of a node without children.
     pub(super) fn of(ty: &NodeType, def: Option<&str>) -> Totals {
         let name_bytes = def.map_or(0, |d| d.len() as u64 + 1) + ty.name.len() as u64;
         Totals { depth: 1, visits: 1, shapes: u64::from(ty.name == "Shape"), geometry_bytes: 0, name_bytes }
     }
 
-    /// The same with nodes below it.
+    /// Returns the totals with those of the nodes below added.
     pub(super) fn with(self, below: impl Iterator<Item = Totals>) -> Totals {
         let none = Totals { depth: 0, visits: 0, shapes: 0, geometry_bytes: 0, name_bytes: 0 };
         let sum = below.fold(none, |a, b| Totals {
@@ -92,24 +94,24 @@ impl Totals {
 pub(super) struct Graph {
     pub(super) nodes: Vec<Node>,
     pub(super) routes: Vec<Route>,
-    /// The pictures of texture nodes, where there are any.
+    /// Textures of the texture nodes that have one.
     pub(super) textures: HashMap<NodeId, Arc<Texture>>,
-    /// The pictures of Background nodes that have any.
+    /// Pictures of the Background nodes that have any.
     pub(super) skies: HashMap<NodeId, SkyPictures>,
-    /// The scene inside an Inline node, and how many of our units of length one of its own is.
+    /// Scene inside each Inline node, and the factor from its unit of length to ours.
     pub(super) inlined: HashMap<NodeId, (NodeId, f64)>,
-    /// Fields of a geometry for which there is a node, but none that is known.
+    /// Fields of a geometry whose node exists but has an unknown type.
     pub(super) missing: HashMap<NodeId, Vec<&'static str>>,
-    /// Whether anything depends on where it is seen from; known when everything is built.
+    /// True if anything depends on the position of the viewer; set when the graph is complete.
     pub(super) depends_on_viewer: bool,
-    /// The main file's Scene.
+    /// Scene node of the main file.
     pub(super) root: NodeId,
 }
 
-/// Field values that routes have set, by node and field.
+/// Field values set by routes, by node and field index.
 pub(super) type Overrides = HashMap<(NodeId, usize), Value>;
 
-/// The graph as it is at one moment.
+/// The graph at one moment of its animation.
 #[derive(Clone, Copy)]
 pub(super) struct GraphView<'a> {
     pub(super) graph: &'a Graph,
@@ -121,22 +123,22 @@ impl<'a> GraphView<'a> {
         &self.graph.nodes[id as usize]
     }
 
-    /// The node's type name.
+    /// Returns the name of the node's type.
     pub(super) fn name(&self, id: NodeId) -> &'static str {
         self.node(id).ty.name
     }
 
-    /// The first node held in a field.
+    /// Returns the first node in a field.
     pub(super) fn child(&self, id: NodeId, container: &str) -> Option<NodeId> {
         self.node(id).children.iter().find(|c| c.container == container).map(|c| c.node)
     }
 
-    /// The nodes held in `children`.
+    /// Returns the nodes in the field `children`.
     pub(super) fn children(&self, id: NodeId) -> impl Iterator<Item = NodeId> + use<'a> {
         self.node(id).children.iter().filter(|c| c.container == "children").map(|c| c.node)
     }
 
-    /// Whether routes have set a field of this node.
+    /// Returns whether routes have set a field of this node.
     pub(super) fn is_driven(&self, id: NodeId) -> bool {
         !self.overrides.is_empty()
             && (0..self.node(id).values.len()).any(|f| self.overrides.contains_key(&(id, f)))
@@ -162,12 +164,12 @@ impl<'a> GraphView<'a> {
         }
     }
 
-    /// A single real number.
+    /// Returns a single real, 0 if the field is empty.
     pub(super) fn real(&self, id: NodeId, field: &str) -> f64 {
         self.reals(id, field).first().copied().unwrap_or(0.0)
     }
 
-    /// Exactly N reals, zeros where there are fewer.
+    /// Returns exactly N reals, padded with zeros.
     pub(super) fn array<const N: usize>(&self, id: NodeId, field: &str) -> [f64; N] {
         let reals = self.reals(id, field);
         std::array::from_fn(|i| reals.get(i).copied().unwrap_or(0.0))

@@ -1,17 +1,19 @@
-//! A store of values that stay where they are: texts and XML trees that others borrow from until a scene is read.
+//! Append-only storage with stable references: texts and XML trees that others borrow until a scene
+//! is read.
 //!
-//! In: values, by a shared reference. Out: references that live as long as the store. Bounded: a scene has so many files.
+//! In: values, through a shared reference. Out: references that live as long as the store. The
+//! number of values is limited, as a scene has a limited number of files.
 
 use std::cell::{Cell, OnceCell};
 
-/// Values of one block, which is made when its first one comes.
+/// Values per block (allocated with its first value), and number of blocks.
 const BLOCK: usize = 32;
 const BLOCKS: usize = 32;
 
-/// The most values, and so the most files of a scene.
+/// Most values, and so the most files of a scene.
 pub(super) const MAX_FILES: usize = BLOCK * BLOCKS;
 
-/// See the module.
+/// A store of at most [`MAX_FILES`] values that never move.
 pub(super) struct Kept<T> {
     blocks: [OnceCell<Box<[OnceCell<T>]>>; BLOCKS],
     count: Cell<usize>,
@@ -22,7 +24,7 @@ impl<T> Kept<T> {
         Kept { blocks: [const { OnceCell::new() }; BLOCKS], count: Cell::new(0) }
     }
 
-    /// Keeps a value; `None` when there are [`MAX_FILES`] already.
+    /// Stores a value and returns a reference to it; `None` if there are [`MAX_FILES`] already.
     pub(super) fn push(&self, value: T) -> Option<&T> {
         let at = self.count.get();
         let block = self.blocks.get(at / BLOCK)?;

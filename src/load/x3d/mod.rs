@@ -1,18 +1,20 @@
 //! X3D files (XML encoding) to scenes, at any moment of their animation.
 //!
-//! In: a file's bytes and a function that finds the files it refers to. Out: an [`X3dDocument`], which gives the [`Scene`] at a
-//! time; or a [`LoadError`] with file, line and column. Nodes, fields and defaults are those of ISO/IEC 19775-1; the list of
-//! nodes is closed (`schema`), others are skipped with a warning that names node and line.
+//! In: a file's bytes and a function that returns the files it refers to. Out: an [`X3dDocument`],
+//! which gives the [`Scene`] at a time; or a [`LoadError`] with file, line and column. Nodes,
+//! fields and defaults are those of ISO/IEC 19775-1; the set of nodes is fixed (`schema`), others
+//! are skipped with a warning that gives node and line.
 //!
-//! What refuses a file: XML that is not well-formed, a root that is neither X3D nor Scene; a field whose text is not of its
-//! type (NaN and infinities too, or the wrong count of numbers); indices that name nothing; USE without DEF or of a node around it;
-//! Inlines in a circle, prototypes in themselves; sizes over the limits. What is skipped with a warning: unknown nodes and fields
-//! (the children of an unknown grouping node are shown), text among elements, nodes where they cannot stand, files that cannot be
-//! found or lie outside of the root, ROUTEs that join nothing, shapes without a size.
+//! Errors: XML that is not well-formed, a root that is neither X3D nor Scene; a field whose text is
+//! not of its type (NaN, infinities and wrong counts of numbers included); indices out of range;
+//! USE without DEF or of an enclosing node; Inlines in a cycle, prototypes that contain themselves;
+//! sizes over the limits. Warnings: unknown nodes and fields (the children of an unknown grouping
+//! node are shown), text among elements, misplaced nodes, files that cannot be found or are outside
+//! the root, ROUTEs between missing fields, shapes without extent.
 //!
-//! The right answer for each family of nodes stands in the head of its module, with the clause of
+//! The expected result for each family of nodes is in the head of its module, with the clause of
 //! ISO/IEC 19775-1: `proto` and `instance` (prototypes), `units`, `flatten` (groups, lights,
-//! layers, what is bound), `facing` (LOD, Billboard), `camera`, `sky` (Background), `appearance`,
+//! layers, binding), `facing` (LOD, Billboard), `camera`, `sky` (Background), `appearance`,
 //! `geometry`, `interpolate`, `time`, `route`.
 //!
 //! ```text
@@ -62,7 +64,7 @@ use graph::{Graph, GraphView, Overrides};
 use kept::Kept;
 use shapes::MeshCache;
 
-/// An X3D file that has been read, with everything it refers to.
+/// A parsed X3D file, with everything it refers to.
 #[derive(Debug)]
 pub struct X3dDocument {
     graph: Graph,
@@ -71,14 +73,15 @@ pub struct X3dDocument {
     names_outside: bool,
 }
 
-/// Reads an X3D file, which may be compressed (gzip).
+/// Parses an X3D file, which may be compressed (gzip).
 ///
-/// `file_name` stands in messages, and its last part counts against Inlines in a circle. `opener` is asked for Inline files and
-/// textures by their names inside the scene's folder (`/` between folders; never absolute, never with `..`); `None` means that
-/// there is no such file, or that it may not be read: [`SandboxDir`](super::SandboxDir) tells what may.
+/// `file_name` is used in messages, and its last component counts against cycles of Inlines.
+/// `opener` is called for Inline files and textures with their names relative to the scene's folder
+/// (`/` between folders; never absolute, never with `..`); it returns `None` if there is no such
+/// file, or it may not be read, as [`SandboxDir`](super::SandboxDir) decides.
 ///
-/// # Errors
-/// Where the file, or a file that it inlines, is refused: the module's list above.
+/// # Errors If the file, or a file that it inlines, has one of the errors listed in the module's
+/// documentation.
 pub fn parse(
     bytes: &[u8],
     file_name: &str,
@@ -87,11 +90,12 @@ pub fn parse(
     parse_within(bytes, file_name, opener, &mut LoadMemory::unlimited())
 }
 
-/// [`parse`] within `memory`, which is asked for the tables of each file before it is read, for inflated bytes, for each node and
-/// mesh, and for each picture once its header tells its size.
+/// [`parse`] within the limits of `memory`. Memory is reserved for the tables of each file before
+/// it is read, for inflated bytes, for each node and mesh, and for each picture once its header
+/// gives its size.
 ///
 /// # Errors
-/// As [`parse`], and when `memory` refuses or is cancelled.
+/// Those of [`parse`], and one if `memory` has no room or is cancelled.
 pub fn parse_within(
     bytes: &[u8],
     file_name: &str,
@@ -101,10 +105,10 @@ pub fn parse_within(
     parse_in(bytes, file_name, LoadContext { folder: "", opener, memory })
 }
 
-/// [`parse_within`] for a file that stands in a folder of the root.
+/// [`parse_within`] for a file in a folder below the root.
 ///
 /// # Errors
-/// As [`parse_within`].
+/// Those of [`parse_within`].
 pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<X3dDocument, LoadError> {
     let (texts, documents) = (Kept::new(), Kept::new());
     let mut builder = build::Builder::new(context, &texts, &documents);
@@ -120,27 +124,30 @@ pub fn parse_in(bytes: &[u8], file_name: &str, context: LoadContext) -> Result<X
 }
 
 impl X3dDocument {
-    /// The scene `time` seconds after its start. The same time gives the same bits on every machine; a time that is not finite is
-    /// before the start of everything.
+    /// Returns the scene `time` seconds after its start. The same time gives the same bits on every
+    /// machine; a time that is not finite is before the start of everything.
     ///
-    /// There always is a camera: the first viewpoint, or, without one, the standard's default (from 0 0 10 along -z).
+    /// There always is a camera: that of the bound viewpoint (the first one in the file) or,
+    /// without one, the standard's default (from 0 0 10 along -z).
     pub fn at(&self, time: f64) -> Scene {
         self.seen_at(time, None)
     }
 
-    /// The same, with what depends on the viewer (LOD, Billboard, generated texture coordinates) as it is for `viewer`; `None`
-    /// stands for the scene's own camera. The scene's camera is its own either way.
+    /// [`X3dDocument::at`], with everything that depends on the viewer (LOD, Billboard, generated
+    /// texture coordinates) computed for `viewer`; `None` stands for the scene's own camera. The
+    /// camera of the returned scene is the scene's own in both cases.
     pub fn seen_at(&self, time: f64, viewer: Option<&Camera>) -> Scene {
         let overrides = route::overrides(&self.graph, time);
         flatten::scene(GraphView { graph: &self.graph, overrides: &overrides }, &self.mesh_cache, viewer)
     }
 
-    /// Whether the scene depends on where it is seen from.
+    /// Returns whether the scene depends on the position of the viewer.
     pub fn depends_on_viewer(&self) -> bool {
         self.graph.depends_on_viewer
     }
 
-    /// Bytes that [`X3dDocument::at`] takes at most: its objects, each with its lights, and the meshes that routes have changed.
+    /// Returns an upper bound of the bytes of the scene that [`X3dDocument::at`] returns: its
+    /// objects, each with its lights, and the meshes that routes have changed.
     pub fn scene_bytes(&self) -> u64 {
         let root = &self.graph.nodes[self.graph.root as usize].totals;
         let lights = self.graph.nodes.iter().filter(|n| n.ty.name.ends_with("Light")).count() + 1;
@@ -148,7 +155,8 @@ impl X3dDocument {
         let has = |name: &str| self.graph.nodes.iter().any(|n| n.ty.name == name);
         let mut meshes = if self.is_animated() { root.geometry_bytes } else { 0 };
         let mut object = cost::OBJECT_BYTES + root.name_bytes + lists;
-        // A surface with generated coordinates has a mesh of its own, and a stage coordinates of its own for each corner.
+        // A surface with generated coordinates has its own mesh, and a stage has its own
+        // coordinates for each corner.
         if has("TextureCoordinateGenerator") {
             meshes = meshes.saturating_add(root.geometry_bytes);
         }
@@ -159,22 +167,23 @@ impl X3dDocument {
         root.shapes.saturating_mul(object).saturating_add(meshes)
     }
 
-    /// What was skipped or put right, in the order of the file, Inline files after it.
+    /// Returns the warnings about skipped or repaired parts, in the order of the file, Inline files
+    /// after it.
     pub fn warnings(&self) -> &[LoadWarning] {
         &self.warnings
     }
 
-    /// Whether a file was left out because its name lies outside of the root.
+    /// Returns whether a file was left out because its name leads out of the root.
     pub fn names_outside(&self) -> bool {
         self.names_outside
     }
 
-    /// Whether the scene may change with time.
+    /// Returns whether the scene may change with time.
     pub fn is_animated(&self) -> bool {
         self.graph.routes.iter().any(|r| !matches!(r.input, route::RouteInput::Bind))
     }
 
-    /// Whether the file has a viewpoint of its own, so that the camera is the author's.
+    /// Returns whether the file has a viewpoint, so that the camera is the author's.
     pub fn has_viewpoint(&self) -> bool {
         let still = Overrides::new();
         flatten::has_viewpoint(GraphView { graph: &self.graph, overrides: &still }, &self.mesh_cache)

@@ -1,7 +1,8 @@
-//! Nodes into the graph: each with what it holds below it, and each in memory that was reserved before.
+//! Creation of graph nodes: their totals, and the reservation of their memory.
 //!
-//! In: nodes that `build` has made. Out: their numbers; or a refusal at the element's place where there is no memory for what a
-//! node holds. One would know a missing reservation by tests/allocations/decoder_memory.rs.
+//! In: nodes made by `build`. Out: their indices; or an error at the element's position if there is
+//! no memory for what a node stores. A missing reservation is found by
+//! tests/allocations/decoder_memory.rs.
 
 use super::build::{Builder, File};
 use super::cost;
@@ -11,13 +12,13 @@ use crate::load::{LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
 
 impl<'d> Builder<'d, '_> {
-    /// A node that holds nothing, in the place of one that was skipped.
+    /// Adds an empty group in the place of a node that was skipped.
     pub(super) fn nothing(&mut self, file: &File<'d>, element: Element<'d, 'd>) -> Result<NodeId, LoadError> {
         let ty = schema::lookup("Group").expect("the table has Group");
         self.plain_node(file, element, ty, Vec::new())
     }
 
-    /// A node with its type's defaults, which stands for an element.
+    /// Adds a node for an element, with the defaults of its type.
     pub(super) fn plain_node(
         &mut self,
         file: &File<'d>,
@@ -42,7 +43,7 @@ impl<'d> Builder<'d, '_> {
         self.add(file, element, node)
     }
 
-    /// What a node holds with everything below it.
+    /// Returns the totals of a node and everything below it.
     pub(super) fn totals(
         &self,
         ty: &NodeType,
@@ -62,7 +63,7 @@ impl<'d> Builder<'d, '_> {
         totals
     }
 
-    /// Adds a node, whose bytes by itself are reserved already; what it holds is reserved now.
+    /// Adds a node whose own bytes are reserved already; those of its contents are reserved here.
     pub(super) fn add(
         &mut self,
         file: &File<'d>,
@@ -75,7 +76,7 @@ impl<'d> Builder<'d, '_> {
         Ok(self.graph.nodes.len() as NodeId - 1)
     }
 
-    /// Reserves bytes that are in use until the graph is whole.
+    /// Reserves working memory until the graph is complete.
     pub(super) fn hold(
         &mut self,
         file: &File<'d>,
@@ -86,7 +87,7 @@ impl<'d> Builder<'d, '_> {
         held.map_err(|kind| self.over_memory(file, element, kind))
     }
 
-    /// A refusal at an element for which there is no memory.
+    /// Returns the error for an element for which there is no memory.
     pub(super) fn over_memory(&self, file: &File, element: Element, kind: LoadErrorKind) -> LoadError {
         LoadError::new(self.sources[file.source].place(element.range().start), kind)
     }

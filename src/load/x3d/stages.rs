@@ -1,11 +1,15 @@
-//! MultiTexture, LineProperties and FillProperties to an object's style. Sources: ISO/IEC 19775-1 clauses 18.4.3 to 18.4.5 (MultiTexture,
-//! MultiTextureCoordinate, MultiTextureTransform), 12.4.3 (FillProperties) and 12.4.4 (LineProperties).
+//! MultiTexture, LineProperties and FillProperties as an object's style.
 //!
-//! The textures are joined pixel by pixel (`scene::TextureStages`), never baked into one: pictures of different sizes and coordinates
-//! stay exact. Texture i takes the coordinates of entry i of a MultiTextureCoordinate, the last one where there are too few; all take the same ones
-//! from any other node, and the default ones without. Transform i moves texture i; without an entry it stays, and a plain
-//! TextureTransform moves all. Words of `mode`, `source` and `function` go with the textures in order; where they end, textures
-//! are multiplied. A texture that could not be loaded is off. Limit: eight textures.
+//! Textures are combined pixel by pixel (`scene::TextureStages`), never baked into one: pictures of
+//! different sizes and coordinates stay exact. Texture i uses the coordinates of entry i of a
+//! MultiTextureCoordinate, the last one if there are too few; all use those of any other node, and
+//! the default coordinates without one. Transform i applies to texture i; without an entry there is
+//! none, and a plain TextureTransform applies to all. Words of `mode`, `source` and `function`
+//! belong to the textures in order; where they end, textures are multiplied. A texture that could
+//! not be loaded is off. Limit: eight textures.
+//!
+//! Sources: ISO/IEC 19775-1 clauses 18.4.3 to 18.4.5 (MultiTexture, MultiTextureCoordinate,
+//! MultiTextureTransform), 12.4.3 (FillProperties) and 12.4.4 (LineProperties).
 
 use super::appearance::TextureMap;
 use super::generate::{self, Generator, Mode, SurfaceFrame};
@@ -18,13 +22,13 @@ use crate::scene::{
 use glam::{DVec2, DVec4};
 use std::sync::Arc;
 
-/// The texture nodes of a MultiTexture, as many as are used.
+/// Returns the texture nodes of a MultiTexture, up to the limit.
 fn textures(view: &GraphView, multi: NodeId) -> Vec<NodeId> {
     let all = view.node(multi).children.iter().filter(|c| c.container == "texture");
     all.map(|c| c.node).take(MAX_STAGES).collect()
 }
 
-/// The stages of a MultiTexture on a geometry whose mesh is `mesh`.
+/// Reads the stages of a MultiTexture on a geometry whose mesh is `mesh`.
 pub(super) fn read(
     view: &GraphView,
     multi: NodeId,
@@ -60,7 +64,7 @@ pub(super) fn read(
     TextureStages { stages: textures(view, multi).iter().enumerate().map(stage).collect(), factor }
 }
 
-/// The rules of a texture node.
+/// Returns the wrap modes of a texture node.
 pub(super) fn sampling(view: &GraphView, node: NodeId) -> Sampling {
     let wrap = |field| match view.node(node).ty.field(field).is_none() || view.bool(node, field) {
         true => Wrap::Repeat,
@@ -69,7 +73,7 @@ pub(super) fn sampling(view: &GraphView, node: NodeId) -> Sampling {
     Sampling { wrap_s: wrap("repeatS"), wrap_t: wrap("repeatT"), ..Sampling::default() }
 }
 
-/// The map of texture `i`.
+/// Returns the coordinate transform of texture `i`.
 fn transform_of(view: &GraphView, transform: Option<NodeId>, i: usize) -> Option<TextureMap> {
     let node = transform?;
     let own = match view.name(node) {
@@ -79,7 +83,7 @@ fn transform_of(view: &GraphView, transform: Option<NodeId>, i: usize) -> Option
     (view.name(own) == "TextureTransform").then(|| TextureMap::read(view, own))?
 }
 
-/// The coordinates of texture `i` at each of the mesh's corners.
+/// Returns the coordinates of texture `i` at each corner of the mesh.
 fn texcoords(
     view: &GraphView,
     geometry: NodeId,
@@ -93,7 +97,7 @@ fn texcoords(
     if let Some(generator) = node.and_then(|node| generator(view, node)) {
         return generate::texcoords(&generator, mesh, place).into_iter().map(mapped).collect();
     }
-    // Corners name their coordinates by number in whichever list; without one the mesh has made its own.
+    // Corners index any list of coordinates; without a list the mesh has computed its own.
     let own = node.filter(|n| view.name(*n) == "TextureCoordinate").map(|n| vec2s(view.reals(n, "point")));
     let has_lists =
         view.child(geometry, "texCoord").is_some_and(|n| view.name(n) != "TextureCoordinateGenerator");
@@ -106,7 +110,7 @@ fn texcoords(
     mesh.corners.iter().map(|c| mapped(at(c))).collect()
 }
 
-/// The node that gives the coordinates of texture `i`.
+/// Returns the node with the coordinates of texture `i`.
 pub(super) fn entry(view: &GraphView, geometry: NodeId, i: usize) -> Option<NodeId> {
     let node = view.child(geometry, "texCoord")?;
     match view.name(node) {
@@ -118,7 +122,7 @@ pub(super) fn entry(view: &GraphView, geometry: NodeId, i: usize) -> Option<Node
     }
 }
 
-/// A generator of coordinates; `None` for other nodes.
+/// Returns the parameters of a TextureCoordinateGenerator; `None` for other nodes.
 pub(super) fn generator<'a>(view: &GraphView<'a>, node: NodeId) -> Option<Generator<'a>> {
     (view.name(node) == "TextureCoordinateGenerator").then(|| Generator {
         mode: Mode::from_word(view.text(node, "mode")).unwrap_or(Mode::Sphere),
@@ -126,10 +130,10 @@ pub(super) fn generator<'a>(view: &GraphView<'a>, node: NodeId) -> Option<Genera
     })
 }
 
-/// The most pixels across of a line.
+/// Largest width of a line in pixels.
 const MAX_LINE_WIDTH: f64 = 256.0;
 
-/// The line style of an appearance.
+/// Returns the line style of an appearance.
 pub(super) fn line_style(view: &GraphView, appearance: Option<NodeId>) -> LineStyle {
     let node = appearance.and_then(|a| view.child(a, "lineProperties")).filter(|n| view.bool(*n, "applied"));
     let Some(node) = node else { return LineStyle::default() };
@@ -137,7 +141,7 @@ pub(super) fn line_style(view: &GraphView, appearance: Option<NodeId>) -> LineSt
     LineStyle { width, kind: line_kind(view.ints(node, "linetype").first().copied().unwrap_or(1)).0 }
 }
 
-/// The kind of a registered line type, and whether it is that type and not only like it.
+/// Returns the kind for a registered line type, and whether it is that type or only a similar one.
 pub(super) fn line_kind(linetype: i64) -> (LineKind, bool) {
     match linetype {
         1 => (LineKind::Solid, true),
@@ -145,7 +149,7 @@ pub(super) fn line_kind(linetype: i64) -> (LineKind, bool) {
         3 => (LineKind::Dotted, true),
         4 => (LineKind::DashDot, true),
         5 => (LineKind::DashDotDot, true),
-        // Chain, centre, hidden and phantom lines of drawings.
+        // Chain, center, hidden and phantom lines of technical drawings.
         10 | 11 => (LineKind::DashDot, false),
         12 => (LineKind::Dashed, false),
         13 => (LineKind::DashDotDot, false),
@@ -153,7 +157,7 @@ pub(super) fn line_kind(linetype: i64) -> (LineKind, bool) {
     }
 }
 
-/// The fill style of an appearance.
+/// Returns the fill style of an appearance.
 pub(super) fn fill_style(view: &GraphView, appearance: Option<NodeId>) -> FillStyle {
     let Some(node) = appearance.and_then(|a| view.child(a, "fillProperties")) else {
         return FillStyle::default();

@@ -1,4 +1,5 @@
-//! The last step of reading: every shape's mesh is made once, and what fields say together is checked.
+//! Last step of parsing: every shape's mesh is computed once, and fields that depend on each other
+//! are checked.
 
 use super::build::Builder;
 use super::cost;
@@ -11,13 +12,14 @@ use super::stages;
 use crate::load::{LoadError, LoadErrorKind};
 use crate::scene::{MAX_STAGES, StageMode};
 
-/// The most faces that Text and Extrusion nodes, and geometries in instances of prototypes, have in one scene.
+/// Most faces of Text and Extrusion nodes and of geometries in instances of prototypes, in one
+/// scene.
 const MAX_MADE_FACES: u64 = 4 << 20;
 
-/// Bytes of a mesh that is made, its lists aside.
+/// Bytes of a computed mesh without its vectors.
 const SHAPE_BYTES: u64 = 1024;
 
-/// Makes the meshes of a graph; refuses geometries that cannot be.
+/// Computes the meshes of a graph. An invalid geometry is an error at its field.
 pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadError> {
     let still = Overrides::new();
     let mut mesh_cache = MeshCache::new();
@@ -73,14 +75,15 @@ pub(super) fn document(builder: &mut Builder<'_, '_>) -> Result<MeshCache, LoadE
     Ok(mesh_cache)
 }
 
-/// The refusal of a geometry, at the field to blame.
+/// Returns the error of a geometry, at the position of the offending field.
 fn refused(builder: &Builder, fault: &Fault) -> LoadError {
     let node = &builder.graph.nodes[fault.node as usize];
     let byte = node.ty.field(fault.field).map_or(node.origin.byte, |i| node.written[i]);
     LoadError::new(builder.place(Origin { byte, ..node.origin }), fault.kind.clone())
 }
 
-/// What the fields of a node say together: a remark where something is put right, a refusal where nothing can be.
+/// Checks the fields of a node together: a remark if a value is replaced, an error if none can be
+/// used.
 fn node(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
     let name = view.name(id);
     let remark = match name {
@@ -129,14 +132,14 @@ fn node(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
     Ok(remark)
 }
 
-/// A remark on a material's textures but for the one that is drawn.
+/// Returns a remark on a material's textures other than `used`, the one that is drawn.
 fn unused_textures(view: &GraphView, id: NodeId, used: &str) -> Option<String> {
     let unused: Vec<&str> =
         view.node(id).children.iter().map(|c| c.container).filter(|c| *c != used).collect();
     (!unused.is_empty()).then(|| format!("<{}> is drawn without its {}", view.name(id), unused.join(", ")))
 }
 
-/// A remark on a MultiTexture's words that are not known, and on textures beyond those that are drawn.
+/// Returns a remark on unknown words of a MultiTexture, or on textures beyond the limit.
 fn multi_texture(view: &GraphView, id: NodeId) -> Option<String> {
     let count = view.node(id).children.len();
     if count > MAX_STAGES {
@@ -149,7 +152,7 @@ fn multi_texture(view: &GraphView, id: NodeId) -> Option<String> {
         .then(|| format!("<MultiTexture> mode {} is not known: MODULATE is taken", wrong.join(", ")))
 }
 
-/// An interpolator's keys and values must go together.
+/// Checks that an interpolator's keys ascend and match its values.
 fn interpolator(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
     let (name, key) = (view.name(id), view.reals(id, "key"));
     let fault = |field, expected: String, found: usize| Fault {
@@ -172,7 +175,7 @@ fn interpolator(view: &GraphView, id: NodeId) -> Result<Option<String>, Fault> {
         _ => 3,
     };
     let is_right = match name {
-        // Any number of points, the same for each key.
+        // Any number of points, equal for each key.
         "CoordinateInterpolator" | "NormalInterpolator" => {
             key.is_empty() || (values / tuple).is_multiple_of(key.len())
         }
