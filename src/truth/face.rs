@@ -1,4 +1,4 @@
-//! One triangle of a draw, worked out once: where its corners go, which plane it spans, how it answers light.
+//! Faces of the reference: one triangle of a draw with its corners, its plane, and its lighting.
 
 use super::camera::{Sight, transform};
 use super::coverage::{Coverage, Outline, distance_to_tie};
@@ -14,39 +14,40 @@ use glam::{DVec2, DVec3, DVec4};
 use std::cmp::Ordering;
 use std::rc::Rc;
 
-/// Within this of the outline of a face that is cut in front of the eye, coverage is free (pixels).
+/// Distance in pixels from the outline of a face with some w <= 0 within which either coverage is
+/// accepted.
 const CUT_MARGIN_PX: f64 = 1.5 / 256.0;
 
-/// One corner of a face.
+/// Corner of a face.
 #[derive(Clone, Debug)]
 pub struct FaceCorner {
-    /// Clip space.
+    /// Position in clip space.
     pub clip: DoubleDouble4,
-    /// World space.
+    /// Position in world space.
     pub world: DoubleDouble3,
-    /// Unit world normal, turned to the viewer where the object asks for it.
+    /// Unit world normal, turned to the viewer if the object asks for it.
     pub normal: DVec3,
-    /// Texture coordinates.
+    /// Texture coordinates, if the mesh has them.
     pub uv: Option<[f64; 2]>,
-    /// Vertex colour; 1 1 1 1 where the file gives none.
+    /// Vertex colour; 1 1 1 1 if the file gives none.
     pub color: DVec4,
-    /// The colours that Gouraud lights here: every right answer.
+    /// Accepted colours of the corner for Gouraud shading; else empty.
     pub lit: Vec<LitColor>,
 }
 
-/// Several textures on one triangle.
+/// Multitexture stages of one triangle.
 #[derive(Clone, Debug)]
 pub struct FaceStages<'a> {
-    /// What is done with their texels.
+    /// Stages of the object.
     pub stages: &'a TextureStages,
-    /// The textures, stage by stage.
+    /// Mip chain of each stage's texture.
     pub mip_chains: Vec<Option<Rc<MipChain>>>,
-    /// The numbers of the triangle's corners.
+    /// Corner numbers of the triangle.
     pub corners: [usize; 3],
 }
 
 impl FaceStages<'_> {
-    /// The colour and opacity that they make of the light's, at weights `a` of the corners.
+    /// Applies the stages to the lit colour and opacity, at weights `a` of the corners.
     pub fn colored(&self, a: [f64; 3], (base, opacity): (DVec3, f64), extra: DVec3) -> (DVec3, f64) {
         self.stages.combine((base, opacity), extra, |number| {
             let (stage, mip_chain) = (&self.stages.stages[number], &self.mip_chains[number]);
@@ -58,52 +59,55 @@ impl FaceStages<'_> {
     }
 }
 
-/// One triangle, ready to be asked pixel by pixel.
+/// Triangle prepared for queries pixel by pixel.
 #[derive(Clone, Debug)]
 pub struct Face<'a> {
-    /// The corners, in the file's order.
+    /// Corners in the file's order.
     pub corners: [FaceCorner; 3],
     /// Number of its object in the scene.
     pub object: u32,
     /// Number of the triangle in the object, in file order.
     pub triangle: u32,
-    /// How it answers light.
+    /// Material of the side that is seen.
     pub material: &'a Material,
-    /// Its texture and the rules for it.
+    /// Texture with its sampling.
     pub texture: Option<(Rc<MipChain>, Sampling)>,
-    /// Several textures in place of one.
+    /// Multitexture stages in place of one texture.
     pub stages: Option<FaceStages<'a>>,
-    /// Which pixels show it.
+    /// Fill pattern.
     pub fill: FillStyle,
-    /// How it is shaded.
+    /// Shading mode.
     pub shade: ShadeMode,
-    /// Unit geometric normal in the world.
+    /// Unit geometric normal in world space.
     pub normal: DVec3,
-    /// Flat shading's colours at the centroid: every right answer.
+    /// Accepted flat-shading colours at the centroid; empty in other modes.
     pub flat: Vec<LitColor>,
-    /// The mean vertex colour, for flat shading.
+    /// Mean vertex colour, for flat shading.
     pub flat_color: DVec4,
-    /// Whether it lets what lies behind shine through.
+    /// True if the face is blended with the pixels behind it.
     pub is_transparent: bool,
-    /// View z of its centroid: the painter's key, larger is nearer.
+    /// View z of the centroid, the painter's sorting key; larger is nearer.
     pub center_z: DoubleDouble,
-    /// The lights that reach it.
+    /// Lights that reach the face.
     pub lighting: Rc<ObjectLighting<'a>>,
-    /// b_i = plane[i] . (x_ndc, y_ndc, 1): sum b_i = 1/w, sum b_i w_i = 1, all >= 0 inside.
+    /// Plane of each weight: b_i = plane[i] . (x_ndc, y_ndc, 1) with sum b_i = 1/w, sum b_i w_i =
+    /// 1, all >= 0 inside.
     plane: [DoubleDouble3; 3],
-    /// Pixels per unit of NDC.
+    /// Screen pixels per unit of NDC.
     pixels_per_ndc: [f64; 2],
-    /// The snapped outline; `None` for a face with some w <= 0, which is decided by its plane.
+    /// Snapped outline; `None` for a face with some w <= 0, whose plane decides.
     outline: Option<Outline>,
-    /// How far each snapped corner may lie elsewhere in honest f64, in pixels; 0 where its place is certain.
+    /// Uncertainty of each snapped corner in pixels, from plain f64 rounding; 0 if its snapping is
+    /// certain.
     wobble_px: [f64; 3],
-    /// Whether the true corners lie on one line, to 24 digits: only snapping gives such a face an area.
+    /// True if the true corners are collinear to 24 digits: only snapping gives such a face an
+    /// area.
     pub is_degenerate: bool,
-    /// The pixels that its outline can reach, x0..x1 and y0..y1, within the viewport.
+    /// Pixels that the outline can reach, x0..x1 and y0..y1, within the viewport.
     pub bounds: [i64; 4],
 }
 
-/// b_i at a pixel's centre, and what follows from them.
+/// Weights b_i of the corners at a pixel's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights {
     /// Solution of sum b_i (x_i, y_i, w_i) = (x_ndc, y_ndc, 1).
@@ -111,36 +115,37 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// 1/w at this point of the plane.
+    /// Returns 1/w at this point of the plane.
     pub fn inverse_w(&self) -> DoubleDouble {
         self.b[0] + self.b[1] + self.b[2]
     }
 
-    /// Whether the point lies inside the true face.
+    /// Returns whether the point lies inside the true face.
     pub fn is_inside(&self) -> bool {
         self.b.iter().all(|&b| b >= DoubleDouble::ZERO)
     }
 }
 
 impl<'a> Face<'a> {
-    /// The plane's weights at NDC (x, y).
+    /// Returns the plane's weights at NDC (x, y).
     pub fn weights(&self, [x, y]: [DoubleDouble; 2]) -> Weights {
         Weights { b: self.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
     }
 
-    /// Whether the centre of pixel (x, y), at NDC `ndc`, is covered.
+    /// Returns the coverage of the centre of pixel (x, y), at NDC `ndc`.
     pub fn covers(&self, x: i64, y: i64, ndc: [DoubleDouble; 2]) -> Coverage {
         let Some(outline) = &self.outline else { return self.covers_cut(ndc) };
         let sure = match (outline.covers(x, y), self.is_degenerate) {
             (false, _) => Coverage::No,
             (true, false) => Coverage::Yes,
-            // A face without area that snapping opened: to draw it or not is both right.
+            // A degenerate face that snapping gave an area: both drawing and omitting it are
+            // accepted.
             (true, true) => Coverage::Maybe,
         };
         if self.wobble_px == [0.0; 3] {
             return sure;
         }
-        // A corner that may lie elsewhere moves its edges with it, in proportion along each edge.
+        // An uncertain corner moves its edges, in proportion along each edge.
         let mut low = f64::INFINITY;
         let mut high = f64::INFINITY;
         for (i, (distance, along)) in outline.distances(x, y).into_iter().enumerate() {
@@ -151,7 +156,8 @@ impl<'a> Face<'a> {
         if low <= 0.0 && high >= 0.0 { Coverage::Maybe } else { sure }
     }
 
-    /// Coverage of a face with some w <= 0: by the signs of the weights, free near the outline.
+    /// Returns the coverage of a face with some w <= 0: by the signs of the weights, either near
+    /// the outline.
     fn covers_cut(&self, [x, y]: [DoubleDouble; 2]) -> Coverage {
         let nearest = self.plane.iter().fold(f64::INFINITY, |nearest, p| {
             let value = (p[0] * x + p[1] * y + p[2]).to_f64();
@@ -168,22 +174,22 @@ impl<'a> Face<'a> {
     }
 }
 
-/// What all faces of one object share.
+/// State of one object that all its faces share.
 pub struct ObjectView<'a> {
     /// Number of the object in the scene.
     pub index: u32,
     /// The object.
     pub object: &'a Object,
-    /// The camera.
+    /// Camera of the draw.
     pub sight: &'a Sight,
-    /// The modes.
+    /// Modes of the draw.
     pub settings: &'a Settings,
-    /// The lights that reach it.
+    /// Lights that reach the object.
     pub lighting: Rc<ObjectLighting<'a>>,
 }
 
 impl<'a> ObjectView<'a> {
-    /// The faces of the object that can be seen in pixels of `mask`, in file order.
+    /// Returns the faces of the object that may be visible in pixels of `mask`, in file order.
     pub fn faces(
         &self,
         mask: &PixelMask,
@@ -195,7 +201,8 @@ impl<'a> ObjectView<'a> {
         (0..mesh.triangles.len()).filter_map(|t| self.face(t, mask, &normals, &vertices, mip_chain)).collect()
     }
 
-    /// Object to world, view and clip space, with a bound on what plain f64 may be off by in clip space.
+    /// Transforms a position from object to world, view and clip space, with a bound on the error
+    /// of plain f64 in clip space.
     pub fn vertex(&self, p: DVec3) -> TransformedVertex {
         let m = self.object.model;
         let rows: [[f64; 4]; 4] = std::array::from_fn(|r| m.row(r).to_array());
@@ -218,13 +225,14 @@ impl<'a> ObjectView<'a> {
         TransformedVertex { world: [world[0], world[1], world[2]], view, clip, slack, screen }
     }
 
-    /// The pixels that a face's outline can reach, within the viewport: all of it where a corner has w <= 0.
+    /// Returns the pixels that a face's outline can reach, within the viewport: all of it if a
+    /// corner has w <= 0.
     fn bounds(at: [&TransformedVertex; 3], clip: [i64; 4]) -> [i64; 4] {
         let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) else { return clip };
         let mut found = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
         for (vertex, wobble_px) in [a, b, c] {
             let [x, y] = vertex.map(DoubleDouble::to_f64);
-            // A corner lies at most half a step of the snapping off its place, and as far as it wobbles.
+            // Snapping moves a corner by at most half a step, in addition to its uncertainty.
             let room = wobble_px + 1.0 / 256.0;
             let ends = [x - room, x + room, y - room, y + room];
             found =
@@ -232,7 +240,7 @@ impl<'a> ObjectView<'a> {
                     |k| if k % 2 == 0 { found[k].min(ends[k]) } else { found[k].max(ends[k]) },
                 );
         }
-        // Pixels whose centre lies between; the casts saturate.
+        // Pixels whose centres are in range; the casts saturate.
         let low = |v: f64, lo: i64, hi: i64| ((v - 0.5).ceil() as i64).clamp(lo, hi);
         let high = |v: f64, lo: i64, hi: i64| (((v - 0.5).floor() as i64).saturating_add(1)).clamp(lo, hi);
         [
@@ -360,7 +368,7 @@ impl<'a> ObjectView<'a> {
         Some(face)
     }
 
-    /// Flat and Gouraud light once a face: at its centroid, or at its corners.
+    /// Computes the lighting of flat and Gouraud shading: at the centroid, or at the corners.
     fn light_ahead(
         &self,
         face: &mut Face<'a>,
@@ -392,7 +400,8 @@ impl<'a> ObjectView<'a> {
         }
     }
 
-    /// How far a snapped corner may lie elsewhere, in pixels: 0 unless a tie of the snapping is within f64's own error.
+    /// Returns the uncertainty of a snapped corner in pixels: 0 unless a snapping tie is within the
+    /// rounding error of f64.
     fn wobble(&self, clip: DoubleDouble4, slack: [f64; 4], screen: [DoubleDouble; 2]) -> f64 {
         let w = clip[3].to_f64();
         let scale = self.sight.pixels_per_ndc();
@@ -407,15 +416,16 @@ impl<'a> ObjectView<'a> {
     }
 }
 
-/// A position on its way to the screen.
+/// Transformed position of a mesh.
 pub struct TransformedVertex {
-    /// World space.
+    /// Position in world space.
     pub world: DoubleDouble3,
     view: DoubleDouble4,
-    /// Clip space.
+    /// Position in clip space.
     pub clip: DoubleDouble4,
-    /// What the plain f64 evaluation of each clip coordinate may be off by.
+    /// Bounds on the error of each clip coordinate in plain f64.
     slack: [f64; 4],
-    /// Screen pixels, and how far a corner snapped here may lie elsewhere; `None` where w <= 0 to the accuracy of f64.
+    /// Screen pixels, and the uncertainty of a corner snapped here; `None` if w <= 0 to the
+    /// accuracy of f64.
     screen: Option<([DoubleDouble; 2], f64)>,
 }

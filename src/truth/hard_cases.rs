@@ -1,8 +1,8 @@
-//! The specification's table of hard cases as scenes, each under the name of its case.
+//! The specification's table of hard cases as scenes, each with the name of its case.
 //!
-//! What each must show is what the reference says, and besides: no panic, nothing that is not a number, no pixel outside
-//! the viewport. Where a case is about a promise that a picture alone cannot show (coplanar faces in any order), there is
-//! one scene for each side of it.
+//! The reference defines the correct picture of each. In addition there must be no panic, no NaN,
+//! and no pixel outside the viewport. A case about a promise that one picture cannot show (coplanar
+//! faces in any order) has a scene for each side of it.
 
 mod surfaces;
 
@@ -17,7 +17,7 @@ use crate::scene::{
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// All hard cases.
+/// Returns all hard cases.
 pub fn hard_cases() -> Vec<Case> {
     let mut cases = Vec::new();
     eye_plane(&mut cases);
@@ -35,7 +35,8 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// A case of the start state's camera and modes, 48 x 36 pixels, one light from above the eye.
+/// Returns a case with the initial camera and modes, 48 x 36 pixels, and one light from above the
+/// eye.
 fn case(name: &str, objects: Vec<Object>) -> Case {
     let light = Light::directional(v(0.2, -0.5, -1.0), DVec3::ONE);
     let scene = Scene {
@@ -99,7 +100,7 @@ fn eye_plane(cases: &mut Vec<Case>) {
 }
 
 fn extents(cases: &mut Vec<Case>) {
-    // 48 pixels over 2 units: 24 pixels a unit. 1e-6 px is 4e-8 units, 1e9 px is 4e7 units.
+    // 48 pixels over 2 units: 24 pixels per unit. 1e-6 px is 4e-8 units, 1e9 px is 4e7 units.
     let thin = [v(-4e7, -1e7, 0.0), v(4e7, 1e7, 0.0), v(0.0, 4e-8, 0.0)];
     cases.push(ortho(
         case("a sliver 1e-6 px thin and 1e9 px long", vec![triangles("thin", &thin, &[[0, 1, 2]])]),
@@ -233,7 +234,7 @@ fn depths(cases: &mut Vec<Case>) {
 mod tests {
     use super::*;
 
-    /// Nothing that the reference answers is infinite, not a number, or drawn outside the viewport.
+    /// No result of the reference is infinite, NaN, or outside the viewport.
     #[test]
     fn every_case_has_finite_answers_inside_the_viewport() {
         for c in hard_cases() {

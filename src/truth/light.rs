@@ -1,41 +1,43 @@
-//! The lighting equations, term by term, in f64.
+//! Lighting equations, term by term, in f64.
 //!
-//! Phong (000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n), R = 2(N.L)N - L; X3D and MTL: Blinn's
-//! H = (L+V)/|L+V| in place of R.V. The specular term only where N.L > 0. Colours are never clamped here.
-//! Where a decision turns (N.L = 0, a spot's edge, a light's radius, each within 1e-6) both answers are given.
+//! Phong (000): Ke + Ka Ia + sum att (Kd max(N.L,0) + Ks max(R.V,0)^n), R = 2(N.L)N - L; X3D and
+//! MTL: Blinn's H = (L+V)/|L+V| in place of R.V. The specular term is added only if N.L > 0.
+//! Colours are never clamped here. If a decision is borderline (N.L = 0, a spot's edge, a light's
+//! radius, each within 1e-6), both results are returned.
 
 use super::camera::ViewerPosition;
 use crate::math::matrix::unit;
 use crate::scene::{Attenuation, Light, LightKind, LightingModel, Material};
 use glam::DVec3;
 
-/// Within this of N.L = 0 or of a spot's edge either side is right.
+/// Distance from N.L = 0 or from a spot's edge (as a cosine) within which both sides are accepted.
 pub const LIGHT_TURN: f64 = 1e-6;
 
-/// More answers than this for one point are not told apart: the turns beyond are decided as computed.
+/// Largest number of results for one point: borderline decisions beyond it are taken as computed.
 const MAX_ANSWERS: usize = 8;
 
-/// One answer of the lighting equation: what a texture multiplies, and what it does not.
+/// Result of the lighting equation: the part that a texture multiplies, and the part that it does
+/// not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitColor {
-    /// The Ka and Kd terms (for an unlit material the emission).
+    /// Ka and Kd terms (the emission, for an unlit material).
     pub diffuse_ambient: DVec3,
-    /// The Ks and Ke terms.
+    /// Ks and Ke terms.
     pub specular_emissive: DVec3,
 }
 
-/// The lights of one draw, as they reach one object.
+/// Lights of a draw that reach one object.
 #[derive(Clone, Debug)]
 pub struct ObjectLighting<'a> {
-    /// Ia.
+    /// Ambient light Ia.
     pub ambient: DVec3,
-    /// The lights that reach it.
+    /// Lights that reach the object.
     pub lights: Vec<&'a Light>,
-    /// What V is.
+    /// Origin of V.
     pub viewer: ViewerPosition,
 }
 
-/// A factor with the answers that it may have: one, or both sides of a turn.
+/// Returns the accepted values of a factor: one, or both sides of a borderline decision.
 fn sides(value: f64, turns: bool, other: f64) -> Vec<f64> {
     if turns && value != other { vec![value, other] } else { vec![value] }
 }
@@ -45,7 +47,8 @@ fn attenuation(a: &Attenuation, d: f64, clamp: bool) -> f64 {
     1.0 / if clamp { sum.max(1.0) } else { sum }
 }
 
-/// The direction from `p` to the light (unit), and the possible factors on its colour. `None`: it gives nothing.
+/// Returns the unit direction from `p` to the light and the accepted factors on its colour, or
+/// `None` if it adds nothing.
 fn reach(light: &Light, p: DVec3) -> Option<(DVec3, Vec<f64>)> {
     let clamp = light.clamp_attenuation;
     let from_point = |position: DVec3| {
@@ -83,7 +86,7 @@ fn reach(light: &Light, p: DVec3) -> Option<(DVec3, Vec<f64>)> {
             } else {
                 (angle - cut_off_rad) / (beam_width_rad - cut_off_rad)
             };
-            // Only a beam as wide as the cone ends in a jump.
+            // Only a beam at least as wide as the cone ends in a step.
             let jumps = beam_width_rad >= cut_off_rad && (cos - libm::cos(cut_off_rad)).abs() <= LIGHT_TURN;
             let k = attenuation(&a, d, clamp);
             let mut values = Vec::new();
@@ -95,7 +98,7 @@ fn reach(light: &Light, p: DVec3) -> Option<(DVec3, Vec<f64>)> {
     }
 }
 
-/// The base of the specular power: max(R.V, 0) or max(N.H, 0).
+/// Returns the base of the specular power: max(R.V, 0) or max(N.H, 0).
 fn specular_cosine(model: LightingModel, n: DVec3, l: DVec3, v: DVec3) -> f64 {
     match model {
         LightingModel::Phong => (2.0 * n.dot(l) * n - l).dot(v).max(0.0),
@@ -104,10 +107,10 @@ fn specular_cosine(model: LightingModel, n: DVec3, l: DVec3, v: DVec3) -> f64 {
     }
 }
 
-/// The colour of a surface point: every right answer, usually one.
+/// Returns the accepted colours of a surface point, usually one.
 ///
-/// `p` is the world point, `n` its unit normal, `albedo` the vertex colour there (1 where there is none), which
-/// multiplies what a texture multiplies.
+/// `p` is the world point, `n` its unit normal, `albedo` the vertex colour there (1 if there is
+/// none), which multiplies the same part as a texture.
 pub fn light_point(
     m: &Material,
     albedo: DVec3,
@@ -190,7 +193,7 @@ mod tests {
         let at = light(LightKind::Point { position: DVec3::ZERO, attenuation: a, radius: f64::INFINITY });
         let m = Material { ks: DVec3::ONE, n: 0.0, ..Material::default() };
         assert_eq!(one(&m, DVec3::Z, DVec3::ZERO, &[at])[0].diffuse_ambient, DVec3::ZERO);
-        // R.V < 0 but N.L > 0: the power 0 of 0 counts as 1.
+        // R.V < 0 but N.L > 0: 0 to the power 0 counts as 1.
         let low = light(LightKind::Directional { direction: DVec3::new(-1.0, 0.0, -0.1) });
         let eye_side = one(&m, DVec3::Z, DVec3::new(9.0, 0.0, 4.9), &[low]);
         assert_eq!(eye_side[0].specular_emissive, DVec3::ONE);

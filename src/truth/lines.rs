@@ -1,12 +1,14 @@
-//! Lines and points: a mesh's own, and the edges of a wireframe.
+//! Lines and points of the reference: those of a mesh, and the edges of a wireframe.
 //!
-//! A line is cut by the six planes in homogeneous coordinates, its ends go to the pixels that hold them, and Bresenham's midpoint
-//! line (source 001) joins them, one step at a time. Depth runs straight on the screen, colour straight in space. The colour
-//! is Ke + Kd (an unlit material's emission) times the vertex colour. Where an end lies so near a pixel's border that plain
-//! f64 may put it on either side - always where it was cut at the side of the view - the lines to both are right.
+//! A line is clipped by the six planes in homogeneous coordinates, its ends are mapped to the
+//! pixels that contain them, and Bresenham's midpoint line (source 001) joins them. Depth is linear
+//! on the screen, colour linear in space. The colour is Ke + Kd (an unlit material's emission)
+//! times the vertex colour. If an end lies so near a pixel's border that plain f64 may put it on
+//! either side - always if it was clipped at the side of the view - the lines to both pixels are
+//! accepted.
 //!
-//! Edges of SHADE wire are those of polygons that CULL leaves, each once, from the lower position index. Wireframes whose hidden
-//! lines are removed by depth are not drawn by this reference.
+//! The edges of SHADE wire are those of polygons that remain after CULL, each once, from the lower
+//! position index. Wireframes with hidden lines removed by depth are not drawn by this reference.
 
 use super::coverage::Coverage;
 use super::double_double::{DoubleDouble, DoubleDouble3, DoubleDouble4, narrow3};
@@ -16,36 +18,36 @@ use crate::scene::{Corner, Interpolation, LightingModel, Material, NONE};
 use glam::{DVec3, DVec4};
 use std::collections::{HashMap, HashSet};
 
-/// An end this near to a pixel's border may lie beyond it, pixels.
+/// Distance in pixels from a pixel's border within which an end may lie beyond it.
 const BORDER_PX: f64 = 1e-6;
 
-/// Ends are looked for within this of the screen's origin, pixels: viewports reach less far. An end beyond it is one that
-/// an overflow kept the cut from moving, and such a line is not drawn.
+/// Bound in pixels on the distance of ends from the screen's origin; viewports reach less far. An
+/// end beyond it is one that an overflow kept from being clipped, and its line is not drawn.
 const FARTHEST_PX: f64 = (1u64 << 40) as f64;
 
 /// 2 ulp of f32 just below 1.
 const DEPTH_EDGE: f64 = 2.0 / 16_777_216.0;
 
-/// A pixel of a line, or a point.
+/// Pixel of a line or point.
 pub struct LinePixel {
-    /// Column.
+    /// Column of the pixel.
     pub x: i64,
-    /// Row.
+    /// Row of the pixel.
     pub y: i64,
-    /// What it gives to the pixel.
+    /// Depth and colours at the pixel.
     pub fragment: Fragment,
     /// Clip positions of the line's ends.
     pub clip: [DoubleDouble4; 2],
-    /// Whether it lets what lies behind shine through.
+    /// True if the pixel is blended with the one behind it.
     pub is_transparent: bool,
 }
 
-/// An end of a line.
+/// End of a line.
 #[derive(Clone, Copy)]
 struct End {
     clip: DoubleDouble4,
     world: DoubleDouble3,
-    /// R G B, opacity.
+    /// R, G, B and opacity.
     color: [DoubleDouble; 4],
 }
 
@@ -60,7 +62,8 @@ impl End {
     }
 }
 
-/// What is drawn of an object's lines and points, in order. `seen` are its triangles that CULL leaves; `is_wire` its shading.
+/// Returns the pixels of an object's lines and points in drawing order. `seen` are its triangles
+/// that remain after CULL; `is_wire` is true if it is shaded as a wireframe.
 pub fn line_pixels_of(
     view: &ObjectView,
     context: &FragmentContext,
@@ -87,7 +90,8 @@ pub fn line_pixels_of(
     out
 }
 
-/// The polygons' edges in the order in which the file first has them, from the lower position index, with their material.
+/// Returns the polygons' edges in the order of their first occurrence in the file, from the lower
+/// position index, with their material.
 fn edges<'a>(view: &ObjectView<'a>, seen: &HashSet<u32>) -> Vec<([Corner; 2], &'a Material)> {
     let mesh = &view.object.geometry.mesh;
     let polygons: HashSet<u32> = seen.iter().map(|&t| mesh.triangle_polygon[t as usize]).collect();
@@ -137,14 +141,15 @@ impl Pen<'_> {
         }
     }
 
-    /// The pixels of a line; both ends alike make a point.
+    /// Draws a line; two equal ends make a point.
     fn line(&self, ends: [End; 2], out: &mut Vec<LinePixel>) {
         if !ends.iter().all(|e| e.clip.iter().all(|c| c.is_finite())) {
             return;
         }
         let Some(([a, b], is_sure)) = cut(&ends) else { return };
         let pixels = [&a, &b].map(|e| self.pixels_of(e));
-        // Every way of rounding the ends: pixels with all that may be drawn there, and by how many of the ways.
+        // For every rounding of the ends: the pixels, with the range of their values and the number
+        // of roundings that draw them.
         let mut ways = 0;
         let mut found: HashMap<[i64; 2], (usize, [DoubleDouble; 2], ColorRange)> = HashMap::new();
         let mut order = Vec::new();
@@ -178,7 +183,7 @@ impl Pen<'_> {
         }
     }
 
-    /// The pixels that may hold an end; none for an end without a place.
+    /// Returns the pixels that may contain an end; none for an end without a finite place.
     fn pixels_of(&self, end: &End) -> Vec<[i64; 2]> {
         let w = end.clip[3];
         let choices = self.context.sight.to_screen(end.clip[0] / w, end.clip[1] / w).map(|v| {
@@ -194,7 +199,7 @@ impl Pen<'_> {
         choices[0].iter().flat_map(|&x| choices[1].iter().map(move |&y| [x, y])).collect()
     }
 
-    /// Depth and colour at step k of n.
+    /// Returns depth and colour at step k of n.
     fn at(&self, a: &End, b: &End, k: i64, n: i64) -> (DoubleDouble, ColorRange) {
         let s = if n == 0 {
             DoubleDouble::ZERO
@@ -215,7 +220,8 @@ impl Pen<'_> {
     }
 }
 
-/// The part of a line within -w <= x, y <= w, 0 <= z <= w, and whether it is sure that there is one.
+/// Clips a line to -w <= x, y <= w, 0 <= z <= w. Returns the visible part and whether it certainly
+/// exists.
 fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
     let heights = |e: &End| {
         let [x, y, z, w] = e.clip;
@@ -246,18 +252,20 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
     ends.iter().all(|e| e.clip[3] > DoubleDouble::ZERO).then_some((ends, is_sure))
 }
 
-/// Source 001: the midpoint variable d begins at 2 dy - dx, in whole numbers, for all octants; (step, steps, pixel) of the
-/// pixels in x0..x1, y0..y1 of `clip`, both ends lit. End points lie within 2^41 of the origin.
+/// Iterates over (step, steps, pixel) of a line's pixels within x0..x1, y0..y1 of `clip`, both ends
+/// included. Source 001: the midpoint variable d begins at 2 dy - dx, in integers, for all octants.
+/// End points lie within 2^41 of the origin.
 ///
-/// Each step that finds d > 0 moves across, so after k steps along the longer side n, across the shorter m, the line has
-/// moved ceil((2 m k - n) / 2 n) across, and never less than 0: what lies before the clip rectangle is not walked.
+/// Each step with d > 0 moves along the minor axis. So after k steps along the longer side n, with
+/// m the shorter one, the line has moved ceil((2 m k - n) / 2 n) along the minor axis, and never
+/// less than
 fn bresenham(from: [i64; 2], to: [i64; 2], clip: [i64; 4]) -> impl Iterator<Item = (i64, i64, [i64; 2])> {
     let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
     let length = [0, 1].map(|k| (to[k] - from[k]).abs());
     let (major, minor) = if length[0] >= length[1] { (0, 1) } else { (1, 0) };
     let (n, m) = (length[major], length[minor]);
     let inside = [clip[0]..clip[1], clip[2]..clip[3]];
-    // The steps whose place along the longer side is inside; a line of one pixel has step 0 alone.
+    // The steps whose major coordinate is inside; a line of one pixel has step 0 only.
     let steps = match sign[major] {
         1.. => inside[major].start - from[major]..inside[major].end - from[major],
         0 => 0..1,
@@ -279,7 +287,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The same, one step at a time.
+    /// Draws the line of [`bresenham`] one step at a time.
     fn stepped(from: [i64; 2], to: [i64; 2]) -> Vec<(i64, i64, [i64; 2])> {
         let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
         let length = [0, 1].map(|k| (to[k] - from[k]).abs());

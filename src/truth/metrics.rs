@@ -1,49 +1,50 @@
-//! How far a picture is from the truth, in the field's usual numbers.
+//! Error metrics between a picture and its reference.
 //!
-//! In: two pictures of equal size, as RGBA bytes or as unclamped real colours, and depths. Out: plain numbers. Alpha takes
-//! no part. All sums run in a fixed order, so the results are the same to the digit on every machine.
-//! SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to
-//! structural similarity", 2004: a Gaussian window of 11 x 11 with sigma 1.5 over the luma, K1 = 0.01, K2 = 0.03.
+//! In: two pictures of equal size, as RGBA bytes or as unclamped real colours, and depths. Out:
+//! plain numbers. Alpha is ignored. All sums are in a fixed order, so the results are identical to
+//! the digit on every machine. SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image
+//! quality assessment: from error visibility to structural similarity", 2004: a Gaussian window of
+//! 11 x 11 with sigma 1.5 over the luma, K1 = 0.01, K2 = 0.03.
 
 use super::picture::ulp_f32;
 use crate::memory::DepthFormat;
 
-/// Differences of colour, over all pixels and the channels R, G, B.
+/// Colour differences over all pixels and the channels R, G, B.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ColorError {
-    /// The largest difference.
+    /// Largest absolute difference.
     pub max: f64,
-    /// The mean of the differences.
+    /// Mean absolute difference.
     pub mae: f64,
-    /// The root of the mean square.
+    /// Root of the mean square difference.
     pub rmse: f64,
 }
 
-/// What is asked of two pictures of bytes.
+/// Errors between two pictures of bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureError {
-    /// Differences in 1/255 steps.
+    /// Differences in steps of 1/255.
     pub steps: ColorError,
-    /// 10 log10(255^2 / mean square), in decibels; infinite for equal pictures.
+    /// PSNR, 10 log10(255^2 / mean square), in decibels; infinite for equal pictures.
     pub psnr_db: f64,
     /// Structural similarity of the luma, 1 for equal pictures.
     pub ssim: f64,
-    /// Pixels with some channel off by more than one step.
+    /// Number of pixels with a channel difference of more than one step.
     pub pixels_off: usize,
 }
 
-/// Differences of depth.
+/// Depth differences.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct DepthError {
-    /// The largest difference in z.
+    /// Largest difference in z.
     pub max_z: f64,
-    /// The largest difference in ulp of f32 at the true depth (of 1 - z for the reversed format).
+    /// Largest difference in ulp of f32 at the true depth (of 1 - z for the reversed format).
     pub max_ulp: f64,
-    /// The largest difference in steps of an integer format; 0 for the others.
+    /// Largest difference in steps of an integer format; 0 for the others.
     pub max_steps: f64,
 }
 
-/// Max, MAE and RMSE of paired numbers.
+/// Returns maximum, mean and RMSE of the differences of pairs.
 fn color_error(pairs: impl Iterator<Item = (f64, f64)>) -> ColorError {
     let (mut count, mut max, mut sum, mut squares) = (0usize, 0f64, 0f64, 0f64);
     for (a, b) in pairs {
@@ -57,15 +58,15 @@ fn color_error(pairs: impl Iterator<Item = (f64, f64)>) -> ColorError {
     ColorError { max, mae: sum / n, rmse: (squares / n).sqrt() }
 }
 
-/// The R, G and B of RGBA bytes.
+/// Iterates over the R, G and B of RGBA bytes.
 fn channels(rgba: &[u8]) -> impl Iterator<Item = f64> {
     rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).map(f64::from)
 }
 
-/// All numbers for two pictures of RGBA bytes, `width` pixels wide.
+/// Returns all metrics of two pictures of RGBA bytes, `width` pixels wide.
 ///
 /// # Panics
-/// When the pictures are not of one size, or not whole rows.
+/// If the pictures differ in size, or are not whole rows.
 pub fn compare_bytes(width: usize, found: &[u8], truth: &[u8]) -> PictureError {
     assert_eq!(found.len(), truth.len(), "pictures of one size");
     assert!(width > 0 && found.len().is_multiple_of(width * 4), "whole rows of {width} pixels");
@@ -79,19 +80,25 @@ pub fn compare_bytes(width: usize, found: &[u8], truth: &[u8]) -> PictureError {
     }
 }
 
-/// 10 log10(255^2 / rmse^2), from an RMSE in 1/255 steps.
+/// Returns 10 log10(255^2 / rmse^2), from an RMSE in steps of 1/255.
 pub fn psnr_db(rmse_steps: f64) -> f64 {
     if rmse_steps == 0.0 { f64::INFINITY } else { 20.0 * libm::log10(255.0 / rmse_steps) }
 }
 
-/// Max, MAE and RMSE of unclamped real colours, 1 being full.
+/// Returns maximum, mean and RMSE of the differences of unclamped real colours, 1 being full.
+///
+/// # Panics
+/// If the pictures differ in size.
 pub fn compare_real(found: &[[f64; 3]], truth: &[[f64; 3]]) -> ColorError {
     assert_eq!(found.len(), truth.len(), "pictures of one size");
     color_error(found.iter().flatten().copied().zip(truth.iter().flatten().copied()))
 }
 
-/// The `part` (0..1) quantile of the largest channel difference of each pixel, in 1/255 steps: the smallest value that at
-/// least this part of the pixels does not exceed.
+/// Returns the `part` (0..1) quantile of the largest channel difference of each pixel, in steps of
+/// 1/255: the smallest value that at least this fraction of the pixels does not exceed.
+///
+/// # Panics
+/// If the pictures differ in size.
 pub fn pixel_error_quantile(found: &[u8], truth: &[u8], part: f64) -> u8 {
     assert_eq!(found.len(), truth.len(), "pictures of one size");
     let mut counts = [0usize; 256];
@@ -111,13 +118,16 @@ pub fn pixel_error_quantile(found: &[u8], truth: &[u8], part: f64) -> u8 {
     255
 }
 
-/// How many pixels one mask holds and the other does not.
+/// Returns the number of pixels that are set in only one of two masks.
+///
+/// # Panics
+/// If the masks differ in size.
 pub fn coverage_off(found: &[bool], truth: &[bool]) -> usize {
     assert_eq!(found.len(), truth.len(), "masks of one size");
     found.iter().zip(truth).filter(|(a, b)| a != b).count()
 }
 
-/// Differences of stored depths, given as (what is stored, the exact z).
+/// Returns the largest differences of stored depths, given as pairs (stored word, exact z).
 pub fn compare_depths(format: DepthFormat, pairs: impl IntoIterator<Item = (StoredWord, f64)>) -> DepthError {
     let mut worst = DepthError::default();
     for (stored, z) in pairs {
@@ -129,10 +139,10 @@ pub fn compare_depths(format: DepthFormat, pairs: impl IntoIterator<Item = (Stor
     worst
 }
 
-/// A stored depth as the depth memory holds it.
+/// Stored depth as a word of the depth memory.
 pub type StoredWord = u32;
 
-/// One stored depth against the exact z.
+/// Returns the difference of one stored depth from the exact z.
 pub fn depth_off(format: DepthFormat, stored: StoredWord, z: f64) -> DepthError {
     let steps = match format {
         DepthFormat::U16 => 65_535.0,
@@ -152,14 +162,15 @@ pub fn depth_off(format: DepthFormat, stored: StoredWord, z: f64) -> DepthError 
     DepthError { max_z: max_steps / steps, max_ulp: max_steps / steps / ulp_f32(z), max_steps }
 }
 
-/// Neighbours in `sorted` (exact depths, near to far) that differ and that the stored words do not order so: equal, or the
-/// wrong way round. Words of every format grow with depth (the reversed one is kept complemented).
+/// Counts the neighbours in `sorted` (exact depths, near to far) that differ and whose stored words
+/// are equal or in the wrong order. Words of every format increase with depth (the reversed one is
+/// stored complemented).
 pub fn misordered_pairs(sorted: &[(StoredWord, f64)]) -> usize {
     sorted.windows(2).filter(|w| w[0].1 < w[1].1 && w[0].0 >= w[1].0).count()
 }
 
-/// How far lit pixels lie from the segment p0 p1, in pixels: the largest and the mean distance of their centres (which
-/// lie at whole numbers, as for lines).
+/// Returns the largest and the mean distance of lit pixels from the segment p0 p1, in pixels. Pixel
+/// centres are at integers, as for lines.
 pub fn line_distance(p0: [f64; 2], p1: [f64; 2], lit: &[[i32; 2]]) -> (f64, f64) {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
     let length2 = d[0] * d[0] + d[1] * d[1];
@@ -173,16 +184,17 @@ pub fn line_distance(p0: [f64; 2], p1: [f64; 2], lit: &[[i32; 2]]) -> (f64, f64)
     (max, sum / lit.len().max(1) as f64)
 }
 
-/// The luma of Rec. 601: 0.299 R + 0.587 G + 0.114 B.
+/// Returns the luma of Rec. 601: 0.299 R + 0.587 G + 0.114 B.
 fn luma(rgba: &[u8]) -> Vec<f64> {
     rgba.chunks_exact(4).map(|p| 0.299 * p[0] as f64 + 0.587 * p[1] as f64 + 0.114 * p[2] as f64).collect()
 }
 
-/// Half the width of SSIM's window.
+/// Half width of SSIM's window in pixels.
 const REACH: isize = 5;
 
-/// Mean structural similarity of the lumas, over the pixels around which the whole window fits; in a picture smaller than
-/// the window over all of them, the window cut at the border and its weights scaled to sum 1.
+/// Returns the mean structural similarity of the lumas over the pixels whose window fits in the
+/// picture. In a picture smaller than the window it is the mean over all pixels, with the window
+/// clipped at the border and its weights scaled to sum 1.
 pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
     let (a, b) = (luma(found), luma(truth));
     let height = a.len() / width.max(1);
@@ -191,7 +203,7 @@ pub fn ssim(width: usize, found: &[u8], truth: &[u8]) -> f64 {
     }
     let weights: Vec<f64> =
         (-REACH..=REACH).map(|i| libm::exp(-((i * i) as f64) / (2.0 * 1.5 * 1.5))).collect();
-    // One blur across and one down make the square window.
+    // The window is separable: one blur along rows, one along columns.
     let blur = |v: &[f64]| -> Vec<f64> {
         let across = blur_lines(v, width, height, 1, width, &weights);
         blur_lines(&across, height, width, width, 1, &weights)
@@ -293,20 +305,20 @@ mod tests {
         assert_eq!(line_distance([1.0, 1.0], [1.0, 1.0], &[[4, 5]]).0, 5.0);
     }
 
-    /// Constant pictures: only the first factor is left, (2mn + C1)/(m^2 + n^2 + C1).
+    /// Constant pictures: only the first factor remains, (2mn + C1)/(m^2 + n^2 + C1).
     #[test]
     fn ssim_of_flat_pictures_by_hand() {
         let (a, b) = (gray(&[100; 144]), gray(&[120; 144]));
         let c1 = 2.55f64 * 2.55;
         let expected = (2.0 * 100.0 * 120.0 + c1) / (100.0 * 100.0 + 120.0 * 120.0 + c1);
         assert!((ssim(12, &a, &b) - expected).abs() < 1e-9);
-        // A negative of a pattern about its mean has a covariance of minus the variance.
+        // A pattern negated about its mean has a covariance of minus the variance.
         let pattern: Vec<u8> = (0..400).map(|i| if (i + i / 20) % 2 == 0 { 110 } else { 90 }).collect();
         let negative: Vec<u8> = pattern.iter().map(|v| 200 - v).collect();
         assert!(ssim(20, &gray(&pattern), &gray(&negative)) < -0.5);
     }
 
-    /// The pictures of the outside checks: a pattern, and the same with a pattern of -5..5 added.
+    /// Pictures of the checks against other programs: a pattern, and the pattern plus one of -5..5.
     fn patterns() -> (Vec<u8>, Vec<u8>) {
         let (mut a, mut b) = (Vec::new(), Vec::new());
         for y in 0..30i32 {
@@ -323,8 +335,9 @@ mod tests {
         (a, b)
     }
 
-    /// Worked once by scikit-image 0.26.0: structural_similarity(gaussian_weights=True, sigma=1.5,
-    /// use_sample_covariance=False, data_range=255) of the lumas, peak_signal_noise_ratio, mean_squared_error.
+    /// Computed once by scikit-image 0.26.0: structural_similarity(gaussian_weights=True,
+    /// sigma=1.5, use_sample_covariance=False, data_range=255) of the lumas,
+    /// peak_signal_noise_ratio, mean_squared_error.
     #[test]
     fn an_outside_library_finds_the_same() {
         let (a, b) = patterns();
@@ -349,7 +362,7 @@ mod tests {
                 .unwrap();
         let rgba = |g: &image::GrayImage| gray(g.as_raw());
         let ours = compare_bytes(40, &rgba(&a), &rgba(&b)).steps.rmse;
-        // Theirs is 1 - RMSE/255, summed from f32.
+        // The other program's score is 1 - RMSE/255, summed in f32.
         assert!((255.0 * (1.0 - theirs.score) - ours).abs() < 1e-3, "{} {ours}", theirs.score);
     }
 }

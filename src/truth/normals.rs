@@ -1,27 +1,29 @@
-//! Normals as the specification settles them, in object space and in the world.
+//! Normals by the rules of the specification, in object and world space.
 //!
-//! One normal a polygon; at a vertex (an index into the positions) the equal-weight mean of its polygons' unit normals,
-//! normalised again. A file's own normals win. Zero-area polygons don't count; a vanishing mean falls back to the
-//! face's. To the world by the inverse transpose, so that a mirrored model keeps its outside out.
+//! Each polygon has one normal. At a vertex (an index into the positions) the normal is the
+//! equal-weight mean of its polygons' unit normals, normalised. Normals of the file take
+//! precedence. Zero-area polygons do not count; if the mean vanishes, the face's normal is used.
+//! Normals are transformed to world space by the inverse transpose, so that the outside of a
+//! mirrored model stays outside.
 
 use crate::math::matrix::unit;
 use crate::scene::{Mesh, NONE};
 use glam::{DMat3, DMat4, DVec3};
 
-/// A sum of unit normals shorter than this has no direction.
+/// Length below which a sum of unit normals has no direction.
 const VANISHING: f64 = 1e-9;
 
-/// A mesh's normals in object space.
+/// Normals of a mesh in object space.
 #[derive(Clone, Debug)]
 pub struct Normals {
-    /// The unit normal of each polygon; zero for one without area.
+    /// Unit normal of each polygon; zero for a polygon without area.
     pub polygon: Vec<DVec3>,
-    /// The unit mean at each position; zero where it vanishes.
+    /// Unit mean at each position; zero if it vanishes.
     pub vertex: Vec<DVec3>,
 }
 
 impl Normals {
-    /// The normals of all polygons and vertices of a mesh.
+    /// Computes the normals of all polygons and vertices of a mesh.
     pub fn new(mesh: &Mesh) -> Normals {
         let corners_of = |p: &crate::scene::Polygon| {
             let first = p.first_corner as usize;
@@ -51,7 +53,7 @@ impl Normals {
         Normals { polygon, vertex }
     }
 
-    /// The object-space normal at a corner of triangle `t`: the file's, else the vertex's, else the face's.
+    /// Returns the object-space normal at a corner: the file's, else the vertex's, else `face`.
     pub fn at_corner(&self, mesh: &Mesh, corner: usize, face: DVec3) -> DVec3 {
         let c = &mesh.corners[corner];
         if c.normal != NONE {
@@ -62,7 +64,8 @@ impl Normals {
     }
 }
 
-/// The unit normal of a polygon: half the sum of cross products from its first corner is its area vector.
+/// Returns the unit normal of a polygon: its area vector is half the sum of cross products from its
+/// first corner.
 pub fn area_normal(points: &[DVec3]) -> DVec3 {
     // Scaled by the largest edge, so that neither huge nor tiny polygons lose their direction.
     let edges: Vec<DVec3> = points.iter().map(|p| *p - points[0]).collect();
@@ -74,12 +77,13 @@ pub fn area_normal(points: &[DVec3]) -> DVec3 {
     unit(sum).unwrap_or(DVec3::ZERO)
 }
 
-/// The inverse transpose of a model matrix, up to a positive factor: its cofactors times the sign of its determinant.
+/// Returns the inverse transpose of a model matrix up to a positive factor: its cofactors times the
+/// sign of its determinant.
 ///
-/// Unlike the inverse it exists for a flattened model too, whose one remaining direction it keeps.
+/// Unlike the inverse it exists for a flattened model too, with the normal of its plane.
 pub fn normal_matrix(model: &DMat4) -> DMat3 {
     let m = DMat3::from_mat4(*model);
-    // Normals have no length: the common scale is taken out before products can overflow.
+    // Normals have no length: the common scale is removed before products can overflow.
     let largest = m.to_cols_array().iter().fold(0.0, |a: f64, c| a.max(c.abs()));
     let m = if largest > 0.0 && largest.is_finite() { m * (1.0 / largest) } else { m };
     let cofactors =
@@ -87,7 +91,7 @@ pub fn normal_matrix(model: &DMat4) -> DMat3 {
     if is_mirrored(model) { cofactors * -1.0 } else { cofactors }
 }
 
-/// Whether the model turns right-handed into left-handed.
+/// Returns whether the model reverses handedness.
 pub fn is_mirrored(model: &DMat4) -> bool {
     let m = DMat3::from_mat4(*model);
     let largest = m.to_cols_array().iter().fold(0.0, |a: f64, c| a.max(c.abs()));
@@ -105,7 +109,8 @@ mod tests {
 
     #[test]
     fn a_mean_counts_each_polygon_once_and_forgets_flat_ones() {
-        // A square in z = 0 and a triangle in x = 0 that share an edge; a zero-area triangle beside them.
+        // A square in z = 0 and a triangle in x = 0 that share an edge; a zero-area triangle beside
+        // them.
         let positions =
             [[0., 0., 0.], [0., 1., 0.], [-1., 1., 0.], [-1., 0., 0.], [0., 0., 1.], [0., 2., 0.]]
                 .map(DVec3::from_array);
@@ -130,7 +135,7 @@ mod tests {
         assert_eq!(unit(normal_matrix(&mirror) * DVec3::Z), Some(DVec3::Z));
         let flat = DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0));
         assert_eq!(unit(normal_matrix(&flat) * DVec3::new(0.6, 0.0, 0.8)), Some(DVec3::Z));
-        // x stretched by 2: the normal of x + y = 1 leans to y.
+        // x stretched by 2: the normal of x + y = 1 tilts towards y.
         let n = normal_matrix(&DMat4::from_scale(DVec3::new(2.0, 1.0, 1.0))) * DVec3::new(1.0, 1.0, 0.0);
         assert!((n.y / n.x - 2.0).abs() < 1e-15);
     }

@@ -1,8 +1,8 @@
-//! Scenes to hold renderers to: random ones from a seed, for property tests.
+//! Random scenes from a seed, for property tests of renderers.
 //!
-//! Everything that a scene can hold occurs: all projections, both viewport rules, faces through the eye plane, slivers,
-//! mirrored models, all light kinds, textures of odd sizes, transparency, fog, n-gons, normals and colours of the file's own.
-//! The same seed gives the same scene on every machine.
+//! All features of scenes occur: all projections, both viewport rules, faces through the eye plane,
+//! slivers, mirrored models, all light kinds, textures of odd sizes, transparency, fog, n-gons, and
+//! meshes with their own normals and colours. Equal seeds give equal scenes on every machine.
 
 mod parts;
 
@@ -17,35 +17,35 @@ use glam::{DMat4, DVec2, DVec3};
 use parts::{random_light, random_object};
 use std::sync::Arc;
 
-/// A picture to be made: a scene, its modes, and the size of the frame.
+/// Test case: a scene, its modes, and the size of the frame.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is, for messages.
+    /// Name for messages.
     pub name: String,
-    /// The scene; its camera is given.
+    /// Scene, with a camera.
     pub scene: Scene,
-    /// The modes.
+    /// Modes of the draw.
     pub settings: Settings,
-    /// How depth is stored.
+    /// Format of stored depths.
     pub format: DepthFormat,
-    /// Frame width in pixels.
+    /// Width of the frame in pixels.
     pub width: u32,
-    /// Frame height in pixels.
+    /// Height of the frame in pixels.
     pub height: u32,
 }
 
-/// A small generator of random numbers: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number
-/// generators", 2014 (SplitMix64).
+/// Pseudorandom number generator SplitMix64: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable
+/// pseudorandom number generators", 2014.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// A generator from a seed.
+    /// Creates a generator from a seed.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -54,33 +54,37 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number in lo..hi.
+    /// Returns a number in lo..hi.
     pub fn real(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    /// A whole number in 0..n.
+    /// Returns an integer in 0..n.
     pub fn below(&mut self, n: u32) -> u32 {
         (((self.bits() >> 32) * n as u64) >> 32) as u32
     }
 
-    /// True once in n times.
+    /// Returns true with probability 1/n.
     pub fn one_in(&mut self, n: u32) -> bool {
         self.below(n) == 0
     }
 
-    /// One of a list.
+    /// Returns a random element of a list.
+    ///
+    /// # Panics
+    /// If the list is empty.
     pub fn pick<T: Copy>(&mut self, list: &[T]) -> T {
         list[self.below(list.len() as u32) as usize]
     }
 
-    /// A point of the cube lo..hi.
+    /// Returns a point of the cube lo..hi.
     pub fn point(&mut self, lo: f64, hi: f64) -> DVec3 {
         DVec3::new(self.real(lo, hi), self.real(lo, hi), self.real(lo, hi))
     }
 }
 
-/// One lit triangle in front of the default camera: the smallest scene with all stages.
+/// Returns one lit triangle in front of the default camera: the smallest scene that uses all
+/// stages.
 pub fn lit_triangle() -> Scene {
     let positions = vec![DVec3::new(-1.5, -1.0, 0.0), DVec3::new(1.5, -1.2, 0.3), DVec3::new(0.0, 1.4, -0.2)];
     let mesh = Mesh::from_triangles(positions, &[[0, 1, 2]]);
@@ -93,7 +97,7 @@ pub fn lit_triangle() -> Scene {
     }
 }
 
-/// An object with default material, in object space = world space, culled at the back.
+/// Returns an object of default material with the identity as model matrix and back faces culled.
 pub fn object(name: &str, mesh: Mesh) -> Object {
     Object {
         name: name.into(),
@@ -110,7 +114,8 @@ pub fn object(name: &str, mesh: Mesh) -> Object {
     }
 }
 
-/// A box of half size `h` with quads, outward faces, and texture coordinates over each side.
+/// Returns a box of half size `h` of quads, with outward faces and texture coordinates over each
+/// side.
 pub fn box_mesh(h: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..8 {
@@ -125,7 +130,8 @@ pub fn box_mesh(h: DVec3) -> Mesh {
     mesh
 }
 
-/// A height field of n x n quads over [-1,1]^2 in x and z, facing +y, texture coordinates 0..`repeats`.
+/// Returns a height field of n x n quads over [-1,1]^2 in x and z, facing +y, with texture
+/// coordinates 0..`repeats`.
 pub fn terrain(n: u32, repeats: f64, mut height: impl FnMut() -> f64) -> Mesh {
     let mut mesh = Mesh::default();
     let at = |k: u32| 2.0 * k as f64 / n as f64 - 1.0;
@@ -149,7 +155,7 @@ fn corner(position: u32, texcoord: u32) -> Corner {
     Corner { position, normal: NONE, texcoord, color: NONE }
 }
 
-/// A random scene, with everything.
+/// Returns a random test case with all features.
 pub fn random(seed: u64) -> Case {
     let mut r = Random::new(seed);
     let (width, height) = (24 + r.below(41), 24 + r.below(41));
@@ -197,13 +203,13 @@ pub fn random(seed: u64) -> Case {
     let format = r.pick(&DepthFormat::ALL);
     let mut scene = scene;
     if settings.transparency == Transparency::AtOnce {
-        // A stream's DRAW brings no background.
+        // A DRAW of a stream has no background.
         scene.background = crate::scene::Background::default();
     }
     Case { name: format!("random scene {seed}"), scene, settings, format, width, height }
 }
 
-/// A camera at some distance 4..8 from the origin that looks near it.
+/// Returns a camera at a distance of 4..8 from the origin that looks near it.
 pub fn random_camera(r: &mut Random) -> Camera {
     let away = matrix::unit(r.point(-1.0, 1.0)).unwrap_or(DVec3::Z) * r.real(4.0, 8.0);
     let up = if away.y.abs() > 0.95 * away.length() { DVec3::X } else { DVec3::Y };
@@ -224,7 +230,7 @@ pub fn random_camera(r: &mut Random) -> Camera {
             Projection::Oblique { kind, angle_rad: r.real(0.2, 1.4), window, near, far }
         }
         9 => {
-            // The turns are about the eye: the window is moved to where the scene comes to lie.
+            // The rotations are about the eye: the window is moved to the scene's place after them.
             let [x, y] = [away.length() * 0.5f64.sqrt(), away.length() * (1.0f64 / 6.0).sqrt()];
             let window = [window[0] + x, window[1] + x, window[2] + y, window[3] + y];
             Projection::Isometric { window, near: -5.0, far }

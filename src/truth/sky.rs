@@ -1,8 +1,9 @@
-//! The reference's own rays for a sky: the direction in which each pixel looks.
+//! Sky of the reference: the viewing direction of each pixel.
 //!
-//! A point (x, y, z) of view space is seen at NDC (a, b) where r0 . p = a (r3 . p) and r1 . p = b (r3 . p), r the rows of the
-//! projection. At two depths z the two equations are solved for x and y by Cramer's rule; the ray runs from the nearer to the farther
-//! one, and the transpose of the view's rotation turns it into the world.
+//! A point (x, y, z) of view space has NDC (a, b) if r0 . p = a (r3 . p) and r1 . p = b (r3 . p),
+//! with r the rows of the projection. At two depths z the two equations are solved for x and y by
+//! Cramer's rule; the ray points from the nearer to the farther solution, and the transpose of the
+//! view's rotation maps it to world space.
 
 use super::camera::Sight;
 use super::double_double::DoubleDouble;
@@ -10,7 +11,7 @@ use super::picture::TruthPicture;
 use crate::scene::Sky;
 use glam::DVec3;
 
-/// The world direction seen at the centre of pixel (x, y).
+/// Returns the world direction at the centre of pixel (x, y).
 fn ray(sight: &Sight, x: i64, y: i64) -> DVec3 {
     let [a, b] = sight.ndc_of_pixel(x, y);
     let r = &sight.projection;
@@ -32,7 +33,7 @@ fn ray(sight: &Sight, x: i64, y: i64) -> DVec3 {
 }
 
 impl TruthPicture {
-    /// A sky over the pixels of x0..x1, y0..y1.
+    /// Paints a sky over the pixels of x0..x1, y0..y1.
     pub(super) fn paint_sky(&mut self, [x0, x1, y0, y1]: [i64; 4], sight: &Sight, sky: &Sky) {
         for y in y0..y1 {
             for x in x0..x1 {

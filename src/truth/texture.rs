@@ -1,19 +1,20 @@
-//! Texture look-up as the specification words it, in f64, with the answers on both sides of each jump.
+//! Texture lookup by the rules of the specification, in f64, with the results on both sides of each
+//! discontinuity.
 //!
-//! (0,0) is the lower left corner, texel centres lie at .5, rows are stored from the top. Footprint L = the longer of
-//! the two forward differences in texels, D = log2 L (source 003).
+//! (0,0) is the lower left corner, texel centres are at .5, rows are stored from the top. Footprint
+//! L is the longer of the two forward differences in texels, D = log2 L (source 003).
 
 use crate::scene::{Filter, Sampling, Texture, Wrap};
 
-/// Within this part of a texel of its edge, `nearest` may take either side.
+/// Distance in texels from a texel's edge within which `nearest` may select either side.
 pub const TEXEL_TURN: f64 = 1.0 / 256.0;
-/// Within this of a level's edge, `mipmap` may take either level.
+/// Distance from a level's edge within which `mipmap` may select either level.
 pub const LEVEL_TURN: f64 = 1e-6;
 
 /// R, G, B, A in 0..1.
 pub type Texel = [f64; 4];
 
-/// A texture's levels in f64, none of them rounded.
+/// Mip levels of a texture in f64, without quantization.
 #[derive(Clone, Debug)]
 pub struct MipChain {
     levels: Vec<MipLevel>,
@@ -26,17 +27,18 @@ struct MipLevel {
     texels: Vec<Texel>,
 }
 
-/// How far u and v move from a pixel to the next.
+/// Change of u and v from a pixel to its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UvFootprint {
-    /// (du, dv) to (x+1, y) and to (x, y+1).
+    /// Differences (du, dv) to (x+1, y) and to (x, y+1).
     Steps([[f64; 2]; 2]),
-    /// One of the two lies beyond the horizon.
+    /// One of the two neighbours lies beyond the horizon.
     AcrossHorizon,
 }
 
 impl MipChain {
-    /// All levels of a texture: level k+1's texel i is the mean of level k's 2i and 2i+1, both ways.
+    /// Computes all levels of a texture: texel i of level k+1 is the mean of texels 2i and 2i+1 of
+    /// level k, in both directions.
     pub fn new(texture: &Texture) -> MipChain {
         let (width, height) = (texture.width() as usize, texture.height() as usize);
         let texels =
@@ -61,7 +63,7 @@ impl MipChain {
         }
     }
 
-    /// Every right answer of a look-up at (u, v).
+    /// Returns the accepted results of a lookup at (u, v).
     pub fn sample(&self, sampling: Sampling, uv: [f64; 2], footprint: UvFootprint) -> Vec<Texel> {
         match sampling.filter {
             Filter::Nearest => self.levels[0].nearest(sampling, uv),
@@ -83,7 +85,7 @@ impl MipChain {
         }
     }
 
-    /// D = log2 of the longer footprint in texels of level 0.
+    /// Returns D = log2 of the longer footprint in texels of level 0.
     pub fn level_of(&self, footprint: UvFootprint) -> f64 {
         let UvFootprint::Steps(steps) = footprint else { return f64::INFINITY };
         let (w, h) = (self.levels[0].width as f64, self.levels[0].height as f64);
@@ -91,13 +93,13 @@ impl MipChain {
         libm::log2(length(steps[0]).max(length(steps[1])))
     }
 
-    /// The level nearest to number `k` of those that exist.
+    /// Returns the existing level nearest to number `k`.
     fn clamped(&self, k: f64) -> &MipLevel {
         &self.levels[k.clamp(0.0, (self.levels.len() - 1) as f64) as usize]
     }
 }
 
-/// The texel that a whole number of texels from the left or bottom means.
+/// Returns the texel index for coordinate `i` in texels from the left or bottom.
 fn wrap(i: f64, size: usize, rule: Wrap) -> usize {
     let last = (size - 1) as f64;
     match rule {
@@ -107,7 +109,7 @@ fn wrap(i: f64, size: usize, rule: Wrap) -> usize {
 }
 
 impl MipLevel {
-    /// Texel (i, j) counted from the lower left.
+    /// Returns texel (i, j), counted from the lower left.
     fn texel(&self, i: f64, j: f64, rules: Sampling) -> Texel {
         let x = wrap(i, self.width, rules.wrap_s);
         let row = self.height - 1 - wrap(j, self.height, rules.wrap_t);
@@ -140,7 +142,7 @@ impl MipLevel {
 mod tests {
     use super::*;
 
-    /// 2 x 2: red above blue on the left, green above white on the right.
+    /// 2 x 2 texels: red above blue on the left, green above white on the right.
     fn quarters() -> MipChain {
         let bytes = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255]].concat();
         MipChain::new(&Texture::new(2, 2, bytes).unwrap())
@@ -153,7 +155,7 @@ mod tests {
         let rules = Sampling { filter: Filter::Nearest, ..Sampling::default() };
         assert_eq!(quarters().sample(rules, [0.25, 0.25], STILL), [[0.0, 0.0, 1.0, 1.0]]);
         assert_eq!(quarters().sample(rules, [0.75, 0.75], STILL), [[0.0, 1.0, 0.0, 1.0]]);
-        // A hair from the edge between two texels both are right, repeating to the left.
+        // Near the edge between two texels both are accepted, with repetition on the left.
         assert_eq!(quarters().sample(rules, [1e-4, 0.25], STILL).len(), 2);
         assert_eq!(quarters().sample(rules, [-10.75, 7.25], STILL), [[0.0, 0.0, 1.0, 1.0]]);
     }

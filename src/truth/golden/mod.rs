@@ -1,4 +1,4 @@
-//! The reference against the worked numbers of the sources (tests/data/golden).
+//! Tests of the reference against the worked numbers of the sources (tests/data/golden).
 
 mod pictures;
 mod views;

@@ -1,4 +1,4 @@
-//! Colours: tables of small pictures, values across a face, mip levels, light.
+//! Colours: tables of small pictures, interpolation across a face, mip levels, light.
 
 use super::*;
 use crate::memory::DepthFormat;
@@ -32,7 +32,7 @@ fn unlit(color: DVec3, transparency: f64) -> Material {
     Material { emissive: color, transparency, model: LightingModel::Unlit, ..Material::default() }
 }
 
-/// The scene of a table: its camera, and its triangles in order.
+/// Returns the scene of a table: its camera, and its triangles in order.
 fn table_scene(inputs: &Value) -> Scene {
     let eye = vector(&inputs["eye"]);
     let projection = Projection::Perspective {
@@ -102,7 +102,7 @@ fn the_transparent_tables_of_003() {
     assert_eq!(found, cells);
 }
 
-/// The worked triangle of 003: screen corners, distances Z, and a value at each corner.
+/// Returns the worked triangle of 003: screen corners, distances Z, and a value at each corner.
 fn worked_triangle(inputs: &Value, z: &Value, corner: impl Fn(usize, &mut Mesh) -> Corner) -> Scene {
     let z = numbers(z);
     let mut mesh = Mesh::default();
@@ -152,7 +152,7 @@ fn the_mip_level_of_003() {
     let step = |k: &str| [0, 1].map(|i| uv(k)[i] - uv("p00")[i]);
     let d = MipChain::new(&texture).level_of(UvFootprint::Steps([step("p10"), step("p01")]));
     near(d, &e["D"], 1e-12);
-    // And through a whole render: u goes to red, v to green, level 2 of a ramp of 32 texels.
+    // In a complete render, too: u is red, v is green, level 2 of a ramp of 32 texels.
     let ramp: Vec<u8> =
         (0..32 * 32).flat_map(|i| [(i % 32 * 8) as u8, ((31 - i / 32) * 8) as u8, 0, 255]).collect();
     let ramp = Arc::new(Texture::new(32, 32, ramp).unwrap());
@@ -165,7 +165,8 @@ fn the_mip_level_of_003() {
     let picture = render(&scene, 64, 64, DepthFormat::F32, &Settings::default()).unwrap();
     let states = picture.states(28, 22);
     assert_eq!(states.len(), 1);
-    // MipLevel 2 has 8 texels of mean 12 + 32 k; u = 0.247 lies between the centres of texels 1 and 2 (bilinear).
+    // Level 2 has 8 texels of mean 12 + 32 k; u = 0.247 lies between the centres of texels 1 and 2
+    // (bilinear).
     let at = |t: f64| (12.0 + 32.0 * (t * 8.0 - 0.5)) / 255.0;
     let u = uv("p00");
     near(states[0].real[0].x, &Value::from(at(u[0])), 1e-12);

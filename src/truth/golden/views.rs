@@ -1,4 +1,4 @@
-//! Cameras, projections, and the depths that they give.
+//! Cameras, projections, and the resulting depths.
 
 use super::*;
 use crate::memory::DepthFormat;
@@ -38,7 +38,7 @@ fn view_plane_distance_of_001() {
                 &Value::from(numbers(&p["canonical"])[..2].to_vec()),
                 1e-12,
             );
-            // The source's whole numbers are pixel centres; here they lie at .5.
+            // The source's integers are pixel centres; here centres are at .5.
             let screen = sight.to_screen(ndc[0], ndc[1]).map(|c| c.to_f64() - 0.5);
             all_near(&screen, &Value::from(numbers(&p["screen"])[..2].to_vec()), 1e-12);
         }
@@ -87,7 +87,7 @@ fn viewing_transformation_of_000() {
     }
 }
 
-/// The goldens keep the picture's own units; a window of half extents 1 makes NDC of them.
+/// The goldens use the picture's own units; a window of half extents 1 makes them NDC.
 #[test]
 fn parallel_projections_of_004() {
     let (window, near_far) = ([-1.0, 1.0, -1.0, 1.0], (-10.0, 10.0));
@@ -110,7 +110,7 @@ fn parallel_projections_of_004() {
             "cabinet_60" => oblique(ObliqueKind::Cabinet, 60.0),
             "isometric" => Projection::Isometric { window, near, far },
             "pseudo_isometric_30" => Projection::PseudoIsometric { window, near, far },
-            // Elevations are plans of a turned camera.
+            // Elevations are plans of a rotated camera.
             "elevation_xz" | "elevation_zy" => continue,
             other => panic!("unknown golden {other}"),
         };
@@ -118,7 +118,7 @@ fn parallel_projections_of_004() {
         let sight = Sight::new(&Camera { look_at, projection }, &corners_viewport(8, 8)).unwrap();
         let turns = name.contains("isometric");
         for p in case["unit_cube"].as_array().unwrap() {
-            // The turns are about the eye, which the golden has at the origin.
+            // The rotations are about the eye, which the golden has at the origin.
             let mut world = point4(&p["p"]);
             if turns {
                 world[2] += DoubleDouble::ONE;
@@ -140,7 +140,7 @@ fn frustum_to_box_of_004() {
         for p in case["points"].as_array().unwrap() {
             let clip = transform(&sight.projection, transform(&sight.view, point4(&p["eye"])));
             let [x, y, z] = [0, 1, 2].map(|k| (clip[k] / clip[3]).to_f64());
-            // The source's box keeps -near..-far; here it is 0..1.
+            // The source's box is -near..-far; here it is 0..1.
             let boxed = [x, y, -(near + z * (far - near))];
             all_near(&boxed, &p["P"]["projected"], 1e-12);
         }

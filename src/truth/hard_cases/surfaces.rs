@@ -1,4 +1,4 @@
-//! Hard cases of how faces look: light, textures, meshes as files bring them, viewports.
+//! Hard cases of surfaces: lights, textures, models, viewports.
 
 use super::{case, colored, triangles, v, with_camera};
 use crate::truth::scenes::{Case, box_mesh, object, terrain};
@@ -66,7 +66,7 @@ pub(super) fn lighting(cases: &mut Vec<Case>) {
     cases.push(case("colours far above 1 under transparency", vec![bright]));
 }
 
-/// Texels that differ from all their neighbours.
+/// Returns a texture whose texels differ from all their neighbours.
 fn noise(width: u32, height: u32) -> Arc<Texture> {
     let bytes: Vec<u8> = (0..width * height)
         .flat_map(|i| [(i * 97 % 256) as u8, (i * 57 % 251) as u8, (i * 31 % 241) as u8, 255])

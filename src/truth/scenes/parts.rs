@@ -1,4 +1,4 @@
-//! What random scenes are made of: lights, materials, textures, meshes, objects.
+//! Parts of random scenes: lights, materials, textures, meshes, objects.
 
 use super::{Random, box_mesh, object, terrain};
 use crate::math::matrix;
@@ -78,7 +78,7 @@ fn random_texture(r: &mut Random) -> (Arc<Texture>, Sampling) {
     (Arc::new(texture), sampling)
 }
 
-/// Faces of all sorts, in about [-2,2]^3.
+/// Returns a mesh of a random kind, most within about [-2,2]^3.
 fn random_mesh(r: &mut Random) -> Mesh {
     match r.below(6) {
         0 => box_mesh(r.point(0.3, 1.5)),
@@ -97,7 +97,7 @@ fn random_mesh(r: &mut Random) -> Mesh {
     }
 }
 
-/// Separate triangles with texture coordinates, some with normals and colours of their own.
+/// Returns separate triangles with texture coordinates, some with their own normals and colours.
 fn triangle_soup(r: &mut Random, count: u32, reach: f64) -> Mesh {
     let mut mesh = Mesh::default();
     let (normals, colors) = (r.one_in(3), r.one_in(3));
@@ -116,7 +116,7 @@ fn triangle_soup(r: &mut Random, count: u32, reach: f64) -> Mesh {
     mesh
 }
 
-/// Triangles as thin as 1e-6 of their length, and fans of them with shared edges.
+/// Returns triangles as thin as 1e-6 of their length, as fans with shared edges.
 fn slivers(r: &mut Random) -> Mesh {
     let mut positions = vec![r.point(-1.5, 1.5)];
     let (a, mut b) = (r.point(-2.0, 2.0), r.point(-2.0, 2.0));
@@ -132,7 +132,7 @@ fn slivers(r: &mut Random) -> Mesh {
     Mesh::from_triangles(positions, &triangles)
 }
 
-/// A concave star polygon in a tilted plane.
+/// Returns a concave star polygon in a tilted plane.
 fn star(r: &mut Random) -> Mesh {
     let mut mesh = Mesh::default();
     let tilt = r.point(-0.5, 0.5);
