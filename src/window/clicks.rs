@@ -1,15 +1,15 @@
-//! Finds the mouse presses that minifb's state of the buttons does not show.
+//! Detection of mouse presses that minifb's button state does not show.
 //!
-//! minifb 0.29 has no callback for the mouse. Its `update` takes all waiting events at once and keeps
-//! the last state of each button, so a press and its release within one frame leave no trace. An X
-//! server sends core button events to one client of a window only, but the raw events of XInput 2.1
+//! minifb 0.29 has no mouse callback. Its `update` processes all pending events at once and stores
+//! the last state of each button, so a press and release within one frame leave no trace. An X
+//! server sends core button events to only one client of a window, but the raw events of XInput 2.1
 //! to any number of clients.
 //!
-//! In: raw presses and releases from a connection of its own to the X server, and the state of the
-//! buttons at each frame. Out: the number of presses that are over and that no frame has shown, each
-//! once. On the main thread; nothing waits but short questions to the X server, one to three a press.
-//! Without X or XInput 2.1 there are no raw events, and a press must last until the next frame.
-//! `tests/window/events.rs` would notice presses that are lost or told twice.
+//! In: raw presses and releases from a separate connection to the X server, and the button state at
+//! each frame. Out: the number of completed presses that no frame has shown, each counted once.
+//! Runs on the main thread; it blocks only for short queries to the X server, one to three for each
+//! press. Without X or XInput 2.1 there are no raw events, and a press must last until the next
+//! frame. `tests/window/events.rs` detects presses that are lost or reported twice.
 
 use minifb::HasWindowHandle;
 use raw_window_handle::RawWindowHandle;
@@ -20,17 +20,18 @@ use x11rb::protocol::xinput::{ConnectionExt as _, Device, EventMask, XIEventMask
 use x11rb::protocol::xproto::{ConnectionExt as _, Window};
 use x11rb::rust_connection::RustConnection;
 
-/// The buttons that are followed: left, middle, right.
+/// Number of tracked buttons: left, middle, right.
 const BUTTONS: usize = 3;
 
-/// Counts presses by button: those of the X server, and those that the state has shown.
+/// Counts of presses for each button: those reported by the X server, and those shown by the button
+/// state.
 #[derive(Debug, Default)]
 struct Tally {
-    /// Raw presses.
+    /// Number of raw presses.
     told: [u32; BUTTONS],
-    /// Presses that the state has shown, or that were reported as missed.
+    /// Number of presses that the state has shown, or that were reported as missed.
     seen: [u32; BUTTONS],
-    /// Buttons that are down after the raw events so far, as bits.
+    /// Bit mask of the buttons that are down according to the raw events so far.
     down: u8,
 }
 
@@ -44,16 +45,17 @@ impl Tally {
         self.down &= !(1 << button);
     }
 
-    /// The presses that are over and were missed, by button, when the state goes from `before` to
-    /// `now`. Both sources come at their own times, so they are compared when both have the button up.
+    /// Returns the number of completed and missed presses for each button, when the state goes from
+    /// `before` to `now`. The two sources are not synchronised, so they are compared when both have
+    /// the button up.
     fn missed(&mut self, before: u8, now: u8) -> [u32; BUTTONS] {
         std::array::from_fn(|b| {
             let is = |state: u8| state >> b & 1 == 1;
             if is(now) && !is(before) {
                 self.seen[b] += 1;
             }
-            // The state will show one that is still down, and the raw event of one that it has shown
-            // may still come.
+            // A button that is still down will be shown by the state, and the raw event of a press
+            // that it has shown may still come.
             if is(now) || is(before) || is(self.down) {
                 return 0;
             }
@@ -62,7 +64,7 @@ impl Tally {
     }
 }
 
-/// Watches the presses on one window.
+/// Tracks the presses on one window.
 pub(super) struct Clicks {
     connection: RustConnection,
     root: Window,
@@ -71,7 +73,7 @@ pub(super) struct Clicks {
 }
 
 impl Clicks {
-    /// A watch on `window`, or `None` without X or XInput 2.1.
+    /// Starts tracking `window`; `None` without X or XInput 2.1.
     pub fn new(window: &minifb::Window) -> Option<Clicks> {
         let RawWindowHandle::Xlib(handle) = window.window_handle().ok()?.as_raw() else { return None };
         let window = Window::try_from(handle.window).ok()?;
@@ -87,9 +89,9 @@ impl Clicks {
         Some(Clicks { connection, root, window, tally: Tally::default() })
     }
 
-    /// The presses that are over and were missed, by button, when the state of the buttons goes
-    /// from `before` to `now`; and the pointer's place now, in pixels of the window. `None` if
-    /// there are none.
+    /// Returns the pointer's current position, in pixels of the window, and the number of completed
+    /// and missed presses for each button, when the button state goes from `before` to `now`.
+    /// `None` if there are none.
     pub fn missed(&mut self, before: u8, now: u8) -> Option<([f32; 2], [u32; BUTTONS])> {
         while let Ok(Some(event)) = self.connection.poll_for_event() {
             match event {
@@ -116,7 +118,7 @@ impl Clicks {
         Some(([pointer.win_x.into(), pointer.win_y.into()], missed))
     }
 
-    /// The button that a device's button stands for: raw events do not know the user's mapping of
+    /// Maps a device's button number to a logical button: raw events ignore the user's mapping of
     /// left and right.
     fn button(&self, detail: u32) -> Option<usize> {
         let mapping = self.connection.get_pointer_mapping().ok()?.reply().ok()?.map;
@@ -124,7 +126,8 @@ impl Clicks {
         usize::from(logical).checked_sub(1).filter(|b| *b < BUTTONS)
     }
 
-    /// Whether the pointer is on the window: within its bounds, where no other window covers it.
+    /// Returns whether the pointer is on the window: within its bounds, and not over another window
+    /// that covers it.
     fn is_on_window(&self) -> Result<bool, ReplyError> {
         let (pointer, size, top) = (
             self.connection.query_pointer(self.window)?,

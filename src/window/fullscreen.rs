@@ -1,9 +1,10 @@
-//! Fullscreen: the window over the whole screen, and back.
+//! Fullscreen mode of a window on X11.
 //!
-//! minifb has no such call and does not tell the screen's size. Its windows on X11 (XWayland included) have a number, under
-//! which a second connection to the X server can ask for it: by the window manager (`_NET_WM_STATE_FULLSCREEN` of the
-//! Extended Window Manager Hints 1.5), or, where there is none, by moving and sizing the window. Native Wayland, Windows
-//! and macOS have no way past minifb: there it is refused, in words.
+//! minifb neither has such a call nor reports the screen's size. Its windows on X11 (XWayland
+//! included) have an id, with which a second connection to the X server can request it: from the
+//! window manager (`_NET_WM_STATE_FULLSCREEN` of the Extended Window Manager Hints 1.5), or,
+//! without one, by moving and resizing the window. On native Wayland, Windows and macOS minifb
+//! gives no access to the window, so the request fails with a message.
 
 use minifb::{HasWindowHandle, Window};
 use raw_window_handle::RawWindowHandle;
@@ -14,7 +15,7 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// The means to change one window.
+/// Fullscreen state of one window.
 #[derive(Default)]
 pub(super) struct Fullscreen {
     screen: Option<RootWindow>,
@@ -22,10 +23,10 @@ pub(super) struct Fullscreen {
 }
 
 impl Fullscreen {
-    /// Fills the screen, or goes back.
+    /// Switches between fullscreen and the previous size.
     ///
     /// # Errors
-    /// Why it cannot be done, in one line.
+    /// A message of one line if fullscreen is not available.
     pub fn toggle(&mut self, window: &Window) -> Result<(), String> {
         let screen = match self.screen.take() {
             Some(screen) => screen,
@@ -40,13 +41,13 @@ impl Fullscreen {
 
 type Error = Box<dyn std::error::Error>;
 
-/// An X screen with our window on it.
+/// An X screen with the window on it.
 struct RootWindow {
     connection: RustConnection,
     root: WindowId,
     size: [u32; 2],
     window: WindowId,
-    /// Place and size to go back to, where we moved the window ourselves.
+    /// Position and size to restore, if the window was moved without a window manager.
     before: Option<[i32; 4]>,
 }
 
@@ -84,7 +85,7 @@ impl RootWindow {
 
     fn ask_window_manager(&self, on: bool) -> Result<(), Error> {
         let (state, fullscreen) = (self.atom("_NET_WM_STATE")?, self.atom("_NET_WM_STATE_FULLSCREEN")?);
-        // 1 adds, 0 removes; the last 1 says that an application asks.
+        // 1 adds, 0 removes; the last 1 marks the sender as an application.
         let event = ClientMessageEvent::new(32, self.window, state, [u32::from(on), fullscreen, 0, 1, 0]);
         let mask = EventMask::SUBSTRUCTURE_REDIRECT | EventMask::SUBSTRUCTURE_NOTIFY;
         self.connection.send_event(false, self.root, mask, event)?;

@@ -1,20 +1,21 @@
-//! The viewer's overlay, laid over the window's words: text in two corners, and the inspector's enlarged pixels.
+//! The viewer's overlay, drawn over the window's pixels: text in two corners, and the inspector's
+//! enlarged pixels.
 
 use super::overlay::{Canvas, Corner, box_size, draw_box};
 use super::scanout::word;
 use crate::viewer::{Overlay, Zoom};
 
-/// Blank words beside the boxes.
+/// Margin around the boxes, in pixels.
 const EDGE: usize = 4;
-/// Characters between two columns of a list that is too long for one.
+/// Number of characters between two columns of a list that does not fit one column.
 const GAP: usize = 3;
-/// Windows of this width have text twice as large as the font.
+/// Width in pixels from which a window has text at twice the font's size.
 const ENLARGED_FROM: usize = 960;
-/// Where the inspector shows nothing: beside the frame.
+/// Colour of the inspector's pixels outside the frame.
 const OFF_FRAME: u32 = 0x0030_0030;
 
-/// Draws everything of `overlay` that fits. The lower text goes to a corner where it covers little of the picture: `corner`
-/// is the one that it was in last, and is changed.
+/// Draws all of `overlay` that fits. The lower text is placed in a corner where it covers little of
+/// the picture: `corner` is the previous one, and is updated.
 pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
     let bottom = fitting(&overlay.bottom, canvas.width, canvas.height);
     let [_, bottom_height] = box_size(&bottom.0, bottom.1);
@@ -24,7 +25,7 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
         draw_box(canvas, [EDGE, EDGE], &lines, scale);
     }
     if !bottom.0.is_empty() {
-        // The upper corners are the other text's and the inspector's, where they are shown.
+        // The upper corners are available unless the other text or the inspector is shown.
         let is_top_free = overlay.top.is_empty() && overlay.zoom.is_none();
         let mut corners = vec![Corner::BottomLeft, Corner::BottomRight];
         corners.extend(is_top_free.then_some([Corner::TopLeft, Corner::TopRight]).into_iter().flatten());
@@ -33,20 +34,20 @@ pub fn draw(canvas: &mut Canvas<'_>, overlay: &Overlay, corner: &mut Corner) {
         draw_box(canvas, corner.place([canvas.width, canvas.height], size), &bottom.0, bottom.1);
     }
     if let Some(zoom) = &overlay.zoom {
-        // Text in its corner keeps it; the pixels go below.
+        // The text occupies its corner; the pixels go below.
         let is_low = zoom.belongs_left && !overlay.top.is_empty();
         draw_zoom(canvas, zoom, is_low.then_some(bottom_height + 2 * EDGE));
     }
 }
 
-/// The lines at the scale at which they fit a box of `width` x `height`: twice as large as the font where there is room, in
-/// columns where there is none below each other.
+/// Lays out lines for a box of `width` x `height`. Returns them and their scale: twice the font's
+/// size if there is room, in columns if one column does not fit.
 fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize) {
     let fits = |lines: &[String], scale: usize| {
         let [w, h] = box_size(lines, scale);
         w + 2 * EDGE <= width && h <= height
     };
-    // By the window, not by the text: a line that grows shall not shrink.
+    // Depends on the window, not on the text, so that a growing line does not shrink.
     if width >= ENLARGED_FROM && fits(lines, 2) {
         return (lines.to_vec(), 2);
     }
@@ -59,7 +60,7 @@ fn fitting(lines: &[String], width: usize, height: usize) -> (Vec<String>, usize
     (lines.to_vec(), 1)
 }
 
-/// The same lines in so many columns, one below the other first.
+/// Arranges the lines in this many columns, filled from top to bottom.
 fn in_columns(lines: &[String], columns: usize) -> Vec<String> {
     let rows = lines.len().div_ceil(columns);
     let widths: Vec<usize> =
@@ -73,7 +74,8 @@ fn in_columns(lines: &[String], columns: usize) -> Vec<String> {
     (0..rows).map(row).collect()
 }
 
-/// The enlarged pixels with their text below, in a corner away from the pointer: an upper one, or so many words above the end.
+/// Draws the enlarged pixels with their text below, in a corner away from the pointer: an upper
+/// one, or `above_end` pixels above the lower end.
 fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, above_end: Option<usize>) {
     let cell = (canvas.height / 3 / zoom.side).clamp(4, 16);
     let [text_width, text_height] = box_size(&zoom.lines, 1);
@@ -83,7 +85,7 @@ fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, above_end: Option<usize>) {
     let height = side + text_height;
     let y = above_end.and_then(|above| canvas.height.checked_sub(above + height)).unwrap_or(EDGE);
     if x + side > canvas.width || y + height > canvas.height {
-        // No room for pixels: their text alone.
+        // No room for the pixels: only their text.
         return draw_box(canvas, [x.min(canvas.width), EDGE], &zoom.lines, 1);
     }
     for (i, color) in zoom.colors.iter().enumerate() {
@@ -93,14 +95,14 @@ fn draw_zoom(canvas: &mut Canvas<'_>, zoom: &Zoom, above_end: Option<usize>) {
             canvas.words[row * canvas.width + left..][..cell].fill(words);
         }
     }
-    // A frame about the pixel in the middle, black in white, seen on any colour.
+    // A border around the middle pixel, black in white, visible on any colour.
     let (left, top) = (x + zoom.side / 2 * cell, y + zoom.side / 2 * cell);
     outline(canvas, [left - 1, top - 1, cell + 2], 0x00ff_ffff);
     outline(canvas, [left, top, cell], 0);
     draw_box(canvas, [x, y + side], &zoom.lines, 1);
 }
 
-/// The border of a square.
+/// Draws the border of a square.
 fn outline(canvas: &mut Canvas<'_>, [x, y, side]: [usize; 3], color: u32) {
     for i in 0..side {
         for at in [y * canvas.width + x + i, (y + side - 1) * canvas.width + x + i] {
@@ -149,7 +151,7 @@ mod tests {
         let (mut blank, mut corner) = (vec![0; width * height], Corner::BottomLeft);
         draw(&mut Canvas { words: &mut blank, width, height }, &overlay, &mut corner);
         assert!(lit(&blank, 70..100) && !lit(&blank, 0..70));
-        // Grey stripes over the whole foot of the picture.
+        // Grey stripes over the entire foot of the picture.
         let word = |i: usize| if i / width > 80 { (i as u32 % 2) * 0x0080_8080 } else { 0 };
         let mut captioned: Vec<u32> = (0..width * height).map(word).collect();
         draw(&mut Canvas { words: &mut captioned, width, height }, &overlay, &mut corner);

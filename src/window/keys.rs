@@ -1,41 +1,41 @@
-//! What each key does: one table that the window acts on and that the help overlay prints.
+//! Key bindings of the window: one table that the window acts on and that the help overlay prints.
 
 use minifb::Key;
 
-/// What the user asked for.
+/// An action that a key triggers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// Close the window.
     Quit,
-    /// Save what is shown as PNG.
+    /// Save the shown frame as PNG.
     Snapshot,
-    /// Stop the stream, or let it go on.
+    /// Pause the stream, or resume it.
     Pause,
-    /// Let one frame of a paused stream pass.
+    /// Let a paused stream continue by one frame.
     Step,
     /// Show or hide the list of keys.
     Help,
     /// Show or hide the frame rate, and a server's addresses, clients and rates.
     FrameRate,
-    /// Fill the screen, or go back.
+    /// Switch between fullscreen and the window.
     Fullscreen,
-    /// Enlarge the frame to the window, or by whole factors.
+    /// Switch between scaling the frame to the window and integer factors.
     Scaling,
-    /// Show or hide what lies under the pointer.
+    /// Show or hide details of the pixel under the pointer.
     Inspect,
 }
 
-/// A key, how it is written, and what it does.
+/// A key, its name and its action.
 pub struct Binding {
     /// The key.
     pub key: Key,
-    /// Its name on the help overlay.
+    /// Name of the key on the help overlay.
     pub name: &'static str,
-    /// What it asks for.
+    /// The action that the key triggers.
     pub action: Action,
-    /// What the help overlay says of it.
+    /// Description on the help overlay.
     pub help: &'static str,
-    /// Whether holding it down repeats it.
+    /// True if holding the key down repeats the action.
     pub repeats: bool,
 }
 
@@ -43,7 +43,7 @@ const fn bind(key: Key, name: &'static str, action: Action, help: &'static str) 
     Binding { key, name, action, help, repeats: matches!(action, Action::Step) }
 }
 
-/// Every key of the window.
+/// The bindings of all keys.
 pub const BINDINGS: &[Binding] = &[
     bind(Key::Escape, "Esc", Action::Quit, "quit"),
     bind(Key::Q, "Q", Action::Quit, "quit"),
@@ -57,19 +57,20 @@ pub const BINDINGS: &[Binding] = &[
     bind(Key::I, "I", Action::Inspect, "pixel under the pointer"),
 ];
 
-/// The action of a key, if it has one.
+/// Returns the binding of a key, if it has one.
 pub fn binding(key: Key) -> Option<&'static Binding> {
     BINDINGS.iter().find(|b| b.key == key)
 }
 
 impl Binding {
-    /// Whether the key stays the window's while clients listen to keys: Esc and the F keys do.
+    /// Returns whether the key acts on the window even while clients listen to keys: Esc and the F
+    /// keys do.
     pub fn is_kept(&self) -> bool {
         self.name == "Esc" || (self.name.len() > 1 && self.name.starts_with('F'))
     }
 }
 
-/// The lines of the help overlay: the keys that do something now.
+/// Returns the lines of the help overlay: the keys that currently have an effect.
 pub fn help_lines(has_listeners: bool, is_paused: bool) -> Vec<String> {
     let works = |b: &&Binding| (b.is_kept() || !has_listeners) && (is_paused || b.action != Action::Step);
     let mut lines: Vec<String> =

@@ -1,13 +1,14 @@
-//! Where the frame lies in the window, and which pixel is under the pointer.
+//! Position of the frame in the window, and the mapping from window to frame pixels.
 //!
-//! The frame is shown whole, in its own aspect, in the middle of the window: enlarged by the largest whole factor that
-//! fits, or, where the window is smaller than the frame, reduced (each window pixel shows one frame pixel). Exact answer:
-//! window pixel (X, Y) shows frame pixel floor((X - left) * frame_width / shown_width), and the same down.
+//! The entire frame is shown at its own aspect ratio, centred in the window: enlarged by the
+//! largest integer factor that fits, or, if the window is smaller than the frame, reduced (each
+//! window pixel shows one frame pixel). Exact mapping: window pixel (X, Y) shows frame pixel
+//! floor((X - left) * frame_width / shown_width), and likewise in y.
 
-/// How a frame that is smaller than its window is enlarged.
+/// Scaling of a frame that is smaller than its window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scaling {
-    /// By a whole factor, with bars at the sides: all pixels are squares of one size.
+    /// By an integer factor, with bars at the sides: all pixels are squares of one size.
     #[default]
     Whole,
     /// To the window's width or height: pixels differ in size by one.
@@ -15,7 +16,7 @@ pub enum Scaling {
 }
 
 impl Scaling {
-    /// The other one.
+    /// Returns the other mode.
     pub fn other(self) -> Scaling {
         match self {
             Scaling::Whole => Scaling::Fit,
@@ -24,33 +25,34 @@ impl Scaling {
     }
 }
 
-/// Where the frame is shown, in window pixels.
+/// Position and size of the shown frame, in window pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// The frame's size in pixels.
+    /// Width and height of the frame in pixels.
     pub frame: [usize; 2],
-    /// The window's size in pixels.
+    /// Width and height of the window in pixels.
     pub window: [usize; 2],
     /// Left and top of the shown frame in the window.
     pub origin: [usize; 2],
-    /// Size of the shown frame in the window.
+    /// Width and height of the shown frame in the window.
     pub shown: [usize; 2],
 }
 
 impl Layout {
-    /// The layout of a frame in a window, enlarged by a whole factor; a window without area shows nothing.
+    /// Creates the layout of a frame in a window, scaled by an integer factor; a window without
+    /// area shows nothing.
     pub fn new(frame: [usize; 2], window: [usize; 2]) -> Self {
         Layout::scaled(frame, window, Scaling::Whole)
     }
 
-    /// The layout of a frame in a window; a window without area shows nothing.
+    /// Creates the layout of a frame in a window; a window without area shows nothing.
     pub fn scaled(frame: [usize; 2], window: [usize; 2], scaling: Scaling) -> Self {
         let [fw, fh] = frame.map(|n| n.max(1));
         let scale = (window[0] / fw).min(window[1] / fh);
         let shown = if scale >= 1 && scaling == Scaling::Whole {
             [fw * scale, fh * scale]
         } else if window[0] * fh <= window[1] * fw {
-            // The width binds: the height follows it, rounded, and never vanishes.
+            // The width is the limit: the height follows it, rounded, and is at least 1.
             [window[0], ((window[0] * fh + fw / 2) / fw).max(1).min(window[1])]
         } else {
             [((window[1] * fw + fh / 2) / fh).max(1).min(window[0]), window[1]]
@@ -59,12 +61,13 @@ impl Layout {
         Layout { frame: [fw, fh], window, origin, shown }
     }
 
-    /// The largest whole factor at which a frame fits a screen of `screen` pixels, from 1 to 8.
+    /// Returns the largest integer factor, from 1 to 8, at which a frame fits a screen of `screen`
+    /// pixels.
     pub fn opening_scale(frame: [usize; 2], screen: [usize; 2]) -> usize {
         (screen[0] / frame[0].max(1)).min(screen[1] / frame[1].max(1)).clamp(1, 8)
     }
 
-    /// The frame pixel under a place in the window, or `None` beside the shown frame.
+    /// Returns the frame pixel at a position in the window, or `None` outside the shown frame.
     pub fn pixel_at(&self, x: f32, y: f32) -> Option<[usize; 2]> {
         let at = |v: f32, axis: usize| {
             let v = v.floor();
@@ -74,7 +77,8 @@ impl Layout {
         Some([at(x, 0)?, at(y, 1)?])
     }
 
-    /// The frame coordinates of a place in the window, beside the shown frame too: floor, so -1 is just left of column 0.
+    /// Returns the frame coordinates of a position in the window, also outside the shown frame.
+    /// They are rounded down, so -1 is just left of column 0.
     pub fn frame_coordinates(&self, x: f32, y: f32) -> [i32; 2] {
         let at = |v: f32, axis: usize| {
             let shown = self.shown[axis].max(1) as f32;
@@ -83,7 +87,7 @@ impl Layout {
         [at(x, 0), at(y, 1)]
     }
 
-    /// The rows of the window that show rows `rows` of the frame.
+    /// Returns the rows of the window that show rows `rows` of the frame.
     pub fn window_rows(&self, rows: std::ops::Range<usize>) -> std::ops::Range<usize> {
         let first_at_or_after = |row: usize| self.origin[1] + (row * self.shown[1]).div_ceil(self.frame[1]);
         first_at_or_after(rows.start.min(self.frame[1]))..first_at_or_after(rows.end.min(self.frame[1]))

@@ -1,11 +1,13 @@
-//! PIXELS OUT to the screen: the minifb window and its keys. The only room that knows minifb and its 0RGB words.
+//! Windows: display of frames on the screen, and their keys. The only module that uses minifb and
+//! its 0RGB words.
 //!
-//! In: the newest frame from the [`Display`], on the main thread (some systems allow windows nowhere else). Out: what the
-//! user does, to the display. Promises: at a scale of 1 the screen holds the frame's R, G and B byte for byte; a frame that
-//! did not change is not converted or uploaded again; no size of the window, no key and no pointer position panics.
+//! In: the newest frame from the [`Display`], on the main thread (some systems allow windows
+//! nowhere else). Out: user input, sent to the display. Promises: at a scale of 1 the screen shows
+//! the frame's R, G and B byte for byte; an unchanged frame is not converted or uploaded again; no
+//! window size, key or pointer position causes a panic.
 //!
-//! What cannot be caught: the window system going away ends the process (Xlib exits it). Snapshots are written when
-//! asked for, not at the end, and a server that must survive runs headless.
+//! Losing the window system cannot be handled: Xlib exits the process. Snapshots are written when
+//! requested, not at the end, and a server that must survive runs headless.
 
 #[cfg_attr(not(target_os = "linux"), path = "no_clicks.rs")]
 mod clicks;
@@ -38,31 +40,32 @@ use std::sync::Arc;
 use std::time::Duration;
 use view::View;
 
-/// Larger windows than this many pixels a side make some window systems abort.
+/// Largest side of a window in pixels; some window systems abort on larger ones.
 const MAX_WINDOW_SIDE: usize = 16_384;
-/// The size of screen that an opening window is made for.
+/// Screen size that a new window must fit, in pixels.
 const USUAL_SCREEN: [usize; 2] = [1280, 800];
-/// Between two looks at the display.
+/// Time between two polls of the display.
 const TICK: Duration = Duration::from_millis(8);
 
-/// How the window is opened.
+/// Settings of a window.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Its title.
+    /// Title of the window.
     pub title: String,
-    /// Where F12 saves.
+    /// Folder that F12 saves snapshots in.
     pub snapshot_dir: PathBuf,
-    /// Window pixels a frame pixel at the start; `None` takes what fits a usual screen.
+    /// Window pixels for each frame pixel at the start; `None` selects the largest factor that fits
+    /// a usual screen.
     pub scale: Option<usize>,
-    /// Whether the window closes by itself when the stream has ended.
+    /// Set to close the window when the stream has ended.
     pub close_at_end: bool,
-    /// Whether it opens over the whole screen.
+    /// Set to open the window fullscreen.
     pub fullscreen: bool,
-    /// How the frame is enlarged.
+    /// Scaling of the frame.
     pub scaling: Scaling,
-    /// Whether the overlay of F3 is shown from the start.
+    /// Set to show the overlay of F3 from the start.
     pub shows_rates: bool,
-    /// A server's addresses and counters for that overlay.
+    /// Addresses and counters of a server for that overlay, if there is one.
     pub server: Option<ServerStatus>,
 }
 
@@ -81,10 +84,10 @@ impl Default for Options {
     }
 }
 
-/// Why there is no window.
+/// Error of opening a window.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// The window system refused: no display, no libraries.
+    /// The window system is not available: no display, no libraries.
     #[error("no window: {0}")]
     Unavailable(String),
     /// The frame is larger than a window can be.
@@ -92,20 +95,20 @@ pub enum WindowError {
         "no window: a {width}x{height} frame is larger than the {MAX_WINDOW_SIDE} pixels a side of a window"
     )]
     TooLarge {
-        /// Pixels across.
+        /// Width of the frame in pixels.
         width: u32,
-        /// Pixels down.
+        /// Height of the frame in pixels.
         height: u32,
     },
 }
 
-/// What the window system reported since the last look, in order.
+/// A keyboard report of the window system.
 enum KeyReport {
     Key(Key, bool),
     Char(char),
 }
 
-/// Collects every key, taps shorter than a frame included.
+/// Collects all keyboard reports in order, including taps shorter than a frame.
 struct Collector(Rc<RefCell<VecDeque<KeyReport>>>);
 
 impl InputCallback for Collector {
@@ -120,9 +123,10 @@ impl InputCallback for Collector {
     }
 }
 
-/// Shows `display` until its user closes the window or the program ends. Call it on the main thread.
+/// Shows `display` until the window is closed or the program ends. Must be called on the main
+/// thread.
 ///
-/// Where there is no window to be had it returns at once, having changed nothing.
+/// Returns at once, without a change to `display`, if no window can be opened.
 pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     let size = [display.width() as usize, display.height() as usize];
     if size.iter().any(|&s| s > MAX_WINDOW_SIDE) {
@@ -178,7 +182,7 @@ fn open(title: &str, size: [usize; 2]) -> Result<minifb::Window, WindowError> {
     minifb::Window::new(title, size[0], size[1], options).map_err(|e| WindowError::Unavailable(e.to_string()))
 }
 
-/// Turns the state of mouse and window into events, when it changes.
+/// Sends changes of mouse and window state as events.
 struct Pointer {
     events: EventSender,
     clicks: Option<Clicks>,
@@ -206,13 +210,13 @@ impl Pointer {
             }
         }
         if let Some((dx, dy)) = window.get_scroll_wheel() {
-            // Some systems report fractions of a step, some tens: a step is a step.
+            // Some systems report fractions of a step, some tens: only the sign counts.
             let step = |v: f32| if v == 0.0 { 0 } else { v.signum() as i32 };
             self.events.send(InputEvent::Wheel { dx: step(dx), dy: step(dy) });
         }
     }
 
-    /// Sends the presses that the state of the buttons has not shown, each with its release.
+    /// Sends the presses that the button state has not shown, each with its release.
     fn send_missed(&mut self, layout: &Layout, held: u8) {
         let before = self.mouse.map_or(0, |(_, _, held)| held);
         let Some(clicks) = &mut self.clicks else { return };

@@ -1,14 +1,14 @@
-//! Fullscreen where the window system has no way to it past minifb.
+//! Fallback of `fullscreen.rs` for window systems other than X11.
 
 use minifb::Window;
 
-/// See `fullscreen.rs`.
+/// Fullscreen state; the mode is not available.
 #[derive(Default)]
 pub(super) struct Fullscreen;
 
 impl Fullscreen {
     /// # Errors
-    /// Always.
+    /// Always: fullscreen needs X11.
     pub fn toggle(&mut self, _: &Window) -> Result<(), String> {
         Err("no fullscreen: only windows on X11 can have it".to_owned())
     }

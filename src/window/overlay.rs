@@ -1,4 +1,5 @@
-//! Text over the picture: help, frame rate, inspector. Drawn into the window's words only, never into video memory.
+//! Text over the picture: help, frame rate, inspector. Drawn only into the window's pixels, never
+//! into video memory.
 
 use crate::draw2d::font::{CELL, glyph};
 
@@ -21,16 +22,17 @@ pub enum Corner {
     BottomRight,
 }
 
-/// Blank pixels between a box and the canvas's edges.
+/// Margin in pixels between a box and the canvas's edges.
 const EDGE: usize = 4;
 
 impl Corner {
     /// All corners.
     pub const ALL: [Corner; 4] = [Corner::TopLeft, Corner::TopRight, Corner::BottomLeft, Corner::BottomRight];
 
-    /// The corner of `among` in which a box of `size` covers the least: where the fewest words differ from their left
-    /// neighbours. So text in the picture, a caption for instance, stays readable where there is a blank corner. The one
-    /// that is taken already is kept as long as it is about as quiet, so that boxes do not wander.
+    /// Returns the corner of `among` in which a box of `size` covers the least detail: where the
+    /// fewest words differ from their left neighbours. So text in the picture, a caption for
+    /// instance, stays readable if another corner is blank. The current corner is kept as long as
+    /// it has about as little detail, so that boxes do not move around.
     pub fn choose(
         current: Option<Corner>,
         among: &[Corner],
@@ -45,10 +47,11 @@ impl Corner {
         current.filter(|corner| among.contains(corner)).filter(is_quiet_enough).unwrap_or(quietest)
     }
 
-    /// Less than a letter's worth.
+    /// Less detail than one letter has.
     const FEW_CHANGES: usize = 8;
 
-    /// How many words under a box of `size` here differ from their left neighbours.
+    /// Counts the words under a box of `size` in this corner that differ from their left
+    /// neighbours.
     fn changes(self, canvas: &Canvas<'_>, size: [usize; 2]) -> usize {
         let [x, y] = self.place([canvas.width, canvas.height], size);
         let end = (x + size[0]).min(canvas.width);
@@ -59,7 +62,7 @@ impl Corner {
         (y..(y + size[1]).min(canvas.height)).map(in_row).sum()
     }
 
-    /// The upper left corner of a box of `size` here on a canvas.
+    /// Returns the upper left corner of a box of `size` in this corner of a canvas.
     pub fn place(self, canvas: [usize; 2], size: [usize; 2]) -> [usize; 2] {
         let far = |axis: usize| canvas[axis].saturating_sub(size[axis] + EDGE);
         match self {
@@ -71,23 +74,23 @@ impl Corner {
     }
 }
 
-/// Blank pixels around the text, before enlarging.
+/// Margin in pixels around the text, before scaling.
 const MARGIN: usize = 4;
 
-/// The size in pixels of the box that `lines` need at `scale`.
+/// Returns the size in pixels of the box that `lines` need at `scale`.
 pub fn box_size(lines: &[String], scale: usize) -> [usize; 2] {
     let columns = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);
     [(columns * CELL + 2 * MARGIN) * scale, (lines.len() * (CELL + 2) + 2 * MARGIN) * scale]
 }
 
-/// Draws `lines` in a darkened box whose upper left corner is `at`; what leaves the canvas is cut.
+/// Draws `lines` in a darkened box whose upper left corner is `at`, clipped to the canvas.
 pub fn draw_box(canvas: &mut Canvas<'_>, at: [usize; 2], lines: &[String], scale: usize) {
     let [w, h] = box_size(lines, scale);
     for y in at[1]..(at[1] + h).min(canvas.height) {
         let row = &mut canvas.words[y * canvas.width..(y + 1) * canvas.width];
         let end = (at[0] + w).min(row.len());
         for word in row.get_mut(at[0]..end).unwrap_or(&mut []) {
-            // A quarter of each channel stays, so that the picture shines through.
+            // A quarter of each channel remains, so that the picture is visible below.
             *word = (*word >> 2) & 0x003f_3f3f;
         }
     }

@@ -1,6 +1,8 @@
-//! Scan-out: R,G,B,A bytes of video memory become the window's 0x00RRGGBB words, enlarged or reduced.
+//! Scan-out: conversion of RGBA bytes of video memory to the window's 0x00RRGGBB words, enlarged or
+//! reduced.
 //!
-//! The only place that knows minifb's word order. Alpha is not shown: the screen shows what R, G and B say.
+//! The only module that uses minifb's word order. Alpha is ignored: R, G and B are shown as they
+//! are.
 
 use super::layout::Layout;
 use crate::simd::{Level, scan_out};
@@ -8,9 +10,11 @@ use std::ops::Range;
 
 pub use crate::simd::word;
 
-/// Converts frame rows `rows` of `rgba` into `words` (the whole window, row after row) as `layout` lays them out.
+/// Converts frame rows `rows` of `rgba` into `words` (the entire window, row after row) according
+/// to `layout`.
 ///
-/// `rgba` is the whole frame; rows and words outside what there is are left alone.
+/// `rgba` is the entire frame. Rows outside the frame and words outside the shown frame are not
+/// changed.
 pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u32]) {
     let [frame_width, frame_height] = layout.frame;
     let [shown_width, shown_height] = layout.shown;
@@ -19,7 +23,7 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
         return;
     }
     let stride_bytes = frame_width * 4;
-    // 0 where pixels differ in size.
+    // 0 if pixels differ in size.
     let scale = if shown_width.is_multiple_of(frame_width) { shown_width / frame_width } else { 0 };
     let level = Level::best();
     let mut last_source = None;
@@ -27,7 +31,7 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
         let row = (y - layout.origin[1]) * frame_height / shown_height;
         let start = y * window_width + layout.origin[0];
         if last_source == Some(row) {
-            // The same frame row again: copy the finished words above.
+            // The same frame row: copy the finished words above.
             words.copy_within(start - window_width..start - window_width + shown_width, start);
             continue;
         }
@@ -52,7 +56,7 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
     }
 }
 
-/// Each pixel N times: with N known the stores are a few wide ones.
+/// Repeats each pixel N times: with a constant N the stores are few and wide.
 fn enlarge<const N: usize>(source: &[[u8; 4]], target: &mut [u32]) {
     for (block, &p) in target.as_chunks_mut::<N>().0.iter_mut().zip(source) {
         *block = [word(p); N];
@@ -84,7 +88,7 @@ mod tests {
             for scaling in [Scaling::Whole, Scaling::Fit] {
                 let layout = Layout::scaled(size, window, scaling);
                 let mut words = vec![0xdead; window[0] * window[1]];
-                // Row by row must give what the whole gives: changed rows are converted alone.
+                // Row by row must give the same as all at once: changed rows are converted alone.
                 for row in 0..size[1] {
                     convert(&rgba, &layout, row..row + 1, &mut words);
                 }

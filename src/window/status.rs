@@ -1,4 +1,4 @@
-//! A server's lines in the overlay: where it listens, how many clients it has, and how much they send.
+//! Status lines of a server: its addresses, number of clients, and rates.
 //!
 //! In: readings of the server's [`MetricsBoard`], once a second. Out: lines of text.
 
@@ -6,10 +6,10 @@ use crate::server::{MetricsBoard, Stats};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The time over which rates are taken.
+/// Period over which rates are measured.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// A server as its window tells of it.
+/// Addresses and rates of a server, as shown in its window.
 #[derive(Clone, Debug)]
 pub struct ServerStatus {
     addresses: Vec<String>,
@@ -19,12 +19,12 @@ pub struct ServerStatus {
 }
 
 impl ServerStatus {
-    /// A server at these addresses that counts on `board`.
+    /// Creates the status of a server with these addresses, whose counters are read from `board`.
     pub fn new(addresses: Vec<String>, board: Arc<MetricsBoard>) -> Self {
         ServerStatus { addresses, board, last: None, rates: String::new() }
     }
 
-    /// The lines as of now.
+    /// Returns the current lines, measuring the rates if a period has passed.
     pub fn lines(&mut self) -> Vec<String> {
         let now = Instant::now();
         if self.last.is_none_or(|(at, _)| now >= at + PERIOD) {
@@ -50,7 +50,7 @@ impl ServerStatus {
     }
 }
 
-/// A number in at most five characters, with k, M or G.
+/// Formats a number in at most five characters, with k, M or G.
 fn short(number: f64) -> String {
     let (scaled, unit) = match number {
         n if n < 1e3 => return format!("{n:.0}"),

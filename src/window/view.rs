@@ -1,6 +1,7 @@
-//! What the window shows: the frame with its overlays, redrawn only when something of it changed.
+//! Contents of the window: the frame with its overlays, redrawn only when something changed.
 //!
-//! No window system in here: keys and pointer positions come in, words go out, so all of it is tested without a screen.
+//! Uses no window system: keys and pointer positions come in, words go out, so all of it is tested
+//! without a screen.
 
 use super::keys::{self, Action};
 use super::layout::{Layout, Scaling};
@@ -15,10 +16,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a message stays on the screen.
+/// Time for which a message is shown.
 const MESSAGE_TIME: Duration = Duration::from_secs(3);
 
-/// The state behind the window.
+/// State of a window.
 pub struct View {
     display: Arc<Display>,
     frame: ShownFrame,
@@ -36,14 +37,14 @@ pub struct View {
     server: Option<ServerStatus>,
     message: Option<(String, Instant)>,
     rate: FrameRate,
-    /// The overlay lines that the words hold now.
+    /// Lines of the overlay drawn into `words`.
     drawn_lines: Vec<String>,
-    /// The corner that the overlay is in.
+    /// Corner of the overlay.
     corner: Option<Corner>,
     is_uploaded: bool,
 }
 
-/// Frames that became visible in the last second.
+/// Frame rate measurement: frames shown since a time, and the last measured rate.
 struct FrameRate {
     since: Instant,
     frames: u32,
@@ -83,12 +84,13 @@ impl View {
         self.scaling = scaling;
     }
 
-    /// Tells of this server, if of any, in the overlay of F3.
+    /// Sets the server, if any, whose status the overlay of F3 shows, and whether that overlay is
+    /// shown.
     pub fn set_server(&mut self, server: Option<ServerStatus>, shows_rates: bool) {
         (self.server, self.shows_rate) = (server, shows_rates);
     }
 
-    /// Whether F11 was pressed since the last call.
+    /// Returns whether F11 was pressed since the last call.
     pub fn take_fullscreen_request(&mut self) -> bool {
         std::mem::take(&mut self.wants_fullscreen)
     }
@@ -102,18 +104,18 @@ impl View {
         self.pointer = at;
     }
 
-    /// Whether the newest frame is on the screen.
+    /// Returns whether the newest frame is on the screen.
     pub fn is_up_to_date(&mut self) -> bool {
         self.is_uploaded && self.display.copy_changes(self.frame.version, &mut self.frame.clone()).is_none()
     }
 
-    /// The words went to the screen.
+    /// Records that the words were uploaded to the screen.
     pub fn note_uploaded(&mut self) {
         self.is_uploaded = true;
         self.display.note_shown(self.frame.frame);
     }
 
-    /// A key went down or up.
+    /// Handles a key press or release.
     pub fn key(&mut self, key: Key, is_down: bool) {
         let is_repeat = match is_down {
             true => !self.keys_down.insert(key),
@@ -128,7 +130,8 @@ impl View {
         let Some(binding) = keys::binding(key).filter(|b| is_down && (b.repeats || !is_repeat)) else {
             return;
         };
-        // Keys that clients listen to are theirs; Esc and the F keys stay the window's.
+        // Keys that clients listen to are sent to them only; Esc and the F keys always act on the
+        // window.
         if binding.is_kept() || !self.display.has_listeners() {
             self.act(binding.action);
         }
@@ -152,12 +155,12 @@ impl View {
         }
     }
 
-    /// Shows a message for a moment.
+    /// Shows a message for a few seconds.
     pub fn say(&mut self, text: String) {
         self.message = Some((text, Instant::now()));
     }
 
-    /// Saves what is shown, without overlays, under the first free name.
+    /// Saves the shown frame, without overlays, under the first free name.
     fn snapshot(&mut self) {
         self.update_frame();
         let free =
@@ -177,14 +180,15 @@ impl View {
         self.say(text);
     }
 
-    /// Takes in what changed; the rows, if any did.
+    /// Copies the changes of the frame. Returns the changed rows, if there is a new version.
     fn update_frame(&mut self) -> Option<std::ops::Range<usize>> {
         let rows = self.display.copy_changes(self.frame.version, &mut self.frame)?;
         self.rate.frames += 1;
         Some(rows.start as usize..rows.end as usize)
     }
 
-    /// The window's words if anything of them changed since the last call, `None` if the screen is right as it is.
+    /// Returns the window's words if any changed since the last call, `None` if the screen is up to
+    /// date.
     pub fn redraw(&mut self, window_size: [usize; 2]) -> Option<&[u32]> {
         if window_size.contains(&0) {
             return None;
@@ -197,7 +201,8 @@ impl View {
             self.words.clear();
             self.words.resize(window_size[0] * window_size[1], 0);
         }
-        // Overlays lie on the words: where there were or are any, the frame is laid below them anew.
+        // Overlays are drawn into the words: if there were or are any, the entire frame is
+        // converted again.
         let is_whole = is_new_layout || lines != self.drawn_lines;
         let rows = match (rows, is_whole, lines.is_empty()) {
             (None, false, _) => return None,
@@ -206,7 +211,7 @@ impl View {
                 0..layout.frame[1]
             }
             (Some(rows), false, true) if rows.is_empty() => {
-                // A frame number alone: nothing to upload, but it counts as shown.
+                // Only the frame number changed: nothing to upload, but the frame counts as shown.
                 self.display.note_shown(self.frame.frame);
                 return None;
             }
@@ -264,7 +269,7 @@ impl View {
     }
 }
 
-/// The key's name in `EVENT` lines: minifb's name in lower case, digits as themselves.
+/// Returns the key's name in `EVENT` lines: minifb's name in lower case, digits as themselves.
 fn key_name(key: Key) -> String {
     let name = format!("{key:?}").to_ascii_lowercase();
     match name.strip_prefix("key") {

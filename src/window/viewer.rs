@@ -1,8 +1,9 @@
-//! The viewer's window: the loop that feeds a [`Viewer`] with keys, pointer and time, and shows what it says.
+//! Window of the viewer: a loop that passes keys, pointer and time to a [`Viewer`], and shows its
+//! picture.
 //!
-//! On the main thread. Files are written here, and where the user asked for them: PNG by F12, GIF by F9, views by J. What the
-//! window system reports between two looks is all handled, in order, before the next picture is drawn: no tap is lost
-//! however long a picture takes.
+//! Runs on the main thread. Files are written here, in the requested folder: PNG by F12, GIF by F9,
+//! views by J. All input since the last iteration is handled in order before the next picture is
+//! drawn, so no tap is lost however long a picture takes.
 
 use super::fullscreen::Fullscreen;
 use super::hud;
@@ -20,26 +21,27 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// Frames a second of a GIF that F9 makes.
+/// Frames per second of a GIF recorded by F9.
 const GIF_RATE: f64 = 25.0;
-/// Between two looks at the file.
+/// Time between two checks of the file.
 const WATCH_EVERY: Duration = Duration::from_millis(250);
 
-/// What the loop needs beside the viewer.
+/// Settings of the viewer's window.
 pub struct ViewerOptions<'a> {
-    /// The window's title.
+    /// Title of the window.
     pub title: String,
-    /// Where F9, F12 and J save.
+    /// Folder that F9, F12 and J save in.
     pub save_dir: PathBuf,
-    /// A movie of all that is shown, from the start on, and its frames a second.
+    /// Movie of all that is shown, from the start, and its frames per second.
     pub movie: Option<(Movie, f64)>,
-    /// Close by itself after so long.
+    /// Time after which the window closes by itself.
     pub ends_after: Option<Duration>,
-    /// The file's new contents, if it has changed since the last call.
+    /// Returns the file's new contents if it has changed since the last call, or an error if they
+    /// cannot be read.
     pub reload: Box<dyn FnMut() -> Option<Result<Model, String>> + 'a>,
 }
 
-/// A movie with its clock.
+/// A movie and the time at which it began.
 struct Recording {
     movie: Movie,
     rate: f64,
@@ -51,7 +53,7 @@ impl Recording {
         Recording { movie, rate, begun: Instant::now() }
     }
 
-    /// Adds as many frames as have passed.
+    /// Adds the frames that are due.
     fn tick(&mut self, memory: &crate::memory::VideoMemory) -> Result<(), save::SaveError> {
         let due = (self.begun.elapsed().as_secs_f64() * self.rate) as u64 + 1;
         while self.movie.frames() < due {
@@ -61,10 +63,10 @@ impl Recording {
     }
 }
 
-/// Shows `viewer` until its user closes the window. Call it on the main thread.
+/// Shows `viewer` until the window is closed. Must be called on the main thread.
 ///
 /// # Errors
-/// Where there is no window to be had; nothing was changed then.
+/// Fails if no window can be opened; `viewer` is unchanged then.
 pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Result<(), WindowError> {
     let frame = [viewer.shown().width() as usize, viewer.shown().height() as usize];
     if frame.iter().any(|&s| s > MAX_WINDOW_SIDE) {
@@ -128,7 +130,7 @@ pub fn run_viewer(viewer: &mut Viewer, options: &mut ViewerOptions<'_>) -> Resul
     Ok(())
 }
 
-/// The window's words, and what they hold.
+/// The window's words and the state they were drawn from.
 struct FrameOnScreen {
     frame: [usize; 2],
     words: Vec<u32>,
@@ -156,11 +158,11 @@ impl FrameOnScreen {
 
     fn toggle_scaling(&mut self) {
         self.scaling = self.scaling.other();
-        // All of the window is drawn anew.
+        // Causes the entire window to be redrawn.
         self.size = [0, 0];
     }
 
-    /// The window's words where anything of them changed.
+    /// Returns the window's words if any changed.
     fn redraw(&mut self, viewer: &mut Viewer, size: [usize; 2], is_new: bool) -> Option<&[u32]> {
         if size.contains(&0) {
             return None;
@@ -193,7 +195,7 @@ fn look_at_pointer(viewer: &mut Viewer, window: &minifb::Window, layout: &Layout
     });
     viewer.pointer(at, held);
     if let Some((_, dy)) = window.get_scroll_wheel().filter(|(_, dy)| *dy != 0.0) {
-        // Some systems report fractions of a step, some tens: a step is a step.
+        // Some systems report fractions of a step, some tens: only the sign counts.
         viewer.wheel(f64::from(dy.signum()));
     }
 }
@@ -203,7 +205,7 @@ fn tell(viewer: &mut Viewer, text: String) {
     viewer.say(text);
 }
 
-/// The first name `fbptr-0001` and on with this ending that is free.
+/// Returns the first free path `fbptr-0001` and up with this extension.
 fn free_name(folder: &Path, ending: &str) -> Option<PathBuf> {
     (1..10_000).map(|i| folder.join(format!("fbptr-{i:04}.{ending}"))).find(|p| !p.exists())
 }
@@ -226,13 +228,13 @@ fn toggle_gif(viewer: &mut Viewer, gif: &mut Option<Recording>, folder: &Path) {
     }
 }
 
-/// Saves or prints what the viewer asks for.
+/// Executes a request of the viewer to save or print something.
 fn serve(viewer: &mut Viewer, request: Request, folder: &Path) {
     let (ending, bytes) = match request {
         Request::Snapshot => ("png", None),
         Request::Save { ending, bytes } => (ending, Some(bytes)),
         Request::Print(text) => {
-            // Nobody may be reading.
+            // Standard output may be closed.
             let _ = std::io::stdout().lock().write_all(text.as_bytes());
             return viewer.say("the camera is on standard output".to_owned());
         }
@@ -251,7 +253,7 @@ fn serve(viewer: &mut Viewer, request: Request, folder: &Path) {
     }
 }
 
-/// The viewer's name of a key.
+/// Translates minifb's key to the viewer's.
 fn translate(key: minifb::Key) -> Option<Key> {
     use minifb::Key as K;
     Some(match key {
