@@ -1,11 +1,10 @@
-//! Stages 4 and 5: which faces are seen from their front, which are left out, which are cut in
-//! front of the eye.
+//! Stages 4 and 5: facing, culling, and clipping in front of the eye.
 //!
-//! In: three vertices. Out: the snapped outline(s) of what may be seen, and its plane. The four
-//! sides of the view never cut; near and far restrict pixel by pixel; only a face with some w <= 0
-//! is cut, between the eye and the near plane where nothing is seen. Each such edge is cut at a
-//! point that depends on that edge alone, from its end in front, so neighbours share it bit for
-//! bit.
+//! In: three vertices. Out: the snapped outlines of the visible part, and the face's plane. The
+//! four sides of the view never cut; near and far are tested per pixel. Only a face with some w <=
+//! 0 is cut, between the eye and the near plane, where nothing is visible. Each such edge is cut at
+//! a point that depends on that edge alone, computed from its end in front, so neighbouring faces
+//! share it bit for bit.
 
 use super::draw_call::DrawStats;
 use super::plane_equation::{FacePlane, PlaneEquation};
@@ -16,7 +15,7 @@ use crate::scene::{Cull, Interpolation};
 use glam::DVec4;
 use std::cmp::Ordering;
 
-/// Which side of a face is seen.
+/// Side of a face that is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Facing {
     Front,
@@ -28,26 +27,28 @@ pub(crate) enum Facing {
 pub(crate) struct Face {
     pub side: Facing,
     pub plane: FacePlane,
-    /// Whether 0 <= z < 1 at every corner, so that no pixel needs to be checked.
+    /// True if 0 <= z < 1 at every corner, so that no pixel needs a near/far test.
     pub wholly_between_near_and_far: bool,
-    /// Least and greatest z of the corners; without bounds where the face passes the eye's plane.
+    /// Minimum and maximum z/w of the corners; infinite if some w <= 0.
     pub z_range: [f64; 2],
-    /// What the rasteriser covers: the face, or what is left of a cut one, as up to two triangles.
+    /// Outlines to rasterize: the face, or the rest of a cut one, as up to two triangles.
     pub outlines: [Option<SnappedTriangle>; 2],
 }
 
-/// Decides about faces.
+/// Sets up faces: facing, culling, clipping in front of the eye.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assembler {
     pub transform: Transform,
     pub cull: Cull,
-    /// Whether the model or the window mirrors: front is then clockwise on the screen.
+    /// True if the model or the window, but not both, mirrors: front faces are then clockwise on
+    /// the screen.
     pub mirrored: bool,
 }
 
 impl Face {
-    /// The plane over the pixels of a face that crosses near or far: each pixel has to be checked
-    /// by [`PlaneEquation::is_between_near_and_far`] with [`Self::z_range`].
+    /// Returns the plane equation of a face that crosses near or far, for testing each pixel by
+    /// [`PlaneEquation::is_between_near_and_far`] with [`Self::z_range`]; `None` if no test is
+    /// needed.
     pub fn crossing(&self, screen: &ViewportTransform) -> Option<PlaneEquation> {
         let is_crossing = !self.wholly_between_near_and_far;
         is_crossing.then(|| self.plane.plane_equation(screen, Interpolation::Perspective))
@@ -72,7 +73,8 @@ impl Assembler {
         Assembler { transform, cull, mirrored: turns(scaled(model)) != window_turns }
     }
 
-    /// The face with these corners, or `None` when nothing of it is drawn, counted in `stats`.
+    /// Returns the face with these corners. Returns `None` if nothing of it is drawn, and counts
+    /// the reason in `stats`.
     pub fn face(&self, corners: [&Vertex; 3], stats: &mut DrawStats) -> Option<Face> {
         stats.faces += 1;
         if corners.iter().any(|v| !(v.clip.is_finite() && v.complement.is_finite())) {
@@ -118,7 +120,7 @@ impl Assembler {
         })
     }
 
-    /// Which side of a face is seen, before anything is left out; `None` without area on the
+    /// Returns the visible side of a face, whether it is culled or not; `None` without area on the
     /// screen.
     pub fn side(&self, corners: [&Vertex; 3]) -> Option<Facing> {
         let on_screen = corners.iter().all(|v| v.screen[0].is_finite() && v.screen[1].is_finite());
@@ -127,8 +129,8 @@ impl Assembler {
         Some(if (winding == Ordering::Less) != self.mirrored { Facing::Front } else { Facing::Back })
     }
 
-    /// Whether all corners are beyond the same side of the view, so far that snapping cannot bring
-    /// them back.
+    /// Returns whether all corners are beyond one side of the view, far enough that snapping cannot
+    /// bring them back.
     fn is_outside(&self, corners: [&Vertex; 3]) -> bool {
         let all = |beyond: fn(DVec4) -> bool| corners.iter().all(|v| beyond(v.clip));
         if all(|c| c.w <= 0.0) || all(|c| c.z < 0.0) || corners.iter().all(|v| v.complement < 0.0) {
@@ -142,11 +144,11 @@ impl Assembler {
             corners.iter().all(|v| v.screen[axis] < low as f64 - 1.0)
                 || corners.iter().all(|v| v.screen[axis] > high as f64 + 1.0)
         };
-        // Corners behind the eye are not finite and beyond nothing.
+        // Corners behind the eye are not finite, so they compare as beyond no side.
         beyond(0, clip.x0, clip.x1) || beyond(1, clip.y0, clip.y1)
     }
 
-    /// The part in front of the eye of a face that goes through the eye plane, as up to two
+    /// Returns the part in front of the eye of a face that crosses the eye plane, as up to two
     /// triangles.
     fn cut(&self, corners: [&Vertex; 3]) -> [Option<SnappedTriangle>; 2] {
         let (mut ring, mut count) = ([[0.0; 2]; 6], 0);
@@ -167,8 +169,8 @@ impl Assembler {
         for (piece, at) in outlines.iter_mut().zip(1..count.saturating_sub(1)) {
             *piece = outline([ring[0], ring[at], ring[at + 1]]);
         }
-        // Rounding may fold the second triangle over the first; what is folded is thinner than the
-        // snapping.
+        // Rounding may fold the second triangle over the first; the fold is thinner than a snapping
+        // step.
         if let [Some(a), Some(b)] = &outlines
             && a.orientation() != b.orientation()
         {
@@ -177,8 +179,8 @@ impl Assembler {
         outlines
     }
 
-    /// Where, on the screen, the edge from `a` in front to `b` behind is cut: nearer than the near
-    /// plane, and before `a`.
+    /// Returns the screen point at which the edge from `a` in front to `b` behind is cut: nearer to
+    /// the eye than the near plane and than `a`.
     fn cut_edge(&self, a: DVec4, b: DVec4) -> [f64; 2] {
         let w = 0.5 * self.transform.camera.w_near.min(a.w);
         let t = (a.w - w) / (a.w - b.w);
@@ -188,12 +190,13 @@ impl Assembler {
     }
 }
 
-/// The snapped triangle, if it has an area.
+/// Returns the snapped triangle, if it has an area.
 fn outline(points: [[f64; 2]; 3]) -> Option<SnappedTriangle> {
     Some(SnappedTriangle::new(points)).filter(|t| t.orientation() != Ordering::Equal)
 }
 
-/// The model with its largest entry at 1, so that its determinant neither over- nor underflows.
+/// Returns the model scaled so that its largest entry is 1 and its determinant neither over- nor
+/// underflows.
 fn scaled(m: glam::DMat4) -> glam::DMat4 {
     let a = glam::DMat3::from_mat4(m).to_cols_array().iter().fold(0.0f64, |a, v| a.max(v.abs()));
     if a > 0.0 && (1.0 / a) > 0.0 && (1.0 / a).is_finite() { m * (1.0 / a) } else { m }
@@ -206,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_scaled_model_has_1_as_its_largest_entry_and_the_same_handedness() {
-        // Turned a little, and mirrored in one of the two.
+        // Slightly rotated, and mirrored for one of the two.
         for side in [1.0, -1.0] {
             let columns = [[0.5, 0.25, 0.0], [-0.25, 0.75, 0.125], [0.0, -0.125, side]];
             for exponent in [-1000, -500, -200, -1, 0, 1, 200, 500, 1000] {
@@ -219,7 +222,7 @@ mod tests {
                 assert_eq!(part.determinant().signum(), side, "2^{exponent}");
             }
         }
-        // Nothing to scale by.
+        // No scale exists.
         assert_eq!(scaled(DMat4::ZERO), DMat4::ZERO);
     }
 }

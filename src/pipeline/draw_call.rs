@@ -30,7 +30,7 @@ pub struct Target<'a> {
 pub struct DrawCall<'a> {
     /// The mesh, and the textures of its own materials.
     pub geometry: &'a Geometry,
-    /// The same geometry as an `Arc`, if it is one: a renderer then caches facts about it from draw
+    /// `geometry` as an `Arc`, if it is shared: a renderer then caches facts about it from draw
     /// to draw.
     pub shared: Option<&'a Arc<Geometry>>,
     /// Object to world space; the last row is 0 0 0 1.

@@ -1,7 +1,8 @@
-//! Front end of the tile renderer: the draws that it serves, and its job for a prepared draw.
+//! Front end of the tile renderer: decides whether it supports a draw, and builds its job for a
+//! prepared draw.
 //!
-//! Works in f64: `shading_space` is where shading takes place, `light_setup` makes the tables that
-//! hold for all faces.
+//! All setup is in f64: `shading_space` chooses the space in which colours are computed,
+//! `light_setup` builds the tables that all faces share.
 
 mod blended_setup;
 mod draw_batch;
@@ -27,7 +28,7 @@ use glam::DVec3;
 use light_setup::{RecycledBindings, Tables};
 pub(crate) use memory_estimate::{binding_bytes, estimated_bytes, working_bytes};
 
-/// Level, executor and workspace of a draw.
+/// SIMD level, executor and workspace of a draw.
 pub(crate) struct DrawContext<'t> {
     pub level: Level,
     pub executor: &'t CancellableExecutor,
@@ -35,7 +36,7 @@ pub(crate) struct DrawContext<'t> {
     pub workspace: &'t mut Workspace,
 }
 
-/// Memories that are kept from draw to draw.
+/// Buffers that are kept from draw to draw.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     scratch: Scratch,
@@ -44,35 +45,36 @@ pub(crate) struct Workspace {
 }
 
 impl Workspace {
-    /// Bytes that the memories take.
+    /// Returns the bytes that the buffers take.
     pub fn size_bytes(&self) -> usize {
         self.scratch.size_bytes() + self.tables.size_bytes()
     }
 
-    /// Bytes of vertices and tables: all but the tiles' lists.
+    /// Returns the bytes of vertices and tables, without the tiles' face lists.
     fn table_bytes(&self) -> usize {
         self.scratch.vertex_bytes() + self.tables.size_bytes()
     }
 
-    /// Bytes that the tiles' lists have room for.
+    /// Returns the bytes that the tiles' face lists have room for.
     pub fn list_bytes(&self) -> u64 {
         self.scratch.lists_held() as u64
     }
 
-    /// Lets a draw go on in pieces when the tiles' lists have room for more than this.
+    /// Sets the bytes of the tiles' face lists at which a draw is split into pieces.
     pub fn bound_lists(&mut self, bytes: usize) {
         self.scratch.list_bytes = bytes;
     }
 }
 
-/// Meshes of more faces than this have work for more than one thread. Those of fewer may be drawn
-/// by the calling thread alone,
+/// Maximum number of faces of a mesh that the calling thread may draw alone.
 const FEW_FACES: usize = 512;
 
-/// where the box around them has at most so many pixels, times one and the lights that light each.
+/// Maximum work of a draw on the calling thread alone: pixels of the mesh's bounding box on the
+/// screen, times one plus the lights per pixel.
 const LITTLE_WORK: f64 = 40_000.0;
 
-/// Why the tile renderer does not serve a draw, as far as the plan tells; `None` when it does.
+/// Returns the reason why the tile renderer does not support a draw, as far as the plan tells;
+/// `None` if it does.
 pub(crate) fn unsupported_reason(call: &DrawCall, target: &Target, plan: &Plan) -> Option<&'static str> {
     let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
     let mesh = &call.geometry.mesh;
@@ -98,7 +100,7 @@ pub(crate) fn unsupported_reason(call: &DrawCall, target: &Target, plan: &Plan) 
         return Some("the frame is too narrow, too wide or too high for vectors");
     }
     let is_lit = plan.uses(Part::LightVertices) || plan.uses(Part::LightFaces);
-    // Faces of one colour each have their own in a table, lit or not.
+    // Faces with one colour each have a table of colours, lit or not.
     let has_tables = is_lit || (call.shade == ShadeMode::Flat && !mesh.colors.is_empty());
     if call.back_material.is_some() && call.cull == Cull::None && has_tables {
         return Some(
@@ -115,8 +117,8 @@ pub(crate) fn unsupported_reason(call: &DrawCall, target: &Target, plan: &Plan) 
 }
 
 impl PreparedDraw<'_> {
-    /// Draws the opaque faces by the tile renderer; `false` when they turn out to be beyond it, and
-    /// nothing was drawn.
+    /// Draws the opaque faces by the tile renderer. Returns `false`, with nothing drawn, if the
+    /// draw proves to be unsupported: its values are out of range for f32, or nothing is in view.
     pub fn draw_fast(&self, context: DrawContext<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
         let Workspace { scratch, tables, recycled } = context.workspace;
         let Some(mut inputs) = self.inputs(recycled) else { return false };
@@ -135,8 +137,8 @@ impl PreparedDraw<'_> {
         true
     }
 
-    /// What the tile renderer counted, and what the plain path would have lit: it lights what is
-    /// overdrawn too.
+    /// Returns the tile renderer's statistics with the lighting counts of the plain path, which
+    /// lights overdrawn pixels too.
     fn counted(&self, mut draw: DrawStats) -> DrawStats {
         if self.plan.uses(Part::LightPixels) {
             draw.pixels_lit = draw.pixels_written;
@@ -148,7 +150,7 @@ impl PreparedDraw<'_> {
         draw
     }
 
-    /// Whether the calling thread has drawn everything before another one is awake.
+    /// Returns whether the draw is so small that waking another thread would take longer.
     fn is_small(&self) -> bool {
         let Some((low, high)) = self.geometry_info.bounds else { return true };
         if self.call.geometry.mesh.triangles.len() > FEW_FACES {
@@ -171,7 +173,7 @@ impl PreparedDraw<'_> {
     }
 }
 
-/// The memories that the tile renderer draws into.
+/// Returns the target's memories as the tile renderer's slices.
 fn frame_of<'t>(target: &'t mut Target, has_depth: bool) -> FrameSlices<'t> {
     let (width, size) = (target.memory.width(), (target.memory.width(), target.memory.height()));
     let depth = target.depth.as_mut().filter(|_| has_depth).map(|d| d.cells_mut());
@@ -183,20 +185,20 @@ fn frame_of<'t>(target: &'t mut Target, has_depth: bool) -> FrameSlices<'t> {
 }
 
 impl PreparedDraw<'_> {
-    /// A face as the plain path sets it up, from the positions that the vectors have just read.
+    /// Sets up a face as the plain path does, from the positions that the vector kernel has read.
     fn exact_face(&self, triangle: u32, mesh: &IndexedMesh, stats: &mut DrawStats) -> Option<ExactFace> {
         let corners = mesh.points_of(triangle).map(|point| self.transform().vertex(point));
         let face = self.assembler.face(corners.each_ref(), stats)?;
         Some(self.exact_face_of(triangle, corners, face))
     }
 
-    /// The same of a face that is set up already.
+    /// Returns the record of a face that has been assembled.
     fn exact_face_of(&self, triangle: u32, corners: [Vertex; 3], face: Face) -> ExactFace {
         let screen = &self.transform().screen;
         let is_cut = corners.iter().any(|v| v.clip.w.is_nan() || v.clip.w <= 0.0);
         let bounds = self.bounds_around(&corners);
         let plane = face.plane.plane_equation(screen, self.call.interp);
-        // How far the shares run over 16 columns: weight b times w is a share.
+        // Change of each barycentric over 16 columns; on the screen it is weight b times w.
         let runs = |k: usize| 16.0 * plane.barycentrics[k][1].abs() * corners[k].clip.w.abs();
         let is_gentle = !is_cut && (0..3).all(|k| runs(k) < 16.0);
         let is_smooth = !is_cut && (0..3).all(|k| runs(k) < 1.0);
@@ -232,7 +234,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// The bytes of one pixel of a face, as the plain path shades it.
+    /// Returns the bytes of one pixel of a face, as the plain path shades it.
     fn shaded_pixel(&self, triangle: u32, x: i32, y: i32) -> [u8; 4] {
         let stats = &mut DrawStats::default();
         let Some(face) = self.assemble(triangle, stats) else { return [0, 0, 0, 255] };
@@ -247,7 +249,7 @@ impl PreparedDraw<'_> {
             stats,
         ) {
             Some((rgb, _)) => opaque(rgb),
-            // Beyond the horizon of its plane: the face's colour at its middle.
+            // Beyond the horizon of the face's plane: use the colour at the face's middle.
             None => match shade.light {
                 ShadingFrequency::Constant(lit) => opaque(lit.diffuse_ambient + lit.specular_emissive),
                 _ => {

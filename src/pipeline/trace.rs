@@ -1,11 +1,10 @@
-//! The textbook mode: every number that one triangle, and one pixel of it, has on its way from
-//! object space to bytes.
+//! Trace of one triangle, and of one pixel of it: every value on the way from object space to
+//! bytes.
 //!
-//! In: a [`DrawCall`] or a [`Scene`], the frame, and which triangle or pixel is asked for. Out: a
-//! [`Trace`] whose `Display` prints the numbers stage by stage, so that a student can follow by
-//! hand. They are not computed again for the print: the stages of the plain path are asked, and the
-//! last line is the byte that they store. One would know an error by drawing the same call and
-//! looking into the memory, as the tests do.
+//! In: a [`DrawCall`] or a [`Scene`], the frame, and the triangle or pixel to follow. Out: a
+//! [`Trace`] whose `Display` prints the values stage by stage, so that a student can follow by
+//! hand. The values come from the stages of the plain path themselves, and the last line is the
+//! bytes that they store. The tests draw the same call and compare with the memory.
 //!
 //! Source: notes 000 (stages, Phong), 001 (matrices, homogenisation, viewport), 003 (barycentrics,
 //! depth, mip level).
@@ -24,33 +23,33 @@ use collect::{follow, middle_pixel, seen_at};
 pub use fast::{FastCorner, FastTrace};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
-/// What is followed.
+/// Selects the triangle or pixel to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Probe {
-    /// The triangle of this number, counted from 0 over all objects in file order, at the pixel
-    /// nearest to its middle.
+    /// The triangle with this index, counted from 0 over all objects in file order, at the covered
+    /// pixel nearest to its middle.
     Triangle(u64),
-    /// The triangle of this number at a pixel (x, y), covered or not.
+    /// The triangle with this index at a pixel (x, y), covered or not.
     TriangleAt(u64, i32, i32),
-    /// Whatever gives pixel (x, y) its colour.
+    /// The triangle that gives pixel (x, y) its colour.
     Pixel(i32, i32),
 }
 
-/// Why nothing can be followed.
+/// Reason why a trace failed.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
-    /// The scene can't be drawn.
+    /// The scene cannot be drawn.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
-    /// The frame can't be had.
+    /// The frame cannot be created.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// There is no such triangle.
+    /// The triangle index is out of range.
     #[error("expected a triangle below {count}, found {asked}")]
     NoTriangle {
-        /// The triangle asked for.
+        /// The requested index.
         asked: u64,
-        /// How many there are.
+        /// Number of triangles.
         count: u64,
     },
     /// No triangle gives this pixel its colour.
@@ -66,7 +65,7 @@ pub enum TraceError {
 /// One corner in every space.
 #[derive(Clone, Copy, Debug)]
 pub struct CornerTrace {
-    /// Which position of the mesh it is.
+    /// Index of the position in the mesh.
     pub position: u32,
     /// Object space.
     pub object: DVec3,
@@ -76,20 +75,21 @@ pub struct CornerTrace {
     pub view: DVec3,
     /// Clip space: -w<=x<=w, -w<=y<=w, 0<=z<=w.
     pub clip: DVec4,
-    /// Normalised device coordinates, x and y in -1..1, z in 0..1; not finite where w <= 0.
+    /// Normalized device coordinates, x and y in -1..1, z in 0..1; not finite where w <= 0.
     pub ndc: DVec3,
-    /// Pixels, y down, centres at .5.
+    /// Screen position in pixels, y down, pixel centres at .5.
     pub screen: [f64; 2],
-    /// In 1/256 pixel, where coverage is decided; `None` beyond 262,144 pixels or behind the eye.
+    /// Snapped position in 1/256 pixel, on which coverage is decided; `None` beyond 262,144 pixels
+    /// or behind the eye.
     pub snapped: Option<[i64; 2]>,
-    /// Unit, world space.
+    /// Unit normal in world space.
     pub normal: DVec3,
-    /// u and v.
+    /// Texture coordinates u and v.
     pub texcoord: Option<DVec2>,
 }
 
-/// What one light adds at the pixel (or the face's middle, or a corner: wherever the shading mode
-/// lights).
+/// Contributions of the lights at one point: the pixel, the face's middle or a corner, depending on
+/// the shading mode.
 pub(crate) struct LitAt {
     pub place: &'static str,
     pub point: SurfacePoint,
@@ -99,7 +99,7 @@ pub(crate) struct LitAt {
     pub specular_emissive: DVec3,
 }
 
-/// A texture at the pixel.
+/// Texture sample at the pixel.
 pub(crate) struct Texel {
     pub uv: DVec2,
     pub size: [u32; 2],
@@ -111,78 +111,80 @@ pub(crate) struct Texel {
 pub struct PixelTrace {
     /// Column and row.
     pub at: [i32; 2],
-    /// The centre in NDC.
+    /// The pixel's centre in NDC.
     pub ndc: [f64; 2],
-    /// The three edge functions in 1/65536 square pixels, edge i opposite corner i, turned so that
-    /// inside is positive.
+    /// The three edge functions in 1/65536 square pixels, edge i opposite corner i, with the sign
+    /// that is positive inside.
     pub edges: Option<[i128; 3]>,
-    /// Whether the exact fill rule gives the pixel to the triangle.
+    /// True if the exact fill rule gives the pixel to the triangle.
     pub is_covered: bool,
-    /// Barycentrics straight on the screen.
+    /// Barycentrics linear on the screen.
     pub screen_weights: [f64; 3],
-    /// Perspective-correct ones.
+    /// Perspective-correct barycentrics.
     pub weights: [f64; 3],
     /// 1/w.
     pub inverse_w: f64,
     /// Depth in 0..1.
     pub z: f64,
-    /// Its stored word.
+    /// Stored depth word.
     pub depth_word: u32,
-    /// The format of the word.
+    /// Format of the depth word.
     pub depth_format: DepthFormat,
-    /// Interpolated normal before it is made unit, where pixels are lit.
+    /// Interpolated normal before normalization, if pixels are lit.
     pub normal: Option<DVec3>,
     pub(crate) lit: Vec<LitAt>,
     pub(crate) texel: Option<Texel>,
-    /// R, G, B, before they are clamped.
+    /// R, G, B before clamping.
     pub color: DVec3,
-    /// 1 opaque.
+    /// Opacity; 1 is opaque.
     pub opacity: f64,
-    /// The bytes, over black where the face lets light through.
+    /// Stored bytes; over black if the face is transparent.
     pub bytes: Rgba,
-    /// Where they are stored.
+    /// Address of the pixel; `None` off the frame.
     pub offset: Option<FbPtr>,
 }
 
-/// Everything about one triangle, and one pixel of it.
+/// All values of one triangle, and of one pixel of it.
 pub struct Trace {
-    /// The object's name and number.
+    /// Index and name of the object.
     pub object: (usize, String),
-    /// The triangle in its mesh, and its polygon.
+    /// Indices of the triangle and its polygon in the mesh.
     pub triangle: (u32, u32),
     /// Object to world space.
     pub model: DMat4,
     /// World to view to clip space.
     pub camera: CameraMatrices,
-    /// The frame's width and height.
+    /// Width and height of the frame in pixels.
     pub frame: [u32; 2],
-    /// How it is coloured.
+    /// Shading mode.
     pub shade: ShadeMode,
     /// The three corners.
     pub corners: [CornerTrace; 3],
-    /// The triangle cut by the six planes of the view, as a textbook cuts it; in clip space.
+    /// The triangle clipped by the six planes of the view, as in a textbook; in clip space.
     pub clipped: Vec<DVec4>,
     /// Twice the area in 1/65536 square pixels; positive when clockwise on the screen.
     pub doubled_area: Option<i128>,
-    /// What became of the face.
+    /// Outcome of culling and clipping.
     pub verdict: &'static str,
-    /// Unit, world space.
+    /// Unit normal in world space.
     pub face_normal: DVec3,
-    /// What it is made of.
+    /// Material of the visible side.
     pub material: Material,
-    /// The ambient light.
+    /// Ambient light.
     pub ambient: DVec3,
-    /// The pixel, where the face has a plane.
+    /// The pixel; `None` if no pixel was selected, or the face is not drawn or has no visible point
+    /// there.
     pub pixel: Option<PixelTrace>,
-    /// The same as the fast path has it.
+    /// Values of the tile renderer.
     pub fast: Option<FastTrace>,
 }
 
-/// Follows one triangle or pixel through a scene, as [`super::draw_scene`] would draw it into a
-/// frame of `size`.
+/// Traces one triangle or pixel of a scene, as [`super::draw_scene`] would draw it into a frame of
+/// `size`.
 ///
 /// # Errors
-/// What `draw_scene` refuses, and a probe that meets nothing.
+/// As [`super::draw_scene`], when the frame cannot be created, and when the probe finds no
+/// triangle.
 pub fn trace_scene(
     scene: &Scene,
     options: &SceneOptions,
@@ -195,10 +197,10 @@ pub fn trace_scene(
     trace_calls(&calls, &names, options, size, format, probe)
 }
 
-/// Follows one triangle or pixel of a single draw into a frame of `size`.
+/// Traces one triangle or pixel of a single draw into a frame of `size`.
 ///
 /// # Errors
-/// What [`super::draw`] refuses, and a probe that meets nothing.
+/// As [`super::draw`], when the frame cannot be created, and when the probe finds no triangle.
 pub fn trace_draw(
     call: &DrawCall,
     size: [u32; 2],
@@ -218,7 +220,7 @@ fn trace_calls(
     format: DepthFormat,
     probe: Probe,
 ) -> Result<Trace, TraceError> {
-    // The plans look at a target; nothing is written to it.
+    // Planning requires a target; nothing is written to it.
     let mut memory = VideoMemory::new(size[0], size[1])?;
     let mut depth = None;
     let target = Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: None };
@@ -245,7 +247,7 @@ fn trace_calls(
     Ok(trace)
 }
 
-/// The object and triangle of a number that counts over all objects.
+/// Returns object and triangle of an index that counts over all objects.
 fn numbered(all: &[PreparedDraw], asked: u64) -> Result<(usize, u32), TraceError> {
     let mut left = asked;
     for (object, p) in all.iter().enumerate() {

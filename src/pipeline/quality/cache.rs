@@ -1,8 +1,8 @@
-//! Choices that were made already: the same state is not searched twice.
+//! Cache of choices, so that an unchanged scene is not searched twice.
 //!
-//! A choice depends on the scene, on how it would be drawn exactly, on the frame's size and depth format and on E; on nothing else,
-//! so what stands in the memory is not asked. Meshes and textures are known again by being the same shared value, which
-//! a key does not keep alive; everything else by being equal.
+//! A choice depends on the scene, the exact options, the frame's size and depth format, and E. It
+//! does not depend on the contents of the memory. Meshes and textures are compared by identity, and
+//! a key does not keep them alive; everything else is compared by value.
 
 use super::{Budget, BudgetKind, Choice, choose};
 use crate::memory::DepthFormat;
@@ -12,12 +12,12 @@ use crate::scene::{Geometry, Object, Sampling, Scene, Texture};
 use std::collections::VecDeque;
 use std::sync::{Arc, Weak};
 
-/// How many choices are kept.
+/// Maximum number of cached choices.
 const KEPT: usize = 64;
-/// How many objects their keys may hold, all together; the last choice is kept in any case.
+/// Maximum number of objects in all keys together; the last choice is kept in any case.
 const KEPT_OBJECTS: usize = 1 << 16;
 
-/// The choices that were made last.
+/// The most recent choices.
 #[derive(Debug, Default)]
 pub struct ChoiceCache {
     /// Newest first.
@@ -25,7 +25,7 @@ pub struct ChoiceCache {
     searches: u64,
 }
 
-/// What an object shares with others, by identity.
+/// The shared data of an object, by identity.
 #[derive(Debug)]
 struct Shared {
     geometry: Weak<Geometry>,
@@ -47,7 +47,7 @@ impl Shared {
         same_texture && std::ptr::eq(self.geometry.as_ptr(), &*object.geometry)
     }
 
-    /// Whether anybody else still has both.
+    /// Returns whether both are still alive.
     fn is_alive(&self) -> bool {
         self.geometry.strong_count() > 0 && self.texture.as_ref().is_none_or(|t| t.0.strong_count() > 0)
     }
@@ -56,7 +56,7 @@ impl Shared {
 /// Everything that a choice depends on.
 #[derive(Debug)]
 struct CacheKey {
-    /// The scene, without what its objects share.
+    /// The scene, without its objects' shared data.
     scene: Scene,
     shared: Vec<Shared>,
     options: SceneOptions,
@@ -106,7 +106,7 @@ impl CacheKey {
     }
 }
 
-/// Whether two objects are drawn alike, but for what they share.
+/// Returns whether two objects are drawn alike, apart from their shared data.
 fn is_same_state(a: &Object, b: &Object) -> bool {
     (&a.material, &a.back_material, a.model) == (&b.material, &b.back_material, b.model)
         && (a.cull, a.two_sided_lighting, a.shade, &a.lights)
@@ -115,7 +115,7 @@ fn is_same_state(a: &Object, b: &Object) -> bool {
 }
 
 impl ChoiceCache {
-    /// As [`choose`], which is asked only where the same was not chosen for already.
+    /// Returns the cached choice for this budget, or searches by [`choose`] and caches the result.
     ///
     /// # Errors
     /// As [`choose`].
@@ -128,7 +128,7 @@ impl ChoiceCache {
         Ok(choice)
     }
 
-    /// The choice that was made for the same already, if it is kept.
+    /// Returns the cached choice for this budget, if there is one.
     pub fn get(&mut self, budget: &Budget) -> Option<Choice> {
         self.kept.retain(|(key, _)| key.shared.iter().all(Shared::is_alive));
         let found = self.kept.iter().position(|(key, _)| key.is_of(budget))?;
@@ -138,7 +138,7 @@ impl ChoiceCache {
         Some(choice)
     }
 
-    /// Keeps what was searched.
+    /// Caches a choice, and drops the oldest ones beyond the limits.
     pub fn insert(&mut self, budget: &Budget, choice: Choice) {
         self.searches += 1;
         self.kept.push_front((CacheKey::of(budget), choice));
@@ -151,7 +151,7 @@ impl ChoiceCache {
         self.kept.truncate(fitting.max(1));
     }
 
-    /// How often a choice had to be searched.
+    /// Returns the number of searches so far.
     pub fn searches(&self) -> u64 {
         self.searches
     }
@@ -164,7 +164,7 @@ mod tests {
     use crate::truth::scenes::{lit_triangle, object};
     use glam::{DMat4, DVec3};
 
-    /// Asks for a choice with `change` made to the usual state; whether it was searched.
+    /// Requests a choice with `change` applied to the usual state; returns whether it was searched.
     fn is_searched(
         memo: &mut ChoiceCache,
         scene: &Scene,
@@ -192,7 +192,7 @@ mod tests {
         let mut memo = ChoiceCache::default();
         assert!(is_searched(&mut memo, &scene, |_, _, _| {}));
         assert!(!is_searched(&mut memo, &scene, |_, _, _| {}));
-        // A name, in words or as a number, changes no pixel.
+        // Neither an object's name nor its pick-buffer id changes a pixel.
         assert!(!is_searched(&mut memo, &scene, |s, o, _| (s.objects[0].name, o.first_name) =
             ("other".into(), 7)));
         type Change = fn(&mut Scene, &mut SceneOptions, &mut f64);

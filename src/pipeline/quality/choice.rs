@@ -1,54 +1,55 @@
-//! What a search for the cheapest way came to: the choice, what was tried, and how it is told.
+//! Result of a search for quality settings: the choice, its trials, and its text.
 
 use super::{Budget, QualitySettings, settings};
 use crate::pipeline::draw_call::SceneOptions;
 use crate::scene::{Interpolation, Scene};
 use std::fmt;
 
-/// A recipe that was tried on all objects at once.
+/// One combination of levels that was tried on all objects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
-    /// What was done.
+    /// Description of the settings.
     pub name: String,
-    /// The 99.9th percentile of the error over the sample, steps.
+    /// The 99.9th percentile of the error over the sample, in 1/255 steps.
     pub error: u8,
-    /// The part of the sample's pixels that was over E.
+    /// Fraction of the sample's pixels over E.
     pub over: f64,
-    /// What it would cost, in units of the cost table.
+    /// Cost in units of the cost table.
     pub cost: f64,
-    /// Objects for which it holds.
+    /// Number of objects for which the error stays within the limit.
     pub holds_for: usize,
 }
 
-/// What was chosen, and why.
+/// The chosen settings, and the reasons.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// E, in steps.
+    /// E, in 1/255 steps.
     pub max_error: f64,
-    /// One recipe an object.
+    /// Settings of each object.
     pub recipes: Vec<QualitySettings>,
-    /// How values run across faces.
+    /// Interpolation across faces.
     pub interp: Interpolation,
-    /// What was tried, in order.
+    /// Trials, in order.
     pub trials: Vec<Trial>,
-    /// Pixels drawn on.
+    /// Number of pixels drawn on.
     pub pixels: usize,
-    /// Pixels of the last sample that the choice was held to; 0 when nothing cheaper than exact came so far.
+    /// Number of pixels of the last certification sample; 0 if nothing cheaper than exact was
+    /// certified.
     pub sampled: usize,
-    /// How many of these were over E.
+    /// Number of these over E.
     pub over: usize,
-    /// How sure it is that at most 1 in 1000 pixels is over E.
+    /// Confidence that at most 1 in 1000 pixels is over E.
     pub confidence: f64,
-    /// What errors are measured against.
+    /// The reference that errors are measured against.
     pub reference: &'static str,
-    /// The exact picture's cost, and the choice's, in units of the cost table.
+    /// Costs of the exact picture and of the choice, in units of the cost table.
     pub costs: [f64; 2],
-    /// What else is to be said.
+    /// Further remarks.
     pub notes: Vec<String>,
 }
 
 impl Choice {
-    /// The choice that changes nothing.
+    /// Creates the choice that changes nothing.
     pub(super) fn exact(budget: &Budget, note: String) -> Choice {
         Choice {
             max_error: budget.max_error,
@@ -65,12 +66,12 @@ impl Choice {
         }
     }
 
-    /// Whether everything is drawn exactly.
+    /// Returns whether everything is drawn exactly.
     pub fn is_exact(&self, options: &SceneOptions) -> bool {
         self.interp == options.interp && self.recipes.iter().all(|r| *r == QualitySettings::default())
     }
 
-    /// Changes a scene and its options to what was chosen.
+    /// Applies the choice to a scene and its options.
     pub fn apply(&self, scene: &mut Scene, options: &mut SceneOptions) {
         options.interp = self.interp;
         for (object, recipe) in scene.objects.iter_mut().zip(&self.recipes) {

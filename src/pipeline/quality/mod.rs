@@ -1,8 +1,10 @@
-//! THE ERROR BUDGET: the cheapest way of drawing a scene that stays within a given error, found by looking.
+//! The error budget: a search for the cheapest quality settings that keep a scene within a given
+//! error.
 //!
-//! In: a scene, and E, the largest 99.9th percentile of the colour error that is allowed, in 1/255 steps over the pixels that
-//! are drawn on. Out: a [`Choice`]: for every object how it is shaded, how its texture is filtered and which lights reach it,
-//! and how values run across faces; with what was tried, and why it was taken or not. Coverage and depth are not touched.
+//! In: a scene, and E, the largest allowed 99.9th percentile of the colour error, in 1/255 steps
+//! over the pixels that are drawn on. Out: a [`Choice`]: for every object its shading mode, texture
+//! filter and lights, and the interpolation across faces; with the trials and the reasons. Coverage
+//! and depth are not changed.
 //!
 //! ```text
 //!   1 draw exactly: which pixels are drawn on, and by what       4 each object takes its cheapest recipe that holds
@@ -10,10 +12,10 @@
 //!   3 every recipe as a whole picture, held to that sample       6 where that fails, the worst object does otherwise
 //! ```
 //!
-//! Nothing depends on a clock: cost comes from a fixed table, so that the same scene gives the same choice everywhere. The
-//! fresh sample is what the promise rests on: if more than 1 in 1000 of all pixels were over E, so few of [`CERTIFY`] drawn
-//! at random would be with a chance of less than 1 %, all tries together. Small pictures are looked at as a whole, which
-//! leaves no doubt.
+//! The search reads no clock: costs come from a fixed table, so a scene gets the same choice
+//! everywhere. The promise rests on the fresh sample: if more than 1 in 1000 of all pixels were
+//! over E, the chance that as few of [`CERTIFY`] random pixels are over it is less than 1 %, all
+//! tries together. Small pictures are checked completely, which leaves no doubt.
 
 mod cache;
 mod choice;
@@ -31,49 +33,49 @@ use crate::scene::{Interpolation, Light, Object, Scene};
 use probe_pixels::{Reference, ReferenceSet};
 use settings::DetailLevels;
 
-/// Pixels that recipes are compared on.
+/// Number of pixels on which settings are compared.
 pub const SELECT: usize = 3000;
-/// Pixels of a fresh sample that a choice must hold on.
+/// Number of pixels of a fresh sample on which a choice is certified.
 pub const CERTIFY: usize = 12_000;
-/// Pictures with at most so many pixels drawn on are looked at as a whole.
+/// Number of drawn pixels up to which a picture is checked completely.
 pub const LOOK_AT_ALL: usize = 30_000;
-/// How often a choice may be mended before it is exact.
+/// Maximum number of choices that are certified before falling back to exact drawing.
 const TRIES: usize = 4;
-/// The chance that is left to error.
+/// Total probability of a wrong certification.
 const DOUBT: f64 = 0.01;
-/// The part of the pixels that may be over E.
+/// Fraction of the pixels that may be over E.
 const PART_OVER: f64 = 0.001;
 
-/// What is to be drawn, and how far it may be off.
+/// Input of a search: the scene, how it is drawn, and the allowed error.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// How it would be drawn exactly.
+    /// Options of the exact drawing.
     pub options: &'a SceneOptions,
-    /// Whether its objects are one DRAW each, transparent faces among the others, and not a scene.
+    /// A scene, or single draws with transparent faces among the others.
     pub kind: BudgetKind,
-    /// How depth is stored.
+    /// Format of the depth memory.
     pub depth_format: DepthFormat,
-    /// The frame's width in pixels.
+    /// Width of the frame in pixels.
     pub width: u32,
-    /// The frame's height in pixels.
+    /// Height of the frame in pixels.
     pub height: u32,
-    /// E, in 1/255 steps.
+    /// E, the allowed error in 1/255 steps.
     pub max_error: f64,
 }
 
-/// What is drawn.
+/// The kind of drawing that a budget is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum BudgetKind {
-    /// A whole scene: transparent faces after the opaque ones.
+    /// A scene: transparent faces after the opaque ones.
     #[default]
     Scene,
-    /// Single draws, in order.
+    /// Single draws, one per object, in order.
     Draws,
 }
 
-/// Finds the cheapest way of drawing that stays within the budget.
+/// Returns the cheapest settings that stay within the budget.
 ///
 /// # Errors
 /// As [`super::draw_scene`].
@@ -89,17 +91,17 @@ pub fn choose(renderer: &mut Renderer, budget: &Budget) -> Result<Choice, Pipeli
     Ok(chosen)
 }
 
-/// Bytes that a search takes at most, the renderer's working memory aside: frames with their depths and ids, the order of the pixels
-/// and whose they are, the reference, and copies of the scene's objects.
+/// Returns the maximum bytes of a search, without the renderer's working memory: frames with depths
+/// and ids, the order and owners of pixels, the reference, and copies of the scene's objects.
 pub fn search_bytes(scene: &Scene, width: u32, height: u32) -> u64 {
     let object = size_of::<Object>() + scene.lights.len() * size_of::<Light>();
     u64::from(width) * u64::from(height) * PIXEL_BYTES + (4 * scene.objects.len() * object) as u64
 }
 
-/// Bytes of a search for each pixel.
+/// Bytes of a search per pixel.
 const PIXEL_BYTES: u64 = 160;
 
-/// A search on its way.
+/// State of a search.
 struct Search<'a> {
     renderer: &'a mut Renderer,
     budget: &'a Budget<'a>,
@@ -108,20 +110,20 @@ struct Search<'a> {
     notes: Vec<String>,
 }
 
-/// What each object would do, and how values run.
+/// Settings of each object, and the interpolation across faces.
 #[derive(Clone, Debug, PartialEq)]
 struct Candidate {
     recipes: Vec<QualitySettings>,
     interp: Interpolation,
 }
 
-/// What came of the same levels for all objects.
+/// Result of drawing all objects at the same levels.
 struct Evaluation {
     levels: Levels,
     interp: Interpolation,
-    /// For each group, whether it holds there.
+    /// For each group, whether its error stays within the limit.
     holds: Vec<bool>,
-    /// For each group, its cost.
+    /// Cost of each group.
     costs: Vec<f64>,
 }
 
@@ -191,7 +193,8 @@ impl Search<'_> {
         Ok(choice)
     }
 
-    /// Tries every level on all objects at once, with values running as `interp` says.
+    /// Draws all objects at each combination of levels with interpolation `interp`, and records the
+    /// results.
     fn evaluate(
         &mut self,
         interp: Interpolation,
@@ -201,7 +204,7 @@ impl Search<'_> {
         limit: f64,
         evaluations: &mut Vec<Evaluation>,
     ) -> Result<(), PipelineError> {
-        // A level that holds for nobody alone need not be tried with others.
+        // Levels that fail for every group are not combined with further ones.
         let mut hopeless: Vec<Levels> = Vec::new();
         for levels in Levels::of(details_of_objects) {
             if hopeless.iter().any(|h| h.is_within(levels)) {
@@ -237,7 +240,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What all objects do when each group does as the evaluation of its number.
+    /// Returns the candidate in which each group uses the levels of its evaluation in `best`.
     fn candidate(
         &self,
         best: &[usize],
@@ -253,7 +256,7 @@ impl Search<'_> {
         }
     }
 
-    /// The group that has most of these pixels.
+    /// Returns the group with most of these pixels.
     fn worst_group(&self, over: &[usize]) -> usize {
         let mut counts = vec![0usize; self.reference_set.groups];
         over.iter()
@@ -262,7 +265,7 @@ impl Search<'_> {
         (0..counts.len()).rev().max_by_key(|&g| counts[g]).unwrap_or(0)
     }
 
-    /// Finds for each object the lights that it can do without.
+    /// Finds for each object the lights that can be left out within the limit.
     fn with_few_lights(
         &mut self,
         mut details_of_objects: Vec<DetailLevels>,
@@ -275,7 +278,7 @@ impl Search<'_> {
         if lights == 0 {
             return Ok(details_of_objects);
         }
-        // errors[group][light]: what leaving the light out costs there.
+        // errors[group][light] is the error of leaving the light out.
         let mut errors = vec![Vec::new(); self.reference_set.groups];
         for light in 0..lights as u32 {
             let without = |l: &DetailLevels| QualitySettings {
@@ -326,7 +329,9 @@ impl Search<'_> {
     }
 }
 
-/// For each group the number of its cheapest evaluation that holds, all of one interpolation; the cheapest such choice.
+/// Returns the index of each group's cheapest valid evaluation, with one interpolation for all
+/// groups, such that the total cost is minimal. Returns `None` if no interpolation is valid for
+/// every group.
 fn best(evaluations: &[Evaluation], groups: usize) -> Option<Vec<usize>> {
     let mut least: Option<(f64, Vec<usize>)> = None;
     for interp in Interpolation::ALL {

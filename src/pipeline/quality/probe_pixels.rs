@@ -1,4 +1,4 @@
-//! The pixels that a budget looks at, and what is true of them.
+//! Sampled pixels of an error budget, and the reference values at them.
 
 use super::super::draw_call::{DepthUse, PipelineError, SceneOptions, Target};
 use super::super::renderer::Renderer;
@@ -11,26 +11,27 @@ use crate::truth::compare::color_error;
 use crate::truth::scenes::Random;
 use crate::truth::{self, Settings, Transparency, TruthPicture};
 
-/// Scenes of more triangles are held to the exact pipeline in place of the reference of 32 digits.
+/// Scenes of more triangles are compared with the exact pipeline instead of the 32-digit reference.
 const MAX_TRUTH_FACES: usize = 20_000;
 
-/// The order in which pixels are drawn at random.
+/// Seed of the random order of pixels.
 const SEED: u64 = 0x5eed_2026;
 
-/// The part of a group's pixels in the selection that may be over E: half of what is promised.
+/// Fraction of a group's pixels in the selection that may be over E: half of the promised one.
 const PART_OVER_IN_SELECTION: f64 = 0.0005;
 
-/// The exact picture: which pixels are drawn on, and by which objects.
+/// The exact picture: its pixels that are drawn on, and their objects.
 pub(super) struct ReferenceSet {
-    /// Pixels drawn on (width y + x), in random order.
+    /// Indices (width y + x) of pixels drawn on, in random order.
     pub drawn_on: Vec<usize>,
-    /// The group of objects that each pixel shows, where that is known.
+    /// Group of objects that each pixel shows, if known.
     pub owner: Vec<Option<u32>>,
-    /// How many groups there are.
+    /// Number of groups.
     pub groups: usize,
-    /// Pixels that each object covers, or its share of all where that isn't known.
+    /// Pixels that each object covers; if that is unknown, all pixels divided in proportion to the
+    /// objects' faces.
     pub pixels_of: Vec<f64>,
-    /// The exact picture.
+    /// Bytes of the exact picture.
     bytes: Vec<u8>,
 }
 
@@ -39,7 +40,7 @@ impl ReferenceSet {
     pub fn new(renderer: &mut Renderer, budget: &Budget) -> Result<ReferenceSet, PipelineError> {
         let objects = budget.scene.objects.len();
         let (width, height) = (budget.width, budget.height);
-        // Whatever is drawn has alpha 255; what is not keeps 0.
+        // Drawn pixels have alpha 255; others keep 0.
         let mut bare = budget.scene.clone();
         bare.background.color = None;
         bare.sky = None;
@@ -51,7 +52,7 @@ impl ReferenceSet {
         let mut drawn_on: Vec<usize> =
             memory.bytes().chunks_exact(4).enumerate().filter(|(_, p)| p[3] == 255).map(|(i, _)| i).collect();
         shuffle(&mut drawn_on);
-        // One object a pixel, unless objects are seen through each other or depth does not decide.
+        // One object per pixel, unless objects are transparent or depth does not decide.
         let is_apart = options.hide == HiddenSurface::ZBuffer && !sees_through(budget.scene);
         let owner: Vec<Option<u32>> = (0..width as usize * height as usize)
             .map(|i| match is_apart {
@@ -72,22 +73,23 @@ impl ReferenceSet {
         Ok(ReferenceSet { drawn_on, owner, groups: if is_apart { objects } else { 1 }, pixels_of, bytes })
     }
 
-    /// The group that an object belongs to.
+    /// Returns the group of an object.
     pub fn group_of(&self, object: usize) -> usize {
         if self.groups == 1 { 0 } else { object }
     }
 
-    /// The pixels that recipes are compared on.
+    /// Returns the pixels on which settings are compared.
     pub fn selection(&self) -> Vec<usize> {
         self.pixels(0, SELECT)
     }
 
-    /// The fresh pixels of try number `attempt`.
+    /// Returns the fresh pixels of certification number `attempt`.
     pub fn certification(&self, attempt: usize) -> Vec<usize> {
         self.pixels(SELECT + attempt * CERTIFY, CERTIFY)
     }
 
-    /// `count` pixels from place `first` of the random order on; all, where there are not many.
+    /// Returns `count` pixels from index `first` of the random order, or all pixels if there are
+    /// few.
     fn pixels(&self, first: usize, count: usize) -> Vec<usize> {
         let all = self.drawn_on.len();
         if all <= LOOK_AT_ALL || first + count > all {
@@ -96,7 +98,7 @@ impl ReferenceSet {
         self.drawn_on[first..first + count].to_vec()
     }
 
-    /// For each group whether few enough of its pixels are over `limit`.
+    /// Returns for each group whether few enough of its pixels are over `limit`.
     pub fn groups_that_hold(&self, sample: &[usize], errors: &[u8], limit: f64) -> Vec<bool> {
         let mut counts = vec![[0usize; 2]; self.groups];
         for (&i, &error) in sample.iter().zip(errors) {
@@ -108,7 +110,7 @@ impl ReferenceSet {
         counts.iter().map(|[all, over]| *over as f64 <= PART_OVER_IN_SELECTION * *all as f64).collect()
     }
 
-    /// The 99.9th percentile of a group's errors.
+    /// Returns the 99.9th percentile of a group's errors.
     pub fn quantile_in(&self, group: usize, sample: &[usize], errors: &[u8]) -> u8 {
         let own = sample.iter().zip(errors).filter(|(i, _)| self.owner[**i] == Some(group as u32));
         let own: Vec<u8> = own.map(|(_, e)| *e).collect();
@@ -116,7 +118,8 @@ impl ReferenceSet {
     }
 }
 
-/// The smallest value that at least `part` of the errors do not exceed; 0 of none.
+/// Returns the smallest value that at least a fraction `part` of the errors do not exceed; 0 for an
+/// empty slice.
 pub(super) fn quantile(errors: &[u8], part: f64) -> u8 {
     let mut sorted = errors.to_vec();
     sorted.sort_unstable();
@@ -124,10 +127,11 @@ pub(super) fn quantile(errors: &[u8], part: f64) -> u8 {
     sorted.get(needed.max(1) - 1).copied().unwrap_or(0)
 }
 
-/// How many of `n` pixels drawn at random may be over the limit, such that the chance of so few is at most `doubt` if a part `p`
-/// of all pixels is over it; and that chance. `n` is large enough that 0 says enough.
+/// Returns how many of `n` random pixels may be over the limit, such that the chance of so few is
+/// at most `doubt` if a fraction `p` of all pixels is over it; and that chance. `n` must be so
+/// large that the chance of 0 is at most `doubt`.
 pub(super) fn allowed_over(n: usize, p: f64, doubt: f64) -> (usize, f64) {
-    // Terms of the binomial distribution, each from the last.
+    // Terms of the binomial distribution, each computed from the previous one.
     let mut term = libm::pow(1.0 - p, n as f64);
     let (mut sum, mut k) = (term, 0);
     loop {
@@ -140,7 +144,7 @@ pub(super) fn allowed_over(n: usize, p: f64, doubt: f64) -> (usize, f64) {
     }
 }
 
-/// Puts a list into the random order, which is the same everywhere.
+/// Shuffles a list into a fixed random order.
 fn shuffle(list: &mut [usize]) {
     let mut random = Random::new(SEED);
     for last in (1..list.len()).rev() {
@@ -159,7 +163,7 @@ fn sees_through(scene: &Scene) -> bool {
     })
 }
 
-/// The bytes of the picture in which objects follow `recipes`.
+/// Returns the bytes of the picture in which objects use these settings.
 pub(super) fn draw(
     renderer: &mut Renderer,
     budget: &Budget,
@@ -193,21 +197,21 @@ fn draw_into(
     }
 }
 
-/// Frames as large as one that is already there can be made.
+/// Unreachable in practice: a frame of this size exists already.
 fn no_frame() -> PipelineError {
     PipelineError::NotFinite { what: "the frame's size" }
 }
 
-/// What errors are measured against.
+/// Reference that errors are measured against.
 pub(super) enum Reference {
-    /// The reference's right answers.
+    /// The right answers of the 32-digit reference.
     Truth(Box<TruthPicture>),
-    /// The exact pipeline's bytes.
+    /// The bytes of the exact pipeline.
     Exact(Vec<u8>),
 }
 
 impl Reference {
-    /// What is true of the pixels of `sample`.
+    /// Computes the reference values at the pixels of `sample`.
     pub fn of(
         budget: &Budget,
         reference_set: &ReferenceSet,
@@ -216,7 +220,8 @@ impl Reference {
         let mut scene = budget.scene.clone();
         scene.camera = Some(scene.camera.unwrap_or(budget.options.camera));
         let faces: usize = scene.objects.iter().map(|o| o.geometry.mesh.triangles.len()).sum();
-        // The reference draws no wireframe whose hidden lines depth removes.
+        // The 32-digit reference does not support wireframes whose hidden lines are removed by
+        // depth.
         let has_wire = budget.options.hide == HiddenSurface::ZBuffer
             && scene.objects.iter().any(|o| o.shade.unwrap_or(budget.options.shade) == ShadeMode::Wire);
         if faces > MAX_TRUTH_FACES || has_wire {
@@ -241,7 +246,7 @@ impl Reference {
         Ok(Reference::Truth(Box::new(picture)))
     }
 
-    /// What it is, in words.
+    /// Returns the reference's description.
     pub fn name(&self) -> &'static str {
         match self {
             Reference::Truth(_) => "the reference of 32 digits, at the sample's pixels",
@@ -251,7 +256,7 @@ impl Reference {
         }
     }
 
-    /// How far a pixel may be off from this.
+    /// Returns the allowed difference from this reference, in steps.
     pub fn limit(&self, max_error: f64) -> f64 {
         match self {
             Reference::Truth(_) => max_error,
@@ -259,7 +264,7 @@ impl Reference {
         }
     }
 
-    /// How far pixel `index` of a frame is off, in steps.
+    /// Returns the error of pixel `index` of a frame, in steps.
     pub fn error(&self, frame: &[u8], index: usize) -> u8 {
         let found: [u8; 4] = std::array::from_fn(|c| frame[4 * index + c]);
         match self {

@@ -1,25 +1,26 @@
-//! What may be done to an object more cheaply, and what it costs.
+//! Quality settings of an object, their levels, and the cost table.
 //!
-//! Each object has a ladder of ways for shading, filtering and lighting, dearest and most exact first. [`Levels`] say how far
-//! down all objects go; an object whose ladder is shorter stands on its last step.
+//! Each object has a list of detail levels for shading, filtering and lights, from the exact one to
+//! the cheapest. [`Levels`] gives the steps down from exact for all objects; an object with fewer
+//! levels uses its last one.
 
 use super::Budget;
 use crate::scene::{Filter, Interpolation, Object, Scene, ShadeMode};
 use std::fmt;
 
-/// How an object is drawn otherwise than exactly; `None` leaves it as it is.
+/// Deviations from drawing an object exactly; `None` leaves a property as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct QualitySettings {
-    /// Shading.
+    /// Shading mode.
     pub shade: Option<ShadeMode>,
-    /// The texture's filter.
+    /// Texture filter.
     pub filter: Option<Filter>,
-    /// The lights that reach it.
+    /// Indices of the lights that reach the object.
     pub lights: Option<Vec<u32>>,
 }
 
 impl QualitySettings {
-    /// Changes an object.
+    /// Applies the settings to an object.
     pub fn apply(&self, object: &mut Object) {
         object.shade = self.shade.or(object.shade);
         if let (Some(filter), Some((_, sampling))) = (self.filter, &mut object.texture) {
@@ -44,19 +45,19 @@ impl fmt::Display for QualitySettings {
     }
 }
 
-/// Steps down the ladders of shading, filter and lights.
+/// Steps down from exact in shading, filter and lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Levels {
-    /// Steps down in shading.
+    /// Steps in shading.
     pub shade: usize,
-    /// Steps down in filtering.
+    /// Steps in filtering.
     pub filter: usize,
-    /// Steps down in lights: 0 or 1.
+    /// Steps in lights: 0 or 1.
     pub lights: usize,
 }
 
 impl Levels {
-    /// All that change something for some object, fewest steps first.
+    /// Returns all combinations that change some object, fewest steps first.
     pub(super) fn of(details_of_objects: &[DetailLevels]) -> Vec<Levels> {
         let longest =
             |f: fn(&DetailLevels) -> usize| details_of_objects.iter().map(f).max().unwrap_or(1).max(1);
@@ -73,13 +74,13 @@ impl Levels {
         all
     }
 
-    /// Whether `other` takes at least these steps.
+    /// Returns whether `other` takes at least these steps.
     pub(super) fn is_within(self, other: Levels) -> bool {
         self.shade <= other.shade && self.filter <= other.filter && self.lights <= other.lights
     }
 }
 
-/// The ways of an object, the exact one first.
+/// Detail levels of an object, the exact one first.
 #[derive(Clone, Debug)]
 pub(super) struct DetailLevels {
     shades: Vec<ShadeMode>,
@@ -89,7 +90,7 @@ pub(super) struct DetailLevels {
 }
 
 impl DetailLevels {
-    /// The ways of an object of `scene`.
+    /// Returns the levels of an object of `scene`.
     pub fn of(object: &Object, scene: &Scene, options: &super::SceneOptions) -> DetailLevels {
         let own = object.shade.unwrap_or(options.shade);
         let shades = match own {
@@ -110,18 +111,18 @@ impl DetailLevels {
         DetailLevels { shades, filters, own_lights, few_lights: None }
     }
 
-    /// The lights that reach the object, but for one.
+    /// Returns the lights that reach the object, without one of them.
     pub fn lights_without(&self, light: u32) -> Vec<u32> {
         self.own_lights.iter().copied().filter(|&l| l != light).collect()
     }
 
-    /// Makes a step down of the lights but `unused`, if that leaves any out.
+    /// Sets the reduced light list to all lights except `unused`, if that leaves any out.
     pub fn leave_out(&mut self, unused: &[u32]) {
         let kept: Vec<u32> = self.own_lights.iter().copied().filter(|l| !unused.contains(l)).collect();
         self.few_lights = (kept.len() < self.own_lights.len()).then_some(kept);
     }
 
-    /// What the object does at these levels.
+    /// Returns the object's settings at these levels.
     pub fn recipe(&self, levels: Levels) -> QualitySettings {
         let at = |steps: usize, len: usize| steps.min(len.saturating_sub(1));
         let (shade, filter) = (at(levels.shade, self.shades.len()), at(levels.filter, self.filters.len()));
@@ -133,7 +134,7 @@ impl DetailLevels {
     }
 }
 
-/// How values may run, the exact way first.
+/// Returns the interpolations to try, the exact one first.
 pub(super) fn interpolations(own: Interpolation) -> Vec<Interpolation> {
     match own {
         Interpolation::Perspective => vec![Interpolation::Perspective, Interpolation::Affine],
@@ -141,7 +142,7 @@ pub(super) fn interpolations(own: Interpolation) -> Vec<Interpolation> {
     }
 }
 
-/// Levels in words.
+/// Returns a description of levels for a report.
 pub(super) fn name(
     levels: Levels,
     details_of_objects: &[DetailLevels],
@@ -161,7 +162,7 @@ pub(super) fn name(
     recipes.join("; ")
 }
 
-/// Equal recipes together, in order of their first object, with how many objects take them.
+/// Groups equal settings, in order of their first object, and counts the objects of each group.
 pub(super) fn grouped(recipes: &[QualitySettings]) -> Vec<(&QualitySettings, usize)> {
     let mut groups: Vec<(&QualitySettings, usize)> = Vec::new();
     for recipe in recipes {
@@ -173,19 +174,19 @@ pub(super) fn grouped(recipes: &[QualitySettings]) -> Vec<(&QualitySettings, usi
     groups
 }
 
-// The cost table. A unit is about a nanosecond of a core of 2024, but what counts is the order of things: these numbers are
-// the same on every machine, and so is what follows from them.
-/// A covered pixel, whatever else happens there.
+// Cost table. A unit is about a nanosecond of a core of 2024, but only the order matters: the
+// numbers are the same on every machine, and so are the choices.
+/// Cost of a covered pixel, in any mode.
 const PIXEL: f64 = 4.0;
-/// Values that run across a face with a division a pixel.
+/// Cost of perspective-correct interpolation per pixel.
 const PERSPECTIVE: f64 = 4.0;
-/// A normal made a unit vector and its point, a pixel.
+/// Cost of normalizing the normal and interpolating the point, per pixel.
 const PHONG: f64 = 14.0;
-/// A colour that runs across a face.
+/// Cost of interpolating a colour per pixel.
 const GOURAUD: f64 = 2.0;
-/// One light at one point.
+/// Cost of one light at one point.
 const LIGHT: f64 = 10.0;
-/// A corner or a face made ready for lighting.
+/// Cost of preparing a corner or a face for lighting.
 const CORNER: f64 = 12.0;
 
 fn filter_cost(filter: Filter) -> f64 {
@@ -197,7 +198,7 @@ fn filter_cost(filter: Filter) -> f64 {
     }
 }
 
-/// What drawing an object costs by the table, where it covers `pixels`.
+/// Returns the cost of drawing an object that covers `pixels` pixels.
 pub(super) fn cost(
     object: &Object,
     budget: &Budget,

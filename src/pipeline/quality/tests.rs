@@ -1,4 +1,4 @@
-//! What is chosen where the answer is plain; whole pictures are held to the truth in `tests/drawing/budget.rs`.
+//! Tests with evident choices; `tests/drawing/budget.rs` compares pictures with the reference.
 
 use super::*;
 use crate::scene::{Filter, Sampling, ShadeMode, Texture, shapes};
@@ -46,7 +46,7 @@ fn a_ball_with_a_highlight_is_not_flat() {
     let choice = chosen(&scene, 2.0);
     assert_eq!(choice.recipes[0].shade, None, "{choice}");
     assert!(choice.trials.len() > 2);
-    // With no bound to speak of the cheapest of all is taken: no light, and no division.
+    // Without an effective bound the cheapest settings are chosen: no light, and no division.
     let choice = chosen(&scene, 255.0);
     assert_eq!(
         (choice.recipes[0].lights.clone(), choice.interp),

@@ -1,4 +1,5 @@
-//! Sets up faces that vectors draw in order: transparent ones, and those that the painter sorted.
+//! Setup of faces that vector kernels draw in submission order: transparent ones, and those sorted
+//! by the painter's algorithm.
 
 use super::f32s;
 use crate::pipeline::assemble::{Face, Facing};
@@ -13,21 +14,21 @@ use crate::pipeline::tile::{
 use crate::scene::{FillStyle, Material, ShadeMode};
 use glam::DVec3;
 
-/// What the faces of one draw share; its lists are kept for another draw.
+/// Data that the faces of one draw share; its lists are reused by later draws.
 #[derive(Debug, Default)]
 pub(crate) struct BlendedSetup {
     state: SetupState,
-    /// What positions are relative to.
+    /// Origin that positions are relative to.
     origin: DVec3,
-    /// V, where it is the same everywhere.
+    /// View vector V, if it is constant.
     to_viewer: Option<[f32; 3]>,
-    /// The materials that are lit at pixels, by their addresses.
+    /// Materials lit per pixel, keyed by address.
     lightings: Vec<(usize, MaterialLighting)>,
-    /// Lists of lights that are not in use.
+    /// Unused light lists.
     recycled: Vec<Vec<FastLight>>,
 }
 
-/// Who draws the faces.
+/// The code path that draws the faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum SetupState {
     #[default]
@@ -37,18 +38,18 @@ enum SetupState {
 }
 
 impl BlendedSetup {
-    /// Makes it ready for another draw.
+    /// Resets it for another draw, keeping its allocations.
     pub fn forget(&mut self) {
         self.state = SetupState::Unasked;
         self.recycled.extend(self.lightings.drain(..).map(|(_, l)| l.lights).filter(|l| l.capacity() > 0));
     }
 
-    /// Whether it was not made yet.
+    /// Returns whether it has not been set up since the last reset.
     pub fn is_unasked(&self) -> bool {
         self.state == SetupState::Unasked
     }
 
-    /// Bytes that its lists take.
+    /// Returns the bytes that its lists take.
     pub fn size_bytes(&self) -> usize {
         let lights = self.recycled.iter().chain(self.lightings.iter().map(|(_, l)| &l.lights));
         self.lightings.capacity() * size_of::<(usize, MaterialLighting)>()
@@ -57,8 +58,8 @@ impl BlendedSetup {
     }
 }
 
-/// Why the plain path draws the faces of a draw that the tile renderer does not, as far as the plan tells; `None` where vectors
-/// draw them one after the other.
+/// Returns the reason why the plain path must draw a draw's ordered faces, as far as the plan
+/// tells; `None` if vector kernels can draw them.
 pub(crate) fn blended_unsupported_reason(call: &DrawCall, target: &Target) -> Option<&'static str> {
     let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
     let is_sized = width >= FRAME_LIMITS.0 && width <= FRAME_LIMITS.1 && height <= FRAME_LIMITS.1;
@@ -79,7 +80,7 @@ fn address(material: &Material) -> usize {
 }
 
 impl PreparedDraw<'_> {
-    /// Finds what the faces of this draw share, and whether the plain path draws them all.
+    /// Computes what the faces of this draw share, and decides which path draws them.
     pub fn set_up_blended(&self, target: &Target, setup: &mut BlendedSetup) {
         setup.forget();
         setup.state = SetupState::PlainPath;
@@ -112,8 +113,8 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// A material's light in the world's axes, relative to `origin`, its lights in the list given; `None` where f32 does not carry
-    /// them.
+    /// Returns a material's lighting in world axes relative to `origin`, with its lights in
+    /// `lights`; `None` if a value is out of range for f32.
     fn lighting_of(
         &self,
         material: &Material,
@@ -140,7 +141,8 @@ impl PreparedDraw<'_> {
         })
     }
 
-    /// A face for vectors; `None` where it is the plain path's: lit by what f32 does not carry.
+    /// Returns a face for the vector kernels; `None` if the plain path must draw it, because its
+    /// lighting or fog is out of range for f32.
     pub fn blended_face<'v>(
         &self,
         setup: &'v BlendedSetup,

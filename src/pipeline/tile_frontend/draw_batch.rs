@@ -1,8 +1,10 @@
-//! Batches of small draws that follow each other: each has too little work for two threads, all of them have enough.
+//! Batches of consecutive small draws: one has too little work for two threads, all of them have
+//! enough.
 //!
-//! First each draw by itself, on any thread: its parts, its tables, its faces in their tiles. Then band by band of tiles, on any
-//! thread: the draws that reach a band, in their order. A pixel belongs to one band, so it sees the draws in their order, and each
-//! draw does at it what it would do alone: the same bytes.
+//! First each draw is prepared independently, on any thread: inputs, tables, binning of its faces.
+//! Then each row of tiles is drawn, on any thread: the draws that reach it, in submission order. A
+//! pixel belongs to one row of tiles, so it sees the draws in order, and each draw writes there
+//! what it would write alone: the bytes are the same.
 
 use super::draw_inputs::DrawInputs;
 use super::{FEW_FACES, Workspace, frame_of, unsupported_reason};
@@ -16,33 +18,34 @@ use crate::simd::Level;
 use rayon::prelude::*;
 use std::fmt;
 
-/// Draws that are drawn together at most,
+/// Maximum number of draws in a batch.
 const MOST_DRAWS: usize = 256;
 
-/// and the bytes that their tiles' empty lists may take.
+/// Maximum bytes of the empty tile lists of a batch.
 const MOST_BYTES: usize = 8 << 20;
 
-/// Bytes that their tiles' lists have room for before no further draw begins.
+/// Bytes of the batch's tile lists beyond which no further draw is binned.
 const LIST_BYTES: usize = 32 << 20;
 
-/// What draws that are drawn together leave to the next ones.
+/// Buffers that one batch leaves to the next.
 #[derive(Default)]
 pub(crate) struct DrawBatch {
-    /// Of each draw, its working memories.
+    /// Workspace of each draw.
     slots: Vec<Workspace>,
-    /// What all their lists have room for.
+    /// Shared count of the bytes that all tile lists have room for.
     bytes: ListBytes,
     drawn: Vec<Option<Drawn<'static>>>,
-    /// Twice as many draws as this are tried at once: few where one was beyond the tile renderer.
+    /// Half the number of draws to try next; small after a batch with a draw that the tile renderer
+    /// could not draw.
     half: usize,
-    /// As many were tried last.
+    /// Maximum number of draws tried in the last batch.
     most: usize,
 }
 
-/// A draw whose faces wait in their tiles, unless none reaches one.
+/// A draw whose faces have been binned.
 struct Drawn<'p> {
     inputs: DrawInputs<'p>,
-    /// Its faces, and the bands that they reach.
+    /// Its bins and the rows of tiles that they reach; `None` if no face reaches a tile.
     binned: Option<(Binned, (usize, usize))>,
     counts: Counts,
     stats: DrawStats,
@@ -55,22 +58,23 @@ impl fmt::Debug for DrawBatch {
 }
 
 impl DrawBatch {
-    /// Bytes that are kept.
+    /// Returns the bytes of all buffers.
     pub fn size_bytes(&self) -> usize {
         let slots = self.slots.iter().map(|m| size_of::<Workspace>() + m.size_bytes());
         slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
     }
 
-    /// Bytes that are held: the tiles' lists, and of each draw its vertices and tables.
+    /// Returns the bytes to reserve: the tiles' lists, and the vertices and tables of each draw.
     pub fn held_bytes(&self) -> u64 {
         let slots: usize = self.slots.iter().map(|slot| size_of::<Workspace>() + slot.table_bytes()).sum();
         (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
     }
 
-    /// Bytes that drawing draws together takes at worst, whose materials and lights take so many bytes each.
+    /// Returns the worst-case bytes of a batch. `bindings` yields the bytes of each draw's
+    /// materials and lights.
     pub fn worst_bytes(bindings: impl Iterator<Item = u64>, threads: u64, target: &Target) -> u64 {
         let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
-        // A vertex on the screen and its depth, and four tables.
+        // A screen vertex and its f64 depth, and four tables.
         let draw = 3 * FEW_FACES as u64 * (tile::SCREEN_VERTEX_BYTES + tile::DEPTH_VERTEX_BYTES + 4 * 16)
             + (size_of::<Workspace>() + size_of::<Option<Drawn>>()) as u64;
         let (count, bindings) = bindings
@@ -80,7 +84,7 @@ impl DrawBatch {
         count * draw + bindings + tile::worst_list_bytes(faces, threads, (width, height), LIST_BYTES as u64)
     }
 
-    /// How many of the first of these draws can be drawn together; 0 where the first one is not for this.
+    /// Returns how many of the first of these draws can form a batch; 0 if fewer than two.
     pub fn count(&mut self, all: &[PreparedDraw], target: &Target) -> usize {
         let grid = tile::grid_bytes((target.memory.width() as usize, target.memory.height() as usize));
         let most = (2 * self.half.max(1)).min(MOST_DRAWS).min(MOST_BYTES / grid.max(1));
@@ -93,7 +97,8 @@ impl DrawBatch {
         count
     }
 
-    /// Draws the opaque faces of the first of these draws, which [`DrawBatch::count`] has found, and says how many were drawn.
+    /// Draws the opaque faces of these draws, as counted by [`DrawBatch::count`]. Returns how many
+    /// draws were drawn.
     pub fn draw(
         &mut self,
         (level, executor, coarse): (Level, &CancellableExecutor, CoarseDepth),
@@ -169,7 +174,8 @@ impl DrawBatch {
 }
 
 impl<'p> Drawn<'p> {
-    /// Everything up to the faces in their tiles; `None` when the draw is beyond the tile renderer.
+    /// Prepares a draw up to binning. Returns `None` if the tile renderer cannot draw it in one
+    /// piece.
     fn new(
         prepared: &'p PreparedDraw,
         slot: &mut Workspace,
@@ -184,7 +190,7 @@ impl<'p> Drawn<'p> {
         let binned = prepared.with_job(&inputs, tables, format, |job| {
             Binning::new(level, executor, scratch, job, width).next(level, executor, scratch, job, &mut stats)
         });
-        // One that would be drawn in pieces is drawn by itself.
+        // A draw that needs several pieces is drawn by itself.
         let faces = prepared.call.geometry.mesh.triangles.len();
         if binned.is_some_and(|b| b.until < faces) {
             return None;
@@ -194,7 +200,8 @@ impl<'p> Drawn<'p> {
     }
 }
 
-/// Whether a draw can be drawn together with `first`: by the tile renderer, over the same pixels and memories.
+/// Returns whether a draw can be batched with `first`: it is small, supported by the tile renderer,
+/// and has the same clip rectangle and depth use.
 fn can_join(prepared: &PreparedDraw, first: &PreparedDraw, target: &Target) -> bool {
     let mesh = &prepared.call.geometry.mesh;
     let has_depth = |p: &PreparedDraw| p.plan.uses(Part::DepthMemory);

@@ -14,13 +14,13 @@ use crate::pipeline::tile::{
 use crate::scene::{Cull, Interpolation, ShadeMode};
 use crate::simd::Level;
 
-/// Inputs found once a draw, and joined to a [`DrawJob`] where the draw is done.
+/// Inputs of a draw, computed once and assembled into a [`DrawJob`] to draw it.
 pub(crate) struct DrawInputs<'p> {
     prepared: &'p IndexedMesh,
     frame: ShadingSpace,
-    /// The materials.
+    /// Material bindings.
     pub bindings: Vec<MaterialBinding<'p>>,
-    /// Which pixels may be drawn.
+    /// Pixels that may be drawn.
     pub view: ClipRect,
     light: Light,
     winding: Winding,
@@ -29,17 +29,17 @@ pub(crate) struct DrawInputs<'p> {
     fog: Option<FogParams>,
     is_lit: bool,
     needs_positions: bool,
-    /// Whether hidden faces are left out tile by tile: off unless it is set.
+    /// Hierarchical culling of hidden faces; off unless set.
     pub coarse: CoarseDepth,
 }
 
 impl PreparedDraw<'_> {
-    /// The inputs of this draw; `None` when it is beyond the tile renderer.
+    /// Returns the inputs of this draw; `None` if the tile renderer cannot draw it.
     pub(super) fn inputs<'p>(&'p self, recycled: &mut RecycledBindings) -> Option<DrawInputs<'p>> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let clip = self.transform().screen.clip;
         if clip.is_empty() {
-            // Everything is outside; the plain path counts it.
+            // Everything is outside the view; the plain path counts it.
             return None;
         }
         let is_lit = self.plan.uses(Part::LightPixels)
@@ -60,7 +60,8 @@ impl PreparedDraw<'_> {
             (Cull::Back, false) | (Cull::Front, true) => Winding::CounterClockwise,
             (Cull::Back, true) | (Cull::Front, false) => Winding::Clockwise,
         };
-        // Faces seen from behind turn: clockwise ones, unless something mirrors.
+        // Faces seen from behind flip their normal: clockwise ones, unless the model or window
+        // mirrors.
         let flip_normal = match (call.two_sided_lighting, self.assembler.mirrored) {
             (false, _) => 0,
             (true, false) => 1,
@@ -91,7 +92,7 @@ impl PreparedDraw<'_> {
         })
     }
 
-    /// Works out the tables of the draw.
+    /// Computes the draw's lighting and position tables.
     pub(super) fn make_tables(
         &self,
         inputs: &mut DrawInputs<'_>,
@@ -108,7 +109,7 @@ impl PreparedDraw<'_> {
         inputs.light = light;
     }
 
-    /// Hands the draw's job to `work`.
+    /// Calls `work` with the draw's job.
     pub(super) fn with_job<R>(
         &self,
         inputs: &DrawInputs<'_>,
@@ -157,7 +158,7 @@ impl PreparedDraw<'_> {
         })
     }
 
-    /// The steps of an object's points to the screen.
+    /// Returns the transformations from object space to the screen.
     pub fn to_screen(&self) -> ToScreen {
         let t = self.transform();
         let rows = |m: &glam::DMat4| m.transpose().to_cols_array_2d();
@@ -175,7 +176,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// How depth is worked in f64, where its format asks for that.
+    /// Returns the f64 depth computation, if the format requires it.
     fn depth_f64(&self, format: DepthFormat) -> Option<DepthF64> {
         let encoder = DepthEncoder::of(format)?;
         let camera = &self.transform().camera;

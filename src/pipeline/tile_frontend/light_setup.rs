@@ -1,4 +1,4 @@
-//! What the light rests on: the materials as the kernels want them, and the tables of points that are lit once.
+//! Material bindings in the kernels' format, and tables of light at vertices or faces.
 
 use super::f32s;
 use super::shading_space::ShadingSpace;
@@ -15,13 +15,13 @@ use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use glam::{DMat3, DVec3};
 
-/// The most texels that a face may run over: beyond, f32 does not know which.
+/// Maximum number of texels that a face may span; beyond, f32 cannot tell texels apart.
 const LONGEST_RUN: f64 = 8192.0;
 
-/// Points that one piece of table work takes.
+/// Points per piece of table work.
 const CHUNK_POINTS: usize = 4096;
 
-/// Tables that hold for all faces of a draw, a record a point or a face.
+/// Tables that all faces of a draw share, with one record per point or face.
 #[derive(Debug, Default)]
 pub(super) struct Tables {
     pub normals: Vec<[f32; 4]>,
@@ -31,7 +31,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    /// Bytes that the tables take.
+    /// Returns the bytes that the tables take.
     pub fn size_bytes(&self) -> usize {
         [&self.normals, &self.positions, &self.diffuse, &self.specular]
             .iter()
@@ -40,7 +40,7 @@ impl Tables {
     }
 }
 
-/// Lists that a draw leaves to the next one, all of them empty.
+/// Empty lists that one draw leaves to the next for reuse.
 #[derive(Debug, Default)]
 pub(super) struct RecycledBindings {
     bindings: Vec<MaterialBinding<'static>>,
@@ -48,14 +48,14 @@ pub(super) struct RecycledBindings {
 }
 
 impl RecycledBindings {
-    /// Takes a draw's lists back.
+    /// Takes back the lists of a finished draw.
     pub fn take_back(&mut self, mut bindings: Vec<MaterialBinding<'_>>) {
         self.lights.extend(bindings.drain(..).map(|s| s.lighting.lights).filter(|l| l.capacity() > 0));
         self.bindings = recycle(bindings);
     }
 }
 
-/// Where colours come from.
+/// Source of colours; selects the draw's [`ColorSource`](crate::pipeline::tile::ColorSource).
 pub(super) enum Light {
     Pixels,
     Vertices,
@@ -63,7 +63,7 @@ pub(super) enum Light {
     Constant,
 }
 
-/// What the tables of a draw are worked from, and with.
+/// Inputs of the table computation, and its executor.
 pub(super) struct TableWork<'a> {
     pub prepared: &'a IndexedMesh,
     pub frame: &'a ShadingSpace,
@@ -78,13 +78,13 @@ struct Points<'a> {
     positions: &'a [Vec<f64>; 3],
     normals: &'a [[f32; 4]],
     colors: &'a [[f32; 4]],
-    /// The run of points of one material that begins at the first number, looked for up to the second: its end, and the
-    /// material.
+    /// Returns the run of points with one material that begins at the first argument: its end,
+    /// searched no further than the second argument, and the material's index.
     run: &'a (dyn Fn(usize, usize) -> (usize, usize) + Sync),
 }
 
 impl PreparedDraw<'_> {
-    /// The materials as the kernels want them; `None` where f32 does not carry one.
+    /// Returns the materials in the kernels' format; `None` if a value is out of range for f32.
     pub(super) fn bindings<'s>(
         &'s self,
         prepared: &IndexedMesh,
@@ -108,7 +108,7 @@ impl PreparedDraw<'_> {
     ) -> Option<()> {
         let (call, mesh) = (self.call, &self.call.geometry.mesh);
         let side = if call.cull == Cull::Front { Facing::Back } else { Facing::Front };
-        // Behind the front's surfaces come those of faces seen from behind, where they have a material of their own.
+        // The back material's bindings follow those of the front.
         let has_back = call.back_material.is_some() && call.cull == Cull::None;
         let sides = [Some(side), has_back.then_some(Facing::Back)].into_iter().flatten();
         let wanted = sides.flat_map(|side| prepared.materials.iter().map(move |p| (side, *p)));
@@ -145,7 +145,8 @@ impl PreparedDraw<'_> {
             if let Some(texture) = texture {
                 let texels = texture.width().max(texture.height()) as f64;
                 let run = prepared.longest_texcoord_run * texels;
-                // A file may leave out what the texture needs: then the face has none.
+                // A file may omit texture coordinates that the texture needs: such a face is drawn
+                // without it.
                 if !prepared.has_all_texcoords || run.is_nan() || run > LONGEST_RUN {
                     return None;
                 }
@@ -154,7 +155,7 @@ impl PreparedDraw<'_> {
         Some(())
     }
 
-    /// Works out the tables that the light needs, and says where colours come from.
+    /// Computes the tables that lighting needs, and returns the source of colours.
     pub(super) fn light_tables(&self, work: &TableWork<'_>, tables: &mut Tables) -> Light {
         let (prepared, mesh) = (work.prepared, &self.call.geometry.mesh);
         match self.call.shade {
@@ -192,7 +193,8 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Lights points into the tables `diffuse` and, where a texture keeps the two parts of light apart, `specular`.
+    /// Lights points into the table `diffuse` and, if a texture requires the two parts of light
+    /// apart, `specular`.
     fn light_points(&self, work: &TableWork<'_>, points: &Points<'_>, tables: &mut Tables) {
         let TableWork { prepared, frame, bindings, level, executor, .. } = *work;
         let Tables { normals: flip_normal, diffuse, specular, .. } = tables;
@@ -248,7 +250,7 @@ impl PreparedDraw<'_> {
         }
     }
 
-    /// Object-space normals to unit normals in the world.
+    /// Transforms object-space normals to unit normals in world space.
     fn turn_normals(&self, from: &[[f32; 4]], executor: &CancellableExecutor, to: &mut Vec<[f32; 4]>) {
         resize_in_huge_pages(to, from.len(), [0.0; 4]);
         executor.chunks(to, CHUNK_POINTS, |i, run| {
@@ -261,7 +263,7 @@ impl PreparedDraw<'_> {
         });
     }
 
-    /// Positions in the shading frame.
+    /// Fills `to` with the vertices' positions in shading space.
     pub(super) fn position_table(&self, work: &TableWork<'_>, to: &mut Vec<[f32; 4]>) {
         let TableWork { prepared, frame, executor, .. } = *work;
         resize_in_huge_pages(to, prepared.vertex_count(), [0.0; 4]);
@@ -275,7 +277,7 @@ impl PreparedDraw<'_> {
         });
     }
 
-    /// The light at a point in f64, in its two parts, without vertex colours.
+    /// Returns both parts of the light at a point, computed in f64, without vertex colours.
     fn exact_light(&self, position: [f64; 3], normal: [f32; 4], polygon: u32) -> [[f32; 3]; 2] {
         let side = if self.call.cull == Cull::Front { Facing::Back } else { Facing::Front };
         let (material, _) = self.call.material_of(&self.call.geometry.mesh.polygons[polygon as usize], side);
@@ -289,7 +291,7 @@ impl PreparedDraw<'_> {
     }
 }
 
-/// The run of faces of one material from `first` on: its end, and the material.
+/// Returns the run of faces with one material from `first` on: its end, and the material.
 fn run_of_faces(materials: &[i32], first: usize, end: usize) -> (usize, usize) {
     let Some(&own) = materials.get(first) else { return (end, 0) };
     let length = materials[first..end].iter().take_while(|m| **m == own).count();

@@ -1,8 +1,8 @@
-//! Estimates the memory of a draw by the tile renderer: what the plan states, and what is reserved.
+//! Memory estimates for draws by the tile renderer, for printed plans and for reservations.
 //!
-//! Known to the item: what is kept of a mesh, the vertices on the screen, the tables of light, the tiles' lists as such.
-//! Estimated: how many vertices corners with different normals or texture coordinates make, and what lists of faces take
-//! that grow as faces come.
+//! Exact figures: the data kept per mesh, screen vertices, lighting tables, the tiles' lists while
+//! empty. Estimated figures: the number of vertices that corners with different normals or texture
+//! coordinates make, and the face lists, which grow as faces are added.
 
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{DrawCall, Target};
@@ -14,10 +14,11 @@ use crate::pipeline::tile::{
 use crate::pipeline::working::{Working, WorkingBytes};
 use crate::scene::{Cull, Interpolation, ShadeMode};
 
-/// A record of four f32.
+/// Bytes of a record of four f32.
 const FOUR: u64 = 16;
 
-/// Bytes that the tile renderer takes for a draw, the frame's memories and the plan's own tables of normals aside.
+/// Returns the estimated bytes of a draw by the tile renderer, without the frame's memories and the
+/// plan's own tables of normals.
 pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> u64 {
     let mesh = &call.geometry.mesh;
     let faces = mesh.triangles.len() as u64;
@@ -29,7 +30,7 @@ pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> 
     let is_flat = call.shade == ShadeMode::Flat;
     let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
 
-    // Once a mesh: its prepared form, and the faces that are lit as wholes.
+    // Per mesh: its indexed form, and the table of flat-shaded faces.
     let own = 24
         + per(is_lit && !is_flat, FOUR)
         + per(!mesh.texcoords.is_empty(), FOUR)
@@ -39,7 +40,7 @@ pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> 
     let has_face_table = is_flat && (is_lit || !mesh.colors.is_empty());
     let face_table = per(has_face_table, faces * (24 + FOUR + per(!mesh.colors.is_empty(), FOUR)));
 
-    // Once a draw: vertices on the screen, and what is lit before pixels are.
+    // Per draw: screen vertices, and the tables of light at vertices or faces.
     let is_deep = plan.uses(Part::DepthMemory) && target.depth_format != Default::default();
     let screen = vertices * (SCREEN_VERTEX_BYTES + per(is_deep, DEPTH_VERTEX_BYTES));
     let points = if is_flat { faces } else { vertices };
@@ -53,7 +54,8 @@ pub(crate) fn estimated_bytes(call: &DrawCall, target: &Target, plan: &Plan) -> 
     prepared + face_table + screen + tables + positions + bin_bytes(faces, kept_faces, size)
 }
 
-/// Bytes that the tile renderer works in at most for a draw of so many prepared vertices: all but the tiles' lists.
+/// Returns the maximum working memory of a draw with `vertices` indexed vertices, without the
+/// tiles' lists.
 pub(crate) fn working_bytes(
     call: &DrawCall,
     format: DepthFormat,
@@ -66,7 +68,8 @@ pub(crate) fn working_bytes(
     let points = if call.shade == ShadeMode::Flat { faces } else { vertices };
     let has_points = is_lit || call.shade == ShadeMode::Flat && !mesh.colors.is_empty();
     let per = |is_there: bool, bytes: u64| if is_there { bytes } else { 0 };
-    // Few words a cluster and a block of vertices: their lists have room for twice as many.
+    // A few words per cluster and per block of vertices, in lists whose capacity can be twice their
+    // length.
     let marks = (faces + vertices).div_ceil(4);
     let mut bytes = WorkingBytes::default();
     bytes[Working::ScreenVertices] = vertices * SCREEN_VERTEX_BYTES + marks;
@@ -79,7 +82,7 @@ pub(crate) fn working_bytes(
     bytes
 }
 
-/// Bytes that materials and lights take as the kernels read them.
+/// Returns the bytes of materials and lights in the kernels' format.
 pub(crate) fn binding_bytes(call: &DrawCall) -> u64 {
     let lights = call.light_subset.map_or(call.lights.len(), <[u32]>::len);
     let binding = size_of::<MaterialBinding>() + size_of::<FastLight>() * 2 * lights;

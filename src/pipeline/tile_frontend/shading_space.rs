@@ -1,29 +1,30 @@
-//! The shading frame, in which colours are worked, and the ray of each pixel in it.
+//! Shading space, in which colours are computed, and the view ray of each pixel in it.
 //!
-//! Its origin is the eye (or, in parallel projections, the mesh's middle), its axes are the mesh's own where the model
-//! turns, moves and scales evenly, so that normals need no work, and the world's otherwise.
+//! Its origin is the eye (the mesh's centre for parallel projections). Its axes are the mesh's own
+//! if the model only rotates, translates and scales uniformly, so that normals need no
+//! transformation, and those of world space otherwise.
 
 use super::f32s;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::Eye;
 use glam::{DMat3, DVec3};
 
-/// Numbers that f32 and their squares carry.
+/// Limit of values whose squares f32 can represent.
 const LARGEST: f64 = 1e15;
 
-/// What a draw's shading rests on.
+/// Shading space of a draw.
 pub(super) struct ShadingSpace {
-    /// World to frame axes.
+    /// Rotation from world to shading axes.
     pub axes: DMat3,
-    /// Its origin in the world.
+    /// Origin in world space.
     pub origin: DVec3,
-    /// Whether the mesh's normals are those of the frame.
+    /// True if the mesh's normals are valid in this space as they are.
     pub has_own_normals: bool,
     pub eye: Eye,
 }
 
 impl PreparedDraw<'_> {
-    /// The shading frame; `None` where numbers leave f32.
+    /// Returns the shading space; `None` if values are out of range for f32.
     pub(super) fn shading_space(&self) -> Option<ShadingSpace> {
         let t = self.transform();
         let linear = DMat3::from_mat4(t.model);
@@ -45,14 +46,16 @@ impl PreparedDraw<'_> {
         Some(ShadingSpace { axes, origin, has_own_normals: own.is_some(), eye })
     }
 
-    /// The point that a pixel shows is its ray times w, from the eye: at pixel (0,0), per column, per row.
+    /// Returns the ray at pixel (0,0) and its steps per column and per row. The point seen at a
+    /// pixel is the eye plus the pixel's ray times w. Returns `None` if the projection's centre is
+    /// not the eye, or out of range for f32.
     fn rays(&self, axes: &DMat3) -> Option<[[f32; 3]; 3]> {
         let t = self.transform();
         let complete = t.camera.projection * t.camera.view;
         let [x, y, _, w] = [0, 1, 2, 3].map(|r| complete.row(r));
         let rows = [x, y, w].map(|r| r.truncate());
         let from_eye = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-        // Points reach the eye itself with w = 0, in every perspective that has its eye where the camera says.
+        // A perspective with its centre at the camera's eye maps the eye itself to x = y = w = 0.
         let at_eye = [x, y, w].map(|r| r.dot(t.camera.eye.extend(1.0)).abs());
         let size = from_eye.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let slack = 1e-9 * size * (1.0 + t.camera.eye.abs().max_element());
@@ -73,7 +76,8 @@ impl PreparedDraw<'_> {
     }
 }
 
-/// The turn that takes the world's axes to a mesh's own, where its model turns, moves and scales evenly.
+/// Returns the rotation from world axes to the mesh's own, if its model only rotates, translates
+/// and scales uniformly.
 fn evenly_turned(linear: &DMat3) -> Option<DMat3> {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let s2 = x.length_squared();

@@ -1,4 +1,4 @@
-//! Which pixel, which face, and the numbers of both, asked of the stages of the plain path.
+//! Collection of a trace's values from the stages of the plain path.
 
 use super::{CornerTrace, LitAt, PixelTrace, Texel, Trace};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
@@ -18,7 +18,7 @@ use crate::pipeline::shade::{FaceShade, ShadingFrequency, uv_from_first};
 use crate::scene::{Interpolation, ShadeMode};
 use glam::DVec2;
 
-/// The covered pixel nearest to the middle of what is covered.
+/// Returns the covered pixel nearest to the centroid of the covered ones.
 pub(super) fn middle_pixel(p: &PreparedDraw, triangle: u32) -> Option<[i32; 2]> {
     let corners = p.corner_vertices(triangle);
     let face = p.assembler.face(corners.each_ref(), &mut DrawStats::default())?;
@@ -42,7 +42,8 @@ pub(super) fn middle_pixel(p: &PreparedDraw, triangle: u32) -> Option<[i32; 2]> 
     rows.iter().min_by_key(|row| distance(row)).map(|(y, xs)| [nearest(xs), *y])
 }
 
-/// What gives a pixel its colour: the last face that passes there, in the order of drawing.
+/// Returns the face that gives a pixel its colour: the last one that passes there, in drawing
+/// order.
 pub(super) fn seen_at(
     all: &[PreparedDraw],
     options: &SceneOptions,
@@ -87,7 +88,8 @@ fn covers(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> bool {
     is_inside && is_covered
 }
 
-/// The weights at a pixel with z and 1 - z, or `None` where the face has no point between near and far.
+/// Returns the weights at a pixel with z and 1 - z; `None` if the face has no point there between
+/// near and far.
 fn point_of(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> Option<(Weights, f64, f64)> {
     let screen = &p.transform().screen;
     let weights = face.plane.clamped(face.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
@@ -169,7 +171,7 @@ pub(super) fn follow(
     }
 }
 
-/// (b-a) x (p-a): twice the signed area of a, b, p, in the product of their units.
+/// Returns (b-a) x (p-a): twice the signed area of a, b, p, in the product of their units.
 fn edge(a: [i64; 2], b: [i64; 2], p: [i64; 2]) -> i128 {
     let d = |q: [i64; 2], axis: usize| i128::from(q[axis]) - i128::from(a[axis]);
     d(b, 0) * d(p, 1) - d(b, 1) * d(p, 0)
@@ -247,7 +249,7 @@ fn pixel(
     })
 }
 
-/// The places at which the shading mode lights, and what it finds there.
+/// Returns the lighting at the points that the shading mode lights.
 fn lit_at(p: &PreparedDraw, triangle: u32, shade: &FaceShade, barycentrics: [f64; 3]) -> Vec<LitAt> {
     let polygon = p.polygon_of(triangle);
     let (mesh, side) = (&p.call.geometry.mesh, p.assembler.side(p.corner_vertices(triangle).each_ref()));

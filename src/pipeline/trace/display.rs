@@ -1,11 +1,11 @@
-//! A trace as text: one stage after the other, each number to its last digit.
+//! Text form of a trace: stage by stage, each number in full precision.
 
 use super::{CornerTrace, FastTrace, LitAt, PixelTrace, Trace};
 use crate::scene::LightingModel;
 use glam::{DMat4, DVec3, DVec4};
 use std::fmt::{self, Display, Formatter};
 
-/// Numbers in brackets, each to the last digit that f64 holds.
+/// Numbers in parentheses, each in full f64 precision.
 struct Numbers<'a>(&'a [f64]);
 
 impl Display for Numbers<'_> {
@@ -21,7 +21,8 @@ impl Display for Numbers<'_> {
     }
 }
 
-/// The shortest digits that read back as the same number; long ones with an exponent.
+/// Writes the shortest digits that parse to the same number, with an exponent if very large or
+/// small.
 fn number(f: &mut Formatter<'_>, v: f64) -> fmt::Result {
     let size = v.abs();
     match v == 0.0 || !v.is_finite() || (1e-5..1e16).contains(&size) {

@@ -1,4 +1,5 @@
-//! The same triangle as the fast path has it: the records of its corners, and the depth and bytes that it stores alone.
+//! The tile renderer's values of a traced triangle: screen vertices, and the depth and bytes that
+//! it stores when drawn alone.
 
 use crate::memory::{DepthFormat, Rgba, VideoMemory};
 use crate::pipeline::draw_call::{DrawCall, Target};
@@ -9,30 +10,30 @@ use crate::pipeline::tile_frontend::unsupported_reason;
 use crate::scene::{Geometry, Mesh};
 use crate::simd::Level;
 
-/// One corner's record: 16 bytes.
+/// Screen vertex of one corner, a record of 16 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FastCorner {
     /// x and y on the screen in 1/65536 pixel, rounded down.
     pub position_fixed: [i32; 2],
     /// z, as f32.
     pub z: f32,
-    /// 1/w, as f32; 0 where the record can't hold the corner, and its faces are set up in f64.
+    /// 1/w, as f32; 0 if the record cannot represent the corner, and its faces are set up in f64.
     pub inverse_w: f32,
 }
 
-/// What the fast path knows of the triangle.
+/// Values of the tile renderer for one triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FastTrace {
-    /// Why the plain path draws it instead; `None` where the fast one does.
+    /// Reason why the plain path draws it instead; `None` if the tile renderer does.
     pub unsupported_reason: Option<&'static str>,
-    /// The corners' records.
+    /// The corners' screen vertices.
     pub corners: [FastCorner; 3],
-    /// The stored depth (where depth is kept) and the bytes of the pixel, the triangle being drawn alone; `None` where it does not
-    /// light the pixel.
+    /// Stored depth (if depth is used) and bytes of the pixel, with the triangle drawn alone;
+    /// `None` if it does not change the pixel.
     pub stored: Option<(Option<f64>, Rgba)>,
 }
 
-/// The numbers of `triangle` of the prepared draw, and of pixel `at`.
+/// Returns the tile renderer's values of `triangle` of the prepared draw, and of pixel `at`.
 pub(super) fn fast(
     p: &PreparedDraw,
     triangle: u32,
@@ -48,7 +49,7 @@ pub(super) fn fast(
         z,
         inverse_w: w,
     });
-    // The whole mesh with this triangle alone: its polygons stay, since normals rest on them.
+    // The mesh with this triangle alone: all polygons stay, since normals depend on them.
     let alone = Geometry {
         mesh: Mesh {
             triangles: vec![mesh.triangles[triangle as usize]],
@@ -60,7 +61,7 @@ pub(super) fn fast(
         textures: p.call.geometry.textures.clone(),
     };
     let call = DrawCall { geometry: &alone, shared: None, ..p.call.clone() };
-    // Over two colours: what differs is not lit, or lets light through.
+    // Drawn over two colours: a pixel that keeps both was not written.
     let draw = |background: Rgba| {
         let mut memory = VideoMemory::new(size[0], size[1]).ok()?;
         memory.clear(background);

@@ -1,4 +1,5 @@
-//! What a trace says is what the memory holds; and the numbers that the notes print come out of it.
+//! Tests that a trace equals the memory's contents, and reproduces the numbers printed in the
+//! notes.
 
 use super::*;
 use crate::pipeline::{draw, draw_scene, golden};
@@ -120,13 +121,13 @@ fn the_corners_of_notes_001_come_out_of_it() {
         DrawCall { camera: camera(eye, plane), viewport, ..DrawCall::new(&geometry, &material, 512, 512) };
     let trace =
         trace_draw(&call, [512, 512], DepthFormat::F32, Probe::Triangle(0)).expect("there is one triangle");
-    // The file's points 1, 5 and 7 are the triangle's corners.
+    // Points 1, 5 and 7 of the file are the triangle's corners.
     let points = expected["points"].as_array().expect("points");
     for (corner, i) in trace.corners.iter().zip([1, 5, 7]) {
         let (screen, clip) = (numbers(&points[i]["screen"]), numbers(&points[i]["clip"]));
         assert!((corner.clip.x - clip[0]).abs() < 1e-12 && (corner.clip.w - clip[3]).abs() < 1e-12);
         for axis in 0..2 {
-            // The notes put pixel centres at whole numbers.
+            // The notes put pixel centres at integers.
             assert!(
                 (corner.screen[axis] - 0.5 - screen[axis]).abs() < 1e-9,
                 "{:?} {screen:?}",
@@ -136,7 +137,7 @@ fn the_corners_of_notes_001_come_out_of_it() {
     }
 }
 
-/// A lit, coloured knot under one shading mode, and what it draws.
+/// Draws and traces a lit, coloured knot under one shading mode; returns frame and trace.
 fn knot(shade: ShadeMode, probe: Probe) -> (VideoMemory, Result<Trace, TraceError>) {
     let geometry = Geometry { mesh: shapes::knot(60, 10).expect("a knot"), ..Default::default() };
     let material = Material {
@@ -190,7 +191,7 @@ fn every_shading_mode_ends_in_the_byte_that_is_stored() {
             {
                 assert!(text.contains(word), "{word}\n{text}");
             }
-            // The fast path's own numbers are those within its limits.
+            // The tile renderer's values agree within its limits.
             let fast = trace.fast.as_ref().expect("there is always one");
             assert_eq!(fast.unsupported_reason, None);
             let (z, bytes) = fast.stored.expect("the pixel is lit");
@@ -219,7 +220,7 @@ fn barycentrics_are_the_edge_functions_over_the_area() {
     let edges = pixel.edges.expect("near the frame");
     let area = trace.doubled_area.expect("near the frame").unsigned_abs() as f64;
     for (edge, weight) in edges.iter().zip(pixel.screen_weights) {
-        // Snapping moves a corner by up to 1/512 pixel.
+        // Snapping moves a corner by at most 1/512 pixel.
         assert!((*edge as f64 / area - weight).abs() < 0.02, "{trace}");
     }
     assert!(matches!(
