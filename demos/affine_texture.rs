@@ -1,5 +1,6 @@
-//! Affine against perspective texture: the same floor of two triangles, the same checks; to the left u and v run straight on the
-//! screen, as the old machines did it, to the right u/w and v/w do, and are divided at every pixel.
+//! Affine and perspective texture mapping of one floor of two triangles. Left: u and v are
+//! interpolated linearly on the screen, as old consoles did. Right: u/w, v/w and 1/w are, with a
+//! division at every pixel.
 
 mod common;
 
@@ -13,7 +14,7 @@ const SIDE: i32 = 240;
 const FLOOR: &[u8] =
     b"v -2 0 2\nv 2 0 2\nv 2 0 -6\nv -2 0 -6\nvt 0 0\nvt 4 0\nvt 4 8\nvt 0 8\nf 1/1 2/2 3/3 4/4\n";
 
-/// Eight by eight checks, as a PPM file.
+/// Encodes a checkerboard of 2x2 squares, 32x32 pixels, as a PPM file.
 fn checks() -> Vec<u8> {
     let texel = |i: u32| {
         let is_light = (i % 32 / 16 + i / 32 / 16).is_multiple_of(2);

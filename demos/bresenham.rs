@@ -1,7 +1,9 @@
-//! Bresenham's line step by step: which pixel comes next is decided by one whole number, printed beside each step.
+//! Bresenham's line algorithm step by step: one integer, printed beside each step, selects the next
+//! pixel.
 //!
-//! d begins at 2 dy - dx. Where d > 0 the line has passed the middle between two rows: y moves on, and d falls by 2 dx; each step
-//! adds 2 dy. The grid is the frame's, sixteen times as large.
+//! d begins at 2 dy - dx. If d > 0, the line has passed the middle between two rows: y moves on,
+//! and d falls by 2 dx. Each step adds 2 dy. A cell of the grid is one pixel, sixteen times as
+//! large.
 
 mod common;
 
@@ -35,13 +37,13 @@ fn main() -> ExitCode {
             let text = format!("x {x:2} y {y} d {d:4}{}", if move_on { " y+1" } else { "" });
             let grey = if newest { [255, 255, 255, 255] } else { [130, 134, 150, 255] };
             client.text(20 * CELL + 12, 8 + step * 10, grey, &text);
-            // Decided here: the next pixel, and the next d.
+            // The decision: the next pixel, and the next d.
             d += 2 * dy;
             if move_on {
                 (y, d) = (y + 1, d - 2 * dx);
             }
         }
-        // The line that is meant, through the centres of its ends.
+        // The ideal line, through the centres of its end pixels.
         let center = |[x, y]: [i32; 2]| [x * CELL + CELL / 2, y * CELL + CELL / 2];
         client.line(center(FROM), center(TO), [255, 80, 80, 255]);
         client.text(8, 12 * CELL + 4, [170, 170, 170, 255], &format!("dx {dx}, dy {dy}: d = 2 dy - dx"));

@@ -1,5 +1,6 @@
-//! Depth precision at near = 0.01 and far = 1000: a red and a blue wall, 400 away, that cross in the middle of each picture.
-//! The last 99.9 % of a perspective depth are left to what lies beyond 10; which formats still tell red from blue there?
+//! Depth precision at near = 0.01 and far = 1000: a red and a blue wall at distance 400 cross in
+//! the middle of each picture. The range beyond 10 has only the last 0.1 % of a perspective depth;
+//! the pictures show which formats still separate red from blue there.
 
 mod common;
 
@@ -11,7 +12,7 @@ use glam::DVec3;
 use std::process::ExitCode;
 
 const SIZE: [i32; 2] = [220, 120];
-/// Two walls that lean back and cross in an upright line, 8 apart at their left and right ends.
+/// Two walls that lean back and cross in a vertical line, 8 apart at their left and right ends.
 const RED: &[u8] = b"v -500 -300 -376\nv 500 -300 -384\nv 500 300 -424\nv -500 300 -416\nf 1 2 3 4\n";
 const BLUE: &[u8] = b"v -500 -300 -384\nv 500 -300 -376\nv 500 300 -416\nv -500 300 -424\nf 1 2 3 4\n";
 

@@ -1,6 +1,8 @@
-//! Clipping, seen from outside: what a camera sees is the inside of a frustum, and what leaves it is cut at its six planes.
+//! Clipping, seen by a second camera: the view volume of the first one is a frustum, and a triangle
+//! is cut at its six planes.
 //!
-//! White the frustum, red the triangle as it is, green what is left of it, found in clip space before the division.
+//! White: the frustum. Red: the whole triangle. Green: the part that is left, found in clip space
+//! before the division by w.
 
 mod common;
 
@@ -29,7 +31,7 @@ fn on_screen(p: DVec4) -> [f64; 2] {
     [(p.x / p.w + 1.0) * 0.5 * f64::from(SIZE[0]), (1.0 - p.y / p.w) * 0.5 * f64::from(SIZE[1])]
 }
 
-/// A line of the world as the onlooker sees it.
+/// Draws a line in world space, as the second camera sees it.
 fn line(client: &Client, from_outside: &DMat4, a: DVec3, b: DVec3, color: [u8; 4]) {
     let clip = |p: DVec3| vertex(*from_outside * p.extend(1.0));
     if let Some(seen) = clip_line(clip(a), clip(b)) {
@@ -47,7 +49,7 @@ fn main() -> ExitCode {
         let corners = [DVec3::new(-2.6, -1.0, 0.0), DVec3::new(2.4, -1.4, 0.4), DVec3::new(0.2, 2.2, -0.3)]
             .map(|p| turn.transform_point3(p));
         client.clear([10, 12, 20, 255]);
-        // What is left: cut in clip space, and taken back to the world to be looked at.
+        // The part that is left: clipped in clip space, then transformed back to world space.
         let ring = clip_polygon(&corners.map(|p| vertex(inner * p.extend(1.0))));
         let left: Vec<DVec3> =
             ring.iter().map(|v| back.project_point3(v.pos_clip.truncate() / v.pos_clip.w)).collect();
@@ -59,7 +61,7 @@ fn main() -> ExitCode {
         for i in 0..3 {
             line(client, &outside, corners[i], corners[(i + 1) % 3], [255, 80, 80, 255]);
         }
-        // The frustum is the box -1..1, -1..1, 0..1 of NDC, taken back to the world.
+        // The frustum is the box -1..1, -1..1, 0..1 of NDC, transformed back to world space.
         let corner = |i: usize| {
             let side = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
             back.project_point3(DVec3::new(side(0), side(1), (side(2) + 1.0) / 2.0))

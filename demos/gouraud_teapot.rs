@@ -1,6 +1,8 @@
-//! Newell's teapot after Gouraud: lit at the vertices, the colours run between them.
+//! Newell's teapot with Gouraud shading: lit at the vertices, with colours interpolated between
+//! them.
 //!
-//! The patches are cut coarsely, so that it shows: the highlight keeps to the vertices, and wanders with them as the pot turns.
+//! The coarse tessellation makes the weakness visible: the highlight sticks to the vertices, and
+//! jumps between them as the teapot rotates.
 
 mod common;
 

@@ -1,6 +1,7 @@
-//! A room of three dimensions on a screen of one, and its user walks through it: W and S forward and back, A and D turn, Q and E
-//! look up and down (the hidden axis), while held. Every row of the frame is the line that the eye saw, the newest at the
-//! bottom: the walk becomes a picture. Until the first key the eye walks by itself.
+//! A three-dimensional room on a one-dimensional screen, explored with keys: W and S move forward
+//! and back, A and D turn, Q and E look up and down (the hidden axis), while held. Every row of the
+//! frame is the line that the eye saw, the newest at the bottom, so the path becomes a picture.
+//! Until the first key the eye moves by itself.
 
 mod common;
 
@@ -15,7 +16,7 @@ use std::process::ExitCode;
 const WIDTH: i32 = 480;
 const ROWS: i32 = 320;
 
-/// A room with three things in it; the eye and two lights inside.
+/// Builds a closed room with three solids, the eye and two lights.
 fn room() -> EyeScene {
     let demo = DemoScene { pixels: vec![WIDTH as u32], aperture_tan: 0.35, turns: vec![] };
     let walls = cube(3).expect("a cube").placed(6.0, &[0.0; 3]);

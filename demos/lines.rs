@@ -1,4 +1,4 @@
-//! Bresenham's lines in all eight octants, each with a colour ramp from one end to the other.
+//! Bresenham's lines in all eight octants, each with a colour ramp from end to end.
 
 mod common;
 
@@ -10,7 +10,8 @@ const SIDE: i32 = 256;
 fn main() -> ExitCode {
     show("lines", [SIDE as u32; 2], Motion::Still, |client, _| {
         let (centre, reach) = ([SIDE / 2; 2], SIDE / 2 - 8);
-        // The far ends walk once around a square: slopes of every octant, the axes and the diagonals among them.
+        // The far ends go once around a square: slopes of every octant, including the axes and
+        // diagonals.
         for i in 0..64 {
             let (side, along) = (i / 16, i % 16 * (2 * reach) / 16 - reach);
             let [x, y] = match side {
@@ -23,7 +24,7 @@ fn main() -> ExitCode {
             let far = [hue(0), hue(21), hue(42), 255];
             client.ramp(centre, [centre[0] + x, centre[1] + y], [255; 4], far);
         }
-        // Clipping: what is seen of a line that leaves the frame are the pixels of the whole line.
+        // Clipping: a line that leaves the frame lights the same pixels as the unclipped line.
         client.ramp(
             [-2_000_000_000, SIDE - 4],
             [2_000_000_000, SIDE - 4],

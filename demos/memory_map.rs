@@ -1,7 +1,9 @@
-//! Pixels and the memory map: the frame is one array of bytes, R G B A from the upper left corner, row by row.
+//! Pixels and the memory map: the frame is one array of bytes, R G B A from the upper left corner,
+//! row by row.
 //!
-//! Every pixel is put in a colour that tells its place: red its row, green its column, blue how far along the array it lies.
-//! Then bytes are written by offset alone: a white frame around a window, and the reds of the last rows.
+//! The colour of every pixel encodes its position: red the row, green the column, blue the position
+//! in the array. Then bytes are written by offset alone: a white border around a rectangle, and the
+//! red bytes of the last 16 rows.
 
 mod common;
 
@@ -14,14 +16,15 @@ const SIDE: u32 = 256;
 
 fn main() -> ExitCode {
     show("memory map", [SIDE, SIDE], Motion::Still, |client, _| {
-        // put_pixel: the machine works out the offset.
+        // put_pixel computes the offset.
         for y in 0..SIDE {
             for x in 0..SIDE {
                 let number = SIDE * y + x;
                 client.pixel(x as i32, y as i32, [y as u8, x as u8, (number / 61) as u8, 255]);
             }
         }
-        // POKE: we do. One row down is SIDE * 4 bytes on, one pixel to the right is 4.
+        // POKE takes an offset. The next row is SIDE * 4 bytes on, the next pixel to the right is
+        // 4.
         let poke = |at: FbPtr, bytes: Vec<u8>| {
             client.send(Command::Poke { offset: at.offset_bytes() as i32, bytes });
         };

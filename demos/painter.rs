@@ -1,5 +1,6 @@
-//! Where the painter's algorithm fails and the z-buffer does not: three bars, each over the next and under the one before. No
-//! order of whole faces draws them; the z-buffer decides pixel by pixel.
+//! A case in which the painter's algorithm fails and the z-buffer does not: three bars, each over
+//! the next and under the one before. No order of whole faces draws them; the z-buffer decides per
+//! pixel.
 
 mod common;
 
@@ -11,12 +12,13 @@ use std::process::ExitCode;
 
 const SIDE: i32 = 240;
 
-/// Three leaning bars around a middle, coloured at their vertices, as an OBJ file.
+/// Returns an OBJ file of three slanted bars around a centre, coloured at their vertices.
 fn bars() -> Vec<u8> {
     let mut obj = String::new();
     for (i, color) in (0..).zip(["1 .3 .25", "1 .85 .3", ".3 .55 1"]) {
         let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / 3.0);
-        // A bar along x, low at its left end and high at its right one, beside the middle, and turned about it.
+        // A bar along x, low at its left end and high at its right one, beside the centre and
+        // rotated about it.
         for (x, y, z) in [(-1.5, -0.8, -0.5), (1.5, -0.8, 0.5), (1.5, -0.35, 0.5), (-1.5, -0.35, -0.5)] {
             obj += &format!("v {} {} {z} {color}\n", x * cos - y * sin, x * sin + y * cos);
         }

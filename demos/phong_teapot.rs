@@ -1,6 +1,8 @@
-//! Newell's teapot after Phong: the normals run between the vertices, and every pixel is lit for itself.
+//! Newell's teapot with Phong shading: normals are interpolated between the vertices, and every
+//! pixel is lit.
 //!
-//! As coarse as the Gouraud demo's teapot: the outline shows it, the highlight no longer does.
+//! The tessellation is as coarse as in the Gouraud demo: the outline shows it, the highlight does
+//! not.
 
 mod common;
 

@@ -1,7 +1,8 @@
-//! A Pixelflut wall: sixteen clients, each a connection of its own, flood their part of the frame pixel by pixel; half of them in
-//! text, half in ten-byte binary pixels.
+//! A Pixelflut wall: sixteen clients, each with its own connection, fill their part of the frame
+//! pixel by pixel; half of them in text, half in ten-byte binary pixels.
 //!
-//! `cargo run --example pixelflut_wall -- 127.0.0.1:1234` floods a server that runs; without an address it starts one itself.
+//! `cargo run --example pixelflut_wall -- 127.0.0.1:1234` draws on a running server; without an
+//! address it starts one itself.
 
 mod common;
 
@@ -30,7 +31,7 @@ fn flood(address: &str, arguments: &Arguments) -> Outcome {
     arguments.snap.as_ref().map_or(Ok(()), |path| save_snapshot(address, path))
 }
 
-/// Client `number` of a wall of four by four.
+/// Draws the part of client `number`, in a wall of four by four.
 fn paint(address: &str, number: u32, frames: u64) -> Outcome {
     let mut server = TcpStream::connect(address)?;
     let mut replies = BufReader::new(server.try_clone()?).lines();
@@ -51,7 +52,7 @@ fn paint(address: &str, number: u32, frames: u64) -> Outcome {
             let [r, g, b] = [7.0, 9.0, 12.0].map(|k| (127.5 + 42.0 * wave(k)) as u8);
             match number % 2 {
                 0 => bytes.extend(format!("PX {x} {y} {r:02x}{g:02x}{b:02x}\n").as_bytes()),
-                // Two letters, x and y of 16 bits, low byte first, and R G B A.
+                // The bytes PB, x and y as little-endian u16, then R G B A.
                 _ => {
                     bytes.extend(b"PB");
                     bytes.extend((x as u16).to_le_bytes().into_iter().chain((y as u16).to_le_bytes()));
@@ -61,7 +62,7 @@ fn paint(address: &str, number: u32, frames: u64) -> Outcome {
         }
         server.write_all(&bytes)?;
         server.write_all(b"SIZE\n")?;
-        // What was asked after the pixels is answered after them.
+        // Replies come in order: this one confirms that all pixels before it were drawn.
         if !reply()?.starts_with("SIZE") {
             return Ok(());
         }

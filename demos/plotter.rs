@@ -1,7 +1,8 @@
-//! A plotter that another process drives: this one opens the paper and starts the other, which knows the address alone and draws
-//! curves by lines of text.
+//! A plotter driven by another process: this one opens the window and starts the other, which is
+//! given only the address and draws curves by text commands.
 //!
-//! `cargo run --example plotter -- 127.0.0.1:1234` is the other process; so is anything else that can print to a socket.
+//! `cargo run --example plotter -- 127.0.0.1:1234` is the other process; any program that can write
+//! to a socket could take its place.
 
 mod common;
 
@@ -19,7 +20,7 @@ fn main() -> ExitCode {
         with_server("plotter", [480, 240], arguments, |address, arguments| {
             let mut other = Command::new(std::env::current_exe()?);
             other.arg(address);
-            // The pen goes on for ever where somebody watches.
+            // With a window, the number of frames is not limited here.
             if let Some(frames) = arguments.frames.or(arguments.headless.then_some(1)) {
                 other.args(["--frames", &frames.to_string()]);
             }
@@ -33,7 +34,7 @@ fn main() -> ExitCode {
 
 type Curve = fn(f64) -> f64;
 
-/// The other process: paper, axes, and three curves that grow to the right.
+/// Runs the other process: draws paper, axes, and three curves that grow to the right.
 fn plot(address: &str, arguments: &Arguments) -> Outcome {
     let mut server = TcpStream::connect(address)?;
     let mut replies = BufReader::new(server.try_clone()?).lines();

@@ -1,6 +1,7 @@
-//! Driving a server over TCP: whoever can open a socket and print a line can draw.
+//! Draws on a server over TCP, with nothing but a socket and lines of text.
 //!
-//! `cargo run --example tcp_client -- 127.0.0.1:1234` draws on a server that runs; without an address it starts one itself.
+//! `cargo run --example tcp_client -- 127.0.0.1:1234` draws on a running server; without an address
+//! it starts one itself.
 
 mod common;
 
@@ -18,7 +19,7 @@ fn main() -> ExitCode {
     })
 }
 
-/// The client: it knows the address, and nothing else of the server.
+/// Runs the client, which is given only the address of the server.
 fn draw(address: &str, arguments: &Arguments) -> Outcome {
     let mut server = TcpStream::connect(address)?;
     let mut replies = BufReader::new(server.try_clone()?);
@@ -43,7 +44,8 @@ fn draw(address: &str, arguments: &Arguments) -> Outcome {
             picture += &format!("LINEAA {x0} {y0} {x1} {y1} {:02x}{:02x}ff\n", 255 - c, c);
         }
         server.write_all((picture + "PRESENT wait\n").as_bytes())?;
-        // FRAME n says that it is on the screen: never draw faster than is seen.
+        // The reply FRAME n says that the frame is on the screen, so the client is no faster than
+        // the display.
         if !reply()?.starts_with("FRAME") {
             return Ok(());
         }

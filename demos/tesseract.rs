@@ -1,5 +1,6 @@
-//! A tesseract turns in front of an eye with two screen axes and one hidden: to the left its slice (the hidden aperture shut), to the
-//! right what the same eye sees through an aperture of 30 degrees to either side.
+//! A rotating tesseract before an eye with two screen axes and one hidden axis. Left: its slice,
+//! with the hidden aperture shut. Right: the view of the same eye through an aperture of 30 degrees
+//! to either side.
 
 mod common;
 

@@ -1,5 +1,6 @@
-//! Transparency in both orders: two panes that let light through, red before blue. Drawn far to near each pane tints what is
-//! behind it; drawn near to far the blue one is laid over the red, as if it stood in front.
+//! Transparency in both orders: two transparent panes, red before blue. Drawn far to near, each
+//! pane tints what is behind it; drawn near to far, the blue one is blended over the red one, as if
+//! it stood in front.
 
 mod common;
 
@@ -28,7 +29,7 @@ fn main() -> ExitCode {
         for (x, panes, name) in halves {
             let rect = Rect { x, y: 0, w: SIDE, h: SIDE };
             client.send(Command::Viewport { rect, rule: ViewportRule::Corners });
-            // The opaque first: what lets light through is hidden by it, and hides nothing itself.
+            // Opaque objects first: they hide transparent ones, which hide nothing themselves.
             let gold =
                 Material { emissive: DVec3::new(0.95, 0.75, 0.2), kd: DVec3::ZERO, ..Material::default() };
             client.send(Command::Material(Box::new(gold)));

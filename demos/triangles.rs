@@ -1,4 +1,5 @@
-//! Filled triangles: colours run evenly between the corners, and faces that share an edge light each pixel once.
+//! Filled triangles: colours are interpolated between the corners, and faces that share an edge
+//! light each pixel once.
 
 mod common;
 
@@ -15,8 +16,8 @@ fn main() -> ExitCode {
     show("triangles", [320, 200], Motion::Still, |client, _| {
         client.clear([16, 16, 24, 255]);
         client.fill([[12.5, 180.0], [150.0, 150.5], [80.0, 12.0]], [RED, GREEN, BLUE]);
-        // A fan around one vertex, half transparent over what is there: a seam that was lit twice, or not at all, would show
-        // as a line.
+        // A fan around one vertex, half transparent: a seam that was lit twice, or not at all,
+        // would show as a line.
         client.send(Command::Blend { over: true });
         let hub = [235.3, 72.7];
         let rim = |i: u32| {
@@ -26,7 +27,7 @@ fn main() -> ExitCode {
         for i in 0..24 {
             client.fill([hub, rim(i), rim(i + 1)], [[255, 220, 120, 128]; 3]);
         }
-        // Slivers: each covers the pixels whose centres it holds, and no other.
+        // Slivers: each covers exactly the pixels whose centres lie in it.
         client.send(Command::Blend { over: false });
         for i in 0..12 {
             let (x, dy) = (172.0 + 11.0 * f64::from(i), 0.3 * f64::from(i));

@@ -1,4 +1,4 @@
-//! A turning cube of wire: object to world to view to clip space to pixels, and nothing else.
+//! A rotating wireframe cube: object to world to view to clip space to pixels, and nothing else.
 
 mod common;
 
@@ -14,10 +14,10 @@ fn main() -> ExitCode {
             client.mesh("cube", MeshSource::Box(DVec3::splat(2.0)));
             client.look_at(DVec3::new(0.0, 1.0, 5.0), DVec3::ZERO, DVec3::Y);
             client.send(Command::Shade(ShadeMode::Wire));
-            // All edges, those behind too.
+            // All edges, including those behind.
             client.send(Command::Cull(Cull::None));
             client.send(Command::Hide(HiddenSurface::None));
-            // Wires are drawn in the colour of their material, lights or not.
+            // Wires have the diffuse colour of their material, with or without lights.
             let green = Material { kd: DVec3::new(0.3, 1.0, 0.4), ..Material::default() };
             client.send(Command::Material(Box::new(green)));
         }

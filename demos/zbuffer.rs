@@ -1,5 +1,5 @@
-//! The z-buffer filling up: to the left the picture, to the right the depth of every pixel, near white and far dark, while
-//! the teapot's faces come in one by one, in no order that helps.
+//! The z-buffer while it fills. Left: the picture. Right: the depth of every pixel, near white and
+//! far dark, as the teapot's faces are added in an arbitrary order.
 
 mod common;
 
@@ -15,7 +15,7 @@ const FACES_A_FRAME: usize = 24;
 
 fn main() -> ExitCode {
     let mut mesh = shapes::teapot(6).expect("a teapot");
-    // Every 37th face (a prime), again and again around: neighbours come at different times.
+    // Every 37th face (a prime), wrapping around, so that neighbours are drawn at different times.
     let count = mesh.triangles.len();
     let step =
         [37, 41, 43].into_iter().find(|p| !count.is_multiple_of(*p)).expect("not all of them divide it");
@@ -47,7 +47,7 @@ fn main() -> ExitCode {
         let depth = depth.expect("the z-buffer needs depths");
         let z = |i: u32| depth.z((i % SIDE) as i32, (i / SIDE) as i32).expect("inside");
         let gray = |i: u32| {
-            // What was never written is 1; the teapot lies between .4 and .9.
+            // A depth that was never written is 1; the teapot lies between 0.4 and 0.9.
             let v = if z(i) < 1.0 { (255.0 * (1.0 - z(i)) / 0.62).clamp(20.0, 255.0) as u8 } else { 0 };
             [v, v, v, 255]
         };

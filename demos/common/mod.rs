@@ -1,4 +1,5 @@
-//! What every demo shares: `--headless --frames N --snap FILE`, a render thread, and a window or none.
+//! Shared code of the demos: the arguments `--headless --frames N --snap FILE`, a render thread or
+//! server, and an optional window.
 
 #![allow(dead_code, reason = "no demo uses all of it")]
 
@@ -15,31 +16,31 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How a demo ends.
+/// Result of a demo.
 pub type Outcome = Result<(), Box<dyn Error + Send + Sync>>;
 
-/// Whether a demo's frames differ.
+/// Selects between one frame and an animation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
-    /// One frame says it all.
+    /// Every frame is equal; one is drawn by default.
     Still,
-    /// Frame after frame, until the window is closed.
+    /// Frames differ; they are drawn until the window is closed.
     Moving,
 }
 
-/// What a demo was asked for.
+/// Command-line arguments of a demo.
 pub struct Arguments {
-    /// Open no window.
+    /// True if no window is to be opened.
     pub headless: bool,
-    /// End after so many frames.
+    /// Number of frames to draw; by default the demo decides.
     pub frames: Option<u64>,
-    /// Where to save the last frame.
+    /// File in which the last frame is saved.
     pub snap: Option<PathBuf>,
-    /// What stands without a dash.
+    /// Argument without a dash: the address of a server, for the demos that take one.
     pub place: Option<String>,
 }
 
-/// The process's arguments, if they are the ones that demos take.
+/// Parses the arguments of the process; `None` if one of them is unknown or malformed.
 pub fn arguments() -> Option<Arguments> {
     let mut found = Arguments { headless: false, frames: None, snap: None, place: None };
     let mut words = std::env::args().skip(1);
@@ -55,7 +56,7 @@ pub fn arguments() -> Option<Arguments> {
     Some(found)
 }
 
-/// Runs a demo with its arguments; the exit status of the process.
+/// Runs a demo with its arguments and returns the exit status of the process: 2 for wrong arguments.
 pub fn run(usage: &str, demo: impl FnOnce(Arguments) -> Outcome) -> ExitCode {
     let Some(arguments) = arguments() else {
         eprintln!("expected {usage}[--headless] [--frames N] [--snap FILE]");
@@ -70,7 +71,8 @@ pub fn run(usage: &str, demo: impl FnOnce(Arguments) -> Outcome) -> ExitCode {
     }
 }
 
-/// Shows what `draw` draws, frame by frame (its second argument counts them from 0), and saves the last one if asked to.
+/// Calls `draw` once for each frame, with the frame's number from 0, shows the frames, and saves
+/// the last one if `--snap` was given.
 pub fn show(
     title: &str,
     [width, height]: [u32; 2],
@@ -92,7 +94,7 @@ pub fn show(
         let drawing = std::thread::spawn(move || draw_frames(&client, draw, limit, shown));
         if let Some(display) = display {
             let was_shown = look(title, display.clone(), &thread);
-            // Closed, or never there: then only a number of frames that was asked for is still drawn.
+            // Without a window, a demo goes on only if a number of frames was asked for.
             if was_shown || frames.is_none() {
                 display.close();
             }
@@ -105,7 +107,8 @@ pub fn show(
     })
 }
 
-/// Starts a server on a free port of this machine, with a window or without, and lets `client` use it.
+/// Starts a server on a free port of this machine, with or without a window, and runs `client` with
+/// its address on another thread.
 pub fn with_server(
     title: &str,
     [width, height]: [u32; 2],
@@ -118,7 +121,7 @@ pub fn with_server(
         engine.set_display(display.clone());
     }
     let mut server = Server::start(engine)?;
-    // Port 0: the system gives a free one.
+    // Port 0: the system chooses a free one.
     let ListenAddress::Tcp(address) = server.listen(ListenAddress::Tcp("127.0.0.1:0".parse()?))? else {
         return Err("asked for TCP, got something else".into());
     };
@@ -128,7 +131,8 @@ pub fn with_server(
         look(title, display, server.thread());
     }
     if is_endless {
-        // The window is closed: the server goes, and the client sees it.
+        // The window is closed: the server shuts down, and the client sees the end of its
+        // connection.
         let engine = server.shut_down(Duration::from_secs(1));
         snap.map_or(Ok(()), |path| save::to_path(engine.memory(), &path))?;
         return client.join().expect("a demo does not panic");
@@ -138,12 +142,12 @@ pub fn with_server(
     drawn
 }
 
-/// Saves what a server shows as a PNG file.
+/// Saves a server's frame as a PNG file.
 pub fn save_snapshot(address: &str, path: &Path) -> Outcome {
     let mut server = TcpStream::connect(address)?;
     server.write_all(b"SNAP :\n")?;
     let mut replies = BufReader::new(server);
-    // SNAP w h png :N, and N bytes.
+    // The reply is `SNAP w h png :N`, then N bytes.
     let mut header = String::new();
     replies.read_line(&mut header)?;
     let length = header.trim_end().rsplit_once(':').and_then(|(_, n)| n.parse().ok());
@@ -173,7 +177,8 @@ fn draw_frames(
     Ok(())
 }
 
-/// Shows the display in a window until it is closed; where there is none to be had, says so. Whether there was one.
+/// Shows the display in a window until it is closed. Returns whether a window could be opened; if
+/// not, prints the reason and removes the display from the render thread.
 #[cfg(feature = "window")]
 pub fn look(title: &str, display: Arc<Display>, thread: &RenderThread) -> bool {
     let options = fbptr::window::Options { title: title.into(), ..Default::default() };
@@ -187,7 +192,7 @@ pub fn look(title: &str, display: Arc<Display>, thread: &RenderThread) -> bool {
     }
 }
 
-/// Without windows there is none to show it in.
+/// Stands in for windows in a build without them: prints that, and returns false.
 #[cfg(not(feature = "window"))]
 pub fn look(title: &str, _display: Arc<Display>, thread: &RenderThread) -> bool {
     eprintln!("{title}: built without windows: going on headless");

@@ -1,4 +1,4 @@
-//! Newell's teapot, for the demos that compare how it is shaded.
+//! Newell's teapot, for the demos that compare shading methods.
 
 use fbptr::command::{Command, LightCommand, MeshSource};
 use fbptr::error::Fault;
@@ -6,7 +6,7 @@ use fbptr::scene::{Attenuation, Material, ShadeMode};
 use fbptr::server::Client;
 use glam::DVec3;
 
-/// Draws a frame of the turning teapot, its patches cut coarsely.
+/// Draws a frame of the rotating teapot, coarsely tessellated.
 pub fn teapot(client: &Client, frame: u64, shade: ShadeMode) -> Result<(), Fault> {
     if frame == 0 {
         client.mesh("teapot", MeshSource::Teapot(6));
