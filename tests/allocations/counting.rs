@@ -1,4 +1,4 @@
-//! An allocator that counts, for whole test programs: what is asked of the system, and what is held.
+//! A counting allocator for a whole test program: allocator calls, and bytes held.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -10,15 +10,15 @@ struct Counting;
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Whether this thread's calls are counted: not those of the thread that runs the tests, which
-    /// says by itself which test takes long.
+    /// True if this thread's calls are counted. The thread of the test harness is not: it allocates
+    /// when it reports a test that takes long.
     static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
-    /// Bytes that this thread asked for less those that it gave back, and the most since
+    /// Bytes that this thread holds (allocated less freed), and their maximum since
     /// [`most_held_here`] began.
     static HERE: Cell<[isize; 2]> = const { Cell::new([0; 2]) };
 }
 
-/// Notes what this thread asks for or gives back. A thread that ends has no counter any more.
+/// Adds to the bytes held by this thread. A thread that ends has no counter any more.
 fn note_here(bytes: isize) {
     let _ = HERE.try_with(|here| {
         let [held, peak] = here.get();
@@ -26,13 +26,13 @@ fn note_here(bytes: isize) {
     });
 }
 
-/// Bytes that are held.
+/// Bytes held by all threads.
 pub static HELD: AtomicIsize = AtomicIsize::new(0);
-/// The most that were held since [`most_held`] began.
+/// Maximum of [`HELD`] since [`most_held`] began.
 static PEAK: AtomicIsize = AtomicIsize::new(0);
 
 #[allow(unsafe_code)]
-// SAFETY: everything is handed on to the system's allocator as it came.
+// SAFETY: every call is passed unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if IS_COUNTED.try_with(Cell::get).unwrap_or(false) {
@@ -41,13 +41,13 @@ unsafe impl GlobalAlloc for Counting {
         let held = HELD.fetch_add(layout.size() as isize, Relaxed) + layout.size() as isize;
         PEAK.fetch_max(held, Relaxed);
         note_here(layout.size() as isize);
-        // SAFETY: the caller's promise is the system allocator's.
+        // SAFETY: the caller's guarantees are those that the system allocator asks for.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         HELD.fetch_sub(layout.size() as isize, Relaxed);
         note_here(-(layout.size() as isize));
-        // SAFETY: the caller's promise is the system allocator's.
+        // SAFETY: the caller's guarantees are those that the system allocator asks for.
         unsafe { System.dealloc(at, layout) }
     }
 }
@@ -55,14 +55,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// A pool whose threads' calls are counted.
+/// Returns a pool whose threads' calls are counted.
 pub fn counted_pool(threads: usize) -> rayon::ThreadPool {
     let count = |_| IS_COUNTED.set(true);
     rayon::ThreadPoolBuilder::new().num_threads(threads).start_handler(count).build().unwrap()
 }
 
-/// The calls of the allocator in `frames` frames, after `before` that may ask, and must: those of
-/// this thread and of [`counted_pool`]s.
+/// Returns the number of allocator calls in `frames` frames, made by this thread and by threads of
+/// [`counted_pool`]s. The `before` frames that precede them must allocate.
 pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> usize {
     IS_COUNTED.set(true);
     let first = CALLS.load(Relaxed);
@@ -74,7 +74,8 @@ pub fn steady_calls(before: usize, frames: usize, mut frame: impl FnMut()) -> us
     CALLS.load(Relaxed) - steady
 }
 
-/// Runs `work`; returns its result and the peak of bytes held beyond those held before.
+/// Runs `work`; returns its result and the peak of bytes held by all threads, less those held
+/// before.
 pub fn most_held<R>(work: impl FnOnce() -> R) -> (R, u64) {
     let before = HELD.load(Relaxed);
     PEAK.store(before, Relaxed);
@@ -82,7 +83,7 @@ pub fn most_held<R>(work: impl FnOnce() -> R) -> (R, u64) {
     (answer, (PEAK.load(Relaxed) - before).max(0) as u64)
 }
 
-/// [`most_held`] of work that no other thread takes part in, whatever others ask for meanwhile.
+/// Like [`most_held`], for work on this thread alone; other threads are not counted.
 pub fn most_held_here<R>(work: impl FnOnce() -> R) -> (R, u64) {
     let before = HERE.get()[0];
     HERE.set([before; 2]);

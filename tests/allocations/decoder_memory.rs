@@ -1,6 +1,7 @@
-//! What reading files takes, against an allocator that counts: never more than was asked for before.
+//! Memory taken by file loaders, by a counting allocator: never more than was reserved in the
+//! budget.
 //!
-//! Fear: that a small file takes much memory, because an estimate made before it is read is too low, or is not made at all.
+//! Guards against a small file that takes much memory because its estimate is too low or missing.
 
 use crate::TURN;
 use crate::counting::{most_held, most_held_here};
@@ -14,10 +15,11 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::io::Write;
 use std::sync::PoisonError;
 
-/// Reads something within ever larger budgets, and holds each attempt to its budget: those that are refused, and the first that is
-/// not. Returns that budget. Whoever calls it holds [`TURN`] since before it made the files: their bytes would count as well.
+/// Reads something within ever larger budgets, and checks that each attempt stays within its
+/// budget: the refused ones, and the first that succeeds. Returns the budget of that one. The
+/// caller must hold [`TURN`] since before it made the files, whose bytes would count as well.
 fn least_budget<T>(what: &str, read: impl Fn(&mut LoadMemory) -> Result<T, LoadError>) -> u64 {
-    // Tables that are made once a process are not the file's.
+    // Tables that are made once per process are no part of the file's memory.
     drop(read(&mut LoadMemory::unlimited()));
     for limit in std::iter::successors(Some(64u64 << 10), |limit| Some(limit + limit / 3)).take(60) {
         let budget = MemoryBudget::new(limit);
@@ -226,7 +228,7 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
         let text = scene(&inside);
         least_budget(name, |memory| x3d::parse_within(text.as_bytes(), "s", &mut |_| None, memory));
     }
-    // A few bytes that stand for many.
+    // A few compressed bytes that decompress to many.
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     packed.write_all(scene(&format!("<Group/><!--{}-->", " ".repeat(3 << 20))).as_bytes()).unwrap();
     let packed = packed.finish().unwrap();

@@ -1,6 +1,8 @@
-//! Draws within a memory budget: the same picture in pieces, and never more memory than the budget has.
+//! Draws within a memory budget: split draws give the same picture, and never hold more memory than
+//! the budget.
 //!
-//! Fear: that a few bytes of faces which fill the frame take gigabytes, or that pieces draw another picture.
+//! Guards against a few bytes of faces that fill the frame and take gigabytes, and against pieces
+//! of a draw that give another picture.
 
 use crate::TURN;
 use crate::counting::most_held;
@@ -19,7 +21,7 @@ use std::sync::{Arc, PoisonError};
 
 const SIZE: (u32, u32) = (192, 128);
 
-/// Numbers that repeat in every run, from 0 to 1.
+/// Reproducible pseudo-random numbers in 0..1 (PCG's linear congruential step).
 struct Noise(u32);
 
 impl Noise {
@@ -51,14 +53,14 @@ fn all_sizes(faces: usize, seed: u32) -> Mesh {
     mesh
 }
 
-/// The same triangle over the whole frame, again and again.
+/// Repeats one triangle that covers the whole frame.
 fn full_frames(faces: usize) -> Mesh {
     let corners = [[-9.0, -9.0], [27.0, -9.0], [-9.0, 27.0]];
     let positions = corners.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
     Mesh::from_triangles(positions, &vec![[0, 1, 2]; faces])
 }
 
-/// What a draw leaves behind.
+/// Result of a draw: pixels, depths and the pick buffer.
 #[derive(PartialEq)]
 struct Picture {
     bytes: Vec<u8>,
@@ -124,7 +126,7 @@ fn pieces_draw_the_picture_of_the_whole() {
             let (whole, in_one) = draw(&mut Renderer::default(), &geometry, state).unwrap();
             for threads in [1, 2, 4] {
                 let options = RenderOptions { pool: pool(threads), ..RenderOptions::default() };
-                // The least budget that does, which takes the most pieces, and a larger one.
+                // The least budget that suffices, which takes the most pieces, and a larger one.
                 let mut did = 0;
                 for budget in std::iter::successors(Some(1u64 << 20), |bytes| Some(bytes + bytes / 4)) {
                     let mut renderer = Renderer::new(options.clone());
@@ -175,11 +177,12 @@ fn a_draw_holds_no_more_than_its_budget_and_no_more_than_its_plan_says() {
                 let mut renderer = Renderer::new(options);
                 let shared = MemoryBudget::new(budget);
                 renderer.set_budget(&shared);
-                // Twice: what the first draw leaves is of the budget as well.
+                // Twice: memory that the first draw leaves cached counts against the budget as
+                // well.
                 for _ in 0..2 {
                     let (result, held) = most_held(|| draw(&mut renderer, &geometry, state).map(drop));
                     result.unwrap_or_else(|e| panic!("{faces} faces in {budget} bytes: {e}"));
-                    // The picture, its depths and ids, and their copies are the caller's.
+                    // The picture, its depths and ids, and their copies belong to the caller.
                     let own = u64::from(SIZE.0 * SIZE.1) * (4 + 4 + 8 + 4 + 4 + 12);
                     assert!(
                         held <= budget + own + (64 << 10),
@@ -224,7 +227,8 @@ fn a_plan_states_the_working_memory_at_worst() {
                     most_held(|| draw(&mut renderer, &geometry, (shade, hide, DepthFormat::F32)));
                 result.unwrap();
                 let frame = u64::from(width * height) * (4 + 4 + 8 + 4 + 4 + 12);
-                // What is known of the mesh lives with it: three times its own bytes are more than that.
+                // Geometry info lives as long as the mesh: three times the mesh's own bytes are
+                // more than it takes.
                 let known = 3 * geometry.mesh.size_bytes() as u64;
                 assert!(
                     held <= stated + frame + known + (64 << 10),
@@ -275,7 +279,7 @@ fn what_fits_in_no_pieces_is_refused_with_the_figures_and_changes_nothing() {
             draw(&mut renderer, &geometry, (ShadeMode::Flat, hide, DepthFormat::F32)).map(drop).unwrap_err();
         assert_eq!(error.code(), Code::Quota);
         assert!(error.to_string().contains("1048576 bytes that there may be"), "{error}");
-        // A small draw after it is drawn.
+        // A small draw after the large one is still drawn.
         let small = Arc::new(Geometry { mesh: full_frames(2), textures: Vec::new() });
         draw(&mut renderer, &small, (ShadeMode::Flat, HiddenSurface::ZBuffer, DepthFormat::F32)).unwrap();
     }
@@ -305,7 +309,7 @@ fn a_search_for_the_cheapest_way_holds_what_it_asks_for() {
         renderer.set_budget(&budget);
         let (choice, held) = most_held(|| choose(&mut renderer, &wanted));
         assert!(choice.unwrap().pixels > 1000);
-        // What the renderer keeps is of its budget.
+        // Memory that the renderer keeps is part of its budget.
         let asked = search_bytes(&scene, width, height) + budget.used();
         println!("a search over {faces} faces: {held} bytes held, {asked} asked for");
         assert!(held <= asked, "{held} bytes held, {asked} asked for");

@@ -1,7 +1,8 @@
-//! Programs under an allocator that counts: what a steady frame asks of the system, what a plan states
-//! that it holds, and that draws and decoders stay within their budget.
+//! Tests under a counting allocator: a steady frame allocates nothing, a plan's stated memory
+//! matches the memory that is held, and draws and decoders stay within their budget.
 //!
-//! They share no process with other tests, whose memory would be counted with theirs; one counts at a time.
+//! They share no process with other tests, whose memory would be counted with theirs, and run one
+//! at a time.
 
 mod counting;
 mod decoder_memory;
@@ -10,5 +11,5 @@ mod stated_memory;
 mod steady_frame;
 mod text_of_scenes;
 
-/// Held by the test that counts.
+/// Serializes the tests; held by the one that counts.
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());

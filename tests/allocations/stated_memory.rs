@@ -1,6 +1,7 @@
-//! The plan's bytes against what a renderer asks of the system, and scenes that are drawn again without asking for anything.
+//! The plan's stated bytes against those that a renderer allocates, and scenes that are redrawn
+//! without an allocation.
 //!
-//! Fear: that the plan states a number which nobody ever compared with the memory that is taken.
+//! Guards against a plan whose numbers were never compared with the memory that is taken.
 
 use crate::TURN;
 use crate::counting::{HELD, counted_pool, steady_calls};
@@ -82,7 +83,7 @@ fn a_draw_holds_what_its_plan_states() {
         let stats = renderer.draw(&mut target, &call).unwrap();
         let held = (HELD.load(Relaxed) - before) as f64;
         assert!(stats.pixels_written > 5000, "{name}: {stats:?}");
-        // Frame and texture are the caller's.
+        // Frame and texture belong to the caller.
         let callers = plan.item(Part::VideoMemory).bytes + plan.item(Part::Textures).bytes;
         let stated = (plan.bytes() - callers) as f64;
         println!("{name}: {stated} bytes stated, {held} held, {:.2}", held / stated);
@@ -93,7 +94,8 @@ fn a_draw_holds_what_its_plan_states() {
     }
 }
 
-/// Calls of the allocator in `frames` frames of a scene of small boxes, no two neighbours alike, after some that may.
+/// Returns the allocator calls in `frames` frames of a scene of small boxes, no two neighbours
+/// alike, after some frames that may allocate.
 fn calls_of_boxes(options: RenderOptions, count: u32, frames: usize) -> usize {
     let (width, height) = (320, 200);
     let mesh = shapes::cuboid(DVec3::ONE).unwrap();
@@ -142,7 +144,7 @@ fn a_steady_scene_asks_for_no_memory() {
     assert_eq!(calls_of_boxes(RenderOptions::default(), 400, 50), 0, "on one thread");
     let pool = counted_pool(2);
     let options = RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() };
-    // Rayon's queue takes a block for every 63 pieces of work that are handed to it from outside.
+    // Rayon's injector queue allocates a block for every 63 jobs from threads outside the pool.
     let calls = calls_of_boxes(options, 400, 50);
     assert!(calls <= 2, "{calls} calls in 50 frames of two threads");
 }

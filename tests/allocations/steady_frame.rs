@@ -1,6 +1,7 @@
-//! A frame like the last one: nothing is made again.
+//! Verifies that a frame like the last one allocates nothing.
 //!
-//! Fear: that drawing asks the system for memory in every frame, and stutters when it is slow to answer.
+//! Guards against draws that allocate in every frame, and stutter when the system is slow to
+//! answer.
 
 use crate::TURN;
 use crate::counting::{counted_pool, steady_calls};
@@ -15,14 +16,14 @@ use glam::{DMat4, DVec2, DVec3};
 use std::hint::black_box;
 use std::sync::{Arc, Barrier};
 
-/// Frames that are counted.
+/// Number of counted frames.
 const FRAMES: usize = 600;
 
-/// A pool is handed each frame through a queue made of blocks; a block holds this many pieces of work, and is the one thing
-/// that is asked for again: rayon's, not ours.
+/// Jobs in a block of the queue through which rayon's pool receives each frame. These blocks are
+/// rayon's, and the only memory that is allocated again.
 const INJECTOR_BLOCK: usize = 63;
 
-/// What is drawn into, and by whom.
+/// A frame with its depth, and the renderer that draws into it.
 struct Stage {
     memory: VideoMemory,
     depth: Option<DepthMemory>,
@@ -36,7 +37,7 @@ impl Stage {
         Stage { memory, depth: None, depth_format, renderer: Renderer::new(options) }
     }
 
-    /// A cleared frame.
+    /// Clears the frame and draws into it.
     fn frame(&mut self, draw: impl FnOnce(&mut Renderer, &mut Target) -> DrawStats) {
         self.memory.clear(VideoMemory::CLEAR);
         if let Some(depth) = &mut self.depth {
@@ -68,7 +69,8 @@ fn lights(count: usize) -> Vec<Light> {
     lights
 }
 
-/// The calls that one draw a frame makes in `FRAMES` frames, after some that may.
+/// Returns the allocator calls in `FRAMES` frames of one draw each, after some frames that may
+/// allocate.
 fn calls_of_steady_frames(options: RenderOptions, shade: ShadeMode) -> usize {
     let geometry = Arc::new(Geometry { mesh: shapes::knot(200, 40).unwrap(), textures: Vec::new() });
     let material = Material { ks: DVec3::splat(0.4), n: 20.0, ..Material::default() };
@@ -99,7 +101,7 @@ fn calls_of_other_threads_are_not_counted() {
     let _turn = TURN.lock();
     let (before, gate) = (2, Barrier::new(2));
     std::thread::scope(|scope| {
-        // As the thread that runs the tests does when one of them takes long.
+        // As the thread of the test harness does when a test takes long.
         scope.spawn(|| {
             for _ in 0..before + FRAMES {
                 gate.wait();
@@ -115,7 +117,7 @@ fn calls_of_other_threads_are_not_counted() {
             gate.wait();
             gate.wait();
         });
-        // This thread may have to make room once to wait at the gate; the other one asks in every frame.
+        // This thread may allocate once to wait at the barrier; the other one does in every frame.
         assert!(
             calls <= FRAMES / 100,
             "{calls} in {FRAMES} frames, in each of which another thread asks once"
@@ -123,7 +125,7 @@ fn calls_of_other_threads_are_not_counted() {
     });
 }
 
-/// A scene that is not drawn as opaque faces in f32 depths under a few lights.
+/// A scene that is anything but opaque faces with f32 depth under a few lights.
 struct Case {
     name: &'static str,
     scene: Scene,
@@ -142,7 +144,8 @@ fn square() -> Mesh {
     mesh
 }
 
-/// Layers before each other, each turned a little, the last of them through the eye's plane.
+/// Returns `count` layers before each other, each rotated a little; the last one passes through the
+/// eye plane.
 fn layers(count: u32) -> Vec<Object> {
     let layer = |i: u32| {
         let mut layer = object("layer", square());
@@ -219,7 +222,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// Frames of a scene that are counted, and what each hands to a pool from outside at most.
+/// Number of counted frames of a scene, and the most jobs that each sends to the pool.
 const SCENE_FRAMES: usize = 12;
 const HANDED: usize = 8;
 

@@ -1,6 +1,7 @@
-//! Bytes that reading a scene of the eye is said to take, and those that it takes.
+//! The stated memory of reading an eye scene against the memory that is taken.
 //!
-//! Fear: that a text of one kind of sign alone - brackets, braces, commas, letters - takes more than was stated for it.
+//! Guards against a text made of one kind of character alone (brackets, braces, commas, letters)
+//! that takes more than was stated for it.
 
 use crate::TURN;
 use crate::counting::most_held_here;
@@ -8,7 +9,7 @@ use fbptr::eye::{EyeScene, json_bytes};
 use std::fmt::Write;
 use std::sync::PoisonError;
 
-/// A scene of R^3 with so many facets, whose numbers are as short as can be.
+/// Returns a scene of R^3 with this many facets, whose numbers are as short as possible.
 fn scene(facets: usize) -> String {
     let mut text = String::from(r#"{"dim":3,"pixels":[4,4],"d":1,"S":[1,1],"I_d":1,"facets":["#);
     for i in 0..facets {
@@ -40,7 +41,7 @@ fn no_text_takes_more_than_is_stated_for_it() {
         let (read, held) = most_held_here(|| EyeScene::from_json(text.as_bytes()).is_ok());
         println!("{name}: {} bytes of text, {stated} stated, {held} held", text.len());
         assert!(held <= stated, "{name}: {held} bytes held, {stated} stated");
-        // A statement that nothing fits would refuse what could be read.
+        // A statement far above the memory taken would refuse texts that could be read.
         assert!(stated < 12 * held + (64 << 10), "{name}: {held} bytes held, {stated} stated");
         assert!(read || !is_scene, "{name}");
     }

@@ -1,4 +1,5 @@
-//! Every demo, run as its reader would: headless, some frames, a snapshot. Is the picture still the one that was kept?
+//! Runs every demo as a reader would: headless, some frames, a snapshot. The picture must equal the
+//! stored one.
 
 use fbptr::memory::VideoMemory;
 use fbptr::save::golden::{self, Mode, Tolerance, assert_golden};
@@ -7,18 +8,18 @@ use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// No demo may take longer; one that hangs is ended and fails.
+/// Limit of a program's run time; one that hangs is killed and fails.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The demos' programs, brought up to date the way this test was built.
+/// Returns the folder of the demos' programs, after building them with the profile of this test.
 fn programs() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        // target/PROFILE/deps/this-test
+        // The path is target/PROFILE/deps/this-test.
         let own = std::env::current_exe().expect("this program has a file");
         let profile = own.ancestors().nth(2).expect("target/PROFILE");
         let mut cargo = Command::new(env!("CARGO"));
@@ -37,7 +38,7 @@ fn programs() -> &'static Path {
     })
 }
 
-/// Runs a program to its end, or ends it when it takes too long.
+/// Runs a program to its end, or kills it when it takes too long.
 fn run(program: &Path, arguments: &[&str]) -> Output {
     let mut child = Command::new(program)
         .args(arguments)
@@ -59,7 +60,7 @@ fn run(program: &Path, arguments: &[&str]) -> Output {
     child.wait_with_output().expect("its output can be read")
 }
 
-/// The last of `frames` frames of a demo.
+/// Returns the last of `frames` frames of a demo.
 fn picture(demo: &str, frames: &str) -> VideoMemory {
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("demo-{demo}-{frames}.png"));
     let _ = std::fs::remove_file(&file);
@@ -70,12 +71,13 @@ fn picture(demo: &str, frames: &str) -> VideoMemory {
     golden::read_png(&file).unwrap_or_else(|e| panic!("{demo}: {e}"))
 }
 
-/// A picture of the docs; `BLESS=1 cargo test --test cli demos` makes them all anew.
+/// Returns the path of a picture of the docs. `BLESS=1 cargo test --test cli demos` rewrites them
+/// all.
 fn gallery_file(name: &str) -> PathBuf {
     root().join("docs/pictures").join(format!("{name}.png"))
 }
 
-/// The gallery: every demo, and after how many frames its picture was taken.
+/// The gallery: every demo, and the number of frames after which its picture is taken.
 const GALLERY: [(&str, &str); 19] = [
     ("memory_map", "1"),
     ("lines", "1"),
@@ -173,7 +175,7 @@ fn without_a_display_a_demo_says_so_and_goes_on() {
     assert_eq!(output.status.code(), Some(1));
 }
 
-/// Plays a stream headless and gives its last frame and its output.
+/// Plays a stream headless and returns its last frame and its output.
 fn play(stream: &Path, name: &str) -> (VideoMemory, Output) {
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
     let (stream, snap) = (stream.to_str().expect("UTF-8"), file.to_str().expect("UTF-8"));
@@ -214,7 +216,7 @@ fn the_tour_goes_from_one_pixel_to_the_phong_teapot() {
     assert_eq!(String::from_utf8_lossy(&output.stdout), crc);
     assert_golden(&last, gallery_file("tour"), Tolerance::EXACT);
 
-    // Each step by itself: it shows something, and something other than the step before.
+    // Each step by itself shows something, and something other than the step before.
     let text = std::fs::read_to_string(&tour).expect("readable");
     let ends: Vec<usize> = text.match_indices("\nPRESENT\n").map(|(at, end)| at + end.len()).collect();
     assert_eq!(ends.len(), 9);

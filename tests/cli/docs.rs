@@ -1,4 +1,4 @@
-//! The pages that a reader meets: are their links alive, and does the README keep to its length?
+//! Checks of the documentation: links resolve, and the README stays within its length.
 
 use std::path::{Path, PathBuf};
 
@@ -16,13 +16,13 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The targets of `[text](target)` in a page.
+/// Returns the targets of `[text](target)` in a page.
 fn links(text: &str) -> Vec<&str> {
     let after = |(at, _): (usize, &str)| text[at + 2..].split(')').next();
     text.match_indices("](").filter_map(after).collect()
 }
 
-/// The anchors that a page's headings give, as the usual renderers make them.
+/// Returns the anchors of a page's headings, by the rule of the usual renderers.
 fn anchors(text: &str) -> Vec<String> {
     let slug = |heading: &str| -> String {
         let lower = heading.trim_start_matches('#').trim().to_lowercase();

@@ -1,5 +1,5 @@
-//! Imports go down the layers only: a room uses what lies below it or beside it, never what lies above. And the tests are few
-//! programs, because each is linked with the whole crate.
+//! Imports go down the layers only: a module uses what lies below it or beside it, never what lies
+//! above. Also checked: the tests are few programs, because each is linked with the whole crate.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn sources(dir: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Every room that a source text names as `crate::room`, grouped imports included.
+/// Returns every module that a source text names as `crate::module`, including grouped imports.
 fn rooms_used(text: &str) -> Vec<String> {
     let mut rooms = Vec::new();
     for (at, _) in text.match_indices("crate::") {
@@ -81,7 +81,7 @@ fn the_reader_of_imports_sees_groups() {
 fn the_integration_tests_are_at_most_eight_programs() {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let entries = fs::read_dir(&tests).expect("tests is readable").map(|e| e.expect("entry").path());
-    // Those are what Cargo takes for a program.
+    // Files and folders that Cargo takes for test programs.
     let programs: Vec<PathBuf> =
         entries.filter(|p| p.extension().is_some_and(|e| e == "rs") || p.join("main.rs").is_file()).collect();
     assert!(programs.len() > 3, "the test found only {programs:?}: it no longer sees them");

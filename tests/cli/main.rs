@@ -1,4 +1,5 @@
-//! The programs as their users run them, and the pages that those read: commands, demos, movies, the report, the docs.
+//! The programs and pages as users meet them: commands, demos, movies, the report, the docs, and
+//! the layers of the sources.
 
 mod demos;
 mod docs;

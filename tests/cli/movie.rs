@@ -1,4 +1,5 @@
-//! Movies survive what ends the program: a recorder that is killed leaves a file that decodes to the last frame that it took.
+//! Movies survive the end of the program: a killed recorder leaves a file that decodes up to the
+//! last frame it took.
 
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
@@ -24,7 +25,7 @@ impl Drop for Folder {
     }
 }
 
-/// A process that ends with the test.
+/// A process that is killed when the test ends.
 struct Guard(Child);
 
 impl Drop for Guard {
@@ -40,7 +41,7 @@ fn fbptr(folder: &Folder, arguments: &[&str]) -> Command {
     command
 }
 
-/// The frames of a GIF or an APNG as RGBA, or `None` where the file is not there yet.
+/// Returns the frames of a GIF or an APNG as RGBA, or `None` if the file does not exist yet.
 fn frames(path: &Path) -> Option<Vec<Vec<u8>>> {
     let bytes = std::fs::read(path).ok()?;
     let frames = match path.extension().is_some_and(|e| e == "gif") {
@@ -54,7 +55,7 @@ fn frames(path: &Path) -> Option<Vec<Vec<u8>>> {
     Some(frames.into_iter().map(|f| f.into_buffer().into_raw()).collect())
 }
 
-/// Frames of a y4m stream that are whole.
+/// Returns the number of complete frames of a y4m stream.
 fn y4m_frames(bytes: &[u8], width: usize, height: usize) -> usize {
     let header = bytes.iter().position(|&b| b == b'\n').expect("a header") + 1;
     assert!(bytes.starts_with(b"YUV4MPEG2 "));
@@ -66,7 +67,7 @@ fn y4m_frames(bytes: &[u8], width: usize, height: usize) -> usize {
     whole
 }
 
-/// Ten pictures that differ, each presented.
+/// Returns a stream of ten different pictures, each presented.
 fn stream() -> String {
     (0..10)
         .map(|i| format!("CLEAR\nFILLRECT {} {} 9 9 ff{:02x}00\nPRESENT\n", i * 5, i * 3, i * 20))
@@ -86,7 +87,7 @@ fn every_present_is_a_frame() {
         let end = image::open(folder.0.join("end.png")).expect("a picture").to_rgba8();
         assert!(shown[9] == end.into_raw(), "{name}: the last frame is the picture at the end");
     }
-    // The same to a pipe, with the replies out of its way.
+    // To a pipe: the movie goes to standard output, and replies do not.
     std::fs::write(folder.0.join("asks.fbs"), format!("SIZE\n{}", stream())).expect("written");
     let arguments = ["play", "asks.fbs", "--headless", "--size", "64x48", "--movie", "-"];
     let output = fbptr(&folder, &arguments).output().expect("it runs");
@@ -109,7 +110,8 @@ fn a_stream_that_is_sent_slowly_is_filmed_by_the_clock() {
     assert!(frames(&folder.0.join("a.apng")).expect("a movie").len() >= 4);
 }
 
-/// Kills a recorder once it has some frames; its file must decode to at least as many. Returns how many there were.
+/// Kills a recorder once it has some frames; its file must decode to at least that many. Returns
+/// their number.
 fn kill_in_the_middle(folder: &Folder, mut recorder: Guard, name: &str, patience: Duration) -> usize {
     let path = folder.0.join(name);
     let begun = Instant::now();
@@ -121,7 +123,7 @@ fn kill_in_the_middle(folder: &Folder, mut recorder: Guard, name: &str, patience
     recorder.0.kill().expect("killed");
     recorder.0.wait().expect("gone");
     let left = frames(&path).expect("a movie");
-    // A server's first frame is of a memory that nobody has drawn into.
+    // A server's first frame shows memory that was never drawn into.
     for (i, frame) in left.iter().enumerate().skip(1) {
         assert!(frame.chunks(4).any(|p| p[..3] != [0; 3]), "{name}: frame {i} is empty");
     }
@@ -171,7 +173,7 @@ fn the_next_recording_removes_what_a_killed_one_left_half_written() {
         let names = std::fs::read_dir(&folder.0).expect("a folder").map(|e| e.expect("entry").file_name());
         names.filter(|n| n.to_string_lossy().starts_with('.')).collect::<Vec<_>>()
     };
-    // For certain one: a kill does not always come while a file is being written.
+    // One is made here, since a kill does not always hit while a file is being written.
     std::fs::write(folder.0.join(".fbptr-1-7.tmp"), "half a picture").expect("written");
     assert!(!hidden().is_empty());
     assert!(render("next.png", "2").status().expect("it runs").success());

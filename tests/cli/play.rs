@@ -1,4 +1,4 @@
-//! The command line's `play` and `render`: exit status, messages, files.
+//! Tests of `fbptr play` and `fbptr render` on the command line: exit status, messages, files.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -126,7 +126,7 @@ fn a_refused_command_is_said_with_its_line_and_the_rest_is_drawn() {
     let played = run(&["play", &file, "--headless", "--size", "10x6"], b"");
     assert_eq!(played.status.code(), Some(1));
     assert!(err(&played).starts_with(&format!("{file}:2: ENUM LINE: ")), "{}", err(&played));
-    // ERRORS count makes no difference here, ERRORS close does.
+    // `ERRORS count` makes no difference here, `ERRORS close` does.
     let played = run(&["play", "--headless"], b"ERRORS count\nNOPE\nSIZE\n");
     assert_eq!((played.status.code(), out(&played)), (Some(1), "SIZE 640 480\n"));
     assert!(err(&played).starts_with("-:2: EVERB NOPE: "), "{}", err(&played));
@@ -218,7 +218,7 @@ fn a_pipe_that_nobody_reads_panics_nowhere() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Both ends are closed before the program says anything.
+        // Both outputs are closed before the program writes anything.
         drop((child.stdout.take(), child.stderr.take()));
         let mut stdin = child.stdin.take().unwrap();
         let _ = stdin.write_all(&script);
@@ -432,14 +432,14 @@ fn a_mistake_is_answered_with_what_to_do_next() {
         assert_eq!((ended.status.code(), out(&ended)), (Some(status), ""), "{arguments:?}");
         assert!(err(&ended).contains(&next), "{arguments:?}: {}", err(&ended));
     }
-    // Where a stream with such a name is one, there is nothing to say.
+    // A command stream with such a name is played without a remark.
     let played = run(&["play", &folder.file("s.obj", "SIZE\n"), "--headless", "--size", "3x2"], b"");
     assert_eq!((played.status.code(), out(&played), err(&played)), (Some(0), "SIZE 3 2\n", ""));
 }
 
 #[test]
 fn a_stream_is_traced_to_what_is_seen_in_the_end() {
-    // Two quads, the nearer one drawn first; the second draw must not be taken for what is seen.
+    // Two quads, the nearer one drawn first: the second draw must not be taken for the visible one.
     let quad = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
     let stream = format!(
         "MESH quad obj :{}\n{quad}LOOKAT 0 0 5 0 0 0 0 1 0\n\
@@ -452,7 +452,7 @@ fn a_stream_is_traced_to_what_is_seen_in_the_end() {
     assert!(seen.status.success(), "{} {}", out(&seen), err(&seen));
     assert!(out(&seen).starts_with("PX 10 10 ff0000\n"), "{}", out(&seen));
     assert!(out(&seen).contains("255 0 0 255 = #ff0000 at FBptr[840]"), "{}", out(&seen));
-    // By its number the hidden one is found, too: triangles count through all draws.
+    // The hidden one is found by its number: triangles are counted through all draws.
     let hidden = run(&["play", "-", "--headless", "--size", "20x20", "--trace", "3@10,10"], stream);
     assert!(out(&hidden).contains("triangle 1 of object 0 \"quad\""), "{}", out(&hidden));
     assert!(out(&hidden).contains("0 255 0 255 = #00ff00"), "{}", out(&hidden));
@@ -461,7 +461,7 @@ fn a_stream_is_traced_to_what_is_seen_in_the_end() {
     assert_eq!(nothing.status.code(), Some(1));
 }
 
-/// A wedge that is not the same from any two sides.
+/// A wedge that looks different from every side.
 const WEDGE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 .5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
 #[test]
@@ -532,7 +532,7 @@ fn files_of_other_formats_are_named_in_one_line() {
             assert!(said.starts_with(&format!("fbptr: {file}: {what}; expected ")), "{said}");
         }
     }
-    // X3D is known by what it says, whatever its name.
+    // X3D is recognized by its content, whatever the file's name.
     let scene = folder.file("scene.xml", "<X3D><Scene><Shape><Box/></Shape></Scene></X3D>");
     let out = folder.path("o.raw");
     for arguments in [
@@ -560,7 +560,8 @@ fn meshes_without_normals_are_smooth_and_seen_from_both_sides() {
         assert_eq!((output.status.code(), err(&output)), (Some(0), ""), "{all:?}");
         std::fs::read(&out).unwrap()
     };
-    // Two squares that lean against each other, with positions of their own: a seam only where indices decide.
+    // Two squares that lean against each other, each with its own positions: a seam only if indices
+    // decide.
     let roof = folder.file(
         "roof.obj",
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 0\nv 1 1 0\nv 1 1.87 -0.5\nv 0 1.87 -0.5\nf 1 2 3 4\nf 5 6 7 8\n",
@@ -572,7 +573,7 @@ fn meshes_without_normals_are_smooth_and_seen_from_both_sides() {
         assert!(smooth != seams, "{command}");
         assert!(seams == drawn(command, &roof, &["--smooth", "0deg", "--cull", "back"]), "{command}");
     }
-    // Two squares beside each other that look to different sides.
+    // Two squares side by side that face opposite ways.
     let both = folder.file(
         "both.obj",
         "v -3 -1 0\nv -1 -1 0\nv -1 1 0\nv -3 1 0\nv 1 -1 0\nv 3 -1 0\nv 3 1 0\nv 1 1 0\nf 1 2 3 4\nf 8 7 6 5\n",
@@ -584,7 +585,7 @@ fn meshes_without_normals_are_smooth_and_seen_from_both_sides() {
         assert!(fronts > 40 && backs > 40, "{command}: {fronts} and {backs}");
         assert_eq!(all, fronts + backs, "{command}");
     }
-    // Points and lines alone are drawn.
+    // A file of points and lines alone is drawn.
     let lines = folder.file("lines.obj", "v -1 -1 0\nv 1 1 0\nv 1 -1 0\nl 1 2\nl -3 3\np 1 2 3\n");
     assert!(drawn("render", &lines, &[]).chunks(4).filter(|p| p[0] > 0).count() > 40);
     let x3d = folder.file("s.x3d", "<Scene><Shape><Box/></Shape></Scene>");

@@ -1,7 +1,9 @@
-//! Fear: the report's errors drift, differ between machines, or a bound is broken unseen.
+//! The report's errors must not drift or differ between machines, and no bound may be broken
+//! unseen.
 //!
-//! Every error column of the quick report is compared, to the digit, with `tests/data/report/quick_errors.json`. `BLESS=1`
-//! rewrites that file and still fails. Times are never asserted.
+//! Every error column of the quick report is compared, to the digit, with
+//! `tests/data/report/quick_errors.json`. `BLESS=1` rewrites that file and still fails. Times are
+//! never asserted.
 
 use fbptr::measure::{Effort, Report, run, write};
 use serde_json::Value;
@@ -61,7 +63,7 @@ fn the_page_is_well_formed_and_needs_no_network() {
     }
     let page = write::html(&report, "a machine with < and &");
     assert!(!page.contains("http") && !page.contains("<script") && page.matches("<svg").count() > 10);
-    // Void elements are the only thing in it that XML has not.
+    // Void elements are the page's only difference from XML.
     let body = page[page.find("<body>").unwrap()..page.find("</html>").unwrap()].replace("<br>", "<br/>");
     if let Err(error) = roxmltree::Document::parse(&body) {
         panic!("the page's body is not well formed: {error}");

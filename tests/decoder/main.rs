@@ -1,5 +1,5 @@
-//! Fears about the decoder: that a cut loses a command, that an error puts the stream out of step, that a malformed
-//! command does something, that a verb is read otherwise than written down.
+//! Tests of the decoder. Verified: a cut loses no command, an error leaves the stream in step, a
+//! malformed command does nothing, and each verb is read as documented.
 
 mod cuts;
 mod dictionary;

@@ -1,5 +1,5 @@
-//! Pictures against what they must be: 2-D figures at every border, the plain pipeline against the reference, and the fast one
-//! against both.
+//! Pictures against what they must be: 2-D figures at every border, the plain renderer against the
+//! reference, and the tile renderer against both.
 
 mod against_truth;
 mod budget;

@@ -1,4 +1,5 @@
-//! The N-dimensional eye: worked cases, hard ones, a truth in rational numbers, what must not change a picture, its commands.
+//! Tests of the N-dimensional eye: worked cases, hard cases, a reference in rational numbers,
+//! changes of a scene that must not change its picture, and the command line.
 
 mod cases;
 mod command_line;

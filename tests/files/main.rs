@@ -1,7 +1,7 @@
 //! Files, in and out: X3D scenes, meshes of other projects, snapshots.
 //!
-//! Fear: an X3D file is read otherwise than the standard says, is refused without need or without saying why, shows something else
-//! than it means, moves otherwise than its time sensors say, or brings the program down.
+//! Verified: an X3D file is read as the standard says, is refused only with need and with a reason,
+//! shows and moves as it says, and never crashes the program.
 
 mod animation;
 mod files;

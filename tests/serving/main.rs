@@ -1,4 +1,4 @@
-//! A server that other programs can trust: over real sockets, as its clients see it.
+//! Tests of the server over real sockets, as its clients see it.
 
 mod crowd;
 mod descriptors;

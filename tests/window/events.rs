@@ -1,4 +1,5 @@
-//! What happens in the window reaches the program that asked: a drawing program in Python, and a mouse and keys for it.
+//! Window events reach the program that subscribed to them: a drawing program in Python, driven by
+//! a mouse and keys.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
 use crate::tools;
@@ -63,7 +64,7 @@ fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
     wait_for("the window at the corner", || (screen.place(&id)[..2] == [0, 0]).then_some(()));
     let scale = screen.place(&id)[2] / 320;
     let move_to = |x: usize, y: usize| {
-        // The middle of a frame pixel.
+        // The middle of a pixel of the frame.
         let at = |v: usize| (v * scale + scale / 2).to_string();
         screen.xdotool(&["mousemove", &at(x), &at(y)]);
     };
@@ -80,14 +81,14 @@ fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
     }
     assert_eq!([pixel(&address, 39, 30), pixel(&address, 91, 30), pixel(&address, 65, 31)], ["101820"; 3]);
 
-    // Q does not close the window while a program listens to the keys.
+    // Q does not close the window while a program subscribes to keys.
     for key in ["2", "q", "Left"] {
         screen.xdotool(&["key", key]);
         has_heard(&format!("key down {}", key.to_lowercase()));
         has_heard(&format!("key up {}", key.to_lowercase()));
     }
     has_heard("text u+0071 q");
-    // A place of its own: what was heard before does not count.
+    // A new position, so that earlier events do not count.
     move_to(120, 30);
     has_heard("mouse 120 30 0");
     screen.xdotool(&["mousedown", "1"]);
@@ -98,7 +99,7 @@ fn a_drawing_program_hears_mouse_keys_text_resize_and_close() {
     wait_for("a line in the colour of key 2", || (pixel(&address, 120, 60) == "ff4040").then_some(()));
     has_heard("wheel 0 1");
 
-    // Each click is over within microseconds, much sooner than a frame.
+    // Each click is over within microseconds, much less than the time of a frame.
     move_to(60, 60);
     has_heard("mouse 60 60 0");
     let count = |what: &str| heard.lock().expect("no panic").iter().filter(|l| *l == what).count();

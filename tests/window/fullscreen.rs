@@ -1,10 +1,11 @@
-//! A wall's window: over the whole screen and back, with the server's addresses and rates laid over it.
+//! Fullscreen display: on over the whole screen and off again, with the server's addresses and
+//! rates as an overlay.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-/// A server with a window, and where it listens.
+/// Starts a server with a window; returns it and the address that it listens on.
 fn serve(screen: &Screen, more: &[&str]) -> (Guard, String) {
     let mut server = Guard(
         Command::new(env!("CARGO_BIN_EXE_fbptr"))
@@ -19,7 +20,7 @@ fn serve(screen: &Screen, more: &[&str]) -> (Guard, String) {
     let mut says = BufReader::new(server.0.stderr.take().expect("piped"));
     let mut line = String::new();
     says.read_line(&mut line).expect("the server tells its address");
-    // Whatever else it says must find a reader.
+    // Later messages need a reader, or the server would block.
     std::thread::spawn(move || {
         says.lines().map_while(Result::ok).for_each(|line| eprintln!("server: {line}"))
     });
@@ -64,7 +65,7 @@ fn a_wall_opens_over_the_whole_screen_with_its_overlay() {
     wait_for("F3 to hide it", || (lit() == 0).then_some(()));
     let mut wire = std::net::TcpStream::connect(&address).expect("the server listens");
     std::io::Write::write_all(&mut wire, b"CLEAR ff0000\n").expect("a command");
-    // 320x200 to 1280 pixels across: exactly four times, in the middle of the height.
+    // 320x200 on a screen 1280 pixels wide: exactly four times, centred vertically.
     let shown = 1280 * 800;
     wait_for("the frame over the screen's width", || (lit() == shown).then_some(()));
     screen.xdotool(&["key", "F10"]);

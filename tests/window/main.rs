@@ -1,6 +1,8 @@
-//! The window on a real X server: the screen is the snapshot byte for byte, and every key does what it says.
+//! Tests of the window on a real X server: the screen equals the snapshot byte for byte, and every
+//! key does what its description says.
 //!
-//! Skipped, with the reason printed, where Xvfb or xdotool is not installed or the crate was built without `window`.
+//! Skipped, with the reason printed, if Xvfb or xdotool is not installed. Built only with the
+//! `window` feature.
 #![cfg(feature = "window")]
 
 mod events;
@@ -68,7 +70,7 @@ fn the_screen_is_the_snapshot_and_the_keys_work() {
         wait_for("F12's file", || Some(image::open(&saved).ok()?.to_rgb8().pixels().map(|p| p.0).collect()));
     assert!(saved == expected, "F12 saves what is shown, without overlays");
 
-    // A larger window shows whole factors only, in the middle; a smaller one keeps the aspect.
+    // A larger window scales by whole factors only, centred; a smaller one keeps the aspect ratio.
     screen.xdotool(&["windowmove", "--sync", &id, "0", "0"]);
     screen.xdotool(&["windowsize", "--sync", &id, "1280", "1000"]);
     wait_for("the doubled picture", || {

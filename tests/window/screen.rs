@@ -1,4 +1,4 @@
-//! An X server without hardware, for the tests.
+//! A virtual X server (Xvfb) for the tests of the window.
 
 use crate::tools;
 use std::io::{BufRead, BufReader};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A temporary folder that goes when the test ends.
+/// A temporary folder that is removed when the test ends.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
@@ -26,7 +26,7 @@ impl Drop for Folder {
     }
 }
 
-/// A process that ends with the test.
+/// A process that is killed when the test ends.
 pub struct Guard(pub Child);
 
 impl Drop for Guard {
@@ -43,13 +43,15 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// An X server without hardware whose screen is a file, or `None` with the reason printed.
+    /// Starts an X server without hardware whose screen is a file, or returns `None` with the
+    /// reason printed.
     pub fn start(folder: &Path) -> Option<Screen> {
         if !tools::are_there(&["Xvfb", "xdotool"]) {
             return None;
         }
-        // Servers that start at once may take the same number, and the other one ends with its own test: each is known by
-        // a height of its own, and whose is not reached begins again.
+        // Servers that start at once may take the same display number, and the other one ends with
+        // its own test. Each therefore has its own screen height, and starts again if another one
+        // answers.
         static SERVERS: AtomicUsize = AtomicUsize::new(0);
         for _ in 0..5 {
             let height = 1024 + SERVERS.fetch_add(1, Ordering::Relaxed);
@@ -64,7 +66,7 @@ impl Screen {
 
     fn run(folder: &Path, height: usize) -> Screen {
         let mut server = Command::new("Xvfb")
-            // Not to begin anew whenever its last client leaves: the next one would be turned away.
+            // No reset when the last client leaves: the next client would be refused.
             .args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0"])
             .arg(format!("1280x{height}x24"))
             .arg("-fbdir")
@@ -86,7 +88,7 @@ impl Screen {
         String::from_utf8_lossy(&output.stdout).into_owned()
     }
 
-    /// The R, G, B of a rectangle of the screen, from the server's XWD file.
+    /// Returns the R, G, B of a rectangle of the screen, from the server's XWD file.
     pub fn pixels(&self, x: usize, y: usize, w: usize, h: usize) -> Vec<[u8; 3]> {
         let file = std::fs::read(&self.memory_file).expect("the screen's file");
         let word =
@@ -118,7 +120,7 @@ pub fn wait_for<T>(what: &str, mut probe: impl FnMut() -> Option<T>) -> T {
 }
 
 impl Screen {
-    /// The number of the window whose title holds "fbptr", once it is there.
+    /// Waits for a window whose title contains "fbptr" and returns its number.
     pub fn window(&self) -> String {
         wait_for("the window", || {
             let found = self.xdotool(&["search", "--onlyvisible", "--name", "fbptr"]);
@@ -126,7 +128,7 @@ impl Screen {
         })
     }
 
-    /// x, y, width and height of a window on the screen.
+    /// Returns x, y, width and height of a window on the screen.
     pub fn place(&self, window: &str) -> [usize; 4] {
         let geometry = self.xdotool(&["getwindowgeometry", "--shell", window]);
         let value = |key: &str| {

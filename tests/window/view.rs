@@ -1,5 +1,6 @@
-//! The viewer on a real X server: every key of the overlay's list, pressed once, changes what is seen, saves a file or ends
-//! the program; taps are not lost while a picture is drawn; all of it works after a resize.
+//! The viewer on a real X server: every key of the overlay's list, pressed once, changes the
+//! picture, saves a file or ends the program; key presses during a slow frame are not lost; all of
+//! it works after a resize.
 
 use crate::screen::{Folder, Guard, Screen, wait_for};
 use fbptr::eye::EyeScene;
@@ -19,7 +20,7 @@ const SPINNING: &str = r#"<?xml version="1.0"?><X3D version="3.3" profile="Inter
 <ROUTE fromNode="T" fromField="fraction_changed" toNode="O" toField="set_fraction"/>
 <ROUTE fromNode="O" fromField="value_changed" toNode="X" toField="set_rotation"/></Scene></X3D>"#;
 
-/// What xdotool calls a key.
+/// Returns xdotool's name of a key.
 fn keysym(key: Key) -> String {
     let name = match key {
         Key::Zero => "0",
@@ -46,7 +47,7 @@ fn keysym(key: Key) -> String {
     name.to_owned()
 }
 
-/// Starts `fbptr view` on the screen; the process and its window.
+/// Starts `fbptr view` on the screen; returns the process and its window.
 fn view(screen: &Screen, folder: &Path, file: &str, size: &str) -> (Guard, String) {
     let child = Command::new(env!("CARGO_BIN_EXE_fbptr"))
         .args(["view", file, "--size", size])
@@ -65,13 +66,13 @@ fn view(screen: &Screen, folder: &Path, file: &str, size: &str) -> (Guard, Strin
     (guard, id)
 }
 
-/// The pixels of a window.
+/// Returns the pixels of a window.
 fn shown(screen: &Screen, id: &str) -> Vec<[u8; 3]> {
     let [x, y, w, h] = screen.place(id);
     screen.pixels(x, y, w, h)
 }
 
-/// What is seen, once it stays the same for a while.
+/// Returns the pixels of a window, once they stay the same for a while.
 fn settled(screen: &Screen, id: &str) -> Vec<[u8; 3]> {
     let mut before = shown(screen, id);
     wait_for("a picture that stays", || {
@@ -88,7 +89,7 @@ fn files(folder: &Path) -> usize {
     names.filter(|n| n.to_string_lossy().starts_with("fbptr-")).count()
 }
 
-/// Presses every key once, on a file of each kind; `is_nd` says which keys there are.
+/// Presses every key once, on one file; `is_nd` selects the keys of the N-dimensional viewer.
 fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
     let (mut viewer, id) = view(screen, folder, file, "320x240");
     let lit = || shown(screen, &id).iter().filter(|p| **p != [0; 3]).count() > 1000;
@@ -101,12 +102,12 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
             continue;
         }
         if binding.action == Action::Reset {
-            // The keys before it took back what they did: there must be a way to come back from.
+            // The keys before it undid their changes: there must be a change to reset.
             screen.xdotool(&["key", "w"]);
         }
         let place = screen.place(&id);
         if binding.action == Action::Scaling {
-            // Where the picture fits a whole number of times there is nothing to change.
+            // If the picture fits a whole number of times, this key changes nothing.
             screen.xdotool(&["windowsize", "--sync", &id, "900", "700"]);
             wait_for("the larger window", || (screen.place(&id)[2..] == [900, 700]).then_some(()));
         }
@@ -128,9 +129,9 @@ fn press_every_key(screen: &Screen, folder: &Path, file: &str, is_nd: bool) {
                 | Action::Fullscreen
                 | Action::Scaling
         ) {
-            // What covers the picture goes before the next key.
+            // The second press switches the effect off again, before the next key.
             if binding.action != Action::Pause {
-                // But time that runs never rests.
+                // With time running the picture never settles.
                 settled(screen, &id);
             }
             screen.xdotool(&["key", &keysym(binding.key)]);
@@ -166,7 +167,7 @@ fn every_key_does_something_to_every_kind_of_file() {
     {
         press_every_key(&screen, &folder.0, file, is_nd);
     }
-    // What F9, F12 and J left can be read again.
+    // The files that F9, F12 and J saved can be read back.
     let saved: Vec<_> =
         std::fs::read_dir(&folder.0).expect("a folder").map(|e| e.expect("an entry").path()).collect();
     let ending = |wanted: &str| {
@@ -191,14 +192,16 @@ fn taps_are_not_lost_and_all_works_after_a_resize() {
     let (mut viewer, id) = view(&screen, &folder.0, "knot.fbs", "320x240");
     screen.xdotool(&["key", "space", "F2"]);
     let home = settled(&screen, &id);
-    // Seven to the left at once, faster than pictures are drawn, and as many back: the place is the same again.
+    // Seven times left at once, faster than pictures are drawn, and as many right: the camera is
+    // back.
     let there = ["key", "--delay", "1", "Left", "Left", "Left", "Left", "Left", "Left", "Left"];
     let back = there.map(|key| if key == "Left" { "Right" } else { key });
     screen.xdotool(&there);
     wait_for("the orbit", || (shown(&screen, &id) != home).then_some(()));
     let away = settled(&screen, &id);
     screen.xdotool(&back);
-    // A turn and its opposite agree but for the last bits of f64, which show in a handful of pixels at most.
+    // A rotation and its inverse agree up to the last bits of f64, which show in a handful of
+    // pixels at most.
     wait_for("the way back", || {
         let off = shown(&screen, &id).iter().zip(&home).filter(|(a, b)| a != b).count();
         (off < 40).then_some(())
@@ -277,7 +280,7 @@ fn without_a_display_view_says_so_and_draws_its_frames() {
     assert!(
         picture("last.png") == picture("all-0002.png") && picture("all-0000.png") != picture("all-0001.png")
     );
-    // The same frame by its time.
+    // The same frame, chosen by its time.
     assert!(run(&["--time", "0.08", "--headless", "--snap", "at.png"]).status.success());
     assert!(picture("at.png") == picture("last.png"));
     for bad in [&["--snap", "a.gif"][..], &["--movie", "a.mp4"], &["--fps", "0"], &["--frames", "0"]] {
