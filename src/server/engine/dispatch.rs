@@ -1,4 +1,8 @@
-//! The table of what each command does, and what is the same for all of them: counting, the limit of replies, recording.
+//! Dispatch of commands, and what all commands have in common: counting, the limit of replies,
+//! recording.
+//!
+//! In: a command and its session. Out: its effect, its reply and its place in the recording, or a
+//! fault.
 
 use super::{Effect, Engine, Progress};
 use crate::cancel::CancelToken;
@@ -8,10 +12,11 @@ use crate::server::jobs::JobResult;
 use crate::server::{Budget, Session};
 
 impl Engine {
-    /// Runs one command of `session` to its end; replies are appended to `replies`, and left as they were on an error.
+    /// Runs one command of `session` to its end. Replies are appended to `replies`, which is left
+    /// as it was on an error.
     ///
     /// # Errors
-    /// Why the command was refused; it then changed nothing.
+    /// The reason for which the command was refused; it has then changed nothing.
     pub fn run(
         &mut self,
         session: &mut Session,
@@ -35,7 +40,7 @@ impl Engine {
     /// Runs one command of `session`, or the part of it that comes before its job.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub(in crate::server) fn begin(
         &mut self,
         session: &mut Session,
@@ -56,10 +61,10 @@ impl Engine {
         self.end_command(session, recorded, result, replies, start)
     }
 
-    /// Lets the result of a command's job take effect.
+    /// Applies the result of a command's job.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub(in crate::server) fn apply(
         &mut self,
         session: &mut Session,
@@ -82,7 +87,8 @@ impl Engine {
         self.end_command(session, recorded, result, replies, start)
     }
 
-    /// What is the same for all commands when they have run: the limit of replies, errors, and what the recording keeps.
+    /// Completes a command that has run: checks the limit of replies, counts errors, and keeps the
+    /// command in the recording or removes it.
     #[inline]
     fn end_command(
         &mut self,
@@ -115,7 +121,7 @@ impl Engine {
         result
     }
 
-    /// One line a verb: this is the table of what each command does, or of the job that comes first.
+    /// Runs a command, or creates its job. Has one line per verb.
     fn dispatch(&mut self, s: &mut Session, command: Command, out: &mut Vec<u8>) -> Result<Progress, Fault> {
         use Command as C;
         match command {
@@ -203,13 +209,13 @@ impl Engine {
 
 const VERSION_REPLY: &str = concat!("VERSION fbptr ", env!("CARGO_PKG_VERSION"), "\n");
 
-/// Whether a command always has a job, which gives it back to be recorded: its payload is not recorded twice.
+/// Returns whether a command always has a job, whose result contains the command for the recording.
 fn is_made_by_job(command: &Command) -> bool {
     use Command as C;
     matches!(command, C::Mesh { .. } | C::Texture { .. } | C::Scene { .. } | C::Eye { .. })
 }
 
-/// Whether a connection that uses this command is still a Pixelflut one.
+/// Returns whether a connection that sends this command may be a plain Pixelflut client.
 fn is_pixelflut(command: &Command) -> bool {
     use Command as C;
     matches!(

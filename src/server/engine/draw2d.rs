@@ -1,4 +1,6 @@
-//! Pixelflut's verbs, the memory verbs, and the 2-D figures.
+//! The 2-D commands: Pixelflut's verbs, the memory verbs, and the figures.
+//!
+//! In: pixels, rectangles and figures of one session. Out: changed video memory, replies, counters.
 
 use super::Engine;
 use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
@@ -26,12 +28,14 @@ impl Engine {
         out.extend_from_slice(format!("SIZE {w} {h}\n").as_bytes());
     }
 
-    /// The place that a text PX means: moved by OFFSET. A sum beyond i32 stays off the frame.
+    /// Adds OFFSET to the position of a text PX. A sum beyond i32 saturates and stays off the
+    /// frame.
     pub(super) fn moved(s: &Session, x: i32, y: i32) -> (i32, i32) {
         (x.saturating_add(s.offset[0]), y.saturating_add(s.offset[1]))
     }
 
-    /// Answers with the numbers that were asked, as Pixelflut servers do, not with the moved ones.
+    /// Replies with a pixel's colour. The reply has the position that was asked for, not the one
+    /// moved by OFFSET, as in other Pixelflut servers.
     pub(super) fn asked_pixel(&self, s: &Session, x: i32, y: i32, out: &mut Vec<u8>) -> Result<(), Fault> {
         let (mx, my) = Self::moved(s, x, y);
         let [r, g, b, _] = self.memory.get_pixel(mx, my)?;
@@ -39,7 +43,7 @@ impl Engine {
         Ok(())
     }
 
-    /// `PX x y colour`, moved by OFFSET.
+    /// Runs `PX x y colour`, moved by OFFSET.
     #[inline(never)]
     pub fn put_pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         s.stats.commands += 1;
@@ -51,7 +55,7 @@ impl Engine {
         self.pixel(s, x, y, color);
     }
 
-    /// One pixel where it is.
+    /// Draws one pixel at its final position, and counts it as drawn or clipped.
     #[inline]
     pub(super) fn pixel(&mut self, s: &mut Session, x: i32, y: i32, color: Rgba) {
         let is_inside = (x as u32) < self.memory.width() && (y as u32) < self.memory.height();
@@ -63,7 +67,7 @@ impl Engine {
         }
     }
 
-    /// Whole `PB` records of 10 bytes each: the hot path of binary pixels.
+    /// Draws complete `PB` records of 10 bytes each: the fast path of binary pixels.
     pub fn put_binary_pixels(&mut self, s: &mut Session, records: &[u8]) {
         if let Some(recorder) = &mut self.recorder {
             recorder.binary_pixels(s.id, records);
@@ -73,7 +77,8 @@ impl Engine {
         s.count_pixels(records.len() / BINARY_PIXEL_BYTES, stored);
     }
 
-    /// Text pixels as records of x and y as u16 little-endian, r, g, b, a, moved by OFFSET: their hot path.
+    /// Draws text pixels: the fast path. A record is x and y as little-endian u16, r, g, b, a; it
+    /// is moved by OFFSET.
     pub fn put_pixels(&mut self, s: &mut Session, records: &[[u8; 8]]) {
         if let Some(recorder) = &mut self.recorder {
             recorder.pixels(s.id, records, s.offset);
@@ -83,10 +88,10 @@ impl Engine {
         s.count_pixels(records.len(), stored);
     }
 
-    /// `PXMULTI` with borrowed bytes.
+    /// Runs `PXMULTI` with borrowed bytes.
     ///
     /// # Errors
-    /// `EFORMAT` for bytes that are no whole pixels.
+    /// `EFORMAT` if the bytes are not complete pixels.
     pub fn put_pixel_run(&mut self, s: &mut Session, x: u16, y: u16, rgba: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         self.verb_counts.many("PXMULTI", 1);
@@ -97,7 +102,7 @@ impl Engine {
         Ok(())
     }
 
-    /// `BLIT` with borrowed bytes.
+    /// Runs `BLIT` with borrowed bytes.
     ///
     /// # Errors
     /// `ERANGE` for negative sides, `EFORMAT` for bytes that are not w x h pixels.
@@ -112,7 +117,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Counts and records a `LINE` whose drawing may wait for those that follow it.
+    /// Counts and records a `LINE` that will be drawn together with those that follow it.
     pub(in crate::server) fn note_line(&mut self, s: &mut Session, command: &Command) {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
@@ -122,7 +127,7 @@ impl Engine {
         }
     }
 
-    /// Draws lines in their order, on all threads where that pays.
+    /// Draws lines in their order, on all threads of the pool if there is one.
     pub(in crate::server) fn draw_lines(&mut self, s: &Session, lines: &[Line]) {
         match self.renderer.options().pool.clone().map(Pool) {
             Some(pool) => draw2d::lines_on(&pool, &mut self.memory, lines, s.blend),
@@ -130,10 +135,10 @@ impl Engine {
         }
     }
 
-    /// `POINTS` with borrowed bytes.
+    /// Runs `POINTS` with borrowed bytes.
     ///
     /// # Errors
-    /// `EFORMAT` for bytes that are no whole records.
+    /// `EFORMAT` if the bytes are not complete records.
     pub fn put_points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
@@ -182,7 +187,8 @@ impl Engine {
         Ok(())
     }
 
-    // The memory's verbs store their bytes whatever `BLEND` is: what is read is what was written.
+    // The memory verbs store their bytes whatever `BLEND` is, so that reading returns what was
+    // written.
 
     pub(super) fn blit(&mut self, s: &mut Session, rect: Rect, rgba: &[u8]) -> Result<(), Fault> {
         draw2d::blit(&mut self.memory, rect, rgba, Blend::Replace)?;
@@ -192,7 +198,7 @@ impl Engine {
         Ok(())
     }
 
-    /// How many of a rectangle's pixels are on the frame.
+    /// Returns the number of a rectangle's pixels that are on the frame.
     pub(super) fn visible(&self, Rect { x, y, w, h }: Rect) -> u64 {
         let side = |start: i32, len: i32, limit: u32| {
             let (start, limit) = (i64::from(start), i64::from(limit));
@@ -207,7 +213,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The line before the rows of `READ`; the bytes of the rows.
+    /// Appends the line before the rows of `READ`. Returns the number of bytes of the rows.
     pub(super) fn read_head(&mut self, rect: Rect, out: &mut Vec<u8>) -> Result<u64, Fault> {
         drop(draw2d::rows(&self.memory, rect)?);
         let Rect { x, y, w, h } = rect;
@@ -255,7 +261,8 @@ impl Engine {
         self.end_clear(s);
     }
 
-    /// What CLEAR does beside its pixels.
+    /// Does what CLEAR does besides filling the pixels: counts them, and clears the depth and pick
+    /// buffers.
     pub(super) fn end_clear(&mut self, s: &mut Session) {
         s.stats.pixels += self.memory.bytes().len() as u64 / 4;
         if let Some(depth) = &mut self.depth {
@@ -288,7 +295,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Refuses a reply that is too long, or reserves it until it is handed on.
+    /// Refuses a reply that is too long, or reserves memory for it until it is queued.
     pub(super) fn check_reply(&mut self, bytes: u64) -> Result<(), Fault> {
         if bytes > self.limits.reply_bytes as u64 {
             return Err(self.reply_too_long(bytes));
@@ -305,11 +312,11 @@ impl Engine {
     }
 }
 
-/// Replies up to this length are not reserved one by one: a connection's commands wait while others of it are unread and memory is
-/// short.
+/// Longest reply in bytes for which no memory is reserved. Such replies cannot add up: while
+/// earlier ones are unread and memory is short, the connection's commands wait.
 const SHORT_REPLY_BYTES: u64 = 16 << 10;
 
-/// A byte offset as the verbs give it.
+/// Converts the byte offset of a command to a position in the video memory.
 fn pointer(offset: i32, len: usize) -> Result<FbPtr, Fault> {
     u64::try_from(offset).map(FbPtr::new).map_err(|_| {
         let message = format!("the {len} bytes must begin at 0 or later");

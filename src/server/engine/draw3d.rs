@@ -1,4 +1,7 @@
-//! The 3-D verbs: camera, model matrix, lights, drawing, and what was drawn where.
+//! The 3-D commands: camera, model matrix, lights, drawing, and queries about drawn pixels.
+//!
+//! In: a session's 3-D state and the resources that it names. Out: pixels, depths and object
+//! numbers in the engine's buffers; counters; replies of DEPTHAT and PICK.
 
 use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, QualityRequest};
@@ -19,13 +22,13 @@ use crate::server::resources::ResourceKind;
 use glam::{DMat4, DVec3, DVec4};
 use std::sync::Arc;
 
-/// Bytes of a name in the tables of ids, its letters aside.
+/// Memory of a name in the tables of object names, in bytes without its letters.
 const NAME_BYTES: u64 = 96;
 
-/// Bytes of a pixel in the pick buffer.
+/// Memory of a pixel in the pick buffer, in bytes.
 const ID_BYTES: u64 = 8;
 
-/// Names that the pick buffer can stand for before those out of use are forgotten.
+/// Number of names at which those that no pixel refers to are removed.
 const MAX_ID_NAMES: usize = 1 << 16;
 
 impl From<CameraError> for Fault {
@@ -59,7 +62,8 @@ impl Engine {
             }
             _ => unreachable!("dispatch sends camera verbs only"),
         };
-        // What makes no picture is refused here, where its author can see it, not at a later DRAW.
+        // A camera without an image is refused here, where its author sees the error, not at a
+        // later DRAW.
         camera.matrices(1.0)?;
         s.camera = camera;
         s.has_own_camera = true;
@@ -78,7 +82,7 @@ impl Engine {
                     return Err(Fault::new(Code::Quota, message));
                 }
                 if s.stack.len() == s.stack.capacity() {
-                    // Twice as many at a time, as lists grow.
+                    // The list's capacity doubles when it grows.
                     let bytes = 2 * (s.stack.len().max(4) * size_of::<DMat4>()) as u64;
                     let held = s.held.get_or_insert_with(|| self.budget.empty(MemoryUse::Resources));
                     held.try_cover(bytes)?;
@@ -160,7 +164,8 @@ impl Engine {
         Ok(())
     }
 
-    /// DEPTH is the memory's, for all connections; another format makes what was stored meaningless.
+    /// Sets the format of the depth buffer, which all connections share. A change discards its
+    /// contents.
     pub(super) fn set_depth_format(&mut self, format: DepthFormat) {
         if format != self.depth_format {
             self.depth_format = format;
@@ -169,7 +174,8 @@ impl Engine {
         }
     }
 
-    /// `DRAW`: under QUALITY max-error, with what a search has found, or after one.
+    /// Runs `DRAW`. Under `QUALITY max-error` it uses the settings that a search has found, or
+    /// returns the job that searches them.
     pub(super) fn draw(
         &mut self,
         s: &mut Session,
@@ -181,7 +187,8 @@ impl Engine {
         let has_textures = self.view_overrides.textures == TextureUse::AsGiven;
         if !has_textures && geometry.textures.iter().any(Option::is_some) {
             geometry = match searched {
-                // What was searched is drawn: no later look would know another copy again.
+                // The searched copy is drawn: the cache identifies geometries by address and would
+                // not match a second copy.
                 Some(request) => request.geometry(),
                 None => Arc::new(geometry.without_textures()),
             };
@@ -244,8 +251,9 @@ impl Engine {
         Ok(Progress::Done(Effect::Done))
     }
 
-    /// `DRAWSCENE`: as [`Engine::draw`]. What was searched is drawn itself: parts of a scene in motion are made anew
-    /// for each time that is asked for, so that no later look would know them again.
+    /// Runs `DRAWSCENE`, with the search of [`Engine::draw`]. The searched scene itself is drawn:
+    /// the moving parts of a scene are created anew for each time, so the cache would not match a
+    /// second copy.
     pub(super) fn draw_scene(
         &mut self,
         s: &mut Session,
@@ -302,7 +310,7 @@ impl Engine {
         Ok(Progress::Done(Effect::Done))
     }
 
-    /// A document's scene at a time, with what the connection and the display set over it.
+    /// Builds a document's scene at a time, with the session's and the display's changes applied.
     fn scene_at(&self, s: &Session, document: &X3dDocument, time: f64, viewport: Viewport) -> Scene {
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let dress = |mut scene: Scene| {
@@ -312,9 +320,9 @@ impl Engine {
         };
         let scene = dress(document.at(time));
         match scene.camera.filter(|_| document.depends_on_viewer()) {
-            // LOD, Billboard and their kin depend on the camera that looks now.
+            // LOD, Billboard and similar nodes depend on the camera in use.
             Some(camera) => {
-                // One scene at a time: the memory of one is reserved.
+                // Only one scene at a time is reserved in the memory budget.
                 drop(scene);
                 dress(document.seen_at(time, Some(&camera)))
             }
@@ -322,7 +330,8 @@ impl Engine {
         }
     }
 
-    /// The number of the scene's first object in the pick buffer; the others follow.
+    /// Returns the number of the scene's first object in the pick buffer; those of the others
+    /// follow it.
     fn ids_of(&mut self, scene: &Scene) -> u32 {
         if self.id_names.names.len() + scene.objects.len() > MAX_ID_NAMES {
             self.forget_unused_ids();
@@ -342,27 +351,28 @@ impl Engine {
         self.id_names.last_scene
     }
 
-    /// Reserves the memories that a draw will open.
+    /// Reserves memory for the depth and pick buffers that a draw will allocate.
     pub(super) fn reserve_target(&mut self, hide: HiddenSurface) -> Result<(), Fault> {
         let (width, height) = (u64::from(self.memory.width()), u64::from(self.memory.height()));
         if self.ids.is_none() {
             self.with_room(|engine| engine.held.ids.try_cover(width * height * ID_BYTES))?;
         }
         if self.depth.is_none() && hide == HiddenSurface::ZBuffer {
-            // A row has a word of cells that are still to be cleared.
+            // Each row has one word of cells whose clear is pending.
             let bytes = width * height * self.depth_format.bytes_per_pixel() as u64 + height * 16;
             self.with_room(|engine| engine.held.depth.try_cover(bytes))?;
         }
         Ok(())
     }
 
-    /// States what these memories hold.
+    /// Sets the reservations to the sizes of the depth and pick buffers.
     fn count_target(&mut self) {
         self.held.depth.set(self.depth.as_ref().map_or(0, |d| d.size_bytes() as u64));
         self.held.ids.set(self.ids.as_ref().map_or(0, |i| i.size_bytes() as u64));
     }
 
-    /// What draws, and the memories that it writes; ids are kept from the first draw on, since a PICK may come.
+    /// Returns the renderer and its target. The pick buffer is written from the first draw on,
+    /// since a PICK may follow.
     pub(super) fn target(&mut self) -> (&mut Renderer, Target<'_>) {
         let (width, height) = (self.memory.width(), self.memory.height());
         let target = Target {
@@ -406,7 +416,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The number that stands for `name` in the pick buffer.
+    /// Returns the number of `name` in the pick buffer.
     pub(super) fn id_of(&mut self, name: &str) -> u32 {
         if !self.id_names.numbers.contains_key(name) {
             let is_full = self.budget.available() < name.len() as u64 + NAME_BYTES;
@@ -419,7 +429,7 @@ impl Engine {
         number
     }
 
-    /// Keeps the names alone that some pixel stands for, under new numbers.
+    /// Removes the names that no pixel refers to, and numbers the others anew.
     fn forget_unused_ids(&mut self) {
         let Some(ids) = &mut self.ids else { return self.id_names.clear() };
         let old = std::mem::take(&mut self.id_names);
@@ -434,7 +444,7 @@ impl Engine {
 }
 
 impl IdNames {
-    /// The number of a name, a new one if it has none.
+    /// Returns the number of a name; adds the name if it is new.
     fn number(&mut self, name: &str) -> u32 {
         if let Some(&number) = self.numbers.get(name) {
             return number;
@@ -446,17 +456,18 @@ impl IdNames {
         number
     }
 
-    /// Forgets all of them.
+    /// Removes all names.
     pub(super) fn clear(&mut self) {
         *self = IdNames::default();
     }
 }
 
-/// What the connection set since its SCENE wins over what the scene brings.
+/// Applies the camera and lights that the session has set since its SCENE, which take precedence
+/// over the scene's.
 fn apply_own_state(scene: &mut Scene, s: &Session) {
     if s.has_own_camera {
         if let Some(Camera { look_at: theirs, .. }) = scene.camera {
-            // The headlight goes where the eye goes.
+            // The headlight follows the eye.
             let ahead = theirs.reference - theirs.eye;
             for light in &mut scene.lights {
                 match &mut light.kind {
@@ -475,7 +486,7 @@ fn apply_own_state(scene: &mut Scene, s: &Session) {
     for (&index, light) in &s.own_lights {
         match (scene.lights.get_mut(index), light) {
             (Some(theirs), Some(light)) => *theirs = *light,
-            // Numbers of lights that follow stay theirs.
+            // Switched off in place, so that the numbers of later lights stay valid.
             (Some(theirs), None) => (theirs.color, theirs.ambient) = (DVec3::ZERO, DVec3::ZERO),
             (None, Some(light)) => {
                 let number = scene.lights.len() as u32;
@@ -487,14 +498,14 @@ fn apply_own_state(scene: &mut Scene, s: &Session) {
     }
 }
 
-/// The refusal of a name that stands for nothing.
+/// Creates the fault for a name without a resource.
 pub(super) fn missing(kind: ResourceKind, name: &str) -> Fault {
     Fault::new(Code::NoEnt, format!("there is no {} of this name", kind.as_str())).got(name)
 }
 
-/// A number from 0 to 1 with nine significant digits, without an exponent.
+/// Formats a number from 0 to 1 with nine significant digits, without an exponent.
 fn nine_digits(z: f64) -> String {
-    // The exponent form rounds first: 0.99999999996 is 1.00000000.
+    // The exponent form rounds first: 0.99999999996 becomes 1.00000000.
     let rounded = format!("{z:.8e}");
     let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
     let decimals = if z == 0.0 { 8 } else { (8 - exponent).max(0) as usize };

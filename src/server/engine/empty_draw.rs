@@ -1,9 +1,10 @@
-//! Draws that show nothing: counted for `STATS`, and explained to those who are told of errors.
+//! Draws that show nothing: counts them for `STATS`, and explains them to clients that get errors.
 //!
-//! In: what a draw's stages counted, and its call where that does not tell. Out: an [`EmptyDraw`], once for each reason in
-//! each connection. On the render thread, after the draw. Promises: the memories are not looked at, so that the same draw
-//! is explained alike whatever lies there but its depths; a draw that writes pixels in some light costs one look at its
-//! lights.
+//! In: the counts of a draw's stages, and the call if they do not suffice. Out: an [`EmptyDraw`],
+//! which is reported once for each reason and connection. Runs on the render thread, after the
+//! draw. Promises: the contents of the buffers are not read, so the explanation of a draw depends
+//! on nothing but its call and the depths that it met; a draw that writes pixels costs at most one
+//! pass over its lights.
 
 use super::Engine;
 use crate::pipeline::{DrawCall, DrawStats, SceneOptions};
@@ -11,7 +12,7 @@ use crate::scene::{Camera, Light, LightingModel, Material, Mesh, Scene, ShadeMod
 use crate::server::Session;
 use glam::{DMat4, DVec3};
 
-/// Why a draw shows nothing.
+/// Reason for which a draw shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EmptyDraw {
     NoContent,
@@ -25,7 +26,7 @@ pub(super) enum EmptyDraw {
 }
 
 impl EmptyDraw {
-    /// The explanation, one line.
+    /// Returns the explanation, one line.
     pub fn text(self) -> &'static str {
         match self {
             EmptyDraw::NoContent => "nothing is drawn: there are no faces, lines or points in it",
@@ -49,7 +50,8 @@ impl EmptyDraw {
         1 << self as u8
     }
 
-    /// What the stages' counts tell of a draw that wrote no pixel, where faces, lines or points came in.
+    /// Returns the reason that the stages' counts show, for a draw that had faces, lines or points
+    /// and wrote no pixel.
     fn of_counts(stats: &DrawStats, is_behind_eye: impl FnOnce() -> bool) -> EmptyDraw {
         if stats.pixels_tested > 0 || stats.faces_hidden > 0 {
             EmptyDraw::Hidden
@@ -68,8 +70,9 @@ impl EmptyDraw {
 }
 
 impl Engine {
-    /// Why a `DRAW` of `call` showed nothing, by the counts of its stages; `None` where it showed something. `is_dark` is
-    /// [`is_dark`] of the call as it was asked for.
+    /// Returns the reason why a `DRAW` of `call` showed nothing, by the counts of its stages;
+    /// `None` if it showed something. `is_dark` is [`is_dark`] of the original call, before
+    /// `QUALITY` changed it.
     pub(super) fn empty_call(&self, stats: &DrawStats, call: &DrawCall, is_dark: bool) -> Option<EmptyDraw> {
         let mesh = &call.geometry.mesh;
         Some(match stats.pixels_written {
@@ -81,7 +84,7 @@ impl Engine {
         })
     }
 
-    /// Why a `DRAWSCENE` showed nothing.
+    /// Returns the reason why a `DRAWSCENE` showed nothing; `None` if it showed something.
     pub(super) fn empty_scene(
         &self,
         stats: &DrawStats,
@@ -100,7 +103,7 @@ impl Engine {
         })
     }
 
-    /// Whether a viewport has any pixel of the frame.
+    /// Returns whether a viewport contains any pixel of the frame.
     fn is_on_frame(&self, viewport: Viewport) -> bool {
         let meets = |start: i32, length: u32, side: u32| {
             let (start, end) = (i64::from(start), i64::from(start) + i64::from(length));
@@ -111,7 +114,8 @@ impl Engine {
     }
 }
 
-/// Counts a draw that shows nothing, and explains it where errors are reported and this reason was not explained yet.
+/// Counts a draw that shows nothing, and explains it if the client gets errors and has not been
+/// sent this reason before.
 pub(super) fn note(s: &mut Session, empty: Option<EmptyDraw>) {
     let Some(reason) = empty else { return };
     s.stats.empty_draws += 1;
@@ -129,7 +133,8 @@ fn is_off(light: &Light) -> bool {
     light.color == DVec3::ZERO && light.ambient == DVec3::ZERO
 }
 
-/// Whether a draw is black for certain, whatever it covers: faces alone, no light on, and nothing that glows by itself.
+/// Returns whether a draw is certainly black, whatever it covers: faces only, no light on, no
+/// emissive color.
 pub(super) fn is_dark(call: &DrawCall) -> bool {
     let reaches = |i: usize| call.light_subset.is_none_or(|subset| subset.contains(&(i as u32)));
     if call.lights.iter().enumerate().any(|(i, light)| !is_off(light) && reaches(i)) {
@@ -148,9 +153,9 @@ pub(super) fn is_dark(call: &DrawCall) -> bool {
         && mesh.materials.iter().all(is_black)
 }
 
-/// Whether all corners of a box that `model` brings to world space lie behind the eye.
+/// Returns whether all corners of a box, transformed to world space by `model`, lie behind the eye.
 fn is_behind_eye(camera: &Camera, bounds: Option<(DVec3, DVec3)>, model: DMat4) -> bool {
-    // The aspect has no part in it.
+    // The aspect ratio does not matter here.
     let (Some((low, high)), Ok(matrices)) = (bounds, camera.matrices(1.0)) else { return false };
     (0..8).all(|i| {
         let pick = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };

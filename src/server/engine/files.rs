@@ -1,7 +1,8 @@
-//! The files that commands read: those of the load folder or, in a replay, those that the recording carries.
+//! Files that commands read: those of the load folder or, in a replay, those that the recording
+//! contains.
 //!
-//! In: the names that a command or a file gives. Out: contents, within the limits of one file and of all files together.
-//! While a recording is made, what was read is kept for it.
+//! In: names that a command or a file gives. Out: contents, within the limits of one file and of
+//! all files together. If the server records, the files are kept for the recording.
 
 use super::Engine;
 use crate::error::{Code, Fault};
@@ -12,7 +13,7 @@ use crate::server::record::{FileHasher, FileSet, ReadFile, Recorder};
 use crate::server::session::FileAccess;
 use std::sync::Arc;
 
-/// Where files come from.
+/// Source of files.
 enum FileSource {
     LoadFolder(Option<SandboxDir>),
     Recording(Arc<FileSet>),
@@ -21,19 +22,20 @@ enum FileSource {
 /// Reads the files of one command.
 pub(in crate::server) struct FileReader {
     source: FileSource,
-    /// Bytes of one file, and of all side files.
+    /// Limits in bytes of one file, and of all files that other files name; and the latter's bytes
+    /// so far.
     max_file_bytes: u64,
     max_side_bytes: u64,
     side_bytes: u64,
-    /// The files read so far, and the hasher of the recording, if there is one.
+    /// Files read so far, and the hasher of the recording, if there is one.
     read: Vec<ReadFile>,
     hasher: Option<FileHasher>,
-    /// What all of them hold of the memory budget, until the reader goes.
+    /// The memory budget's reservation for all of them, as long as the reader exists.
     held: Reservation,
 }
 
 impl Engine {
-    /// The reader for the next command of `session` that reads files.
+    /// Creates the reader for the next command of `session` that reads files.
     pub(super) fn file_reader(&mut self, session: &mut Session) -> FileReader {
         self.files_read.clear();
         let source = match &mut session.file_access {
@@ -53,7 +55,7 @@ impl Engine {
 }
 
 impl FileReader {
-    /// Refuses a command that names a file where there are none to be read.
+    /// Refuses a command that names a file if there is no source of files.
     ///
     /// # Errors
     /// `EPERM` without a folder.
@@ -65,21 +67,22 @@ impl FileReader {
         Ok(())
     }
 
-    /// Whether reading may have to wait for a disk.
+    /// Returns whether reading may block on a disk.
     pub fn may_wait(&self) -> bool {
         matches!(self.source, FileSource::LoadFolder(Some(_)))
     }
 
-    /// The content of the file that a command names.
+    /// Reads the file that a command names.
     ///
     /// # Errors
-    /// `EPERM` without a folder, and see [`SandboxError`].
+    /// `EPERM` without a folder; otherwise see [`SandboxError`].
     pub fn read(&mut self, path: &str) -> Result<Vec<u8>, Fault> {
         self.check_source(path)?;
         self.read_up_to(path, self.max_file_bytes)
     }
 
-    /// The content of a file that another file names, `beside` being the folder of that one; `None` if it cannot be read.
+    /// Reads a file that another file names; `beside` is the folder of that file. Returns `None` if
+    /// it cannot be read.
     pub fn read_beside(&mut self, beside: &str, name: &str) -> Option<Vec<u8>> {
         let path = match beside {
             "" => name.to_owned(),
@@ -91,14 +94,15 @@ impl FileReader {
         Some(bytes)
     }
 
-    /// The content of a file of at most `limit` bytes, for which there must be memory: twice where it is recorded.
+    /// Reads a file of at most `limit` bytes, after reserving memory for it: twice its size if it
+    /// is recorded.
     fn read_up_to(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, Fault> {
         let copies = if self.hasher.is_some() { 2 } else { 1 };
         let mut room = self.held.budget().reserve_up_to(MemoryUse::Payloads, limit.saturating_mul(copies));
         let most = limit.min(room.bytes() / copies);
         let bytes = match self.read_within(path, most) {
             Ok(bytes) => bytes,
-            // The file is within its limit, and there is no memory for it.
+            // The file is within its limit, but there is not enough memory for it.
             Err(SandboxError::TooLarge { found, .. }) if found <= limit => {
                 room.shrink_to(0);
                 room.try_grow(found.saturating_mul(copies))?;
@@ -112,7 +116,7 @@ impl FileReader {
     }
 
     fn read_within(&mut self, path: &str, limit: u64) -> Result<Vec<u8>, SandboxError> {
-        // A file that changes meanwhile is the same for the whole command, and for its replay.
+        // A file that changes meanwhile stays the same for the whole command, and for its replay.
         if let Some(file) = self.read.iter().find(|file| file.path == path) {
             return within(path, &file.bytes, limit);
         }
@@ -128,7 +132,7 @@ impl FileReader {
         Ok(bytes)
     }
 
-    /// The files that were read, for the recording.
+    /// Returns the files that were read, for the recording.
     pub fn into_read(self) -> Vec<ReadFile> {
         self.read
     }

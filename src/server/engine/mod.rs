@@ -1,11 +1,11 @@
-//! THE ENGINE: runs commands on the video memory, one by one, on whatever thread calls it.
+//! The engine: runs commands on the video memory, one by one, on the thread that calls it.
 //!
-//! In: a [`Command`] and the [`Session`] of the connection that it came from.
-//! Out: changed memory, reply bytes, or a [`Fault`] that says why nothing changed. It owns what all
-//! connections share: video memory, depth, the face ids of PICK, names that begin with `@`, the
-//! count of frames, the totals. It starts no thread, and without a display, a shared file or a
-//! folder it does no I/O. Order is the caller's: what runs first has taken effect for what runs
-//! next.
+//! In: a [`Command`] and the [`Session`] of the connection that it came from. Out: changed memory,
+//! reply bytes, or a [`Fault`] that says why nothing changed. It owns everything that connections
+//! share: video memory, depth buffer, the pick buffer, resources whose names begin with `@`, the
+//! frame count, the totals. It starts no thread, and without a display, a shared file or a folder
+//! it does no I/O. The caller decides the order: a command has taken effect before the next one
+//! runs.
 //!
 //! ```
 //! use fbptr::command::Command;
@@ -56,37 +56,39 @@ use std::time::{Duration, Instant};
 pub(in crate::server) use files::FileReader;
 pub(in crate::server) use pieces::Pieces;
 
-/// What the caller has to do after a command.
+/// Action that the caller must take after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Effect {
     /// Nothing.
     Done,
-    /// Close the connection once its replies are out.
+    /// Close the connection once its replies are sent.
     Quit,
-    /// `PRESENT wait` at a window: answer `FRAME n` when frame n is on the screen, and run nothing of this connection
-    /// until then.
+    /// Of `PRESENT wait` with a window: answer `FRAME n` when frame n is shown, and run nothing of
+    /// this connection until then.
     WaitShown(u64),
 }
 
-/// How far a command has come.
+/// Progress of a command after a part of it has run.
 #[derive(Debug)]
 #[must_use]
 pub(in crate::server) enum Progress {
     /// It has taken effect.
     Done(Effect),
-    /// Its job comes next: see [`crate::server::jobs`].
+    /// Its job must be run next: see [`crate::server::jobs`].
     Job(Job),
-    /// A piece of it has run.
+    /// A piece of it has run, and pieces are left.
     Pieces(Box<Pieces>),
 }
 
-/// How connections begin: readings of the language that its clients do not agree on, and a server chooses.
+/// Initial state of connections, in points on which clients of the protocol disagree and which the
+/// server decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dialect {
-    /// What a connection that has not said `BLEND` does.
+    /// Blend mode of a connection that has not sent `BLEND`.
     pub blend: Blend,
-    /// Whether `PX x y g` with one hex digit is the grey `gg`; otherwise it is `ECOLOUR`.
+    /// True if `PX x y g` with one hex digit is the grey `gg`; otherwise it is refused with
+    /// `ECOLOUR`.
     pub grey_digits: bool,
 }
 
@@ -96,7 +98,7 @@ impl Default for Dialect {
     }
 }
 
-/// See the module's text.
+/// State that all connections share: video memory, shared resources, display, recording and totals.
 #[derive(Debug)]
 pub struct Engine {
     memory: VideoMemory,
@@ -104,78 +106,79 @@ pub struct Engine {
     depth_format: DepthFormat,
     ids: Option<PickBuffer>,
     renderer: Renderer,
-    /// What QUALITY chose for which state.
+    /// Cached choices of `QUALITY max-error`.
     budgets: ChoiceCache,
     view_overrides: ViewOverrides,
-    /// The names that ids stand for.
+    /// Names of the pick buffer's numbers.
     id_names: IdNames,
     shared: ResourceTable,
     limits: Limits,
-    /// Bounds all of it, and what of it the frame, depths and ids hold, and a reply that is being made.
+    /// The memory budget, and the engine's own reservations from it.
     budget: MemoryBudget,
     held: Held,
     dialect: Dialect,
-    /// Connections closed because they were idle, and those that spoke another protocol.
+    /// Numbers of connections closed because they were idle, and refused because they spoke another
+    /// protocol.
     idle_closes: u64,
     foreign_refused: u64,
     metrics: Option<Arc<MetricsBoard>>,
     verb_counts: VerbCounts,
     snap_dir: Option<Arc<QuotaDir>>,
-    /// Names of periodic snapshots are the server's own.
+    /// True if SNAP must not use the names of periodic snapshots.
     reserves_snapshot_names: bool,
     load_dir: Option<SandboxDir>,
     display: Option<Arc<Display>>,
-    /// Rows that the display has not been given yet.
+    /// Rows that changed since the display was last updated.
     unshown: Range<u32>,
-    /// Presents so far.
+    /// Number of `PRESENT` commands so far.
     frames: u64,
-    /// What all connections did, up to each one's last slice.
+    /// Counters of all connections, up to the last slice of each.
     totals: Stats,
     connections: usize,
-    /// Sessions that want the display frozen, and those that want events.
+    /// Numbers of sessions that freeze the display, and of those that listen to events.
     frozen: usize,
     listeners: usize,
-    /// Bytes received and not run yet, told by the render thread.
+    /// Received bytes that have not run, as the render thread has reported.
     queue_bytes: u64,
-    /// What the last 3-D draw did, in words without blanks.
+    /// Summary of the last 3-D draw, in words without blanks.
     plan: String,
     tracing: Option<trace::Tracing>,
     shared_file: Option<shm::Shared>,
-    /// Why the shared file is shared no more, and who is told.
+    /// Reason why sharing of the file ended, and the function to call at the end.
     shared_failure: Option<String>,
     on_shared_failure: shm::OnSharedFailure,
     recorder: Option<Recorder>,
     on_present: OnPresent,
-    /// The recording that ended early.
+    /// The recording that ended early, if one did.
     record_failure: Option<FailedRecording>,
-    /// The files that the command being run has read, for the recording.
+    /// Files that the running command has read, for the recording.
     files_read: Vec<ReadFile>,
-    /// The verb of the draw that was abandoned, if one was.
+    /// Verb of the draw that was abandoned, if one was.
     abandoned: Option<&'static str>,
     is_in_pieces: bool,
-    /// Where the decoders of all connections put large payloads' buffers.
+    /// Pool of large payloads' buffers, which the decoders of all connections share.
     payload_pool: PayloadPool,
     payload_pool_swept: Instant,
 }
 
-/// What the engine itself holds of the budget.
+/// The engine's own reservations from the memory budget.
 #[derive(Debug)]
 struct Held {
     frame: Reservation,
     depth: Reservation,
     ids: Reservation,
-    /// The names that ids stand for.
+    /// Names of the pick buffer's numbers.
     names: Reservation,
     reply: Reservation,
-    /// Received bytes that wait to be run.
+    /// Received bytes that have not run.
     queue: Reservation,
     /// Recorded commands that are not in their file yet.
     records: Reservation,
 }
 
-/// Replies of so many bytes a connection may always be given that reads what it is sent.
+/// Reply bytes that are always allowed for a connection that reads its replies.
 const REPLY_BYTES: usize = 16 << 10;
-/// The bytes that wait to be run are told in steps.
+/// Smallest change of the queued bytes that is reserved, in bytes.
 const QUEUE_STEP: u64 = 64 << 10;
 
 impl Held {
@@ -193,7 +196,7 @@ impl Held {
     }
 }
 
-/// What is told of every `PRESENT`.
+/// The function to call at every `PRESENT`.
 struct OnPresent(Option<PresentAction>);
 
 type PresentAction = Box<dyn FnMut(&VideoMemory) + Send>;
@@ -204,27 +207,28 @@ impl std::fmt::Debug for OnPresent {
     }
 }
 
-/// Names that the pick buffer's numbers stand for.
+/// Names of the objects whose numbers are in the pick buffer.
 #[derive(Debug, Default)]
 struct IdNames {
     names: Vec<Arc<str>>,
     numbers: HashMap<Arc<str>, u32>,
-    /// Bytes that they take.
+    /// Bytes of memory that they take.
     bytes: u64,
-    /// Where the names of the objects of the last scene drawn begin.
+    /// Number of the first object of the last drawn scene.
     last_scene: u32,
 }
 
-/// How long an unused buffer of a large payload is held for the next one.
+/// Time for which an unused payload buffer is kept for the next large payload.
 const HOLD_PAYLOADS: Duration = Duration::from_secs(1);
 
 impl Engine {
-    /// The buffer that decoders share.
+    /// Returns the pool of payload buffers, which all decoders share.
     pub(crate) fn payload_pool(&self) -> &PayloadPool {
         &self.payload_pool
     }
 
-    /// Gives back the shared buffer when nobody has used it for a while. Answers when to look again, if at all.
+    /// Frees payload buffers that have not been used for a second. Returns the time of the next
+    /// sweep, if one is needed.
     pub(crate) fn sweep_payload_pool(&mut self, now: Instant) -> Option<Instant> {
         if now >= self.payload_pool_swept + HOLD_PAYLOADS {
             self.payload_pool.sweep();
@@ -233,18 +237,18 @@ impl Engine {
         (self.payload_pool.held_bytes() > 0).then(|| self.payload_pool_swept + HOLD_PAYLOADS)
     }
 
-    /// An engine over a fresh frame of `width` x `height` pixels with the default limits.
+    /// Creates an engine with a cleared frame of `width` x `height` pixels and the default limits.
     ///
     /// # Errors
-    /// `ETOOBIG` for a frame that cannot be had.
+    /// `ETOOBIG` for a frame that cannot be allocated or is over the limit.
     pub fn new(width: u32, height: u32) -> Result<Self, Fault> {
         Engine::with_limits(width, height, Limits::default())
     }
 
-    /// The same with other limits.
+    /// Creates an engine with a cleared frame of `width` x `height` pixels and these limits.
     ///
     /// # Errors
-    /// `ETOOBIG` for a frame that cannot be had, or is over `limits.frame_bytes`.
+    /// `ETOOBIG` for a frame that cannot be allocated, or is over `limits.frame_bytes`.
     pub fn with_limits(width: u32, height: u32, limits: Limits) -> Result<Self, Fault> {
         limits.check_frame(width, height)?;
         let budget = MemoryBudget::new(limits.memory_bytes);
@@ -298,29 +302,29 @@ impl Engine {
         })
     }
 
-    /// Calls `action` with the frame at every `PRESENT` from now on, before anything else is run.
+    /// Sets the function to call with the frame at every `PRESENT`, before any later command runs.
     pub fn set_on_present(&mut self, action: impl FnMut(&VideoMemory) + Send + 'static) {
         self.on_present = OnPresent(Some(Box::new(action)));
     }
 
-    /// Sees what is drawn in three dimensions through `view_overrides` from now on, whatever its author says.
+    /// Applies `view_overrides` to all later 3-D draws, whatever their commands say.
     pub fn set_view_overrides(&mut self, view_overrides: ViewOverrides) {
         self.view_overrides = view_overrides;
     }
 
-    /// Draws in three dimensions with `renderer` from now on; until then, with the calling thread alone.
+    /// Sets the renderer of 3-D draws. The default one uses the calling thread only.
     pub fn set_renderer(&mut self, mut renderer: Renderer) {
         renderer.set_budget(&self.budget);
         self.renderer = renderer;
     }
 
-    /// What bounds the memory of everything that commands ask for.
+    /// Returns the budget for the memory of everything that commands create.
     pub fn memory_budget(&self) -> &MemoryBudget {
         &self.budget
     }
 
-    /// Bytes of replies that a connection may be given now, of whose replies so many are unread: where memory is short those
-    /// wait whose client does not read, and no others.
+    /// Returns the number of reply bytes that a connection with `unread` unread bytes may be given.
+    /// If memory is short, only connections wait whose clients do not read.
     pub(in crate::server) fn reply_room(&self, unread: usize) -> usize {
         let part = usize::try_from(self.budget.available() / 4).unwrap_or(usize::MAX);
         match unread {
@@ -329,15 +333,15 @@ impl Engine {
         }
     }
 
-    /// States how many received bytes wait to be run.
+    /// Reserves memory for the `bytes` of received commands that have not run.
     pub(in crate::server) fn count_queue(&mut self, bytes: u64) {
-        // A few bytes more or less are not worth telling.
+        // Changes of less than [`QUEUE_STEP`] are not worth a reservation.
         if self.held.queue.bytes().abs_diff(bytes) >= QUEUE_STEP || bytes == 0 {
             self.held.queue.set(bytes);
         }
     }
 
-    /// Does `reserve`; where there is no room, once more when what is kept for speed alone was given back.
+    /// Calls `reserve`; if there is no room, frees the caches and calls it once more.
     fn with_room<T>(
         &mut self,
         mut reserve: impl FnMut(&mut Engine) -> Result<T, OverBudget>,
@@ -350,28 +354,30 @@ impl Engine {
         Ok(reserve(self)?)
     }
 
-    /// Ends the draw that is made when `cancel` is cancelled, and every later one, until another token is given.
+    /// Sets the token that cancels the running draw and every later one, until another token is
+    /// set.
     pub fn set_cancel(&mut self, cancel: CancelToken) {
         self.renderer.set_cancel(cancel);
     }
 
-    /// The verb of the command that was abandoned because the server had to end, if one was: the memory may hold a part
-    /// of its picture, the recording has nothing of it.
+    /// Takes the verb of the command that was abandoned because the server ended, if one was. The
+    /// memory may contain a part of its picture; the recording has nothing of it.
     pub fn take_abandoned(&mut self) -> Option<&'static str> {
         self.abandoned.take()
     }
 
-    /// A command was abandoned in the middle because the server has to end.
+    /// Notes that a command in pieces was abandoned because the server ends.
     pub(in crate::server) fn note_abandoned(&mut self, verb: &'static str) {
         self.abandoned = Some(verb);
     }
 
-    /// While a command is in pieces, what others write into the shared file waits.
+    /// Sets whether a command is in pieces. Meanwhile foreign writes to the shared file are not
+    /// taken in.
     pub(in crate::server) fn set_in_pieces(&mut self, is_in_pieces: bool) {
         self.is_in_pieces = is_in_pieces;
     }
 
-    /// Refuses a draw that was abandoned.
+    /// Refuses a draw that was cancelled.
     pub(super) fn check_abandoned(&mut self, verb: &'static str) -> Result<(), Fault> {
         match self.renderer.options().cancel.is_cancelled() {
             false => Ok(()),
@@ -382,22 +388,22 @@ impl Engine {
         }
     }
 
-    /// Lets SNAP write files, in this folder only, up to `limits.snap_bytes` of them.
+    /// Allows SNAP to write files into this folder, up to `limits.snap_bytes`.
     pub fn set_snap_dir(&mut self, folder: SandboxDir) {
         self.snap_dir = Some(Arc::new(QuotaDir::new(folder, self.limits.snap_bytes)));
     }
 
-    /// Keeps SNAP from the names of periodic snapshots in the same folder.
+    /// Refuses names of periodic snapshots to SNAP, which writes into the same folder.
     pub fn reserve_snapshot_names(&mut self) {
         self.reserves_snapshot_names = true;
     }
 
-    /// Lets LOAD read files, from this folder only.
+    /// Allows LOAD to read files from this folder.
     pub fn set_load_dir(&mut self, folder: SandboxDir) {
         self.load_dir = Some(folder);
     }
 
-    /// Shows the memory on `display` from now on; it must have the frame's size.
+    /// Shows the memory on `display`, which must have the frame's size.
     pub fn set_display(&mut self, display: Arc<Display>) {
         assert_eq!((display.width(), display.height()), (self.memory.width(), self.memory.height()));
         display.set_listeners(self.listeners);
@@ -405,63 +411,64 @@ impl Engine {
         self.display = Some(display);
     }
 
-    /// Counts a copy of the frame that is there as long as the server: whoever runs it asked for it, so it is not refused.
+    /// Counts a copy of the frame that exists as long as the server. It is not refused if memory is
+    /// short, because whoever runs the server asked for it.
     pub(in crate::server) fn count_frame_copy(&mut self) {
         self.held.frame.set(self.held.frame.bytes() + self.memory.bytes().len() as u64);
     }
 
-    /// Fills the frame, as it stands before any command.
+    /// Fills the frame, before any command has run.
     pub fn fill_frame(&mut self, color: Rgba) {
         self.memory.clear(color);
     }
 
-    /// The video memory.
+    /// Returns the video memory.
     pub fn memory(&self) -> &VideoMemory {
         &self.memory
     }
 
-    /// The depth memory, if anything needed one yet.
+    /// Returns the depth buffer, if any draw has needed one.
     pub fn depth(&self) -> Option<&DepthMemory> {
         self.depth.as_ref()
     }
 
-    /// The quotas.
+    /// Returns the quotas.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// Begins connections so from now on.
+    /// Sets the initial state of later connections.
     pub fn set_dialect(&mut self, dialect: Dialect) {
         self.dialect = dialect;
     }
 
-    /// How connections begin.
+    /// Returns the initial state of connections.
     pub fn dialect(&self) -> Dialect {
         self.dialect
     }
 
-    /// Counts a connection closed for being idle.
+    /// Counts a connection that was closed for being idle.
     pub(super) fn note_idle_close(&mut self) {
         self.idle_closes += 1;
     }
 
-    /// Counts a connection refused for speaking another protocol.
+    /// Counts a connection that was refused for speaking another protocol.
     pub(super) fn note_foreign(&mut self) {
         self.foreign_refused += 1;
     }
 
-    /// Presents so far.
+    /// Returns the number of `PRESENT` commands so far.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What all connections did, as far as they were counted ([`Engine::count`]).
+    /// Returns the counters of all connections, as far as [`Engine::count`] has added them.
     pub fn totals(&self) -> Stats {
         self.totals
     }
 
-    /// The connection `id` begins. A blend that it has not asked for is recorded as if it had: a player's connections
-    /// begin as the specification says.
+    /// Begins the connection `id`. A blend mode that it has by default is recorded as a command,
+    /// because a player's connections begin as the specification says.
     pub fn open(&mut self, id: u64) {
         self.connections += 1;
         if let Some(recorder) = &mut self.recorder
@@ -471,7 +478,8 @@ impl Engine {
         }
     }
 
-    /// A connection ends: what it asked of the display is over.
+    /// Ends a connection: its requests to the display end, and its counters are added to the
+    /// totals.
     pub fn close(&mut self, session: &mut Session) {
         self.connections = self.connections.saturating_sub(1);
         self.set_auto(session, true);
@@ -482,7 +490,7 @@ impl Engine {
         }
     }
 
-    /// Adds what `session` did since the last call to the totals.
+    /// Adds the counters of `session` since the last call to the totals.
     pub fn count(&mut self, session: &mut Session) {
         self.totals += session.stats - session.counted;
         session.counted = session.stats;

@@ -1,19 +1,24 @@
-//! PIECES: long commands that touch the video memory, run a few rows, letters or records at a time.
+//! Long commands that access the video memory, run in pieces of a few rows, letters or records.
 //!
-//! In: a command that [`Engine::is_long`] says may take more than about two milliseconds. Out: the bytes, the reply and the
-//! recording of the command run at once. Figures are defined pixel by pixel and each pixel belongs to one band of rows, so
-//! bands are exact, under BLEND over too; POINTS goes on from record to record, TEXT from letter to letter, COPY from row
-//! to row in the direction that it would have gone anyway.
+//! In: a command that may take more than about two milliseconds, as [`Engine::is_long`] estimates.
+//! Out: the same bytes, reply and recording as if it ran at once. Figures are defined pixel by
+//! pixel and each pixel belongs to one band of rows, so bands are exact, under BLEND over, too;
+//! POINTS is split between records, TEXT between letters, COPY between rows in the direction that
+//! overlap requires.
 //!
-//! Promises, which the scheduler keeps together with this:
-//! - One command at a time is in pieces. Meanwhile other connections' commands that only ask are run, and see the memory
-//!   as it stands between two pieces; all others wait, and so do pixels that others write into the shared file. So the
-//!   command is recorded at its end, as one, and a replay gives the same bytes.
-//! - A command past the limit of time ([`crate::server::Limits::command_time`]) is given up with `EQUOTA`. What it has
-//!   drawn stays, and is recorded as runs of pixels, which is exact; the message says how far it came.
-//! - When the server ends, a command in pieces is abandoned: the memory holds a part of it, the recording nothing.
+//! Promises, together with the scheduler:
+//! - One command at a time is in pieces. Meanwhile queries of other connections run, and see the
+//!   memory as it is between two pieces; all other commands wait, and foreign writes to the shared
+//!   file are not taken in. So the command is recorded as one, at its end, and a replay gives the
+//!   same bytes.
+//! - A command that exceeds the time limit ([`crate::server::Limits::command_time`]) is ended with
+//!   `EQUOTA`. The pixels that it has drawn stay, and are recorded as runs of pixels, which is
+//!   exact; the message says how far it got.
+//! - When the server ends, a command in pieces is abandoned: the memory contains a part of it, the
+//!   recording nothing.
 //!
-//! One would know an error by the bytes of a figure that differ from those of one piece (tests below), or by a replay.
+//! An error here would show as bytes that differ from those of the command in one piece (tests
+//! below), or from those of a replay.
 
 use super::{Effect, Engine, Progress};
 use crate::command::{AreaColors, Command, RealRect, Rect};
@@ -24,27 +29,27 @@ use crate::server::{Budget, Session};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Pixels of a band of rows.
+/// Pixels of a band of rows, about.
 const BAND_PIXELS: u32 = 1 << 15;
-/// Records of `POINTS` of one piece.
+/// Records of `POINTS` in one piece.
 const PIECE_RECORDS: usize = 1 << 17;
-/// Bytes of `TEXT` of one piece.
+/// Bytes of `TEXT` in one piece.
 const PIECE_LETTERS: usize = 1 << 15;
-/// Commands of more estimated nanoseconds than this are run in pieces.
+/// Estimated nanoseconds from which a command runs in pieces.
 const LONG_NS: u64 = 2_000_000;
 
-/// A command that is run in pieces.
+/// A command that runs in pieces.
 #[derive(Debug)]
 pub(in crate::server) struct Pieces {
     command: Command,
     next: Next,
     reply: Vec<u8>,
     begun: Instant,
-    /// What its payload holds of the memory budget.
+    /// The memory budget's reservation for its payload.
     _held: Reservation,
 }
 
-/// Where the next piece begins.
+/// Position of the next piece.
 #[derive(Debug)]
 enum Next {
     Row(u32),
@@ -54,11 +59,11 @@ enum Next {
 }
 
 impl Engine {
-    /// Whether a command may take so long that others should not wait for all of it.
+    /// Returns whether a command may take so long that others should not wait for all of it.
     pub(in crate::server) fn is_long(&self, s: &Session, command: &Command) -> bool {
         use Command as C;
         let frame = u64::from(self.memory.width()) * u64::from(self.memory.height());
-        // Nanoseconds of a pixel, about.
+        // Estimated nanoseconds per pixel.
         let composed = if s.blend == Blend::Over { 2 } else { 1 };
         let cost = match command {
             C::Clear { .. } | C::Crc { rect: None } => frame / 4,
@@ -76,7 +81,7 @@ impl Engine {
                 let per_pixel = if matches!(colors, AreaColors::Three(_)) { 2 } else { 1 };
                 match is_near {
                     true => pixels * per_pixel * composed,
-                    // Numbers of any length: each row may be dear.
+                    // Coordinates need arbitrary precision, so each row may be expensive.
                     false => pixels * 64,
                 }
             }
@@ -91,7 +96,8 @@ impl Engine {
         cost > LONG_NS
     }
 
-    /// The visible pixels of the box around points, and whether all of them are near enough for narrow numbers.
+    /// Returns the number of visible pixels in the bounding box of points, and whether all of them
+    /// are close enough for fixed-width integers.
     fn visible_of(&self, points: &[[f64; 2]]) -> (u64, bool) {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for p in points {
@@ -107,7 +113,7 @@ impl Engine {
         (side(0) * side(1), is_near)
     }
 
-    /// Begins a long command.
+    /// Counts a long command and prepares its first piece.
     pub(in crate::server) fn begin_in_pieces(&mut self, s: &mut Session, command: Command) -> Pieces {
         s.stats.commands += 1;
         s.has_used_other_verbs = true;
@@ -128,10 +134,11 @@ impl Engine {
         Pieces { command, next, reply: Vec::new(), begun: Instant::now(), _held: held }
     }
 
-    /// Runs pieces until the budget's time is used up, at least one; the command itself when it has not come to its end.
+    /// Runs at least one piece, and more until the budget's time is used up. Returns the rest of
+    /// the command if it is not complete.
     ///
     /// # Errors
-    /// Why the command was refused, or given up.
+    /// The reason for which the command was refused or ended early.
     pub(in crate::server) fn run_pieces(
         &mut self,
         s: &mut Session,
@@ -161,7 +168,7 @@ impl Engine {
         }
     }
 
-    /// What follows the last piece: the recording, the reply, and what is done once.
+    /// Completes a command after its last piece: records it, and appends its reply.
     fn end_pieces(
         &mut self,
         s: &mut Session,
@@ -188,7 +195,7 @@ impl Engine {
         Ok(Progress::Done(Effect::Done))
     }
 
-    /// One piece; whether it was the last one.
+    /// Runs one piece. Returns whether it was the last one.
     fn run_piece(&mut self, s: &mut Session, pieces: &mut Pieces) -> Result<bool, Fault> {
         let Pieces { command, next, reply, .. } = pieces;
         let height = self.memory.height();
@@ -212,7 +219,7 @@ impl Engine {
             Next::Record(at) => {
                 let Command::Points { packed } = command else { return Ok(true) };
                 let end = (*at + PIECE_RECORDS * 8).min(packed.len());
-                // A list that is not whole is refused as a whole, by its first piece.
+                // An incomplete list is refused by its first piece, before anything is drawn.
                 let piece = if packed.len().is_multiple_of(8) { &packed[*at..end] } else { &packed[..] };
                 self.points(s, piece)?;
                 *at = end;
@@ -221,7 +228,8 @@ impl Engine {
             Next::Letter(cursor) => {
                 let Command::Text { color, utf8, .. } = command else { return Ok(true) };
                 if cursor.bytes() == 0 {
-                    // Refused as a whole, or not at all.
+                    // Checked before the first piece, so that nothing is drawn if the text is
+                    // refused.
                     let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: e.valid_up_to() as u64 };
                     std::str::from_utf8(utf8).map_err(not_utf8)?;
                 }
@@ -234,7 +242,8 @@ impl Engine {
         (BAND_PIXELS / self.memory.width()).max(1)
     }
 
-    /// The part of a command that lies in `rows`. For COPY and READ these are rows of the rectangle.
+    /// Runs the part of a command that lies in `rows`. For COPY and READ these are rows of the
+    /// rectangle.
     fn run_band(
         &mut self,
         s: &mut Session,
@@ -258,7 +267,7 @@ impl Engine {
         }
     }
 
-    /// Figures are drawn on all rows again.
+    /// Ends the restriction of figures to a band of rows.
     pub(in crate::server) fn end_band(&mut self) {
         self.memory.set_window(0..self.memory.height());
     }
@@ -276,10 +285,11 @@ impl Engine {
         Ok(())
     }
 
-    /// Rows from the top of the rectangle, or from its bottom where the copy moves down.
+    /// Copies a band of rows, from the top of the rectangle, or from its bottom if the copy moves
+    /// down.
     fn copy_band(&mut self, source: Rect, [dx, dy]: [i32; 2], rows: Range<u32>) -> Result<(), Fault> {
         if rows.start == 0 {
-            // Refused as a whole, or not at all.
+            // Checked before the first band, so that nothing is copied if the command is refused.
             drop(draw2d::rows(&self.memory, source)?);
         }
         let h = source.h;
@@ -287,11 +297,12 @@ impl Engine {
         let top = if dy > source.y { h - to } else { from };
         let Some(to_y) = dy.checked_add(top) else { return Ok(()) };
         let band = Rect { y: source.y + top, h: to - from, ..source };
-        // As the whole command: it stores whatever BLEND is.
+        // Like the command in one piece, it stores the pixels whatever BLEND is.
         Ok(draw2d::copy(&mut self.memory, band, [dx, to_y], Blend::Replace)?)
     }
 
-    /// Ends a command early: what it has drawn is recorded as it stands. The fault says how far it came.
+    /// Ends a command early, and records the pixels that it has drawn. The fault says how far it
+    /// got.
     fn give_up_pieces(&mut self, pieces: &Pieces, limit: Duration) -> Fault {
         let height = self.memory.height();
         let (rows, how_far) = match &pieces.next {
@@ -322,7 +333,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (700, 330);
 
-    /// A frame that is nowhere the same.
+    /// Creates an engine whose frame has a different value at each place.
     fn engine() -> Engine {
         let mut engine = Engine::new(SIZE.0, SIZE.1).unwrap();
         for (i, byte) in engine.memory.bytes_mut().iter_mut().enumerate() {

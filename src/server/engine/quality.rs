@@ -1,4 +1,7 @@
-//! `QUALITY max-error`: the cheapest way of a draw that stays within the error asked for.
+//! `QUALITY max-error`: finds the cheapest settings of a draw that stay within the error asked for.
+//!
+//! In: a draw and its largest error. Out: a cached choice, or a job that searches one; the draw
+//! then runs with the chosen settings.
 
 use super::{Engine, Progress};
 use crate::command::Command;
@@ -11,7 +14,7 @@ use crate::server::Session;
 use crate::server::jobs::{Job, JobResult};
 use std::sync::Arc;
 
-/// What a DRAW does in place of what its modes say.
+/// Settings of a `DRAW` that replace those of its session.
 pub(super) struct CheaperDraw {
     pub shade: ShadeMode,
     pub sampling: Sampling,
@@ -19,7 +22,8 @@ pub(super) struct CheaperDraw {
     pub lights: Vec<Light>,
 }
 
-/// What is drawn within an error: everything that a choice depends on, owned, so that it can be searched elsewhere.
+/// A draw within an error, with everything that the choice depends on. It owns its data, so that it
+/// can be searched on another thread.
 pub(super) struct QualityRequest {
     pub scene: Scene,
     pub options: SceneOptions,
@@ -29,7 +33,7 @@ pub(super) struct QualityRequest {
     pub max_error: f64,
 }
 
-/// What a search has found.
+/// Result of a search.
 pub(super) struct Found {
     pub request: QualityRequest,
     choice: Choice,
@@ -49,7 +53,8 @@ impl QualityRequest {
         }
     }
 
-    /// One DRAW as a scene: its own pixels, on a cleared frame of the memory's size, are what the error is counted on.
+    /// Creates a request for one `DRAW` as a scene. The error is measured on its own pixels, on a
+    /// cleared frame of the memory's size.
     pub fn of_draw(
         engine: &Engine,
         call: &DrawCall,
@@ -88,7 +93,7 @@ impl QualityRequest {
         QualityRequest::of_scene(engine, scene, options, BudgetKind::Draws, max_error)
     }
 
-    /// A whole scene.
+    /// Creates a request for a scene.
     pub fn of_scene(
         engine: &Engine,
         scene: Scene,
@@ -100,17 +105,18 @@ impl QualityRequest {
         QualityRequest { scene, options, kind, depth_format, size, max_error }
     }
 
-    /// The mesh of [`QualityRequest::of_draw`].
+    /// Returns the mesh of a request from [`QualityRequest::of_draw`].
     pub fn geometry(self) -> Arc<Geometry> {
         Arc::clone(&self.scene.objects[0].geometry)
     }
 
-    /// Changes the scene to its cheapest way.
+    /// Changes the scene and its options to the chosen settings.
     pub fn apply(&mut self, choice: &Choice) {
         choice.apply(&mut self.scene, &mut self.options);
     }
 
-    /// What the only object of [`QualityRequest::of_draw`] does when that was done.
+    /// Returns the settings of the only object of [`QualityRequest::of_draw`], after
+    /// [`QualityRequest::apply`].
     pub fn cheaper_draw(&self, call: &DrawCall) -> CheaperDraw {
         let (QualityRequest { scene, options, .. }, object) = (self, &self.scene.objects[0]);
         CheaperDraw {
@@ -126,20 +132,21 @@ impl QualityRequest {
 }
 
 impl Engine {
-    /// Keeps what a search has found, and gives back what it was for.
+    /// Caches the result of a search, and returns its request.
     pub(super) fn note_found(&mut self, found: Found) -> QualityRequest {
         self.budgets.insert(&found.request.budget(), found.choice);
         found.request
     }
 
-    /// The choice for what is wanted, if it was searched already.
+    /// Returns the cached choice for a request, if there is one.
     pub(super) fn cached_choice(&mut self, request: &QualityRequest) -> Option<Choice> {
         self.budgets.get(&request.budget())
     }
 
-    /// The job that searches; `then` goes on with the command on the render thread.
+    /// Creates the job that searches; `then` continues the command on the render thread.
     ///
-    /// Its renderer is a new one. It has the pool to itself where no other connection could want it.
+    /// The job has a renderer of its own. It may use the thread pool only if no other connection
+    /// could need it.
     pub(super) fn search_job(
         &self,
         command: Command,

@@ -1,4 +1,6 @@
-//! Queries about the server, frames, the display, snapshots.
+//! Queries about the server, and the commands for frames, display, snapshots and recording.
+//!
+//! In: the engine's state. Out: replies; frames on the display; files in the snapshot folder.
 
 use super::{Effect, Engine, Progress};
 use crate::command::{Command, SnapTarget, help_text};
@@ -25,7 +27,8 @@ impl Engine {
         out.extend_from_slice(format!("HELLO fbptr 1 {w} {h} {stride} rgba\n").as_bytes());
     }
 
-    /// One line: this connection's counters, those of all, what there is, and where the shared file's pixels begin.
+    /// Runs `STATS`: replies with one line of this connection's counters, the totals, the sizes of
+    /// frame, buffers and resources, the layout of the shared file, and the states of its parts.
     pub(super) fn stats(&self, s: &Session, out: &mut Vec<u8>) {
         let mut totals = self.totals;
         totals += s.stats - s.counted;
@@ -58,18 +61,18 @@ impl Engine {
         out.extend_from_slice(line.as_bytes());
     }
 
-    /// Counts for `board` from now on; the render thread updates it.
+    /// Counts commands by verb for `board`, which the render thread updates.
     pub fn set_metrics(&mut self, board: Arc<MetricsBoard>) {
         self.verb_counts.enable();
         self.metrics = Some(board);
     }
 
-    /// The board that metrics go to, if there is one.
+    /// Returns the metrics board, if there is one.
     pub fn metrics(&self) -> Option<&Arc<MetricsBoard>> {
         self.metrics.as_ref()
     }
 
-    /// Fills in what the engine knows.
+    /// Fills in the metrics of the engine.
     pub(in crate::server) fn fill_metrics(&self, m: &mut Metrics) {
         m.totals = self.totals;
         m.connections = self.connections;
@@ -87,7 +90,7 @@ impl Engine {
         self.verb_counts.copy_to(&mut m.verbs);
     }
 
-    /// Tells the engine how many bytes wait to be run, for `STATS`.
+    /// Sets the number of received bytes that have not run, for `STATS`.
     pub fn set_queue_bytes(&mut self, bytes: u64) {
         self.queue_bytes = bytes;
     }
@@ -95,7 +98,7 @@ impl Engine {
     pub(super) fn set_auto(&mut self, s: &mut Session, on: bool) {
         match (s.auto, on) {
             (true, false) => {
-                // What was drawn before is still seen.
+                // Pixels drawn before the freeze are still shown.
                 self.show();
                 self.frozen += 1;
             }
@@ -135,45 +138,46 @@ impl Engine {
         }
     }
 
-    /// The answer to `PRESENT wait` once `frame` is shown.
+    /// Appends the reply to `PRESENT wait`, after `frame` was shown.
     pub fn answer_shown(&self, frame: u64, out: &mut Vec<u8>) {
         out.extend_from_slice(format!("FRAME {frame}\n").as_bytes());
     }
 
-    /// Whether `PRESENT wait` for `frame` can be answered.
+    /// Returns whether `PRESENT wait` for `frame` can be answered.
     pub fn is_shown(&self, frame: u64) -> bool {
         self.display.as_ref().is_none_or(|d| d.is_closed() || d.frame_on_screen() >= frame)
     }
 
-    /// Shows what changed, unless some connection keeps the display frozen.
+    /// Shows the rows that changed, unless a connection has frozen the display.
     pub fn show(&mut self) {
         if self.frozen == 0 && self.has_unshown() {
             self.publish();
         }
     }
 
-    /// Whether something was drawn that the display has not been given.
+    /// Returns whether rows have changed since the display was last updated.
     pub fn has_unshown(&mut self) -> bool {
         self.collect_damage();
         self.display.is_some() && self.unshown.start < self.unshown.end
     }
 
-    /// Whether a connection keeps the display frozen until `PRESENT`.
+    /// Returns whether a connection has frozen the display until its next `PRESENT`.
     pub fn is_frozen(&self) -> bool {
         self.frozen > 0
     }
 
-    /// The display, if there is one.
+    /// Returns the display, if there is one.
     pub fn display(&self) -> Option<&Arc<Display>> {
         self.display.as_ref()
     }
 
-    /// Goes on without the display.
+    /// Removes the display; the engine continues without it.
     pub fn drop_display(&mut self) {
         self.display = None;
     }
 
-    /// To be called from time to time, at [`Engine::next_deadline`] at the latest.
+    /// Does periodic work on the shared file and the recording. Must be called at
+    /// [`Engine::next_deadline`] at the latest.
     pub fn tick(&mut self, now: Instant) {
         self.tick_shared(now);
         if let Some(recorder) = &mut self.recorder {
@@ -185,8 +189,8 @@ impl Engine {
         self.count_records();
     }
 
-    /// States how many recorded bytes wait for their file: those of a failed recording too, as long
-    /// as its writer holds them.
+    /// Reserves memory for recorded bytes that are not in their file, also those of a failed
+    /// recording, as long as its writer holds them.
     fn count_records(&mut self) {
         if self.recorder.is_some() || self.record_failure.is_some() {
             let (_, stats) = self.recording();
@@ -194,19 +198,19 @@ impl Engine {
         }
     }
 
-    /// When [`Engine::tick`] is wanted next, if at all.
+    /// Returns the time of the next [`Engine::tick`], if one is needed.
     pub fn next_deadline(&self, now: Instant) -> Option<Instant> {
         let recorded = self.recorder.as_ref().and_then(|r| r.next_deadline());
         [self.shared_deadline(now), recorded].into_iter().flatten().min()
     }
 
-    /// Records what is executed from now on; what the memory holds already comes first.
+    /// Records all later commands, after the current contents of the memory.
     pub fn set_recorder(&mut self, recorder: Recorder) {
         self.recorder = Some(recorder);
         self.record_memory();
     }
 
-    /// Notes the whole memory where it is not as a player finds it.
+    /// Records the memory's contents, unless it is in the state in which a replay begins.
     pub(super) fn record_memory(&mut self) {
         let Some(recorder) = &mut self.recorder else { return };
         if self.memory.bytes().as_chunks::<4>().0.iter().any(|p| *p != VideoMemory::CLEAR) {
@@ -215,7 +219,7 @@ impl Engine {
         }
     }
 
-    /// Notes rows of the memory as they stand, as what others wrote.
+    /// Records the contents of rows of the memory, as foreign pixels.
     pub(super) fn record_rows(&mut self, rows: Range<u32>) {
         let Some(recorder) = &mut self.recorder else { return };
         let stride = self.memory.stride_bytes();
@@ -231,14 +235,14 @@ impl Engine {
         }
     }
 
-    /// What follows happens at `now`, for the recording.
+    /// Sets the time of the following commands in the recording.
     pub fn set_time(&mut self, now: Instant) {
         if let Some(recorder) = &mut self.recorder {
             recorder.set_time(now);
         }
     }
 
-    /// The recording's state and figures; a failed one keeps its figures.
+    /// Returns the state and the counters of the recording, also of a failed one.
     fn recording(&self) -> (RecordingState, RecordStats) {
         match (&self.recorder, &self.record_failure) {
             (Some(recorder), _) if recorder.has_failed() => (RecordingState::Failed, recorder.stats()),
@@ -248,7 +252,7 @@ impl Engine {
         }
     }
 
-    /// The recording's state as words of `STATS`.
+    /// Formats the recording's state for `STATS`.
     fn record_words(&self) -> String {
         let (state, bytes) = self.recording();
         let state = match state {
@@ -259,19 +263,20 @@ impl Engine {
         format!("record={state} record_bytes={} record_queue={}", bytes.written_bytes, bytes.queued_bytes)
     }
 
-    /// Why the recording ended early, if it did.
+    /// Returns the reason why the recording ended early, if it did.
     pub fn record_failure(&self) -> Option<&str> {
         self.record_failure.as_ref().map(|failed| failed.reason.as_str())
     }
 
-    /// Goes on without the recorder; keeps the reason why it failed and its figures.
+    /// Removes the recorder, and keeps its counters and the reason of its failure.
     fn drop_recorder(&mut self) {
         if let Some(recorder) = self.recorder.take() {
             self.record_failure = recorder.failure();
         }
     }
 
-    /// The end: the shared file has the last pixels, the recording its last commands.
+    /// Ends the engine's output: writes the last pixels to the shared file, and completes the
+    /// recording.
     pub fn end(&mut self) {
         self.leave_shared();
         if let Some(recorder) = &mut self.recorder {
@@ -281,7 +286,7 @@ impl Engine {
         self.count_records();
     }
 
-    /// Gives the display what it has not got yet, with the frame number.
+    /// Sends the rows that changed to the display, with the frame number.
     fn publish(&mut self) {
         self.collect_damage();
         let rows = std::mem::replace(&mut self.unshown, NO_ROWS);
@@ -290,7 +295,8 @@ impl Engine {
         }
     }
 
-    /// Moves the memory's damage to those who wait for it.
+    /// Adds the rows that changed in the memory to those due for the display and for the shared
+    /// file.
     pub(super) fn collect_damage(&mut self) {
         let rows = self.memory.take_damage();
         if rows.start < rows.end {
@@ -299,7 +305,7 @@ impl Engine {
         }
     }
 
-    /// `SNAP`: the frame is copied as it stands, and made into a file by a job.
+    /// Runs `SNAP`: copies the frame, which a job then encodes.
     pub(super) fn snap_job(&self, target: SnapTarget) -> Result<Progress, Fault> {
         let (w, h) = (self.memory.width(), self.memory.height());
         let folder = match (&target, &self.snap_dir) {
@@ -319,7 +325,7 @@ impl Engine {
             return Err(Fault::new(Code::Perm, message).got(name.as_str()));
         }
         let is_small = folder.is_none() && u64::from(w) * u64::from(h) <= SMALL_SNAP_PIXELS;
-        // Its copy, its rows as they are packed, and what they become.
+        // The copy of the frame, its rows as they are packed, and the encoded file.
         let bytes = 3 * self.memory.bytes().len() as u64 + SNAP_BYTES;
         let mut held = self.budget.try_reserve(MemoryUse::Replies, bytes)?;
         let frame = self.memory.clone();
@@ -351,7 +357,8 @@ impl Engine {
     }
 }
 
-/// The memory budget as `key=value` words: its limit, what is used of it, and that for each use.
+/// Formats the memory budget as `key=value` words: its limit, its used bytes, and those of each
+/// use.
 fn memory_words(budget: &MemoryBudget) -> String {
     let mut words = format!("memory_limit={} memory_used={}", budget.limit(), budget.used());
     for purpose in MemoryUse::ALL {
@@ -360,18 +367,18 @@ fn memory_words(budget: &MemoryBudget) -> String {
     words
 }
 
-/// Bytes that encoding a frame takes beside its pixels.
+/// Working memory for encoding a frame, in bytes beside its pixels.
 const SNAP_BYTES: u64 = 1 << 20;
 
-/// Rows of so many bytes are recorded as one command.
+/// Most bytes of rows that are recorded as one command.
 const RECORDED_BYTES: usize = 4 << 20;
 
-/// A frame of so many pixels at most is encoded within some 100 us.
+/// Most pixels of a frame that is encoded within some 100 us.
 const SMALL_SNAP_PIXELS: u64 = 1 << 12;
 
-/// Writes a frame into the snapshot folder; the reply.
+/// Writes a frame into the snapshot folder. Returns the reply.
 fn snap_file(folder: &QuotaDir, name: &str, frame: &VideoMemory) -> Result<Vec<u8>, Fault> {
-    // The folder first: what is not allowed at all is no question of formats.
+    // The folder is checked first: an error of permission comes before one of format.
     let path = folder.folder().path_to_write(name)?;
     let format = SnapshotFormat::of_path(path.as_path())
         .map_err(|e| Fault::new(e.code(), "a snapshot's name ends in .png, .ppm or .raw").got(name))?;
@@ -380,10 +387,10 @@ fn snap_file(folder: &QuotaDir, name: &str, frame: &VideoMemory) -> Result<Vec<u
     Ok(format!("SNAP {name} {w} {h} {crc:08x}\n").into_bytes())
 }
 
-/// No rows: below its start and above its end.
+/// An empty range of rows, which leaves any range unchanged in [`join`].
 pub(super) const NO_ROWS: Range<u32> = Range { start: u32::MAX, end: 0 };
 
-/// The smallest range that holds both.
+/// Returns the smallest range that contains both.
 pub(super) fn join(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
     a.start.min(b.start)..a.end.max(b.end)
 }

@@ -1,4 +1,6 @@
-//! The verbs that make, load and free named resources.
+//! The commands that create, load and free named resources.
+//!
+//! In: payloads and file names. Out: jobs that decode them, and resources under their names.
 
 use super::draw3d::missing;
 use super::empty_draw::{self, EmptyDraw};
@@ -36,7 +38,8 @@ impl From<EyeError> for Fault {
 }
 
 impl Engine {
-    /// What a name stands for: the connection's own, or everybody's where it begins with `@`.
+    /// Returns the resource of a name: the connection's own, or a shared one if the name begins
+    /// with `@`.
     fn resource(&self, s: &Session, kind: ResourceKind, name: &str) -> Option<Resource> {
         let names = if ResourceTable::is_shared(name) { &self.shared } else { &s.names };
         names.get(kind, name).cloned()
@@ -78,7 +81,7 @@ impl Engine {
         input: usize,
     ) -> Result<JobMemory, Fault> {
         if self.budget.is_tight() {
-            // Buffers kept for speed alone, and tables of meshes that are freed.
+            // Frees buffers that only serve speed, and tables of meshes that are gone.
             self.renderer.release();
             self.payload_pool.clear();
         }
@@ -90,7 +93,7 @@ impl Engine {
         Ok(JobMemory { result, _input: held })
     }
 
-    /// `MESH`: the mesh is made by a job.
+    /// Runs `MESH`: a job creates the mesh.
     pub(super) fn mesh_job(
         &mut self,
         s: &mut Session,
@@ -120,7 +123,7 @@ impl Engine {
         })))
     }
 
-    /// `TEX`: the picture is decoded by a job.
+    /// Runs `TEX`: a job decodes the picture.
     pub(super) fn texture_job(
         &mut self,
         s: &mut Session,
@@ -135,7 +138,7 @@ impl Engine {
         })))
     }
 
-    /// `SCENE`: the file, and what it refers to, is parsed by a job.
+    /// Runs `SCENE`: a job parses the file, and the files that it refers to.
     pub(super) fn scene_job(&mut self, s: &mut Session, x3d: Vec<u8>) -> Result<Progress, Fault> {
         let memory = self.job_memory(s, ResourceKind::Scene, SCENE_NAME, x3d.len())?;
         let mut files = self.file_reader(s);
@@ -147,7 +150,7 @@ impl Engine {
         })))
     }
 
-    /// `EYE`: the scene is parsed by a job; its picture is made when it is first asked for.
+    /// Runs `EYE`: a job parses the scene; its picture is rendered when it is first drawn.
     pub(super) fn eye_job(
         &mut self,
         s: &mut Session,
@@ -163,7 +166,7 @@ impl Engine {
         })))
     }
 
-    /// `LOAD`: the file is read and made into what it holds by a job.
+    /// Runs `LOAD`: a job reads the file and decodes it.
     pub(super) fn load_job(
         &mut self,
         s: &mut Session,
@@ -178,7 +181,7 @@ impl Engine {
             FileKind::Texture => (ResourceKind::Texture, &*name),
             FileKind::Scene => (ResourceKind::Scene, SCENE_NAME),
         };
-        // What is read is counted where it is read.
+        // The file's bytes are reserved when they are read.
         let memory = self.job_memory(s, made_kind, named, 0)?;
         Ok(Progress::Job(Job::new(false, move |cancel| {
             let memory = memory.until(cancel);
@@ -205,7 +208,8 @@ impl Engine {
         })))
     }
 
-    /// A scene takes the place of camera, lights and objects.
+    /// Makes a parsed scene the connection's scene; its camera and lights replace those of the
+    /// session.
     fn begin_scene(&mut self, s: &mut Session, new: NewScene) -> Result<(), Fault> {
         self.note_warnings(s, new.document.warnings());
         let resource = Resource::Scene(Arc::new(new.document), new.size);
@@ -225,13 +229,13 @@ impl Engine {
         }
     }
 
-    /// Keeps what a file's author should know, for the connection's owner.
+    /// Keeps a file's warnings for the connection's owner.
     fn note_warnings(&self, s: &mut Session, warnings: &[LoadWarning]) {
         let room = MAX_WARNINGS.saturating_sub(s.warnings.len());
         s.warnings.extend(warnings.iter().take(room).map(ToString::to_string));
     }
 
-    /// `DRAWEYE`: the picture is made by a job when it is first asked for.
+    /// Runs `DRAWEYE`: a job renders the picture when it is first needed.
     pub(super) fn draw_eye(&mut self, s: &mut Session, name: String, rect: Rect) -> Result<Progress, Fault> {
         let Some(Resource::Eye(eye)) = self.resource(s, ResourceKind::Eye, &name) else {
             return Err(missing(ResourceKind::Eye, &name));
@@ -240,14 +244,14 @@ impl Engine {
             self.put_eye(s, &eye, rect);
             return Ok(Progress::Done(Effect::Done));
         }
-        // Its pixels twice: as they are made, and as the resource keeps them, which are counted with it.
+        // Its pixels twice: while they are rendered, and in the resource, which counts them itself.
         let held =
             self.budget.try_reserve(MemoryUse::Draws, eye.working_bytes() + eye.size_bytes() as u64)?;
         Ok(Progress::Job(Job::new(eye.working_bytes() <= SMALL_EYE_BYTES, move |_| {
             eye.picture();
             drop(held);
             let command = Command::DrawEye { name: name.clone(), rect };
-            // The name may stand for another scene by now.
+            // The name may stand for another scene when the job is done.
             JobResult::new(
                 command,
                 Ok(move |engine: &mut Engine, s: &mut Session, _: &mut Vec<u8>| {
@@ -265,7 +269,7 @@ impl Engine {
         let xs = x.clamp(0, width)..(x + w).clamp(0, width);
         let frame = self.memory.bytes_mut().as_chunks_mut::<4>().0;
         for j in ys.clone() {
-            // The source pixel that holds the centre of this one.
+            // The source pixel that contains the centre of this pixel.
             let row = ((2 * (j - y) + 1) * rows as i64 / (2 * h)) as usize * columns;
             for i in xs.clone() {
                 let column = ((2 * (i - x) + 1) * columns as i64 / (2 * w)) as usize;
@@ -292,30 +296,30 @@ impl Engine {
     }
 }
 
-/// A mesh without textures of its own.
+/// Wraps a mesh without textures.
 fn plain(mesh: Mesh) -> Arc<Geometry> {
     Arc::new(Geometry { mesh, textures: Vec::new() })
 }
 
-/// The name of a connection's scene, which no stream can say.
+/// Name of a connection's scene, which no command can contain.
 const SCENE_NAME: &str = "";
 
-/// Warnings that are kept until somebody hears them.
+/// Warnings that are kept until they are reported, at most.
 const MAX_WARNINGS: usize = 100;
 
-/// Payloads of at most this many bytes are decoded at once, without a worker thread.
+/// Largest payload in bytes that is decoded at once, without a worker thread.
 const SMALL_TEXT_BYTES: usize = 8 << 10;
-/// [`SMALL_TEXT_BYTES`] for scenes, of which a few words can make large shapes.
+/// [`SMALL_TEXT_BYTES`] for scenes, in which a few words can create large shapes.
 const SMALL_SCENE_BYTES: usize = 1 << 10;
-/// [`SMALL_TEXT_BYTES`] for pictures, which unpack to about a thousand times their bytes at most.
+/// [`SMALL_TEXT_BYTES`] for pictures, which decode to at most about a thousand times their size.
 const SMALL_PICTURE_BYTES: usize = 1 << 10;
-/// Shapes of at most this many steps or faces are made at once, without a worker thread.
+/// Largest shapes, in steps and faces, that are created at once, without a worker thread.
 const SMALL_TEAPOT: u32 = 10;
 const SMALL_KNOT_FACES: u64 = 1 << 11;
-/// Pictures of the eye that take at most this many bytes to make are made at once.
+/// Most working memory, in bytes, of a picture of the eye that is rendered at once.
 const SMALL_EYE_BYTES: u64 = 8 << 10;
 
-/// The memory that a job has reserved.
+/// Memory that a job has reserved.
 struct JobMemory {
     /// For its working memory and its result.
     result: LoadMemory,
@@ -330,17 +334,17 @@ impl JobMemory {
     }
 }
 
-/// A resource that a job has made; the render thread gives it its name.
+/// A resource that a job has created; the render thread stores it under its name.
 struct Made {
     resource: Resource,
     warnings: Vec<LoadWarning>,
     memory: JobMemory,
 }
 
-/// Bytes that making a shape with a fixed number of faces takes.
+/// Working memory, in bytes, of a shape with a fixed number of faces.
 const FIXED_SHAPE_BYTES: u64 = 1 << 20;
 
-/// Bytes that making a shape takes.
+/// Returns the working memory, in bytes, for creating a shape.
 fn shape_bytes(source: &MeshSource) -> u64 {
     match *source {
         MeshSource::Teapot(level) => shapes::teapot_bytes(level),
@@ -363,7 +367,7 @@ impl Made {
             MeshSource::Knot(nu, nv) => shapes::knot(nu, nv)?,
         };
         mesh.shrink_to_fit();
-        // From here on the mesh is counted as what it is.
+        // From here on the reservation is the mesh's own size.
         drop(work);
         memory.result.reserve_result(mesh.size_bytes() as u64).map_err(refused)?;
         Ok(Made { resource: Resource::Mesh(plain(mesh)), warnings: Vec::new(), memory })
@@ -402,7 +406,7 @@ impl Made {
         Ok(Made { resource: Resource::Eye(Arc::new(eye)), warnings: Vec::new(), memory })
     }
 
-    /// The effect: `name` stands for it.
+    /// Returns the job's effect: stores the resource as `name`.
     fn named(
         self,
         name: String,
@@ -445,7 +449,7 @@ impl NewScene {
         Ok(NewScene { document, at_start, size, memory, _at_start: held })
     }
 
-    /// The effect: it is the connection's scene.
+    /// Returns the job's effect: makes it the connection's scene.
     fn begin(
         self,
     ) -> impl FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static

@@ -1,7 +1,8 @@
-//! The engine's side of the shared file: when foreign writes are taken in, and when ours are given out.
+//! The shared file: takes in what other processes wrote, and gives out what the engine drew.
 //!
-//! Taken in: when the bell rang, before a slice if the last look is some milliseconds old, and at least every
-//! [`LOOK_EVERY`]. Given out: before replies leave, and soon after drawing where there are none.
+//! Foreign pixels are taken in when the doorbell has rung, before a slice if the last scan is some
+//! milliseconds old, and at least every [`LOOK_EVERY`]. Drawn pixels are given out before replies
+//! are sent, and soon after drawing if there are none.
 
 use super::Engine;
 use super::queries::{NO_ROWS, join};
@@ -10,15 +11,16 @@ use crate::memory::{SharedError, SharedFile};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Foreign writes are seen within 50 ms: this, and what a look and a slice take.
+/// Longest time between two scans, so that foreign writes are seen within 50 ms: this, one scan and
+/// one slice.
 const LOOK_EVERY: Duration = Duration::from_millis(35);
-/// How often the bell is listened for.
+/// Time between two checks of the doorbell.
 const LISTEN_EVERY: Duration = Duration::from_millis(8);
-/// Between looks before slices, at least; and so many times what a look takes.
+/// Shortest time between two scans before slices, and the same as a multiple of a scan's duration.
 const LOOK_APART: Duration = Duration::from_millis(4);
 const LOOK_SHARE: u32 = 10;
 
-/// The function that is told of the end of sharing.
+/// The function to call when sharing ends.
 #[derive(Default)]
 pub(super) struct OnSharedFailure(Option<SharedFailureAction>);
 
@@ -30,11 +32,11 @@ impl std::fmt::Debug for OnSharedFailure {
     }
 }
 
-/// The shared file and what is known of it.
+/// The shared file, and when it was last read and written.
 #[derive(Debug)]
 pub(super) struct Shared {
     file: SharedFile,
-    /// Rows drawn that are not in the file yet.
+    /// Rows that have changed and are not in the file yet.
     ungiven: Range<u32>,
     given_at: Instant,
     looked_at: Instant,
@@ -43,10 +45,10 @@ pub(super) struct Shared {
 }
 
 impl Engine {
-    /// Puts the video memory into a shared file: the memory becomes what the file holds.
+    /// Shares the video memory in a file: the memory takes the file's contents.
     ///
     /// # Panics
-    /// When the file has another size than the frame.
+    /// If the file's size differs from the frame's.
     pub fn set_shared_file(&mut self, mut file: SharedFile) {
         assert_eq!((file.width(), file.height()), (self.memory.width(), self.memory.height()));
         file.load_into(&mut self.memory);
@@ -57,7 +59,7 @@ impl Engine {
         self.record_memory();
     }
 
-    /// To be called before a slice of commands: takes in what others wrote into the shared file.
+    /// Takes in foreign writes to the shared file if that is due. Called before each slice.
     pub fn before_slice(&mut self, now: Instant) {
         let Some(shared) = &self.shared_file else { return };
         let apart = LOOK_APART.max(shared.look_took * LOOK_SHARE).min(LOOK_EVERY);
@@ -66,14 +68,14 @@ impl Engine {
         }
     }
 
-    /// To be called before replies go out: what was drawn is in the shared file then.
+    /// Writes what was drawn to the shared file. Called before replies are sent.
     pub fn before_replies(&mut self) {
         if self.shared_file.is_some() {
             self.give_out();
         }
     }
 
-    /// What is due at `now` for the shared file.
+    /// Does the work on the shared file that is due at `now`.
     pub(super) fn tick_shared(&mut self, now: Instant) {
         let Some(shared) = &self.shared_file else { return };
         let (has_rung, is_old) =
@@ -90,7 +92,7 @@ impl Engine {
         }
     }
 
-    /// When the shared file wants to be looked at next.
+    /// Returns the time of the next [`Engine::tick_shared`], if there is a shared file.
     pub(super) fn shared_deadline(&self, now: Instant) -> Option<Instant> {
         self.shared_file.as_ref().map(|_| now + LISTEN_EVERY)
     }
@@ -98,7 +100,7 @@ impl Engine {
     fn take_in(&mut self) {
         let Some(shared) = &mut self.shared_file else { return };
         let begun = Instant::now();
-        // The bell first: what is written after this look will ring again.
+        // The doorbell is read first: a write after this scan will ring it again.
         shared.bell = shared.file.doorbell();
         let taken = match &mut self.recorder {
             None => shared.file.take_in(&mut self.memory, |_| ()),
@@ -125,7 +127,7 @@ impl Engine {
         }
     }
 
-    /// Goes on without the shared file, which is of no use any more.
+    /// Ends the sharing; the engine continues without the file.
     fn stop_sharing(&mut self, error: &SharedError) {
         self.shared_file = None;
         self.shared_failure = Some(error.to_string());
@@ -134,17 +136,17 @@ impl Engine {
         }
     }
 
-    /// Calls `action` when the shared file can be shared no more; the engine goes on without it.
+    /// Sets the function to call when sharing ends early; the engine continues without the file.
     pub fn set_on_shared_failure(&mut self, action: impl FnMut(&SharedError) + Send + 'static) {
         self.on_shared_failure = OnSharedFailure(Some(Box::new(action)));
     }
 
-    /// Why the shared file is shared no more, if that is so.
+    /// Returns the reason why sharing has ended early, if it has.
     pub fn shared_failure(&self) -> Option<&str> {
         self.shared_failure.as_deref()
     }
 
-    /// The shared file's state, for `STATS`.
+    /// Returns the shared file's state, for `STATS`.
     pub(super) fn shared_word(&self) -> &'static str {
         match (&self.shared_file, &self.shared_failure) {
             (Some(_), _) => "ok",
@@ -153,14 +155,14 @@ impl Engine {
         }
     }
 
-    /// Remembers rows that the file has not got yet.
+    /// Marks rows as not yet written to the file.
     pub(super) fn owe_shared(&mut self, rows: &Range<u32>) {
         if let Some(shared) = &mut self.shared_file {
             shared.ungiven = join(&shared.ungiven, rows);
         }
     }
 
-    /// Tells those who map the file that a frame has ended: its pixels are there first.
+    /// Publishes the frame's number to the processes that map the file, after its pixels.
     pub(super) fn publish_frame(&mut self) {
         self.give_out();
         if let Some(shared) = &self.shared_file {
@@ -168,14 +170,14 @@ impl Engine {
         }
     }
 
-    /// The last pixels and nobody at work any more.
+    /// Writes the last pixels and closes the shared file.
     pub(super) fn leave_shared(&mut self) {
         self.give_out();
         self.shared_file = None;
     }
 }
 
-/// A `Fault` for a shared file that cannot be used.
+/// Converts an error of the shared file to a fault.
 impl From<crate::memory::SharedError> for Fault {
     fn from(e: crate::memory::SharedError) -> Self {
         Fault::new(e.code(), e.to_string())

@@ -1,34 +1,39 @@
-//! The textbook mode of a stream: one triangle, or what is seen at one pixel, followed through the draws.
+//! Tracing of a stream: follows one triangle, or the surface seen at one pixel, through the draws.
+//!
+//! In: a probe, and each draw after it was made. Out: the numbers of the last draw that the probe
+//! met, as text.
 
 use super::Engine;
 use crate::pipeline::trace::{Probe, Trace, TraceError, trace_draw, trace_scene};
 use crate::pipeline::{DrawCall, SceneOptions};
 use crate::scene::{HiddenSurface, Scene};
 
-/// How far the fast renderer's depth may be from the plain path's, which a trace follows.
+/// Largest difference between the depths of the tile renderer and of the reference, which a trace
+/// follows.
 const DEPTH_TOLERANCE: f64 = 1e-6;
 
-/// What is followed, and what was found.
+/// The probe, and the numbers found so far.
 #[derive(Debug)]
 pub(super) struct Tracing {
     probe: Probe,
-    /// Triangles of the draws so far: a number counts through all of them.
+    /// Number of triangles in the draws so far; triangles are numbered through all draws.
     triangles: u64,
     found: Option<String>,
 }
 
 impl Engine {
-    /// Follows a triangle, counted from 0 through all draws, or what is seen at a pixel, from now on.
+    /// Begins to trace a triangle, numbered from 0 through all draws, or the surface seen at a
+    /// pixel.
     pub fn set_trace(&mut self, probe: Probe) {
         self.tracing = Some(Tracing { probe, triangles: 0, found: None });
     }
 
-    /// The numbers that were found, as text; `None` when no draw had the triangle, or reached the pixel.
+    /// Returns the numbers found, as text; `None` if no draw had the triangle or reached the pixel.
     pub fn trace(&self) -> Option<&str> {
         self.tracing.as_ref()?.found.as_deref()
     }
 
-    /// Looks for the probe in a draw that was just made.
+    /// Traces the probe in a draw that was just made.
     pub(super) fn follow_draw(&mut self, call: &DrawCall, name: &str) {
         let count = call.geometry.mesh.triangles.len() as u64;
         let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
@@ -39,7 +44,7 @@ impl Engine {
         });
     }
 
-    /// Looks for the probe in a scene that was just drawn.
+    /// Traces the probe in a scene that was just drawn.
     pub(super) fn follow_scene(&mut self, scene: &Scene, options: &SceneOptions) {
         let count = scene.objects.iter().map(|o| o.geometry.mesh.triangles.len() as u64).sum();
         let (size, format) = ([self.memory.width(), self.memory.height()], self.depth_format);
@@ -65,7 +70,8 @@ impl Engine {
         if let (Probe::Pixel(x, y), Some(pixel), Some(depth)) = (tracing.probe, &found.pixel, &self.depth)
             && hide == HiddenSurface::ZBuffer
             && let Some(stored) = depth.z(x, y)
-            // What was drawn before may be nearer. What lets light through writes no depth, but is seen where it is nearer.
+            // An earlier draw may be nearer. Transparent faces write no depth, but are seen where
+            // they are nearer.
             && pixel.z > stored + DEPTH_TOLERANCE
         {
             return;

@@ -1,4 +1,4 @@
-//! The values as text: one list of metric families, written in Prometheus' text format or as JSON.
+//! Text forms of the metrics: one list of metric families, in Prometheus' text format or as JSON.
 //!
 //! Source: Prometheus, "Exposition formats", text format version 0.0.4.
 
@@ -6,7 +6,7 @@ use super::{Reading, RecordingState};
 use crate::command::Verb;
 use std::fmt::{self, Write};
 
-/// The media type of [`prometheus`].
+/// Media type of [`prometheus`].
 pub(super) const PROMETHEUS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,8 @@ struct Family {
 
 enum Samples {
     One(Value),
-    /// By a label's values. Neither name nor values hold anything that would have to be escaped.
+    /// Values by the value of one label. Neither names nor values contain characters that need
+    /// escaping.
     Labeled(&'static str, Vec<(&'static str, Value)>),
 }
 
@@ -127,7 +128,7 @@ fn family(name: &'static str, kind: MetricKind, help: &'static str, samples: Sam
     Family { name, kind, help, samples }
 }
 
-/// The values in Prometheus' text format.
+/// Formats the values in Prometheus' text format.
 pub(super) fn prometheus(reading: &Reading) -> String {
     let mut text = String::with_capacity(8 << 10);
     for Family { name, kind, help, samples } in families(reading) {
@@ -135,7 +136,7 @@ pub(super) fn prometheus(reading: &Reading) -> String {
             MetricKind::Counter => "counter",
             MetricKind::Gauge => "gauge",
         };
-        // A String takes all text.
+        // Writing to a String cannot fail.
         let _ = write!(text, "# HELP {name} {help}\n# TYPE {name} {kind}\n");
         let _ = match samples {
             Samples::One(value) => writeln!(text, "{name} {value}"),
@@ -147,7 +148,7 @@ pub(super) fn prometheus(reading: &Reading) -> String {
     text
 }
 
-/// The same values as one JSON object: a number for each name, or an object of numbers by label.
+/// Formats the values as one JSON object: a number for each name, or an object of numbers by label.
 pub(super) fn json(reading: &Reading) -> String {
     let number = |value: Value| match value {
         Value::Whole(n) => serde_json::Value::from(n),

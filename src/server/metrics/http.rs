@@ -1,14 +1,16 @@
-//! The metrics endpoint: a small HTTP/1.1 server for `GET /metrics` and `GET /metrics.json`, and nothing else. Whoever
-//! accepts `application/json` and no text gets JSON under `/metrics` too.
+//! The metrics endpoint: a small HTTP/1.1 server for `GET /metrics` and `GET /metrics.json` only. A
+//! client that accepts `application/json` and no text gets JSON from `/metrics`, too.
 //!
-//! In: requests on a TCP address of its own. Out: responses made from [`MetricsBoard::read`], and `Connection: close`.
-//! Threads: one that accepts, and at most [`MAX_CLIENTS`] that each serve one connection for at most [`PATIENCE`].
-//! Promises: a request has at most [`MAX_HEAD_BYTES`], bodies are not read, and no client keeps the place of others for
-//! longer than its time. A page in a browser that points its own name at this address (DNS rebinding) gets nothing: only
-//! addresses, `localhost` and the name that the endpoint was given are served.
+//! In: requests on a TCP address of its own. Out: responses made from [`MetricsBoard::read`], with
+//! `Connection: close`. Threads: one that accepts, and at most [`MAX_CLIENTS`] that each serve one
+//! connection for at most [`PATIENCE`]. Promises: a request has at most [`MAX_HEAD_BYTES`], bodies
+//! are not read, and no client takes the place of others for longer than its time. A web page that
+//! points its own name at this address (DNS rebinding) gets nothing: only addresses, `localhost`
+//! and the endpoint's configured name are served.
 //!
-//! By hand and not by a crate: `tiny_http` bounds neither a request's head nor its time, and `hyper` with what it needs
-//! would take longer to build than the rest of the server. Source: RFC 9112, sections 2, 3 and 5.
+//! It does not use a crate, because `tiny_http` limits neither a request's head nor its time, and
+//! `hyper` with its dependencies would take longer to build than the rest of the server. Source:
+//! RFC 9112, sections 2, 3 and 5.
 
 use super::{MetricsBoard, format};
 use std::io::{self, Read, Write};
@@ -18,15 +20,15 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Connections that are served at one time.
+/// Connections that are served at one time, at most.
 const MAX_CLIENTS: usize = 8;
-/// Bytes of a request up to its empty line.
+/// Most bytes of a request up to its empty line.
 const MAX_HEAD_BYTES: usize = 4096;
-/// The time of one connection, from its first byte to its last.
+/// Longest time of one connection, from its first byte to its last.
 const PATIENCE: Duration = Duration::from_secs(3);
 const STACK_BYTES: usize = 128 << 10;
 
-/// The endpoint. Dropping it ends it.
+/// The metrics endpoint. Dropping it ends it.
 #[derive(Debug)]
 pub struct MetricsServer {
     address: SocketAddr,
@@ -35,13 +37,14 @@ pub struct MetricsServer {
 }
 
 impl MetricsServer {
-    /// Descriptors that it has open at most: the listener, its clients, one that is turned away.
+    /// Descriptors that it has open at most: the listener, its clients, and one that is refused.
     pub const MAX_FILES: usize = MAX_CLIENTS + 2;
 
-    /// Serves `board` at `address`. `name` is a host name under which requests may come beside `localhost` and addresses.
+    /// Serves `board` at `address`. `name` is a host name that requests may use beside `localhost`
+    /// and addresses.
     ///
     /// # Errors
-    /// When the address cannot be had, or no thread.
+    /// If the address cannot be bound, or the system has no thread to give.
     pub fn start(address: SocketAddr, name: Option<&str>, board: Arc<MetricsBoard>) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
@@ -53,7 +56,7 @@ impl MetricsServer {
         Ok(MetricsServer { address, is_ending, thread: Some(thread) })
     }
 
-    /// Where it listens, with the port that the system gave for port 0.
+    /// Returns the address, with the port that the system chose for port 0.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -68,7 +71,7 @@ impl Drop for MetricsServer {
             IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
             _ => {}
         }
-        // Wakes the thread up. Where that fails it sleeps on, and ends with the process.
+        // Wakes the thread. If that fails, it sleeps on, and ends with the process.
         let is_woken = TcpStream::connect_timeout(&address, Duration::from_millis(300)).is_ok();
         if is_woken && let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -83,7 +86,7 @@ fn accept_all(listener: &TcpListener, site: &Arc<Site>, is_ending: &AtomicBool) 
         if is_ending.load(Ordering::Acquire) {
             return;
         }
-        // Out of descriptors or memory: others may end in a moment.
+        // No descriptor or memory is left: other connections may end soon.
         let Ok((stream, _)) = accepted else {
             std::thread::sleep(Duration::from_millis(20));
             continue;
@@ -95,15 +98,15 @@ fn accept_all(listener: &TcpListener, site: &Arc<Site>, is_ending: &AtomicBool) 
         let (site, place) = (site.clone(), ClientSlot(clients.clone()));
         let serve = move || {
             let _place = place;
-            // A client that goes away needs no answer.
+            // A client that has gone does not need an answer.
             let _ = site.serve(stream);
         };
-        // Without a thread the connection closes, and the place with it.
+        // If there is no thread, the connection is closed and its place freed.
         let _ = Builder::new().name("metrics client".into()).stack_size(STACK_BYTES).spawn(serve);
     }
 }
 
-/// One of the connections that are served; counts itself out.
+/// A place among the connections that are served, which is freed when this is dropped.
 struct ClientSlot(Arc<AtomicUsize>);
 
 impl Drop for ClientSlot {
@@ -117,16 +120,16 @@ struct Site {
     name: Option<String>,
 }
 
-/// A request that may be answered.
+/// A valid request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Request<'a> {
     path: &'a str,
     wants_body: bool,
-    /// The media types that it accepts prefer JSON to text.
+    /// True if the accepted media types prefer JSON to text.
     prefers_json: bool,
 }
 
-/// A response's status line, media type and body.
+/// Status line, media type and body of a response.
 struct Response {
     status: &'static str,
     media_type: &'static str,
@@ -164,7 +167,7 @@ impl Site {
         }
         write_all(&mut stream, text.as_bytes(), until)?;
         stream.shutdown(Shutdown::Write)?;
-        // A socket closed with bytes unread would take the response along.
+        // A socket that is closed with unread bytes is reset, and the response may be lost.
         let mut rest = [0; 512];
         for _ in 0..16 {
             stream.set_read_timeout(Some(time_left(until)?))?;
@@ -189,7 +192,8 @@ impl Site {
         }
     }
 
-    /// Reads a request's head, which ends with an empty line.
+    /// Parses a request's head, which ends with an empty line. Returns the response if it is not
+    /// valid.
     fn parse<'a>(&self, head: &'a [u8]) -> Result<Request<'a>, Response> {
         let bad = |reason| Response::refusal("400 Bad Request", reason);
         let text = std::str::from_utf8(head).ok().filter(|text| text.is_ascii());
@@ -213,7 +217,7 @@ impl Site {
         }
         match hosts[..] {
             [host] if self.serves(host) => {}
-            // What has no name cannot have been led here by one; browsers always send it.
+            // A request without a name cannot result from DNS rebinding: browsers always send one.
             [] if version == "HTTP/1.0" => {}
             [_] => {
                 let reason =
@@ -232,10 +236,11 @@ impl Site {
         Ok(Request { path, wants_body: method == "GET", prefers_json: prefers_json(&accepted) })
     }
 
-    /// Whether requests may come under this `Host`: an address, `localhost`, or the endpoint's own name, with any port.
+    /// Returns whether requests may use this `Host`: an address, `localhost`, or the endpoint's own
+    /// name, with any port.
     fn serves(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
-            // The colons of an IPv6 address stand in brackets.
+            // Colons of an IPv6 address are inside brackets.
             Some((name, port)) if !port.contains(']') => (name, port),
             _ => (host, "0"),
         };
@@ -250,10 +255,11 @@ impl Site {
     }
 }
 
-/// Whether a client that accepts these media ranges likes JSON better than text (RFC 9110, section
-/// 12.5.1). Where it likes both as much, or says nothing, it gets text: Prometheus' servers ask so.
+/// Returns whether a client that accepts these media ranges prefers JSON to text (RFC 9110, section
+/// 12.5.1). If it accepts both equally, or sends none, it gets text, which Prometheus' servers
+/// expect.
 fn prefers_json(accepted: &[&str]) -> bool {
-    // The quality of a media type is that of the most precise range that holds it.
+    // The quality of a media type is that of the most specific range that contains it.
     let quality = |media: &str, kind: &str| {
         let of = |range: &&str| {
             let mut parts = range.split(';').map(|part| part.trim_matches([' ', '\t']));
@@ -267,7 +273,8 @@ fn prefers_json(accepted: &[&str]) -> bool {
     quality("application/json", "application/*") > quality("text/plain", "text/*")
 }
 
-/// Reads up to the empty line that ends a request's head; its length, or `None` when it is too long.
+/// Reads up to the empty line that ends a request's head. Returns its length, or `None` if it is
+/// too long.
 fn read_head(stream: &mut TcpStream, head: &mut [u8], until: Instant) -> io::Result<Option<usize>> {
     let mut length = 0;
     loop {
@@ -279,7 +286,7 @@ fn read_head(stream: &mut TcpStream, head: &mut [u8], until: Instant) -> io::Res
         if filled == 0 {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        // The mark may have begun in the last piece.
+        // The empty line may have begun in the previous read.
         let from = length.saturating_sub(3);
         length += filled;
         if let Some(at) = head[from..length].windows(4).position(|w| w == b"\r\n\r\n") {
@@ -299,7 +306,10 @@ fn write_all(stream: &mut TcpStream, mut bytes: &[u8], until: Instant) -> io::Re
     Ok(())
 }
 
-/// The time that is left; none is an error.
+/// Returns the time left.
+///
+/// # Errors
+/// [`io::ErrorKind::TimedOut`] if none is left.
 fn time_left(until: Instant) -> io::Result<Duration> {
     match until.saturating_duration_since(Instant::now()) {
         Duration::ZERO => Err(io::ErrorKind::TimedOut.into()),

@@ -1,8 +1,9 @@
-//! Metrics: what a running server says of itself to a monitoring system.
+//! Metrics of a running server, for monitoring systems.
 //!
-//! In: counters of the render thread, a few times a second. Out: `/metrics` in Prometheus' text format and `/metrics.json`,
-//! from a thread of its own ([`MetricsServer`]). Promise: the render thread never waits here; it fills in the latest
-//! values when nobody is copying them, and otherwise at its next turn. How one would know: `fbptr_snapshot_age_seconds`.
+//! In: counters of the render thread, a few times a second. Out: `/metrics` in Prometheus' text
+//! format and `/metrics.json`, from a thread of its own ([`MetricsServer`]). Promise: the render
+//! thread never blocks here; it updates the values if no reader is copying them, and otherwise at
+//! its next slice. An error would show in `fbptr_snapshot_age_seconds`.
 
 mod format;
 mod http;
@@ -15,41 +16,41 @@ use crate::command::{Command, Verb};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Between two updates of the latest values.
+/// Shortest time between two updates of the values.
 pub(super) const UPDATE_EVERY: Duration = Duration::from_millis(250);
-/// The same where nothing happens.
+/// Longest time between two updates while the thread is not busy.
 pub(super) const REFRESH_EVERY: Duration = Duration::from_secs(5);
 
-/// Whether the server records.
+/// State of the server's recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RecordingState {
-    /// It was not asked to.
+    /// The server does not record.
     #[default]
     Off,
-    /// All is written so far.
+    /// Everything has been recorded so far.
     On,
     /// The recording has ended early.
     Failed,
 }
 
 impl RecordingState {
-    /// All states with their names.
+    /// All states and their names.
     pub const ALL: [(RecordingState, &'static str); 3] =
         [(RecordingState::Off, "off"), (RecordingState::On, "on"), (RecordingState::Failed, "failed")];
 }
 
-/// Values at one moment.
+/// Values of the metrics at one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metrics {
-    /// What all connections did, as far as their turns have ended.
+    /// Counters of all connections, up to the last slice of each.
     pub totals: Stats,
-    /// Open connections.
+    /// Number of open connections.
     pub connections: usize,
-    /// Connections closed for being idle.
+    /// Number of connections closed for being idle.
     pub idle_closes: u64,
-    /// Connections that spoke HTTP or TLS.
+    /// Number of connections refused because they spoke HTTP or TLS.
     pub foreign_refused: u64,
-    /// Bytes received and not run.
+    /// Bytes received that have not run.
     pub queue_bytes: u64,
     /// Bytes of replies that clients have not read.
     pub reply_bytes: u64,
@@ -57,29 +58,30 @@ pub struct Metrics {
     pub frame_bytes: u64,
     /// Bytes of the depth buffer.
     pub depth_bytes: u64,
-    /// Bytes of the face numbers for `PICK`.
+    /// Bytes of the pick buffer.
     pub id_bytes: u64,
-    /// The memory budget.
+    /// Limit of the memory budget, in bytes.
     pub memory_limit_bytes: u64,
-    /// Bytes charged to it.
+    /// Bytes in use of the memory budget.
     pub memory_used_bytes: u64,
     /// Bytes of the shared resources.
     pub shared_resource_bytes: u64,
     /// Bytes of all connections' own resources.
     pub private_resource_bytes: u64,
-    /// Whether the server records.
+    /// State of the recording.
     pub recording: RecordingState,
-    /// Bytes of the recording in its file.
+    /// Bytes of the recording that have been written.
     pub recorded_bytes: u64,
     /// Bytes of the recording that wait to be written.
     pub record_queue_bytes: u64,
     /// Bytes of the files that `SNAP` wrote.
     pub snap_bytes: u64,
-    /// Commands by verb, in the order of [`Verb::all`]; refused ones that the decoder understood included.
+    /// Number of commands by verb, in the order of [`Verb::all`]. Decoded commands that were then
+    /// refused count, too.
     pub verbs: Vec<u64>,
 }
 
-/// The latest values, and where they go.
+/// The latest values, which the render thread writes and the metrics server reads.
 #[derive(Debug)]
 pub struct MetricsBoard {
     started: Instant,
@@ -93,21 +95,21 @@ struct Latest {
     metrics: Metrics,
 }
 
-/// The latest values with what is known without the render thread.
+/// The latest values, with those that do not come from the render thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// Since the board was made, which is when the server started.
+    /// Time since the board was created, which is when the server started.
     pub uptime: Duration,
-    /// How old the values are.
+    /// Time since the values were updated.
     pub age: Duration,
-    /// Connections that were refused.
+    /// Numbers of refused connections.
     pub refused: RefusedConnections,
-    /// The values.
+    /// Values of the render thread.
     pub metrics: Metrics,
 }
 
 impl MetricsBoard {
-    /// A board without values.
+    /// Creates a board whose values are zero.
     pub fn new() -> Arc<MetricsBoard> {
         let started = Instant::now();
         let metrics = Metrics { verbs: vec![0; Verb::all().len()], ..Metrics::default() };
@@ -116,11 +118,11 @@ impl MetricsBoard {
     }
 
     pub(super) fn set_admission(&self, admission: Arc<Admission>) {
-        // A board belongs to one server.
+        // A board belongs to one server, so this is the first call.
         let _ = self.admission.set(admission);
     }
 
-    /// Fills in the values at `now`, unless they are being read. Whether it did.
+    /// Updates the values at `now`, unless they are being read. Returns whether it did.
     pub fn update(&self, now: Instant, fill: impl FnOnce(&mut Metrics)) -> bool {
         let Ok(mut latest) = self.latest.try_lock() else { return false };
         latest.at = now;
@@ -128,9 +130,9 @@ impl MetricsBoard {
         true
     }
 
-    /// A copy of the latest values.
+    /// Returns a copy of the latest values.
     pub fn read(&self) -> Reading {
-        // Counters are whole at any time.
+        // The counters are valid even if a thread panicked while it held the lock.
         let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let (at, metrics) = (latest.at, latest.metrics.clone());
         drop(latest);
@@ -139,7 +141,7 @@ impl MetricsBoard {
     }
 }
 
-/// Commands by verb; nothing is counted before [`VerbCounts::enable`].
+/// Counts of commands by verb; they stay empty before [`VerbCounts::enable`].
 #[derive(Debug, Default)]
 pub(super) struct VerbCounts {
     counts: Vec<u64>,
@@ -158,7 +160,7 @@ impl VerbCounts {
         }
     }
 
-    /// Counts `count` commands of a verb, for those that come without a [`Command`].
+    /// Counts `count` commands of a verb, for commands that do not exist as a [`Command`].
     #[inline]
     pub fn many(&mut self, verb: &'static str, count: usize) {
         if !self.counts.is_empty() {
@@ -178,7 +180,7 @@ impl VerbCounts {
     }
 }
 
-/// Bytes of a connection's own resources.
+/// Returns the bytes of a connection's own resources.
 pub(super) fn resource_bytes(session: &Session) -> u64 {
     session.names.size_bytes()
 }

@@ -1,4 +1,5 @@
-//! Opens the file of a recording: locked first, emptied after, so that nobody's recording is lost to a second server.
+//! Files of recordings: locked before they are emptied, so that a second server cannot destroy a
+//! recording in progress.
 
 use super::writer::Patience;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -6,10 +7,10 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The time that a pipe's reader has to open it.
+/// Time that a pipe's reader has to open it.
 const READER_WITHIN: Duration = Duration::from_secs(1);
 
-/// A file, pipe or device that is open for a recording, and empty. Locked as long as it is open.
+/// An open and empty file, pipe or device for a recording. It is locked as long as it is open.
 #[derive(Debug)]
 pub struct RecordFile {
     pub(super) file: File,
@@ -17,10 +18,12 @@ pub struct RecordFile {
 }
 
 impl RecordFile {
-    /// Opens `path`, locks it, and empties it if it is a file. Waits a second at most for the reader of a pipe.
+    /// Opens and locks `path`, and empties it if it is a file. Waits up to a second for the reader
+    /// of a pipe.
     ///
     /// # Errors
-    /// When it cannot be opened, when another process records into it, or when it is a pipe that nobody reads.
+    /// If it cannot be opened, if another process records into it, or if it is a pipe without a
+    /// reader.
     pub fn open(path: &Path) -> io::Result<RecordFile> {
         let mut options = OpenOptions::new();
         options.write(true).create(true).truncate(false);
@@ -31,7 +34,7 @@ impl RecordFile {
         }
         let file = open_with_reader(&options, path)?;
         let meta = file.metadata()?;
-        // A device is everybody's: /dev/null and /dev/full are not locked.
+        // Devices such as /dev/null and /dev/full are shared, so they are not locked.
         if meta.is_file() || is_pipe(&meta) {
             lock(&file)?;
         }
@@ -51,13 +54,13 @@ fn lock(file: &File) -> io::Result<()> {
             let message = "another process records into it, and its recording is left as it is";
             Err(io::Error::new(io::ErrorKind::WouldBlock, message))
         }
-        // A file system without locks: nobody else can have one either.
+        // On a file system without locks no other process can have one either.
         Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => Ok(()),
         Err(TryLockError::Error(e)) => Err(e),
     }
 }
 
-/// Opens `path`; a pipe's reader may come a little later.
+/// Opens `path`; if it is a pipe without a reader, tries again for [`READER_WITHIN`].
 fn open_with_reader(options: &OpenOptions, path: &Path) -> io::Result<File> {
     let until = Instant::now() + READER_WITHIN;
     loop {
@@ -93,7 +96,7 @@ fn is_pipe(_: &std::fs::Metadata) -> bool {
     false
 }
 
-/// Undoes `O_NONBLOCK`, which is for the opening alone: the writing thread may wait.
+/// Clears `O_NONBLOCK`, which was needed for opening only: the writer's thread may block.
 #[cfg(unix)]
 fn wait_in_writes(file: &File) -> io::Result<()> {
     use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};

@@ -1,4 +1,5 @@
-//! Recordings: the commands that a server executed, in execution order, with the connection and time of each.
+//! Recordings: the commands that a server executed, in execution order, with the connection and
+//! time of each.
 //!
 //! ```text
 //! #!fbptr-record 2 640x480
@@ -8,19 +9,22 @@
 //! #@ 3 0.500000 end                 the connection is over
 //! #!end 12.345678                   the recording is complete
 //! ```
-//! The bytes are commands of the protocol, followed by an LF that belongs to no command. Those of one connection at one time
-//! may share a header; connection 0 is what others wrote into the shared file. Plain text pixels stand as `PB` records,
-//! moved by OFFSET already. Refused commands are left out, and a SNAP into a file becomes a comment.
+//! The bytes are commands of the protocol, followed by an LF that belongs to no command.
+//! Consecutive commands of one connection at one time may share a header; connection 0 stands for
+//! foreign writes to the shared file. Plain text pixels are stored as `PB` records, already moved
+//! by OFFSET. Refused commands are left out, and a SNAP into a file becomes a comment.
 //!
-//! `files` carries what a command read from the load folder, so that replay needs no folder. Its bytes are entries, one
-//! file each: a line `id name_bytes content_bytes`, the name, the content. Content that stood in the recording before is
-//! not repeated: its entry has the same id and `-` for `content_bytes`. Files that were not found are not listed.
+//! `files` contains what a command read from the load folder, so that a replay needs no folder. Its
+//! bytes are entries, one per file: a line `id name_bytes content_bytes`, the name, the content.
+//! Content that is in the recording already is not repeated: its entry has the same id, and `-` for
+//! `content_bytes`. Files that were not found are not listed.
 //!
-//! Version 1 has neither `files` nor `#!end`, and its LOAD reads the folder again; it is still replayed.
+//! Version 1 has neither `files` nor `#!end`, and its LOAD reads the folder again; it can still be
+//! replayed.
 //!
-//! [`Recorder`] is the render thread's side and [`writer`] the thread that writes; [`file`] opens and locks the file;
-//! [`Replay`] runs a recording. Promise: a recording is exact up to where it ends, and one that ends early has no `#!end`,
-//! which its replay reports.
+//! [`Recorder`] is the render thread's side and [`writer`] the thread that writes; [`file`] opens
+//! and locks the file; [`Replay`] runs a recording. Promise: a recording is exact up to its end,
+//! and one that ends early has no `#!end`, which its replay reports.
 
 mod file;
 mod recorder;
@@ -38,32 +42,32 @@ use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 
-/// The first bytes of a recording; the version, a blank and the frame's size follow.
+/// First bytes of a recording; the version, a blank and the frame's size follow.
 pub const RECORD_MAGIC: &[u8] = b"#!fbptr-record ";
 
-/// The text before the time in the last line of a complete recording.
+/// Text before the time in the last line of a complete recording.
 const END_MARK: &str = "#!end";
 
-/// Files by the names that a command asks for.
+/// File contents by the names that a command uses.
 pub(super) type FileSet = HashMap<String, Arc<[u8]>>;
 
 /// A file that a command read from the load folder.
 #[derive(Debug)]
 pub(super) struct ReadFile {
-    /// The path inside the folder, as the command or the referring file names it.
+    /// Path inside the folder, as the command or the referring file names it.
     pub path: String,
-    /// The content.
+    /// Content of the file.
     pub bytes: Arc<[u8]>,
-    /// The content's identity in the recording.
+    /// Identity of the content in the recording.
     pub fingerprint: Fingerprint,
 }
 
-/// A content's length and two keyed hashes. Without the keys nobody can make two contents of one
-/// fingerprint.
+/// Length and two keyed hashes of a content. Without the keys nobody can construct two contents
+/// with the same fingerprint.
 pub(super) type Fingerprint = (usize, [u64; 2]);
 
-/// The keys of a recording's fingerprints. A long file takes long to hash, so it is hashed on the
-/// thread that reads it.
+/// Keys of a recording's fingerprints. Hashing a long file takes long, so it is done on the thread
+/// that reads the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FileHasher([RandomState; 2]);
 
@@ -73,7 +77,8 @@ impl FileHasher {
     }
 }
 
-/// The frame's size that the first line of a recording gives, as `WIDTHxHEIGHT`; `None` for other text.
+/// Returns the frame's size from the first line of a recording, as `WIDTHxHEIGHT`; `None` for other
+/// text.
 pub fn recorded_size(first_line: &[u8]) -> Option<&str> {
     let rest = std::str::from_utf8(first_line.strip_prefix(RECORD_MAGIC)?).ok()?;
     rest.trim_end().split(' ').nth(1)

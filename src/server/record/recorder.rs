@@ -1,7 +1,8 @@
-//! The render thread's side of a recording: commands in, blocks of chunks out to the writer's thread.
+//! The render thread's side of a recording.
 //!
-//! A block holds finished chunks and the open one, in place: a chunk's length is put into its header when it ends. Blocks
-//! leave when they are large, and every [`FLUSH_EVERY`].
+//! In: executed commands, with connection and time. Out: blocks of chunks to the writer's thread. A
+//! block contains finished chunks and the open one in place: a chunk's length is written into its
+//! header when it ends. A block is submitted when it is large, and every [`FLUSH_EVERY`].
 
 use super::writer::{FailedRecording, OnFailure, Patience, RecordStats, Writer};
 use super::{END_MARK, FileHasher, Fingerprint, RECORD_MAGIC, ReadFile, RecordFile};
@@ -12,38 +13,38 @@ use std::fmt;
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-/// A chunk ends when it is this long, and a block leaves.
+/// Length at which a chunk ends, and a block is submitted, in bytes.
 const CHUNK_BYTES: usize = 1 << 16;
-/// The writer has all bytes that are this old.
+/// Age at which recorded bytes are submitted to the writer.
 const FLUSH_EVERY: Duration = Duration::from_millis(200);
-/// Pixels of one `PXMULTI` in a recording.
+/// Most pixels of one `PXMULTI` in a recording.
 const RUN_PIXELS: usize = 1 << 20;
-/// Digits of a chunk's length.
+/// Number of digits of a chunk's length.
 const LENGTH_DIGITS: usize = 12;
-/// Coordinates that are off every frame.
+/// Coordinates that are outside every frame.
 const OFF_FRAME: [u8; 4] = [0xff; 4];
 
-/// The chunk that commands are appended to.
+/// The open chunk, to which commands are appended.
 #[derive(Clone, Copy)]
 struct Chunk {
     connection: u64,
     time: Duration,
-    /// Where its header and its bytes begin in the block.
+    /// Offsets of its header and its bytes in the block.
     header_at: usize,
     body_at: usize,
 }
 
-/// Writes a recording.
+/// Records the commands that an engine executes.
 pub struct Recorder {
     writer: Writer,
     begun: Instant,
     now: Duration,
     block: Vec<u8>,
     chunk: Option<Chunk>,
-    /// The last command has no text, and is not in the recording.
+    /// Set if the last command has no text form and is not in the recording.
     has_gap: bool,
     flushed_at: Instant,
-    /// The ids of file contents in the recording.
+    /// Ids of the file contents in the recording.
     file_ids: HashMap<Fingerprint, u64>,
     file_hasher: FileHasher,
 }
@@ -59,18 +60,19 @@ fn append(out: &mut Vec<u8>, text: fmt::Arguments<'_>) {
 }
 
 impl Recorder {
-    /// A recording of a `width` x `height` frame into `out`, written by a thread of its own.
+    /// Begins a recording of a `width` x `height` frame into `out`, written by a thread of its own.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn new(out: Box<dyn Write + Send>, width: u32, height: u32) -> io::Result<Self> {
         Recorder::start(out, Patience::FILE, None, width, height)
     }
 
-    /// A recording into an open file. `on_failure` is called once, from any thread, when the recording ends early.
+    /// Begins a recording into an open file. `on_failure` is called once, on any thread, if the
+    /// recording ends early.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn to_file(
         file: RecordFile,
         width: u32,
@@ -91,7 +93,7 @@ impl Recorder {
         append(&mut head, format_args!("2 {width}x{height}\n"));
         let writer = Writer::start(out, patience, on_failure)?;
         let begun = Instant::now();
-        // At once: a disk that takes nothing says so now.
+        // The head is written at once, so that a full disk is reported at the start.
         let block = writer.push(head);
         Ok(Recorder {
             writer,
@@ -106,12 +108,13 @@ impl Recorder {
         })
     }
 
-    /// Sets the time of the next commands.
+    /// Sets the time of the following commands.
     pub(in crate::server) fn set_time(&mut self, now: Instant) {
         self.now = now.saturating_duration_since(self.begun);
     }
 
-    /// Makes room for a command of `connection`; a place for [`Recorder::roll_back`].
+    /// Begins a command of `connection`. Returns its position in the block, for
+    /// [`Recorder::roll_back`].
     fn begin(&mut self, connection: u64) -> usize {
         self.end_at_gap();
         let fits = |c: &Chunk| c.connection == connection && c.time == self.now;
@@ -145,7 +148,7 @@ impl Recorder {
             let text = format!("{length:0digits$}");
             let place = chunk.body_at - 1 - LENGTH_DIGITS..chunk.body_at - 1;
             self.block[place].copy_from_slice(&text.as_bytes()[..LENGTH_DIGITS]);
-            // A line of its own for the next header, whatever the chunk ends with.
+            // The next header begins on a line of its own, whatever the chunk ends with.
             self.block.push(b'\n');
         }
         if self.block.len() >= CHUNK_BYTES {
@@ -159,14 +162,16 @@ impl Recorder {
         }
     }
 
-    /// Appends a command; a place for [`Recorder::roll_back`] and [`Recorder::attach_files`].
+    /// Appends a command. Returns its position in the block, for [`Recorder::roll_back`] and
+    /// [`Recorder::attach_files`].
     pub(in crate::server) fn command(&mut self, connection: u64, command: &Command) -> usize {
         let before = self.begin(connection);
         match command {
             Command::Snap(SnapTarget::File(name)) => {
                 append(&mut self.block, format_args!("# SNAP {name}\n"));
             }
-            // No stream holds one that has no text; a program that embeds the server can make one, a POLY of many points.
+            // A command without a text form cannot come from a stream, but from a program that
+            // embeds the server: a POLY with very many points.
             _ => self.has_gap = encode(command, &mut self.block).is_err(),
         }
         before
@@ -178,14 +183,14 @@ impl Recorder {
         self.has_gap = false;
     }
 
-    /// Ends the recording if the command before this one was run and is not in it.
+    /// Ends the recording if the previous command was executed and is not in it.
     fn end_at_gap(&mut self) {
         if std::mem::take(&mut self.has_gap) {
             self.writer.fail("a command was run that has no text");
         }
     }
 
-    /// Puts the files that the last command read in front of it.
+    /// Inserts the files that the last command read before it.
     pub(in crate::server) fn attach_files(&mut self, connection: u64, before: usize, files: &[ReadFile]) {
         let command = self.block.split_off(before);
         self.end_chunk();
@@ -209,12 +214,13 @@ impl Recorder {
         self.block.extend_from_slice(&command);
     }
 
-    /// Appends a text pixel that is still to be moved by OFFSET.
+    /// Appends a text pixel, which a replay moves by OFFSET.
     pub(in crate::server) fn pixel(&mut self, connection: u64, x: i32, y: i32, color: Rgba) {
         self.command(connection, &Command::Pixel { x, y, color });
     }
 
-    /// Appends text pixels, given as u16 coordinates before OFFSET and RGBA, as the binary ones that they equal.
+    /// Appends text pixels as binary ones with the same effect. A record is u16 coordinates, not
+    /// yet moved by OFFSET, and RGBA.
     pub(in crate::server) fn pixels(&mut self, connection: u64, records: &[[u8; 8]], offset: [i32; 2]) {
         for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES) {
             let start = self.begin(connection);
@@ -229,7 +235,7 @@ impl Recorder {
         }
     }
 
-    /// Appends whole `PB` records.
+    /// Appends complete `PB` records.
     pub(in crate::server) fn binary_pixels(&mut self, connection: u64, records: &[u8]) {
         for part in records.chunks(CHUNK_BYTES / BINARY_PIXEL_BYTES * BINARY_PIXEL_BYTES) {
             self.begin(connection);
@@ -237,10 +243,11 @@ impl Recorder {
         }
     }
 
-    /// Appends a `PXMULTI` of whole pixels.
+    /// Appends a `PXMULTI` of complete pixels.
     pub(in crate::server) fn pixel_run(&mut self, connection: u64, x: u16, y: u16, rgba: &[u8]) {
         self.begin(connection);
-        // No frame has as many pixels as a run can: what a longer one has beyond that is clipped anyway.
+        // No frame has as many pixels as a run can have: the rest of a longer one is clipped
+        // anyway.
         let count = u32::try_from(rgba.len() / 4).unwrap_or(u32::MAX);
         let rgba = &rgba[..count as usize * 4];
         self.block.extend_from_slice(b"PXMULTI");
@@ -265,7 +272,7 @@ impl Recorder {
         self.block.extend_from_slice(packed);
     }
 
-    /// Appends what others wrote into the shared file: pixel numbers, ascending.
+    /// Appends foreign writes to the shared file: `pixels` are pixel numbers in ascending order.
     pub(in crate::server) fn foreign_pixels(&mut self, pixels: &[usize], memory: &VideoMemory) {
         let width = memory.width() as usize;
         let mut rest = pixels;
@@ -285,12 +292,12 @@ impl Recorder {
         append(&mut self.block, format_args!("#@ {connection} {seconds}.{micros:06} end\n"));
     }
 
-    /// When [`Recorder::tick`] is wanted next, if at all.
+    /// Returns the time of the next [`Recorder::tick`], if one is needed.
     pub(in crate::server) fn next_deadline(&self) -> Option<Instant> {
         (!self.block.is_empty()).then(|| self.flushed_at + FLUSH_EVERY)
     }
 
-    /// Hands over what is in hand, if it is time.
+    /// Submits the recorded bytes to the writer, if that is due.
     pub(in crate::server) fn tick(&mut self, now: Instant) {
         if now >= self.flushed_at + FLUSH_EVERY {
             self.end_chunk();
@@ -299,7 +306,7 @@ impl Recorder {
         }
     }
 
-    /// Completes the recording, and waits for its last byte as long as there is progress.
+    /// Completes the recording, and waits for its last byte as long as writing makes progress.
     pub(in crate::server) fn finish(&mut self) {
         self.end_at_gap();
         self.end_chunk();
@@ -309,22 +316,22 @@ impl Recorder {
         self.writer.finish();
     }
 
-    /// Whether the recording has ended early.
+    /// Returns whether the recording has ended early.
     pub(in crate::server) fn has_failed(&self) -> bool {
         self.writer.has_failed()
     }
 
-    /// The reason and the figures of a recording that has ended early.
+    /// Returns the reason and the counters of a recording that has ended early.
     pub(in crate::server) fn failure(&self) -> Option<FailedRecording> {
         self.writer.failure()
     }
 
-    /// The hasher for the files that commands read.
+    /// Returns the hasher for files that commands read.
     pub(in crate::server) fn file_hasher(&self) -> FileHasher {
         self.file_hasher.clone()
     }
 
-    /// Counts bytes.
+    /// Returns the numbers of written and queued bytes.
     pub(in crate::server) fn stats(&self) -> RecordStats {
         self.writer.stats()
     }
@@ -337,7 +344,7 @@ fn put_binary(out: &mut [u8; BINARY_PIXEL_BYTES], record: [u8; 8]) {
     rest.copy_from_slice(&record);
 }
 
-/// A record moved by OFFSET. One that leaves the u16 range is off every frame, and stays so.
+/// Moves a record by OFFSET. A result outside the u16 range becomes a position outside every frame.
 fn moved(record: [u8; 8], [dx, dy]: [i32; 2]) -> [u8; 8] {
     let [x0, x1, y0, y1, r, g, b, a] = record;
     let place = |low: u8, high: u8, d: i32| {

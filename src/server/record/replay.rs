@@ -1,7 +1,8 @@
-//! Replay: runs a recording, each connection in a session of its own.
+//! Replay of a recording, each of its connections in a session of its own.
 //!
-//! In: a recording's bytes, cut anywhere. Out: what [`Stream::feed`] gives, and a refusal for a line that is no header, for
-//! files that cannot be read, and for a recording that ends early. Memory: the files that the recording carries, once each.
+//! In: a recording's bytes, split anywhere. Out: the same as from [`Stream::feed`], and an error
+//! for a line that is not a header, for files that cannot be read, and for a recording that ends
+//! early. The files that the recording contains are held in memory, once each.
 
 use super::super::session::FileAccess;
 use super::super::stream::Resume;
@@ -15,36 +16,38 @@ use std::sync::Arc;
 /// A recording that is being replayed.
 pub(in crate::server) struct Replay {
     streams: HashMap<u64, Stream>,
-    /// The connection that stands in the middle of a command. All others wait: what follows was recorded after it.
+    /// The connection that has begun a command. All others wait, because what follows was recorded
+    /// after that command.
     suspended: Option<u64>,
     part: Part,
-    /// Lines of the file so far.
+    /// Number of lines read.
     line: u64,
-    /// Whether the recording carries the files that its commands read, and an end mark: from version 2 on.
+    /// True if the recording contains the files that its commands read, and an end mark: from
+    /// version 2 on.
     is_self_contained: bool,
     has_end_mark: bool,
-    /// The files of the recording by id.
+    /// File contents of the recording, by id.
     contents: HashMap<u64, Arc<[u8]>>,
     has_failed: bool,
-    /// Commands of the streams that are over.
+    /// Number of commands of the streams that have ended.
     commands: u64,
 }
 
 /// The part of the recording that the next byte belongs to.
 enum Part {
-    /// A header line, of which this has come.
+    /// A header line, of which these bytes have been read.
     Header(Vec<u8>),
-    /// Commands of this connection, so many bytes before their end; the byte after it is an LF.
+    /// Commands of this connection, of which so many bytes are left; the byte after them is an LF.
     Commands { connection: u64, left: u64 },
-    /// Files for this connection's next command, of which these bytes have come.
+    /// Files for this connection's next command, of which these bytes have been read.
     Files { connection: u64, left: u64, bytes: Vec<u8> },
 }
 
-/// The meaning of a header line.
+/// Meaning of a header line.
 enum Header {
     /// A blank line or a comment.
     Nothing,
-    /// The recording begins; whether its version is one that carries files.
+    /// The beginning of the recording, and whether its version contains files.
     Begin {
         is_self_contained: bool,
     },
@@ -54,11 +57,11 @@ enum Header {
     EndMark,
 }
 
-/// The longest header line.
+/// Longest header line in bytes.
 const MAX_HEADER_BYTES: usize = 200;
 
 impl Replay {
-    /// A replay that has read nothing yet.
+    /// Creates a replay that has read nothing.
     pub fn new() -> Self {
         Replay {
             streams: HashMap::new(),
@@ -73,7 +76,7 @@ impl Replay {
         }
     }
 
-    /// Runs the commands that are complete in `bytes`, as [`Stream::feed`].
+    /// Runs the commands that are complete in `bytes`; see [`Stream::feed`].
     pub fn feed(
         &mut self,
         engine: &mut Engine,
@@ -137,7 +140,8 @@ impl Replay {
         piece.len()
     }
 
-    /// Runs a piece of a chunk of commands: how many of its bytes are done with, and how the stream stands.
+    /// Runs a piece of a chunk of commands. Returns the number of its bytes consumed, and the
+    /// stream's state.
     fn feed_commands(
         &mut self,
         engine: &mut Engine,
@@ -152,7 +156,7 @@ impl Replay {
             None => (piece.len(), StreamState::Ready),
         };
         self.place_notices(&mut out.notices[first_notice..]);
-        // What follows the end of a stream in its chunk is not run.
+        // The rest of a chunk after the end of its stream is skipped.
         let taken = if state == StreamState::Ended { piece.len() } else { taken };
         if let Part::Commands { left, .. } = &mut self.part {
             *left -= taken as u64;
@@ -165,7 +169,7 @@ impl Replay {
         (taken, state)
     }
 
-    /// Notes what a stream's state means for the others.
+    /// Updates the replay after a stream's piece: notes that the stream is suspended, or ends it.
     fn after(&mut self, engine: &mut Engine, connection: u64, state: StreamState, out: &mut Output) {
         match state {
             StreamState::Works | StreamState::InPieces => self.suspended = Some(connection),
@@ -174,7 +178,7 @@ impl Replay {
         }
     }
 
-    /// Goes on with the command in the middle of which one of the streams stands, as [`Stream::resume`].
+    /// Continues the suspended command of one of the streams; see [`Stream::resume`].
     pub fn resume(
         &mut self,
         engine: &mut Engine,
@@ -189,16 +193,17 @@ impl Replay {
         let state = stream.resume(engine, resume, out, budget);
         self.place_notices(&mut out.notices[first_notice..]);
         self.after(engine, connection, state, out);
-        // The end of a stream is not that of the replay.
+        // The end of one stream does not end the replay.
         if state == StreamState::Ended { StreamState::Ready } else { state }
     }
 
-    /// The verb of the command that is in pieces.
+    /// Returns the verb of the command that is in pieces.
     pub fn verb_in_pieces(&self) -> Option<&'static str> {
         self.streams.get(&self.suspended?)?.verb_in_pieces()
     }
 
-    /// Gives refusals the line of the recording where their chunk stands.
+    /// Sets the line of notices to that of the recording at which the piece that caused them
+    /// begins.
     fn place_notices(&self, notices: &mut [Notice]) {
         for notice in notices {
             match notice {
@@ -243,7 +248,7 @@ impl Replay {
         })
     }
 
-    /// Ends the replay: nothing after this place can be trusted.
+    /// Ends the replay with an error: nothing after this position can be trusted.
     fn fail(&mut self, message: &'static str, found: &[u8], out: &mut Output) {
         self.has_failed = true;
         let token = String::from_utf8_lossy(found).trim_end().chars().take(60).collect::<String>();
@@ -266,12 +271,12 @@ impl Replay {
         }
     }
 
-    /// Commands that were run or refused.
+    /// Returns the number of commands that were run or refused.
     pub fn commands(&self) -> u64 {
         self.commands + self.streams.values().map(|s| s.session().stats.commands).sum::<u64>()
     }
 
-    /// Ends the replay: no more bytes come. Refuses a recording that is not complete; its commands were run.
+    /// Ends the input. Refuses a recording that is not complete, after its commands have run.
     pub fn finish(&mut self, engine: &mut Engine, out: &mut Output) {
         let mut connections: Vec<u64> = self.streams.keys().copied().collect();
         connections.sort_unstable();
@@ -326,7 +331,8 @@ const WRONG_HEADER: &str =
 const WRONG_FILES: &str =
     "a recording's file must be \"id name_bytes content_bytes\", its name and its content";
 
-/// Reads the entries of a `files` chunk; content goes to `contents` and comes from there.
+/// Parses the entries of a `files` chunk. New contents are added to `contents`; others are taken
+/// from it.
 fn parse_files(mut bytes: &[u8], contents: &mut HashMap<u64, Arc<[u8]>>) -> Result<FileSet, &'static str> {
     let mut files = FileSet::new();
     while !bytes.is_empty() {

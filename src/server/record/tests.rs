@@ -1,4 +1,5 @@
-//! Recordings that are replayed: whole, cut, broken, with files, into disks and pipes that take nothing.
+//! Recordings that are replayed: whole, cut, broken, with files, into disks and pipes that take
+//! nothing.
 
 use super::writer::Patience;
 use super::*;
@@ -52,7 +53,8 @@ fn replay(mut engine: Engine, recording: &[u8]) -> (Vec<u8>, Stats, Vec<Notice>)
     (engine.memory().bytes().to_vec(), engine.totals(), out.notices)
 }
 
-/// Runs a test that draws textured faces: without optimization a draw has more locals than a test's stack holds.
+/// Runs a test that draws textured faces: without optimization a draw has more locals than a test's
+/// stack holds.
 fn on_a_large_stack(test: impl FnOnce() + Send + 'static) {
     let thread = std::thread::Builder::new().stack_size(64 << 20).spawn(test).unwrap();
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));

@@ -1,9 +1,11 @@
-//! The thread that writes a recording: the render thread hands over blocks and does not wait for the disk.
+//! The thread that writes a recording, so that the render thread does not wait for the disk.
 //!
-//! In: blocks of bytes, in order. Out: the same bytes, to a file or pipe. At most [`MAX_QUEUED_BYTES`] and one block wait;
-//! beyond that the render thread waits, for as long as [`Patience`] says. Then, or on the first write error, the
-//! recording ends: `on_failure` is called once, at once, and later blocks are dropped. Blocks queued before a pipe's
-//! timeout are still written should its reader go on, so what arrives is a prefix of the recording in every case.
+//! In: blocks of bytes, in order. Out: the same bytes, in a file or pipe. At most
+//! [`MAX_QUEUED_BYTES`] and one block are queued; beyond that the render thread waits, for as long
+//! as [`Patience`] allows. Then, or at the first write error, the recording ends: `on_failure` is
+//! called once, immediately, and later blocks are dropped. Blocks queued before a pipe's timeout
+//! are still written if its reader continues, so the output is a prefix of the recording in every
+//! case.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -11,22 +13,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Bytes that may wait for the disk before the render thread waits for it.
+/// Queued bytes at which the render thread waits for the disk.
 const MAX_QUEUED_BYTES: u64 = 32 << 20;
-/// Written blocks that are kept for the next ones, and the largest one kept.
+/// Number of written blocks that are kept for reuse, and the largest size of one in bytes.
 const MAX_FREE_BLOCKS: usize = 8;
 const MAX_FREE_BYTES: usize = 1 << 20;
-/// The longest time without progress at the end of a recording, if the patience is shorter.
+/// Longest time without progress at the end of a recording, if that of [`Patience`] is shorter.
 const FINISH_STALL: Duration = Duration::from_millis(500);
 
-/// How long the render thread waits for a full queue, and how much is written at once.
+/// Time that the render thread waits while the queue is full, and size of one write.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
-    /// The longest time in which nothing is written.
+    /// Longest time in which nothing is written.
     pub stall: Duration,
-    /// The longest time for room to be made.
+    /// Longest time until the queue has room.
     pub total: Duration,
-    /// Bytes of one write: what counts as progress.
+    /// Most bytes of one write, which is the unit of progress.
     pub piece_bytes: usize,
 }
 
@@ -39,21 +41,21 @@ impl Patience {
         Patience { stall: Duration::from_millis(100), total: Duration::from_secs(1), piece_bytes: 4096 };
 }
 
-/// The function that is told why a recording ends early.
+/// Function that is called with the reason if a recording ends early.
 pub(super) type OnFailure = Box<dyn FnOnce(&io::Error) + Send>;
 
-/// The state of a recording, for `STATS`.
+/// Byte counts of a recording, for `STATS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::server) struct RecordStats {
-    /// Bytes written.
+    /// Bytes that have been written.
     pub written_bytes: u64,
-    /// Bytes that wait to be written.
+    /// Bytes that are queued.
     pub queued_bytes: u64,
 }
 
-/// A recording that ended early. Its figures change as long as the thread still writes queued blocks.
+/// A recording that ended early. Its counts change as long as the thread writes queued blocks.
 pub(in crate::server) struct FailedRecording {
-    /// Why it ended.
+    /// Reason for the end.
     pub reason: String,
     shared: Arc<Shared>,
 }
@@ -65,7 +67,7 @@ impl std::fmt::Debug for FailedRecording {
 }
 
 impl FailedRecording {
-    /// Counts bytes.
+    /// Returns the numbers of written and queued bytes.
     pub fn stats(&self) -> RecordStats {
         self.shared.lock().stats
     }
@@ -75,33 +77,33 @@ impl FailedRecording {
 struct WriterState {
     blocks: VecDeque<Vec<u8>>,
     stats: RecordStats,
-    /// Empty blocks for reuse: a fresh one costs page faults.
+    /// Empty blocks for reuse: a new allocation costs page faults.
     free_blocks: Vec<Vec<u8>>,
     failure: Option<String>,
     on_failure: Option<OnFailure>,
-    /// No more blocks come.
+    /// Set when no more blocks will be queued.
     is_closed: bool,
-    /// The thread has ended.
+    /// Set when the thread has ended.
     is_done: bool,
 }
 
 #[derive(Default)]
 struct Shared {
     state: Mutex<WriterState>,
-    /// A block was queued, or the queue was closed.
+    /// Signals that a block was queued, or the queue was closed.
     queued: Condvar,
-    /// Bytes were written, or the thread has ended.
+    /// Signals that bytes were written, or the thread has ended.
     written: Condvar,
     has_failed: AtomicBool,
 }
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, WriterState> {
-        // Each change of the state is complete in itself, so it is sound after a panic too.
+        // Each change of the state is complete in itself, so it is valid after a panic, too.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the recording; the first reason counts.
+    /// Ends the recording early; the first reason is kept.
     fn fail(&self, mut state: MutexGuard<'_, WriterState>, error: &io::Error) {
         state.is_closed = true;
         if state.failure.is_none() {
@@ -117,7 +119,8 @@ impl Shared {
     }
 }
 
-/// The render thread's handle. Dropping it ends the recording without waiting; what is queued may still be written.
+/// The render thread's handle. Dropping it ends the recording without waiting; queued blocks may
+/// still be written.
 pub(super) struct Writer {
     shared: Arc<Shared>,
     patience: Patience,
@@ -134,7 +137,7 @@ impl Writer {
     /// Starts the thread.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn start(
         out: Box<dyn Write + Send>,
         patience: Patience,
@@ -147,7 +150,7 @@ impl Writer {
         Ok(Writer { shared, patience })
     }
 
-    /// Queues a block, and returns an empty one for the next bytes. Waits while the queue is full.
+    /// Queues a block, and returns an empty one for the next bytes. Blocks while the queue is full.
     pub fn push(&self, block: Vec<u8>) -> Vec<u8> {
         let mut state = self.wait_for_room();
         if !state.is_closed && !block.is_empty() {
@@ -187,28 +190,28 @@ impl Writer {
         self.shared.written.wait_timeout(state, time).unwrap_or_else(PoisonError::into_inner).0
     }
 
-    /// Ends the recording; what is queued is still written.
+    /// Ends the recording early; queued blocks are still written.
     pub fn fail(&self, reason: &'static str) {
         self.shared.fail(self.shared.lock(), &io::Error::other(reason));
     }
 
-    /// Whether the recording has ended early.
+    /// Returns whether the recording has ended early.
     pub fn has_failed(&self) -> bool {
         self.shared.has_failed.load(Ordering::Acquire)
     }
 
-    /// The reason and the figures of a recording that has ended early.
+    /// Returns the reason and the counts of a recording that has ended early.
     pub fn failure(&self) -> Option<FailedRecording> {
         let reason = self.shared.lock().failure.clone()?;
         Some(FailedRecording { reason, shared: self.shared.clone() })
     }
 
-    /// Counts bytes.
+    /// Returns the numbers of written and queued bytes.
     pub fn stats(&self) -> RecordStats {
         self.shared.lock().stats
     }
 
-    /// Ends the recording and waits for the last byte, as long as there is progress.
+    /// Ends the recording and waits for its last byte, as long as writing makes progress.
     pub fn finish(&self) {
         let stall = self.patience.stall.max(FINISH_STALL);
         let mut state = self.shared.lock();
@@ -230,7 +233,7 @@ impl Writer {
     }
 }
 
-/// The thread: writes blocks until the queue is closed and empty, or a write fails.
+/// Runs the thread: writes blocks until the queue is closed and empty, or a write fails.
 fn run(shared: &Shared, mut out: Box<dyn Write + Send>, piece_bytes: usize) {
     let mut result = Ok(());
     while result.is_ok() {
@@ -246,7 +249,7 @@ fn run(shared: &Shared, mut out: Box<dyn Write + Send>, piece_bytes: usize) {
     let mut state = shared.lock();
     state.is_done = true;
     (state.blocks, state.free_blocks) = (VecDeque::new(), Vec::new());
-    // Nothing waits any more, written or not.
+    // Nothing is queued from here on, whether it was written or not.
     state.stats.queued_bytes = 0;
     match result {
         Ok(()) => drop(state),

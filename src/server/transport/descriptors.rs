@@ -1,31 +1,32 @@
-//! Descriptors: how many the process may have open, and one kept back for when there are no more.
+//! File descriptors: the number that the process may open, and one in reserve for when none is
+//! left.
 //!
-//! A connection takes one descriptor. In: the number of connections that are wanted. Out: the
-//! number that fits after the soft limit (`RLIMIT_NOFILE`) was raised as far as needed and allowed.
-//! Promises: [`KEPT_FOR_FILES`] more stay free for snapshots, loaded files and the window. One
-//! knows by the process tests under `ulimit -n 64`.
+//! A connection takes one descriptor. In: the number of connections to allow. Out: the number that
+//! fits after the soft limit (`RLIMIT_NOFILE`) was raised as far as needed and allowed. Promises:
+//! [`KEPT_FOR_FILES`] more stay free for snapshots, loaded files and the window. Tested by the
+//! process tests under `ulimit -n 64`.
 
 use std::fs::File;
 use std::io;
 
-/// Descriptors that connections leave to everything else that opens files.
+/// Descriptors that are left for everything else that opens files.
 #[cfg(unix)]
 const KEPT_FOR_FILES: usize = 16;
-/// Descriptors taken to be open where the system does not tell.
+/// Number of open descriptors to assume if the system does not tell.
 #[cfg(unix)]
 const USUALLY_OPEN: usize = 32;
 
-/// The connections that descriptors can be had for.
+/// Number of connections for which there are descriptors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Room {
-    /// That many more descriptors can be opened, those for files aside.
+    /// Number of descriptors that can still be opened, without those left for files.
     pub more: usize,
     /// The limit of open files that this follows from.
     pub limit: u64,
 }
 
 /// Raises the process's limit of open files so that `connections` more fit, as far as the hard
-/// limit goes. Returns the room that there is then, or `None` where there is no limit.
+/// limit allows. Returns the resulting room, or `None` if there is no limit.
 #[cfg(unix)]
 pub(crate) fn make_room(connections: usize) -> Option<Room> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -35,7 +36,7 @@ pub(crate) fn make_room(connections: usize) -> Option<Room> {
     if limit.current? < needed {
         let raised = limit.maximum.map_or(needed, |hard| hard.min(needed));
         let new = Rlimit { current: Some(raised), maximum: limit.maximum };
-        // A system that refuses leaves the limit as it is.
+        // If the system refuses, the limit stays as it is.
         if limit.current < Some(raised) && setrlimit(Resource::Nofile, new).is_ok() {
             limit = new;
         }
@@ -50,15 +51,15 @@ pub(crate) fn make_room(_wanted: usize) -> Option<Room> {
     None
 }
 
-/// Returns how many descriptors this process has open.
+/// Returns the number of descriptors that this process has open.
 #[cfg(unix)]
 fn count_open() -> Option<usize> {
     let listed = std::fs::read_dir("/dev/fd").ok()?.count();
-    // The folder itself was open while it was read.
+    // The directory itself was open while it was read.
     Some(listed.saturating_sub(1))
 }
 
-/// Returns whether an error means that no descriptor is left, here or in the whole system.
+/// Returns whether an error means that no descriptor is left, in this process or in the system.
 pub(super) fn are_exhausted(error: &io::Error) -> bool {
     #[cfg(unix)]
     {
@@ -73,8 +74,8 @@ pub(super) fn are_exhausted(error: &io::Error) -> bool {
     }
 }
 
-/// A descriptor held for nothing: given up for a moment, it lets a client be accepted and told why
-/// it cannot stay.
+/// A descriptor in reserve. Closing it for a moment allows a client to be accepted and sent the
+/// reason for the refusal.
 pub(super) struct ReservedDescriptor(Option<File>);
 
 impl ReservedDescriptor {
@@ -84,14 +85,14 @@ impl ReservedDescriptor {
         reserved
     }
 
-    /// Opens it again. Without a descriptor for it there is none until the next call.
+    /// Opens the descriptor again, if it is closed. If none is free, the next call tries again.
     pub fn take(&mut self) {
         if self.0.is_none() {
             self.0 = File::open(if cfg!(windows) { "NUL" } else { "/dev/null" }).ok();
         }
     }
 
-    /// Closes it, so that another descriptor can be had.
+    /// Closes it, so that another descriptor can be opened.
     pub fn give_up(&mut self) {
         self.0 = None;
     }
