@@ -18,14 +18,18 @@ use std::cmp::Ordering;
 /// Side of a face that is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Facing {
+    /// The counter-clockwise side in the mesh's own order of corners.
     Front,
+    /// The clockwise side.
     Back,
 }
 
 /// A face on the screen.
 #[derive(Clone, Debug)]
 pub(crate) struct Face {
+    /// Visible side.
     pub side: Facing,
+    /// Unsnapped plane, for depth and attributes.
     pub plane: FacePlane,
     /// True if 0 <= z < 1 at every corner, so that no pixel needs a near/far test.
     pub wholly_between_near_and_far: bool,
@@ -65,6 +69,7 @@ fn z_range(corners: [&Vertex; 3]) -> [f64; 2] {
 }
 
 impl Assembler {
+    /// Creates an assembler, and determines whether model and window mirror.
     pub fn new(transform: Transform, cull: Cull) -> Self {
         let model = transform.model;
         let turns = |m: glam::DMat4| glam::DMat3::from_mat4(m).determinant() < 0.0;

@@ -70,11 +70,13 @@ struct Rays {
 }
 
 impl Rays {
+    /// Creates the rays of a camera, without its translation.
     fn new(matrices: &CameraMatrices) -> Rays {
         let turn = DMat4 { w_axis: DVec4::W, ..matrices.view };
         Rays { to_world: (matrices.projection * turn).inverse() }
     }
 
+    /// Returns the ray's direction at an NDC point, not normalized.
     fn at(&self, [x, y]: [f64; 2]) -> DVec3 {
         let [near, far] = [0.0, 0.5].map(|z| self.to_world * DVec4::new(x, y, z, 1.0));
         let along = far.truncate() * near.w - near.truncate() * far.w;

@@ -51,6 +51,7 @@ pub(crate) struct GeometryInfo {
 }
 
 impl GeometryInfo {
+    /// Checks the mesh and computes the public facts; `cancel` ends later computations early.
     pub fn of(geometry: &Geometry, cancel: CancelToken) -> Self {
         let mesh = &geometry.mesh;
         let given = |c: &Corner| mesh.normals.get(c.normal as usize).is_some_and(|n| *n != DVec3::ZERO);
@@ -94,6 +95,7 @@ impl GeometryInfo {
         result
     }
 
+    /// Returns whether all facts in `needs` have been computed.
     fn has(&self, needs: Needs) -> bool {
         let normals = match needs.normals {
             None => true,
@@ -108,6 +110,7 @@ impl GeometryInfo {
         normals && prepared && (!needs.faces || self.faces.get().is_some())
     }
 
+    /// Computes the missing facts in `needs`, reserving their bytes in `held` first.
     fn make(&self, mesh: &Mesh, needs: Needs, held: &mut Reservation) -> Result<(), OverBudget> {
         let have = || self.size_bytes() as u64;
         let (polygons, positions) = (mesh.polygons.len() as u64, mesh.positions.len() as u64);
@@ -140,6 +143,8 @@ impl GeometryInfo {
         Ok(())
     }
 
+    /// Builds the indexed mesh with a normal per corner: the file's, else the mean at the position,
+    /// else the polygon's. `room` reserves its bytes.
     fn prepare_lit(
         &self,
         mesh: &Mesh,

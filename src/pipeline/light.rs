@@ -41,6 +41,7 @@ pub(crate) enum ViewerPosition {
 }
 
 impl ViewerPosition {
+    /// Returns the viewer's position or direction for a camera.
     pub fn of(camera: &CameraMatrices) -> Self {
         match camera.is_parallel {
             true => ViewerPosition::Axis(camera.to_viewer),

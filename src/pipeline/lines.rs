@@ -174,6 +174,7 @@ impl PreparedDraw<'_> {
         }
     }
 
+    /// Returns a corner in clip space with the varyings of a line.
     fn line_vertex(&self, corner: &Corner, material: &Material) -> LineVertex {
         let mesh = &self.call.geometry.mesh;
         let v = self.vertex(corner.position);
@@ -197,6 +198,7 @@ impl PreparedDraw<'_> {
         self.assembler.transform.on_screen(clip).map(|v| v.floor().clamp(range[0], range[1]) as i64)
     }
 
+    /// Clips a line and draws its visible pixels that the pattern leaves on; advances `pen`.
     fn draw_line(
         &self,
         ends: [LineVertex; 2],
@@ -372,6 +374,7 @@ impl Steps {
         first.max(0)..=last.min(self.length)
     }
 
+    /// Returns the pixel (x, y) at step k.
     fn at(&self, k: i64) -> [i64; 2] {
         let (n, m) = (self.length as i128, self.rise as i128);
         let up = if n == 0 { 0 } else { ((2 * k as i128 * m + n - 1) / (2 * n)) as i64 };

@@ -95,6 +95,7 @@ impl Normals {
 pub(crate) struct NormalMatrix(DMat3);
 
 impl NormalMatrix {
+    /// Computes the normal matrix of a model matrix, singular or not.
     pub fn of(model: &DMat4) -> Self {
         let m = DMat3::from_mat4(*model);
         // Scaled to 1 first: the cofactors are products of two entries.

@@ -31,11 +31,14 @@ const FEW_PIXELS: u64 = 20_000;
 
 /// A face ready to be rasterized.
 struct PreparedFace<'a> {
+    /// Index of the prepared draw.
     object: usize,
     triangle: u32,
     face: Face,
     shade: FaceShade<'a>,
+    /// Pixels outside of which the face covers nothing.
     bounds: PixelRect,
+    /// Set if a vector kernel draws the face.
     blended_face: Option<BlendedFace<'a>>,
 }
 
@@ -172,6 +175,8 @@ impl Work<'_, '_> {
         (stats, joined(a.1, b.1))
     }
 
+    /// Draws all faces that reach the rows of one band. Returns the statistics and the rows
+    /// written.
     fn draw_band(&self, mut target_rows: TargetRows) -> (DrawStats, Range<u32>) {
         let mut stats = DrawStats::default();
         let rows = target_rows.rows();

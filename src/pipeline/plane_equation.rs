@@ -54,6 +54,7 @@ pub(crate) struct PlaneEquation {
 }
 
 impl PlaneEquation {
+    /// Evaluates a linear function at the centre of pixel (x, y).
     #[inline]
     fn at(&self, [base, dx, dy]: [f64; 3], x: i32, y: i32) -> f64 {
         base + (dx * (x as f64 + 0.5 - self.origin[0]) + dy * (y as f64 + 0.5 - self.origin[1]))
@@ -80,6 +81,7 @@ impl PlaneEquation {
     }
 }
 
+/// A corner relative to the reference corner; see [`FacePlane::others`].
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     gradient: [f64; 2],
@@ -190,6 +192,7 @@ impl FacePlane {
         self.weights([b0, b[0], b[1]])
     }
 
+    /// Returns the weights in both orders from those in the plane's own order.
     fn weights(&self, own: [f64; 3]) -> Weights {
         let mut b = [0.0; 3];
         for (i, &at) in self.order.iter().enumerate() {

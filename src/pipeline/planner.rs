@@ -80,6 +80,7 @@ impl<'a> DrawCall<'a> {
         }
     }
 
+    /// Returns whether the camera's projection is parallel, so that w is 1 everywhere.
     pub(crate) fn is_parallel(&self) -> bool {
         !matches!(
             self.camera.projection,
@@ -91,6 +92,7 @@ impl<'a> DrawCall<'a> {
     }
 }
 
+/// Derives the plan of one draw call: the parts of the pipeline that it needs, and why.
 pub(crate) fn plan_draw(
     call: &DrawCall,
     target: &Target,
@@ -185,6 +187,7 @@ struct Asks {
     transparent: bool,
 }
 
+/// Collects the requirements of all materials in use, on their visible sides.
 fn asks_of(call: &DrawCall, lighting: &Lighting, geometry_info: &GeometryInfo) -> Asks {
     let mesh = &call.geometry.mesh;
     let mut asks = Asks::default();
@@ -217,6 +220,8 @@ fn asks_of(call: &DrawCall, lighting: &Lighting, geometry_info: &GeometryInfo) -
     asks
 }
 
+/// Adds the parts that faces need: culling, coverage, lighting, interpolation, textures, fog,
+/// blending.
 fn plan_faces(
     call: &DrawCall,
     lighting: &Lighting,

@@ -22,8 +22,11 @@ use std::sync::Arc;
 /// Selection of a draw's faces by transparency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Layer {
+    /// Every face.
     All,
+    /// Faces that are not transparent.
     Opaque,
+    /// Faces that are blended.
     Transparent,
 }
 
@@ -44,13 +47,19 @@ impl RecycledLists {
 
 /// One draw with everything that is computed once per draw.
 pub(crate) struct PreparedDraw<'a> {
+    /// The draw call.
     pub call: &'a DrawCall<'a>,
+    /// Its plan.
     pub plan: Plan,
+    /// Transformation, culling and clipping of its faces.
     pub assembler: Assembler,
     /// All transformed vertices, or empty before [`PreparedDraw::transform_all`].
     vertices: Vec<Vertex>,
+    /// Lights that reach the mesh, and ambient light.
     pub lighting: Lighting,
+    /// Cached facts about the mesh.
     pub geometry_info: Arc<GeometryInfo>,
+    /// Transformation of normals to world space.
     pub normal_matrix: NormalMatrix,
     /// Token that ends long loops over faces, lines and points early.
     pub cancel: &'a CancelToken,
@@ -188,6 +197,7 @@ impl<'a> PreparedDraw<'a> {
             .then(|| self.geometry_info.normals(&self.call.geometry.mesh, smooth))
     }
 
+    /// Returns the transformation of positions.
     pub fn transform(&self) -> &Transform {
         &self.assembler.transform
     }
@@ -258,6 +268,7 @@ impl<'a> PreparedDraw<'a> {
         self.cover(&face, &shade, triangle, WriteMask::DepthOnly, target, stats);
     }
 
+    /// Rasterizes an assembled face and marks the rows written.
     fn cover(
         &self,
         face: &Face,

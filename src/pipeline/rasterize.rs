@@ -33,8 +33,11 @@ pub(crate) struct TargetRows<'t> {
     clip: PixelRect,
     /// Index of the first row.
     y0: u32,
+    /// Colour bytes of these rows, four per pixel.
     bytes: &'t mut [u8],
+    /// Depth words of these rows; `None` if depth is not used.
     depth: Option<(DepthFormat, DepthWords<'t>)>,
+    /// Pick-buffer ids of these rows.
     ids: Option<&'t mut [[u32; 2]]>,
     /// Range of rows that were written.
     pub written: Range<u32>,
@@ -89,6 +92,7 @@ impl<'t> TargetRows<'t> {
         )
     }
 
+    /// Stores a depth word, and the id if ids are kept. No effect without depth.
     #[inline]
     fn store_depth(&mut self, index: usize, word: Option<u32>, id: [u32; 2]) {
         if let (Some((_, words)), Some(word)) = (&mut self.depth, word) {
@@ -108,11 +112,14 @@ impl<'t> TargetRows<'t> {
 /// Rasterizer state that all faces of a draw share.
 pub(crate) struct Raster<'r, 't> {
     pub target_rows: &'r mut TargetRows<'t>,
+    /// NDC to pixels.
     pub screen: &'r ViewportTransform,
     pub lighting: &'r Lighting,
+    /// Interpolation of attributes.
     pub interp: Interpolation,
     /// True unless w is 1 everywhere.
     pub divide: bool,
+    /// First word of the pick-buffer ids; the second is the triangle.
     pub name: u32,
 }
 

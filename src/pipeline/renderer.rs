@@ -139,6 +139,7 @@ impl Renderer {
         self.bound = ListBound::default();
     }
 
+    /// Returns the number of threads that draw.
     fn threads(&self) -> u64 {
         self.options.pool.as_ref().map_or(1, |p| p.current_num_threads()) as u64
     }
@@ -448,6 +449,7 @@ struct Cache {
     clock: u64,
 }
 
+/// Cached facts about one geometry.
 #[derive(Debug)]
 struct Entry {
     /// Keeps the address from being reused for another geometry, but not the geometry alive.
@@ -455,10 +457,12 @@ struct Entry {
     /// (`Arc::make_mut`) or fails (`Arc::get_mut`).
     geometry: Weak<Geometry>,
     geometry_info: Arc<GeometryInfo>,
+    /// Value of the cache's clock at the last look-up.
     last_used: u64,
 }
 
 impl Cache {
+    /// Returns the facts about a shared geometry, and caches them.
     fn geometry_info(&mut self, shared: &Arc<Geometry>, cancel: &CancelToken) -> Arc<GeometryInfo> {
         self.clock += 1;
         let address = Arc::as_ptr(shared).addr();

@@ -69,6 +69,7 @@ fn in_texels(coordinate: f64, wrap: Wrap, size: u32) -> f64 {
     }
 }
 
+/// Returns a texel index wrapped into 0..size.
 fn wrapped(texel: i64, wrap: Wrap, size: u32) -> u32 {
     match wrap {
         Wrap::Repeat => texel.rem_euclid(size as i64) as u32,
@@ -76,6 +77,8 @@ fn wrapped(texel: i64, wrap: Wrap, size: u32) -> u32 {
     }
 }
 
+/// Returns the texel in column i and row j of a level, counted from the lower left, with 0..255 per
+/// channel.
 fn fetch(texture: &Texture, sampling: Sampling, level: u32, i: i64, j: i64) -> [f64; 4] {
     let (w, h) = texture.level_size(level);
     let (x, y) = (wrapped(i, sampling.wrap_s, w), wrapped(j, sampling.wrap_t, h));
@@ -83,12 +86,14 @@ fn fetch(texture: &Texture, sampling: Sampling, level: u32, i: i64, j: i64) -> [
     texture.texel(level, x, h - 1 - y).map(f64::from)
 }
 
+/// Returns the texel of level 0 that contains `uv`.
 fn nearest(texture: &Texture, sampling: Sampling, uv: DVec2) -> [f64; 4] {
     let s = in_texels(uv.x, sampling.wrap_s, texture.width());
     let t = in_texels(uv.y, sampling.wrap_t, texture.height());
     fetch(texture, sampling, 0, s.floor() as i64, t.floor() as i64)
 }
 
+/// Interpolates the four texels of a level around `uv`.
 fn bilinear(texture: &Texture, sampling: Sampling, uv: DVec2, level: u32) -> [f64; 4] {
     let (w, h) = texture.level_size(level);
     let s = in_texels(uv.x, sampling.wrap_s, w) - 0.5;

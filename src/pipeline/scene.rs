@@ -377,6 +377,7 @@ pub(super) fn calls_of<'a>(scene: &'a Scene, options: &SceneOptions) -> Vec<Draw
     each_call(scene, options).collect()
 }
 
+/// Iterates over the draw calls of a scene, one per object, with consecutive pick-buffer values.
 fn each_call<'a>(scene: &'a Scene, options: &SceneOptions) -> impl Iterator<Item = DrawCall<'a>> {
     let call = move |(index, object)| DrawCall {
         name: options.first_name.wrapping_add(index as u32),
@@ -385,6 +386,8 @@ fn each_call<'a>(scene: &'a Scene, options: &SceneOptions) -> impl Iterator<Item
     scene.objects.iter().enumerate().map(call)
 }
 
+/// Returns whether depth is unnecessary: a single object that cannot hide itself, and no later use
+/// of depth.
 fn leaves_depth_out(calls: &[DrawCall], options: &SceneOptions) -> bool {
     let one = match calls {
         [one] => one,

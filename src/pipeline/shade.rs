@@ -32,6 +32,7 @@ pub(crate) struct FaceShade<'a> {
     pub light: ShadingFrequency<'a>,
     /// Vertex colours, interpolated across the face.
     pub colors: Option<[DVec4; 3]>,
+    /// Texture, its sampling modes and the corners' u, v.
     pub texture: Option<(&'a Texture, Sampling, [DVec2; 3])>,
     /// Multitexturing stages in place of one texture, and the face's corner indices.
     pub stages: Option<(&'a TextureStages, [u32; 3])>,
@@ -41,6 +42,7 @@ pub(crate) struct FaceShade<'a> {
     pub positions: [DVec3; 3],
     /// 1 - transparency, times the alpha of a colour that is constant on the face.
     pub opacity: f64,
+    /// Fog, and the eye's position in world space.
     pub fog: Option<(Fog, DVec3)>,
     /// True if the face is transparent: it is blended and writes no depth.
     pub is_transparent: bool,
@@ -133,6 +135,7 @@ impl FaceShade<'_> {
         (color, opacity)
     }
 
+    /// Returns the interpolated world position.
     fn position(&self, barycentrics: [f64; 3]) -> DVec3 {
         between!(self.positions, barycentrics)
     }

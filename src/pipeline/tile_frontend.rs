@@ -261,6 +261,7 @@ impl PreparedDraw<'_> {
     }
 }
 
+/// Rounds a vector to f32.
 fn f32s(v: DVec3) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }

@@ -91,9 +91,12 @@ pub struct CornerTrace {
 /// Contributions of the lights at one point: the pixel, the face's middle or a corner, depending on
 /// the shading mode.
 pub(crate) struct LitAt {
+    /// Name of the point in the printed trace.
     pub place: &'static str,
     pub point: SurfacePoint,
+    /// V, the unit vector to the viewer.
     pub to_viewer: DVec3,
+    /// Terms of each light that reaches the point.
     pub terms: Vec<LightTerm>,
     pub diffuse_ambient: DVec3,
     pub specular_emissive: DVec3,
@@ -101,9 +104,13 @@ pub(crate) struct LitAt {
 
 /// Texture sample at the pixel.
 pub(crate) struct Texel {
+    /// Texture coordinates.
     pub uv: DVec2,
+    /// Width and height of level 0 in texels.
     pub size: [u32; 2],
+    /// Level of detail D, not clamped.
     pub level: f64,
+    /// R, G, B, A in 0..1.
     pub color: [f64; 4],
 }
 

@@ -20,12 +20,16 @@ pub(crate) struct Vertex {
 /// Matrices and viewport that transform a position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transform {
+    /// Object to world space.
     pub model: DMat4,
+    /// World to view to clip space.
     pub camera: CameraMatrices,
+    /// NDC to pixels.
     pub screen: ViewportTransform,
 }
 
 impl Transform {
+    /// Transforms an object-space position to clip space and the screen.
     pub fn vertex(&self, position: DVec3) -> Vertex {
         let view = self.camera.view * (self.model * position.extend(1.0));
         let clip = self.camera.projection * view;
@@ -49,6 +53,7 @@ impl Transform {
         }
     }
 
+    /// Transforms an object-space position to world space.
     pub fn world(&self, position: DVec3) -> DVec3 {
         (self.model * position.extend(1.0)).truncate()
     }

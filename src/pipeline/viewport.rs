@@ -16,6 +16,7 @@ pub(crate) struct ViewportTransform {
 }
 
 impl ViewportTransform {
+    /// Creates the transform of a viewport on a frame of the given size in pixels.
     pub fn new(viewport: Viewport, frame_width: u32, frame_height: u32) -> Self {
         let corner = [viewport.x as f64, viewport.y as f64];
         let size = [viewport.width as f64, viewport.height as f64];

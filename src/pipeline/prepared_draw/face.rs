@@ -19,11 +19,13 @@ impl<'a> PreparedDraw<'a> {
         (a + b + c) / 3.0
     }
 
+    /// Returns the mesh corners of a triangle.
     pub fn corners(&self, triangle: u32) -> [&Corner; 3] {
         let mesh = &self.call.geometry.mesh;
         mesh.triangles[triangle as usize].map(|c| &mesh.corners[c as usize])
     }
 
+    /// Returns the transformed vertices of a triangle.
     pub fn corner_vertices(&self, triangle: u32) -> [Vertex; 3] {
         self.corners(triangle).map(|c| self.vertex(c.position))
     }
@@ -51,6 +53,7 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
+    /// Returns the index of a triangle's polygon.
     pub fn polygon_of(&self, triangle: u32) -> usize {
         self.call.geometry.mesh.triangle_polygon[triangle as usize] as usize
     }
@@ -75,6 +78,7 @@ impl<'a> PreparedDraw<'a> {
             || corners.iter().any(|c| self.color(c).is_some_and(|c| c.w < 1.0))
     }
 
+    /// Returns the vertex colour (R, G, B, alpha) of a corner, if it has one.
     fn color(&self, corner: &Corner) -> Option<DVec4> {
         self.call.geometry.mesh.colors.get(corner.color as usize).copied()
     }

@@ -62,6 +62,7 @@ struct CacheKey {
     options: SceneOptions,
     kind: BudgetKind,
     depth_format: DepthFormat,
+    /// Width and height of the frame.
     size: [u32; 2],
     max_error: f64,
 }

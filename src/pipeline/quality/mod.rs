@@ -314,6 +314,7 @@ impl Search<'_> {
         probe_pixels::draw(self.renderer, self.budget, candidate.interp, &candidate.recipes)
     }
 
+    /// Returns the cost of one object under a candidate's settings.
     fn object_cost(&self, object: usize, candidate: &Candidate) -> f64 {
         settings::cost(
             &self.budget.scene.objects[object],

@@ -152,6 +152,7 @@ fn shuffle(list: &mut [usize]) {
     }
 }
 
+/// Returns whether any object may be transparent.
 fn sees_through(scene: &Scene) -> bool {
     scene.objects.iter().any(|o| {
         let mesh = &o.geometry.mesh;
@@ -178,6 +179,7 @@ pub(super) fn draw(
     Ok(memory.bytes().to_vec())
 }
 
+/// Draws the objects as a scene or as single draws, depending on the budget's kind.
 fn draw_into(
     renderer: &mut Renderer,
     budget: &Budget,

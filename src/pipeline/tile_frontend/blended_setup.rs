@@ -31,9 +31,12 @@ pub(crate) struct BlendedSetup {
 /// The code path that draws the faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum SetupState {
+    /// Not set up since the last reset.
     #[default]
     Unasked,
+    /// Vector kernels, except for single faces that they do not support.
     Vectors,
+    /// The plain path draws all faces.
     PlainPath,
 }
 
@@ -75,6 +78,7 @@ pub(crate) fn blended_unsupported_reason(call: &DrawCall, target: &Target) -> Op
     (!is_sized).then_some("the frame is too narrow, too wide or too high for vectors: the plain path")
 }
 
+/// Returns a material's address, by which its lighting is found.
 fn address(material: &Material) -> usize {
     std::ptr::from_ref(material).addr()
 }

@@ -57,9 +57,13 @@ impl RecycledBindings {
 
 /// Source of colours; selects the draw's [`ColorSource`](crate::pipeline::tile::ColorSource).
 pub(super) enum Light {
+    /// Lit per pixel, from normals.
     Pixels,
+    /// Lit per vertex, from tables.
     Vertices,
+    /// Lit per face, from tables.
     Faces,
+    /// One colour per material.
     Constant,
 }
 
@@ -99,6 +103,8 @@ impl PreparedDraw<'_> {
         Some(bindings)
     }
 
+    /// Appends the material bindings of the front, then those of the back if it has its own
+    /// material. Returns `None` if a value is out of range for f32.
     fn add_surfaces<'s>(
         &'s self,
         prepared: &IndexedMesh,

@@ -20,6 +20,7 @@ pub(super) struct ShadingSpace {
     pub origin: DVec3,
     /// True if the mesh's normals are valid in this space as they are.
     pub has_own_normals: bool,
+    /// Source of view rays: direction to the viewer, or the rays of pixels.
     pub eye: Eye,
 }
 

@@ -77,6 +77,7 @@ pub(super) fn seen_at(
     seen
 }
 
+/// Returns whether the fill rule gives a pixel of the viewport to the face.
 fn covers(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> bool {
     let clip = p.transform().screen.clip;
     let is_inside = (clip.x0..clip.x1).contains(&x) && (clip.y0..clip.y1).contains(&y);
@@ -101,6 +102,7 @@ fn point_of(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> Option<(Weights,
     }
 }
 
+/// Collects the values of one triangle, and of pixel `at` if given.
 pub(super) fn follow(
     p: &PreparedDraw,
     object: (usize, String),
@@ -177,6 +179,7 @@ fn edge(a: [i64; 2], b: [i64; 2], p: [i64; 2]) -> i128 {
     d(b, 0) * d(p, 1) - d(b, 1) * d(p, 0)
 }
 
+/// Collects the values of one pixel; `None` if the face has no visible point there.
 fn pixel(
     p: &PreparedDraw,
     triangle: u32,

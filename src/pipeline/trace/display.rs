@@ -39,6 +39,7 @@ fn v4(v: DVec4) -> [f64; 4] {
     v.to_array()
 }
 
+/// Writes a matrix in four rows.
 fn matrix(f: &mut Formatter<'_>, name: &str, m: DMat4) -> fmt::Result {
     for row in 0..4 {
         let name = if row == 0 { name } else { "" };
