@@ -1,4 +1,4 @@
-//! `fbptr bench`: the fixed workloads, each held to its truth and then timed.
+//! `fbptr bench`: the fixed workloads, each checked against its exact picture and then timed.
 
 use super::render_args::RenderArgs;
 use super::{FrameSize, Status, output, say_as_program};

@@ -1,9 +1,9 @@
-//! Amounts of bytes as arguments: `BYTES`, or with K, M or G.
+//! Byte counts as arguments: a number, optionally with K, M or G.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// An amount of bytes.
+/// A number of bytes, at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByteSize(pub u64);
 

@@ -1,5 +1,5 @@
-//! What the program says of itself: examples under every `--help`, the man pages and the shells' completions, all made from the
-//! one description of the arguments that also parses them.
+//! Help texts: examples under every `--help`, the man pages and the shells' completions, all
+//! generated from the description of the arguments that also parses them.
 
 use super::view::keys_help;
 use super::{Cli, Status, output, say_as_program};
@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Examples for the foot of a subcommand's `--help`; each line is parsed by a test.
+/// Examples at the end of a subcommand's `--help`; a test parses each line.
 const EXAMPLES: &[(&str, &str)] = &[
     (
         "play",
@@ -76,7 +76,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
 ];
 
-/// The foot of the program's own `--help`.
+/// Examples at the end of the program's own `--help`.
 const EXAMPLES_OF_ALL: &str = "Examples:
   fbptr play demos/tour.fbs                 a stream of commands, in a window
   fbptr serve                               a video memory that other programs draw into
@@ -95,7 +95,7 @@ const ENVIRONMENT: &str = "  NO_COLOR                  no colours on the termina
 const ENVIRONMENT: &str = "  NO_COLOR  no colours on the terminal, if it is set and not empty
   DISPLAY   where the window opens; without it nothing is shown";
 
-/// The arguments' description, with examples.
+/// Returns the description of the arguments, with examples.
 pub(super) fn command() -> Command {
     let foot = format!("{EXAMPLES_OF_ALL}\n\nExit status:\n{EXIT_STATUS}\n\nEnvironment:\n{ENVIRONMENT}");
     EXAMPLES.iter().fold(Cli::command().after_help(foot), |command, (name, examples)| {
@@ -113,7 +113,7 @@ pub struct Man {
 }
 
 impl Man {
-    /// Writes the pages; the exit status.
+    /// Writes the pages, and returns the exit status.
     pub(super) fn run(self) -> Status {
         let mut command = command().disable_help_subcommand(true);
         command.build();
@@ -133,7 +133,7 @@ fn write_pages(command: &Command, folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A man page: clap's sections, and those of the foot of `--help` under the headings that such pages have.
+/// Renders a man page: clap's sections, and those at the end of `--help` under the usual headings.
 fn page(command: &Command) -> io::Result<Vec<u8>> {
     let man = clap_mangen::Man::new(command.clone());
     let mut page = Vec::new();
@@ -150,7 +150,7 @@ fn page(command: &Command) -> io::Result<Vec<u8>> {
     let own = foot.split("\n\n").filter_map(|part| part.split_once(":\n"));
     let own = own.filter(|(heading, _)| common.iter().all(|c| c.0 != *heading));
     for (heading, lines) in own.chain(common) {
-        // As they stand: not filled, and no line taken for a request.
+        // Verbatim: not filled, and no line interpreted as a request.
         writeln!(page, ".SH {}\n.nf", heading.to_uppercase())?;
         for line in lines.lines() {
             writeln!(page, "\\&{}", line.replace('\\', "\\e").replace('-', "\\-").replace('\'', "\\(aq"))?;
@@ -169,7 +169,7 @@ pub struct Completions {
 }
 
 impl Completions {
-    /// Prints them; the exit status.
+    /// Prints the completions, and returns the exit status.
     pub(super) fn run(self) -> Status {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut command(), "fbptr", &mut text);
@@ -209,7 +209,7 @@ mod tests {
             let lines: Vec<&str> = help.lines().filter(|l| l.contains("fbptr ")).collect();
             assert!(!lines.is_empty(), "{}: {help}", sub.get_name());
             for line in lines {
-                // What another program, a pipe or a file gets is not ours.
+                // Arguments of other programs, pipes and files are not parsed.
                 for ours in line.split('|').map(str::trim).filter(|part| part.starts_with("fbptr ")) {
                     let words = ours.split('>').next().unwrap_or(ours).split_whitespace();
                     let parsed = command.clone().try_get_matches_from(words);
@@ -221,7 +221,7 @@ mod tests {
         assert!(count > 15, "{count} examples");
     }
 
-    /// The files that start a server somewhere else than in a shell, and the page about it.
+    /// The unit file that starts a server outside of a shell, and the page about it.
     const UNIT: &str = include_str!("../../docs/deploy/fbptr.service");
     const DOCKERFILE: &str = include_str!("../../Dockerfile");
     const WALL: &str = include_str!("../../docs/run-a-wall.md");

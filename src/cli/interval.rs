@@ -1,9 +1,9 @@
-//! Times as arguments, with s, m or h.
+//! Durations as arguments, with s, m or h.
 
 use std::str::FromStr;
 use std::time::Duration;
 
-/// A time of whole seconds, from one second on: `10`, `10s`, `5m`, `1h`.
+/// A duration in whole seconds, from 1s to 8760h: `10`, `10s`, `5m`, `1h`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Interval(pub Duration);
 
@@ -26,7 +26,7 @@ impl FromStr for Interval {
     }
 }
 
-/// Digits alone: no sign.
+/// Parses digits only: no sign.
 fn whole(digits: &str) -> Option<u64> {
     digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse().ok()).flatten()
 }

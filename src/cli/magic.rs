@@ -1,22 +1,23 @@
-//! What a file is by its first bytes, whatever its name says.
+//! Detection of a file's format by its first bytes, whatever its name.
 //!
-//! In: the first bytes of a file and its length. Out: that it is an X3D scene, or the name of a format that is not read here;
-//! `None` for everything else, whose name decides. A file that is no text would otherwise be refused line by line.
+//! In: the first bytes of a file and its length. Out: that it is an X3D scene, or the name of an
+//! unsupported format; `None` for everything else, which is classified by name. Otherwise a binary
+//! file would be refused line by line.
 
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// How many bytes are looked at.
+/// Number of bytes examined.
 const FIRST_BYTES: u64 = 64 << 10;
 
-/// What a file is.
+/// Detected format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Content {
     /// X3D in XML, plain or compressed.
     X3d,
-    /// A format that is not read here.
+    /// An unsupported format, described in words.
     Other(&'static str),
 }
 
@@ -29,7 +30,7 @@ impl fmt::Display for Content {
     }
 }
 
-/// Formats by how their files begin.
+/// Formats by their files' first bytes.
 const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
@@ -70,7 +71,7 @@ const TAGS: &[(&str, Content)] = &[
     ("<HTML", Content::Other("an HTML page")),
 ];
 
-/// What the regular file at `path` is; nothing of a pipe is read.
+/// Detects the format of the file at `path`. Pipes are not read.
 pub(super) fn of_path(path: &Path) -> io::Result<Option<Content>> {
     match std::fs::metadata(path)?.is_file() {
         true => of_file(&File::open(path)?),
@@ -78,14 +79,14 @@ pub(super) fn of_path(path: &Path) -> io::Result<Option<Content>> {
     }
 }
 
-/// What an open regular file is by its next bytes, which are consumed.
+/// Detects the format of an open regular file by its next bytes, which are consumed.
 pub(super) fn of_file(file: &File) -> io::Result<Option<Content>> {
     let mut first = Vec::new();
     file.take(FIRST_BYTES).read_to_end(&mut first)?;
     Ok(of_bytes(&first, file.metadata()?.len()))
 }
 
-/// What a file of `length` bytes is that begins with these.
+/// Detects the format of a file of `length` bytes that begins with `first`.
 fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     if first.starts_with(&[0x1f, 0x8b]) {
         return Some(Content::X3d);
@@ -105,14 +106,15 @@ fn of_bytes(first: &[u8], length: u64) -> Option<Content> {
     what.map(Content::Other).or_else(|| of_xml(first))
 }
 
-/// Whether a file is STL: facets in text, or so many records of 50 bytes as it says.
+/// Returns whether a file is STL: facets in text, or as many records of 50 bytes as its header
+/// says.
 fn is_stl(first: &[u8], length: u64) -> bool {
     let count = first.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
     let is_binary = count.is_some_and(|n| length == 84 + 50 * u64::from(n));
     is_binary || (first.starts_with(b"solid") && contains(first, b"facet"))
 }
 
-/// Whether a file is JSON with keys that glTF alone has.
+/// Returns whether a file is JSON with keys specific to glTF.
 fn is_gltf(first: &[u8]) -> bool {
     let has = |key: &[u8]| contains(first, key);
     let is_json = first.trim_ascii_start().starts_with(b"{");
@@ -120,9 +122,9 @@ fn is_gltf(first: &[u8]) -> bool {
         && (has(b"\"bufferViews\"") || has(b"\"accessors\"") || (has(b"\"asset\"") && has(b"\"version\"")))
 }
 
-/// What XML is by its tags; `None` for other text.
+/// Detects XML formats by their tags; `None` for other text.
 fn of_xml(first: &[u8]) -> Option<Content> {
-    // Of UTF-16 the letters of tags are left; a byte order mark is no letter.
+    // Of UTF-16 the ASCII letters of tags remain; a byte order mark is dropped.
     let text: String = first.iter().filter(|b| b.is_ascii_graphic()).map(|b| char::from(*b)).collect();
     let found = || TAGS.iter().filter_map(|(tag, content)| Some((text.find(tag)?, *content)));
     match text.starts_with('<') {

@@ -4,7 +4,7 @@ use crate::load::obj::Smoothing;
 use crate::scene::{Cull, Scene};
 use clap::Args;
 
-/// The angle in degrees up to which the edges of a mesh without normals are smooth, unless another is asked for.
+/// Default angle in degrees up to which the edges of a mesh without normals are smooth.
 const DEFAULT_ANGLE_DEG: f64 = 60.0;
 
 /// How meshes are read and seen.
@@ -21,12 +21,12 @@ pub(super) struct MeshArgs {
 }
 
 impl MeshArgs {
-    /// How normals are made.
+    /// Returns the method of computing missing normals.
     pub(super) fn smoothing(&self) -> Smoothing {
         self.smooth.unwrap_or(Smoothing::Angle(DEFAULT_ANGLE_DEG.to_radians()))
     }
 
-    /// Leaves out the faces of a scene that are not asked for.
+    /// Sets the requested culling on all objects of a scene.
     pub(super) fn apply_cull(&self, scene: &mut Scene) {
         if let Some(cull) = self.cull {
             scene.objects.iter_mut().for_each(|object| object.cull = cull);

@@ -1,7 +1,9 @@
-//! THE COMMAND LINE: one file a subcommand. Arguments in, exit status out; what draws is below.
+//! The command line: one file for each subcommand. Arguments come in, an exit status goes out;
+//! drawing is done by the other modules.
 //!
-//! Exit status: 0 all went well, 1 a command or a file failed, 2 the arguments are no use. Replies go to stdout, everything
-//! else to stderr. A pipe that nobody reads any more ends nothing and panics nowhere; a full disk is a failure.
+//! Exit status: 0 for success, 1 if a command or a file failed, 2 if the arguments are invalid, 130
+//! if a signal ended the program. Replies go to stdout, everything else to stderr. A closed pipe
+//! neither ends the program nor causes a panic; a full disk is a failure.
 
 mod args;
 mod bench;
@@ -68,13 +70,13 @@ enum Task {
     Completions(help::Completions),
 }
 
-/// How the program ended.
+/// Outcome of the program, which becomes its exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     Success,
     Failed,
     BadArguments,
-    /// By a signal.
+    /// Ended by a signal.
     Interrupted,
 }
 
@@ -89,7 +91,7 @@ impl From<Status> for ExitCode {
     }
 }
 
-/// Runs the program with the process's own arguments.
+/// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let parsed = help::command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {
@@ -112,13 +114,13 @@ pub fn main() -> ExitCode {
     output::ended(status).into()
 }
 
-/// Says a line on stderr; where nobody listens, to nobody.
+/// Prints a line on stderr. Errors of writing are ignored.
 pub(crate) fn say(line: &str) {
     progress::clear_line();
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
-/// Says a line that begins with the program's name.
+/// Prints a message on stderr, after the program's name.
 pub(crate) fn say_as_program(message: impl std::fmt::Display) {
     say(&format!("fbptr: {message}"));
 }

@@ -1,8 +1,9 @@
-//! `--movie`: what `play` and `serve` show, as a movie.
+//! `--movie`: records the frames that `play` and `serve` show.
 //!
-//! Two sources of frames, each with its own promise. PRESENT: every one is a frame, none is lost, the same stream gives the
-//! same movie. The clock: what stands every 1/rate seconds, as somebody at the screen would see it. Each frame is in the file
-//! before the next is taken; a program that is killed leaves what was recorded readable.
+//! There are two sources of frames. PRESENT: each one is a frame, none is lost, so the same stream
+//! gives the same movie. The clock: the picture every 1/rate seconds, as a viewer of the screen
+//! would see it. Each frame is in the file before the next is taken, so the recording of a killed
+//! program is readable.
 
 use crate::memory::VideoMemory;
 use crate::save::{self, Movie, MovieFormat, SaveError};
@@ -14,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long the sampler sleeps at most, so that it ends soon when told to.
+/// Longest sleep of the sampler, which limits how long it takes to end.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 
 /// The arguments of recording.
@@ -29,19 +30,19 @@ pub(super) struct MovieArgs {
 }
 
 impl MovieArgs {
-    /// Whether standard output is the movie's.
+    /// Returns whether the movie is written to standard output.
     pub fn takes_stdout(&self) -> bool {
         self.movie.as_deref() == Some(Path::new("-"))
     }
 
-    /// Checks the name before anything is done.
+    /// Validates the file name before anything is done.
     pub fn check(&self) -> Result<(), String> {
         self.movie
             .as_ref()
             .map_or(Ok(()), |path| MovieFormat::of_path(path).map(drop).map_err(|e| e.to_string()))
     }
 
-    /// The movie that is asked for, if any.
+    /// Creates the requested movie, if any.
     pub fn open(&self, width: u32, height: u32) -> Result<Option<MovieWriter>, String> {
         let Some(path) = &self.movie else { return Ok(None) };
         let movie = Movie::create(path, width, height, self.movie_fps).map_err(|e| e.to_string())?;
@@ -50,7 +51,7 @@ impl MovieArgs {
     }
 }
 
-/// A movie that frames of several threads go into.
+/// A movie that receives frames from several threads.
 #[derive(Clone, Debug)]
 pub(super) struct MovieWriter {
     state: Arc<Mutex<MovieState>>,
@@ -62,7 +63,7 @@ struct MovieState {
     movie: Movie,
     failure: Option<SaveError>,
     presents: u64,
-    /// Of the last frame's bytes.
+    /// Checksum of the last frame's bytes.
     last_crc: Option<u32>,
 }
 
@@ -75,22 +76,22 @@ impl MovieState {
     }
 }
 
-/// Until when the clock takes frames.
+/// Time until which the clock takes frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// To the end.
+    /// Until the end.
     Always,
-    /// Up to the first PRESENT: from there on, those are the frames.
+    /// Until the first PRESENT; from then on, PRESENTs are the frames.
     UntilPresent,
 }
 
 impl MovieWriter {
     fn lock(&self) -> MutexGuard<'_, MovieState> {
-        // A frame that was not finished is not in the file: the state is sound.
+        // An unfinished frame is not in the file, so the state is valid even after a panic.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is to be called at each PRESENT: it is a frame.
+    /// Returns the function to call at each PRESENT, which records the frame.
     pub fn on_present(&self) -> Box<dyn FnMut(&VideoMemory) + Send> {
         let movie = self.clone();
         Box::new(move |memory| {
@@ -100,15 +101,15 @@ impl MovieWriter {
         })
     }
 
-    /// Takes frames by the clock from what `display` shows. `is_window` says that nobody else shows it: frames that are
-    /// in the movie count as shown then.
+    /// Starts to record frames of `display` by the clock. While `is_window` is set there is no
+    /// window, and recorded frames count as shown. `None` if no thread can be started.
     pub fn sample(&self, display: Arc<Display>, clock: Clock, is_window: Arc<AtomicBool>) -> Option<Sampler> {
         let (movie, ends) = (self.clone(), Arc::new(AtomicBool::new(false)));
         let told = ends.clone();
         let thread = std::thread::Builder::new().name("movie".into()).spawn(move || {
             movie.run(&display, clock, &is_window, &told);
         });
-        // Without a thread to spare there is the last frame at least.
+        // Without a thread at least the last frame is recorded.
         Some(Sampler { ends, thread: Some(thread.ok()?) })
     }
 
@@ -138,8 +139,8 @@ impl MovieWriter {
         }
     }
 
-    /// The end: what stands now is the last frame, unless it is there already. Whether all was written; a pipe that nobody
-    /// reads any more has what it wanted.
+    /// Finishes the movie: `memory` is the last frame, unless it is already there. Returns the
+    /// first error of writing; a closed pipe is no error.
     pub fn finish(&self, memory: &VideoMemory) -> Result<(), SaveError> {
         let mut state = self.lock();
         if state.last_crc != Some(save::crc32(memory)) {
@@ -152,7 +153,7 @@ impl MovieWriter {
     }
 }
 
-/// A thread that takes frames by the clock; it ends when this is dropped.
+/// A thread that records frames by the clock; dropping this ends it.
 pub(super) struct Sampler {
     ends: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -162,7 +163,7 @@ impl Drop for Sampler {
     fn drop(&mut self) {
         self.ends.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // A panic there is told by the thread itself, and costs the movie alone.
+            // A panic is reported by the thread itself, and affects only the movie.
             let _ = thread.join();
         }
     }

@@ -1,14 +1,14 @@
-//! Standard output. A pipe that nobody reads any more is no failure; what a full disk does not take is lost, which is said once
-//! and is one.
+//! Standard output. A closed pipe is no failure. Other write errors, such as a full disk, are
+//! reported once and make the program fail.
 
 use super::{Status, say_as_program};
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether anything that the process wrote to its standard output is lost.
+/// Set when any output of the process was lost.
 static IS_LOST: AtomicBool = AtomicBool::new(false);
 
-/// Standard output, as all subcommands use it.
+/// Standard output with error reporting, used by all subcommands.
 pub(crate) struct Stdout;
 
 impl Write for Stdout {
@@ -21,9 +21,9 @@ impl Write for Stdout {
     }
 }
 
-/// Writes a text at once.
+/// Writes and flushes a text.
 pub(crate) fn print(text: impl AsRef<[u8]>) {
-    // What fails is noticed.
+    // `Stdout` reports the error.
     let _ = Stdout.write_all(text.as_ref()).and_then(|()| Stdout.flush());
 }
 
@@ -34,7 +34,7 @@ fn notice(error: &io::Error) {
     }
 }
 
-/// How a process ends that would end with `status`, but for what is lost.
+/// Returns the exit status, given the status without lost output.
 pub(super) fn ended(status: Status) -> Status {
     let _ = Stdout.flush();
     match status {

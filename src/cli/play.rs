@@ -1,4 +1,4 @@
-//! `fbptr play`: a stream of commands from a file or standard input, in a window or without one.
+//! `fbptr play`: a stream of commands from a file or standard input, in a window or headless.
 
 use super::args::color::color;
 use super::magic;
@@ -66,7 +66,7 @@ pub struct Play {
 }
 
 impl Play {
-    /// Plays to the end; the exit status.
+    /// Plays to the end, and returns the exit status.
     pub(super) fn run(self) -> Status {
         let prepared = self.prepare().and_then(|prepared| {
             let memory = prepared.0.memory();
@@ -81,7 +81,7 @@ impl Play {
         }
     }
 
-    /// Opens and checks everything that the arguments name.
+    /// Opens and validates everything that the arguments name.
     fn prepare(&self) -> Result<(Engine, Box<dyn Read + Send>, String, EndOfInput), String> {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
@@ -120,7 +120,7 @@ impl Play {
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
         let FrameSize { width, height } = self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT);
-        // The stream is the user's own, and so is the disk that it may fill.
+        // The stream is the user's own, so it may fill the user's disk.
         let limits = Limits {
             snap_bytes: u64::MAX,
             command_time: self.max_command_time,
@@ -157,7 +157,7 @@ impl Play {
     ) -> Status {
         let new_display = || Display::new(engine.memory().width(), engine.memory().height());
         let display = self.wants_window().then(new_display);
-        // A stream that somebody types or sends has a time of its own; a file has none but its PRESENTs.
+        // A stream that is typed or sent runs in real time; a file has only its PRESENTs.
         let is_live = movie.is_some() && end == EndOfInput::Stream;
         let display_is_seen = display.is_some();
         let seen = display.clone().or_else(|| is_live.then(new_display));
@@ -193,7 +193,7 @@ impl Play {
             Notice::Warning(warning) => say_as_program(warning),
             Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
         };
-        // A movie on standard output leaves no room for replies there.
+        // If the movie is written to standard output, replies go to stderr.
         let replies: Box<dyn io::Write + Send> = match self.movie.takes_stdout() {
             true => Box::new(io::stderr()),
             false => Box::new(Stdout),
@@ -260,7 +260,7 @@ impl Play {
         false
     }
 
-    /// Plays with the window on this thread, which is the main one.
+    /// Plays with the window on this thread, the main one.
     #[cfg(feature = "window")]
     fn with_window(
         &self,
@@ -275,12 +275,12 @@ impl Play {
         let options = crate::window::Options { title, ..Default::default() };
         match crate::window::run(display, options) {
             Ok(()) if player.has_ended() => thread.finish(Finish::WhenAllEnded),
-            // Its user has seen enough.
+            // The user closed the window.
             Ok(()) => thread.finish(Finish::Now),
             Err(e) => {
                 say_as_program(format_args!("{e}: going on headless"));
                 match recorded {
-                    // The movie goes on: it is the window now.
+                    // The movie continues and takes the window's place.
                     Some(is_alone) => is_alone.store(true, Ordering::Release),
                     None => thread.drop_display(),
                 }
@@ -302,13 +302,13 @@ impl Play {
         thread.finish(Finish::WhenAllEnded)
     }
 
-    /// Writes what the arguments ask for; whether all of it was written.
+    /// Writes the requested files, and returns whether all were written.
     fn save(&self, engine: &Engine) -> bool {
         let memory = engine.memory();
         let snap = self.snap.as_ref().map(|path| save::to_path(memory, path));
         let depth = self.depth_out.as_ref().map(|path| match engine.depth() {
             Some(depth) => save::depth_to_path(depth, path),
-            // Nothing was drawn that has a depth: 1 everywhere.
+            // Nothing with a depth was drawn: 1 everywhere.
             None => save::depth_to_path(
                 &DepthMemory::new(memory.width(), memory.height(), DepthFormat::F32),
                 path,
@@ -323,7 +323,8 @@ impl Play {
     }
 }
 
-/// The frame's size of a recording, from its first line; `None` for a stream. The file is read from its beginning again.
+/// Returns the frame size of a recording from its first line, or `None` for another stream. Rewinds
+/// the file.
 fn read_recorded_size(mut file: &File) -> io::Result<Option<FrameSize>> {
     let mut first = Vec::new();
     file.take(100).read_to_end(&mut first)?;
@@ -332,11 +333,12 @@ fn read_recorded_size(mut file: &File) -> io::Result<Option<FrameSize>> {
     Ok(line.and_then(recorded_size).and_then(|size| size.parse().ok()))
 }
 
-/// A signal ends the play, with its snapshot written; a second one at once. Whether one has come.
+/// Ends playback on a signal, still writing the snapshot, and at once on a second one. Returns a
+/// flag that is set by the first signal.
 fn watch_signals(thread: &RenderThread, display: Option<Arc<Display>>) -> Arc<AtomicBool> {
     let (stop, has_come) = (thread.stopper(), Arc::new(AtomicBool::new(false)));
     let flag = has_come.clone();
-    // Without a handler the system's own one ends the process, as it would any other.
+    // Without a handler the system's default action ends the process.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::AcqRel) {
             std::process::exit(130);

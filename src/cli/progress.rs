@@ -1,32 +1,33 @@
-//! Progress on long work: a line on standard error, where that is a terminal; in colour unless `NO_COLOR` is set.
+//! Progress of long work: a line on standard error if that is a terminal, in colour unless
+//! `NO_COLOR` is set.
 //!
-//! Nothing is shown of what is done within half a second, and nothing is left of the line when the work is.
+//! Work that ends within half a second shows nothing, and the line is removed when the work ends.
 
 use std::fs::File;
 use std::io::{self, IsTerminal, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Before this, nobody is kept waiting.
+/// Time before the line is first shown.
 const BEGINS_AFTER: Duration = Duration::from_millis(500);
-/// Between two drawings of the line.
+/// Time between two updates of the line.
 const EVERY: Duration = Duration::from_millis(100);
-/// Characters of the bar.
+/// Width of the bar in characters.
 const CELLS: u64 = 30;
 
-/// How far some work is.
+/// Progress of some work.
 pub(super) struct Progress {
     what: &'static str,
     total: u64,
     done: u64,
-    /// Of one that is not done yet.
+    /// Bytes of an item that is not complete.
     part: u64,
     begun: Instant,
     drawn: Option<Instant>,
     style: Style,
 }
 
-/// How it may be shown.
+/// Style of the progress line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Style {
     Hidden,
@@ -34,7 +35,8 @@ enum Style {
     Colored,
 }
 
-/// Whether colours may be used, given what `NO_COLOR` holds (<https://no-color.org>: any text that is not empty forbids them).
+/// Returns the style, given the value of `NO_COLOR` (<https://no-color.org>: any text that is not
+/// empty forbids colours).
 fn style(is_terminal: bool, term: Option<&str>, no_color: Option<&std::ffi::OsStr>) -> Style {
     match (is_terminal && term != Some("dumb"), no_color.is_some_and(|v| !v.is_empty())) {
         (false, _) => Style::Hidden,
@@ -44,14 +46,14 @@ fn style(is_terminal: bool, term: Option<&str>, no_color: Option<&std::ffi::OsSt
 }
 
 impl Progress {
-    /// Work of `total` things, called `what`.
+    /// Starts the progress of `total` items, called `what`.
     pub fn new(what: &'static str, total: u64) -> Self {
         let (term, no_color) = (std::env::var("TERM").ok(), std::env::var_os("NO_COLOR"));
         let style = style(io::stderr().is_terminal(), term.as_deref(), no_color.as_deref());
         Progress { what, total, done: 0, part: 0, begun: Instant::now(), drawn: None, style }
     }
 
-    /// So many more are done.
+    /// Records that `by` more items are done.
     pub fn advance(&mut self, by: u64) {
         self.done += by;
         let (now, elapsed) = (Instant::now(), self.begun.elapsed());
@@ -60,7 +62,7 @@ impl Progress {
             self.drawn = Some(now);
             IS_SHOWN.store(true, Ordering::Release);
             let line = line(self.what, self.done, self.total, elapsed, self.style);
-            // A terminal that is gone needs no progress.
+            // The terminal may be gone.
             let _ = write!(io::stderr().lock(), "\r{line}\x1b[K");
         }
     }
@@ -72,24 +74,24 @@ impl Drop for Progress {
     }
 }
 
-/// Whether a line stands on the terminal that the next message has to take away.
+/// Set while a line is shown, which the next message has to remove.
 static IS_SHOWN: AtomicBool = AtomicBool::new(false);
 
-/// Takes the line away, if there is one: for messages, and the end.
+/// Removes the line, if one is shown: before messages, and at the end.
 pub(super) fn clear_line() {
     if IS_SHOWN.swap(false, Ordering::AcqRel) {
         let _ = write!(io::stderr().lock(), "\r\x1b[K");
     }
 }
 
-/// A file that tells how far it was read.
+/// A file that reports how much of it was read.
 pub(super) struct Watched {
     file: File,
     progress: Progress,
 }
 
 impl Watched {
-    /// A file of so many bytes, to be read from where it stands.
+    /// Wraps a file with `bytes` bytes left to read.
     pub fn new(file: File, bytes: u64) -> Self {
         Watched { file, progress: Progress::new("KiB", bytes / 1024) }
     }

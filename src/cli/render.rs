@@ -90,7 +90,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 impl Render {
-    /// Renders all pictures; the exit status.
+    /// Renders all pictures, and returns the exit status.
     pub(super) fn run(self) -> Status {
         match self.render() {
             Ok(()) => Status::Success,
@@ -183,7 +183,7 @@ impl Render {
         }
     }
 
-    /// Puts the near and far planes where the arguments say.
+    /// Sets the near and far planes given by the arguments.
     fn set_planes(&self, scene: &mut Scene) -> Result<(), SceneError> {
         let Some(camera) = &mut scene.camera else { return Ok(()) };
         let [near, far] = camera.projection.near_far_mut();
@@ -192,7 +192,7 @@ impl Render {
         camera.matrices(1.0).map(drop).map_err(|e| SceneError::NoFile(format!("camera: {e}")))
     }
 
-    /// Draws and writes one picture; its plan.
+    /// Draws and writes one picture. Returns its plan.
     fn draw(
         &self,
         renderer: &mut Renderer,
@@ -250,7 +250,7 @@ impl Render {
         Ok(plan)
     }
 
-    /// Where the pictures go.
+    /// Opens the output of the pictures.
     fn output(&self, [width, height]: [u32; 2]) -> Result<Output, SceneError> {
         let bad = |e: SaveError| SceneError::NoFile(e.to_string());
         if self.frames.is_some() {
@@ -276,7 +276,7 @@ impl Render {
         output.progress.advance(1);
         match (&mut output.movie, &self.out) {
             (Some(movie), _) => match movie.push(memory) {
-                // Whoever read it has seen enough.
+                // The reader has closed the pipe.
                 Err(SaveError::Io { kind: std::io::ErrorKind::BrokenPipe, .. }) => output.has_hung_up = true,
                 pushed => pushed.map_err(refused)?,
             },
@@ -327,14 +327,15 @@ fn is_animated(file: &SceneFile) -> bool {
     matches!(file, SceneFile::X3d(document) if document.is_animated())
 }
 
-/// Turns everything in the scene about its middle, by a part of a whole turn about y. The camera and the lights stay; one
-/// that only frames the scene in a picture of `framed` pixels steps back to where nothing that turns leaves the picture.
+/// Rotates all objects about the scene's middle, by a fraction of a full turn about y. The camera
+/// and the lights stay; but a camera that only frames the scene, in a picture of `framed` pixels,
+/// moves back so that nothing leaves the picture.
 fn turn(scene: &mut Scene, part: f64, framed: Option<FrameSize>) {
     let Some((low, high)) = scene.bounds() else { return };
     let center = low / 2.0 + high / 2.0;
     if let (Some(FrameSize { width, height }), Some(camera)) = (framed, &mut scene.camera) {
         let half = high - center;
-        // The box around the cylinder that the box sweeps.
+        // Bounding box of the cylinder that the rotating box sweeps.
         let radius = libm::hypot(half.x, half.z);
         let half = DVec3::new(radius, half.y, radius);
         let eye = camera.look_at.eye - camera.look_at.reference;
@@ -351,24 +352,25 @@ fn turn(scene: &mut Scene, part: f64, framed: Option<FrameSize>) {
     scene.objects.iter_mut().for_each(|object| object.model = about * object.model);
 }
 
-/// Where the pictures go, and how many went there.
+/// Destination of the pictures, and their number so far.
 struct Output {
     movie: Option<Movie>,
     done: u64,
-    /// Whoever read the movie from a pipe is gone.
+    /// Set when the reader of the movie has closed the pipe.
     has_hung_up: bool,
     progress: Progress,
 }
 
-/// What the name of an output ends in.
+/// File extensions of the output.
 const ENDINGS: &str = ".png, .ppm or .raw, or for a movie .gif, .apng or .y4m (- for y4m on standard output)";
 
-/// Whether a name asks for one file of all pictures; `.png` stays one file a picture.
+/// Returns whether a name is that of a movie, one file of all pictures. `.png` stays one file for
+/// each picture.
 fn is_movie(path: &Path) -> bool {
     !matches!(MovieFormat::of_path(path), Err(_) | Ok(MovieFormat::NumberedPng))
 }
 
-/// The name of picture `number`, if there are several.
+/// Returns the name of picture `number`, or `path` itself if there is only one.
 fn numbered(path: &Path, number: Option<u64>) -> PathBuf {
     number.map_or_else(|| path.to_owned(), |number| save::numbered_path(path, number))
 }

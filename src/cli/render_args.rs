@@ -25,7 +25,7 @@ pub(super) struct RenderArgs {
     max_memory: Option<ByteSize>,
 }
 
-/// Coarse depth, as it is written.
+/// Coarse depth, as an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 struct Coarse(CoarseDepth);
 
@@ -43,7 +43,7 @@ fn coarse(text: &str) -> Result<Coarse, String> {
     }
 }
 
-/// A level, or the widest there is.
+/// A vector level; `None` is the widest available.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 struct Simd(Option<Level>);
 
@@ -65,19 +65,19 @@ fn simd(text: &str) -> Result<Simd, String> {
 }
 
 impl RenderArgs {
-    /// A renderer with its threads, within the memory that there may be.
+    /// Creates a renderer with its threads and memory budget.
     pub(super) fn renderer(&self) -> Renderer {
         let mut renderer = Renderer::new(self.options());
         renderer.set_budget(&MemoryBudget::new(self.memory_bytes()));
         renderer
     }
 
-    /// The memory that there may be.
+    /// Returns the memory budget in bytes.
     pub(super) fn memory_bytes(&self) -> u64 {
         self.max_memory.map_or_else(default_memory_bytes, |size| size.0)
     }
 
-    /// What a renderer is to work with, its threads among it.
+    /// Returns the options of a renderer, including its threads.
     pub(super) fn options(&self) -> RenderOptions {
         RenderOptions {
             pool: worker_pool(self.threads.map(usize::from)),

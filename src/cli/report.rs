@@ -22,7 +22,7 @@ pub(super) struct ReportArgs {
 
 impl ReportArgs {
     pub fn run(&self) -> Status {
-        // Before minutes of measuring, not after.
+        // Fails before minutes of measuring, not after.
         if let Some(folder) = &self.out
             && !make(folder)
         {
@@ -79,7 +79,7 @@ fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
     true
 }
 
-/// Processor, cores, build, date and command, in one line.
+/// Returns processor, cores, build, date and command, in one line.
 pub(super) fn machine(command: &str) -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
@@ -94,7 +94,7 @@ pub(super) fn machine(command: &str) -> String {
     )
 }
 
-/// Year, month and day of a number of days since 1970-01-01, by counting years and months.
+/// Converts a number of days since 1970-01-01 to year, month and day, by counting years and months.
 fn date(mut days: u64) -> (u64, u64, u64) {
     let is_leap = |y: u64| y.is_multiple_of(4) && (!y.is_multiple_of(100) || y.is_multiple_of(400));
     let mut year = 1970;

@@ -1,4 +1,5 @@
-//! Scene files by name: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that they refer to.
+//! Scene files: an X3D document, an OBJ mesh or an N-dimensional scene, read with everything that
+//! they refer to.
 
 use super::magic::{self, Content};
 use super::mesh_args::MeshArgs;
@@ -11,27 +12,27 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-/// A scene file, read.
+/// The contents of a scene file.
 pub(super) enum SceneFile {
     X3d(Box<X3dDocument>),
     Obj {
         geometry: Arc<Geometry>,
-        /// Whether its back can be seen.
+        /// True if the back faces can be seen.
         is_open: bool,
     },
     Eye(Box<EyeScene>),
 }
 
-/// Why a scene file is no use.
+/// Error of reading a scene file.
 pub(super) enum SceneError {
-    /// There is none, or its name says no format.
+    /// The file is missing, or its name has no known extension.
     NoFile(String),
-    /// It was refused.
+    /// The contents were refused.
     Refused(String),
 }
 
 impl SceneError {
-    /// Says it; the exit status.
+    /// Prints the error, and returns the exit status.
     pub(super) fn say(self) -> Status {
         match self {
             SceneError::NoFile(message) => {
@@ -46,16 +47,16 @@ impl SceneError {
     }
 }
 
-/// The largest scene file that is read.
+/// Size limit of scene files in bytes.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// What a scene was read from, so that a change of it is seen.
+/// The files that a scene was read from, to detect changes.
 #[derive(Default)]
 pub(super) struct Watch {
     files: Vec<(PathBuf, Stamp)>,
 }
 
-/// What changes when a file does: whether it is there, its length, when it was written.
+/// Length and modification time of a file; `None` if it does not exist.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
 fn stamp(path: &Path) -> Stamp {
@@ -63,7 +64,7 @@ fn stamp(path: &Path) -> Stamp {
 }
 
 impl Watch {
-    /// Forgets what was read, and begins with this file.
+    /// Clears the list, and starts it with this file.
     pub fn begin(&mut self, path: &Path) {
         self.files.clear();
         self.add(path.to_owned());
@@ -74,7 +75,7 @@ impl Watch {
         self.files.push((path, stamp));
     }
 
-    /// Whether anything changed since it was read, or since the last call.
+    /// Returns whether any file changed since it was read, or since the last call.
     #[cfg(feature = "window")]
     pub fn has_changed(&mut self) -> bool {
         let mut has_changed = false;
@@ -88,10 +89,10 @@ impl Watch {
 
 const ENDINGS: [&str; 4] = ["x3d", "x3dz", "obj", "json"];
 
-/// How a scene file is read.
+/// Options of reading a scene file.
 #[derive(Clone, Copy)]
 pub(super) struct ReadOptions<'a> {
-    /// The folder that the scene may read others from, where it is not its own.
+    /// Folder that the scene may read other files from; `None` is the scene's own.
     pub root: Option<&'a Path>,
     pub meshes: &'a MeshArgs,
 }
@@ -100,10 +101,10 @@ fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-/// Whether a file is a scene, by its first bytes or by its name.
+/// Returns whether a file is a scene, by its first bytes or by its name.
 ///
 /// # Errors
-/// When it is a file of another kind, or cannot be read.
+/// Fails if it is a file of another kind, or cannot be read.
 pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{}: {e}", path.display()));
     match magic::of_path(path).map_err(no_file)? {
@@ -116,23 +117,23 @@ pub(super) fn is_scene(path: &Path) -> Result<bool, SceneError> {
     }
 }
 
-/// Whether a name is that of a scene.
+/// Returns whether a path has the extension of a scene.
 pub(super) fn has_scene_ending(path: &Path) -> bool {
     ENDINGS.contains(&ending(path).as_str())
 }
 
-/// The folder that a scene's file may read others from, and where in it the scene stands.
+/// The folder that a scene may read other files from, and the scene's position in it.
 struct Root {
-    /// `None` where it cannot be opened: nothing is found in it.
+    /// `None` if it cannot be opened: then no files are found.
     folder: Option<SandboxDir>,
-    /// Its path, as it was given.
+    /// Path of the folder, as given.
     path: PathBuf,
-    /// The scene's folder inside, with `/` at its end unless empty.
+    /// Path of the scene's folder inside, ending with `/` unless empty.
     own: String,
 }
 
 impl Root {
-    /// The scene's own folder, or the one that was asked for.
+    /// Opens the scene's own folder, or `asked` if given.
     fn of(scene: &Path, asked: Option<&Path>) -> Result<Root, SceneError> {
         let beside = |p: &Path| if p.as_os_str().is_empty() { PathBuf::from(".") } else { p.to_owned() };
         let own = beside(scene.parent().unwrap_or(Path::new("")));
@@ -152,13 +153,13 @@ impl Root {
     }
 }
 
-/// Reads the scene at `path`; what it refers to is looked for in its folder, or in the root. Warnings
-/// go to stderr.
+/// Reads the scene at `path`. Files that it refers to are searched in its folder, or in the root.
+/// Warnings go to stderr.
 pub(super) fn read(path: &Path, options: ReadOptions) -> Result<SceneFile, SceneError> {
     read_watched(path, options, &mut Watch::default())
 }
 
-/// The bytes of a scene file, and the ending that its format has.
+/// Reads the bytes of a scene file, and determines the extension of its format.
 fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
     let no_file = |e: std::io::Error| SceneError::NoFile(format!("{name}: {e}"));
@@ -190,7 +191,7 @@ fn read_bytes(path: &Path, meshes: &MeshArgs) -> Result<(String, Vec<u8>), Scene
     Ok((ending, std::fs::read(path).map_err(no_file)?))
 }
 
-/// [`read`], and notes every file that was read or looked for.
+/// Reads a scene as [`read`] does, and adds every file that was read or searched to `watch`.
 pub(super) fn read_watched(
     path: &Path,
     ReadOptions { root, meshes }: ReadOptions,
@@ -202,7 +203,7 @@ pub(super) fn read_watched(
     let has_root = root.is_some();
     let root = Root::of(path, root)?;
     let mut inside = |name: &str| {
-        // Looked for and not found: it may come.
+        // Watched even if it is missing, since it may be created.
         watch.add(root.path.join(name));
         root.folder.as_ref()?.read(name, MAX_BYTES).ok()
     };

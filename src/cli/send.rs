@@ -1,4 +1,4 @@
-//! `fbptr send`: a stream to a running server, its replies to standard output.
+//! `fbptr send`: sends a stream to a running server, and prints its replies.
 
 use super::args::address::{self, ServerAddress};
 use super::output::Stdout;
@@ -24,7 +24,7 @@ pub struct Send {
 }
 
 impl Send {
-    /// Sends all of it and prints all replies; fails when one of them is an error.
+    /// Sends the stream and prints all replies; fails if one of them is an error.
     pub(super) fn run(self) -> Status {
         if Path::new(&self.address).is_file() {
             let file = &self.address;
@@ -75,7 +75,7 @@ impl Send {
         wire.finish();
         let has_errors = printer.join().unwrap_or(true);
         match sent {
-            // The server may close first: after QUIT that is no fault.
+            // The server may close first: after QUIT that is no error.
             Err((_, e)) if is_hang_up(&e) => {}
             Err((place, e)) => {
                 say_as_program(format_args!("{place}: {e}"));
@@ -91,10 +91,10 @@ fn is_hang_up(e: &io::Error) -> bool {
     matches!(e.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
 }
 
-/// Copies replies to standard output; whether one of their lines was an error.
+/// Copies replies to standard output. Returns whether one of their lines was an error.
 ///
-/// Binary parts of replies are looked at like lines: one that happened to hold `\nERR ` would count, and do no more harm
-/// than a status of 1.
+/// Binary parts of replies are scanned like lines: one that happened to contain `\nERR ` would
+/// count, with no worse effect than a status of 1.
 fn print(mut replies: Wire) -> bool {
     let (mut buffer, mut start, mut has_errors) = (vec![0; 1 << 16], Vec::new(), false);
     let mut out = Stdout;
@@ -154,7 +154,7 @@ impl Wire {
         }
     }
 
-    /// Nothing more will be sent.
+    /// Closes the sending direction.
     pub fn finish(&self) {
         let _ = match self {
             Wire::Tcp(s) => s.shutdown(Shutdown::Write),

@@ -1,4 +1,4 @@
-//! `fbptr serve`: a server for any program in any language, with a window or without one.
+//! `fbptr serve`: a server for programs in any language, with a window or headless.
 
 use super::bytes::ByteSize;
 use super::interval::Interval;
@@ -24,8 +24,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// From the signal on: for what was received to run - a drawing that is not done by then is abandoned -, for the render
-/// thread to have ended, and for the files of the command line to be written and the process to end whatever happens.
+/// Times after a signal: for received commands to run (a drawing that is not finished by then is
+/// abandoned), for the render thread to end, and for the files of the command line to be written
+/// before the process is ended in any case.
 const PATIENCE: Duration = Duration::from_millis(400);
 const LAST_MOMENT: Duration = Duration::from_millis(950);
 const LAST_MOMENT_OF_FILES: Duration = Duration::from_secs(10);
@@ -152,7 +153,7 @@ pub(super) struct Quotas {
     max_command_time: Duration,
 }
 
-/// A time as the command line gives it: a number of seconds above 0.
+/// Parses a number of seconds above 0.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let number = text.parse::<f64>().ok().filter(|s| *s > 0.0);
     let time = number.and_then(|s| Duration::try_from_secs_f64(s).ok()).filter(|t| !t.is_zero());
@@ -181,19 +182,20 @@ impl Quotas {
     }
 }
 
-/// Whether this machine alone reaches an address, an IPv4 one inside IPv6 included.
+/// Returns whether an address is reachable from this machine only; IPv4 addresses mapped to IPv6
+/// are recognised.
 fn is_loopback(address: &SocketAddr) -> bool {
     address.ip().to_canonical().is_loopback()
 }
 
-/// What the window's overlay tells of the server.
+/// Data for the window's overlay: addresses and counters.
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "there is no window to tell it"))]
 struct Told {
     addresses: Vec<String>,
     board: Option<std::sync::Arc<MetricsBoard>>,
 }
 
-/// Why the server ends.
+/// Reason for the server's end.
 enum Ending {
     Signal,
     InputEnded,
@@ -202,7 +204,8 @@ enum Ending {
 }
 
 impl Serve {
-    /// Serves until a signal comes, the window is closed, or standard input alone was served and ends.
+    /// Serves until a signal, until the window is closed, or, if only standard input is served,
+    /// until it ends.
     pub(super) fn run(self) -> Status {
         allocator::give_large_blocks_back();
         match self.serve() {
@@ -226,14 +229,14 @@ impl Serve {
         let metrics = self.metrics.as_deref().map(|text| self.checked(text)).transpose()?;
         let mut engine = self.engine()?;
         let display = self.display(&engine);
-        // The endpoint and the window's overlay tell of it.
+        // Read by the metrics endpoint and the window's overlay.
         let board = (metrics.is_some() || display.is_some()).then(MetricsBoard::new);
         if let Some(board) = &board {
             engine.set_metrics(board.clone());
         }
         let (width, height) = (engine.memory().width(), engine.memory().height());
         let movie = self.movie.open(width, height)?;
-        // What is filmed is what a window shows; without one, what it would show.
+        // The movie records the frames of the window's display, or of one without a window.
         let seen = display.clone().or_else(|| movie.is_some().then(|| Display::new(width, height)));
         if let Some(display) = &seen {
             engine.set_display(display.clone());
@@ -244,7 +247,7 @@ impl Serve {
             _ => None,
         };
         let (endings, ending) = bounded(8);
-        // Before anybody is let in: from here on a signal ends the server in order.
+        // Before any client is admitted: from here on a signal ends the server in order.
         watch_signals(endings.clone())?;
         let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
         let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
@@ -261,7 +264,8 @@ impl Serve {
             (Some(address), Some(board)) => Some(self.serve_metrics(address, board.clone())?),
             _ => None,
         };
-        // The sockets first: a server that finds its port taken leaves the other one's recording alone.
+        // The sockets first: a server whose port is taken leaves the other one's recording
+        // unchanged.
         gate.open(self.record.as_deref())?;
         for place in listening {
             say_as_program(format_args!("listening on {place}"));
@@ -326,7 +330,7 @@ impl Serve {
         Ok(status)
     }
 
-    /// Everything to listen on, checked.
+    /// Returns all addresses to listen on, validated.
     fn places(&self) -> Result<Vec<ListenAddress>, String> {
         let mut addresses: Vec<SocketAddr> =
             self.listen.iter().map(|text| self.checked(text)).collect::<Result<_, _>>()?;
@@ -342,7 +346,7 @@ impl Serve {
         Ok(tcp.chain(self.unix.iter().cloned().map(ListenAddress::Unix)).collect())
     }
 
-    /// An address that may be listened on.
+    /// Parses an address, and refuses a remote one without --allow-remote.
     fn checked(&self, text: &str) -> Result<SocketAddr, String> {
         let address = args::address::tcp(text)?;
         match is_loopback(&address) || self.allow_remote {
@@ -370,7 +374,7 @@ impl Serve {
             .map_err(|e| format!("no thread to write snapshots on: {e}"))
     }
 
-    /// The engine with everything that the arguments give it.
+    /// Creates the engine according to the arguments.
     fn engine(&self) -> Result<Engine, String> {
         let wanted = self.size.unwrap_or(FrameSize::DEFAULT);
         let memory = self.drawing.memory_bytes();
@@ -423,7 +427,8 @@ impl Serve {
         None
     }
 
-    /// Serves with the window on this thread, which is the main one, until it closes or something else ends the server.
+    /// Serves with the window on this thread, the main one, until the window is closed or the
+    /// server ends for another reason.
     #[cfg(feature = "window")]
     fn with_window(
         &self,
@@ -444,7 +449,7 @@ impl Serve {
         if let Err(e) = crate::window::run(display, options) {
             say_as_program(format_args!("{e}: going on headless"));
             match recorded {
-                // The movie goes on: it is the window now.
+                // The movie continues and takes the window's place.
                 Some(is_alone) => is_alone.store(true, Ordering::Release),
                 None => server.thread().drop_display(),
             }
@@ -485,7 +490,7 @@ pub(super) fn folder(path: &Path) -> Result<SandboxDir, String> {
     SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// SIGINT and SIGTERM end the server in order; a second one ends it at once.
+/// Ends the server in order on SIGINT or SIGTERM, and at once on a second signal.
 fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
     let mut has_come = false;
     ctrlc::set_handler(move || {
@@ -497,9 +502,9 @@ fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
     .map_err(|e| format!("signals cannot be watched: {e}"))
 }
 
-/// A command that runs for minutes, or a disk that does not answer, does not keep the process.
+/// Ends the process in time even if a command runs for minutes or a disk does not respond.
 ///
-/// The flag is to be cleared when the render thread has ended.
+/// The caller clears the returned flag when the render thread has ended.
 fn end_at_the_last_moment() -> std::sync::Arc<AtomicBool> {
     let is_rendering = std::sync::Arc::new(AtomicBool::new(true));
     let flag = is_rendering.clone();
@@ -513,7 +518,7 @@ fn end_at_the_last_moment() -> std::sync::Arc<AtomicBool> {
         say_as_program("still busy: ended in the middle of writing files");
         std::process::exit(1);
     };
-    // Without a thread to spare there is no last moment, and all else goes on.
+    // If no thread can be started there is no time limit, and shutdown continues.
     let _ = std::thread::Builder::new().name("last moment".into()).spawn(watch);
     is_rendering
 }

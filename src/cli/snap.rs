@@ -1,4 +1,4 @@
-//! `fbptr snap`: a picture of a running server's memory, over the wire.
+//! `fbptr snap`: a picture of a running server's memory, over the network.
 
 use super::args::address;
 use super::send::Wire;
@@ -21,7 +21,7 @@ pub struct Snap {
 }
 
 impl Snap {
-    /// Asks, and writes what comes.
+    /// Requests the picture and writes it.
     pub(super) fn run(self) -> Status {
         let checked = address::target(&self.address).and_then(|target| {
             SnapshotFormat::of_path(&self.out).map(|f| (target, f)).map_err(|e| e.to_string())
@@ -50,7 +50,7 @@ impl Snap {
     }
 }
 
-/// The server's memory: its size, then its rows, as they are.
+/// Reads the server's memory over its connection: first its size, then all rows.
 fn ask(mut wire: Wire) -> Result<VideoMemory, String> {
     let broken = |e: io::Error| format!("the connection broke: {e}");
     wire.write_all(b"HELLO\n").map_err(broken)?;
@@ -64,7 +64,7 @@ fn ask(mut wire: Wire) -> Result<VideoMemory, String> {
     let number = |text: &str| text.parse::<u32>().map_err(|_| format!("{text:?} is no size"));
     let (width, height) = (number(width)?, number(height)?);
     let mut memory = VideoMemory::new(width, height).map_err(|e| e.to_string())?;
-    // One reply: all rows are of one moment.
+    // In one reply all rows are of the same moment.
     replies.get_mut().write_all(format!("READ 0 0 {width} {height}\nQUIT\n").as_bytes()).map_err(broken)?;
     line.clear();
     replies.by_ref().take(1000).read_line(&mut line).map_err(broken)?;

@@ -1,4 +1,4 @@
-//! `render --trace`: the textbook mode. Which triangle or pixel is meant, and its numbers on stdout.
+//! `--trace`: prints the intermediate numbers of a triangle or pixel on stdout.
 
 use super::output;
 use crate::memory::DepthFormat;
@@ -7,7 +7,7 @@ use crate::pipeline::trace::{Probe, trace_scene};
 use crate::scene::Scene;
 use std::str::FromStr;
 
-/// `N`, `X,Y` or `N@X,Y`, as the argument gives it.
+/// Parsed argument `N`, `X,Y` or `N@X,Y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TraceAt(Probe);
 
@@ -41,13 +41,14 @@ impl FromStr for TraceAt {
 }
 
 impl TraceAt {
-    /// What is followed.
+    /// Returns the triangle or pixel to trace.
     pub(super) fn probe(self) -> Probe {
         self.0
     }
 }
 
-/// Prints the numbers of one triangle and pixel of `scene`, drawn with `options` into a frame of `size`.
+/// Prints the numbers of one triangle or pixel of `scene`, drawn with `options` into a frame of
+/// `size`.
 pub(super) fn print(
     scene: &Scene,
     options: &SceneOptions,

@@ -1,13 +1,14 @@
-//! Arguments that are no use: the parser's own words in the program's style, and the command that was probably meant.
+//! Invalid arguments: the parser's message in the program's style, and the command that was
+//! probably meant.
 
 use super::{Status, say_as_program};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::path::Path;
 
-/// Says what is wrong with the arguments, or prints the help or version that was asked for; the exit status.
+/// Reports invalid arguments, or prints the requested help or version. Returns the exit status.
 pub(super) fn ended(error: &clap::Error) -> Status {
     if !error.use_stderr() {
-        // Whoever reads it may be gone.
+        // Standard output may be closed.
         let _ = error.print();
         return Status::Success;
     }
@@ -29,7 +30,7 @@ pub(super) fn ended(error: &clap::Error) -> Status {
     Status::BadArguments
 }
 
-/// What to do with a file that stands where a command should; `None` for a word that is no file.
+/// Returns a hint if a file name was given in place of a subcommand; `None` for other words.
 fn file_hint(word: &str, is_there: bool) -> Option<String> {
     let ending = Path::new(word).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     let command = match ending.as_deref() {

@@ -1,4 +1,4 @@
-//! `fbptr view`: a file seen from everywhere, in a window; or some frames of it, without one.
+//! `fbptr view`: interactive views of a file in a window, or some of its frames without one.
 
 use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
@@ -56,14 +56,14 @@ pub struct ViewArgs {
     drawing: RenderArgs,
 }
 
-/// Every key, for the foot of `--help` and the man page.
+/// Returns the list of all keys, for the end of `--help` and the man page.
 pub(super) fn keys_help() -> String {
     let keys = |is_nd| help_lines(is_nd).into_iter().map(|l| format!("  {l}\n")).collect::<String>();
     format!("Keys:\n{}\nKeys for N dimensions:\n{}", keys(false), keys(true))
 }
 
 impl ViewArgs {
-    /// Shows the file until its user has seen enough; the exit status.
+    /// Shows the file until the window is closed, and returns the exit status.
     pub(super) fn run(self) -> Status {
         match self.view() {
             Ok(status) => status,
@@ -87,7 +87,7 @@ impl ViewArgs {
         };
         Limits::default().check_frame(width, height).map_err(|e| bad(e.message))?;
         let model = match model {
-            // Its engine has the frame's size, which was not known before.
+            // The stream's engine needs the frame's size, which depends on the model.
             Model::Stream(..) => self.read(&mut watch, Some([width, height]))?,
             model => model,
         };
@@ -120,7 +120,7 @@ impl ViewArgs {
         Ok(if is_shown && errors.is_empty() { Status::Success } else { Status::Failed })
     }
 
-    /// The file as something to look at.
+    /// Reads the file as a model for the viewer.
     fn read(&self, watch: &mut Watch, size: Option<[u32; 2]>) -> Result<Model, SceneError> {
         if scene_file::is_scene(&self.file)? {
             let options = ReadOptions { root: self.root.as_deref(), meshes: &self.meshes };
@@ -150,7 +150,8 @@ impl ViewArgs {
         Ok(Model::Stream(bytes, Arc::new(make)))
     }
 
-    /// Shows the viewer in a window, or draws its frames where there is none; whether all of it could be drawn and written.
+    /// Shows the viewer in a window, or draws its frames without one. Returns whether all was drawn
+    /// and written.
     fn show(&self, viewer: &mut Viewer, movie: Option<Movie>, watch: Watch) -> Result<bool, SceneError> {
         let movie = match self.headless {
             true => movie,
@@ -216,10 +217,10 @@ impl ViewArgs {
     }
 }
 
-/// Why there is no window, and the movie that nothing was written to.
+/// Reason for the lack of a window, and the movie, to which nothing was written.
 struct NoWindow(String, Option<Movie>);
 
-/// A pool that others draw with too.
+/// A thread pool shared with other renderers.
 struct SharedPool(Arc<rayon::ThreadPool>);
 
 impl Executor for SharedPool {

@@ -11,7 +11,7 @@ pub enum Scaling {
     /// By an integer factor, with bars at the sides: all pixels are squares of one size.
     #[default]
     Whole,
-    /// To the window's width or height: pixels differ in size by one.
+    /// To the window's width or height: pixels may differ in size by one.
     Fit,
 }
 

@@ -7,9 +7,9 @@ use crate::draw2d::font::{CELL, glyph};
 pub struct Canvas<'a> {
     /// The words, row after row.
     pub words: &'a mut [u32],
-    /// Words in a row.
+    /// Number of words in a row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
 }
 

@@ -4,19 +4,19 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
-/// The port that Pixelflut servers have.
+/// Default port, that of Pixelflut servers.
 pub(in crate::cli) const DEFAULT_PORT: u16 = 1234;
 
-/// Where a server listens unless it is told.
+/// Returns the address that a server listens on by default.
 pub(in crate::cli) fn default_address() -> SocketAddr {
     (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into()
 }
 
-/// Reads `HOST:PORT`, `:PORT`, `PORT` or `HOST`; loopback where no host is said.
+/// Parses `HOST:PORT`, `:PORT`, `PORT` or `HOST`; without a host it is loopback.
 pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     let expected =
         || format!("an address is HOST:PORT, :PORT or PORT, as in 127.0.0.1:{DEFAULT_PORT}, not {text:?}");
-    // A number alone is a port: the system would read it as one of the address's forms, 4567 as 0.0.17.215.
+    // A number alone is a port: the system would parse it as an address, 4567 as 0.0.17.215.
     let port = text.strip_prefix(':').or_else(|| text.bytes().all(|b| b.is_ascii_digit()).then_some(text));
     if let Some(port) = port {
         let port: u16 = port.parse().map_err(|_| expected())?;
@@ -34,7 +34,7 @@ pub(in crate::cli) fn tcp(text: &str) -> Result<SocketAddr, String> {
     found.next().ok_or_else(|| format!("{text}: no such host"))
 }
 
-/// The host of an address where that is a name, not an IP address.
+/// Returns the host of an address if it is a name, not an IP address.
 pub(in crate::cli) fn host_name(text: &str) -> Option<&str> {
     let host = text.rsplit_once(':').map_or(text, |(host, _)| host);
     let is_name =
@@ -42,7 +42,7 @@ pub(in crate::cli) fn host_name(text: &str) -> Option<&str> {
     (is_name && host.parse::<u16>().is_err()).then_some(host)
 }
 
-/// Where a client goes: a Unix socket for a text with `/` or `unix:` before it, else TCP.
+/// Address of a server: a Unix socket for text with `/` or the prefix `unix:`, otherwise TCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::cli) enum ServerAddress {
     Tcp(SocketAddr),
@@ -57,7 +57,7 @@ pub(in crate::cli) fn target(text: &str) -> Result<ServerAddress, String> {
     }
 }
 
-/// Why no server is reached, and what to do.
+/// Returns the message for a server that cannot be reached, with a hint.
 pub(in crate::cli) fn no_server(address: &str, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::ConnectionRefused | io::ErrorKind::NotFound => {

@@ -1,9 +1,9 @@
-//! Colours as arguments: as the command language writes them.
+//! Colours as arguments, in the syntax of the command language.
 
 use crate::command::parse_color;
 use crate::memory::Rgba;
 
-/// `rrggbb`, `rrggbbaa` or `gg` in hex, with or without a `#`, or a CSS name.
+/// Parses `rrggbb`, `rrggbbaa` or `gg` in hex, with or without a `#`, or a CSS name.
 pub(in crate::cli) fn color(text: &str) -> Result<Rgba, String> {
     let word = text.strip_prefix('#').unwrap_or(text);
     parse_color(word.as_bytes()).ok_or_else(|| {

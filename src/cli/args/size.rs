@@ -3,17 +3,17 @@
 use crate::memory::MAX_SIDE;
 use std::str::FromStr;
 
-/// A frame's width and height in pixels.
+/// Width and height of a frame in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameSize {
-    /// Width.
+    /// Width in pixels.
     pub width: u32,
-    /// Height.
+    /// Height in pixels.
     pub height: u32,
 }
 
 impl FrameSize {
-    /// What there is where nothing is said.
+    /// Size used if none is given.
     pub const DEFAULT: FrameSize = FrameSize { width: 640, height: 480 };
 }
 

@@ -1,4 +1,4 @@
-//! `fbptr eye --bench`: speed against error of fans of rays, per space and screen.
+//! `fbptr eye --bench`: speed against error of fans of rays, for several spaces and screens.
 
 use crate::cli::report::machine;
 use crate::cli::{Status, output, say_as_program};

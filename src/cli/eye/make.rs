@@ -52,7 +52,7 @@ pub(super) enum Made {
 }
 
 impl Make {
-    /// The scene, or what is wrong with the arguments.
+    /// Creates the scene, or returns an error message about the arguments.
     pub fn scene(&self, made: Made) -> Result<EyeScene, String> {
         let dim = self.dim.unwrap_or(4);
         let shape = match made {
@@ -74,7 +74,8 @@ impl Make {
         self.demo(shape.dim)?.scene(shape).map_err(|e| e.to_string())
     }
 
-    /// The stage; without turns of its own a shape stands askew in its first `dim` dimensions.
+    /// Returns the settings of the demo scene. Without rotations by the user a shape is rotated in
+    /// its first `dim` dimensions.
     fn demo(&self, dim: usize) -> Result<DemoScene, String> {
         let askew = [(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0), (2, 4, 35.0), (0, 4, 15.0)];
         let turns = match self.turn.is_empty() {
@@ -84,7 +85,8 @@ impl Make {
         Ok(DemoScene { pixels: pixels(&self.pixels)?, aperture_tan: self.aperture, turns })
     }
 
-    /// The mesh, its middle at 0 and its radius 1, drawn out, and a colour for each of its polygons: that of its direction.
+    /// Returns the mesh centred at 0 and scaled to radius 1, extruded, and a colour for each of its
+    /// polygons: that of its direction.
     fn prism(&self, dim: usize) -> Result<(Shape, Vec<[f64; 3]>), String> {
         let path = self.mesh.as_ref().ok_or("--make prism needs --mesh FILE.obj")?;
         let name = path.display().to_string();
@@ -95,7 +97,7 @@ impl Make {
             return Err(format!("--half: expected a length over 0, found {}", self.half));
         }
         let bytes = std::fs::read(path).map_err(|e| format!("{name}: {e}"))?;
-        // Materials play no part: a cell's colour tells it from its neighbours.
+        // Materials are ignored: colours only distinguish a cell from its neighbours.
         let loaded = obj::parse(&bytes, &mut |_| None, &name).map_err(|e| e.to_string())?;
         let mut shape = from_mesh(&loaded.geometry.mesh).map_err(|e| format!("{name}: {e}"))?;
         let bounds = |a: usize| {

@@ -1,4 +1,5 @@
-//! `fbptr eye`: the N-dimensional eye. Prints a scene's picture as JSON, makes scenes, and measures fans against the exact fibre.
+//! `fbptr eye`: the N-dimensional eye. Prints a scene's picture as JSON, creates scenes, and
+//! compares fans with the exact fibre.
 
 mod bench;
 mod make;
@@ -37,7 +38,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// Prints what is asked for; the exit status.
+    /// Prints the requested output, and returns the exit status.
     pub(super) fn run(self) -> Status {
         if self.bench.bench {
             return self.bench.run();
@@ -54,7 +55,7 @@ impl Eye {
                 Ok(text) => text,
                 Err(refusal) => return refusal.say(),
             },
-            // clap asks for one of them.
+            // clap requires one of them.
             (None, None) => return Status::BadArguments,
         };
         output::print(text + "\n");
@@ -73,16 +74,16 @@ impl Eye {
     }
 }
 
-/// Why there is no picture.
+/// Error of rendering a scene.
 enum Refusal {
-    /// The arguments are no use.
+    /// The arguments are invalid.
     Arguments(String),
-    /// The file is.
+    /// The file is invalid.
     File(String),
 }
 
 impl Refusal {
-    /// Says it; the exit status.
+    /// Prints the error, and returns the exit status.
     fn say(self) -> Status {
         match self {
             Refusal::Arguments(message) => {
@@ -97,7 +98,8 @@ impl Refusal {
     }
 }
 
-/// Threads to render on: a pool, or this one where one is asked for or no more can be had.
+/// Creates the executor: a thread pool, or the calling thread if one is requested or no more are
+/// available.
 pub(super) fn pool(threads: Option<u16>) -> Box<dyn Executor> {
     let count =
         threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
