@@ -1,8 +1,9 @@
-//! XML elements to graph nodes: fields read and checked, DEF and USE joined, Inline files and textures fetched.
+//! Construction of the graph from XML elements: fields are read and checked, DEF and USE resolved,
+//! Inline files and textures loaded.
 //!
-//! A file's nodes are built in document order, children first. What cannot be understood in well-formed XML is skipped with a
-//! warning; a number, index or name that is wrong refuses the file. Nodes that are skipped are still built when USE names
-//! them (files keep definitions in their metadata).
+//! A file's nodes are built in document order, children first. Unsupported parts of well-formed XML
+//! are skipped with a warning; an invalid number, index or name is an error. Skipped nodes are
+//! still built when USE refers to them (files keep definitions in their metadata).
 
 use super::cost;
 use super::graph::{Child, Graph, Node, NodeId, Origin};
@@ -22,28 +23,29 @@ use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The most nodes that a walk through the scene may meet, those behind USE and Inline counted each time.
+/// Most nodes that a traversal of the scene may visit; nodes reached through USE and Inline count
+/// each time.
 const MAX_VISITS: u64 = 4_000_000;
 
-/// Finds a file inside the root: the name as written, to bytes.
+/// Returns the bytes of a file by its name inside the root.
 pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
 
-/// What belongs to one scope of names: a file, or the body of a prototype in one of its instances.
+/// State of one scope of names: a file, or the body of a prototype in one of its instances.
 pub(super) struct File<'d> {
     pub(super) source: usize,
-    /// The file's folder inside the root, with `/` at its end unless empty.
+    /// Folder of the file inside the root, with a final `/` unless empty.
     pub(super) folder: Rc<str>,
     pub(super) units: Units,
     pub(super) document: &'d roxmltree::Document<'d>,
     pub(super) defs: HashMap<&'d str, Def>,
     pub(super) routes: Vec<Element<'d, 'd>>,
-    /// The number of the environment that tells which prototypes are known here.
+    /// Index of the environment with the prototypes declared in this scope.
     pub(super) environment: usize,
-    /// In a prototype's body: what the instance gives to its fields.
+    /// Inside a prototype's body: the values that the instance gives to its fields.
     pub(super) given: Option<Given<'d>>,
 }
 
-/// Builds one graph from a file and what it inlines.
+/// Builder of one graph from a file and the files that it inlines.
 pub(super) struct Builder<'d, 'r> {
     pub(super) graph: Graph,
     texts: &'d Kept<xml::XmlSource>,
@@ -51,22 +53,23 @@ pub(super) struct Builder<'d, 'r> {
     pub(super) sources: Vec<&'d xml::XmlSource>,
     pub(super) remarks: Remarks<'d>,
     pub(super) context: LoadContext<'r>,
-    /// The main file's folder as the caller names it, for messages about other files.
+    /// Folder of the main file as named by the caller, for messages about other files.
     shown_folder: String,
-    /// Inline files by path: `None` while they are being read.
+    /// Inline files by path: `None` while one is being read.
     pub(super) inlined: HashMap<String, Option<Inlined>>,
     pub(super) pictures: texture::Pictures,
     pub(super) protos: Protos<'d>,
-    /// Pairs of fields that ROUTEs have named.
+    /// Number of pairs of fields that ROUTEs have named.
     pub(super) routes_tried: usize,
-    /// What is there until the graph is whole: texts, their XML tables, and what is known of prototypes and their instances.
+    /// Working memory until the graph is complete: texts, their XML tables, and tables of
+    /// prototypes and instances.
     pub(super) held: Reservation,
 }
 
-/// A file that has been read.
+/// Result of reading a file.
 #[derive(Clone, Copy)]
 pub(super) struct Inlined {
-    /// Its Scene.
+    /// Scene node of the file.
     pub(super) scene: NodeId,
     pub(super) units: Units,
 }
@@ -94,7 +97,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         }
     }
 
-    /// Reads the main file; its own name counts against cycles of Inlines.
+    /// Reads the main file; its name counts against cycles of Inlines.
     pub(super) fn main_file(&mut self, bytes: &[u8], name: &str) -> Result<(), LoadError> {
         let own = name.rsplit(['/', '\\']).next().unwrap_or(name);
         self.shown_folder = name[..name.len() - own.len()].to_string();
@@ -112,7 +115,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         }
     }
 
-    /// The name in messages of the file at a path inside the root.
+    /// Returns the name for messages of the file at a path inside the root.
     pub(super) fn shown(&self, path: &str) -> String {
         let own = self.context.folder;
         match path.strip_prefix(own) {
@@ -121,7 +124,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         }
     }
 
-    /// A file as a scope of names without any yet; text and XML tree are kept until everything is read.
+    /// Opens a file as a scope without names; its text and XML tree are stored until everything is
+    /// read.
     pub(super) fn open(&mut self, bytes: &[u8], name: &str, folder: Rc<str>) -> Result<File<'d>, LoadError> {
         let refused = |kind| LoadError::new(FilePosition::file(name), kind);
         let limit = MAX_FILES as u64;
@@ -155,13 +159,14 @@ impl<'d, 'r> Builder<'d, 'r> {
         })
     }
 
-    /// Reserves what reading a text takes, until the graph is whole: trees stay for prototypes, texts for places.
+    /// Reserves memory for reading a text, until the graph is complete: prototypes need the trees,
+    /// error positions the texts.
     fn reserve_text(&mut self, text: &[u8]) -> Result<(), LoadErrorKind> {
         self.context.memory.check_cancelled()?;
         self.held.try_grow(cost::text_bytes(text)).map_err(LoadErrorKind::OverBudget)
     }
 
-    /// Reads a file to its Scene node.
+    /// Reads a file and returns its Scene node.
     pub(super) fn file(
         &mut self,
         bytes: &[u8],
@@ -179,7 +184,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         Ok(Inlined { scene: id, units: file.units })
     }
 
-    /// The Scene element of a file; its head is read on the way.
+    /// Returns the Scene element of a file, and reads the units in its head.
     pub(super) fn scene_element(&mut self, file: &mut File<'d>) -> Result<Element<'d, 'd>, LoadError> {
         let root = file.document.root_element();
         let expected = match root.tag_name().name() {
@@ -193,7 +198,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         Err(self.sources[file.source].refuse(root.range().start, expected))
     }
 
-    /// The first Scene of an X3D element. What a head says changes nothing here, but for units.
+    /// Returns the first Scene of an X3D element. Of the head only the units are used.
     fn inside_root(&mut self, file: &mut File<'d>, root: Element<'d, 'd>) -> Option<Element<'d, 'd>> {
         self.stray_text(file, root);
         let mut scene = None;
@@ -214,7 +219,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         scene
     }
 
-    /// Builds an element that stands in `parent`; `None` when it holds nothing to draw or was skipped.
+    /// Builds an element below `parent`; `None` if it has no node to draw or was skipped.
     pub(super) fn element(
         &mut self,
         file: &mut File<'d>,
@@ -226,7 +231,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         match name {
             "ROUTE" => file.routes.push(element),
             "ProtoDeclare" | "ExternProtoDeclare" => self.declare(file, element),
-            // Read with the node that holds it.
+            // Read together with the node that contains it.
             "IS" => {}
             "ProtoInstance" => {
                 let node = self.instance_or_use(file, element, depth)?;
@@ -241,7 +246,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         Ok(None)
     }
 
-    /// Builds an element whose type is known.
+    /// Builds an element of a known type.
     fn known(
         &mut self,
         file: &mut File<'d>,
@@ -274,7 +279,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         Ok(Some(Child { container, node }))
     }
 
-    /// Builds what can be shown of an element that is not known: the children of what may be a grouping node.
+    /// Builds the parts of an unknown element that can be shown: the children of a possible
+    /// grouping node.
     fn not_known(
         &mut self,
         file: &mut File<'d>,
@@ -308,8 +314,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         Ok(None)
     }
 
-    /// Builds a node and what it holds. Nodes hold nodes, so this frame is one of many on the stack: what does not lead
-    /// down is done in functions of its own.
+    /// Builds a node and its children. It is called recursively, so its stack frame is kept small:
+    /// all work that does not recurse is in functions that are not inlined.
     pub(super) fn node(
         &mut self,
         file: &mut File<'d>,
@@ -322,7 +328,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         self.end_node(file, element, (ty, depth), fields, (children, missing))
     }
 
-    /// Checks and reserves a node before it is made, and reads its fields.
+    /// Checks a node, reserves its memory, and reads its fields.
     #[inline(never)]
     fn begin_node(
         &mut self,
@@ -342,7 +348,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         self.fields(file, element, ty)
     }
 
-    /// Makes a node whose fields and children are read, with what it gets by IS and from other files.
+    /// Adds a node whose fields and children are read, with the values from IS and the data from
+    /// other files.
     #[inline(never)]
     fn end_node(
         &mut self,
@@ -389,7 +396,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         Ok(id)
     }
 
-    /// The nodes that an element holds, and the fields of nodes that it would hold if they were known.
+    /// Builds the children of an element. Also returns the fields that unknown child nodes were
+    /// meant for.
     fn children(
         &mut self,
         file: &mut File<'d>,
@@ -418,7 +426,7 @@ impl<'d, 'r> Builder<'d, 'r> {
                     self.warn(file, child, message);
                 }
                 Some(child) => children.push(child),
-                // These count the nodes that were skipped too.
+                // Switch, LOD and LayerSet count skipped nodes too.
                 None if matches!(ty.name, "Switch" | "LOD") && schema::is_child(name) => {
                     children.push(Child { container: "children", node: self.nothing(file, child)? });
                 }
@@ -432,7 +440,7 @@ impl<'d, 'r> Builder<'d, 'r> {
     }
 }
 
-/// The name that an element gives its node.
+/// Returns the DEF name of an element, unless it is empty.
 fn def_of<'d>(element: Element<'d, 'd>) -> Option<&'d str> {
     element.attribute("DEF").filter(|d| !d.is_empty())
 }

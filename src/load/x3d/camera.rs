@@ -1,21 +1,22 @@
-//! Viewpoint and OrthoViewpoint to cameras. Source: ISO/IEC 19775-1 clause 23 (Navigation).
+//! Cameras from Viewpoint and OrthoViewpoint nodes. Source: ISO/IEC 19775-1 clause 23 (Navigation).
 
 use super::graph::{GraphView, NodeId};
 use crate::math::matrix::{rotate, unit};
 use crate::scene::{Camera, LookAt, Projection, frame_along};
 use glam::{DMat4, DVec3};
 
-/// Distance to the near plane where a file says nothing else.
+/// Default distance of the near plane.
 pub(super) const NEAR: f64 = 0.01;
-/// Distance to the far plane where a file says nothing else.
+/// Default distance of the far plane.
 pub(super) const FAR: f64 = 1000.0;
 
-/// The matrix of an X3D rotation: axis x y z, angle in radians. A zero axis turns nothing.
+/// Returns the matrix of an X3D rotation: axis x y z, angle in radians. A zero axis gives the
+/// identity.
 pub(super) fn rotation(r: [f64; 4]) -> DMat4 {
     rotate(DVec3::new(r[0], r[1], r[2]), r[3]).unwrap_or(DMat4::IDENTITY)
 }
 
-/// The viewpoint that counts where a file has none: the standard's default one.
+/// Returns the standard's default viewpoint, for files without one.
 pub(super) fn default_camera() -> Camera {
     Camera {
         look_at: LookAt { eye: DVec3::Z * 10.0, reference: DVec3::ZERO, up: DVec3::Y },
@@ -28,9 +29,11 @@ pub(super) fn default_camera() -> Camera {
     }
 }
 
-/// The camera of a viewpoint node that stands at `model`. Its groups move and turn it; their scales move it only.
+/// Returns the camera of a viewpoint node with world matrix `model`. Enclosing groups move and turn
+/// it; their scales affect its position only.
 ///
-/// `bounds`: the box around the scene, for viewAll, which moves the camera back or to the side until it sees everything.
+/// `bounds`: the bounding box of the scene, for viewAll, which moves the camera until it sees
+/// everything.
 pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<(DVec3, DVec3)>) -> Camera {
     let turn = model * rotation(view.array(id, "orientation"));
     let eye = model.transform_point3(view.vec3(id, "position"));
@@ -38,7 +41,8 @@ pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<
     let up = turn.transform_vector3(DVec3::Y);
     let y = unit(up - z * up.dot(z)).unwrap_or(if z.y.abs() < 0.5 { DVec3::Y } else { DVec3::X });
     let eye = if eye.is_finite() { eye } else { DVec3::ZERO };
-    // The further out the eye is, the further must the reference point be from it to keep the direction's digits.
+    // The reference point is as far from the eye as the eye from the origin, so that the direction
+    // keeps its precision.
     let look_at = LookAt { eye, reference: eye - z * eye.abs().max_element().max(1.0), up: y };
     let given = |field, default: f64| Some(view.real(id, field)).filter(|d| *d > 0.0).unwrap_or(default);
     let (near, mut far) = (given("nearDistance", NEAR), given("farDistance", FAR));
@@ -55,7 +59,7 @@ pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<
     let projection = |far| Projection::Perspective { fov_rad, near, far, on_smaller_side: true };
     match everything {
         Some(bounds) => {
-            // For a square frame, so that every other one shows as much.
+            // Computed for a square frame; every other aspect ratio shows at least as much.
             let framed = frame_along(bounds, axes, fov_rad, 1.0);
             let Projection::Perspective { far: needed, .. } = framed.projection else { return framed };
             Camera { look_at: framed.look_at, projection: projection(far.max(needed)) }

@@ -1,7 +1,8 @@
-//! What reading an X3D file takes: estimates before it is read, and what the nodes of its graph hold.
+//! Memory estimates for X3D files: of a text before it is read, and of nodes of the graph.
 //!
-//! In: text, or nodes. Out: bytes, at most. A text is counted, not parsed: its tags, attributes and words bound the tables of the XML
-//! reader and the lists of numbers. Runs on whichever thread reads. One would know a wrong figure by tests/allocations/decoder_memory.rs.
+//! In: text, or nodes. Out: an upper bound in bytes. A text is not parsed: the counts of its tags,
+//! attributes and words bound the tables of the XML reader and the lists of numbers. Runs on the
+//! thread that reads. A wrong figure is found by tests/allocations/decoder_memory.rs.
 
 use super::geometry::text;
 use super::graph::{Child, GraphView, Node, NodeId};
@@ -9,20 +10,21 @@ use super::schema::NodeType;
 use super::value::Value;
 use crate::scene::{MAX_STAGES, Object, TextureStage};
 
-/// Bytes of the XML reader's tables for one `<`: an element and the text before it, and its name and place in our own tables, in
-/// lists with room for twice as many that move.
+/// Bytes of the XML reader's tables per `<`: an element, the text before it, its name, and its
+/// position in our own tables, all in vectors that are copied as they grow and have up to twice the
+/// room.
 const TAG_BYTES: u64 = 320;
-/// The same for one `=`: an attribute.
+/// Bytes per `=`: an attribute, in such vectors.
 const ATTRIBUTE_BYTES: u64 = 200;
-/// The same for one line's beginning.
+/// Bytes per line: its beginning, in such a vector.
 const LINE_BYTES: u64 = 24;
-/// The same for one number of a field.
+/// Bytes per number of a field, in such a vector.
 const WORD_BYTES: u64 = 24;
-/// Copies of the text: decoded, with its references and line ends put right, as a field's value, and of a data URI its name,
-/// its bytes and what they encode.
+/// Copies of the text: decoded, with references and line ends resolved, as a field's value, and for
+/// a data URI its name, its bytes and its decoded content.
 const COPIES: u64 = 7;
 
-/// Bytes that reading a text takes until its graph is built.
+/// Returns the bytes for reading a text until its graph is built.
 pub(super) fn text_bytes(text: &[u8]) -> u64 {
     let (mut tags, mut attributes, mut lines, mut words, mut was_blank) = (0, 0, 0, 0, true);
     for &byte in text {
@@ -40,19 +42,19 @@ pub(super) fn text_bytes(text: &[u8]) -> u64 {
         + words * WORD_BYTES
 }
 
-/// Bytes of a node by itself in its graph, which has room for twice as many.
+/// Returns the bytes of a node without contents in its graph, which has up to twice the room.
 pub(super) fn bare_node_bytes(ty: &NodeType) -> u64 {
     let field = size_of::<Value>() + size_of::<usize>();
     (2 * size_of::<Node>() + ty.defaults.len() * field) as u64
 }
 
-/// Bytes of what the text of an element in a prototype's body is read to, once for all instances: the numbers are counted with
-/// the nodes that share them.
+/// Returns the bytes of the parsed fields of an element in a prototype's body, stored once for all
+/// instances: the lists of numbers are counted with the nodes that share them.
 pub(super) fn read_bytes(ty: &NodeType) -> usize {
     ty.defaults.len() * (size_of::<Value>() + size_of::<usize>()) + 256
 }
 
-/// Bytes that a node holds in its graph, with its values.
+/// Returns the bytes of a node in its graph, its values included.
 pub(super) fn node_bytes(node: &Node) -> u64 {
     let given = node.values.iter().zip(&node.ty.defaults).filter(|(own, default)| !is_shared(own, default));
     let values: usize = given.map(|(value, _)| value_bytes(value)).sum();
@@ -65,7 +67,7 @@ pub(super) fn node_bytes(node: &Node) -> u64 {
     bytes as u64
 }
 
-/// Whether a value is the default of its field, which all nodes share.
+/// Returns whether a value is the default of its field, which all nodes share.
 fn is_shared(value: &Value, default: &Value) -> bool {
     match (value, default) {
         (Value::Ints(a), Value::Ints(b)) => std::sync::Arc::ptr_eq(a, b),
@@ -89,17 +91,19 @@ fn value_bytes(value: &Value) -> usize {
     }
 }
 
-/// Bytes of a mesh and of making it, for each number that its geometry gives: a corner, a part of a polygon and its triangles,
-/// normals and their search, in lists with room for twice as many that move.
+/// Bytes of a mesh and its computation per number of its geometry: a corner, a part of a polygon
+/// and its triangles, normals and their tables, in vectors that are copied as they grow and have up
+/// to twice the room.
 const ITEM_BYTES: u64 = 200;
-/// The same where each number is a triangle of its own, as in fans and strips.
+/// Bytes per number if each is a triangle, as in fans and strips.
 const STRIP_BYTES: u64 = 450;
-/// The same for each quad of a grid, an extrusion or a letter.
+/// Bytes per quad of a grid, an extrusion or a letter.
 const QUAD_BYTES: u64 = 700;
-/// The same of a solid or a flat shape, whose number of faces is fixed.
+/// Bytes of a solid or a flat shape, which has a fixed number of faces.
 const FIXED_BYTES: u64 = 256 << 10;
 
-/// Bytes that making the mesh of a geometry node takes, the mesh included.
+/// Returns an upper bound of the bytes for computing the mesh of a geometry node, the mesh
+/// included.
 pub(super) fn geometry_bytes(view: &GraphView, id: NodeId) -> u64 {
     let items = |id: NodeId| -> u64 {
         let lists = view.node(id).values.iter().map(|value| match value {
@@ -123,9 +127,9 @@ pub(super) fn geometry_bytes(view: &GraphView, id: NodeId) -> u64 {
     bytes.saturating_add(FIXED_BYTES)
 }
 
-/// Bytes of one object of a scene, its name and lights aside: in a list with room for twice as many that moves, and the names of
-/// its material.
+/// Bytes of one object of a scene without its name and lights: in a vector that is copied as it
+/// grows and has up to twice the room, and the names of its material.
 pub(super) const OBJECT_BYTES: u64 = 3 * size_of::<Object>() as u64 + 160;
 
-/// Bytes of the stages of one object's textures, their coordinates aside.
+/// Bytes of the stages of one object's textures without their coordinates.
 pub(super) const STAGES_BYTES: u64 = 2 * (MAX_STAGES * size_of::<TextureStage>()) as u64 + 256;

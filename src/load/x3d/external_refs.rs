@@ -1,4 +1,5 @@
-//! What a node refers to beyond its own element: Inline files, pictures, and the two ends of a ROUTE.
+//! References of a node beyond its own element: Inline files, pictures, and the two ends of a
+//! ROUTE.
 
 use super::build::{Builder, File, Inlined};
 use super::instance::Link;
@@ -12,17 +13,18 @@ use crate::scene::{SkyPictures, Texture};
 use roxmltree::Node as Element;
 use std::sync::Arc;
 
-/// The most Inline files in each other.
+/// Deepest nesting of Inline files.
 const MAX_NESTED_FILES: usize = 64;
 
-/// The most routes, those that join nothing among them.
+/// Most routes; invalid ones count too.
 const MAX_ROUTES: usize = 100_000;
 
-/// Words of every message about names outside of the root.
+/// Description of the root folder in messages about names outside it.
 pub(super) const READ_FROM: &str = "the folder that files are read from";
 
 impl<'d> Builder<'d, '_> {
-    /// The scene of an Inline; `None` for other nodes, and when it is not to be loaded or cannot be found.
+    /// Reads the file of an Inline node; `None` for other nodes, and if it is not to be loaded or
+    /// cannot be found.
     pub(super) fn inline(
         &mut self,
         file: &File<'d>,
@@ -78,7 +80,8 @@ impl<'d> Builder<'d, '_> {
         Ok(None)
     }
 
-    /// The picture of a texture node.
+    /// Returns the picture of a texture node; `None` for other nodes, and if it has none or cannot
+    /// be loaded.
     pub(super) fn picture(
         &mut self,
         file: &File<'d>,
@@ -113,7 +116,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// The pictures of a Background; `None` for other nodes, and where there are none.
+    /// Returns the pictures of a Background; `None` for other nodes, and if it has none.
     pub(super) fn sky_pictures(
         &mut self,
         file: &File<'d>,
@@ -161,8 +164,8 @@ impl<'d> Builder<'d, '_> {
         self.pictures.load(urls, &file.folder, self.context.opener, self.context.memory)
     }
 
-    /// Joins a ROUTE; one that joins nothing is a warning. One to or from an instance of a prototype goes on to what its field is
-    /// joined to.
+    /// Adds the routes of a ROUTE element; an invalid one is a warning. At an instance of a
+    /// prototype, the route continues to the fields that the instance's field is connected to.
     pub(super) fn route(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
         let attribute = |name: &str| element.attribute(name).unwrap_or("");
         let [from, from_field, to, to_field] = ["fromNode", "fromField", "toNode", "toField"].map(attribute);
@@ -196,7 +199,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// The route between two fields, or why there is none.
+    /// Returns the route between two fields, or the message that says why it is invalid.
     fn joined(&self, from: &Link, to: &Link) -> Result<Route, String> {
         let missing = |link: &Link| {
             let node = self.graph.nodes[link.node as usize].ty.name;

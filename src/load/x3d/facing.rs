@@ -1,19 +1,22 @@
-//! LOD and Billboard: what depends on where the viewer is.
+//! LOD and Billboard: nodes that depend on the position of the viewer.
 //!
-//! LOD (ISO/IEC 19775-1 clause 23.4.3): the distance d from the viewer to `center`, both in the LOD's own coordinates (scales
-//! around it count), chooses the level: 0 where d < R0, i where R(i-1) <= d < R(i), the number of ranges where d is no less than
-//! the last. Levels that are missing at the end are the last one there is. Without ranges the choice is the browser's: here the
-//! first, the finest. Bindable nodes of levels that are not shown can still be bound.
+//! LOD (ISO/IEC 19775-1 clause 23.4.3): the distance d from the viewer to `center`, both in the
+//! LOD's own coordinates (enclosing scales count), selects the level: 0 if d < R0, i if R(i-1) <= d
+//! < R(i), the number of ranges if d is no less than the last. Missing levels at the end are
+//! replaced by the last existing one. Without ranges the choice is the browser's: here the first,
+//! the finest. Bindable nodes of hidden levels can still be bound.
 //!
-//! Billboard (23.4.1): with an axis, the local z axis is turned about it into the plane of the axis and the direction to the
-//! viewer, on the viewer's side. With the axis 0 0 0, z points at the viewer and y is as near as can be to the viewer's own up.
-//! The viewer's position and up are taken in the Billboard's own coordinates. A viewer on the axis turns nothing.
+//! Billboard (23.4.1): with an axis, the local z axis is turned about it into the plane of the axis
+//! and the direction to the viewer, on the viewer's side. With the axis 0 0 0, z points at the
+//! viewer and y is as close as possible to the viewer's up direction. The viewer's position and up
+//! direction are taken in the Billboard's own coordinates. For a viewer on the axis the rotation is
+//! the identity.
 
 use crate::math::matrix::{rotate, unit};
 use crate::scene::Camera;
 use glam::{DMat3, DMat4, DVec3};
 
-/// The number of the child that a LOD shows; `None` where it has none.
+/// Returns the index of the child that a LOD shows; `None` if it has none.
 pub(super) fn level(
     camera: &Camera,
     model: DMat4,
@@ -27,7 +30,7 @@ pub(super) fn level(
     Some(ranges.iter().take_while(|r| **r <= distance).count().min(last))
 }
 
-/// The rotation of a Billboard at `model`.
+/// Returns the rotation of a Billboard with world matrix `model`.
 pub(super) fn billboard(camera: &Camera, model: DMat4, axis: DVec3) -> DMat4 {
     let Some(to_viewer) = eye_in(camera, model).and_then(unit) else { return DMat4::IDENTITY };
     match unit(axis) {
@@ -40,7 +43,7 @@ pub(super) fn billboard(camera: &Camera, model: DMat4, axis: DVec3) -> DMat4 {
     }
 }
 
-/// The rotation about `axis` that brings z into the half plane of the axis and `to_viewer`.
+/// Returns the rotation about `axis` that brings z into the half plane of the axis and `to_viewer`.
 fn about(axis: DVec3, to_viewer: DVec3) -> DMat4 {
     let across = |v: DVec3| unit(v - axis * axis.dot(v));
     let (Some(z), Some(viewer)) = (across(DVec3::Z), across(to_viewer)) else { return DMat4::IDENTITY };
@@ -48,7 +51,7 @@ fn about(axis: DVec3, to_viewer: DVec3) -> DMat4 {
     rotate(axis, angle).unwrap_or(DMat4::IDENTITY)
 }
 
-/// The viewer's position in the coordinates of `model`; `None` where these have no inverse.
+/// Returns the viewer's position in the coordinates of `model`; `None` if `model` has no inverse.
 fn eye_in(camera: &Camera, model: DMat4) -> Option<DVec3> {
     let eye = model.inverse().transform_point3(camera.look_at.eye);
     eye.is_finite().then_some(eye)
@@ -76,7 +79,7 @@ mod tests {
             level(&from([0.0, 0.0, z], DVec3::Y), model, DVec3::Z, &[2.0, 5.0], children)
         };
         let one = DMat4::IDENTITY;
-        // From z the centre (0 0 1) is z - 1 away.
+        // From z, the center (0 0 1) is z - 1 away.
         assert_eq!([2.9, 3.0, 5.9, 6.0, 1e9].map(|z| level_at(z, one, 3)), [0, 1, 1, 2, 2].map(Some));
         assert_eq!([1e9, 4.0, 0.0].map(|z| level_at(z, one, 2)), [1, 1, 0].map(Some));
         assert_eq!(level_at(4.0, one, 0), None);

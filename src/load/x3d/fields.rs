@@ -1,4 +1,4 @@
-//! An element's attributes to the fields of its node; what is wrong in them, at its byte.
+//! Parsing of an element's attributes to field values, with errors at their byte.
 
 use super::build::{Builder, File};
 use super::cost;
@@ -12,7 +12,7 @@ use crate::load::{FilePosition, LoadError, LoadErrorKind};
 use roxmltree::Node as Element;
 
 impl<'d> Builder<'d, '_> {
-    /// An element's fields, in radians where they are angles, and the byte at which each is written.
+    /// Parses an element's fields, with angles in radians. Also returns the byte offset of each.
     pub(super) fn fields(
         &mut self,
         file: &File<'d>,
@@ -25,7 +25,7 @@ impl<'d> Builder<'d, '_> {
         }
         let mut values = ty.defaults.clone();
         let mut written = vec![element.range().start; values.len()];
-        // An unknown node's fields are not known either.
+        // The fields of an unknown node are unknown too.
         let attributes = element.attributes().filter(|a| a.namespace().is_none() && !unknown::is_group(ty));
         for attribute in attributes {
             let name = attribute.name();
@@ -54,7 +54,7 @@ impl<'d> Builder<'d, '_> {
         Ok((values, written))
     }
 
-    /// Warns of text among elements, which no X3D node has, at the place of its first word.
+    /// Warns about text among elements, which no X3D node has, at the position of its first word.
     pub(super) fn stray_text(&mut self, file: &File, element: Element) {
         let source = self.sources[file.source];
         for text in element.children().filter(Element::is_text) {
@@ -62,7 +62,7 @@ impl<'d> Builder<'d, '_> {
             let begin = words.len() - words.trim_start().len();
             if begin < words.len() {
                 let word: String = words[begin..].lines().next().unwrap_or("").chars().take(24).collect();
-                // Text with references is shorter than what is written.
+                // With references, the text is shorter than its source.
                 let is_verbatim = source.text.get(text.range()) == Some(words);
                 let byte = text.range().start + if is_verbatim { begin } else { 0 };
                 let message = format!("text in <{}> was skipped: {word:?}", element.tag_name().name());
@@ -72,7 +72,7 @@ impl<'d> Builder<'d, '_> {
     }
 }
 
-/// The refusal of a field's text.
+/// Returns the error for a field's text.
 fn bad_value(place: FilePosition, ty: &NodeType, field: &schema::FieldDef, error: &ValueError) -> LoadError {
     let asked = format!("<{}> {} takes {}", ty.name, field.name, field.kind.describe());
     let kind = match &error.fault {

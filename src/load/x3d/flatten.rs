@@ -350,7 +350,7 @@ fn light_kind(view: &GraphView, id: NodeId, model: DMat4) -> Option<LightKind> {
     if !(position.is_finite() && size > 0.0 && size.is_finite()) {
         return None;
     }
-    // Distances are measured in the light's own units, of which a world distance is 1 / `size`.
+    // Distances are in the light's own units: a world distance d is d / `size`.
     let [c, l, q] = view.array(id, "attenuation");
     let attenuation =
         Attenuation { c, l: (l / size).clamp(-HUGE, HUGE), q: (q / size / size).clamp(-HUGE, HUGE) };

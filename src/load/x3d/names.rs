@@ -1,8 +1,9 @@
-//! DEF and USE, and the field of a parent in which a node stands.
+//! DEF and USE names, and the field of the parent that a node belongs to.
 //!
-//! A name stands for the node that was given it last before its use, in the same scope: a file, or the body of a prototype
-//! (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). The field is the one that containerField says, where the parent has it and it takes
-//! nodes of the kind; else the kind's own (ISO/IEC 19776-1 clause 4.3.4).
+//! A name refers to the last node that was given it before its use, in the same scope: a file, or
+//! the body of a prototype (ISO/IEC 19775-1 clauses 4.4.3 and 4.4.4.2). The field is the one in
+//! containerField, if the parent has it and it takes nodes of this kind; else the node's default
+//! field (ISO/IEC 19776-1 clause 4.3.4).
 
 use super::build::{Builder, File};
 use super::graph::{Child, NodeId};
@@ -11,22 +12,22 @@ use super::{unknown, xml};
 use crate::load::LoadError;
 use roxmltree::Node as Element;
 
-/// What a DEF name stands for.
+/// Referent of a DEF name.
 #[derive(Clone, Copy)]
 pub(super) enum Def {
-    /// The node is being built: a USE here would hold itself.
+    /// The node is being built: a USE here would make it contain itself.
     Open,
     /// A node of the graph.
     Built(NodeId),
-    /// An instance of a prototype, by its number.
+    /// An instance of a prototype, by its index.
     Instance(usize),
-    /// In a part that is skipped; built when it is used.
+    /// A node in a skipped part; built when it is used.
     Hidden(roxmltree::NodeId),
-    /// A node that is not known; everything about it is skipped.
+    /// A node of unknown type; all uses are skipped.
     Unknown,
 }
 
-/// The kind of nodes that a field takes, named by the field that such nodes stand in by themselves.
+/// Returns the kind of nodes that a field takes, named by the default field of such nodes.
 pub(super) fn container_of(field: &str) -> &str {
     match field {
         "proxy" | "navigationInfo" => "children",
@@ -36,7 +37,7 @@ pub(super) fn container_of(field: &str) -> &str {
     }
 }
 
-/// The field of `parent` in which a node of type `ty` stands; `None` where it cannot stand there.
+/// Returns the field of `parent` for a node of type `ty`; `None` if it cannot be a child there.
 pub(super) fn place(
     element: Element,
     ty: &'static NodeType,
@@ -51,7 +52,7 @@ pub(super) fn place(
         (container_of(field) == ty.container).then_some(field)
     };
     let own = || accepts(ty.container).filter(|_| !unknown::is_group(parent) || asked == ty.container);
-    // A grouping node that stands in a field of its own (a Viewport) can stand among children too.
+    // A grouping node with another default field (a Viewport) is also valid among children.
     let as_child = || {
         let is_group = ty.accepts.contains(&"children") && ty.container != "children";
         parent.accepts.iter().copied().find(|a| is_group && *a == "children")
@@ -59,13 +60,13 @@ pub(super) fn place(
     accepts(asked).or_else(own).or_else(as_child)
 }
 
-/// Whether a field that holds one node has it already.
+/// Returns whether a field for a single node is occupied.
 pub(super) fn is_taken(ty: &NodeType, children: &[Child], container: &str) -> bool {
     let holds_many = matches!(container, "children" | "layers") || ty.name.starts_with("Multi");
     !holds_many && children.iter().any(|c| c.container == container)
 }
 
-/// Notes the names in a part that is skipped, so that USE can still find them. Those of prototypes are their own.
+/// Records the names in a skipped part, so that USE can still find them.
 pub(super) fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
     for node in element.descendants() {
         if let Some(name) = node.attribute("DEF").filter(|_| node.attribute("USE").is_none()) {
@@ -75,7 +76,7 @@ pub(super) fn hide<'d>(file: &mut File<'d>, element: Element<'d, 'd>) {
 }
 
 impl<'d> Builder<'d, '_> {
-    /// The place of a node that is built in its parent, or a warning.
+    /// Returns a finished node as a child of `parent`, or warns if it cannot be one.
     pub(super) fn placed(
         &mut self,
         file: &File<'d>,
@@ -93,7 +94,7 @@ impl<'d> Builder<'d, '_> {
         container.map(|container| Child { container, node })
     }
 
-    /// Notes that a DEF's node is being built.
+    /// Records that a DEF's node is being built.
     pub(super) fn open_def(&mut self, file: &mut File<'d>, element: Element<'d, 'd>, def: Option<&'d str>) {
         let Some(name) = def else { return };
         let before = file.defs.insert(name, Def::Open);
@@ -103,7 +104,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// The node that a USE names.
+    /// Returns the node that a USE refers to; `None` if it was skipped.
     pub(super) fn used(
         &mut self,
         file: &mut File<'d>,
@@ -134,7 +135,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// Refuses a node that is used again where it would stand too deep.
+    /// Checks that a node used again here does not exceed the nesting limit.
     pub(super) fn check_depth(
         &self,
         file: &File,
@@ -151,7 +152,7 @@ impl<'d> Builder<'d, '_> {
         Err(source.too_big(element.range().start, "nesting of nodes", deep as u64, limit))
     }
 
-    /// A refusal of an attribute of an element.
+    /// Returns a syntax error at an attribute of an element.
     pub(super) fn refuse(
         &self,
         file: &File,

@@ -1,10 +1,11 @@
-//! ProtoDeclare and ExternProtoDeclare: which prototypes a name stands for, and where their bodies are.
+//! ProtoDeclare and ExternProtoDeclare: scopes of prototype names, and the search for their bodies.
 //!
-//! A declaration counts from where it stands, in its file or, inside a ProtoBody, in that body and what it declares (ISO/IEC
-//! 19775-1 clause 4.4.4.1 and .2). An ExternProtoDeclare stands for the prototype of another file that its URL's fragment
-//! names, or for that file's first one without a fragment (4.4.5.2); the file is looked for when the first instance asks, in
-//! the scene's folder or root only. A prototype that comes to hold an instance of itself refuses the file (4.4.4.3: they are
-//! not recursive).
+//! A declaration is valid from its position on, in its file or, inside a ProtoBody, in that body
+//! and its nested declarations (ISO/IEC 19775-1 clause 4.4.4.1 and .2). An ExternProtoDeclare
+//! refers to the prototype in another file that its URL's fragment names, or to that file's first
+//! one without a fragment (4.4.5.2); the file is loaded when the first instance needs it, from the
+//! scene's folder or root only. A prototype that contains an instance of itself is an error
+//! (4.4.4.3: they are not recursive).
 
 use super::build::{Builder, File};
 use super::external_refs::READ_FROM;
@@ -18,10 +19,10 @@ use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The longest chain of ExternProtoDeclare that lead to each other.
+/// Longest chain of ExternProtoDeclare that refer to each other.
 const MAX_CHAIN: usize = 32;
 
-/// One declaration.
+/// A prototype declaration.
 pub(super) struct Proto<'d> {
     pub(super) name: &'d str,
     pub(super) element: Element<'d, 'd>,
@@ -29,17 +30,17 @@ pub(super) struct Proto<'d> {
     pub(super) folder: Rc<str>,
     pub(super) units: Units,
     pub(super) document: &'d roxmltree::Document<'d>,
-    /// What names mean where it stands.
+    /// Index of the environment of names at its position.
     pub(super) environment: usize,
-    /// Its fields, once an instance has asked for them.
+    /// Its fields, once an instance has needed them.
     pub(super) interface: Option<Rc<[Field<'d>]>>,
     elsewhere: Elsewhere,
 }
 
-/// What an ExternProtoDeclare stands for.
+/// Resolution state of an ExternProtoDeclare.
 #[derive(Clone, Copy, PartialEq)]
 enum Elsewhere {
-    /// It is a ProtoDeclare.
+    /// Not external: a ProtoDeclare.
     No,
     NotAsked,
     BeingAsked,
@@ -47,44 +48,44 @@ enum Elsewhere {
     Missing,
 }
 
-/// The names of prototypes in one scope.
+/// Prototype names of one scope.
 #[derive(Default)]
 struct Environment<'d> {
     own: HashMap<&'d str, usize>,
     first: Option<usize>,
-    /// The scope around it.
+    /// Index of the enclosing scope.
     outer: Option<usize>,
 }
 
-/// Everything about prototypes.
+/// All prototypes of a scene, their scopes and instances.
 #[derive(Default)]
 pub(super) struct Protos<'d> {
     pub(super) all: Vec<Proto<'d>>,
     environments: Vec<Environment<'d>>,
-    /// Files of ExternProtoDeclare by path, as environments; `None` for what is no X3D in XML.
+    /// Environments of ExternProtoDeclare files by path; `None` for a file that is not X3D in XML.
     files: HashMap<String, Option<usize>>,
-    /// The prototypes whose instances are being made, outermost first.
+    /// Prototypes whose instances are being expanded, outermost first.
     pub(super) expanding: Vec<usize>,
-    /// The instances that have names.
+    /// Instances with DEF names.
     pub(super) instances: Vec<Instance>,
-    /// Nodes, fields and connections made so far by instances.
+    /// Number of nodes, fields and connections created by instances so far.
     pub(super) made: u64,
-    /// What elements of bodies say, by source and element.
+    /// Parsed fields of elements in bodies, by source and element.
     pub(super) read: HashMap<(usize, roxmltree::NodeId), (Vec<Value>, Vec<usize>)>,
-    /// Parts of bodies that are the same in every instance, built.
+    /// Built parts of bodies that are equal in every instance.
     shared: HashMap<(usize, roxmltree::NodeId), Child>,
-    /// Whether a part of a body is the same in every instance.
+    /// Cached results of [`Protos::is_same`].
     is_same: HashMap<(usize, roxmltree::NodeId), bool>,
 }
 
 impl<'d> Protos<'d> {
-    /// A new environment inside `outer`; its number.
+    /// Adds an environment inside `outer` and returns its index.
     pub(super) fn add_environment(&mut self, outer: Option<usize>) -> usize {
         self.environments.push(Environment { outer, ..Environment::default() });
         self.environments.len() - 1
     }
 
-    /// The prototype that a name stands for, in this environment or those around it.
+    /// Returns the prototype that a name refers to, in this environment or the enclosing ones.
     pub(super) fn named(&self, environment: usize, name: &str) -> Option<usize> {
         let mut at = Some(environment);
         while let Some(environment) = at.map(|at| &self.environments[at]) {
@@ -96,12 +97,13 @@ impl<'d> Protos<'d> {
         None
     }
 
-    /// A part of a prototype's body that is the same in every instance, if one has built it.
+    /// Returns a part of a prototype's body that is equal in every instance, if one has built it.
     pub(super) fn shared(&self, file: &File<'d>, element: Element<'d, 'd>) -> Option<Child> {
         file.given.as_ref().and_then(|_| self.shared.get(&(file.source, element.id())).copied())
     }
 
-    /// Keeps such a part for the next instance: without names, fields that the instance gives, and prototypes.
+    /// Stores a part for later instances if it is equal in all: without names, connected fields,
+    /// and prototypes.
     pub(super) fn share(&mut self, file: &File<'d>, element: Element<'d, 'd>, built: Option<Child>) {
         let Some(child) = built.filter(|_| file.given.is_some()) else { return };
         if self.is_same(file.source, element) {
@@ -125,7 +127,7 @@ impl<'d> Protos<'d> {
 }
 
 impl<'d> Builder<'d, '_> {
-    /// Takes a declaration in.
+    /// Adds a declaration to its scope.
     pub(super) fn declare(&mut self, file: &File<'d>, element: Element<'d, 'd>) {
         let Some(name) = element.attribute("name").filter(|n| !n.is_empty()) else {
             let tag = element.tag_name().name();
@@ -153,7 +155,8 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// The declaration with a body that a prototype stands for; `None`, with one warning, where there is none.
+    /// Resolves a prototype to the declaration that has a body; `None`, with one warning, if there
+    /// is none.
     pub(super) fn with_body(&mut self, number: usize, chain: usize) -> Result<Option<usize>, LoadError> {
         match self.protos.all[number].elsewhere {
             Elsewhere::No => return Ok(Some(number)),
@@ -185,7 +188,7 @@ impl<'d> Builder<'d, '_> {
         self.warn_at(origin, message);
     }
 
-    /// The declaration in another file.
+    /// Finds the declaration in another file.
     fn look_elsewhere(&mut self, number: usize) -> Result<Option<usize>, LoadError> {
         let proto = &self.protos.all[number];
         let (folder, element, source) = (Rc::clone(&proto.folder), proto.element, proto.source);
@@ -228,13 +231,14 @@ impl<'d> Builder<'d, '_> {
         Ok(None)
     }
 
-    /// The prototypes of a file: `None` if there is no such file, `Some(None)` if it is no X3D in XML.
+    /// Returns the environment of a file's prototypes: `None` if there is no such file,
+    /// `Some(None)` if it is not X3D in XML.
     fn prototypes_of(&mut self, path: &str) -> Result<Option<Option<usize>>, LoadError> {
         if let Some(known) = self.protos.files.get(path) {
             return Ok(Some(*known));
         }
         let Some(bytes) = (self.context.opener)(path) else { return Ok(None) };
-        // VRML and X3D's classic encoding begin so.
+        // VRML and X3D's classic encoding begin with `#`.
         if bytes.starts_with(b"#") {
             self.protos.files.insert(path.to_string(), None);
             return Ok(Some(None));

@@ -1,4 +1,5 @@
-//! Warnings while a scene is read: bounded in number, none twice, in the order of the files in the end.
+//! Warnings collected while a scene is read: limited in number, without duplicates, sorted by file
+//! and line.
 
 use super::build::{Builder, File};
 use super::graph::Origin;
@@ -6,18 +7,18 @@ use crate::load::{FilePosition, LoadWarning};
 use roxmltree::Node as Element;
 use std::collections::HashSet;
 
-/// The most warnings that are kept.
+/// Most warnings of a scene.
 const MAX_WARNINGS: usize = 1_000;
 
-/// The warnings of a scene so far.
+/// Warnings of a scene so far.
 #[derive(Default)]
 pub(super) struct Remarks<'d> {
     warnings: Vec<LoadWarning>,
-    /// What has been said, and where: an instance of a prototype says nothing again.
+    /// Warnings already given, with their positions: further instances of a prototype repeat none.
     said: HashSet<(usize, usize, String)>,
-    /// Kinds of nodes that are left out, by file, once said.
+    /// Unsupported node types already reported, by file.
     left_out: HashSet<(usize, &'d str)>,
-    /// Whether a name was refused because it lies outside of the root.
+    /// True if a name was refused because it leads out of the root.
     pub(super) names_outside: bool,
 }
 
@@ -27,7 +28,7 @@ impl<'d> Builder<'d, '_> {
         self.warn_at(origin, message);
     }
 
-    /// Adds a warning, up to the limit; none twice.
+    /// Adds a warning, up to the limit and without duplicates.
     pub(super) fn warn_at(&mut self, origin: Origin, message: String) {
         let count = self.remarks.warnings.len();
         if count > MAX_WARNINGS {
@@ -43,7 +44,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// Says that a kind of nodes is left out, the first time that a file has one.
+    /// Warns that a node type is not supported, at its first use in a file.
     pub(super) fn left_out(&mut self, file: &File<'d>, element: Element<'d, 'd>, why: &str) {
         let name = element.tag_name().name();
         if self.remarks.left_out.insert((file.source, name)) {
@@ -55,7 +56,7 @@ impl<'d> Builder<'d, '_> {
         }
     }
 
-    /// The warnings in the order of the files and of their lines.
+    /// Returns the warnings in the order of the files and of their lines.
     pub(super) fn sorted_warnings(&mut self) -> Vec<LoadWarning> {
         let mut warnings = std::mem::take(&mut self.remarks.warnings);
         let rank = |w: &LoadWarning| {
@@ -68,7 +69,7 @@ impl<'d> Builder<'d, '_> {
         warnings
     }
 
-    /// The place of an origin in its file.
+    /// Returns the position of an origin in its file.
     pub(super) fn place(&self, origin: Origin) -> FilePosition {
         self.sources[origin.source].place(origin.byte)
     }

@@ -1,7 +1,7 @@
-//! ROUTEs: from the text to fields of nodes, and one timestamp's events through them.
+//! ROUTEs: resolution of their field names, and the propagation of one timestamp's events.
 //!
-//! A timestamp's events begin at the time sensors. Each route carries one event a timestamp, which is the standard's rule
-//! for loops. Source: ISO/IEC 19775-1 clause 4.4.8 (event model).
+//! A timestamp's events begin at the time sensors. Each route carries one event per timestamp,
+//! which is the standard's rule for loops. Source: ISO/IEC 19775-1 clause 4.4.8 (event model).
 
 use super::graph::{Graph, GraphView, NodeId, Overrides};
 use super::interpolate;
@@ -9,7 +9,7 @@ use super::time;
 use super::value::{Kind, Value};
 use std::collections::{HashMap, VecDeque};
 
-/// What a node sends.
+/// Output of a node that a route can start at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Output {
     /// TimeSensor.fraction_changed.
@@ -26,11 +26,11 @@ pub(super) enum Output {
     Value,
     /// isBound of a bindable node.
     Bound,
-    /// Any other field, after it has changed.
+    /// Any other field, after a change.
     Field(usize),
 }
 
-/// What a node takes.
+/// Input of a node that a route can lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum RouteInput {
     /// An interpolator's set_fraction.
@@ -41,7 +41,7 @@ pub(super) enum RouteInput {
     Field(usize),
 }
 
-/// A connection between two nodes.
+/// A connection between an output and an input.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Route {
     pub(super) from: NodeId,
@@ -54,7 +54,7 @@ fn is_bindable(name: &str) -> bool {
     matches!(name, "Viewpoint" | "OrthoViewpoint" | "NavigationInfo" | "Background" | "Fog")
 }
 
-/// The output of this name, with the type of its values.
+/// Returns the output of this name, with the type of its values.
 pub(super) fn output(graph: &Graph, node: NodeId, field: &str) -> Option<(Output, Kind)> {
     let ty = graph.nodes[node as usize].ty;
     match (ty.name, field) {
@@ -73,7 +73,7 @@ pub(super) fn output(graph: &Graph, node: NodeId, field: &str) -> Option<(Output
     }
 }
 
-/// The input of this name, with the type of its values.
+/// Returns the input of this name, with the type of its values.
 pub(super) fn input(graph: &Graph, node: NodeId, field: &str) -> Option<(RouteInput, Kind)> {
     let ty = graph.nodes[node as usize].ty;
     match field {
@@ -87,7 +87,7 @@ pub(super) fn input(graph: &Graph, node: NodeId, field: &str) -> Option<(RouteIn
     }
 }
 
-/// What the routes have set at `time` (seconds).
+/// Returns the field values that the routes have set at `time` (seconds).
 pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
     let mut overrides = Overrides::new();
     if graph.routes.is_empty() {
@@ -130,7 +130,7 @@ pub(super) fn overrides(graph: &Graph, time: f64) -> Overrides {
                     overrides.insert((route.to, field), value.clone());
                     events.push_back((route.to, Output::Field(field), value.clone()));
                 }
-                // Binding is settled when the file is read: see `flatten`.
+                // Binding is resolved once per scene, without events: see `flatten`.
                 RouteInput::Bind => {}
             }
         }

@@ -1,8 +1,9 @@
-//! Background to what lies behind a scene. Source: ISO/IEC 19775-1 clause 24.4.1.
+//! Background nodes. Source: ISO/IEC 19775-1 clause 24.4.1.
 //!
-//! The sky has one colour more than it has angles, the first at the zenith; the ground the same from the nadir, with angles up to
-//! pi/2. Colours without an angle and angles without a colour are left out; an angle that is less than the one before counts as that
-//! one. The groups around turn a Background and do nothing else to it. `transparency` is that of the whole.
+//! The sky has one colour more than it has angles, the first at the zenith; the ground likewise
+//! from the nadir, with angles up to pi/2. Colours without an angle and angles without a colour are
+//! ignored; an angle less than the one before is replaced by it. Enclosing groups rotate a
+//! Background and have no other effect. `transparency` applies to the whole background.
 
 use super::graph::{GraphView, NodeId};
 use crate::math::matrix::unit;
@@ -11,7 +12,7 @@ use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-/// The background of a node that stands at `model`, with the sky where it takes more than a colour.
+/// Reads a Background with world matrix `model`; the sky is `None` if a single colour is enough.
 pub(super) fn read(view: &GraphView, id: NodeId, model: DMat4) -> (Background, Option<Arc<Sky>>) {
     let transparency = view.real(id, "transparency").clamp(0.0, 1.0);
     if transparency == 1.0 {
@@ -37,7 +38,7 @@ pub(super) fn read(view: &GraphView, id: NodeId, model: DMat4) -> (Background, O
     (Background { color }, Some(Arc::new(sky)))
 }
 
-/// Colours with their angles, the first at 0.
+/// Returns colours with their angles, the first at 0, the others at most `most`.
 fn bands(colors: &[f64], angles: &[f64], most: f64) -> Vec<Band> {
     let mut last = 0.0;
     let angles = std::iter::once(0.0).chain(angles.iter().map(|a| a.min(most)));
@@ -48,7 +49,8 @@ fn bands(colors: &[f64], angles: &[f64], most: f64) -> Vec<Band> {
     colors.as_chunks::<3>().0.iter().zip(angles).map(band).collect()
 }
 
-/// The rotation in a matrix: its columns made orthonormal, x first. No rotation where they have no direction.
+/// Returns the rotation part of a matrix: its columns orthonormalized, x first; the identity if it
+/// is degenerate.
 fn turn(model: DMat4) -> DMat3 {
     let [x, y, z] = [model.x_axis, model.y_axis, model.z_axis].map(|a| a.truncate());
     let turned = || {

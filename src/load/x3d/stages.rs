@@ -167,7 +167,7 @@ pub(super) fn fill_style(view: &GraphView, appearance: Option<NodeId>) -> FillSt
     FillStyle { is_filled: view.bool(node, "filled"), hatch: view.bool(node, "hatched").then_some(hatch) }
 }
 
-/// The hatch of a registered style, and whether it is that style and not only like it.
+/// Returns the hatch for a registered style, and whether it is that style or only a similar one.
 pub(super) fn hatch(style: i64) -> (Hatch, bool) {
     match style {
         1 => (Hatch::Horizontal, true),

@@ -1,11 +1,11 @@
-//! TimeSensor: what it says at a moment. Source: ISO/IEC 19775-1 clause 8 (time component).
+//! TimeSensor: its outputs at a given time. Source: ISO/IEC 19775-1 clause 8 (time component).
 //!
-//! Times are seconds from the scene's start. The state is a function of the moment alone: after its end a sensor goes on
-//! saying what it said last, so that what it moved stays where it was left.
+//! Times are seconds from the scene's start. The state is a function of the time alone: after its
+//! end a sensor keeps its last outputs, so that animated fields stay as they were at the end.
 
 use super::graph::{GraphView, NodeId};
 
-/// A TimeSensor's fields.
+/// Fields of a TimeSensor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensor {
     pub(super) cycle_interval: f64,
@@ -17,15 +17,15 @@ pub(super) struct Sensor {
     pub(super) resume: f64,
 }
 
-/// What a sensor says.
+/// Outputs of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) fraction: f64,
-    /// The moment it speaks of: the present, or the moment at which it ended or was paused.
+    /// Time of the outputs: the given time, or the time at which the sensor ended or was paused.
     pub(super) time: f64,
-    /// Seconds since the start, pauses left out.
+    /// Seconds since the start, without pauses.
     pub(super) elapsed: f64,
-    /// When the present cycle began.
+    /// Time at which the current cycle began.
     pub(super) cycle_time: f64,
     pub(super) is_active: bool,
 }
@@ -43,7 +43,7 @@ impl Sensor {
         }
     }
 
-    /// What it says at `now`; `None` when it has not said anything yet.
+    /// Returns the outputs at time `now`; `None` before the first one.
     ///
     /// f = frac((now - start) / cycleInterval), but 1 in place of 0 after the start.
     pub(super) fn sample(&self, now: f64) -> Option<Sample> {
@@ -51,7 +51,7 @@ impl Sensor {
         if !self.enabled || cycle <= 0.0 || !now.is_finite() || now < self.start {
             return None;
         }
-        // A stop time at or before the start time means nothing.
+        // A stop time at or before the start time is ignored.
         let stops = self.stop > self.start;
         let mut time = now;
         if stops {
@@ -76,7 +76,7 @@ impl Sensor {
         let cycles = elapsed / cycle;
         let fraction = cycles - libm::floor(cycles);
         let is_end_of_cycle = fraction == 0.0 && elapsed > 0.0;
-        // Cycles beyond counting have no fraction.
+        // Too many cycles for a float to count have no fraction.
         let fraction = if is_end_of_cycle || !cycles.is_finite() { 1.0 } else { fraction };
         Some(Sample {
             fraction,

@@ -1,19 +1,20 @@
-//! `<unit>` statements: what a file's lengths and angles are measured in. Source: ISO/IEC 19775-1 clauses 4.3.6 (standard units)
-//! and 7.2.5.5 (UNIT statement).
+//! `<unit>` statements: the units of a file's lengths and angles. Source: ISO/IEC 19775-1 clauses
+//! 4.3.6 (standard units) and 7.2.5.5 (UNIT statement).
 //!
-//! The root file's own unit of length is the world's: a scene looks the same in yards and in metres, so nothing of it is
-//! multiplied. The content of Inline and ExternProto files is aligned to it by a scale about their origin. Angles are
-//! multiplied where they are written, so that everything behind sees radians.
+//! The root file's unit of length is that of the world: a scene looks the same in yards and in
+//! metres, so its lengths are not converted. The content of Inline and ExternProto files is
+//! converted to it by a scale about their origin. Angles are converted as they are read, so that
+//! all other code uses radians.
 
 use super::value::Value;
 use roxmltree::Node as Element;
 
-/// What one unit of a file is.
+/// Units of one file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Units {
-    /// Metres of one unit of length.
+    /// Length unit in metres.
     pub(super) length: f64,
-    /// Radians of one unit of angle.
+    /// Angle unit in radians.
     pub(super) angle: f64,
 }
 
@@ -21,7 +22,8 @@ impl Units {
     /// Metres and radians.
     pub(super) const STANDARD: Units = Units { length: 1.0, angle: 1.0 };
 
-    /// Takes a `<unit>` element in; `Err` says what is wrong with it. Units of force and mass change no picture.
+    /// Applies a `<unit>` element; an error is a message about it. Units of force and mass affect
+    /// no picture.
     pub(super) fn read(&mut self, unit: Element) -> Result<(), String> {
         let factor = unit.attribute("conversionFactor").unwrap_or("");
         let number = factor.trim().parse::<f64>().ok().filter(|f| f.is_finite() && *f > 0.0);
@@ -39,7 +41,8 @@ impl Units {
     }
 }
 
-/// Which of a field's numbers are angles: every `step`-th from `first` on. `None` for fields without any.
+/// Returns which of a field's numbers are angles: every `step`-th from `first` on, as (first,
+/// step). `None` for fields without any.
 fn angles(node: &str, field: &str) -> Option<(usize, usize)> {
     match (node, field) {
         ("TextureTransform", "rotation") => Some((0, 1)),
@@ -51,7 +54,7 @@ fn angles(node: &str, field: &str) -> Option<(usize, usize)> {
     }
 }
 
-/// A field's value in radians, where its angles are measured in units of `angle` radians.
+/// Converts the angles of a field's value from units of `angle` radians to radians.
 pub(super) fn in_radians(value: Value, node: &str, field: &str, angle: f64) -> Value {
     match (angles(node, field), value) {
         (Some((first, step)), Value::Reals(reals)) if angle != 1.0 => {

@@ -1,25 +1,26 @@
-//! Elements whose node is not known: what of them can still be shown.
+//! Elements of unknown type: detection of those that can still be shown as groups.
 //!
-//! A grouping node has its children in the field `children` (ISO/IEC 19775-1 clause 10.3.2, X3DGroupingNode), so an unknown
-//! element that holds nodes of that field is taken for one, and they are shown as in a Group. What is known and stays out
-//! (scripts, sensors, particles) is said once a file and kind, however often it comes.
+//! A grouping node has its children in the field `children` (ISO/IEC 19775-1 clause 10.3.2,
+//! X3DGroupingNode), so an unknown element that contains nodes of that field is treated as one, and
+//! they are shown as in a Group. Known types that are not supported (scripts, sensors, particles)
+//! are reported once per file and type.
 
 use super::names::container_of;
 use super::schema::{self, NodeType};
 use roxmltree::Node as Element;
 use std::sync::LazyLock;
 
-/// What can be done with an element that is not known.
+/// Treatment of an element that the schema does not have.
 pub(super) enum What {
-    /// It is known and stays out, for this reason.
+    /// Skipped for this reason.
     LeftOut(&'static str),
-    /// Its children can be shown.
+    /// Its children are shown.
     Group,
-    /// Nothing.
+    /// Skipped as unknown.
     Nothing,
 }
 
-/// What can be done with an element that the schema does not have.
+/// Returns the treatment of an element that the schema does not have.
 pub(super) fn what(element: Element) -> What {
     let name = element.tag_name().name();
     match name {
@@ -34,7 +35,8 @@ pub(super) fn what(element: Element) -> What {
     }
 }
 
-/// Whether an element holds, itself or in unknown elements, a node that stands in `children`.
+/// Returns whether an element contains, itself or in unknown elements, a node of the field
+/// `children`.
 fn holds_children(element: Element) -> bool {
     element.children().filter(Element::is_element).any(|child| {
         let asked = child.attribute("containerField");
@@ -52,12 +54,12 @@ static GROUP: LazyLock<NodeType> = LazyLock::new(|| {
     NodeType { fields: group.fields.clone(), defaults: group.defaults.clone(), ..*group }
 });
 
-/// The type of an unknown element whose children are shown: a Group.
+/// Returns the type of an unknown element whose children are shown: a copy of Group.
 pub(super) fn group() -> &'static NodeType {
     &GROUP
 }
 
-/// Whether a type is [`group`]: nothing that its element says beside its children means anything here.
+/// Returns whether a type is [`group`]: all attributes of its element are ignored.
 pub(super) fn is_group(ty: &'static NodeType) -> bool {
     std::ptr::eq(ty, group())
 }
@@ -70,17 +72,19 @@ static ANYTHING: LazyLock<NodeType> = LazyLock::new(|| NodeType {
     defaults: Vec::new(),
 });
 
-/// The type of what holds nodes of every kind: a prototype's body, and its fields of nodes.
+/// Returns the type of a container for nodes of every kind: a prototype's body, or its fields of
+/// nodes.
 pub(super) fn anything() -> &'static NodeType {
     &ANYTHING
 }
 
-/// Whether a type is [`anything`].
+/// Returns whether a type is [`anything`].
 pub(super) fn is_anything(ty: &'static NodeType) -> bool {
     std::ptr::eq(ty, anything())
 }
 
-/// The field of `parent` that a node which is not known would have filled, by its containerField or its name.
+/// Returns the field of `parent` that a node of unknown type would have filled, by its
+/// containerField or its name.
 pub(super) fn meant_for(parent: &NodeType, child: Element) -> Option<&'static str> {
     let accepted = |field: &str| parent.accepts.iter().copied().find(|a| *a == field);
     let name = child.tag_name().name();

@@ -1,11 +1,12 @@
-//! URLs of Inline and ImageTexture: names inside the scene's folder, and data URIs.
+//! URLs of Inline and ImageTexture: file names inside the root, and data URIs.
 
 use crate::load::path_inside;
 
-/// The names inside the scene's folder that a URL may mean, best first: as written, and with %XX undone. None for what
-/// lies elsewhere: other schemes, absolute paths, and what climbs out of the folder.
+/// Returns the file names inside the root that a URL may mean, in order of preference: as written,
+/// without query and fragment, and with %XX decoded. Empty for other schemes, absolute paths, and
+/// paths that lead out of the root.
 ///
-/// `folder` is that of the file that holds the URL: empty, or ending in `/`.
+/// `folder` is that of the file that contains the URL: empty, or ending in `/`.
 pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     let url = url.trim();
     if has_scheme(url) {
@@ -22,7 +23,7 @@ pub(super) fn local_paths(folder: &str, url: &str) -> Vec<String> {
     paths
 }
 
-/// Whether a URL names a file outside the root: by `..`, or by an absolute path.
+/// Returns whether a URL refers to a file outside the root: by `..`, or by an absolute path.
 pub(super) fn is_outside(folder: &str, url: &str) -> bool {
     let url = url.trim();
     let bare = url.split(['#', '?']).next().unwrap_or("");
@@ -30,7 +31,7 @@ pub(super) fn is_outside(folder: &str, url: &str) -> bool {
     names_file && path_inside(folder, bare).is_none()
 }
 
-/// Whether a URL begins with a scheme, such as `http:`.
+/// Returns whether a URL begins with a scheme, such as `http:`.
 fn has_scheme(url: &str) -> bool {
     url.split_once(':').is_some_and(|(scheme, _)| {
         !scheme.is_empty()
@@ -38,12 +39,12 @@ fn has_scheme(url: &str) -> bool {
     })
 }
 
-/// The part of a URL after `#`.
+/// Returns the part of a URL after `#`, unless it is empty.
 pub(super) fn fragment(url: &str) -> Option<&str> {
     url.trim().split_once('#').map(|(_, fragment)| fragment).filter(|f| !f.is_empty())
 }
 
-/// %XX to bytes; `None` where that is not UTF-8.
+/// Decodes %XX; `None` if the result is not UTF-8.
 fn unescape(text: &str) -> Option<String> {
     String::from_utf8(unescape_bytes(text)).ok()
 }
@@ -68,12 +69,13 @@ fn unescape_bytes(text: &str) -> Vec<u8> {
     out
 }
 
-/// Whether a URL is a data URI.
+/// Returns whether a URL is a data URI.
 pub(super) fn is_data(url: &str) -> bool {
     url.trim().get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
-/// The bytes of a data URI (`data:image/png;base64,...` or `data:,...`); `None` for other URLs, `Err` for a broken one.
+/// Decodes a data URI (`data:image/png;base64,...` or `data:,...`); `None` for other URLs, `Err`
+/// for an invalid one.
 pub(super) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
     if !is_data(url) {
         return None;
@@ -87,7 +89,7 @@ pub(super) fn data(url: &str) -> Option<Result<Vec<u8>, &'static str>> {
     })
 }
 
-/// Base64 (RFC 4648, both alphabets), blanks ignored, padding optional.
+/// Decodes base64 (RFC 4648, both alphabets); white space is ignored, padding is optional.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count, mut is_over) = (0_u32, 0, false);
@@ -115,7 +117,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
             bits &= (1 << count) - 1;
         }
     }
-    // Six left over bits would be a lone character, which encodes nothing.
+    // Six remaining bits would be a lone character, which encodes nothing.
     (count < 6).then_some(out)
 }
 

@@ -1,7 +1,9 @@
-//! Field values: from attribute text to numbers, and the X3D field types that say how many.
+//! Field values: attribute text to typed values.
 //!
-//! In: the text of an XML attribute. Out: a [`Value`], or what is wrong and at which byte of the text. Lists are split by
-//! blanks and commas; every number must be finite. Source: ISO/IEC 19775-1 clause 5, ISO/IEC 19776-1 clause 5.
+//! In: the text of an XML attribute. Out: a [`Value`], or an error with the byte offset in the
+//! text. Lists are separated by white space and commas; every number must be finite.
+//!
+//! Source: ISO/IEC 19775-1 clause 5, ISO/IEC 19776-1 clause 5.
 
 use crate::cancel::{CancelToken, NEVER};
 use std::sync::Arc;
@@ -9,7 +11,7 @@ use std::sync::Arc;
 /// Numbers of a list between two checks of the token.
 const NUMBERS_AT_ONCE: usize = 1 << 12;
 
-/// An X3D field type, as far as it matters how its text is read. `Mf` holds any number of tuples.
+/// X3D field type, as far as it determines the parsing. `Mf` is a list of any number of tuples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Kind {
     /// SFBool.
@@ -18,20 +20,21 @@ pub(super) enum Kind {
     Int,
     /// MFInt32.
     Ints,
-    /// SFImage: width, height, components, then one number a pixel.
+    /// SFImage: width, height, components, then one number per pixel.
     Image,
-    /// SFFloat, SFDouble, SFTime (1), SFVec2f (2), SFVec3f and SFColor (3), SFVec4f, SFColorRGBA and SFRotation (4).
+    /// SFFloat, SFDouble, SFTime (1), SFVec2f (2), SFVec3f and SFColor (3), SFVec4f, SFColorRGBA
+    /// and SFRotation (4).
     Sf(u8),
-    /// The same, any number of them.
+    /// The MF types of these: any number of tuples of the given width.
     Mf(u8),
-    /// SFString: the attribute as it stands.
+    /// SFString: the attribute's text unchanged.
     Text,
     /// MFString: quoted strings.
     Texts,
 }
 
 impl Kind {
-    /// How the kind reads in a message.
+    /// Returns a description of the type for messages.
     pub(super) fn describe(self) -> String {
         match self {
             Kind::Bool => "true or false".into(),
@@ -48,14 +51,14 @@ impl Kind {
     }
 }
 
-/// A field's value. Cloning shares the lists.
+/// Value of a field. Clones share the lists.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     /// SFBool.
     Bool(bool),
     /// SFInt32, MFInt32, SFImage.
     Ints(Arc<[i64]>),
-    /// Everything made of reals, tuples one after the other.
+    /// All types made of reals, tuples one after the other.
     Reals(Arc<[f64]>),
     /// SFString.
     Text(Arc<str>),
@@ -63,37 +66,37 @@ pub(super) enum Value {
     Texts(Arc<[String]>),
 }
 
-/// What is wrong with an attribute's text.
+/// Error in an attribute's text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ValueError {
-    /// Byte of the text at which it goes wrong.
+    /// Byte offset of the error in the text.
     pub(super) at: usize,
-    /// What is wrong.
+    /// Kind of the error.
     pub(super) fault: ValueFault,
 }
 
-/// The kinds of [`ValueError`].
+/// Kinds of [`ValueError`].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ValueFault {
-    /// A token that is no finite number; the token.
+    /// A token that is not a finite number.
     NotANumber(String),
-    /// A token that is no 32-bit whole number; the token.
+    /// A token that is not a 32-bit integer.
     NotAnInt(String),
-    /// A token that is neither true nor false; the token.
+    /// A token that is neither true nor false.
     NotABool(String),
-    /// The wrong count of numbers; how many there are.
+    /// The wrong count of numbers; contains the count found.
     Count(usize),
     /// A quoted string that does not end.
     OpenQuote,
 }
 
-/// Reads an attribute's text as `kind`.
+/// Parses an attribute's text as `kind`.
 pub(super) fn read(kind: Kind, text: &str) -> Result<Value, ValueError> {
     read_until(kind, text, &NEVER)
 }
 
-/// Reads an attribute's text as `kind`, checking `cancel` within lists. When it is cancelled the list
-/// ends early and the value must not be used.
+/// Parses an attribute's text as `kind`, checking `cancel` within lists. After cancellation the
+/// list ends early and the value must not be used.
 pub(super) fn read_until(kind: Kind, text: &str, cancel: &CancelToken) -> Result<Value, ValueError> {
     let ints = |range: std::ops::RangeInclusive<i64>| {
         let all = until_cancelled(tokens(text), cancel).map(|(at, t)| int(at, t, range.clone()));
@@ -133,20 +136,20 @@ pub(super) fn read_until(kind: Kind, text: &str, cancel: &CancelToken) -> Result
     }
 }
 
-/// The tokens of a list with the byte at which each begins: blanks and commas separate.
+/// Iterates over the tokens of a list with their byte offsets; white space and commas separate.
 fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.split(|c: char| c.is_ascii_whitespace() || c == ',')
         .filter(|t| !t.is_empty())
         .map(|t| (t.as_ptr() as usize - text.as_ptr() as usize, t))
 }
 
-/// Ends an iterator when `cancel` is cancelled, which is checked once in [`NUMBERS_AT_ONCE`] items.
+/// Ends an iterator when `cancel` is cancelled, which is checked every [`NUMBERS_AT_ONCE`] items.
 fn until_cancelled<T>(items: impl Iterator<Item = T>, cancel: &CancelToken) -> impl Iterator<Item = T> {
     let goes_on = |(i, _): &(usize, T)| i % NUMBERS_AT_ONCE != 0 || !cancel.is_cancelled();
     items.enumerate().take_while(goes_on).map(|(_, item)| item)
 }
 
-/// The one token of a text.
+/// Returns the only token of a text, or an error with the count.
 fn single(text: &str) -> Result<(usize, &str), ValueError> {
     let mut all = tokens(text);
     match (all.next(), all.next()) {
@@ -165,7 +168,7 @@ fn reals(text: &str, cancel: &CancelToken) -> Result<Vec<f64>, ValueError> {
     until_cancelled(tokens(text), cancel).map(real).collect()
 }
 
-/// A whole number, decimal or 0x hexadecimal.
+/// Parses an integer, decimal or 0x hexadecimal, within `range`.
 fn int(at: usize, token: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, ValueError> {
     let unsigned = token.trim_start_matches(['+', '-']);
     let parsed = match unsigned.strip_prefix("0x").or_else(|| unsigned.strip_prefix("0X")) {
@@ -181,8 +184,8 @@ fn int(at: usize, token: &str, range: std::ops::RangeInclusive<i64>) -> Result<i
     }
 }
 
-/// The strings of an MFString: `"a" "b"`, with `\"` and `\\` inside. A text without any quote is one string, as many files
-/// have it.
+/// Parses an MFString: `"a" "b"`, with `\"` and `\\` as escapes. A text that does not begin with a
+/// quote is one string, as in many files.
 fn strings(text: &str) -> Result<Vec<String>, ValueError> {
     let trimmed = text.trim();
     if trimmed.is_empty() {

@@ -1,38 +1,40 @@
-//! XML in: bytes to a checked text, and what is wrong with it in plain words.
+//! XML input: bytes to a checked text, and readable error messages.
 //!
-//! The one file besides `build` and `external_refs` that knows the XML reader (roxmltree). Before that reader sees the text, [`check`] walks over its
-//! tags once: it names the tag that was left open and its line, and it refuses what would take unbounded time or memory
-//! (nesting, attributes of one element, namespaces, entities that expand).
+//! Only this file, `build` and `external_refs` use the XML reader (roxmltree). Before that reader
+//! sees the text, [`check`] scans its tags once: it reports an unclosed tag with its line, and
+//! refuses what would take unbounded time or memory (nesting, attributes of one element,
+//! namespaces, entities that expand).
 
 use crate::cancel::CancelToken;
 use crate::load::{FilePosition, LoadError, LoadErrorKind};
 
-/// The deepest nesting of elements, Inline files included.
+/// Deepest nesting of elements, Inline files included.
 pub(super) const MAX_DEPTH: usize = 256;
-/// The most attributes of one element: the reader compares each with each.
+/// Most attributes of one element: the reader compares all pairs.
 const MAX_ATTRIBUTES: usize = 256;
-/// The most namespace declarations: the reader copies them.
+/// Most namespace declarations: the reader copies them.
 const MAX_NAMESPACES: usize = 256;
-/// The most entity declarations: the reader searches them one after the other.
+/// Most entity declarations: the reader searches them linearly.
 const MAX_ENTITIES: usize = 1_000;
-/// The most bytes that entities may expand to.
+/// Most bytes that entities may expand to.
 const MAX_EXPANSION: u64 = 64 << 20;
-/// The most nodes, runs of blanks between elements included.
+/// Most XML nodes, runs of white space between elements included.
 const MAX_NODES: u32 = 8_000_000;
 
-/// A file's text with its name, to tell places in it.
+/// A file's text with its name and line table.
 #[derive(Debug)]
 pub(super) struct XmlSource {
-    /// The file's name, for messages.
+    /// Name of the file, for messages.
     pub(super) name: String,
-    /// Its text, without byte order mark.
+    /// Text without byte order mark.
     pub(super) text: String,
-    /// The byte at which each line begins.
+    /// Byte offset of each line's beginning.
     lines: Vec<usize>,
 }
 
 impl XmlSource {
-    /// Decodes a file: UTF-8, UTF-16 with byte order mark, or Latin-1 where the XML declaration says so.
+    /// Decodes a file: UTF-8, UTF-16 with byte order mark, or Latin-1 if the XML declaration says
+    /// so.
     pub(super) fn decode(bytes: &[u8], name: &str) -> Result<XmlSource, LoadError> {
         let utf16 = |unit: fn([u8; 2]) -> u16, rest: &[u8]| {
             let units = rest.as_chunks::<2>().0.iter().map(|b| unit(*b));
@@ -64,12 +66,12 @@ impl XmlSource {
         XmlSource { name: name.to_string(), text, lines }
     }
 
-    /// The line of a byte, from 1.
+    /// Returns the line of a byte offset, from 1.
     pub(super) fn line(&self, byte: usize) -> u32 {
         self.lines.partition_point(|start| *start <= byte) as u32
     }
 
-    /// The place of a byte: line and column.
+    /// Returns the line and column of a byte offset.
     pub(super) fn place(&self, byte: usize) -> FilePosition {
         let line = self.line(byte);
         let start = self.lines[line as usize - 1];
@@ -77,7 +79,8 @@ impl XmlSource {
         FilePosition::column(&self.name, line, column)
     }
 
-    /// What stands at a byte, for "found ...": up to the end of the word or tag, at most 24 characters.
+    /// Returns the text at a byte offset for "found ...": up to the end of the line, at most 24
+    /// characters.
     fn snippet(&self, byte: usize) -> String {
         let rest = self.text.get(byte..).unwrap_or("");
         match rest.lines().next().unwrap_or("") {
@@ -87,27 +90,27 @@ impl XmlSource {
         }
     }
 
-    /// A refusal of what stands at a byte.
+    /// Returns a syntax error at a byte offset.
     pub(super) fn refuse(&self, byte: usize, expected: impl Into<String>) -> LoadError {
         let expected = format!("expected {}", expected.into());
         LoadError::new(self.place(byte), LoadErrorKind::Syntax { expected, found: self.snippet(byte) })
     }
 
-    /// A refusal of what is over a limit at a byte.
+    /// Returns the error for an exceeded limit at a byte offset.
     pub(super) fn too_big(&self, byte: usize, what: &'static str, found: u64, limit: u64) -> LoadError {
         LoadError::new(self.place(byte), LoadErrorKind::TooBig { what, found, limit })
     }
 }
 
-/// The place of a byte of an attribute's text.
+/// Returns the position of byte `at` of an attribute's value.
 pub(super) fn place_in(source: &XmlSource, attribute: &roxmltree::Attribute, at: usize) -> FilePosition {
     let range = attribute.range_value();
-    // Only a text without references and tabs has the same bytes in the file.
+    // Only a value without references and tabs has the same bytes in the file.
     let is_verbatim = source.text.get(range.clone()).is_some_and(|t| t.len() == attribute.value().len());
     source.place(range.start + if is_verbatim { at } else { 0 })
 }
 
-/// Whether the XML declaration names Latin-1 or its Windows variant.
+/// Returns whether the XML declaration names Latin-1 or its Windows variant.
 fn is_latin1(bytes: &[u8]) -> bool {
     let head = bytes[..bytes.len().min(200)].to_ascii_lowercase();
     let head = String::from_utf8_lossy(&head);
@@ -116,7 +119,8 @@ fn is_latin1(bytes: &[u8]) -> bool {
         && ["iso-8859-1", "latin1", "windows-1252"].iter().any(|e| declaration.contains(e))
 }
 
-/// Parses a checked text. `cancel` ends the check between any two tags, but not the parse after it.
+/// Checks and parses a text. `cancel` ends the check between any two tags, but not the parser after
+/// it.
 pub(super) fn parse<'s>(
     source: &'s XmlSource,
     cancel: &CancelToken,
@@ -126,7 +130,7 @@ pub(super) fn parse<'s>(
     roxmltree::Document::parse_with_options(&source.text, options).map_err(|e| explain(source, &e))
 }
 
-/// Walks over the tags: closed in order, and within the limits.
+/// Checks that tags are closed in order and that the limits hold.
 fn check(source: &XmlSource, cancel: &CancelToken) -> Result<(), LoadError> {
     let text = source.text.as_str();
     let namespaces = text.match_indices("xmlns").count();
@@ -195,19 +199,20 @@ fn check(source: &XmlSource, cancel: &CancelToken) -> Result<(), LoadError> {
     }
 }
 
-/// The name at the start of a text, up to a blank, `/` or `>`.
+/// Returns the name at the start of a text, up to white space, `/`, `>` or `<`.
 fn tag_name(text: &str) -> &str {
     text.split(|c: char| c.is_ascii_whitespace() || matches!(c, '/' | '>' | '<')).next().unwrap_or("")
 }
 
 struct Tag {
-    /// Just after the `>`.
+    /// Offset after the `>`.
     end: usize,
     is_empty: bool,
     attributes: usize,
 }
 
-/// Where a start tag ends; `None` if it does not, or holds what no tag can (the reader will say what).
+/// Returns the end of a start tag; `None` if there is none, or if the tag is malformed (the reader
+/// will report it).
 fn tag_end(text: &str) -> Option<Tag> {
     let bytes = text.as_bytes();
     let (mut at, mut attributes) = (1, 0);
@@ -224,7 +229,7 @@ fn tag_end(text: &str) -> Option<Tag> {
     }
 }
 
-/// The byte just after a document type declaration, internal subset included.
+/// Returns the offset after a document type declaration, internal subset included.
 fn doctype_end(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut at, mut in_subset) = ("<!DOCTYPE".len(), false);
@@ -242,7 +247,7 @@ fn doctype_end(text: &str) -> Option<usize> {
     }
 }
 
-/// Refuses entities that hold markup or could expand beyond [`MAX_EXPANSION`].
+/// Refuses entities that contain markup or could expand beyond [`MAX_EXPANSION`].
 fn entities(source: &XmlSource, from: usize, to: usize) -> Result<(), LoadError> {
     let (mut count, mut longest, mut nested) = (0_usize, 0_u64, false);
     for (at, _) in source.text[from..to].match_indices("<!ENTITY") {
@@ -271,7 +276,7 @@ fn entities(source: &XmlSource, from: usize, to: usize) -> Result<(), LoadError>
     Ok(())
 }
 
-/// The reader's error in plain words.
+/// Converts the reader's error to a readable message with its position.
 fn explain(source: &XmlSource, error: &roxmltree::Error) -> LoadError {
     use roxmltree::Error as E;
     let expected = match error {
