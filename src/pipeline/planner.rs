@@ -1,4 +1,7 @@
 //! Stage 1: derives a draw call's plan.
+//!
+//! In: a draw call, its target, its lights and cached facts about its mesh. Out: a [`Plan`]. No
+//! vertex is transformed and no pixel is read.
 
 use super::assemble::Facing;
 use super::depth_sort::SORT_KEY_BYTES;

@@ -1,4 +1,8 @@
 //! A prepared draw: its plan, and the data that all of its faces share.
+//!
+//! In: a draw call, its target's size and format, and cached facts about its mesh. Out: a
+//! [`PreparedDraw`], whose methods run the later stages face by face. Errors occur only while it is
+//! made, so a refused draw leaves the target untouched.
 
 mod face;
 

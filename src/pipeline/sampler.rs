@@ -1,5 +1,6 @@
 //! Texture sampling: level of detail, wrapping and filtering.
 //!
+//! In: a texture, sampling modes, u, v and the pixel's footprint. Out: R, G, B, A in 0..1.
 //! (0,0) is the lower left corner of the picture; texel centres are at .5. L is the longer of the
 //! two footprint vectors to (x+1,y) and (x,y+1) in texels of level 0, D = log2 L (notes 003); each
 //! level is sampled in its own size.

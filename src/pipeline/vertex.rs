@@ -1,4 +1,7 @@
 //! Stage 2: transforms each position once, from object space to clip space and the screen.
+//!
+//! In: object-space positions. Out: a [`Vertex`] with its clip-space position, screen position in
+//! pixels and view depth. Nothing is clipped here: a vertex behind the eye has no screen position.
 
 use super::viewport::ViewportTransform;
 use crate::scene::CameraMatrices;

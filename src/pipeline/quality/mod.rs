@@ -216,7 +216,7 @@ impl Search<'_> {
             let errors: Vec<u8> = sample.iter().map(|&i| reference.error(&frame, i)).collect();
             let mut holds = self.reference_set.groups_that_hold(sample, &errors, limit);
             if levels == Levels::default() && interp == self.budget.options.interp {
-                holds.fill(true); // exact: by itself within what is promised of it
+                holds.fill(true); // exact drawing is valid in any case
             }
             let mut costs = vec![0.0; self.reference_set.groups];
             for object in 0..details_of_objects.len() {
