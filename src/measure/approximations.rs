@@ -1,6 +1,7 @@
-//! Approximations that old and fast machines use in lighting, computed in software so that they are the same everywhere.
+//! Approximations of fast or old hardware in lighting, emulated in software for identical results
+//! on every machine.
 
-/// 1/sqrt(x) by halving the exponent in the bits, then steps of Newton's method, in f32.
+/// Returns 1/sqrt(x) by halving the exponent in the bits, then steps of Newton's method, in f32.
 /// Source: C. Lomont, "Fast inverse square root", 2003.
 pub(super) fn by_bits(x: f32, newton_steps: u32) -> f32 {
     let mut y = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
@@ -10,7 +11,8 @@ pub(super) fn by_bits(x: f32, newton_steps: u32) -> f32 {
     y
 }
 
-/// 1/sqrt(x) to 12 bits, as the processors' estimate instructions give, then steps of Newton's method, in f32.
+/// Returns 1/sqrt(x) to 12 bits, like the processors' estimate instructions, then steps of Newton's
+/// method, in f32.
 pub(super) fn of_12_bits(x: f32, newton_steps: u32) -> f32 {
     let exact = 1.0 / x.sqrt();
     let mut y = f32::from_bits((exact.to_bits() + (1 << 11)) & !((1 << 12) - 1));
@@ -20,12 +22,13 @@ pub(super) fn of_12_bits(x: f32, newton_steps: u32) -> f32 {
     y
 }
 
-/// x^n for x in 0..1 by C. Schlick, "A fast alternative to Phong's specular model", 1994: x / (n - n x + x).
+/// Returns x^n for x in 0..1 by C. Schlick, "A fast alternative to Phong's specular model", 1994: x
+/// / (n - n x + x).
 pub(super) fn power_of_schlick(x: f32, n: f32) -> f32 {
     if x <= 0.0 { 0.0 } else { x / (n - n * x + x) }
 }
 
-/// x^n by log2 and exp2 of low degree: the exponent, and a parabola for the mantissa.
+/// Returns x^n by log2 and exp2 of low degree: the exponent, and a parabola for the mantissa.
 pub(super) fn power_by_parabolas(x: f32, n: f32) -> f32 {
     if x <= 0.0 {
         return 0.0;

@@ -1,19 +1,20 @@
-//! Time taken by a piece of work that can be repeated.
+//! Timing of repeatable work.
 
 use std::time::{Duration, Instant};
 
-/// How long one run takes.
+/// Duration of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// The shortest run, seconds.
+    /// Shortest run in seconds.
     pub min_s: f64,
-    /// The run in the middle, seconds.
+    /// Median run in seconds.
     pub median_s: f64,
-    /// How many runs there were.
+    /// Number of runs.
     pub runs: usize,
 }
 
-/// Runs `work` until `budget` is used up, at least three times; the last output and the times.
+/// Runs `work` until `budget` is used up, at least three times. Returns the last output and the
+/// timing.
 pub(super) fn time<T>(budget: Duration, mut work: impl FnMut() -> T) -> (T, Timing) {
     let begin = Instant::now();
     let mut times = Vec::new();

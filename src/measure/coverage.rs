@@ -1,11 +1,11 @@
-//! Coverage: seams of a mesh that tiles the frame, by several ways of deciding which pixels a triangle has.
+//! Coverage: gaps and double hits in a mesh that tiles the frame, by several methods.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::truth::scenes::Random;
 use crate::truth::ulp_f32;
 
-/// The experiment.
+/// Experiment on coverage.
 pub(super) const COVERAGE: Experiment = Experiment {
     id: "coverage",
     title: "Coverage",
@@ -27,7 +27,7 @@ fn exact(corners: Corners, clip: PixelRect, hit: Hit) {
     SnappedTriangle::new(corners).for_each_span(clip, |y, xs| xs.for_each(|x| hit(x, y)));
 }
 
-/// Coarser snapping: multiples of 1/16 and of 1 are multiples of 1/256 too.
+/// Coarser snapping: multiples of 1/16 and of 1 are multiples of 1/256, too.
 fn snapped_to_16(corners: Corners, clip: PixelRect, hit: Hit) {
     exact(corners.map(|p| p.map(|v| (v * 16.0).round_ties_even() / 16.0)), clip, hit);
 }
@@ -36,7 +36,7 @@ fn snapped_to_1(corners: Corners, clip: PixelRect, hit: Hit) {
     exact(corners.map(|p| p.map(f64::round_ties_even)), clip, hit);
 }
 
-/// Edge functions in f32, each corner rounded to f32, with a top-left rule for what comes out as exactly 0.
+/// Edge functions in f32, each corner rounded to f32, with a top-left rule for exact zeros.
 fn edges_f32(corners: Corners, clip: PixelRect, hit: Hit) {
     let mut c = corners.map(|p| p.map(|v| v as f32));
     let doubled = |c: &[[f32; 2]; 3]| {
@@ -65,10 +65,11 @@ fn edges_f32(corners: Corners, clip: PixelRect, hit: Hit) {
     }
 }
 
-/// Corners are multiples of this many parts of a pixel, so that the truth can decide in whole numbers.
+/// Number of steps per pixel of all corners, so that the reference can decide in integers.
 const PARTS: f64 = 16_777_216.0;
 
-/// Whether the unsnapped triangle holds the centre of pixel (x, y), by the same rule for edges.
+/// Returns whether the unsnapped triangle contains the centre of pixel (x, y), by the same top-left
+/// rule.
 fn holds(corners: &Corners, x: i32, y: i32) -> bool {
     let integer = |v: f64| (v * PARTS) as i128;
     let mut c = corners.map(|p| p.map(integer));
@@ -86,12 +87,13 @@ fn holds(corners: &Corners, x: i32, y: i32) -> bool {
         })
 }
 
-/// A grid of cells with jittered corners, two triangles a cell, that tiles the square from `origin` on with room to spare.
+/// Returns a grid of cells with jittered corners, two triangles per cell, that tiles the square
+/// from `origin` on with a margin.
 fn tiling(origin: f64, side: f64, cell: [f64; 2]) -> Vec<Corners> {
     let mut r = Random::new(1988);
     let n = cell.map(|c| (side / c).ceil() as usize + 4);
     let mut corner = |i: usize, j: usize| {
-        // Below a quarter of a cell every quad stays convex, so that nothing folds over.
+        // Below a quarter of a cell every quad stays convex, so that no triangles overlap.
         let jitter = [r.real(-0.24, 0.24), r.real(-0.24, 0.24)];
         [i, j].iter().enumerate().fold([0.0; 2], |mut p, (k, &at)| {
             p[k] = ((origin + (at as f64 - 2.0 + jitter[k]) * cell[k]) * PARTS).round() / PARTS;
@@ -104,15 +106,15 @@ fn tiling(origin: f64, side: f64, cell: [f64; 2]) -> Vec<Corners> {
         for i in 0..n[0] {
             let [a, b, c, d] = [points[j][i], points[j][i + 1], points[j + 1][i + 1], points[j + 1][i]];
             triangles.push([a, b, c]);
-            // Every other one is turned about: seams do not depend on the winding.
+            // Every other one is reversed: coverage does not depend on the winding.
             triangles.push(if (i + j) % 2 == 0 { [a, c, d] } else { [d, c, a] });
         }
     }
     triangles
 }
 
-/// Slanted strips across the frame, 0.4 px wide and 50,000 px long, two triangles each: their seams ask edge functions
-/// for differences of products far larger than the frame.
+/// Returns slanted strips across the frame, 0.4 px wide and 50,000 px long, two triangles each:
+/// their edge functions are differences of products far larger than the frame.
 fn strips(side: f64) -> Vec<Corners> {
     let mut r = Random::new(1971);
     let reach = 20_000.0;
@@ -128,12 +130,14 @@ fn strips(side: f64) -> Vec<Corners> {
     ends.windows(2).flat_map(|w| [[w[0][0], w[0][1], w[1][1]], [w[1][0], w[0][0], w[1][1]]]).collect()
 }
 
-/// How far an edge may be from its place, pixels: half a diagonal of the grid that corners are snapped to.
+/// Returns the largest distance in pixels that snapping may move an edge: half a diagonal of the
+/// grid.
 fn off_by_grid<const PARTS_OF_PIXEL: u32>(_: &Corners) -> f64 {
     0.5f64.sqrt() / f64::from(PARTS_OF_PIXEL)
 }
 
-/// The same in f32: half an ulp of the coordinates, and eight roundings of an edge function of such an extent.
+/// Returns the largest distance in pixels that f32 may move an edge: half an ulp of the
+/// coordinates, and eight roundings of an edge function of this extent.
 fn off_by_f32(corners: &Corners) -> f64 {
     let largest = corners.iter().flatten().fold(0f64, |m, v| m.max(v.abs()));
     let extent = (0..3).fold(1f64, |m, i| {
@@ -143,7 +147,8 @@ fn off_by_f32(corners: &Corners) -> f64 {
     0.5f64.sqrt() * ulp_f32(largest) + 8.0 * extent / 16_777_216.0
 }
 
-/// Calls `hit` with the pixels of `clip` whose centres lie within `reach` of the segment from a to b.
+/// Calls `hit` with the pixels of `clip` whose centres lie within `reach` of the segment from a to
+/// b.
 fn near_segment([a, b]: [[f64; 2]; 2], reach: f64, clip: PixelRect, hit: Hit) {
     let d = [b[0] - a[0], b[1] - a[1]];
     let length2 = d[0] * d[0] + d[1] * d[1];
@@ -189,7 +194,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
         let pixels = (side * side) as usize;
         let mut owner = vec![u32::MAX; pixels];
         for (t, corners) in mesh.iter().enumerate() {
-            // A pixel of room about the exact way's span finds every centre that the unsnapped outline can hold.
+            // A margin of one pixel finds every centre that the unsnapped outline can contain.
             let reach = |k: usize| {
                 let (lo, hi) =
                     corners.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p[k]), b.max(p[k])));
@@ -202,7 +207,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
             }
         }
         for (name, way, off_by, is_default) in ways {
-            // Only where an edge can be on the other side of a centre may that pixel's owner be another.
+            // A pixel may have another owner only if an edge can move across its centre.
             let mut is_near = vec![false; pixels];
             for corners in &mesh {
                 for i in 0..3 {
@@ -230,7 +235,8 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 alternative: name.into(),
                 is_default,
                 errors: vec![gaps as f64, double as f64, off as f64],
-                // A coarser grid may fold slivers over, floating edges may crack: of seams nothing is promised there.
+                // A coarser grid may fold slivers over, and f32 edges may leave gaps: there only
+                // the third column is bounded.
                 bounds: if is_default { vec![none(0), none(1), most_off] } else { vec![most_off] },
                 timing,
                 work: pixels as f64,

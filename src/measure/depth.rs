@@ -1,11 +1,11 @@
-//! Depth formats: which separation each still orders, beside what theory says.
+//! Depth formats: the smallest separation that each keeps in order, compared with theory.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use crate::memory::DepthFormat;
 use crate::truth::metrics::misordered_pairs;
 use crate::truth::scenes::Random;
 
-/// The experiment.
+/// Experiment on depth formats.
 pub(super) const DEPTH: Experiment = Experiment {
     id: "depth",
     title: "Depth formats",
@@ -18,13 +18,13 @@ pub(super) const DEPTH: Experiment = Experiment {
     rows,
 };
 
-/// z = f (d - n) / (d (f - n)) and 1 - z = n (f - d) / (d (f - n)), free of cancellation.
+/// Returns z = f (d - n) / (d (f - n)) and 1 - z = n (f - d) / (d (f - n)), without cancellation.
 fn depths(near: f64, far: f64, d: f64) -> (f64, f64) {
     let scale = 1.0 / (d * (far - near));
     (far * (d - near) * scale, near * (far - d) * scale)
 }
 
-/// The spacing of what the format can hold at this depth.
+/// Returns the spacing of the format's values at this depth.
 fn spacing(format: DepthFormat, z: f64, complement: f64) -> f64 {
     match format {
         DepthFormat::U16 => 1.0 / 65_535.0,
@@ -48,7 +48,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
                 let (z, complement) = depths(near, far, d);
                 (format.encode(z, complement), z)
             };
-            // 1/2 down to 2^-40: the last separation before one pair is lost.
+            // From 1/2 down to 2^-40: the last separation before a pair is lost.
             let mut kept = 1.0;
             for k in 4..160 {
                 let separation = libm::exp2(-(k as f64) / 4.0);

@@ -1,34 +1,34 @@
-//! What an experiment is, and what a row of its table holds.
+//! Experiments and the rows of their tables.
 
 use super::clock::{self, Timing};
 use std::time::Duration;
 
-/// How much is done, and whether it is timed.
+/// Size of the subjects, and time budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Smaller subjects, for a report in under a minute.
+    /// True for smaller subjects, for a report in under a minute.
     pub is_quick: bool,
-    /// How long each row may be timed; `None` takes no times, which changes no error.
+    /// Time budget of each row; `None` takes no times, which changes no error.
     pub time_per_row: Option<Duration>,
 }
 
 impl Effort {
-    /// The quick report.
+    /// Quick report.
     pub const QUICK: Effort = Effort { is_quick: true, time_per_row: Some(Duration::from_millis(120)) };
-    /// The whole report.
+    /// Full report.
     pub const FULL: Effort = Effort { is_quick: false, time_per_row: Some(Duration::from_secs(1)) };
 
-    /// The same without times.
+    /// Returns the same effort without times.
     pub fn untimed(self) -> Effort {
         Effort { time_per_row: None, ..self }
     }
 
-    /// `quick` or `full`, as the effort is.
+    /// Returns `quick` or `full`, by the effort.
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         if self.is_quick { quick } else { full }
     }
 
-    /// The output of `work`, and how long it takes where times are taken.
+    /// Runs `work` and returns its output, with its timing if times are taken.
     pub fn run<T>(&self, mut work: impl FnMut() -> T) -> (T, Option<Timing>) {
         match self.time_per_row {
             None => (work(), None),
@@ -40,49 +40,49 @@ impl Effort {
     }
 }
 
-/// A promise about one error column.
+/// Promised limit of one error column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// Which column.
+    /// Index of the column.
     pub column: usize,
-    /// The error is at most this.
+    /// Largest accepted error.
     pub at_most: f64,
 }
 
-/// One alternative on one subject.
+/// Result of one alternative on one subject.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What it was done on: a scene, a parameter.
+    /// Subject: a scene or a parameter.
     pub subject: String,
-    /// Which way of doing it.
+    /// Name of the alternative.
     pub alternative: String,
-    /// Whether it is what the program does unless told otherwise.
+    /// True if the program uses this alternative by default.
     pub is_default: bool,
-    /// The errors, in the order of the experiment's columns.
+    /// Errors, in the order of the experiment's columns.
     pub errors: Vec<f64>,
-    /// What is promised of them.
+    /// Promised limits of the errors.
     pub bounds: Vec<Bound>,
-    /// How long one run took, if it was timed.
+    /// Timing of one run, if it was timed.
     pub timing: Option<Timing>,
     /// Units of work in one run (see [`Experiment::unit`]).
     pub work: f64,
-    /// What was drawn, where the experiment is on pictures.
+    /// Drawn picture, if the experiment draws pictures.
     pub picture: Option<Picture>,
 }
 
-/// A small picture beside its truth.
+/// Small picture with its reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width in pixels.
     pub width: u32,
-    /// RGBA bytes that were drawn.
+    /// RGBA bytes drawn.
     pub found: Vec<u8>,
-    /// RGBA bytes that are right.
+    /// RGBA bytes of the reference.
     pub truth: Vec<u8>,
 }
 
 impl Picture {
-    /// The difference of each channel, 16 times, as RGBA bytes.
+    /// Returns the absolute difference of each channel times 16, as opaque RGBA bytes.
     pub fn difference(&self) -> Vec<u8> {
         let channel = |(i, (a, b)): (usize, (&u8, &u8))| {
             if i % 4 == 3 { 255 } else { a.abs_diff(*b).saturating_mul(16) }
@@ -92,33 +92,34 @@ impl Picture {
 }
 
 impl Row {
-    /// Whether every bound is kept. An error that is not a number keeps none.
+    /// Returns whether all bounds are met. A NaN error meets none.
     pub fn is_within_bounds(&self) -> bool {
         self.bounds.iter().all(|b| self.errors[b.column] <= b.at_most)
     }
 
-    /// Nanoseconds for a unit of work, unless the row broke a bound or was not timed.
+    /// Returns the nanoseconds per unit of work, or `None` if the row is out of bounds or was not
+    /// timed.
     pub fn nanoseconds_per_unit(&self) -> Option<f64> {
         let timing = self.timing.filter(|_| self.is_within_bounds())?;
         Some(timing.min_s * 1e9 / self.work)
     }
 }
 
-/// A set of alternatives for one stage.
+/// Set of alternatives for one stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Experiment {
     /// Short name, for files and links.
     pub id: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// What is compared with what, and how the errors are meant.
+    /// Description of the comparison and of the errors.
     pub about: &'static str,
-    /// The error columns.
+    /// Names of the error columns.
     pub columns: &'static [&'static str],
-    /// The column that the plot of speed against error shows.
+    /// Index of the column that the plot of speed against error shows.
     pub plotted: usize,
-    /// What one unit of work is.
+    /// Name of one unit of work.
     pub unit: &'static str,
-    /// Makes the rows.
+    /// Function that computes the rows.
     pub rows: fn(&Effort) -> Vec<Row>,
 }

@@ -1,4 +1,4 @@
-//! The N-dimensional eye: how fast, on how many threads, with the same picture.
+//! Speed of the N-dimensional eye on several threads, with identical pictures.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use super::memory;
@@ -9,7 +9,7 @@ use crate::eye::{Executor, EyePicture, EyeScene, Fibre, Serial, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
 
-/// The experiment.
+/// Experiment on the eye's threads.
 pub(super) const EYE: Experiment = Experiment {
     id: "eye",
     title: "The N-dimensional eye on threads",
@@ -21,7 +21,7 @@ pub(super) const EYE: Experiment = Experiment {
     rows,
 };
 
-/// Two turned tesseracts, one partly before the other, with a point light and a sun.
+/// Returns two rotated tesseracts, one partly in front of the other, with a point light and a sun.
 fn two_tesseracts(pixels: [u32; 2]) -> EyeScene {
     let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0), (0, 3, 25.0)];
     let demo = DemoScene { pixels: pixels.to_vec(), aperture_tan: 0.4, turns };
@@ -35,7 +35,7 @@ fn tesseract() -> Shape {
     cube(4).expect("4 is a dimension of cubes")
 }
 
-/// The 16 tetrahedra of a cross-polytope in a volume, with one point light.
+/// Returns the 16 tetrahedra of a cross-polytope in a volume, with one point light.
 fn sixteen_tetrahedra(side: u32) -> EyeScene {
     let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (1, 3, 40.0)];
     let demo = DemoScene { pixels: vec![side; 3], aperture_tan: 0.0, turns };
@@ -57,9 +57,9 @@ fn pixels_unlike(a: &EyePicture, b: &EyePicture) -> usize {
     (0..a.facet.len()).filter(|&i| !same_bits(i)).count()
 }
 
-/// The subjects of the two goals, for whole pictures.
+/// Subject of the goal for whole pictures on a plane.
 pub(super) const ON_A_PLANE: &str = "4-D on a plane: two tesseracts, 2 lights with shadows, 640x480";
-/// In a volume.
+/// Subject of the goal for whole pictures in a volume.
 pub(super) const IN_A_VOLUME: &str = "4-D in a volume: 16 tetrahedra, 1 light, 64x64x64";
 
 fn rows(effort: &Effort) -> Vec<Row> {
@@ -102,7 +102,8 @@ fn pool(threads: usize) -> Box<dyn Executor> {
     }
 }
 
-/// Simplices of R^4 in a box before the eye, `reach` about their middles, with one point light.
+/// Returns simplices of R^4 in a box in front of the eye, with vertices within `reach` of their
+/// centres and one point light.
 fn cloud(facets: usize, reach: f64, pixels: [u32; 2]) -> EyeScene {
     let mut r = Random::new(4004);
     let facets: Vec<_> = (0..facets)
@@ -121,7 +122,8 @@ fn cloud(facets: usize, reach: f64, pixels: [u32; 2]) -> EyeScene {
     EyeScene::from_json(text.to_string().as_bytes()).expect("a scene of this file's own making")
 }
 
-/// Time a picture against facets: the same room filled with more and smaller facets, and with more of the same size.
+/// Measures the time per picture against the number of facets: in a full room with smaller and
+/// smaller facets, and with facets of constant size.
 pub(super) fn scaling_with_facets(effort: &Effort) -> Vec<Scaling> {
     let counts: &[usize] =
         effort.pick(&[100, 1_000, 10_000], &[100, 316, 1_000, 3_162, 10_000, 31_623, 100_000]);

@@ -1,11 +1,11 @@
-//! The N-dimensional eye: a fan of rays against the exact fibre.
+//! The N-dimensional eye: a fan of rays compared with the exact fibre.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use crate::eye::{EyePicture, EyeScene, Fibre, MISS, Serial, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
 
-/// The experiment.
+/// Experiment on fans of rays.
 pub(super) const FAN: Experiment = Experiment {
     id: "fan",
     title: "The fibre of the N-dimensional eye",
@@ -23,7 +23,7 @@ pub(super) const FAN: Experiment = Experiment {
     rows,
 };
 
-/// Simplices about a point before the eye.
+/// Returns simplices around a point in front of the eye.
 fn scene(dim: usize, pixels: &[u32], facets: usize) -> EyeScene {
     let mut r = Random::new(2002 + dim as u64);
     // In more dimensions a fibre passes between small simplices.
@@ -72,7 +72,7 @@ fn errors(found: &EyePicture, truth: &EyePicture) -> Vec<f64> {
     vec![missed as f64, other as f64, further, (squares / (3.0 * n)).sqrt(), f64::from(nearer)]
 }
 
-/// Rays of a fan in one fibre; none for the exact search.
+/// Returns the rays of a fan in one fibre; 0 for the exact search.
 fn rays(fibre: Fibre, hidden: usize) -> u64 {
     match fibre {
         Fibre::Exact => 0,
@@ -101,7 +101,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
     for (subject, scene) in &subjects {
         let draw = |fibre| render_with(scene, fibre, &Serial).expect("fans of at most 129 rays");
         let truth = draw(Fibre::Exact);
-        // Hidden axes multiply a fan's rays.
+        // A fan has as many rays as the power of its size to the number of hidden axes.
         let hidden = scene.hidden_dim();
         for (name, fibre) in ways.into_iter().filter(|(_, fibre)| rays(*fibre, hidden) <= 2_000) {
             let (picture, timing) = effort.run(|| draw(fibre));

@@ -1,22 +1,22 @@
-//! The eye's goals beside what was measured.
+//! Goals for the N-dimensional eye, with the measured results.
 
 use super::eye::{IN_A_VOLUME, ON_A_PLANE};
 use super::report::Report;
 
-/// A goal for speed.
+/// Goal with its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
-    /// Of what.
+    /// Measured subject.
     pub what: String,
-    /// What is asked for.
+    /// Required result.
     pub asked: String,
-    /// What was measured.
+    /// Measured result.
     pub measured: String,
-    /// Whether that is enough.
+    /// True if the goal is met.
     pub is_met: bool,
 }
 
-/// The eye's goals for speed and growth, as far as `report` has measured them.
+/// Returns the eye's goals for speed and growth, as far as `report` has measured them.
 pub fn eye_goals(report: &Report) -> Vec<Goal> {
     let seconds = |subject: &str, alternative: &str| {
         let rows = report.sections.iter().flat_map(|s| &s.rows);

@@ -1,4 +1,4 @@
-//! Numerical stability: every hard case, what is promised of it, what was measured, and whether it holds.
+//! Numerical stability: the hard cases with the promised and the measured results.
 
 use super::experiment::Bound;
 use super::picture::{draw_case, truth};
@@ -9,20 +9,21 @@ use crate::truth::hard_cases;
 use crate::truth::scenes::{Case, Random};
 use serde_json::json;
 
-/// One hard case.
+/// Result of one hard case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HardRow {
-    /// What it is.
+    /// Name of the case.
     pub case: String,
-    /// What theory or the specification says of it.
+    /// Result promised by theory or by the specification.
     pub promise: String,
-    /// What was found.
+    /// Measured result.
     pub measured: String,
-    /// Whether the promise is kept.
+    /// True if the promise is kept.
     pub passed: bool,
 }
 
-/// All hard cases, the limits of f32, and the eye at all scales. `progress` hears of each part before it begins.
+/// Runs all hard cases, the limits of f32, and the eye at all scales. `progress` is called with the
+/// title of each part before it begins.
 pub fn hard(progress: &mut dyn FnMut(&str)) -> Vec<HardRow> {
     progress("Hard cases through the pipeline");
     let mut rows: Vec<HardRow> = hard_cases().iter().map(through_the_pipeline).collect();
@@ -33,7 +34,7 @@ pub fn hard(progress: &mut dyn FnMut(&str)) -> Vec<HardRow> {
     rows
 }
 
-/// What the specification allows for a case.
+/// Returns the errors that the specification allows for a case.
 fn promise(case: &Case) -> String {
     let depth = match case.format {
         DepthFormat::F32 => "depth to 2 ulp or 4e-7",
@@ -63,7 +64,7 @@ fn through_the_pipeline(case: &Case) -> HardRow {
     HardRow { case: case.name.clone(), promise: promise(case), measured, passed: report.is_right() }
 }
 
-/// The largest power of two at which `holds`, from 2^-30 on.
+/// Returns the largest power of two, from 2^-30 on, up to which `holds` is true.
 fn last_power_that(holds: impl Fn(f64) -> bool) -> f64 {
     let mut last = 0.0;
     for k in -30..60 {
@@ -76,14 +77,14 @@ fn last_power_that(holds: impl Fn(f64) -> bool) -> f64 {
     last
 }
 
-/// A limit of f32: what theory says, derived from the format alone, and what holds.
+/// Limit of f32: derived from the format, and measured.
 struct Limit {
     case: &'static str,
-    /// The largest power of two at which it holds.
+    /// Largest power of two at which the property holds, by theory.
     theory: f64,
-    /// Why.
+    /// Derivation of the limit.
     because: &'static str,
-    /// Whether it holds at a power of two.
+    /// Tests the property at a power of two.
     holds: fn(f64) -> bool,
 }
 
@@ -99,7 +100,8 @@ impl Limit {
     }
 }
 
-/// Where f32 must fail. An f32 has a significand of 24 bits: from 2^k to 2^(k+1) its numbers stand 2^(k-23) apart.
+/// Returns cases in which f32 must fail. An f32 has a significand of 24 bits: from 2^k to 2^(k+1)
+/// its values are 2^(k-23) apart.
 fn limits_of_f32() -> [Limit; 5] {
     let power_under = |x: f64| libm::exp2(libm::floor(libm::log2(x)));
     [
@@ -129,7 +131,8 @@ fn limits_of_f32() -> [Limit; 5] {
         },
         Limit {
             case: "Phong's power of a cosine in f32, to half a step of 255, as exponent",
-            // Neighbours below 1 are 2^-24 apart; the nearest power is off by d(x^n) = n x^(n-1) 2^-24 at most, x near 1.
+            // Neighbours below 1 are 2^-24 apart; the nearest power is off by d(x^n) = n x^(n-1)
+            // 2^-24 at most, x near 1.
             theory: power_under(0.5 / 255.0 * libm::exp2(24.0)),
             because: "n 2^-24 <= 0.5/255",
             holds: |n| {
@@ -151,7 +154,7 @@ fn limits_of_f32() -> [Limit; 5] {
     ]
 }
 
-/// The same world in units from 1e-6 to 1e6: the same facets, distances that scale with it.
+/// Compares the same world in units from 1e-6 to 1e6: equal facets, and distances in proportion.
 fn eye_scales() -> Vec<HardRow> {
     let picture = |scale: f64| {
         let mut r = Random::new(77);
@@ -203,7 +206,8 @@ mod tests {
 
     #[test]
     fn f64_is_nowhere_near_these_limits() {
-        // The same edge, corner and point in f64, as the pipeline has them: far on both sides of f32's limit.
+        // The same edge, corner and point in f64, as in the pipeline, far on both sides of f32's
+        // limit.
         for k in [20, 24, 25, 40, 52] {
             let x = libm::exp2(k as f64);
             assert!(x * (x * 0.5) - (x - 1.0) * (x * 0.5) == x * 0.5, "2^{k}");

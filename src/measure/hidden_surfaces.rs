@@ -1,4 +1,4 @@
-//! Hidden surfaces: painter, back faces only, z-buffer.
+//! Hidden surfaces: painter's algorithm, back-face culling only, z-buffer.
 
 use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::picture;
@@ -10,7 +10,7 @@ use crate::truth::scenes::{Case, object};
 use crate::truth::{Settings, Transparency};
 use glam::{DMat4, DVec3};
 
-/// The experiment.
+/// Experiment on hidden surfaces.
 pub(super) const HIDDEN: Experiment = Experiment {
     id: "hidden",
     title: "Hidden surfaces",
@@ -27,7 +27,7 @@ fn unlit(mut o: Object, color: DVec3) -> Object {
     o
 }
 
-/// Three bars, each over the next: no order of whole faces is right.
+/// Returns three bars that overlap in a cycle: no order of whole faces is correct.
 fn cycle() -> Vec<Object> {
     (0..3)
         .map(|k| {
@@ -53,7 +53,7 @@ fn knot(effort: &Effort) -> Vec<Object> {
     let mut o = object("knot", shapes::knot(nu, nv).expect("a knot of some quads"));
     let size = o.geometry.mesh.bounds().map_or(1.0, |(lo, hi)| (hi - lo).max_element());
     o.model = crate::math::matrix::scale(DVec3::splat(3.2 / size));
-    // Every polygon its own colour, so that a wrong one shows.
+    // Every polygon has its own colour, so that a wrong one is visible.
     let geometry = std::sync::Arc::make_mut(&mut o.geometry);
     let mesh = &mut geometry.mesh;
     for (i, p) in mesh.polygons.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
-//! Interpolation: texture coordinates along rows of a wall in perspective.
+//! Interpolation of texture coordinates along rows of a wall in perspective.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 
-/// The experiment.
+/// Experiment on interpolation.
 pub(super) const INTERPOLATION: Experiment = Experiment {
     id: "interpolation",
     title: "Interpolation",
@@ -14,24 +14,24 @@ pub(super) const INTERPOLATION: Experiment = Experiment {
     rows,
 };
 
-/// The wall: 1/w and u/w run straight along a row of `width` pixels.
+/// Wall on a frame `width` pixels wide: 1/w and u/w are linear along a row.
 #[derive(Clone, Copy)]
 struct Wall {
     width: usize,
     rows: usize,
-    /// Distance at the right end; 1 at the left one.
+    /// Distance at the right end; 1 at the left end.
     far: f64,
 }
 
 const TEXELS: f64 = 256.0;
 
 impl Wall {
-    /// Where along row y pixel x lies, 0..1: rows are shifted against each other.
+    /// Returns the position 0..1 of pixel x along row y; rows are offset against each other.
     fn t(self, x: usize, y: usize) -> f64 {
         (x as f64 + 0.5 + 0.37 * (y as f64 / self.rows as f64)) / (self.width as f64 + 1.0)
     }
 
-    /// 1/w and u/w at t.
+    /// Returns 1/w and u/w at t.
     fn over_w(self, t: f64) -> (f64, f64) {
         let (near, far) = (1.0, 1.0 / self.far);
         (near * (1.0 - t) + far * t, TEXELS * far * t)
@@ -47,7 +47,7 @@ fn exact(wall: Wall, y: usize, row: &mut [f64]) {
     }
 }
 
-/// The same with f32 increments along the row.
+/// Interpolates with f32 increments along the row.
 fn exact_f32(wall: Wall, y: usize, row: &mut [f64]) {
     let at = |x: usize| {
         let (w, uw) = wall.over_w(wall.t(x, y));
@@ -61,7 +61,7 @@ fn exact_f32(wall: Wall, y: usize, row: &mut [f64]) {
     }
 }
 
-/// A quotient every N pixels, straight in between.
+/// Divides every N pixels, with linear interpolation between.
 fn every<const N: usize>(wall: Wall, y: usize, row: &mut [f64]) {
     let at = |x: usize| {
         let (w, uw) = wall.over_w(wall.t(x, y));
@@ -89,12 +89,14 @@ fn rows(effort: &Effort) -> Vec<Row> {
         let wall = Wall { width, rows: lines, far };
         let mut truth = vec![0.0; width * lines];
         truth.chunks_mut(width).enumerate().for_each(|(y, row)| exact(wall, y, row));
-        // Straight pieces of h in t: h^2/8 max |u''|, u'' = 2 T f (1-f) / w^3, largest where w = f = 1/far.
+        // Error of linear pieces of length h in t: h^2/8 max |u''|, u'' = 2 T f (1-f) / w^3,
+        // largest at w = f = 1/far.
         let bent = |n: f64| {
             let h = n / (width as f64 + 1.0);
             h * h / 8.0 * 2.0 * TEXELS * far * (far - 1.0)
         };
-        // Each addition in f32 loses up to half an ulp; far away that counts far times over.
+        // Each addition in f32 loses up to half an ulp, which is multiplied by `far` at the far
+        // end.
         let drift = width as f64 * TEXELS * far / 16_777_216.0;
         let ways: [(&str, Fill, bool, f64); 5] = [
             ("perspective, exact f64", exact, true, 0.0),

@@ -1,4 +1,4 @@
-//! Lines: how far the lit pixels are from the segment, and from the midpoint rule.
+//! Lines: distance of the lit pixels from the segment, and difference from the midpoint rule.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use crate::draw2d::{self, Blend, RampColor};
@@ -6,7 +6,7 @@ use crate::memory::VideoMemory;
 use crate::truth::metrics::line_distance;
 use crate::truth::scenes::Random;
 
-/// The experiment.
+/// Experiment on lines.
 pub(super) const LINES: Experiment = Experiment {
     id: "lines",
     title: "Lines",
@@ -37,7 +37,7 @@ fn anti_aliased(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2]) {
     draw2d::line_aa(memory, p0.map(f64::from), p1.map(f64::from), WHITE);
 }
 
-/// The digital differential analyser in f32: add the slope at each step, round.
+/// Digital differential analyser in f32: adds the slope at each step and rounds.
 fn dda_f32(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2]) {
     let (dx, dy) = ((p1[0] - p0[0]) as f32, (p1[1] - p0[1]) as f32);
     let steps = dx.abs().max(dy.abs());
@@ -50,7 +50,7 @@ fn dda_f32(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2]) {
     }
 }
 
-/// The same in 16.16 fixed point.
+/// Digital differential analyser in 16.16 fixed point.
 fn dda_fixed(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2]) {
     let (dx, dy) = (p1[0] - p0[0], p1[1] - p0[1]);
     let steps = dx.abs().max(dy.abs());
@@ -63,8 +63,8 @@ fn dda_fixed(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2]) {
     }
 }
 
-/// The pixels of the midpoint rule: step k of n along the major axis, ceil(k m / n - 1/2) along the other, so that a tie
-/// stays on the major axis.
+/// Returns the pixels of the midpoint rule: step k of n along the major axis, ceil(k m / n - 1/2)
+/// along the other, so that a tie stays on the major axis.
 fn midpoint_rule(p0: [i32; 2], p1: [i32; 2]) -> Vec<[i32; 2]> {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
     let major = usize::from(d[0].abs() < d[1].abs());
@@ -80,7 +80,8 @@ fn midpoint_rule(p0: [i32; 2], p1: [i32; 2]) -> Vec<[i32; 2]> {
         .collect()
 }
 
-/// The share of pixel (x, y), the unit square about (x, y), that lies in the rectangle about the segment.
+/// Returns the fraction of pixel (x, y), the unit square about (x, y), inside the rectangle about
+/// the segment.
 fn sampled_coverage(p0: [i32; 2], p1: [i32; 2], x: i32, y: i32) -> f64 {
     let d = [(p1[0] - p0[0]) as f64, (p1[1] - p0[1]) as f64];
     let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -144,7 +145,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
     rows
 }
 
-/// The columns for pictures of one line each, a byte of coverage a pixel.
+/// Returns the error columns for pictures of one line each, one byte of coverage per pixel.
 fn errors_of(segments: &[[[i32; 2]; 2]], pictures: &[Vec<u8>]) -> Vec<f64> {
     let (mut max, mut weighed, mut weight, mut off) = (0f64, 0f64, 0f64, 0usize);
     let (mut squares, mut samples) = (0f64, 0usize);

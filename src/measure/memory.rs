@@ -1,12 +1,13 @@
-//! The memory that the process has held at most, where the system tells it.
+//! Peak memory use of the process, if the system reports it.
 
-/// Lets the peak begin anew at what is held now; where the system cannot, it goes on from the last.
+/// Resets the peak to the current use. If the system cannot, the peak continues from the last one.
 pub(super) fn forget_peak() {
-    // Linux: 5 resets the peak of the resident set.
+    // On Linux, writing 5 resets the peak of the resident set.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The largest resident set since [`forget_peak`], in bytes.
+/// Returns the largest resident set since [`forget_peak`] in bytes, or `None` if it is not
+/// available.
 pub(super) fn peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     parse(&status)

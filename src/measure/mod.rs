@@ -1,12 +1,14 @@
-//! SPEED AGAINST ERROR: experiments, each a set of alternatives for one stage, measured together.
+//! Measurements of speed against error: experiments that compare alternatives for one stage.
 //!
-//! An [`Experiment`] is data: what it asks, which error columns it has, and a function that makes its [`Row`]s. Every row
-//! is one alternative on one subject; its errors come from the very output that was timed, held to a truth in f64 or wider, and
-//! are the same to the digit on every machine. Times are taken only where [`Effort`] carries a clock, and a row outside its
-//! stated bound shows none. The report's writers are in [`mod@write`].
+//! An [`Experiment`] is data: its description, its error columns, and a function that computes its
+//! [`Row`]s. A row is one alternative on one subject; its errors come from the same output that was
+//! timed, compared with a reference in f64 or wider, and are identical to the digit on every
+//! machine. Times are taken only if [`Effort`] has a time budget, and a row outside its bounds
+//! shows none. The report's writers are in [`mod@write`].
 //!
 //! ```text
-//!   experiments() -> Experiment { columns, rows(&effort) } -> Report -> Markdown | JSON | one HTML page
+//!   experiments() -> Experiment { columns, rows(&effort) } -> Report
+//!       -> Markdown | JSON | one HTML page
 //! ```
 
 mod approximations;

@@ -1,4 +1,4 @@
-//! Cases through the pipeline, and the truth of them.
+//! Drawing of test cases by the pipeline and by the reference.
 
 use super::clock::Timing;
 use super::experiment::Effort;
@@ -8,21 +8,22 @@ use crate::scene::{Scene, Viewport, ViewportRule};
 use crate::truth::scenes::Case;
 use crate::truth::{Transparency, TruthPicture, render};
 
-/// What the draws of a case left behind.
+/// Buffers after the draws of a case.
 #[derive(Clone, Debug)]
 pub struct Drawn {
-    /// The frame.
+    /// Colours.
     pub memory: VideoMemory,
-    /// Its depth, where the draws needed one.
+    /// Depth, if the draws needed one.
     pub depth: Option<DepthMemory>,
-    /// The face that wrote the depth of each pixel; an object's name is its number.
+    /// Face that wrote the depth of each pixel; an object's name is its number.
     pub ids: PickBuffer,
 }
 
-/// Draws a case by the plain pipeline: one draw an object, or the whole scene, as its settings say.
+/// Draws a case by the plain path: one draw per object, or the whole scene, as its settings say.
 ///
 /// # Panics
-/// When the case's frame cannot be made or its scene be drawn: cases are made by the program itself.
+/// If the case's frame cannot be allocated or its scene cannot be drawn: the program generates all
+/// cases.
 pub fn draw_case(case: &Case) -> Drawn {
     let mut memory = VideoMemory::new(case.width, case.height).expect("a case's frame is small");
     let mut ids = PickBuffer::new(case.width, case.height);
@@ -82,16 +83,16 @@ fn draw_into(renderer: &mut Renderer, target: &mut Target, case: &Case) {
     }
 }
 
-/// A renderer with the memories that it draws into, kept from frame to frame as a server keeps them.
+/// Renderer with its buffers, which are reused from frame to frame as in a server.
 pub(super) struct BenchFrame {
     renderer: Renderer,
-    /// The frame.
+    /// Colours of the frame.
     pub memory: VideoMemory,
     depth: Option<DepthMemory>,
 }
 
 impl BenchFrame {
-    /// A frame of so many pixels.
+    /// Creates a frame of `width` x `height` pixels.
     pub fn new(renderer: Renderer, width: u32, height: u32) -> BenchFrame {
         let memory = VideoMemory::new(width, height).expect("a frame of at most 8K");
         BenchFrame { renderer, memory, depth: None }
@@ -113,7 +114,7 @@ impl BenchFrame {
         self.renderer.draw_scene(&mut target, scene, &options).expect("a scene of the program's own making");
     }
 
-    /// The same for a case of the frame's size.
+    /// Clears colour and depth and draws a case of the frame's size.
     pub fn draw_case(&mut self, case: &Case) {
         self.clear();
         let (memory, depth) = (&mut self.memory, &mut self.depth);
@@ -122,14 +123,15 @@ impl BenchFrame {
     }
 }
 
-/// Draws a case as programs get it, by the tile renderer, on one thread: its bytes, and how long it takes.
+/// Draws a case with the default options, by the tile renderer on one thread. Returns its bytes and
+/// timing.
 pub(super) fn drawn_as_usual(effort: &Effort, case: &Case) -> (Vec<u8>, Option<Timing>) {
     let mut frame = BenchFrame::new(Renderer::new(RenderOptions::default()), case.width, case.height);
     let ((), timing) = effort.run(|| frame.draw_case(case));
     (frame.memory.bytes().to_vec(), timing)
 }
 
-/// The truth of a case.
+/// Renders a case by the reference.
 pub(super) fn truth(case: &Case) -> TruthPicture {
     render(&case.scene, case.width, case.height, case.format, &case.settings)
         .expect("a case's camera makes a picture")

@@ -1,9 +1,9 @@
-//! The report: all experiments, run one after the other.
+//! Report of all experiments.
 
 use super::experiment::{Effort, Experiment, Row};
 use super::scaling::Scaling;
 
-/// Every experiment, in the order of the stages.
+/// Returns all experiments, in the order of the stages.
 pub fn experiments() -> Vec<Experiment> {
     vec![
         super::lines::LINES,
@@ -19,18 +19,18 @@ pub fn experiments() -> Vec<Experiment> {
     ]
 }
 
-/// A set of growths that is measured together.
+/// Group of growth measurements.
 #[derive(Clone, Copy, Debug)]
 pub struct ScalingStudy {
     /// Short name.
     pub id: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// Measures it; points carry no time where [`Effort`] has no clock.
+    /// Function that measures it; points have no time if [`Effort`] has no time budget.
     pub run: fn(&Effort) -> Vec<Scaling>,
 }
 
-/// Every growth study.
+/// Returns all growth studies.
 pub fn scaling_studies() -> Vec<ScalingStudy> {
     use super::{eye, scaling_studies};
     let study = |id, title, run| ScalingStudy { id, title, run };
@@ -44,23 +44,24 @@ pub fn scaling_studies() -> Vec<ScalingStudy> {
     ]
 }
 
-/// An experiment with its rows.
+/// Experiment with its rows.
 #[derive(Clone, Debug)]
 pub struct Section {
     /// The experiment.
     pub experiment: Experiment,
-    /// What came out.
+    /// Rows that it produced.
     pub rows: Vec<Row>,
 }
 
 impl Section {
-    /// Subjects in order, each with its rows.
+    /// Iterates over the subjects in order, each with its rows.
     pub fn subjects(&self) -> impl Iterator<Item = (&str, &[Row])> {
         self.rows.chunk_by(|a, b| a.subject == b.subject).map(|rows| (rows[0].subject.as_str(), rows))
     }
 
-    /// Alternatives that are plainly better than the default on some subject: a tenth faster or more with no more error, or with at
-    /// most half the error in no more time; `None` where nothing was timed or there is no default.
+    /// Returns (subject, alternative) of the alternatives that are clearly better than the default:
+    /// at least a tenth faster with no more error, or with at most half the error in no more time.
+    /// Returns `None` if nothing was timed or there is no default.
     pub fn better_than_default(&self) -> Option<Vec<(&str, &str)>> {
         let column = self.experiment.plotted;
         let mut better = Vec::new();
@@ -82,7 +83,7 @@ impl Section {
         has_default.then_some(better)
     }
 
-    /// What that says of the default, in a sentence.
+    /// Returns the result of [`Section::better_than_default`] as a sentence.
     pub fn verdict(&self) -> String {
         match self.better_than_default() {
             None => "Nothing here is a default that could be bettered.".into(),
@@ -101,7 +102,8 @@ impl Section {
         }
     }
 
-    /// The rows of the Pareto front among `rows`: none other is both faster and nearer to the truth.
+    /// Returns whether `row` is on the Pareto front of `rows`: no other is both faster and more
+    /// accurate.
     pub fn is_on_front(&self, rows: &[Row], row: &Row) -> bool {
         let column = self.experiment.plotted;
         let value = |r: &Row| Some((r.nanoseconds_per_unit()?, r.errors[column]));
@@ -110,19 +112,19 @@ impl Section {
     }
 }
 
-/// A report.
+/// Results of a run.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// What was done.
+    /// Effort of the run.
     pub effort: Effort,
-    /// One section an experiment.
+    /// One section per experiment.
     pub sections: Vec<Section>,
-    /// How cost grows.
+    /// Growth measurements.
     pub scaling: Vec<Scaling>,
 }
 
 impl Report {
-    /// Rows outside their bounds, as lines of text.
+    /// Returns the rows outside their bounds, as lines of text.
     pub fn broken_bounds(&self) -> Vec<String> {
         let mut broken = Vec::new();
         for s in &self.sections {
@@ -144,7 +146,7 @@ impl Report {
     }
 }
 
-/// Runs all experiments; `progress` hears of each before it begins.
+/// Runs all experiments; `progress` is called with the title of each before it begins.
 pub fn run(effort: Effort, progress: &mut dyn FnMut(&str)) -> Report {
     let sections = experiments()
         .into_iter()

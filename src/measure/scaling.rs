@@ -1,33 +1,34 @@
-//! How cost grows: a series of times against what grows, the fitted exponent, and the memory beside it.
+//! Growth of cost: times for growing sizes, the fitted exponent, and peak memory.
 
 use super::clock::Timing;
 
-/// One size.
+/// Measurement at one size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScalingPoint {
-    /// How many of what grows.
+    /// Size: number of whatever grows.
     pub x: f64,
-    /// How long one run took, where times are taken.
+    /// Timing of one run, if times are taken.
     pub timing: Option<Timing>,
-    /// The largest resident set of the whole process meanwhile, bytes, where the system tells it.
+    /// Peak resident set of the whole process meanwhile in bytes, if the system reports it.
     pub peak_bytes: Option<u64>,
 }
 
-/// Times at growing sizes.
+/// Series of times for growing sizes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaling {
-    /// What was done.
+    /// Description of the work.
     pub title: String,
-    /// What grows, a plural.
+    /// Plural name of whatever grows.
     pub grows: &'static str,
-    /// The exponent that is promised, where one is.
+    /// Promised exponent, if there is one.
     pub at_most: Option<f64>,
-    /// Smallest first.
+    /// Measurements, smallest size first.
     pub points: Vec<ScalingPoint>,
 }
 
 impl Scaling {
-    /// b of the line log t = a + b log x that fits the times best (least squares); `None` without two sizes.
+    /// Returns b of the line log t = a + b log x that fits the times best (least squares), or
+    /// `None` without two different sizes.
     pub fn exponent(&self) -> Option<f64> {
         let timed = self.points.iter().filter_map(|p| Some((libm::log(p.x), libm::log(p.timing?.min_s))));
         let logs: Vec<(f64, f64)> = timed.collect();

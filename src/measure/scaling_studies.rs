@@ -1,4 +1,5 @@
-//! How the 3-D pipeline's and the server's cost grows: triangles, pixels, lights, overdraw, clients.
+//! Growth of the 3-D pipeline's and the server's cost: triangles, pixels, lights, overdraw,
+//! clients.
 
 use super::experiment::Effort;
 use super::memory;
@@ -11,19 +12,19 @@ use crate::server::{Engine, Finish, RenderThread, worker_pool};
 use crate::truth::scenes::{lit_triangle, object};
 use glam::DVec3;
 
-/// The renderer that programs get on this machine.
+/// Returns the default renderer of programs on this machine.
 fn renderer() -> Renderer {
     Renderer::new(RenderOptions { pool: worker_pool(None), ..RenderOptions::default() })
 }
 
 const VGA: [u32; 2] = [640, 480];
 
-/// How many lights, layers and clients there are.
+/// Returns the numbers of lights, layers or clients to measure.
 fn to_64(effort: &Effort) -> &'static [u32] {
     effort.pick(&[1, 8, 64], &[1, 2, 4, 8, 16, 32, 64])
 }
 
-/// Times a scene for each size; the scene is made outside the time.
+/// Times a scene for each size; creating the scene is not timed.
 fn series(
     effort: &Effort,
     title: String,
@@ -41,7 +42,7 @@ fn series(
     Scaling { title, grows, at_most: None, points: points.collect() }
 }
 
-/// Knots of ever more triangles on one frame.
+/// Measures knots of more and more triangles on one frame size.
 pub(super) fn triangles(effort: &Effort) -> Vec<Scaling> {
     // nu x nv quads of 2 triangles.
     let knots: &[[u32; 2]] = effort.pick(
@@ -56,7 +57,7 @@ pub(super) fn triangles(effort: &Effort) -> Vec<Scaling> {
     vec![series(effort, "a Phong-shaded knot on 640x480".into(), "triangles", &sizes, scene)]
 }
 
-/// One knot on ever larger frames.
+/// Measures one knot on larger and larger frames.
 pub(super) fn pixels(effort: &Effort) -> Vec<Scaling> {
     let frames: &[[u32; 2]] = effort.pick(
         &[[640, 480], [1280, 720], [1920, 1080]],
@@ -68,7 +69,7 @@ pub(super) fn pixels(effort: &Effort) -> Vec<Scaling> {
     vec![series(effort, title, "pixels", &sizes, |_| knot(250, 20))]
 }
 
-/// A knot under ever more lights.
+/// Measures a knot under more and more lights.
 pub(super) fn lights(effort: &Effort) -> Vec<Scaling> {
     let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
@@ -85,7 +86,7 @@ pub(super) fn lights(effort: &Effort) -> Vec<Scaling> {
     vec![series(effort, title, "lights", &sizes, scene)]
 }
 
-/// Ever more walls before each other, the farthest first.
+/// Measures more and more overlapping walls, the farthest first.
 pub(super) fn overdraw(effort: &Effort) -> Vec<Scaling> {
     let sizes: Vec<(f64, [u32; 2])> = to_64(effort).iter().map(|&n| (f64::from(n), VGA)).collect();
     let scene = |x: f64| {
@@ -105,7 +106,7 @@ pub(super) fn overdraw(effort: &Effort) -> Vec<Scaling> {
     vec![series(effort, title, "layers", &sizes, scene)]
 }
 
-/// The same work sent by ever more clients inside the process.
+/// Measures the same work sent by more and more clients inside the process.
 pub(super) fn clients(effort: &Effort) -> Vec<Scaling> {
     const RECTS: u32 = 6400;
     let points = to_64(effort).iter().filter_map(|&count| {
@@ -121,7 +122,7 @@ pub(super) fn clients(effort: &Effort) -> Vec<Scaling> {
                             let (x, y) = ((k * 7 % 600) as i32, (i as i32 * 31 + k as i32) % 440);
                             client.fill_rect(x, y, 40, 40, [k as u8, i as u8, 90, 255]);
                         }
-                        // A client that is gone has nothing left to be waited for.
+                        // If the client's connection is closed, there is no work to wait for.
                         let _ = client.sync();
                     });
                 }

@@ -1,4 +1,5 @@
-//! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and powers.
+//! Shading: flat, Gouraud and Phong on a sphere, and Phong with approximate square roots and
+//! powers.
 
 use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::{approximations, picture};
@@ -11,7 +12,7 @@ use crate::truth::scenes::{Case, object};
 use crate::truth::{Settings, byte};
 use glam::DVec3;
 
-/// The experiment.
+/// Experiment on shading.
 pub(super) const SHADING: Experiment = Experiment {
     id: "shading",
     title: "Shading",
@@ -79,10 +80,11 @@ fn on_triangles(effort: &Effort) -> Vec<Row> {
         .to_vec()
 }
 
-/// What theory allows flat and Gouraud shading on a ball of facets, in 1/255 steps. Colour changes with the normal's angle
-/// by at most kd, and in the highlight ks cos^n by at most sqrt(n / e) an angle of R and V, which turns twice as
-/// fast as the normal, and half as much again by the eye's nearness. A facet's normals lie within an angle of its centroid's, and within twice that
-/// of each other.
+/// Returns bounds for flat and Gouraud shading on a faceted ball, in steps of 1/255. The colour
+/// changes with the normal's angle by at most kd; in the highlight, ks cos^n changes by at most
+/// sqrt(n / e) per angle of R and V, which rotates twice as fast as the normal, and half as much
+/// again because the eye is near. A facet's normals are within an angle of its centroid's, and
+/// within twice that angle of each other.
 fn bounds_of_facets(scene: &Scene) -> [f64; 2] {
     let mesh = &scene.objects[0].geometry.mesh;
     let widest = mesh.triangles.iter().fold(0f64, |widest, corners| {
@@ -92,7 +94,7 @@ fn bounds_of_facets(scene: &Scene) -> [f64; 2] {
     });
     let m = material();
     let slope = m.kd.max_element() + m.ks.max_element() * (m.n / std::f64::consts::E).sqrt() * 2.5;
-    // Half a step is the byte's own on either side.
+    // The quantization to bytes adds half a step on either side.
     [1.0, 2.0].map(|angles| (255.0 * slope * widest * angles + 1.0).ceil())
 }
 
@@ -134,7 +136,8 @@ fn on_a_sphere(effort: &Effort) -> Vec<Row> {
     .to_vec()
 }
 
-/// Normals of a ball seen along -z, of lengths that vary as interpolated ones do; `None` beside it.
+/// Returns the normals of a ball seen along -z, with lengths that vary like interpolated ones;
+/// `None` outside the ball.
 fn normals_of_a_ball(side: usize) -> Vec<Option<DVec3>> {
     let at = |i: usize| (i as f64 + 0.5) / side as f64 * 2.2 - 1.1;
     let mut normals = Vec::with_capacity(side * side);

@@ -1,4 +1,4 @@
-//! Texture filters against a picture sampled 16 x 16 times a pixel.
+//! Texture filters, compared with a picture of 16 x 16 samples per pixel.
 
 use super::experiment::{Bound, Effort, Experiment, Picture, Row};
 use super::picture;
@@ -12,7 +12,7 @@ use crate::truth::scenes::{Case, object, terrain};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// The experiment.
+/// Experiment on texture filters.
 pub(super) const TEXTURES: Experiment = Experiment {
     id: "textures",
     title: "Textures",
@@ -24,10 +24,10 @@ pub(super) const TEXTURES: Experiment = Experiment {
     rows,
 };
 
-/// How many samples a pixel the truth takes, each way.
+/// Samples per pixel of the reference in each direction.
 const SAMPLES: usize = 16;
 
-/// Bricks of two colours with a little noise.
+/// Returns a texture of bricks of two colours with a little noise.
 fn bricks() -> Arc<Texture> {
     let bytes = (0..64 * 64u32).flat_map(|i| {
         let (x, y) = (i % 64, i / 64);
@@ -68,7 +68,7 @@ fn case(mesh: crate::scene::Mesh, filter: Filter, width: u32, height: u32) -> Ca
     }
 }
 
-/// The mean of SAMPLES x SAMPLES pixels each.
+/// Averages blocks of SAMPLES x SAMPLES pixels.
 fn reduced(bytes: &[u8], width: usize, height: usize) -> Vec<u8> {
     let mut out = Vec::with_capacity(width * height * 4);
     for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {

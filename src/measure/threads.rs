@@ -1,4 +1,4 @@
-//! Vector width and threads: the same bytes, different time.
+//! Vector width and threads: identical bytes, different times.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
 use super::picture::BenchFrame;
@@ -9,7 +9,7 @@ use crate::simd::Level;
 use crate::truth::scenes::{lit_triangle, object};
 use glam::DVec3;
 
-/// The experiment.
+/// Experiment on vector widths and numbers of threads.
 pub(super) const THREADS: Experiment = Experiment {
     id: "threads",
     title: "Vector width and threads",
@@ -22,10 +22,10 @@ pub(super) const THREADS: Experiment = Experiment {
     rows,
 };
 
-/// The most threads that are tried.
+/// Largest number of threads in the experiment.
 const MOST_THREADS: usize = 3;
 
-/// A knot of 2 n^2 / 4 triangles, lit, Phong.
+/// Returns a scene of a lit, Phong-shaded knot of 2 `nu` `nv` triangles.
 pub(super) fn knot(nu: u32, nv: u32) -> Scene {
     let mut scene = lit_triangle();
     let mut knot = object("knot", shapes::knot(nu, nv).expect("a knot of more than 3 by 3"));
@@ -38,7 +38,7 @@ pub(super) fn knot(nu: u32, nv: u32) -> Scene {
     scene
 }
 
-/// Threads that a program gets unless told otherwise.
+/// Returns the default number of threads of a program.
 pub(super) fn usual_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
@@ -77,7 +77,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
             let pairs = frame.memory.bytes().chunks_exact(4).zip(base.memory.bytes().chunks_exact(4));
             let off = pairs.clone().filter(|(a, b)| a != b).count();
             let worst = pairs.flat_map(|(a, b)| a.iter().zip(b)).fold(0, |m, (a, b)| m.max(a.abs_diff(*b)));
-            // The plain path is another way of working; both are within a step of the truth.
+            // The plain path computes differently; both are within a step of the reference.
             let bounds = if is_plain {
                 vec![Bound { column: 1, at_most: 2.0 }]
             } else {

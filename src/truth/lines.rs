@@ -257,8 +257,8 @@ fn cut([a, b]: &[End; 2]) -> Option<([End; 2], bool)> {
 /// End points lie within 2^41 of the origin.
 ///
 /// Each step with d > 0 moves along the minor axis. So after k steps along the longer side n, with
-/// m the shorter one, the line has moved ceil((2 m k - n) / 2 n) along the minor axis, and never
-/// less than
+/// m the shorter one, the line has moved ceil((2 m k - n) / 2 n) along the minor axis, and never a
+/// negative amount: the steps before the clip rectangle need not be computed.
 fn bresenham(from: [i64; 2], to: [i64; 2], clip: [i64; 4]) -> impl Iterator<Item = (i64, i64, [i64; 2])> {
     let sign = [0, 1].map(|k| (to[k] - from[k]).signum());
     let length = [0, 1].map(|k| (to[k] - from[k]).abs());

@@ -1,4 +1,5 @@
-//! How far a workload's picture is from the truth, and how far it may be: as the specification has it, at every pixel.
+//! Comparison of a workload's picture with the reference at every pixel, by the specification's
+//! limits.
 
 use super::Workload;
 use super::frame::BACKGROUND;
@@ -7,30 +8,31 @@ use crate::truth::TruthPicture;
 use crate::truth::compare::{COLOR_LIMITS, F32_Z_LIMIT, nearest};
 use std::fmt;
 
-/// Where more than one pixel in this many differs from the plain path, that is no matter of edges: nothing is asked further.
+/// If more than one pixel in this many differs from the plain path, the cause is not borderline
+/// edges, and the reference is not consulted.
 const MANY: usize = 4;
 
-/// A picture held to the truth, all pixels of it.
+/// Result of comparing all pixels of a picture with the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Check {
-    /// The largest difference of a channel, in 1/255 steps.
+    /// Largest difference of a channel, in steps of 1/255.
     pub max_error_steps: u8,
-    /// Pixels with some channel off by more than one step.
+    /// Number of pixels with a channel difference of more than one step.
     pub pixels_off: usize,
-    /// Pixels drawn where the truth draws none, or the other way about.
+    /// Number of pixels that only one of picture and reference draws.
     pub coverage_off: usize,
-    /// The largest difference in z.
+    /// Largest difference in z.
     pub max_depth_error: f64,
-    /// Pixels whose depth is further off than its format allows.
+    /// Number of pixels whose depth error exceeds the limit of its format.
     pub depths_off: usize,
-    /// Pixels that the truth draws.
+    /// Number of pixels that the reference draws.
     pub covered: usize,
-    /// Pixels that are not what the plain path has, of which the reference says that they are right: their centre lies
-    /// outside of the true face, faces tie in depth, or a texture's turn is near.
+    /// Number of pixels that differ from the plain path and that the reference accepts: their
+    /// centre lies outside the true face, faces tie in depth, or a texture discontinuity is near.
     pub turns: usize,
 }
 
-/// A picture with its depths.
+/// Picture with its depths.
 #[derive(Clone, Copy)]
 pub(super) struct Drawn<'a> {
     pub memory: &'a VideoMemory,
@@ -44,7 +46,7 @@ impl Drawn<'_> {
 }
 
 impl Check {
-    /// Compares RGBA bytes of one size; coverage is what differs from `background`.
+    /// Compares RGBA bytes of one size; pixels that differ from `background` are covered.
     pub(super) fn of_bytes(found: &[u8], truth: &[u8], background: [u8; 4]) -> Check {
         let mut check = Check::default();
         if found.len() != truth.len() {
@@ -59,10 +61,11 @@ impl Check {
         check
     }
 
-    /// Holds colours and depths of a picture in space to the plain path's, pixel by pixel, to the workload's limits. Coverage
-    /// is what has a depth: a colour may be the background's. Pixels that are off by more are put to the reference (`ask`
-    /// draws those that it is given), which knows all right answers: the extrapolated and the clamped one where a centre
-    /// lies outside of the true face, and only one nearly everywhere else.
+    /// Compares colours and depths of a 3-D picture with the plain path's, pixel by pixel, by the
+    /// workload's limits. Coverage is decided by depth: a colour may equal the background's. Pixels
+    /// with larger differences are decided by the reference (`ask` renders the given pixels), which
+    /// has all accepted results: the extrapolated and the clamped one if a centre lies outside the
+    /// true face, and only one nearly everywhere else.
     pub(super) fn of_space(
         found: Drawn,
         plain: Drawn,
@@ -87,7 +90,7 @@ impl Check {
             let words = [found, plain].map(|d| d.depth.word(index));
             let is_near = is_near(plain.depth.format(), words, z_off);
             check.coverage_off += usize::from((f < 1.0) != (t < 1.0));
-            // What lets light through writes no depth.
+            // Transparent faces write no depth.
             check.covered += usize::from(t < 1.0 || plain.color(index) != BACKGROUND);
             if off <= limit && is_near {
                 check.add(off, z_off, false);
@@ -117,7 +120,7 @@ impl Check {
         check
     }
 
-    /// Counts a pixel that is so far off.
+    /// Adds a pixel with these errors.
     fn add(&mut self, steps: u8, z: f64, is_depth_off: bool) {
         self.max_error_steps = self.max_error_steps.max(steps);
         self.pixels_off += usize::from(steps > 1);
@@ -125,7 +128,7 @@ impl Check {
         self.depths_off += usize::from(is_depth_off);
     }
 
-    /// Whether the picture is good enough to be timed; else what is wrong.
+    /// Checks that the picture is good enough to be timed; the error describes the reason.
     pub(super) fn within(&self, workload: Workload) -> Result<(), String> {
         let limit = limit_steps(workload);
         if self.covered == 0 {
@@ -148,19 +151,19 @@ impl Check {
     }
 }
 
-/// How far a workload's colours may be off, in 1/255 steps.
+/// Returns the largest accepted colour error of a workload, in steps of 1/255.
 pub(super) fn limit_steps(workload: Workload) -> u8 {
     let [plain, textured] = COLOR_LIMITS;
     match workload {
         Workload::Textured(_) | Workload::Room | Workload::Objects10k | Workload::Scene10k => textured,
-        // Whole numbers decide these: nothing may differ.
+        // Integer arithmetic decides these: no difference is accepted.
         Workload::LinesLong | Workload::LinesShort | Workload::PutPixel => 0,
         _ => plain,
     }
 }
 
-/// Whether a stored depth can stand beside the plain path's without the reference being asked: whole numbers have one right word
-/// nearly everywhere.
+/// Returns whether a stored depth is close enough to the plain path's without consulting the
+/// reference: integer formats have one accepted word nearly everywhere.
 fn is_near(format: DepthFormat, [found, plain]: [u32; 2], z_off: f64) -> bool {
     match format {
         DepthFormat::U16 | DepthFormat::U24 | DepthFormat::U32 => found == plain,
@@ -169,20 +172,20 @@ fn is_near(format: DepthFormat, [found, plain]: [u32; 2], z_off: f64) -> bool {
     }
 }
 
-/// How far reversed depths may be off, in units of their last place.
+/// Largest accepted error of reversed depths, in units in the last place.
 const REVERSED_ULPS: u32 = 4;
 
-/// The largest difference of a channel.
+/// Returns the largest difference of a channel.
 fn distance(a: [u8; 4], b: [u8; 4]) -> u8 {
     (0..4).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0)
 }
 
-/// Why there is no time to tell.
+/// Error of a workload whose time is not reported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// The workload.
     pub workload: Workload,
-    /// What is wrong with its picture.
+    /// Error found in its picture.
     pub reason: String,
 }
 

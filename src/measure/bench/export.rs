@@ -1,17 +1,18 @@
-//! The workloads' meshes and texture as plain files, so that other programs draw the same.
+//! Export of the workloads' meshes and texture as plain files, for other programs.
 
 use super::space;
 use super::{BenchOptions, Workload};
 use crate::scene::{Corner, Filter, Mesh};
 use std::collections::HashMap;
 
-/// A file's name and bytes.
+/// Name and bytes of a file.
 pub type ExportedFile = (&'static str, Vec<u8>);
 
-/// The two knots as `.bin` and the texture as `.rgba`.
+/// Returns the two knots as `.bin` files and the texture as `.rgba`.
 ///
-/// A mesh: vertex count and triangle count as u32; 8 f32 a vertex: position, normal, texture coordinate; 3 u32 a triangle,
-/// counter-clockwise from outside; all little-endian. The texture: RGBA rows, row 0 at t = 0.
+/// A mesh file has the vertex count and triangle count as u32; 8 f32 per vertex: position, normal,
+/// texture coordinate; 3 u32 per triangle, counter-clockwise from outside; all little-endian. The
+/// texture file has RGBA rows, row 0 at t = 0.
 pub fn export(options: &BenchOptions) -> Vec<ExportedFile> {
     let mesh = |workload| mesh_bytes(&space::Space::new(workload, options).subject().geometry.mesh);
     let textured = space::Space::new(Workload::Textured(Filter::Nearest), options);
@@ -26,7 +27,7 @@ pub fn export(options: &BenchOptions) -> Vec<ExportedFile> {
     ]
 }
 
-/// The mesh's triangles over vertices that agree in all they have.
+/// Encodes the mesh's triangles over vertices with equal attributes merged.
 fn mesh_bytes(mesh: &Mesh) -> Vec<u8> {
     let mut numbers: HashMap<Corner, u32> = HashMap::new();
     let (mut vertices, mut indices) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! W6 and W7: lines and pixels, beside the plainest loops that draw them.
+//! Workloads W6 and W7: lines and pixels, compared with the simplest loops that draw them.
 
 use super::check::Check;
 use super::frame::BACKGROUND;
@@ -7,7 +7,7 @@ use crate::draw2d::{self, Blend, Line, RampColor};
 use crate::memory::{Rgba, VideoMemory};
 use crate::pipeline::tile::{Pool, Serial};
 
-/// A line as a program would keep it: half the bytes of [`Line`].
+/// Compact line as a program would store it: half the bytes of [`Line`].
 #[derive(Clone, Copy, Debug)]
 struct Packed {
     p0: [i16; 2],
@@ -23,13 +23,14 @@ impl From<Packed> for Line {
     }
 }
 
-/// Every line has another colour, so that their order shows.
+/// Returns a colour for each line that shows the drawing order.
 fn color(i: usize) -> Rgba {
     let [a, b, c, _] = (i as u32).wrapping_mul(2_654_435_761).to_le_bytes();
     [a, b, c, 255]
 }
 
-/// The peers' lines: two draws of the generator each; short ones reach at most 11 pixels each way, held to the frame.
+/// Returns the lines of all compared programs: two random numbers each; short lines reach at most
+/// 11 pixels each way, clamped to the frame.
 fn packed_lines(count: usize, is_short: bool, width: u32, height: u32) -> Vec<Packed> {
     let mut random = Xorshift::new();
     let place = |r: u32| [(((r & 0xffff) * width) >> 16) as i16, (((r >> 16) * height) >> 16) as i16];
@@ -47,7 +48,8 @@ fn packed_lines(count: usize, is_short: bool, width: u32, height: u32) -> Vec<Pa
         .collect()
 }
 
-/// Bresenham's loop as it is usually written, one error for all octants, with the project's rule for ties.
+/// Draws a line by Bresenham's loop in its usual form, one error term for all octants, with the
+/// project's rule for ties.
 fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
     let [mut x, mut y] = line.p0.map(i32::from);
     let [x1, y1] = line.p1.map(i32::from);
@@ -71,16 +73,16 @@ fn naive_line(pixels: &mut [Rgba], width: i32, line: Packed) {
     }
 }
 
-/// What is drawn, and the plainest loop that draws the same.
+/// Drawing with the simplest loop that draws the same.
 pub(super) trait FlatDrawing {
-    /// The plain loop's name.
+    /// Name of the simplest loop.
     const TWIN: &str;
     fn draw(&self, memory: &mut VideoMemory);
     fn draw_twin(&self, memory: &mut VideoMemory);
     fn threads(&self) -> usize;
 }
 
-/// A workload whose truth is its twin, to the byte.
+/// Workload whose reference is its twin, byte for byte.
 pub(super) struct Flat<K> {
     drawing: K,
     memory: VideoMemory,
@@ -182,7 +184,7 @@ impl Pixels {
         Flat::new(Pixels { count: 100_000_000 / options.size.divisor as usize }, options)
     }
 
-    /// Calls `put` with every pixel, made on the way.
+    /// Calls `put` with every pixel, generated on the fly.
     #[inline(always)]
     fn each(&self, width: u32, height: u32, mut put: impl FnMut(u32, u32, Rgba)) {
         let mut random = Xorshift::new();

@@ -1,5 +1,5 @@
-//! The frame that every workload in space is drawn on, spoilt on and checked on: a renderer, a frame
-//! and its depths.
+//! Frame of the 3-D workloads: a renderer with colour and depth buffers, and their comparison with
+//! a reference.
 
 use super::check::{Check, Drawn, limit_steps};
 use super::{BenchOptions, Workload};
@@ -7,10 +7,10 @@ use crate::memory::{DepthFormat, DepthMemory, Rgba, VideoMemory};
 use crate::pipeline::{Renderer, Target};
 use crate::truth::TruthPicture;
 
-/// What colour memory is cleared to: (0.1, 0.1, 0.15).
+/// Clear colour (0.1, 0.1, 0.15).
 pub(super) const BACKGROUND: Rgba = [26, 26, 38, 255];
 
-/// A renderer, and the memories that it draws into.
+/// Renderer with the buffers that it draws into.
 pub(super) struct SceneFrame {
     pub renderer: Renderer,
     pub memory: VideoMemory,
@@ -19,7 +19,7 @@ pub(super) struct SceneFrame {
 }
 
 impl SceneFrame {
-    /// A frame of this size, for a renderer as the options want it.
+    /// Allocates a frame of this size, with a renderer of these options.
     pub fn new(options: &BenchOptions, [width, height]: [u32; 2]) -> Self {
         SceneFrame {
             renderer: Renderer::new(options.render.clone()),
@@ -29,7 +29,7 @@ impl SceneFrame {
         }
     }
 
-    /// Width and height of the frame.
+    /// Returns width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         [self.memory.width(), self.memory.height()]
     }
@@ -44,7 +44,7 @@ impl SceneFrame {
         draw(&mut self.renderer, &mut Target { memory, depth, depth_format, ids: None });
     }
 
-    /// What something else draws on a frame like this one: its picture and depths.
+    /// Draws into other buffers of this size, and returns their picture and depths.
     pub fn plain(&self, draw: impl FnOnce(&mut Target<'_>)) -> (VideoMemory, Option<DepthMemory>) {
         let [width, height] = self.size();
         let mut memory = VideoMemory::new(width, height).expect("there is one of this size already");
@@ -59,7 +59,7 @@ impl SceneFrame {
         (memory, depth)
     }
 
-    /// A reference's picture of this size, cleared.
+    /// Returns a cleared reference picture of this size.
     pub fn reference(&self) -> TruthPicture {
         let [width, height] = self.size();
         let mut picture = TruthPicture::new(width, height, self.depth_format);
@@ -67,7 +67,7 @@ impl SceneFrame {
         picture
     }
 
-    /// Writes what no workload draws into all of it.
+    /// Overwrites all buffers with values that no workload produces.
     pub fn spoil(&mut self) {
         self.memory.clear([1, 254, 77, 3]);
         if let Some(depth) = &mut self.depth {
@@ -76,7 +76,8 @@ impl SceneFrame {
         }
     }
 
-    /// Holds what is in the frame to the plain path's picture and depths.
+    /// Compares the frame with the plain path's picture and depths; `ask` renders suspect pixels by
+    /// the reference.
     pub fn check(
         &self,
         workload: Workload,
@@ -92,7 +93,7 @@ impl SceneFrame {
         }
     }
 
-    /// Threads that draw.
+    /// Returns the number of threads that draw.
     pub fn threads(&self) -> usize {
         self.renderer.options().pool.as_ref().map_or(1, |p| p.current_num_threads())
     }

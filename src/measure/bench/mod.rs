@@ -1,14 +1,16 @@
-//! THE WORKLOADS: fixed pieces of work, W1 to W7 and S1 to S7, each held to its truth before it is timed.
+//! Benchmark workloads W1 to W7 and S1 to S7, each compared with a reference before it is timed.
 //!
-//! In: a [`Workload`], a [`Size`] and what to draw with. Out: a [`Row`] of times, or a [`Refusal`] where the picture is
-//! further from the truth than its bound: then there is no time to tell. A frame is everything that a program would do:
-//! colour and depth are cleared, all is drawn, and what counts is the visible memory. After the timing the memory is
-//! spoilt and one more frame drawn, which must give the first frame's bytes: no frame can have left its work out.
-//!
-//! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
-//! path, all pixels of it, and where that has only one of several right answers the reference (`truth`). W6 and W7 are
-//! lines and pixels; their truth is the plainest loop, which is timed beside them. S1 to S7 are other scenes, whose truth
-//! is that of W1; most of them grow, and each step is held to it and timed.
+//! In: a [`Workload`], a [`Size`] and drawing options. Out: a [`Row`] of times, or a [`Refusal`] if
+//! the picture exceeds its error bound: then no time is reported. A frame is everything that a
+//! program would do: colour and depth are cleared, the whole scene is drawn, and the result is in
+//! video memory. After the timing the memory is overwritten and one more frame is drawn, which must
+//! equal the first one byte for byte: so no timed frame can have skipped work. W1 to W5 are a torus
+//! knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
+//! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer). Their
+//! reference is the plain f64 path at all pixels, and the reference renderer (`truth`) where the
+//! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
+//! reference is the simplest loop, which is timed, too. S1 to S7 are other scenes with the
+//! reference of W1; most of them grow, and each step is checked and timed.
 
 mod check;
 mod export;
@@ -32,82 +34,82 @@ use crate::scene::{Fog, FogKind};
 use glam::DVec3;
 use std::time::{Duration, Instant};
 
-/// How much is drawn.
+/// Amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Pixels across.
+    /// Width of the frame in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height of the frame in pixels.
     pub height: u32,
-    /// Faces, lines and pixels are as many as the workload's name says, divided by this.
+    /// Divisor of the numbers of faces, lines and pixels in the workload's name.
     pub divisor: u32,
 }
 
 impl Size {
-    /// What all peers draw.
+    /// Size that all compared programs draw.
     pub const FULL: Size = Size { width: 1920, height: 1080, divisor: 1 };
 }
 
-/// What lies between the eye and what is drawn.
+/// Medium between the eye and the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Air {
-    /// Nothing.
+    /// No fog.
     #[default]
     Clear,
-    /// Grey fog through which half of what stands at the scene's middle is seen, or more.
+    /// Grey fog that leaves at least half of the colour at the scene's centre.
     Fog,
 }
 
 impl Air {
-    /// The fog of a scene that has none of its own.
+    /// Returns the fog for a scene.
     fn fog(self) -> Option<Fog> {
         let fog = Fog { color: DVec3::splat(0.6), kind: FogKind::Linear, visibility_range: 12.0 };
         (self == Air::Fog).then_some(fog)
     }
 }
 
-/// How it is drawn and how often.
+/// Drawing options and number of frames.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
-    /// Threads and vectors.
+    /// Threads and vector width.
     pub render: RenderOptions,
-    /// How depths are stored, W6 and W7 aside.
+    /// Format of stored depths; W6 and W7 have none.
     pub depth_format: DepthFormat,
-    /// What lies between the eye and what is drawn.
+    /// Medium between the eye and the scene.
     pub air: Air,
-    /// How much is drawn.
+    /// Amount of work.
     pub size: Size,
-    /// Frames that are timed, unless their time runs out.
+    /// Largest number of timed frames.
     pub frames: usize,
-    /// After this long the frame that runs is the last one, if there were 3.
+    /// Time after which no further frame is started, once 3 frames have been timed.
     pub budget: Duration,
 }
 
-/// A workload made ready.
+/// Workload prepared for drawing.
 trait BenchRun {
     /// Draws one whole frame.
     fn frame(&mut self);
-    /// The frame's RGBA bytes.
+    /// Returns the frame's RGBA bytes.
     fn bytes(&self) -> &[u8];
-    /// Overwrites all memories with what no frame leaves.
+    /// Overwrites all buffers with values that no frame produces.
     fn spoil(&mut self);
-    /// The truth's picture.
+    /// Draws the reference picture.
     fn truth(&mut self) -> VideoMemory;
-    /// Holds the last frame to the truth.
+    /// Compares the last frame with the reference.
     fn check(&mut self) -> Check;
-    /// The plain loop's name, if there is one.
+    /// Returns the name of the simplest loop, if there is one.
     fn twin(&self) -> Option<&'static str> {
         None
     }
-    /// Draws the frame by the plain loop, elsewhere.
+    /// Draws the frame by the simplest loop, into another buffer.
     fn twin_frame(&mut self) {}
-    /// How much of what grows there is.
+    /// Returns the current size of whatever grows.
     fn amount(&self) -> f64 {
         1.0
     }
-    /// Threads that draw.
+    /// Returns the number of threads that draw.
     fn threads(&self) -> usize;
-    /// Vectors that draw.
+    /// Returns the name of the vector width that is used.
     fn simd(&self) -> &'static str;
 }
 
@@ -131,7 +133,7 @@ fn run_of(workload: Workload, options: &BenchOptions) -> Box<dyn BenchRun> {
 /// Checks a workload, then times it.
 ///
 /// # Errors
-/// When its picture is outside its bound, or a later frame differs from the first.
+/// If its picture exceeds its error bound, or a later frame differs from the first.
 pub fn run(workload: Workload, options: &BenchOptions) -> Result<Row, Refusal> {
     let Some((what, steps)) = scenes::steps(workload) else {
         return measure(workload, &mut *run_of(workload, options), options);
@@ -154,12 +156,12 @@ pub fn run(workload: Workload, options: &BenchOptions) -> Result<Row, Refusal> {
     Ok(Row { scaling, ..last })
 }
 
-/// The picture that the truth draws: what other programs' pictures of the workload are held to.
+/// Draws the reference picture of a workload, with which other programs' pictures are compared.
 pub fn truth_picture(workload: Workload, options: &BenchOptions) -> VideoMemory {
     run_of(workload, options).truth()
 }
 
-/// Frames that are not timed, where they are short.
+/// Number of untimed frames before the measurement of short frames.
 const WARM_UP_FRAMES: usize = 5;
 const SHORT_FRAME: Duration = Duration::from_millis(300);
 
@@ -204,14 +206,14 @@ fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
     (start.elapsed(), output)
 }
 
-/// Median and minimum, in milliseconds.
+/// Returns median and minimum in milliseconds.
 fn summary(times: &mut [Duration]) -> (f64, f64) {
     times.sort();
     let ms = |t: Option<&Duration>| t.map_or(f64::NAN, |t| t.as_secs_f64() * 1e3);
     (ms(times.get(times.len() / 2)), ms(times.first()))
 }
 
-/// The peers' generator: xorshift of 32 bits.
+/// Random number generator of all compared programs: xorshift of 32 bits.
 #[derive(Clone, Copy, Debug)]
 struct Xorshift(u32);
 

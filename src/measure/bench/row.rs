@@ -1,57 +1,57 @@
-//! What was measured of a workload, and how it is written down.
+//! Results of a workload, and their JSON.
 
 use super::{Air, Check, Workload};
 use crate::memory::DepthFormat;
 
-/// The plain loop that a workload is timed beside.
+/// Result of the simplest loop that draws the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twin {
-    /// What it is.
+    /// Name of the loop.
     pub name: &'static str,
-    /// Its median frame.
+    /// Median frame in milliseconds.
     pub median_ms: f64,
-    /// Its shortest frame.
+    /// Shortest frame in milliseconds.
     pub min_ms: f64,
 }
 
-/// How a workload's time grows with its size.
+/// Growth of a workload's time with its size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScalingFit {
-    /// What grows, a plural.
+    /// Plural name of whatever grows.
     pub what: &'static str,
-    /// How much of it, and the shortest frame then, ms; the last is the workload itself.
+    /// Sizes with the shortest frame in milliseconds; the last one is the workload itself.
     pub steps: Vec<(f64, f64)>,
-    /// b of the line log time = a + b log size that fits best; `None` where the sizes are one.
+    /// Slope b of the best fit log time = a + b log size; `None` if all sizes are equal.
     pub exponent: Option<f64>,
 }
 
-/// What was measured of one workload.
+/// Result of one workload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The workload.
+    /// Measured workload.
     pub workload: Workload,
-    /// Threads that drew.
+    /// Number of threads that drew.
     pub threads: usize,
-    /// Vectors that drew.
+    /// Name of the vector width that was used.
     pub simd: &'static str,
-    /// The median frame.
+    /// Median frame in milliseconds.
     pub median_ms: f64,
-    /// The shortest frame.
+    /// Shortest frame in milliseconds.
     pub min_ms: f64,
-    /// Frames timed.
+    /// Number of timed frames.
     pub frames: usize,
-    /// How depths were stored, and through what it was seen.
+    /// Format of stored depths, and medium.
     pub stored: (DepthFormat, Air),
-    /// The picture against the truth.
+    /// Comparison of the picture with the reference.
     pub check: Check,
-    /// The plain loop timed in turn with it.
+    /// Result of the simplest loop, timed alternately with the workload.
     pub twin: Option<Twin>,
-    /// How its time grows, where it was measured at several sizes.
+    /// Growth of its time, if it was measured at several sizes.
     pub scaling: Option<ScalingFit>,
 }
 
 impl Row {
-    /// One JSON object on one line: the peers' fields first.
+    /// Returns one JSON object on one line: first the fields that all compared programs report.
     pub fn json(&self) -> String {
         let c = &self.check;
         let mut line = format!(

@@ -1,8 +1,9 @@
-//! W1 to W5: a knot or 20 layers, drawn by the renderer.
+//! Workloads W1 to W5: a knot or 20 layers, drawn by the renderer.
 //!
-//! The scene: a torus knot (500x70 or 2000x250 steps), turned by 0.3 about x after 0.4 about y; the eye at (0, 0, 5.2)
-//! looks along -z through 60 degrees, near 1, far 10; back faces are left out, less depth wins. A light at (3, 4, 5);
-//! colour = (0.8, 0.4, 0.2) (0.1 + 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
+//! The scene: a torus knot (500x70 or 2000x250 steps), rotated by 0.3 about x after 0.4 about y;
+//! the eye at (0, 0, 5.2) looks along -z with a field of view of 60 degrees, near 1, far 10; back
+//! faces are culled, a smaller depth passes. A light at (3, 4, 5); colour = (0.8, 0.4, 0.2) (0.1 +
+//! 0.7 max(N.L, 0)) + 0.5 max(R.V, 0)^32.
 
 use super::check::Check;
 use super::frame::SceneFrame;
@@ -27,7 +28,7 @@ pub(super) struct Space {
     scene: Subject,
 }
 
-/// All that a draw points at.
+/// Scene and modes of a draw.
 pub(super) struct Subject {
     pub geometry: Arc<Geometry>,
     material: Material,
@@ -51,12 +52,12 @@ impl Space {
         }
     }
 
-    /// What is drawn.
+    /// Returns the scene and modes.
     pub fn subject(&self) -> &Subject {
         &self.scene
     }
 
-    /// The plain path's picture and depths.
+    /// Draws by the plain path and returns its picture and depths.
     fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
         let [width, height] = self.on.size();
         let call = DrawCall { shared: None, ..self.scene.call(width, height) };
@@ -65,7 +66,7 @@ impl Space {
         })
     }
 
-    /// The reference's picture of some pixels.
+    /// Renders some pixels by the reference.
     pub fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
         let mut picture = self.on.reference();
         let settings = truth::Settings { shade: self.scene.shade, ..truth::Settings::default() };
@@ -73,7 +74,7 @@ impl Space {
         picture
     }
 
-    /// A frame whose texture lies some texels off its place.
+    /// Draws a frame with texture coordinates shifted by some texels.
     #[cfg(test)]
     pub fn frame_shifted(&mut self, texels: f64) {
         let right = self.scene.geometry.mesh.texcoords.clone();
@@ -83,7 +84,7 @@ impl Space {
         Arc::make_mut(&mut self.scene.geometry).mesh.texcoords = right;
     }
 
-    /// Draws a frame and changes it: what [`BenchRun::check`] must see.
+    /// Draws a frame and changes it in a way that [`BenchRun::check`] must detect.
     #[cfg(test)]
     pub fn frame_changed(&mut self, change: impl FnOnce(&mut VideoMemory, &mut DepthMemory)) {
         self.frame();
@@ -157,7 +158,7 @@ impl Subject {
             ambient: DVec3::ONE,
             fog: None,
         };
-        // What shows its own colour: all of the ambient light, and no other.
+        // Shows its own colour: all of the ambient light, and no other.
         let unlit = Material { ka: DVec3::ONE, kd: DVec3::ZERO, ks: DVec3::ZERO, ..Material::default() };
         match workload {
             Workload::Phong1M => Subject { geometry: Arc::new(knot(2000, 250)), ..lit },
@@ -169,7 +170,7 @@ impl Subject {
                 material: unlit,
                 lights: Vec::new(),
                 model: DMat4::IDENTITY,
-                // Distances 1 to 3 from an eye at z = 2: z of the device is -z of the world.
+                // Distances 1 to 3 from an eye at z = 2: device z is -z of the world.
                 camera: Camera {
                     look_at: look_from(2.0),
                     projection: Projection::Ortho { window: [-1.0, 1.0, -1.0, 1.0], near: 1.0, far: 3.0 },
@@ -194,7 +195,7 @@ impl Subject {
         Sampling { filter: self.filter, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat }
     }
 
-    /// The same as a scene.
+    /// Returns the subject as a scene.
     fn as_scene(&self) -> Scene {
         let object = Object {
             name: String::new(),
@@ -231,7 +232,7 @@ impl Subject {
             cull: Cull::Back,
             hide: HiddenSurface::ZBuffer,
             fog: self.fog,
-            // As a resource of a server is: prepared once, drawn often.
+            // As a resource of a server: prepared once, drawn often.
             shared: Some(&self.geometry),
             ..DrawCall::new(&self.geometry, &self.material, width, height)
         }
@@ -248,7 +249,8 @@ fn look_from(z: f64) -> LookAt {
     LookAt { eye: DVec3::new(0.0, 0.0, z), reference: DVec3::ZERO, up: DVec3::Y }
 }
 
-/// Full screens of one colour each, far to near, z of the device from 0.95 by -0.09.
+/// Returns full-screen quads of one colour each, far to near, at device z from 0.95 in steps of
+/// -0.09.
 fn layers() -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..LAYERS {
@@ -264,7 +266,7 @@ fn layers() -> Mesh {
     mesh
 }
 
-/// r = x ^ y, g = squares of 32 texels, b = 3 x + 5 y, row 0 at t = 0.
+/// Returns a texture of r = x ^ y, g = squares of 32 texels, b = 3 x + 5 y, row 0 at t = 0.
 fn texture() -> Texture {
     let side = TEXTURE_SIDE;
     let texel = |x: u32, y: u32| {

@@ -1,4 +1,4 @@
-//! Workloads in small: every one is within its bound, and what is not is refused.
+//! Tests with small workloads: each is within its bound, and wrong pictures are refused.
 
 use super::*;
 use crate::scene::Filter;
@@ -67,7 +67,7 @@ fn exported_meshes_are_the_knot() {
     assert_eq!(files.iter().map(|f| f.0).collect::<Vec<_>>(), ["knot70k.bin", "knot1m.bin", "texture.rgba"]);
     let word = |b: &[u8], i: usize| u32::from_le_bytes(b[4 * i..4 * i + 4].try_into().unwrap());
     let (knot, texture) = (&files[0].1, &files[2].1);
-    // 16 steps along, 70 around, and a seam each way; two triangles a step.
+    // 16 steps along, 70 around, and a seam each way; two triangles per step.
     let (vertices, triangles) = (word(knot, 0) as usize, word(knot, 1) as usize);
     assert_eq!((vertices, triangles), (17 * 71, 2 * 16 * 70));
     assert_eq!(knot.len(), 8 + vertices * 32 + triangles * 12);
@@ -91,7 +91,7 @@ fn names_and_their_beginnings_are_known() {
     }
 }
 
-/// A job whose pictures are what a test wants.
+/// Workload that draws the pictures that a test specifies.
 struct Fake {
     frames: Vec<[u8; 4]>,
     drawn: usize,
@@ -139,7 +139,7 @@ fn a_picture_outside_its_bound_has_no_time() {
         let refusal = run(workload, &[picture]).unwrap_err();
         assert!(refusal.to_string().contains(reason), "{refusal}");
     }
-    // Right at first, and lazy later.
+    // Correct at first; later frames skip work.
     let refusal =
         run(Workload::Phong70k, &[near, near, near, near, near, near, near, near, off]).unwrap_err();
     assert!(refusal.reason.contains("a later frame differs"), "{refusal}");
@@ -150,7 +150,7 @@ fn nearest_may_take_either_texel_at_a_border_and_no_other() {
     let mut run_of = space::Space::new(Workload::Textured(Filter::Nearest), &small());
     run_of.frame();
     assert_eq!(run_of.check().within(Workload::Textured(Filter::Nearest)), Ok(()));
-    // A fiftieth of a texel is no turn.
+    // A fiftieth of a texel is not borderline.
     run_of.frame_shifted(0.02);
     assert!(run_of.check().max_error_steps > 2);
 }
@@ -167,7 +167,7 @@ fn a_scene_with_one_thing_out_of_place_has_no_time() {
     }
 }
 
-/// The job's verdict on its own frame with one pixel changed.
+/// Checks the workload's frame with one pixel changed.
 fn verdict_with(
     run_of: &mut space::Space,
     workload: Workload,
@@ -199,7 +199,7 @@ fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
     let inside = inside.expect("nearly every pixel has one right answer");
     let same = |z: f64| z;
     let keep = |c: [u8; 4]| c;
-    // Three steps from what is right to a step.
+    // From a pixel within a step of the reference, three steps further.
     let brighter = |c: [u8; 4]| c.map(|v| if v == 255 { v } else { v.saturating_add(3).min(254) });
     assert_eq!(verdict_with(&mut run_of, workload, inside, keep, same), Ok(()));
     let refused = verdict_with(&mut run_of, workload, inside, brighter, same).unwrap_err();
@@ -210,7 +210,8 @@ fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
     }
     let refused = verdict_with(&mut run_of, workload, inside, keep, |_| 1.0).unwrap_err();
     assert!(refused.contains("coverage"), "{refused}");
-    // Where the centre lies outside of the true face, either end is right, and what lies beyond is not.
+    // If the centre lies outside the true face, both ends are accepted, and values beyond them are
+    // not.
     let outside: Vec<usize> = (0..pixels.len())
         .filter(|i| is_drawn(i) && states(*i).len() == 1 && spread(i) > 2e-6)
         .take(3)
@@ -225,7 +226,7 @@ fn one_wrong_pixel_is_refused_and_one_of_two_right_ones_is_not() {
         let refused = verdict_with(&mut run_of, workload, i, brighter, same).unwrap_err();
         assert!(refused.contains("a colour is"), "{refused}");
     }
-    // A picture that is wrong everywhere is refused without asking.
+    // A picture that is wrong everywhere is refused without consulting the reference.
     run_of.frame_changed(|memory, _| {
         memory.bytes_mut().as_chunks_mut::<4>().0.iter_mut().for_each(|c| *c = brighter(*c))
     });

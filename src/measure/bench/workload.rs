@@ -1,19 +1,19 @@
-//! The names of the pieces of work.
+//! Names of the benchmark workloads.
 
 use crate::scene::Filter;
 
-/// A piece of work.
+/// Benchmark workload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Workload {
-    /// W1: a knot of 70,000 faces, lit at each pixel.
+    /// W1: a knot of 70,000 faces, lit per pixel.
     Phong70k,
-    /// W2: a knot of 1,000,000 faces, lit at each pixel.
+    /// W2: a knot of 1,000,000 faces, lit per pixel.
     Phong1M,
-    /// W3: 20 layers over the whole frame, each nearer than the last.
+    /// W3: 20 layers over the whole frame, each nearer than the one before.
     Fill20,
-    /// W4: the knot of W1 under a texture of 1024x1024, without light.
+    /// W4: the knot of W1 with a texture of 1024x1024, unlit.
     Textured(Filter),
-    /// W5: the knot of W1, lit at the vertices.
+    /// W5: the knot of W1, lit per vertex.
     Gouraud70k,
     /// W6: 1,000,000 lines over the whole frame.
     LinesLong,
@@ -21,13 +21,13 @@ pub enum Workload {
     LinesShort,
     /// W7: 100,000,000 pixels at random places, one call each.
     PutPixel,
-    /// S1: a room seen from inside, faces through the eye's plane.
+    /// S1: a room seen from inside, with faces through the eye plane.
     Room,
-    /// S2: up to 64 layers that let light through.
+    /// S2: up to 64 transparent layers.
     Layers64,
-    /// S3: up to 10,000 boxes of 12 faces, one draw each, with other modes for each.
+    /// S3: up to 10,000 boxes of 12 faces, one draw each, with different modes.
     Objects10k,
-    /// S3: the same as one scene.
+    /// S3: the boxes of `Objects10k` as one scene.
     Scene10k,
     /// S4: a knot of up to 4,000,000 faces.
     Mesh4M,
@@ -35,12 +35,12 @@ pub enum Workload {
     Sizes,
     /// S6: a knot among 1 to 64 lights.
     Lights,
-    /// S7: 32 walls of many faces, the nearest first.
+    /// S7: 32 walls of many faces, nearest first.
     Hidden,
 }
 
 impl Workload {
-    /// All, in the order of their names.
+    /// All workloads, in the order of their names.
     pub const ALL: [Workload; 18] = [
         Workload::Phong70k,
         Workload::Phong1M,
@@ -62,10 +62,10 @@ impl Workload {
         Workload::Hidden,
     ];
 
-    /// The ten that other programs draw too, W1 to W7.
+    /// Number of workloads that other programs draw, too: W1 to W7.
     pub const OF_PEERS: usize = 10;
 
-    /// The name in the tables of all peers.
+    /// Returns the workload's name in the tables of all compared programs.
     pub const fn name(self) -> &'static str {
         match self {
             Workload::Phong70k => "W1_phong70k",
@@ -90,8 +90,8 @@ impl Workload {
         }
     }
 
-    /// The workloads of a name, or of its beginning up to a `_` (`W4` is three), in either case; `scenes` is all from S1 on;
-    /// none for an unknown one.
+    /// Returns the workloads with a name, or with a name's beginning up to a `_` (`W4` is three),
+    /// in either case. `scenes` is all from S1 on. An unknown name returns an empty list.
     pub fn named(name: &str) -> Vec<Workload> {
         if name.eq_ignore_ascii_case("scenes") {
             return Self::ALL[Self::OF_PEERS..].to_vec();

@@ -1,4 +1,4 @@
-//! The report as one HTML page: no script, nothing from a network, plots as SVG inside.
+//! Report as one HTML page: no script, no external resources, plots as inline SVG.
 
 use super::plot::{escape, scaling, speed_against_error};
 use super::{mebibytes, number, time};
@@ -29,7 +29,7 @@ svg { width: 100%; height: auto; } svg text { font: 11px system-ui, sans-serif; 
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
 ";
 
-/// The whole page. `machine` says where and when it was made.
+/// Returns the whole page. `machine` describes where and when it was made.
 pub fn html(report: &Report, machine: &str) -> String {
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -50,7 +50,7 @@ pub fn html(report: &Report, machine: &str) -> String {
     out
 }
 
-/// Times against sizes, with the fitted exponents.
+/// Writes times against sizes, with the fitted exponents.
 fn scaling_html(out: &mut String, report: &Report) {
     if report.scaling.is_empty() {
         return;
@@ -133,7 +133,8 @@ fn section_html(out: &mut String, section: &Section) {
     out.push_str("</section>\n");
 }
 
-/// What was drawn, what is right, and the difference 16 times, for every row that has pictures.
+/// Writes the drawn picture, the reference, and their difference times 16, for every row with
+/// pictures.
 fn pictures(out: &mut String, section: &Section) {
     let rows: Vec<_> = section.rows.iter().filter_map(|r| Some((r, r.picture.as_ref()?))).collect();
     if rows.is_empty() {
@@ -156,7 +157,7 @@ fn pictures(out: &mut String, section: &Section) {
     out.push_str("</div>\n");
 }
 
-/// RGBA bytes as a PNG in base 64.
+/// Encodes RGBA bytes as a PNG in base 64.
 fn png_base64(width: u32, rgba: &[u8]) -> String {
     let height = rgba.len() as u32 / 4 / width.max(1);
     let mut png = std::io::Cursor::new(Vec::new());
@@ -172,7 +173,7 @@ fn png_base64(width: u32, rgba: &[u8]) -> String {
     base64(png.get_ref())
 }
 
-/// RFC 4648's base 64, padded.
+/// Encodes bytes in padded base 64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -1,9 +1,9 @@
-//! The report as JSON.
+//! Report as JSON.
 
 use crate::measure::{Report, Row};
 use serde_json::{Value, json};
 
-/// A number; infinite ones, which JSON has not, as text.
+/// Converts a number; infinite ones, which JSON lacks, become text.
 fn value(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { json!(x.to_string()) }
 }
@@ -13,7 +13,7 @@ fn errors(columns: &[&str], row: &Row) -> Value {
     Value::Object(pairs.collect())
 }
 
-/// The whole report, times included.
+/// Returns the whole report, times included.
 pub fn json(report: &Report, machine: &str) -> Value {
     let sections: Vec<Value> = report
         .sections
@@ -65,7 +65,8 @@ pub fn json(report: &Report, machine: &str) -> Value {
     json!({ "machine": machine, "quick": report.effort.is_quick, "sections": sections, "growth": scaling })
 }
 
-/// The errors alone, which are the same to the digit on every machine: section, subject, alternative, columns.
+/// Returns the errors alone, which are identical to the digit on every machine, by section,
+/// subject, alternative and column.
 pub fn errors_json(report: &Report) -> Value {
     let mut all = serde_json::Map::new();
     for s in &report.sections {

@@ -1,10 +1,10 @@
-//! The report as Markdown tables.
+//! Report as Markdown tables.
 
 use super::{mebibytes, number, time};
 use crate::measure::{Goal, HardRow, Report, Section};
 use std::fmt::Write;
 
-/// The whole report. `machine` says where and when it was made.
+/// Returns the whole report. `machine` describes where and when it was made.
 pub fn markdown(report: &Report, machine: &str) -> String {
     let mut out = String::from("# Speed against error\n\n");
     let _ = writeln!(out, "{machine}\n");
@@ -20,7 +20,7 @@ pub fn markdown(report: &Report, machine: &str) -> String {
     out
 }
 
-/// Goals beside what was measured, as a table.
+/// Returns the goals and their results as a table.
 pub fn goals_markdown(goals: &[Goal]) -> String {
     let mut out = String::from("\n## Goals\n\n| of | asked | measured | |\n|---|---|---|---|\n");
     for t in goals {
@@ -82,7 +82,7 @@ fn table(out: &mut String, section: &Section) {
     }
 }
 
-/// The hard cases as a table.
+/// Returns the hard cases as a table.
 pub fn hard_markdown(rows: &[HardRow]) -> String {
     let failed = rows.iter().filter(|r| !r.passed).count();
     let mut out = format!("# Hard cases\n\n{} cases, {failed} failed.\n\n", rows.len());

@@ -10,7 +10,7 @@ pub use json::{errors_json, json};
 pub use markdown::{goals_markdown, hard_markdown, markdown};
 pub use plot::contact_sheet;
 
-/// An error as it stands in a table: the digits that matter, the same everywhere.
+/// Formats an error for a table, with its significant digits, identical on every machine.
 pub(super) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
@@ -24,7 +24,7 @@ pub(super) fn number(x: f64) -> String {
     if (1e-3..1e6).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.3e}") }
 }
 
-/// Nanoseconds with a unit that fits.
+/// Formats nanoseconds with a suitable unit.
 pub(super) fn time(ns: f64) -> String {
     match ns {
         ns if ns < 1e3 => format!("{ns:.1} ns"),
@@ -33,7 +33,7 @@ pub(super) fn time(ns: f64) -> String {
     }
 }
 
-/// Bytes in MiB, where they are known.
+/// Formats bytes in MiB, or `-` if they are not available.
 pub(super) fn mebibytes(bytes: Option<u64>) -> String {
     bytes.map_or("-".into(), |b| format!("{:.1} MiB", b as f64 / 1048576.0))
 }

@@ -11,7 +11,7 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 44.0;
 
-/// An axis over decades; values of 0 stand at its beginning.
+/// Logarithmic axis over whole decades; values of 0 are at its start.
 struct Axis {
     first: f64,
     last: f64,
@@ -25,7 +25,7 @@ impl Axis {
         let low = positive.clone().fold(f64::INFINITY, f64::min);
         let high = positive.fold(0.0, f64::max);
         let (low, high) = if low.is_finite() { (low, high) } else { (1.0, 1.0) };
-        // One decade of room below, where there are zeros to stand.
+        // One decade below, for zeros.
         let room = if values.clone().any(|v| v <= 0.0) { 1.0 } else { 0.0 };
         let first = libm::floor(libm::log10(low) - 0.05) - room;
         let last = libm::ceil(libm::log10(high) + 0.05).max(first + 1.0);
@@ -43,16 +43,16 @@ impl Axis {
     }
 }
 
-/// A plot, and what its numbered points are: names, and whether each is the default.
+/// Plot with the names of its numbered points.
 pub(super) struct Plot {
-    /// An SVG element.
+    /// Text of an SVG element.
     pub svg: String,
-    /// Names in order.
+    /// Names in order, each with whether it is the default.
     pub names: Vec<(String, bool)>,
 }
 
 impl Plot {
-    /// The plot with its names as a list below.
+    /// Returns the plot with its names as a list below.
     pub fn with_list(&self) -> String {
         let item = |(name, is_default): &(String, bool)| {
             let class = if *is_default { " class=\"usual\"" } else { "" };
@@ -63,7 +63,7 @@ impl Plot {
     }
 }
 
-/// Speed against error for the rows of one subject; `None` where nothing was timed.
+/// Plots speed against error for the rows of one subject; `None` if nothing was timed.
 pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]) -> Option<Plot> {
     let e = &section.experiment;
     let points: Vec<(&Row, f64, f64)> = rows
@@ -83,7 +83,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     );
     let start = if points.iter().any(|p| p.1 == 0.0) { "0" } else { "" };
     draw_axes(&mut out, &x, start, e.columns[e.plotted], &y, &format!("time a {}", e.unit));
-    // The front, from the fastest to the nearest to the truth.
+    // The Pareto front, from the fastest to the most accurate.
     let mut front: Vec<(f64, f64)> = points
         .iter()
         .filter(|p| section.is_on_front(rows, p.0))
@@ -92,14 +92,14 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     let path: Vec<String> = front.iter().map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
     let _ = writeln!(out, "<polyline class=\"front\" points=\"{}\"/>", path.join(" "));
-    // Points that fall together move apart sideways, so that every number can be read.
+    // Points that coincide are moved sideways, so that every number is legible.
     let mut placed: Vec<(f64, f64)> = Vec::new();
     let mut names = Vec::new();
-    // Above the lines that lead to them.
+    // Drawn after, and so above, the lines that lead to them.
     let mut marks = String::new();
     for (k, (row, error, ns)) in points.iter().enumerate() {
         let (mut px, py) = (x.place(*error), y.place(*ns));
-        // Always the same way, so that this ends: towards the middle.
+        // Always in the same direction, so that the loop ends: towards the middle.
         let aside = if px > WIDTH / 2.0 { -17.0 } else { 17.0 };
         while placed.iter().any(|p| (p.0 - px).abs() < 16.0 && (p.1 - py).abs() < 16.0) {
             px += aside;
@@ -131,7 +131,7 @@ pub(super) fn speed_against_error(section: &Section, subject: &str, rows: &[Row]
     Some(Plot { svg: out, names })
 }
 
-/// Grid, labels and titles. `start` stands at the beginning of the x axis, where values of 0 are.
+/// Draws grid, labels and titles. `start` labels the start of the x axis, where values of 0 are.
 fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y_title: &str) {
     for (k, v) in x.decades().enumerate() {
         let at = x.place(v);
@@ -178,7 +178,7 @@ fn draw_axes(out: &mut String, x: &Axis, start: &str, x_title: &str, y: &Axis, y
     );
 }
 
-/// Time against size, with the line of the fitted power; empty where nothing was timed.
+/// Plots time against size, with the line of the fitted power; empty if nothing was timed.
 pub(super) fn scaling(g: &Scaling) -> String {
     let points: Vec<(f64, f64)> =
         g.points.iter().filter_map(|p| Some((p.x, p.timing?.min_s * 1e9))).collect();
@@ -194,7 +194,7 @@ pub(super) fn scaling(g: &Scaling) -> String {
     );
     draw_axes(&mut out, &x, "", g.grows, &y, "time");
     if let Some(exponent) = g.exponent() {
-        // Through the middle of the logarithms.
+        // Through the mean of the logarithms.
         let mean = |f: fn(&(f64, f64)) -> f64| {
             points.iter().map(|p| libm::log10(f(p))).sum::<f64>() / points.len() as f64
         };
@@ -230,7 +230,7 @@ fn number_of_decade(v: f64) -> String {
     if (1e-3..1e4).contains(&v) { format!("{v}") } else { format!("{v:.0e}") }
 }
 
-/// What plots look like outside a page.
+/// Style of plots outside an HTML page.
 const CONTACT_SHEET_STYLE: &str = "
 text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14px; font-weight: 600; } .subject { fill: #4a5564; }
 .grid { stroke: #d7dce3; stroke-width: 1; } .dot { fill: #1c2430; } .default { fill: #0b62c4; stroke: #fff; stroke-width: 1.5; }
@@ -239,7 +239,8 @@ text { font: 11px system-ui, sans-serif; fill: #1c2430; } .title { font-size: 14
 .aside { stroke: #1c2430; stroke-width: 1; fill: #1c2430; }
 ";
 
-/// One picture of several plots, two abreast: each experiment's first subject, then the growths.
+/// Returns several plots as one SVG in two columns: each experiment's first subject, then the
+/// growths.
 pub fn contact_sheet(report: &Report, machine: &str) -> String {
     const MARGIN: f64 = 24.0;
     const HEAD: f64 = 40.0;
@@ -249,7 +250,7 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
         let plots = section.subjects().filter_map(|(subject, rows)| {
             Some((subject.to_owned(), speed_against_error(section, subject, rows)?))
         });
-        // One picture an experiment, but all of them where there is but one experiment.
+        // One plot per experiment, but all of them if there are at most two experiments.
         let count = if report.sections.len() > 2 { 1 } else { usize::MAX };
         cells.extend(plots.take(count).map(|(subject, plot)| (section.experiment.title, subject, plot)));
     }
@@ -295,7 +296,7 @@ pub fn contact_sheet(report: &Report, machine: &str) -> String {
     out + "</svg>\n"
 }
 
-/// Text that may stand in HTML.
+/// Escapes text for HTML.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

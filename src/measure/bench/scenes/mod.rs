@@ -1,5 +1,6 @@
-//! S1 to S7: other scenes than the peers', each held to the plain path - a room seen from inside, layers that let light
-//! through, thousands of small objects, a mesh of millions, frames and lights that grow, walls behind walls.
+//! Workloads S1 to S7, each compared with the plain path: a room seen from inside, transparent
+//! layers, thousands of small objects, a mesh of millions of faces, growing frames and numbers of
+//! lights, occluded walls.
 
 mod made;
 mod pieces;
@@ -15,7 +16,8 @@ use crate::truth::{Settings, Transparency, TruthPicture};
 use glam::{DMat4, DVec3};
 use made::{boxes, knot, layers, lit_knot, mesh_of, room, walls};
 
-/// What grows in a workload, and how far: the last step is the workload itself.
+/// Returns the name of whatever grows in a workload, and its steps; the last step is the workload
+/// itself.
 pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])> {
     match workload {
         Workload::Layers64 => Some(("fragments", &[1, 4, 16, 64])),
@@ -27,15 +29,15 @@ pub(super) fn steps(workload: Workload) -> Option<(&'static str, &'static [u32])
     }
 }
 
-/// VGA to 8K.
+/// Frame sizes from VGA to 8K.
 const FRAMES: [[u32; 2]; 5] = [[640, 480], [1280, 720], [1920, 1080], [3840, 2160], [7680, 4320]];
 
-/// How a scene is handed over.
+/// Way of drawing a scene.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
-    /// The whole scene at once.
+    /// The whole scene in one call.
     Scene,
-    /// One draw an object, as a stream has it.
+    /// One draw per object, as in a stream.
     Draws,
 }
 
@@ -45,23 +47,23 @@ pub(super) struct Scenes {
     scene: Scene,
     options: SceneOptions,
     by: By,
-    /// How much of what grows there is.
+    /// Current size of whatever grows.
     amount: f64,
 }
 
 impl Scenes {
-    /// The workload's step of this number.
+    /// Creates the workload at a step.
     pub fn new(workload: Workload, options: &BenchOptions, step: u32) -> Self {
         let mut size = [options.size.width, options.size.height];
         let divisor = options.size.divisor.max(1);
         if workload == Workload::Sizes {
-            // In small, the whole row of frames is; it never grows.
+            // A smaller size scales the whole series of frames; a larger one does not.
             let width = options.size.width.min(1920);
             size = FRAMES[step as usize].map(|side| (side * width / 1920).max(1));
         }
         let [width, height] = size;
         let (mut scene, amount) = match workload {
-            // As many as the first frame finds: nearer layers are larger.
+            // Counted in the first frame: nearer layers are larger.
             Workload::Layers64 => (layers(step), 0.0),
             Workload::Objects10k | Workload::Scene10k => {
                 let count = step.div_ceil(divisor.min(100));
@@ -88,7 +90,7 @@ impl Scenes {
         }
     }
 
-    /// The plain path's picture and depths.
+    /// Draws by the plain path and returns its picture and depths.
     fn plain(&self) -> (VideoMemory, Option<DepthMemory>) {
         self.on.plain(|target| match self.by {
             By::Scene => {
@@ -101,7 +103,7 @@ impl Scenes {
         })
     }
 
-    /// The reference's picture of some pixels.
+    /// Renders some pixels by the reference.
     fn reference(&self, pixels: &[[u32; 2]]) -> TruthPicture {
         let mut picture = self.on.reference();
         let transparency = match self.by {
@@ -113,7 +115,7 @@ impl Scenes {
         picture
     }
 
-    /// A frame whose first object stands beside its place.
+    /// Draws a frame with the first object moved.
     #[cfg(test)]
     pub fn frame_moved(&mut self, by: DVec3) {
         let right = self.scene.objects[0].model;

@@ -1,4 +1,4 @@
-//! What the scenes are put together from: a camera, a material, a texture, a box.
+//! Parts of the scenes: a camera, a material, a texture, a box.
 
 use crate::math::matrix;
 use crate::scene::{
@@ -22,7 +22,7 @@ pub(super) fn turned(axis: DVec3, angle_rad: f64) -> DMat4 {
     matrix::rotate(axis, angle_rad).expect("an axis has a direction")
 }
 
-/// Squares of two colours with a grain, so that every filter has something to do.
+/// Returns a texture of squares of two colours with fine noise, so that filters differ.
 pub(super) fn texture(side: u32) -> Arc<Texture> {
     let texel = |x: u32, y: u32| {
         let square = if ((x >> 4) + (y >> 4)) & 1 == 1 { 210u8 } else { 90 };
@@ -32,7 +32,7 @@ pub(super) fn texture(side: u32) -> Arc<Texture> {
     Arc::new(Texture::new(side, side, bytes).expect("a texture of ordinary size"))
 }
 
-/// A box of 12 faces with texture coordinates, seen from outside or from inside.
+/// Returns a box of 12 faces with texture coordinates, with its front outside or inside.
 pub(super) fn box_of(size: DVec3, repeats: f64, is_inside_out: bool) -> Mesh {
     let half = size * 0.5;
     let corner = |i: i32| DVec3::from([1, 2, 4].map(|bit| if i & bit != 0 { 1.0 } else { -1.0 })) * half;
