@@ -83,7 +83,8 @@ impl Default for ListBound {
     }
 }
 
-/// Pixels per thread below which a clear does not use the pool: about 20 microseconds of work.
+/// Pixels per thread below which a clear does not use the pool, because waking another thread costs
+/// more: about 20 microseconds of work.
 const LARGE_SHARE: usize = 1 << 19;
 
 impl Renderer {

@@ -13,9 +13,9 @@
 //! ```
 //!
 //! The search reads no clock: costs come from a fixed table, so a scene gets the same choice
-//! everywhere. The promise rests on the fresh sample: if more than 1 in 1000 of all pixels were
-//! over E, the chance that as few of [`CERTIFY`] random pixels are over it is less than 1 %, all
-//! tries together. Small pictures are checked completely, which leaves no doubt.
+//! everywhere. The promise rests on the fresh sample of [`CERTIFY`] random pixels: if more than 1
+//! in 1000 of all pixels were over E, the chance that the sample has few enough to pass is less
+//! than 1 %, over all tries. Small pictures are checked completely, which leaves no doubt.
 
 mod cache;
 mod choice;
@@ -41,7 +41,7 @@ pub const CERTIFY: usize = 12_000;
 pub const LOOK_AT_ALL: usize = 30_000;
 /// Maximum number of choices that are certified before falling back to exact drawing.
 const TRIES: usize = 4;
-/// Total probability of a wrong certification.
+/// Maximum probability that a certified choice is wrong, over all tries.
 const DOUBT: f64 = 0.01;
 /// Fraction of the pixels that may be over E.
 const PART_OVER: f64 = 0.001;
