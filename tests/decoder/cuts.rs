@@ -1,4 +1,4 @@
-//! The transport may cut a stream anywhere.
+//! Verifies that a transport may cut a stream anywhere: the decoder's events stay the same.
 
 use crate::naive::hear_naively;
 use crate::recorder::{Event, hear, hear_pieces};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const LIMITS: Limits = Limits { payload_bytes: 300 };
 
-/// A stream with everything in it: every way of framing, whole and broken.
+/// Returns a stream with every kind of framing, both valid and broken.
 fn mixed_stream() -> Vec<u8> {
     let mut s = Vec::new();
     s.extend_from_slice(
@@ -38,7 +38,7 @@ fn every_cut_of_a_mixed_stream_tells_the_same() {
     let stream = mixed_stream();
     let whole = hear_pieces([&stream[..]], LIMITS, EndOfInput::Stream);
     assert_eq!(whole, hear_naively(&stream, LIMITS, EndOfInput::Stream));
-    // It ends in an unfinished command, and has said much before.
+    // The stream ends in an unfinished command, after many events.
     assert!(whole.len() > 30 && matches!(whole.last(), Some(Event::Error(_))));
     for cut in 0..=stream.len() {
         let (a, b) = stream.split_at(cut);
@@ -79,7 +79,7 @@ fn every_prefix_tells_the_beginning_and_at_most_one_more() {
     }
 }
 
-/// Pieces of streams that are near to commands, so that chance finds the borders.
+/// Generates pieces of streams close to commands, so that random search finds the edge cases.
 fn fragment() -> impl Strategy<Value = Vec<u8>> {
     let words = prop::sample::select(vec![
         "PX",
@@ -140,7 +140,8 @@ fn fragment() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// A plain pixel with one byte changed: the fast way must see every one of them.
+/// Generates a plain pixel command with one byte changed: the decoder's fast path must notice every
+/// change.
 fn damaged_pixel() -> impl Strategy<Value = Vec<u8>> {
     (0..20_000i32, 0..20_000i32, any::<u32>(), 2..9usize, any::<prop::sample::Index>(), any::<u8>()).prop_map(
         |(x, y, c, n, at, byte)| {

@@ -1,11 +1,11 @@
-//! The fuzzer's dictionary knows every verb and keyword of the table.
+//! Verifies that the fuzzer's dictionary contains every verb and keyword of the verb table.
 
 use fbptr::command::Verb;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// What else a fuzzer should not have to find by chance.
+/// Bytes of the framing that a fuzzer should not have to find by chance.
 const FRAMING: [&str; 14] = [
     " ",
     "\n",
@@ -41,7 +41,7 @@ fn dictionary() -> String {
     for verb in Verb::all() {
         entries.insert(verb.name.to_owned());
         for word in verb.forms.iter().flat_map(|f| f.syntax.split([' ', '[', ']', '|'])) {
-            // Words in upper case are keywords, and so are both sides of a choice.
+            // Keywords are the words in upper case, and both sides of a choice.
             let is_choice = verb.forms.iter().any(|f| {
                 f.syntax.split([' ', '[', ']']).any(|w| w.contains('|') && w.split('|').any(|c| c == word))
             });

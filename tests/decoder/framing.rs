@@ -1,4 +1,4 @@
-//! Lines, payloads and binary commands: where each begins and ends.
+//! Framing of lines, payloads and binary commands: where each begins and ends.
 
 use crate::recorder::{Event, Recorder, errors, hear, hear_pieces, short_error};
 use fbptr::command::{
@@ -10,7 +10,7 @@ fn pixel(x: i32, y: i32) -> Event {
     Event::Pixel(x, y, [255; 4])
 }
 
-/// The events of a stream in short: pixels as `x,y`, commands by verb, errors by code.
+/// Summarizes the events of a stream: pixels as `x,y`, commands by verb, errors by code.
 fn story(bytes: &[u8]) -> String {
     told(&hear(bytes))
 }
@@ -34,7 +34,7 @@ fn lines_end_at_lf_and_lose_one_cr() {
     assert_eq!(story(b"PX 1 2 ff\r\r\nSIZE\r\n"), "ECOLOUR SIZE");
     assert_eq!(story(b"\tPX\t\t1   2 ff \t\n px 1 2 FF\n"), "1,2 1,2");
     assert_eq!(story(b"\n\r\n \t \n# PX 1 2 ff\n#\n#x :5\nSIZE\n"), "SIZE");
-    // A comment begins its line; after a blank `#` is a word like others.
+    // A comment begins its line; after a blank, `#` is an ordinary word.
     assert_eq!(story(b" # x\nSIZE # x\n"), "EVERB EARGS");
     assert_eq!(story(b"PX 1 2 ff\x00\nPX\x0b1 2 ff\n"), "ECOLOUR EVERB");
 }
@@ -78,7 +78,7 @@ fn the_payload_of_a_refused_command_is_skipped() {
         let code = heard.strip_suffix(" 1,2").unwrap_or_else(|| panic!("{line}: {heard}"));
         assert!(code.starts_with('E') && !code.contains(' '), "{line}: {heard}");
     }
-    // Nine bytes that are not UTF-8 are the payload all the same.
+    // Nine bytes that are not UTF-8 are still the payload.
     assert_eq!(story(b"TEXT 1 2 ff :9\n\xff\n2345678SIZE\n"), "EFORMAT SIZE");
 }
 
@@ -108,7 +108,7 @@ fn a_length_over_the_limit_is_said_at_the_header_and_discarded() {
     assert_eq!(told(&recorder.events), "ETOOBIG SIZE TEXT ETOOBIG");
     assert_eq!(decoder.feed(b"PX 1 1 ff\n\n\nSIZE\n", &mut recorder), Flow::Continue);
     assert_eq!(told(&recorder.events), "ETOOBIG SIZE TEXT ETOOBIG SIZE");
-    // The length of an unknown verb is looked at before the verb.
+    // The length of an unknown verb's payload is checked before the verb.
     assert_eq!(decoder.feed(b"NONSENSE :18446744073709551615\n", &mut recorder), Flow::Continue);
     assert_eq!(told(&recorder.events[5..]), "ETOOBIG");
     assert!(decoder.pending_bytes() < 1 << 16);
@@ -160,7 +160,7 @@ fn a_line_too_long_still_announces_its_payload() {
             (" :5x\nSIZE\n", "EPROTO SIZE"),
             (" :5\r\r\nSIZE\n", "EPROTO SIZE"),
             (" :18446744073709551616\nSIZE\n", "EPROTO"),
-            // One error only, whatever is missing.
+            // A single error, whatever is missing.
             (" :5\n12", "EPROTO"),
             (" :5", "EPROTO"),
         ] {
@@ -170,7 +170,7 @@ fn a_line_too_long_still_announces_its_payload() {
         let comment = format!("#{}{} :5\nSIZE\n", "x".repeat(filler), " ".repeat(99));
         assert_eq!(story(comment.as_bytes()), "EPROTO SIZE");
     }
-    // The announcement may lie across the limit.
+    // The payload length may lie across the limit of a line.
     for filler in 4085..4100 {
         let line = format!("TEXT {} :0000000000000005\n12345SIZE\n", "x".repeat(filler));
         assert_eq!(story(line.as_bytes()), "EPROTO SIZE", "{filler}");
@@ -195,9 +195,9 @@ fn what_is_left_at_the_end_is_an_error_and_is_not_run() {
         assert_eq!(heard.iter().filter_map(short_error).collect::<Vec<_>>(), [error], "{text:?}");
         assert_eq!(heard.len(), 1 + usize::from(text.starts_with("SIZE")), "{text:?}");
     }
-    // A refused command is refused at once; that its payload never came is another matter.
+    // A refused command is reported at once, and its missing payload is a second error.
     assert_eq!(story(b"NONSENSE :3\nab"), "EVERB EPROTO");
-    // Blanks and comments are no commands.
+    // Blank lines and comments are no commands.
     for text in ["", "  \t", "\r", "# abc", "SIZE\n#"] {
         assert!(errors(text.as_bytes()).is_empty(), "{text:?}");
     }
@@ -285,7 +285,7 @@ fn what_waits_is_bounded_and_given_back() {
     let _ = decoder.feed(&piece, &mut Nothing);
     assert!(decoder.is_at_boundary());
     assert!(decoder.pending_bytes() < 1 << 14, "{}", decoder.pending_bytes());
-    // The large buffer waits for the next one, until nobody has used it for a while.
+    // The pool holds the large buffer for the next payload, until it has been unused for a while.
     assert_eq!(pool.held_bytes(), 64 << 20);
     let _ = decoder.feed(b"BLIT 0 0 4096 4000 :65536000\nabc", &mut Nothing);
     assert!(decoder.pending_bytes() < 1 << 15, "one that has only begun holds {}", decoder.pending_bytes());
@@ -308,12 +308,13 @@ fn a_room_that_was_filled_before_is_of_the_budget_whole() {
         let _ = first.feed(&vec![7; 1 << 20], &mut recorder);
     }
     assert_eq!((pool.held_bytes(), budget.used()), (8 << 20, 8 << 20), "it waits for the next payload");
-    // One that has only begun, and may never end, sits in all of it: no page of it goes back to the system.
+    // A payload that has only begun, and may never end, occupies the whole buffer: the pages were
+    // touched before, and none goes back to the system.
     let mut stalled = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = stalled.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
     let _ = stalled.feed(&vec![7; 300 << 10], &mut recorder);
     assert_eq!((pool.held_bytes(), budget.used()), (0, 8 << 20));
-    // A new room of that size is reserved as it is filled.
+    // A new buffer of that size is reserved as it is filled.
     let mut other = Decoder::with_payload_pool(Limits::default(), &pool);
     let _ = other.feed(b"BLIT 0 0 1024 2048 :8388608\n", &mut recorder);
     let _ = other.feed(&vec![7; 300 << 10], &mut recorder);
@@ -332,7 +333,7 @@ fn a_payload_that_lies_whole_in_a_piece_is_not_copied_first() {
 
 #[test]
 fn a_payload_that_no_memory_can_hold_is_refused_and_not_awaited() {
-    // Half of all addresses: the room for it grows with what comes, and little comes.
+    // Half of the address space: the buffer grows with the bytes received, which are few.
     let limits = Limits { payload_bytes: u64::MAX };
     let (mut decoder, mut recorder) = (Decoder::new(limits), Recorder::default());
     let _ = decoder.feed(b"TEX a :9223372036854775807\nabc", &mut recorder);

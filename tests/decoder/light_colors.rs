@@ -1,4 +1,5 @@
-//! A colour of light may be one word, a CSS name or `#rrggbb`, in the place of its three reals.
+//! Verifies that one word, a CSS name or `#rrggbb`, may stand for the three reals of a light's
+//! colour.
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{Command, encode};
@@ -65,7 +66,7 @@ fn what_is_no_colour_of_light_is_refused_with_its_word() {
         ("MATERIAL red red red red", "EARGS", "red"),
         ("MATERIAL red red red 5 red red", "EARGS", "red"),
         ("MATERIAL red red reddish 5", "ECOLOUR", "reddish"),
-        // As many words as numbers are wanted.
+        // As many words as the numbers would be.
         ("MATERIAL .1 a .1 .5 b .5 0 0 0 10", "ENUM", "a"),
         ("MATERIAL .1 .1 .1 .5 .5 .5 0 0 x y", "ENUM", "x"),
         ("MATERIAL 1 1 red red 5 6", "ENUM", "red"),

@@ -1,12 +1,14 @@
-//! The framing again, written without haste for a stream that is whole in memory: the truth that cuts are held to.
+//! A second, plain implementation of the framing for a stream that is complete in memory: the
+//! reference for streams that are cut.
 //!
-//! It shares nothing with the decoder but the reading of one command's words, which `verbs.rs` tests by tables; text
-//! pixels of three words it reads itself, since the decoder has a fast way for them.
+//! It shares nothing with the decoder but the parser of one command's words, which `verbs.rs` tests
+//! by tables. Text pixels of three words it parses itself, since the decoder has a fast path for
+//! them.
 
 use crate::recorder::{Event, hear_pieces};
 use fbptr::command::{Command, EndOfInput, Limits};
 
-/// The words of a line.
+/// Splits a line into its words.
 fn text(text: &str) -> Vec<&str> {
     text.split([' ', '\t']).filter(|w| !w.is_empty()).collect()
 }
@@ -29,13 +31,13 @@ fn hex_color(word: &str) -> Option<[u8; 4]> {
     }
 }
 
-/// What a whole stream says, places included.
+/// Returns the events of a complete stream, with their positions.
 pub fn hear_naively(bytes: &[u8], limits: Limits, end: EndOfInput) -> Vec<Event> {
     let mut events = Vec::new();
     let mut at = 0;
     while at < bytes.len() {
         let rest = &bytes[at..];
-        // How many bytes make the command, and whether its end is in the stream.
+        // Length of the command in bytes, and whether its length could be read from the stream.
         let (length, known) = if rest.starts_with(b"PB") {
             (10, rest.len() >= 10)
         } else if rest.starts_with(b"PXMULTI") {
@@ -61,7 +63,7 @@ pub fn hear_naively(bytes: &[u8], limits: Limits, end: EndOfInput) -> Vec<Event>
                             (lf + 1 + usize::try_from(n).unwrap_or(usize::MAX / 2).min(usize::MAX / 2), true)
                         }
                         Err(_) if announces && !line.starts_with(b"#") => {
-                            // More digits than u128 has.
+                            // More digits than u128 holds.
                             events.extend(alone(&bytes[at..at + lf + 1], at, bytes, limits, end));
                             return events;
                         }
@@ -81,7 +83,7 @@ pub fn hear_naively(bytes: &[u8], limits: Limits, end: EndOfInput) -> Vec<Event>
     events
 }
 
-/// A text pixel in plain hex, read by other means than the decoder's.
+/// Parses a text pixel in plain hex, by other means than the decoder's.
 fn plain_pixel(command: &[u8]) -> Option<Event> {
     let line = command.strip_suffix(b"\n")?;
     let line = std::str::from_utf8(line.strip_suffix(b"\r").unwrap_or(line)).ok()?;
@@ -96,7 +98,8 @@ fn plain_pixel(command: &[u8]) -> Option<Event> {
     }
 }
 
-/// What one command says when it is a stream of its own, at its place in the whole.
+/// Returns the events of one command decoded as a stream of its own, with positions in the full
+/// stream.
 fn alone(command: &[u8], at: usize, bytes: &[u8], limits: Limits, end: EndOfInput) -> Vec<Event> {
     let lines = bytes[..at].iter().filter(|&&b| b == b'\n').count() as u64;
     let mut events = hear_pieces([command], limits, end);

@@ -1,4 +1,4 @@
-//! The protocol page tells of every verb and every code.
+//! Verifies that the protocol page lists every verb and every error code.
 
 use fbptr::command::Verb;
 use fbptr::error::Code;

@@ -1,11 +1,11 @@
-//! A sink that writes down what it is told.
+//! A sink that records its calls.
 
 use fbptr::command::{
     BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, Rect, Sink, StreamError, StreamPosition,
     binary_pixel,
 };
 
-/// One call of the sink; runs of binary pixels are taken apart.
+/// One call of the sink; runs of binary pixels are split into pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     Pixel(i32, i32, [u8; 4]),
@@ -17,9 +17,9 @@ pub enum Event {
 #[derive(Default)]
 pub struct Recorder {
     pub events: Vec<Event>,
-    /// Answer `Stop` to QUIT, as a session does.
+    /// If set, QUIT is answered with `Stop`, as a session does.
     pub obeys_quit: bool,
-    /// Answer `Stop` to the first error.
+    /// If set, an error is answered with `Stop`.
     pub stops_at_error: bool,
     pub calls_by_slice: usize,
 }
@@ -58,7 +58,7 @@ impl Sink for Recorder {
     }
 }
 
-/// What a stream says when it is fed in these pieces.
+/// Returns the events of a stream that is fed in these pieces.
 pub fn hear_pieces<'a>(
     pieces: impl IntoIterator<Item = &'a [u8]>,
     limits: Limits,
@@ -74,12 +74,12 @@ pub fn hear_pieces<'a>(
     recorder.events
 }
 
-/// What a stream says when it is fed whole.
+/// Returns the events of a stream that is fed in one piece.
 pub fn hear(bytes: &[u8]) -> Vec<Event> {
     hear_pieces([bytes], Limits::default(), EndOfInput::Stream)
 }
 
-/// The errors among what a stream says, as `line byte CODE VERB`.
+/// Returns the errors of a stream, as `line byte CODE VERB`.
 pub fn errors(bytes: &[u8]) -> Vec<String> {
     hear(bytes).iter().filter_map(short_error).collect()
 }

@@ -1,4 +1,4 @@
-//! What is encoded decodes to the same command, bit for bit.
+//! Verifies that an encoded command decodes to an equal command, bit for bit.
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{
@@ -157,7 +157,7 @@ fn choice<T: Clone + std::fmt::Debug + 'static>(all: &[T]) -> BoxedStrategy<T> {
     prop::sample::select(all.to_vec()).boxed()
 }
 
-/// Every variant of the enum.
+/// Generates every variant of the enum.
 fn command() -> BoxedStrategy<Command> {
     let xy = || (any::<i32>(), any::<i32>());
     let point = || any::<[i32; 2]>();
@@ -297,7 +297,7 @@ fn command() -> BoxedStrategy<Command> {
     .boxed()
 }
 
-/// The one command that a stream says; pixels as commands again.
+/// Returns the only command of a stream; a pixel is converted back to a command.
 fn heard_once(bytes: &[u8]) -> Command {
     let mut heard = hear(bytes);
     assert_eq!(heard.len(), 1, "{heard:?}");
@@ -309,7 +309,7 @@ fn heard_once(bytes: &[u8]) -> Command {
     }
 }
 
-/// Equal with the sign of zero: Debug shows it.
+/// Returns whether two commands are equal, including the sign of zero, which Debug shows.
 fn same(a: &Command, b: &Command) -> bool {
     a == b && format!("{a:?}") == format!("{b:?}")
 }
@@ -324,7 +324,7 @@ proptest! {
         prop_assert_eq!(&bytes[..6], b"before");
         let heard = heard_once(&bytes[6..]);
         prop_assert!(same(&heard, &command), "{:?}\n{:?}", command, heard);
-        // What is read is written the same again.
+        // Encoding the decoded command gives the same bytes.
         let mut again = Vec::new();
         encode(&heard, &mut again).map_err(|e| TestCaseError::fail(e.to_string()))?;
         prop_assert_eq!(&bytes[6..], &again[..]);

@@ -1,6 +1,8 @@
-//! Commands as typed values, which no parser has read: each number, size, name and payload is checked by itself.
+//! Validation of commands built as typed values, without a parser: each number, size, name and
+//! payload is checked separately.
 //!
-//! Fear: that a field is forgotten, and what a line could never say comes in by the library.
+//! Guards against a forgotten field, through which the library would accept a value that no line
+//! can express.
 
 use fbptr::command::{
     AreaColors, Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget, Verb,
@@ -9,7 +11,7 @@ use fbptr::error::Code;
 use fbptr::scene::{Attenuation, Material, ObliqueKind, Projection};
 use glam::{DMat4, DVec3};
 
-/// Every command that holds real numbers, each of them taken from `n`.
+/// Returns every command that holds real numbers, each of them taken from `n`.
 fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
     fn v(n: &mut dyn FnMut() -> f64) -> DVec3 {
         DVec3::new(n(), n(), n())
@@ -90,7 +92,8 @@ fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
     ]
 }
 
-/// Every command that holds sizes, each of them taken from `n`; what may be negative is.
+/// Returns every command that holds sizes, each of them taken from `n`; values that may be negative
+/// are.
 fn with_sizes(n: &mut dyn FnMut() -> i32) -> Vec<Command> {
     fn rect(n: &mut dyn FnMut() -> i32) -> Rect {
         Rect { x: -5, y: -6, w: n(), h: n() }
@@ -120,12 +123,12 @@ fn with_sizes(n: &mut dyn FnMut() -> i32) -> Vec<Command> {
     ]
 }
 
-/// The refusals of the commands.
+/// Returns the verb and error code of each command that is refused.
 fn refusals(commands: &[Command]) -> Vec<(&'static str, Code)> {
     commands.iter().filter_map(|c| c.validate().err().map(|fault| (c.verb(), fault.code))).collect()
 }
 
-/// Checks that each value alone makes its own command wrong, and no other.
+/// Verifies that each single bad value makes its own command invalid, and no other.
 fn each_alone<T: Copy>(build: impl Fn(&mut dyn FnMut() -> T) -> Vec<Command>, good: T, bad: T, code: Code) {
     let mut values = 0;
     let commands = build(&mut || {
@@ -220,7 +223,7 @@ fn verbs_are_equal_by_their_name_alone() {
         for (j, b) in Verb::all().iter().enumerate() {
             assert_eq!(a == b, i == j, "{a:?} {b:?}");
         }
-        // A line cannot begin with the name of what is binary.
+        // A text line cannot begin with the name of a binary command.
         let found = (!["PB", "PXMULTI"].contains(&a.name)).then_some(a);
         assert_eq!(Verb::find(a.name.as_bytes()), found);
         assert_eq!(Verb::find(a.name.to_lowercase().as_bytes()), found);

@@ -1,4 +1,4 @@
-//! Every verb as it should be written, and as it should not.
+//! Valid and invalid forms of every verb, as tables.
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{
@@ -315,7 +315,7 @@ fn good() -> Vec<(&'static str, Command)> {
     ]
 }
 
-/// What is refused, with its code and the token that is blamed.
+/// Invalid commands, each with its error code and the token that the error names.
 const BAD: &[(&str, &str, &str)] = &[
     ("NONSENSE", "EVERB", "NONSENSE"),
     ("PXX 1 2 ff", "EVERB", "PXX"),
@@ -498,7 +498,7 @@ const BAD: &[(&str, &str, &str)] = &[
 #[test]
 fn every_verb_is_read_as_written() {
     for (text, command) in good() {
-        // Before and after it the stream is in step.
+        // The stream is in step before and after the command.
         let heard = hear(
             format!("PX 7 7 07\n{text}{}SYNC after\n", if text.contains('\n') { "" } else { "\n" })
                 .as_bytes(),

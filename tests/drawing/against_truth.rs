@@ -1,11 +1,11 @@
-//! Draws a case by the pipeline and by the reference, and says what is off.
+//! Draws a case by the pipeline and by the reference, and reports the differences.
 
 use fbptr::measure::{Drawn, draw_case};
 use fbptr::truth::compare::compare;
 use fbptr::truth::scenes::Case;
 use fbptr::truth::{TruthPicture, render};
 
-/// Pixels where PICK would answer another face than the one right answer.
+/// Returns the pixels at which PICK would return another face than the only right answer.
 fn picks_off(drawn: &Drawn, truth: &TruthPicture) -> Vec<(u32, u32)> {
     let pixels = (0..truth.height()).flat_map(|y| (0..truth.width()).map(move |x| (x, y)));
     pixels
@@ -17,7 +17,7 @@ fn picks_off(drawn: &Drawn, truth: &TruthPicture) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Draws a case both ways; what is wrong with it, if anything.
+/// Draws a case both ways; returns a description of what is wrong, if anything.
 pub fn fault_of(case: &Case) -> Option<String> {
     let truth = render(&case.scene, case.width, case.height, case.format, &case.settings).unwrap();
     let drawn = draw_case(case);

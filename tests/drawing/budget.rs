@@ -1,7 +1,8 @@
-//! Fear: an error budget that is not kept: a cheaper picture that is further from the truth than was asked.
+//! Error budgets: a cheaper picture must not be further from the truth than was asked.
 //!
-//! Scenes that nothing was tuned on, drawn as the budget chooses, are held pixel by pixel to the reference: the 99.9th
-//! percentile of the colour error over the pixels drawn on stays within E, coverage and depth are those of the exact picture.
+//! Scenes that nothing was tuned on, drawn with the settings that the budget chooses, are compared
+//! pixel by pixel with the reference: the 99.9th percentile of the colour error over the pixels
+//! drawn on stays within E; coverage and depth equal those of the exact picture.
 
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
 use fbptr::pipeline::quality::{Budget, BudgetKind, Choice, LOOK_AT_ALL, choose};
@@ -15,7 +16,7 @@ use glam::DVec3;
 struct Outcome {
     max_error: f64,
     choice: Choice,
-    /// Errors of the pixels drawn on, smallest first.
+    /// Errors of the pixels drawn on, in ascending order.
     errors: Vec<u8>,
     is_cheaper: bool,
 }
@@ -51,7 +52,7 @@ fn frame(scene: &Scene, options: &SceneOptions, case: &Case) -> (VideoMemory, Op
     (memory, depth)
 }
 
-/// The budget of a case that is drawn as a whole.
+/// Returns the budget of a case that is drawn as one scene.
 fn budget<'a>(case: &'a Case, options: &'a SceneOptions, max_error: f64) -> Budget<'a> {
     Budget {
         scene: &case.scene,
@@ -64,7 +65,8 @@ fn budget<'a>(case: &'a Case, options: &'a SceneOptions, max_error: f64) -> Budg
     }
 }
 
-/// Draws a case as the budget says, once for each E, and holds the whole pictures to the truth.
+/// Draws a case with the settings that the budget chooses, once for each E, and compares the
+/// pictures with the truth.
 fn keep_to(case: &Case, limits: &[f64]) -> Vec<Outcome> {
     let exact_options = options(case);
     let (_, exact_depth) = frame(&case.scene, &exact_options, case);
@@ -94,13 +96,14 @@ fn keep_to(case: &Case, limits: &[f64]) -> Vec<Outcome> {
     limits.iter().map(one).collect()
 }
 
-/// A random scene that is drawn as a whole, its camera and modes as they come.
+/// Returns a random scene, with random camera and modes, that is drawn by one call.
 fn whole(seed: u64) -> Case {
     let mut case = random(seed);
     if case.settings.transparency == Transparency::AtOnce {
         case.settings.transparency = Transparency::AfterOpaque(Default::default());
     }
-    // Textures in the reference may be 2 steps off where its own decision turns; that is no matter of the budget.
+    // Textures in the reference may be 2 steps off where its own decision is a tie; the budget is
+    // not concerned.
     case
 }
 
@@ -117,11 +120,12 @@ fn random_scenes_stay_within_their_budget() {
             looked_at += usize::from(!outcome.errors.is_empty());
         }
     }
-    // The promise is not kept by drawing exactly alone.
+    // The promise is not kept by exact drawing alone.
     assert!(cheaper * 3 > looked_at && looked_at > 40, "{cheaper} of {looked_at} are cheaper");
 }
 
-/// Smooth things under a few lights on a frame too large to be looked at as a whole.
+/// Returns a scene of a smooth ball under a few lights, on a frame too large for every pixel to be
+/// probed.
 fn large(seed: u64) -> Case {
     let mut r = Random::new(seed);
     let mut case = random(seed);
@@ -172,7 +176,8 @@ fn the_choice_is_the_same_with_any_threads() {
     assert_eq!(with(1), with(3));
 }
 
-/// 99.9th percentile of the difference of two frames over pixels that either changed, in steps, and how many these are.
+/// Returns the 99.9th percentile of the difference of two frames, in steps, over the pixels that
+/// either drew on, and the number of these.
 fn difference(a: &VideoMemory, b: &VideoMemory) -> (u8, usize) {
     let pairs = a.bytes().chunks_exact(4).zip(b.bytes().chunks_exact(4));
     let drawn = pairs.filter(|(p, q)| p[..3] != [0; 3] || q[..3] != [0; 3]);
@@ -189,7 +194,7 @@ fn a_stream_draws_within_the_quality_it_asked_for() {
             "AMBIENT 0.3 0.3 0.3\nLIGHT 0 DIR -0.3 -0.4 -1 1 0.9 0.8\nLIGHT 1 DIR 1 0 -1 0.004 0.004 0.004\n\
              MATERIAL 0.2 0.2 0.2 0.7 0.5 0.4 0.3 0.3 0.3 9\nMESH m SPHERE 1.3\n{quality}\n{draw}\n"
         );
-        // The search takes what it takes on a slow machine: it is not the limit of time that is tested.
+        // The search may take long on a slow machine; the time limit is not under test here.
         let command_time = std::time::Duration::from_secs(3600);
         let limits = fbptr::server::Limits { command_time, ..Default::default() };
         let engine = fbptr::server::Engine::with_limits(160, 120, limits).unwrap();
@@ -216,7 +221,7 @@ fn a_stream_draws_within_the_quality_it_asked_for() {
     }
 }
 
-/// The commands of a stream.
+/// Appends the commands of a stream.
 fn fbptr_commands(stream: &str, commands: &mut Vec<fbptr::command::Command>) {
     struct Keep<'a>(&'a mut Vec<fbptr::command::Command>);
     impl fbptr::command::Sink for Keep<'_> {

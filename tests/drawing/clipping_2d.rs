@@ -1,7 +1,8 @@
-//! The fear: a figure that leaves the frame is drawn otherwise than the same figure whole.
+//! Verifies that a clipped figure lights the same pixels as the unclipped one.
 //!
-//! Every verb is drawn into a small frame and, moved by whole pixels, into a large one that holds the small one as a
-//! window. The window must hold the same bytes, and nothing else may change when the frame is one pixel wide.
+//! Every verb is drawn into a small frame and, moved by whole pixels, into a large one that holds
+//! the small one as a window. The window must hold the same bytes, and nothing else may change when
+//! the frame is one pixel wide.
 
 use fbptr::draw2d::{self, AreaColors, Blend, RampColor, RealRect, Rect};
 use fbptr::memory::{Rgba, VideoMemory};
@@ -59,7 +60,7 @@ fn whole() -> impl Strategy<Value = [i32; 2]> {
     [-40..60i32, -40..50i32]
 }
 
-/// On the grid of 1/256, so that moving it rounds nothing.
+/// Generates points on the grid of 1/256, so that moving them rounds nothing.
 fn real() -> impl Strategy<Value = [f64; 2]> {
     let v = |low: i32, high: i32| (low * 256..high * 256).prop_map(|v| f64::from(v) / 256.0);
     [v(-40, 60), v(-40, 50)]
@@ -126,12 +127,13 @@ proptest! {
         let window = Rect { x: by[0], y: by[1], w: w as i32, h: h as i32 };
         let seen = draw2d::read(&large, window).unwrap();
         if matches!(figure, Figure::LineAa(..)) {
-            // Areas are found in f64: a share that lies on the border of two steps may be rounded either way.
+            // Areas are computed in f64: a coverage on the border of two steps may be rounded
+            // either way.
             prop_assert!(small.bytes().iter().zip(&seen).all(|(a, b)| a.abs_diff(*b) <= 1));
         } else {
             prop_assert_eq!(small.bytes(), seen);
         }
-        // What changed is inside the damage.
+        // Every changed pixel is inside the damage.
         let damage = small.take_damage();
         for (y, row) in small.bytes().chunks(small.stride_bytes()).enumerate() {
             prop_assert!(damage.contains(&(y as u32)) || row.as_chunks().0.iter().all(|p| *p == BACKGROUND));
@@ -142,7 +144,7 @@ proptest! {
     fn every_verb_answers_any_number_in_any_frame(
         v: [i32; 6], bits: [u64; 6], edge in prop::collection::vec(0..8usize, 6), c: [Rgba; 3], w in 1..9u32, h in 1..9u32, over: bool,
     ) {
-        // Half of the numbers are those where arithmetic breaks.
+        // Half of the numbers are extremes of their type.
         let odd = [i32::MIN, i32::MIN + 1, -1, 0, 1, i32::MAX - 1, i32::MAX];
         let odd_real = [f64::MAX, -f64::MAX, 5e-324, -0.0, 0.5, 2_147_483_648.0, -9.3e18];
         let v: [i32; 6] = std::array::from_fn(|i| odd.get(edge[i]).copied().unwrap_or(v[i]));

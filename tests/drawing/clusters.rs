@@ -1,6 +1,8 @@
-//! Meshes of many faces by the fast path and by the plain one, from everywhere: what is left out together, and where vertices land.
+//! Meshes of many faces by the fast path and by the plain one, from all directions: which clusters
+//! are culled, and where vertices land.
 //!
-//! Fear: that a view nobody thought of - mirrored, slanted, far away, tiny - loses a face or moves a corner.
+//! Guards against an unusual view (mirrored, slanted, far away, tiny) that loses a face or moves a
+//! corner.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
@@ -10,10 +12,10 @@ use fbptr::scene::{
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use proptest::prelude::*;
 
-/// The frame.
+/// Size of the frame in pixels.
 const SIZE: [u32; 2] = [150, 110];
 
-/// What was counted, and of each pixel what it shows; or why not.
+/// Counts of a draw, and the face seen at each pixel; or the error.
 type Shown = Result<(DrawStats, Vec<Option<(u32, u32)>>), String>;
 
 fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
@@ -28,7 +30,7 @@ fn draw(path: RenderPath, call: &DrawCall<'_>, format: DepthFormat) -> Shown {
     Ok((stats, (0..width * height).map(at).collect()))
 }
 
-/// Draws by both paths: the same counts, and something at the same pixels.
+/// Draws by both paths and verifies equal counts and coverage.
 fn both_paths_agree(call: &DrawCall<'_>, format: DepthFormat) -> Option<DrawStats> {
     let (fast, plain) = (draw(RenderPath::Fast, call, format), draw(RenderPath::Plain, call, format));
     let (fast, plain) = match (fast, plain) {
@@ -51,7 +53,8 @@ fn knot() -> Mesh {
     shapes::knot(72, 16).expect("a knot")
 }
 
-/// Flat faces about as large as `side`, turned at random: many all but edge on, by themselves in their clusters and together.
+/// Returns flat faces about as large as `side`, rotated at random: many almost edge-on, alone in
+/// their clusters and with others.
 fn slivers(seed: u64, side: f64, flatness: f64) -> Mesh {
     use fbptr::scene::{Corner, NONE};
     let mut state = seed;
@@ -90,7 +93,7 @@ fn number(low: f64, high: f64) -> impl Strategy<Value = f64> {
 fn window() -> impl Strategy<Value = [f64; 4]> {
     (number(-2.5, -0.1), number(0.1, 2.5), number(-2.5, -0.1), number(0.1, 2.5), 0..6u8).prop_map(
         |(left, right, bottom, top, kind)| match kind {
-            // Mirrored, and beside the axis.
+            // Mirrored, and off the axis.
             0 => [right, left, bottom, top],
             1 => [left, right, top, bottom],
             2 => [left, right + 3.0, bottom - 1.0, top],
@@ -103,7 +106,8 @@ fn window() -> impl Strategy<Value = [f64; 4]> {
 fn projection() -> impl Strategy<Value = Projection> {
     let near_far = (number(0.01, 2.5), number(3.0, 9.0));
     (0..9u8, window(), near_far, number(0.1, 2.6)).prop_map(|(kind, window, (near, far), angle_rad)| {
-        // Far in perspective is where an f32 tells few depths apart: a small face just beyond it counts as drawn by the fast path.
+        // In perspective an f32 resolves few depths near the far plane: the fast path counts a
+        // small face just beyond it as drawn.
         let far = if matches!(kind, 0..=3 | 8) { far * 10.0 } else { far };
         match kind {
             0 | 1 => Projection::Perspective { fov_rad: angle_rad, near, far, on_smaller_side: kind == 1 },
@@ -183,8 +187,8 @@ fn from_env(name: &str, default: u32) -> u32 {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
-/// A face across the near plane, edge on: one pixel's centre lies beside it, where its plane is before
-/// near and its nearest point behind.
+/// An edge-on face across the near plane: the centre of one pixel lies beside it, where its plane
+/// is before the near plane and its nearest point behind.
 #[test]
 fn a_pixel_beside_a_face_across_the_near_plane_is_decided_alike() {
     let turn =

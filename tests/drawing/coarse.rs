@@ -1,6 +1,6 @@
-//! Coarse depth on and off: the same bytes, and less work.
+//! Hierarchical z on and off: equal bytes, and less work.
 //!
-//! Fear: that a face is left out of which something would have been seen.
+//! Guards against culling a face of which something would have been seen.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{CoarseDepth, DrawStats, Part, RenderOptions, Renderer, SceneOptions, Target};
@@ -11,7 +11,7 @@ use glam::{DMat4, DVec3};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// Bytes, depths, what each pixel shows, and what was counted.
+/// Bytes, depths, face at each pixel, and counts.
 type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
 
 fn draw(renderer: &mut Renderer, scene: &Scene, size: [u32; 2], format: DepthFormat, times: u32) -> Picture {
@@ -22,7 +22,7 @@ fn draw(renderer: &mut Renderer, scene: &Scene, size: [u32; 2], format: DepthFor
     let mut target =
         Target { memory: &mut memory, depth: &mut depth, depth_format: format, ids: Some(&mut ids) };
     let options = SceneOptions::new(width, height);
-    // The second time everything is hidden by itself, but for nothing.
+    // In the second pass every face meets its own depths.
     for _ in 0..times {
         stats += renderer.draw_scene(&mut target, scene, &options).unwrap();
     }
@@ -37,7 +37,7 @@ fn renderer(level: Level, threads: usize, coarse: CoarseDepth) -> Renderer {
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), simd: Some(level), coarse, ..options })
 }
 
-/// The faces left out, after the pictures were found to be the same.
+/// Verifies that the pictures are equal; returns the number of culled faces.
 fn hidden_faces(scene: &Scene, size: [u32; 2], format: DepthFormat, (level, threads): (Level, usize)) -> u64 {
     let [on, off] = [CoarseDepth::On, CoarseDepth::Off]
         .map(|coarse| draw(&mut renderer(level, threads, coarse), scene, size, format, 2));
@@ -45,7 +45,7 @@ fn hidden_faces(scene: &Scene, size: [u32; 2], format: DepthFormat, (level, thre
     assert!(on.1 == off.1, "other depths");
     assert!(on.2 == off.2, "other faces are seen");
     assert_eq!(off.3.faces_hidden, 0);
-    // Whatever passed is the same; what was left out was not tested.
+    // The pixels that pass are the same; culled faces were not tested.
     assert_eq!(on.3.pixels_written, off.3.pixels_written);
     assert!(on.3.pixels_tested <= off.3.pixels_tested);
     let others = |s: DrawStats| DrawStats { faces_hidden: 0, pixels_tested: 0, ..s };
@@ -53,7 +53,8 @@ fn hidden_faces(scene: &Scene, size: [u32; 2], format: DepthFormat, (level, thre
     on.3.faces_hidden
 }
 
-/// Faces of every size before and behind one another: a large one through the frame, grids, knots, near to far or in any order.
+/// Returns faces of every size before and behind one another: a large one through the frame, grids,
+/// knots, near to far or in any order.
 fn heap(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let thing = |random: &mut Random, i: u32| -> Object {

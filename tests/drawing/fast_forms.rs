@@ -1,7 +1,8 @@
-//! What has a fast form beside opaque faces with f32 depth: every depth format, fog, blended faces with textures, materials
-//! for faces seen from behind - against the plain path, over widths and threads, on frames of many and of no shapes.
+//! Draws of the tile renderer beyond opaque faces with f32 depth: every depth format, fog, blended
+//! faces with textures, and back materials. Compared with the plain path, over vector widths and
+//! threads, on frames of many sizes, down to a single pixel.
 //!
-//! Fear: that a rarely drawn kind of scene is drawn by a path that nobody looked at.
+//! Guards against rarely drawn kinds of scenes on an untested path.
 
 use fbptr::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr::pipeline::{
@@ -15,7 +16,7 @@ use fbptr::truth::scenes::{Random, random};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A scene and the frame that it is drawn into.
+/// A scene and the frame into which it is drawn.
 struct Shot {
     scene: Scene,
     options: SceneOptions,
@@ -23,7 +24,7 @@ struct Shot {
     size: (u32, u32),
 }
 
-/// What is left of it.
+/// Result of a draw.
 struct Drawn {
     bytes: Vec<u8>,
     words: Vec<u32>,
@@ -46,7 +47,7 @@ fn plain() -> Renderer {
 }
 
 impl Shot {
-    /// A random scene in a frame of this size, all of its choices by the seed.
+    /// Returns a random scene for a frame of this size; the seed decides everything.
     fn random(seed: u64, size: (u32, u32)) -> Shot {
         let case = random(seed);
         let mut options = SceneOptions::new(size.0, size.1);
@@ -62,7 +63,8 @@ impl Shot {
         let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
         let mut target =
             Target { memory: &mut memory, depth: &mut depth, depth_format: self.format, ids: Some(&mut ids) };
-        // Twice: the second time depth, ids and colour are there already, and cells may be stale.
+        // Twice: in the second draw depth, ids and colour already exist, and a clear of the depth
+        // may be pending.
         let mut stats = renderer.draw_scene(&mut target, &self.scene, &self.options).unwrap();
         if let Some(depth) = target.depth.as_mut() {
             DepthMemory::clear(depth);
@@ -79,7 +81,7 @@ impl Shot {
     }
 }
 
-/// A step of a format, in z; for floats what their limits allow two paths to be apart.
+/// Returns a step of the format in z; for floats, the difference that their limits allow two paths.
 fn step(format: DepthFormat) -> f64 {
     match format {
         DepthFormat::U16 => 1.0 / 65_535.0,
@@ -95,7 +97,7 @@ fn every_depth_format_hidden_surface_method_and_projection_is_drawn_as_by_the_pl
     let mut fast = Renderer::default();
     let others: Vec<_> = Level::ALL.into_iter().flat_map(|l| [1, 2, 3, 16].map(|t| (l, t))).collect();
     let mut others: Vec<_> = others.into_iter().map(|(l, t)| renderer(l, t, RenderPath::Fast)).collect();
-    // Narrower than a vector, one pixel high, tiles in part and in full, more than one band.
+    // Narrower than a vector, one pixel high, partial and full tiles, more than one tile row.
     let sizes = [(1, 1), (3, 70), (16, 1), (17, 33), (131, 20), (290, 70)];
     let hides = [HiddenSurface::ZBuffer, HiddenSurface::Painter, HiddenSurface::None];
     let (mut pixels, mut apart, mut seed) = (0u64, [0u64; 2], 0);
@@ -107,7 +109,7 @@ fn every_depth_format_hidden_surface_method_and_projection_is_drawn_as_by_the_pl
                     let mut shot = Shot::random(seed, size);
                     (shot.format, shot.options.hide) = (format, hide);
                     if seed % 3 == 0 {
-                        // Hangs over every side of the frame.
+                        // The viewport extends beyond every side of the frame.
                         let (width, height) = (size.0 + 40, size.1 + 30);
                         shot.options.viewport =
                             Viewport { x: -17, y: -9, width, height, ..shot.options.viewport };
@@ -141,7 +143,8 @@ fn every_depth_format_hidden_surface_method_and_projection_is_drawn_as_by_the_pl
 
 #[test]
 fn whole_numbers_hold_depths_to_half_a_step_of_the_plain_paths() {
-    // Nothing but rounding: where both paths show the same face, words are alike but for a tie in a thousand.
+    // Rounding only: where both paths show the same face, depth words are equal but for a tie in a
+    // thousand.
     let (mut pixels, mut unlike) = ([0u64; 5], [0u64; 5]);
     for (slot, format) in DepthFormat::ALL.into_iter().enumerate() {
         for seed in 500..530 {
@@ -196,12 +199,13 @@ fn blended_faces_have_the_plain_paths_bytes_with_textures_fog_and_every_depth_fo
         }
     }
     assert!(textured > 20 && foggy > 50, "{textured} {foggy}");
-    // Where a centre lies beside a needle, or on the near or the far plane to the last digits, either answer is right; that
-    // each of them is such a one is not shown here.
+    // Where a centre lies beside a needle, or on the near or the far plane to the last digits,
+    // either answer is right; that each difference is such a case is not verified here.
     println!("{apart:?} pixels were decided otherwise");
     assert!(apart.iter().map(|(_, pixels)| pixels).sum::<u64>() * 1_000_000 <= bytes as u64 / 4, "{apart:?}");
     println!("{unlike:?} of {bytes} bytes");
-    // One step under fog, in less than a byte of a million; without fog in less than one of ten million.
+    // One step under fog, in less than a byte of a million; without fog, in less than one of ten
+    // million.
     let off: usize = unlike.iter().map(|(_, count)| count).sum();
     let clear = unlike.iter().filter(|(seed, _)| seed % 2 == 1).count();
     assert!(clear * 10_000_000 <= bytes && off * 1_000_000 <= bytes, "{unlike:?} of {bytes} bytes");

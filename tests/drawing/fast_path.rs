@@ -1,6 +1,7 @@
-//! The renderer that programs run, against the truth and against the plain path: random scenes, every width, many threads.
+//! The renderer that programs use, against the truth and against the plain path: random scenes,
+//! every vector width, many threads.
 //!
-//! Fear: that the fast path is fast because it draws another picture - or another one on another machine.
+//! Guards against a fast path that draws another picture, or another one on another machine.
 
 use fbptr::memory::{DepthFormat, DepthMemory, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, SceneOptions, Target};
@@ -12,10 +13,10 @@ use fbptr::truth::{Transparency, TruthPicture};
 use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
-/// Bytes, depths, and the name and triangle of each pixel.
+/// Bytes, depths, and the object id and triangle of each pixel.
 type Words<'a> = (&'a [u8], Option<Vec<u32>>, Vec<Option<(u32, u32)>>);
 
-/// What a renderer left behind.
+/// Result of a draw.
 struct Drawn {
     memory: VideoMemory,
     depth: Option<DepthMemory>,
@@ -24,7 +25,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// Every byte that a program could see.
+    /// Returns every byte that a program could read.
     fn words(&self) -> Words<'_> {
         let (width, height) = (self.memory.width(), self.memory.height());
         let pixels = 0..(width * height) as usize;
@@ -52,7 +53,7 @@ fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPictur
             stats += renderer.draw_scene(&mut target, &scene, &options).unwrap();
             tell(&scene);
         }
-        // One DRAW an object, after the background.
+        // One DRAW per object, after the background.
         Transparency::AtOnce => {
             let objects = std::mem::take(&mut scene.objects);
             stats += renderer.draw_scene(&mut target, &scene, &options).unwrap();
@@ -70,8 +71,8 @@ fn draw(case: &Case, renderer: &mut Renderer, mut truth: Option<&mut TruthPictur
     Drawn { memory, depth, ids, stats }
 }
 
-/// A random scene, every other one bent to what the tile renderer serves: opaque, and half of those with f32 depth in clear
-/// air.
+/// Returns a random scene. For even seeds it is made opaque, for every fourth seed also with f32
+/// depth and without fog, so that the tile renderer's fastest paths are drawn often.
 fn case(seed: u64) -> Case {
     let mut case = random(seed);
     if seed.is_multiple_of(2) {
@@ -108,7 +109,7 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
         }
     }
     let (mut wrong, mut unlike, mut fragments) = (Vec::new(), Vec::new(), [0; 2]);
-    // Those that have once been wrong come first: back materials beside colours of whole faces.
+    // Seeds that have failed before come first: back materials beside colours of whole faces.
     for seed in [21564, 23225, 26079, 26890, 28189, 26638].into_iter().chain(first..first + count) {
         let case = case(seed);
         let mut truth = TruthPicture::new(case.width, case.height, case.format);
@@ -118,14 +119,14 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
             println!("seed {seed} {:?} {:?}: {report}", case.settings, case.format);
             wrong.push(seed);
         }
-        // The plain path lets the same faces and pixels through, but for depths that all but tie.
+        // The plain path draws the same faces and pixels, but for depths that almost tie.
         let same = draw(&case, &mut plain, None).stats;
         let counts =
             |s: &DrawStats| [s.faces, s.faces_drawn, s.faces_culled, s.faces_outside, s.pixels_tested];
         assert_eq!(counts(&drawn.stats), counts(&same), "seed {seed}");
         fragments[0] += drawn.stats.pixels_written.abs_diff(same.pixels_written);
         fragments[1] += same.pixels_written;
-        // Each scene at one level and number of threads, all of them in turn.
+        // Each scene at one vector level and number of threads, all of them in rotation.
         let picked = (seed % others.len() as u64) as usize;
         let (name, renderer) = &mut others[picked];
         let other = draw(&case, renderer, None);
@@ -139,12 +140,13 @@ fn random_scenes_are_right_and_alike_on_every_machine() {
     assert!(fragments[0] * 1000 <= fragments[1], "{fragments:?}");
 }
 
-/// Many faces that fill the frame at all slants, through each other: as the plain path draws them, one by one.
+/// Many faces that fill the frame at all slants, through each other: drawn as by the plain path,
+/// one by one.
 #[test]
 fn stacked_faces_that_fill_tiles_look_as_if_drawn_one_by_one() {
     let (width, height) = (288, 80);
     let mut mesh = Mesh::default();
-    // Corners of a triangle around the frame; depths from a fixed sequence, some faces level.
+    // Corners of a triangle around the frame; depths from a fixed sequence, with some faces level.
     let mut state = 7u32;
     let mut depth = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

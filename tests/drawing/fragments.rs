@@ -1,7 +1,8 @@
-//! Faces of a pixel or two, which are drawn as fragments, among larger ones: what is seen where depths are equal.
+//! Faces of a pixel or two, drawn as fragments, among larger ones: the visible face where depths
+//! are equal.
 //!
-//! Fear: that a face is drawn out of its turn, so that another one than the file's first is seen where several are equally near,
-//! or that a pixel at the edge of a tile is lost or drawn twice.
+//! Guards against a face drawn out of order, so that another than the first of several equally near
+//! faces is visible, and against a pixel at the edge of a tile that is lost or drawn twice.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawCall, DrawStats, RenderOptions, RenderPath, Renderer, Target};
@@ -11,14 +12,15 @@ use glam::{DMat4, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Two columns of tiles, the second one wider, and two and a half rows.
+/// Frame of two columns of tiles, the second one wider, and two and a half rows.
 const WIDE: [u32; 2] = [300, 80];
-/// Around these, from the lower left corner: where four tiles meet, twice, and within one.
+/// Centres of the faces, from the lower left corner: twice where four tiles meet, once on the edge
+/// of two tiles, and once close to such an edge.
 const PLACES: [[f64; 2]; 4] = [[128.0, 48.0], [128.0, 16.0], [40.0, 16.0], [200.0, 50.0]];
 
-/// Triangles in runs of one size, the next run's another, all over a few places. Those of most runs are parallel to the
-/// screen, at depths of which many are equal; those of some lean, each at a depth of its own. Runs that are all of one length
-/// come nearer, six by six.
+/// Returns triangles in runs of one size, each run of another, around a few centres. Those of most
+/// runs are parallel to the screen, many at equal depths; those of some are slanted, each at its
+/// own depth. If all runs have one length, the runs come nearer, six by six.
 fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]], run_faces: Range<u32>) -> Mesh {
     let comes_nearer = run_faces.len() == 1;
     let mut state = seed;
@@ -35,7 +37,7 @@ fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]], run_faces: Range<u32>) ->
             let leans = run % 3 == 2 && !comes_nearer;
             let z = match () {
                 () if leans => -0.2 - 0.7 * next(),
-                // So that every run is seen for a while.
+                // So that every run is visible for a while.
                 () if comes_nearer => -0.9 + 0.01 * (run / 6) as f64,
                 () => -0.25 - 0.125 * (next() * 4.0).floor(),
             };
@@ -53,8 +55,9 @@ fn heap(seed: u64, sizes: &[f64], places: &[[f64; 2]], run_faces: Range<u32>) ->
     mesh
 }
 
-/// Triangles apart from each other, one in a cell of `pitch` pixels, with a horizontal and a vertical side that run through
-/// pixels' centres: the right angle in each of the four corners, sides of all lengths that fit.
+/// Returns separate triangles, one in a cell of `pitch` pixels, with a horizontal and a vertical
+/// side through the centres of pixels: the right angle in each of the four corners, sides of all
+/// lengths that fit.
 fn sides_through_centres(pitch: u32, [width, height]: [u32; 2]) -> Mesh {
     let mut mesh = Mesh::default();
     for cell in 0..(width / pitch) * (height / pitch) {
@@ -73,7 +76,7 @@ fn sides_through_centres(pitch: u32, [width, height]: [u32; 2]) -> Mesh {
     mesh
 }
 
-/// What was counted, and of each pixel what it shows.
+/// Returns the counts of a draw, and the face seen at each pixel.
 fn draw(
     options: RenderOptions,
     mesh: &Arc<Geometry>,
@@ -100,21 +103,21 @@ fn draw(
     (stats, (0..width * height).map(|i| ids.get((i % width) as i32, (i / width) as i32)).collect())
 }
 
-/// What both paths count alike.
+/// Returns the counts that both paths share.
 fn counts(s: &DrawStats) -> [u64; 5] {
     [s.faces, s.faces_drawn, s.faces_empty, s.pixels_tested, s.pixels_written]
 }
 
 #[test]
 fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
-    // Frame, places, how many faces make a run, how many pixels are seen at least, sizes.
+    // Frame size, centres, faces per run, least number of visible pixels, face sizes.
     type Case = ([u32; 2], &'static [[f64; 2]], Range<u32>, u64, &'static [f64]);
     let cases: [Case; 5] = [
         (WIDE, &PLACES, 1..41, 200, &[0.6]),
         (WIDE, &PLACES, 1..41, 200, &[0.5, 1.0]),
         (WIDE, &PLACES, 1..41, 1000, &[0.6, 2.5, 0.7, 12.0, 0.6, 40.0]),
         (WIDE, &PLACES, 1..41, 1000, &[1.2, 0.4, 3.0, 0.6, 200.0, 0.6]),
-        // Faces that fill the only tile, with nothing but fragments between them where vectors are narrow.
+        // Faces that fill the only tile, with only fragments between them where vectors are narrow.
         ([16, 5], &[[8.0, 2.5]], 12..13, 80, &[0.6, 200.0]),
     ];
     for (seed, (size, places, run_faces, least, sizes)) in cases.into_iter().enumerate() {
@@ -148,7 +151,8 @@ fn the_files_first_of_equally_near_faces_is_seen_whatever_its_size() {
 fn centres_on_an_edge_belong_to_the_face_below_or_to_the_right() {
     for pitch in [4, 9, 17, 40] {
         let mesh = Arc::new(Geometry { mesh: sides_through_centres(pitch, WIDE), textures: vec![] });
-        // Sides of n pixels have n columns and n rows of centres that are theirs: one more or less would be n more or less.
+        // Sides of n pixels own n columns and n rows of centres: an off-by-one would change the
+        // count by n.
         let plain = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
         let plain = draw(plain, &mesh, DepthFormat::F32, WIDE);
         assert!(plain.0.pixels_written > 500, "{pitch}: {}", plain.0.pixels_written);

@@ -1,6 +1,6 @@
-//! The pipeline against the truth: every pixel of random scenes, by the project's limits.
+//! The plain path against the truth: every pixel of random scenes, by the project's limits.
 //!
-//! Fear: that the plain path, which everything else is held to, is itself wrong somewhere.
+//! Guards against an error in the plain path itself, with which everything else is compared.
 
 use fbptr::memory::VideoMemory;
 use fbptr::pipeline::{self, DrawCall, SceneOptions, Target};
@@ -8,7 +8,8 @@ use fbptr::truth::compare::{Comparison, compare};
 use fbptr::truth::scenes::{Case, random};
 use fbptr::truth::{Transparency, TruthPicture};
 
-/// What the pipeline draws of a case, compared with what the truth says of it; and how many pixels something was drawn to.
+/// Compares the pipeline's picture of a case with the truth; returns the comparison and the number
+/// of pixels drawn on.
 fn held_to_truth(case: &Case) -> (Comparison, u64) {
     let (width, height, s) = (case.width, case.height, &case.settings);
     let mut truth = TruthPicture::new(width, height, case.format);
@@ -28,7 +29,7 @@ fn held_to_truth(case: &Case) -> (Comparison, u64) {
             pipeline::draw_scene(&mut target, &scene, &options).unwrap();
             truth.draw(&scene, s).unwrap();
         }
-        // One DRAW an object, after the background.
+        // One DRAW per object, after the background.
         Transparency::AtOnce => {
             let objects = std::mem::take(&mut scene.objects);
             pipeline::draw_scene(&mut target, &scene, &options).unwrap();

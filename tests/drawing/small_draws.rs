@@ -1,6 +1,7 @@
-//! Small objects that are drawn together over threads, against the same drawn one after the other by one thread.
+//! Small objects drawn in batches over threads, against the same objects drawn one after the other
+//! by one thread.
 //!
-//! Fear: that what is gathered to be drawn at once is drawn in another order, or with a neighbour's state.
+//! Guards against a batch drawn in another order, or with a neighbour's state.
 
 use fbptr::memory::{DepthFormat, PickBuffer, VideoMemory};
 use fbptr::pipeline::{DrawStats, RenderOptions, Renderer, SceneOptions, Target};
@@ -9,7 +10,7 @@ use fbptr::truth::scenes::{object, random};
 use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
-/// Bytes, depths, what each pixel shows, and what was counted.
+/// Bytes, depths, face at each pixel, and counts.
 type Picture = (Vec<u8>, Option<Vec<u32>>, Vec<Option<(u32, u32)>>, DrawStats);
 
 fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_format: DepthFormat) -> Picture {
@@ -18,7 +19,7 @@ fn draw(renderer: &mut Renderer, scene: &Scene, hide: HiddenSurface, depth_forma
     let (mut depth, mut ids) = (None, PickBuffer::new(width, height));
     let mut target = Target { memory: &mut memory, depth: &mut depth, depth_format, ids: Some(&mut ids) };
     let mut options = SceneOptions { hide, ..SceneOptions::new(width, height) };
-    // Neither at the frame's corner nor inside of it.
+    // A viewport that neither begins at the frame's corner nor lies inside of it.
     (options.viewport.x, options.viewport.y) = (9, -7);
     let stats = renderer.draw_scene(&mut target, scene, &options).unwrap();
     let depth = depth.map(|d| (0..(width * height) as usize).map(|i| d.word(i)).collect());
@@ -31,7 +32,7 @@ fn of_threads(threads: usize) -> Renderer {
     Renderer::new(RenderOptions { pool: Some(Arc::new(pool)), ..RenderOptions::default() })
 }
 
-/// The objects of many random scenes in one, small ones among those of their own size.
+/// Returns a scene with the objects of many random scenes, most of them scaled down.
 fn crowd(seed: u64, count: usize) -> Scene {
     let mut scene = random(seed);
     let mut all = std::mem::take(&mut scene.scene.objects);
@@ -44,7 +45,7 @@ fn crowd(seed: u64, count: usize) -> Scene {
                     DMat4::from_translation(at) * DMat4::from_scale(DVec3::splat(0.12)) * object.model;
             }
             object.lights = None;
-            // What the tile renderer draws, but for every seventh.
+            // Supported by the tile renderer, but for every seventh.
             if !all.len().is_multiple_of(7) {
                 object.material.transparency = 0.0;
                 object.texture = None;
@@ -55,7 +56,7 @@ fn crowd(seed: u64, count: usize) -> Scene {
             break;
         }
     }
-    // Some twice, so that depths tie; some that f32 has no light for; some with lines.
+    // Some objects twice, so that depths tie; some whose lighting f32 cannot hold; some with lines.
     let twice: Vec<Object> = all.iter().step_by(11).cloned().collect();
     all.extend(twice);
     for object in all.iter_mut().skip(5).step_by(29) {
@@ -78,7 +79,7 @@ fn objects_drawn_together_are_those_drawn_one_by_one() {
     let formats = [DepthFormat::F32, DepthFormat::U16, DepthFormat::U24, DepthFormat::Reversed];
     let hides = [HiddenSurface::ZBuffer, HiddenSurface::ZBuffer, HiddenSurface::None, HiddenSurface::Painter];
     for seed in 0..12 {
-        // Above and below what is made ready by one thread, and more than are drawn at once.
+        // Fewer and more than one thread prepares, and more than one batch holds.
         let mut scene = crowd(seed, [40, 150, 400][seed as usize % 3]);
         if seed % 5 == 4 {
             let fog = Fog { color: DVec3::splat(0.4), kind: FogKind::Linear, visibility_range: 12.0 };
@@ -88,7 +89,7 @@ fn objects_drawn_together_are_those_drawn_one_by_one() {
         let one = draw(&mut alone, &scene, hide, format);
         assert!(one.3.pixels_written > 1000, "seed {seed}: {:?}", one.3);
         for (threads, renderer) in &mut crews {
-            // Twice: the second finds the lists of the first.
+            // Twice: the second draw finds the lists of the first.
             for _ in 0..2 {
                 let other = draw(renderer, &scene, hide, format);
                 assert_eq!(other.3, one.3, "seed {seed}, {threads} threads, {hide:?}, {format:?}");

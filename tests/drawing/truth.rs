@@ -1,8 +1,8 @@
-//! Fear: the pipeline draws something else than the specification says.
+//! Verifies that the pipeline draws what the specification says.
 //!
-//! Every random scene and every hard case is drawn twice, by the pipeline and by the independent reference, and compared by
-//! the limits of `truth::compare`. `FBPTR_SCENES=10000` asks for more random scenes than the quick share, `FBPTR_SEED=n`
-//! for one of them.
+//! Every random scene and every hard case is drawn twice, by the pipeline and by the independent
+//! reference, and compared by the limits of `truth::compare`. `FBPTR_SCENES=10000` sets the number
+//! of random scenes, `FBPTR_SEED=n` selects one of them.
 
 use crate::against_truth::fault_of;
 use fbptr::measure::draw_case;
@@ -36,7 +36,7 @@ fn hard_cases_agree_with_the_truth() {
     );
 }
 
-/// What the comparison says of a case that was drawn with one thing changed.
+/// Returns whether the comparison notices a change of a case before it is drawn.
 fn sees(case: &Case, change: impl Fn(&mut Case)) -> bool {
     let mut other = case.clone();
     change(&mut other);
@@ -45,7 +45,8 @@ fn sees(case: &Case, change: impl Fn(&mut Case)) -> bool {
     !compare(&drawn.memory, drawn.depth.as_ref(), &truth).is_right()
 }
 
-/// The judge is judged: small changes of what is drawn must be seen in most scenes that show anything.
+/// Tests the comparison itself: small changes of the input must be noticed in most scenes that show
+/// anything.
 #[test]
 fn small_faults_are_seen() {
     let cases: Vec<Case> = (0..60).map(random).collect();
@@ -70,7 +71,8 @@ fn small_faults_are_seen() {
     assert!(found[0] > 45 && found[1] > 45 && found[2] > 10 && found[3] > 10, "seen in {found:?} of 60");
 }
 
-/// How much is left open: pixels with several right answers are rare, those without a firm one rarer still.
+/// Bounds the freedom of the reference: pixels with several right answers are rare, those without a
+/// firm one rarer still.
 #[test]
 fn the_truth_is_firm_nearly_everywhere() {
     let (mut pixels, mut drawn, mut turns, mut loose) = (0, 0, 0, 0);

@@ -1,7 +1,8 @@
-//! Fear: a file from outside draws something else than the specification says.
+//! Verifies that files from other projects are drawn as the specification says.
 //!
-//! Every OBJ and X3D file of the test data that loads is drawn by the pipeline and by the reference, faces only (lines and
-//! points have tests of their own), in two sizes and depth formats, and compared by the limits of `truth::compare`.
+//! Every OBJ and X3D file of the test data that loads is drawn by the pipeline and by the
+//! reference, faces only (lines and points have tests of their own), in two sizes and depth
+//! formats, and compared by the limits of `truth::compare`.
 
 use crate::against_truth::fault_of;
 use fbptr::load::{SandboxDir, obj, x3d};
@@ -26,7 +27,7 @@ fn files(dir: &Path, extension: &str, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A scene's faces from its own camera, or from one that frames it.
+/// Returns the cases of a scene's faces, from its own camera or from one that frames it.
 fn cases_of(path: &Path, mut scene: Scene) -> Vec<Case> {
     for o in &mut scene.objects {
         if !o.geometry.mesh.lines.is_empty() || !o.geometry.mesh.points.is_empty() {

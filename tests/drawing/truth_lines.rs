@@ -1,6 +1,7 @@
-//! Fear: lines and points in space that are drawn where they are not, or at another depth or colour than they have.
+//! Verifies position, depth and colour of lines and points in space.
 //!
-//! Random lines, points and wireframes among faces, through the eye plane, transparent and in fog, held to the reference.
+//! Random lines, points and wireframes among faces, through the eye plane, transparent and in fog,
+//! are compared with the reference.
 
 use fbptr::measure::draw_case;
 use fbptr::scene::{Corner, Fog, FogKind, HiddenSurface, LightingModel, Mesh, NONE, ShadeMode};
@@ -8,7 +9,7 @@ use fbptr::truth::scenes::{Case, Random, object, random};
 use fbptr::truth::{compare, render};
 use glam::DVec3;
 
-/// Random segments and points with colours, some through the eye plane.
+/// Returns random segments and points with colours, some through the eye plane.
 fn strokes(r: &mut Random, reach: f64) -> Mesh {
     let mut mesh = Mesh::default();
     let alpha = r.pick(&[1.0, 1.0, 0.6]);

@@ -1,4 +1,4 @@
-//! Where faces are: through the eye plane, thin, far out, without area, mirrored, many.
+//! Extreme positions of faces: through the eye plane, thin, far out, without area, mirrored, many.
 
 use super::*;
 
@@ -38,7 +38,7 @@ fn w_of_0_and_next_to_0_divides_by_nothing() {
     ] {
         see(points);
     }
-    // Wholly on the eye plane, wholly behind, and edge on: nothing.
+    // Wholly on the eye plane, wholly behind, and edge-on: nothing is drawn.
     for points in [
         [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         [[-1.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 1.0]],
@@ -73,7 +73,7 @@ fn all_six_planes_at_once_and_no_pixel_outside() {
             }
         }
     }
-    // The largest viewport that there is shows one colour, in no time.
+    // The largest possible viewport shows one colour, in no time.
     let huge =
         Viewport { x: i32::MIN, y: i32::MIN, width: u32::MAX, height: u32::MAX, rule: ViewportRule::Corners };
     s.objects[0].shade = Some(ShadeMode::Wire);
@@ -93,7 +93,7 @@ fn slivers_a_millionth_of_a_pixel_thin_and_a_billion_pixels_long() {
             let start = Instant::now();
             let drawn = draw(&s, 64, DepthFormat::F32, &Settings::default());
             assert!(start.elapsed() < Duration::from_millis(500));
-            // As exact coverage has it, pixel for pixel.
+            // Equal to exact coverage, pixel for pixel.
             let to_pixels = |p: [f64; 3]| [32.0 + p[0], 32.0 - p[1]];
             let exact = fbptr::math::coverage::SnappedTriangle::new(points.map(to_pixels));
             let mut count = 0;
@@ -126,7 +126,7 @@ fn corners_at_1e30_cover_exactly_and_cost_what_is_seen() {
     assert!(
         (0..64 * 64).all(|i| (drawn.depth.as_ref().unwrap().z(i % 64, i / 64).unwrap() - 0.2).abs() < 1e-7)
     );
-    // Even further out nothing is promised but the end.
+    // Even further out only termination is promised.
     for far in [1e150, 1e200, 1e308] {
         let s = scene(
             eye_at_origin(0.1, 10.0),
@@ -187,7 +187,7 @@ fn meshes_of_none_one_and_many_faces_and_concave_ones() {
         draw_right(&scene(camera, vec![both_sides(l, glowing(DVec3::ONE))]), 40, &Settings::default());
     assert_eq!(drawn.memory.get_pixel(25, 15).unwrap(), VideoMemory::CLEAR, "the notch");
     assert_eq!(drawn.memory.get_pixel(13, 25).unwrap(), [255; 4]);
-    // 200,000 faces smaller than a pixel: as one sheet, without a hole and without a pixel drawn twice.
+    // 200,000 faces smaller than a pixel, as one surface: no hole, and no pixel drawn twice.
     let mut sheet = terrain(317, 1.0, || 0.0);
     sheet.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x * 3.0, -p.z * 3.0, -3.0));
     let settings = Settings { hide: HiddenSurface::None, ..Settings::default() };
@@ -206,7 +206,7 @@ fn a_mirrored_model_keeps_its_front_faces_front() {
             * matrix::scale(scale);
         let thing = Object { model, ..object("box", mesh.clone()) };
         let drawn = draw_right(&scene(eye_at_origin(0.1, 50.0), vec![thing]), 40, &Settings::default());
-        // The nearest corner of the box is nearer than its middle, so its front is what is seen.
+        // The nearest corner of the box is nearer than its middle, so the front is visible.
         let nearest =
             (0..1600).map(|i| drawn.depth.as_ref().unwrap().z(i % 40, i / 40).unwrap()).fold(1.0, f64::min);
         let depth_of = |d: f64| 50.0 * (d - 0.1) / (d * 49.9);

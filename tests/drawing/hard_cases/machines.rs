@@ -1,9 +1,10 @@
-//! The same bytes everywhere, at the cost of what is seen.
+//! Equal bytes on every machine, at a cost in proportion to the visible pixels.
 
 use super::textures::noise;
 use super::*;
 
-/// A scene with a piece of everything: floor and soup, textures, lights of each kind, glass, fog.
+/// Returns a scene with one of everything: floor and loose triangles, textures, lights of each
+/// kind, glass, fog.
 fn everything() -> Scene {
     let mut r = fbptr::truth::scenes::Random::new(2026);
     let mut floor = terrain(9, 12.0, || r.real(-0.1, 0.1));
@@ -56,14 +57,16 @@ fn the_same_bytes_every_time_and_on_every_machine() {
             (0..96 * 96).for_each(|i| hasher.update(&drawn.depth.as_ref().unwrap().word(i).to_le_bytes()));
         }
     }
-    // Not measured against anything: what this code gave on x86-64. Any machine must give the same.
+    // Not compared with the truth: this is the checksum of the code on x86-64, which any machine
+    // must give.
     assert_eq!(hasher.finalize(), 3_312_621_451);
     draw_right(&s, 64, &Settings::default());
 }
 
 #[test]
 fn a_draw_of_a_whole_frame_takes_time_by_its_pixels() {
-    // 64 layers of the whole frame, each nearer: the cost is in the pixels, so in a test build it is a few hundred ns each.
+    // 64 layers of the whole frame, each nearer: the cost is in the pixels, so in a test build it
+    // is a few hundred ns per pixel.
     let geometry = Geometry {
         mesh: triangle([[-9.0, -9.0, -2.0], [9.0, -9.0, -2.0], [0.0, 18.0, -2.0]]),
         textures: Vec::new(),
@@ -85,7 +88,7 @@ fn a_draw_of_a_whole_frame_takes_time_by_its_pixels() {
     assert_eq!(written, 64 * 128 * 128);
 }
 
-/// A number from where f64 ends.
+/// Returns a number at the limits of f64.
 fn wild(r: &mut fbptr::truth::scenes::Random) -> f64 {
     let far =
         [0.0, -0.0, 5e-324, 1e-200, -1e-30, 1e30, -1e150, 1e308, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -143,7 +146,7 @@ fn no_number_anywhere_makes_a_draw_panic() {
         options.shade = r.pick(ShadeMode::ALL);
         options.hide = case.settings.hide;
         options.interp = case.settings.interpolation;
-        // Refused or drawn: either way the depths that are there are numbers.
+        // Refused or drawn: in both cases the depths are numbers.
         let _ = pipeline::draw_scene(&mut target, &s, &options);
         if let Some(depth) = depth {
             assert!((0..256).all(|i| (0.0..=1.0).contains(&depth.z(i % 16, i / 16).unwrap())), "seed {seed}");

@@ -1,5 +1,5 @@
-//! Every row of the specification's table of hard cases that a draw can meet, by name, held to the truth where it says more
-//! than "no panic".
+//! Every row of the specification's table of hard cases that a draw can meet, by name, compared
+//! with the truth where the row asks for more than "no panic".
 
 mod geometry;
 mod machines;
@@ -19,14 +19,15 @@ use std::time::{Duration, Instant};
 
 const ORIGIN_VIEW: LookAt = LookAt { eye: DVec3::ZERO, reference: DVec3::NEG_Z, up: DVec3::Y };
 
-/// A camera at the origin that looks along -z with an angle of 90 degrees.
+/// Returns a camera at the origin that looks along -z with an angle of 90 degrees.
 fn eye_at_origin(near: f64, far: f64) -> Camera {
     let fov_rad = std::f64::consts::FRAC_PI_2;
     let projection = Projection::Perspective { fov_rad, near, far, on_smaller_side: false };
     Camera { look_at: ORIGIN_VIEW, projection }
 }
 
-/// A parallel camera under which x and y are pixels, y up from the middle of a frame of `size` pixels; z from 0 to -10.
+/// Returns a parallel camera under which x and y are pixels, y up from the middle of a frame of
+/// `size` pixels; z from 0 to -10.
 fn pixel_camera(size: u32) -> Camera {
     let h = size as f64 / 2.0;
     Camera {
@@ -47,7 +48,7 @@ fn triangle(points: [[f64; 3]; 3]) -> Mesh {
     Mesh::from_triangles(points.map(DVec3::from).to_vec(), &[[0, 1, 2]])
 }
 
-/// An object that is drawn from both sides.
+/// Returns an object that is drawn from both sides.
 fn both_sides(mesh: Mesh, material: Material) -> Object {
     Object { material, cull: Cull::None, ..object("thing", mesh) }
 }
@@ -75,7 +76,7 @@ fn draw(scene: &Scene, size: u32, format: DepthFormat, settings: &Settings) -> D
     Drawn { memory, depth, stats }
 }
 
-/// Draws a scene, and asks the truth about every pixel.
+/// Draws a scene, and compares every pixel with the truth.
 #[track_caller]
 fn draw_right(scene: &Scene, size: u32, settings: &Settings) -> Drawn {
     let settings =

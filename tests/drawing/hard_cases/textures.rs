@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A picture of noise, the same on every machine.
+/// Returns a texture of noise, equal on every machine.
 pub fn noise(width: u32, height: u32) -> Arc<Texture> {
     let mut state = 12345u32;
     let bytes = (0..width * height).flat_map(|_| {

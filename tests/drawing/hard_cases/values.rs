@@ -6,7 +6,8 @@ use super::*;
 fn zero_and_cancelling_normals_fall_back_to_the_faces() {
     let points = [[-1.0, -1.0, -3.0], [1.0, -1.0, -3.0], [0.0, 1.0, -3.0]];
     let plain = triangle(points);
-    // The file's normals are zero; the same face twice, once turned over, cancels the mean; normals that cancel on the way.
+    // The file's normals are zero; a face and its reverse, so that the mean cancels; interpolated
+    // normals that cancel.
     let mut zero = plain.clone();
     zero.normals = vec![DVec3::ZERO];
     zero.corners.iter_mut().for_each(|c| c.normal = 0);
@@ -30,7 +31,8 @@ fn zero_and_cancelling_normals_fall_back_to_the_faces() {
 
 #[test]
 fn near_and_far_from_1_to_100_000_and_beyond_order_what_theory_says() {
-    // Two faces square to the view; the farther is drawn first, so it is hidden only where the format tells them apart.
+    // Two faces perpendicular to the view; the farther is drawn first, so the nearer hides it only
+    // if the format separates them.
     let seen_apart = |near: f64, far: f64, d: f64, apart: f64, format| {
         let face = |d: f64, color| {
             let w = 3.0 * d;
@@ -59,7 +61,8 @@ fn near_and_far_from_1_to_100_000_and_beyond_order_what_theory_says() {
             );
         }
     }
-    // 1 : 1e9, at a distance of 1e5: only the reversed format still sees a thousandth of the distance.
+    // 1 : 1e9, at a distance of 1e5: only the reversed format resolves a thousandth of the
+    // distance.
     assert!(seen_apart(1e-3, 1e6, 1e5, 100.0, DepthFormat::Reversed));
     assert!(!seen_apart(1e-3, 1e6, 1e5, 100.0, DepthFormat::F32));
     assert!(!seen_apart(1e-3, 1e6, 1e5, 100.0, DepthFormat::U16));
@@ -67,7 +70,8 @@ fn near_and_far_from_1_to_100_000_and_beyond_order_what_theory_says() {
 
 #[test]
 fn of_coplanar_faces_the_first_drawn_stays_in_any_corner_order() {
-    // Slanted, at odd places, through a turned camera; and of constant depth with other corners.
+    // Slanted, at uneven coordinates, through a rotated camera; and of constant depth with other
+    // corners.
     let points = [[-0.93, -0.71, 0.37], [1.13, -0.57, -0.41], [0.19, 1.07, 0.83]].map(DVec3::from).to_vec();
     let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     let look_at =
@@ -88,7 +92,7 @@ fn of_coplanar_faces_the_first_drawn_stays_in_any_corner_order() {
         let objects =
             vec![both_sides(flat(1.0), glowing(DVec3::X)), both_sides(flat(1.37), glowing(DVec3::Y))];
         let drawn = draw(&scene(eye_at_origin(0.3, 70.0), objects), 40, format, &Settings::default());
-        // Where the first is not, the second may be: but nowhere over the first.
+        // The second may be drawn where the first is not, but nowhere over the first.
         let alone = draw(
             &scene(eye_at_origin(0.3, 70.0), vec![both_sides(flat(1.0), glowing(DVec3::X))]),
             40,
