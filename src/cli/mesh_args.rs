@@ -1,4 +1,4 @@
-//! The arguments that say how the meshes of scene files are read and seen.
+//! Arguments for the meshes of scene files: normals and culling.
 
 use crate::load::obj::Smoothing;
 use crate::scene::{Cull, Scene};

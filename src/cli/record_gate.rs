@@ -6,7 +6,7 @@ use crate::server::{RecordFile, Recorder, Server};
 use crossbeam_channel::{Sender, bounded};
 use std::path::Path;
 
-/// Blocks the render thread until the recording is open or turned down.
+/// Blocks the render thread until a recorder is set, or none is to be used.
 pub(super) struct RecordGate {
     /// Dropped without a recorder, it lets the render thread continue without one.
     recorder: Sender<Recorder>,

@@ -1,4 +1,4 @@
-//! The arguments that say by what means pictures are drawn; they never change a byte of them.
+//! Arguments of the renderer: threads, vectors and memory. They never change a byte of a picture.
 
 use super::bytes::ByteSize;
 use crate::memory::MemoryBudget;

@@ -24,11 +24,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Times after a signal: for received commands to run (a drawing that is not finished by then is
-/// abandoned), for the render thread to end, and for the files of the command line to be written
-/// before the process is ended in any case.
+/// Time after a signal for received commands to run; a drawing that is not finished by then is
+/// abandoned.
 const PATIENCE: Duration = Duration::from_millis(400);
+/// Time after a signal at which the process ends even if the render thread is still running.
 const LAST_MOMENT: Duration = Duration::from_millis(950);
+/// Time after a signal at which the process ends even if the files of the command line are still
+/// being written.
 const LAST_MOMENT_OF_FILES: Duration = Duration::from_secs(10);
 
 /// Serve a video memory to other programs.

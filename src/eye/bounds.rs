@@ -122,8 +122,8 @@ pub(super) fn nearest<const N: usize>(v: &[[f64; N]; N], farthest: f64) -> f64 {
 /// Returns the least x.direction on the facet, minus a bound on rounding errors. As `direction` is
 /// a unit vector, no point is nearer to the eye.
 ///
-/// Where a large facet passes close by, its products cancel: the error is relative to `farthest`,
-/// not to the result.
+/// If a large facet passes close by, its products cancel: the error is relative to `farthest`, not
+/// to the result.
 #[inline]
 pub(super) fn along<const N: usize>(v: &[[f64; N]; N], direction: &[f64; N], farthest: f64) -> f64 {
     v.iter().fold(f64::INFINITY, |least, p| least.min(dot(p, direction)))
@@ -242,7 +242,7 @@ mod tests {
             pixels in prop::array::uniform2(2u32..40),
         ) {
             let v = if before { v.map(|p| [p[0].abs() + 1, p[1], p[2]]) } else { v };
-            // Where the eye lies in an edge as seen along an axis, any pixel may be added.
+            // If the eye lies in an edge as seen along an axis, any pixel may be added.
             let holds_the_eye = |axis: usize| {
                 (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).any(|(i, j)| {
                     let (p, q) = (v[i], v[j]);

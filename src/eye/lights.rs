@@ -2,9 +2,10 @@
 //!
 //! In: a point of a facet, in eye space, and its distance from the eye. Out: a lit flag for each
 //! light, and the colour clamp(I_t I_R base, 0, 255) with I_t = min(1, I_d + sum of I_l(D_l)
-//! colour_l over the lit), channel by channel. Source: sections 2.1.1 to 2.2 and equations 1 to 5;
-//! tinting and several lights complete its section 6. There is no factor for the light's angle of
-//! incidence: the source has none.
+//! colour_l over the lit), channel by channel.
+//!
+//! Source: sections 2.1.1 to 2.2 and equations 1 to 5; tinting and several lights complete its
+//! section 6. There is no factor for the light's angle of incidence: the source has none.
 
 use super::frame::EyeSpace;
 use super::occluder::{LightPlacement, LightTarget, Occluder, TAU};

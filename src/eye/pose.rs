@@ -3,8 +3,10 @@
 //! x_eye = R^T (x - o). R starts as the identity; a rotation [a,b,angle] turns the eye's own frame,
 //! columns of R: e_a -> cos e_a + sin e_b, e_b -> -sin e_a + cos e_b. Multiples of 90 degrees are
 //! exact, and the columns are orthonormalised after each step, so that rounding does not accumulate
-//! over a long navigation. A pose is stored as its list of rotations, so a viewer shows exactly, to
-//! the bit, the picture that the JSON with that list gives.
+//! over a long navigation.
+//!
+//! A pose is stored as its list of rotations, so a viewer shows exactly, to the bit, the picture
+//! that the JSON with that list gives.
 
 use super::error::EyeError;
 use super::scene::{finite_point, in_range};

@@ -1,8 +1,10 @@
 //! A validated scene of R^N and the screen it is seen on.
 //!
 //! World space throughout. Axes of the eye: 0 forward, 1..=M screen (1 left, 2 up, ...), M+1..N
-//! hidden. Promise: an [`EyeScene`] holds finite numbers, in range, of matching lengths, so code
-//! that takes one need not check again.
+//! hidden.
+//!
+//! Promise: an [`EyeScene`] holds finite numbers, in range, of matching lengths, so code that takes
+//! one need not check again.
 
 use super::error::EyeError;
 use super::pose::Pose;

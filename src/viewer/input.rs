@@ -6,10 +6,11 @@ use crate::command::{self, Command};
 use crate::scene::{Camera, Cull, HiddenSurface, Navigator, Projection, contain};
 use glam::DVec3;
 
-/// Size of one key step: an angle, a fraction of the distance to the target, a factor of that
-/// distance.
+/// Angle of one key step.
 const TURN_RAD: f64 = std::f64::consts::PI / 36.0;
+/// Length of one key step, as a fraction of the distance to the target.
 const WALK_PART: f64 = 0.05;
+/// Factor by which one key step changes the distance to the target.
 const ZOOM_FACTOR: f64 = 0.9;
 
 impl Viewer {

@@ -4,9 +4,11 @@
 //!
 //! In: a [`Model`] (mesh, X3D document, N-dimensional scene, command stream), [`Key`]s, the pointer
 //! in frame pixels, elapsed time. Out: video memory, an [`Overlay`] that is never drawn into it,
-//! and [`Request`]s for a caller that can access files and windows. Promises: the first picture is
-//! the one that rendering the file gives; a view in N dimensions is the picture that its JSON
-//! gives; only what changed is drawn again. A clock is read only to report the drawing time.
+//! and [`Request`]s for a caller that can access files and windows.
+//!
+//! Promises: the first picture is the one that rendering the file gives; a view in N dimensions is
+//! the picture that its JSON gives; only what changed is drawn again. A clock is read only to
+//! report the drawing time.
 
 mod depth_picture;
 mod difference;

@@ -45,7 +45,7 @@ impl Tally {
         self.down &= !(1 << button);
     }
 
-    /// Returns the number of completed and missed presses for each button, when the state goes from
+    /// Returns for each button how many completed presses were missed, when the state goes from
     /// `before` to `now`. The two sources are not synchronised, so they are compared when both have
     /// the button up.
     fn missed(&mut self, before: u8, now: u8) -> [u32; BUTTONS] {
@@ -89,8 +89,8 @@ impl Clicks {
         Some(Clicks { connection, root, window, tally: Tally::default() })
     }
 
-    /// Returns the pointer's current position, in pixels of the window, and the number of completed
-    /// and missed presses for each button, when the button state goes from `before` to `now`.
+    /// Returns the pointer's current position, in pixels of the window, and for each button how
+    /// many completed presses were missed, when the button state goes from `before` to `now`.
     /// `None` if there are none.
     pub fn missed(&mut self, before: u8, now: u8) -> Option<([f32; 2], [u32; BUTTONS])> {
         while let Ok(Some(event)) = self.connection.poll_for_event() {

@@ -2,9 +2,11 @@
 //! its 0RGB words.
 //!
 //! In: the newest frame from the [`Display`], on the main thread (some systems allow windows
-//! nowhere else). Out: user input, sent to the display. Promises: at a scale of 1 the screen shows
-//! the frame's R, G and B byte for byte; an unchanged frame is not converted or uploaded again; no
-//! window size, key or pointer position causes a panic.
+//! nowhere else). Out: user input, sent to the display.
+//!
+//! Promises: at a scale of 1 the screen shows the frame's R, G and B byte for byte; an unchanged
+//! frame is not converted or uploaded again; no window size, key or pointer position causes a
+//! panic.
 //!
 //! Losing the window system cannot be handled: Xlib exits the process. Snapshots are written when
 //! requested, not at the end, and a server that must survive runs headless.

@@ -31,7 +31,7 @@ pub fn convert(rgba: &[u8], layout: &Layout, rows: Range<usize>, words: &mut [u3
         let row = (y - layout.origin[1]) * frame_height / shown_height;
         let start = y * window_width + layout.origin[0];
         if last_source == Some(row) {
-            // The same frame row: copy the finished words above.
+            // The frame row is that of the words above: copy them.
             words.copy_within(start - window_width..start - window_width + shown_width, start);
             continue;
         }

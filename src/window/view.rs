@@ -130,8 +130,7 @@ impl View {
         let Some(binding) = keys::binding(key).filter(|b| is_down && (b.repeats || !is_repeat)) else {
             return;
         };
-        // Keys that clients listen to are sent to them only; Esc and the F keys always act on the
-        // window.
+        // While clients listen to keys, only Esc and the F keys act on the window.
         if binding.is_kept() || !self.display.has_listeners() {
             self.act(binding.action);
         }

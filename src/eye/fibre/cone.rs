@@ -5,8 +5,10 @@
 //! and two sides of each aperture). All of the a_i pass through the eye, so the solution is found
 //! by adding them one by one: if the nearest point satisfies the next constraint it stays;
 //! otherwise the solution lies in that constraint's hyperplane, one dimension lower, under the
-//! earlier ones. Source: R. Seidel, "Small-Dimensional Linear Programming and Convex Hulls Made
-//! Easy", 1991, for a strictly convex objective.
+//! earlier ones.
+//!
+//! Source: R. Seidel, "Small-Dimensional Linear Programming and Convex Hulls Made Easy", 1991, for
+//! a strictly convex objective.
 
 use super::{Candidate, Nearest, Run, facing};
 use crate::eye::frame::{Frame, Visible};

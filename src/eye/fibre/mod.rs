@@ -1,9 +1,12 @@
 //! Search in a fibre: the nearest point of a facet that a pixel can see.
 //!
 //! The fibre of pixel P is the cone {x in span(P, hidden axes), x_0 > 0, |x_j| <= tan(alpha_j) x_0}
-//! from the eye at 0. In: a facet, and a run of pixels along screen axis 1. Out: candidates, stored
-//! in [`Nearest`] under the tie rule. Check: every face of the polytope tried in rational numbers
-//! (tests/eye/exact).
+//! from the eye at 0.
+//!
+//! In: a facet, and a run of pixels along screen axis 1. Out: candidates, stored in [`Nearest`]
+//! under the tie rule.
+//!
+//! Check: every face of the polytope tried in rational numbers (tests/eye/exact).
 
 mod cone;
 mod fan;

@@ -2,8 +2,10 @@
 //!
 //! lambda_i is proportional to det(P, vertices but i). If all have one sign (zeros allowed) it is a
 //! hit, with t = sum(lambda x_0) / d > 0. Each functional belongs to a ridge. Where rounding could
-//! change its sign, the minor of f decides instead. Source of the idea: S. Woop, C. Benthin, I.
-//! Wald, "Watertight Ray/Triangle Intersection", 2013, here in any N.
+//! change its sign, the minor of f decides instead.
+//!
+//! Source of the idea: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013,
+//! here in any N.
 
 use super::{Candidate, Nearest, Run, sure_minor};
 use crate::eye::frame::Frame;
