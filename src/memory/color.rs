@@ -1,8 +1,7 @@
 //! Colours as text: `gg`, `rrggbb`, `rrggbbaa` in hex, or a CSS colour name. Without an alpha, a
 //! colour is opaque (ff).
 //!
-//! Hex digits of one of these three lengths are always hex; no CSS name consists of hex digits only
-//! at such a length.
+//! A word of hex digits of one of these three lengths is always hex: no CSS name is such a word.
 
 use super::color_names::NAMES;
 use super::video::Rgba;

@@ -33,7 +33,7 @@ impl PartialEq for Style {
 /// Width and pattern of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineStyle {
-    /// Width in pixels, at least 1. A line is thickened across its major axis: each pixel of the
+    /// Width in pixels, at least 1. A line is thickened along its minor axis: each pixel of the
     /// thin line becomes `width` pixels, the larger half below or to the right.
     pub width: u32,
     /// Pattern of its pixels.

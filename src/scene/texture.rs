@@ -41,7 +41,8 @@ impl TextureError {
     }
 }
 
-/// Texture: RGBA bytes, row 0 at the top of the picture (v = 1), with its mip levels.
+/// Texture: RGBA bytes, row 0 at the top of the picture (v = 1), with its mip levels and whether
+/// any texel is transparent.
 ///
 /// Level 0 is the bytes themselves. Further levels (2x2 box filter, sizes halved rounding down, the
 /// last odd row and column dropped) are computed when the texture is created: levels 1 to 4 in
