@@ -1,4 +1,4 @@
-//! The in-process handle: the same commands as on the wire, as typed values.
+//! The in-process client: the commands of the protocol as typed values.
 //!
 //! ```
 //! use fbptr::server::{Engine, Finish, RenderThread};
@@ -27,8 +27,8 @@ use std::sync::Arc;
 
 /// A connection to the render thread from this process. Dropping it ends the connection.
 ///
-/// Commands are queued and run in order; [`Client::send`] waits only when it is thousands of commands ahead. What is
-/// refused is kept for [`Client::sync`], or answered at once by [`Client::ask`].
+/// Commands are queued and run in order; [`Client::send`] blocks only when it is thousands of
+/// commands ahead. Errors are kept for [`Client::sync`], or returned at once by [`Client::ask`].
 pub struct Client {
     id: Id,
     messages: Sender<Message>,
@@ -52,7 +52,7 @@ impl Client {
 
     fn put(&self, item: Item) {
         if self.inbox.put(item) == Some(true) {
-            // Fails when the render thread has ended: then nobody waits.
+            // Fails if the render thread has ended: then nobody needs the message.
             let _ = self.messages.send(Message::Mail(self.id));
         }
     }
@@ -62,20 +62,21 @@ impl Client {
         self.put(Item::Command(command));
     }
 
-    /// Runs a command after all before it, and answers with its reply's bytes (none for one that is no query).
+    /// Runs a command after all earlier ones, and returns the bytes of its reply, which are empty
+    /// if it is not a query.
     ///
     /// # Errors
-    /// Why it was refused.
+    /// The reason for which the command was refused.
     pub fn ask(&self, command: Command) -> Result<Vec<u8>, Fault> {
         let (answer, result) = bounded(1);
         self.put(Item::Ask(command, answer));
         result.recv().unwrap_or_else(|_| Err(has_ended()))
     }
 
-    /// Waits until all commands before have run.
+    /// Waits until all earlier commands have run.
     ///
     /// # Errors
-    /// The first of those that were refused since the last call.
+    /// The first of the errors since the last call.
     pub fn sync(&self) -> Result<(), Fault> {
         self.ask(Command::Sync { tag: "-".into() })?;
         match self.errors().into_iter().next() {
@@ -87,110 +88,111 @@ impl Client {
         }
     }
 
-    /// What was refused since the last call; the line of its place counts commands from 1.
+    /// Returns the errors since the last call. The line of an error's place counts commands from 1.
     pub fn errors(&self) -> Vec<CommandError> {
         self.inbox.errors()
     }
 
-    /// The window's events since the last call, in order; none until `EVENTS on` was sent.
+    /// Returns the window's events since the last call, in order; none until `EVENTS on` was sent.
     pub fn events(&self) -> Vec<InputEvent> {
         self.inbox.events()
     }
 
-    /// A copy of the video memory after all commands before.
+    /// Returns a copy of the video memory after all earlier commands.
     ///
     /// # Errors
-    /// When the render thread has ended.
+    /// If the render thread has ended.
     pub fn snapshot(&self) -> Result<VideoMemory, Fault> {
         let (answer, result) = bounded(1);
         self.put(Item::Look(Box::new(move |engine| {
-            // Whoever asked may be gone.
+            // The client may be gone.
             let _ = answer.send(engine.memory().clone());
         })));
         result.recv().map_err(|_| has_ended())
     }
 
-    /// `PRESENT wait`: ends a frame and waits until it is shown. Answers its number.
+    /// Sends `PRESENT wait`: ends a frame and waits until it is shown. Returns its number.
     ///
     /// # Errors
-    /// When the render thread has ended.
+    /// If the render thread has ended.
     pub fn present(&self) -> Result<u64, Fault> {
         let reply = self.ask(Command::Present { wait: true })?;
         let text = String::from_utf8_lossy(&reply);
         text.trim_end().strip_prefix("FRAME ").and_then(|n| n.parse().ok()).ok_or_else(has_ended)
     }
 
-    /// `AUTO on|off`: whether the display follows the memory, or shows whole frames alone.
+    /// Sends `AUTO on|off`: selects whether the display follows the memory or shows complete frames
+    /// only.
     pub fn auto(&self, on: bool) {
         self.send(Command::Auto(on));
     }
 
-    /// `CLEAR colour`
+    /// Sends `CLEAR colour`.
     pub fn clear(&self, color: Rgba) {
         self.send(Command::Clear { color });
     }
 
-    /// `PX x y colour`
+    /// Sends `PX x y colour`.
     #[doc(alias = "putPixel")]
     pub fn pixel(&self, x: i32, y: i32, color: Rgba) {
         self.send(Command::Pixel { x, y, color });
     }
 
-    /// `LINE`, in one colour.
+    /// Sends `LINE` in one colour.
     pub fn line(&self, p0: [i32; 2], p1: [i32; 2], color: Rgba) {
         self.send(Command::Line { p0, p1, color: RampColor { from: color, to: None } });
     }
 
-    /// `LINE`, with a colour ramp.
+    /// Sends `LINE` with a colour ramp.
     pub fn ramp(&self, p0: [i32; 2], p1: [i32; 2], from: Rgba, to: Rgba) {
         self.send(Command::Line { p0, p1, color: RampColor { from, to: Some(to) } });
     }
 
-    /// `FILL`, with a colour at each corner.
+    /// Sends `FILL` with a colour at each corner.
     pub fn fill(&self, points: [[f64; 2]; 3], colors: [Rgba; 3]) {
         self.send(Command::Fill { points, colors: AreaColors::Three(colors) });
     }
 
-    /// `FILLRECT`: the pixels whose centres lie in [x, x + w) x [y, y + h).
+    /// Sends `FILLRECT`: fills the pixels whose centres lie in [x, x + w) x [y, y + h).
     pub fn fill_rect<T: Into<f64>>(&self, x: T, y: T, w: T, h: T, color: Rgba) {
         let [x, y, w, h] = [x, y, w, h].map(Into::into);
         self.send(Command::FillRect { rect: RealRect { x, y, w, h }, color });
     }
 
-    /// `BLIT`: RGBA rows.
+    /// Sends `BLIT` with `h` rows of `w` RGBA pixels.
     pub fn blit(&self, x: i32, y: i32, w: i32, h: i32, rgba: Vec<u8>) {
         self.send(Command::Blit { rect: Rect { x, y, w, h }, rgba });
     }
 
-    /// `TEXT`
+    /// Sends `TEXT`.
     pub fn text(&self, x: i32, y: i32, color: Rgba, text: &str) {
         self.send(Command::Text { x, y, color, utf8: text.as_bytes().to_vec() });
     }
 
-    /// `MESH`
+    /// Sends `MESH`.
     pub fn mesh(&self, name: &str, source: MeshSource) {
         self.send(Command::Mesh { name: name.into(), source: Box::new(source) });
     }
 
-    /// `LOOKAT`
+    /// Sends `LOOKAT`.
     pub fn look_at(&self, eye: DVec3, reference: DVec3, up: DVec3) {
         self.send(Command::LookAt { eye, reference, up });
     }
 
-    /// `ROTATE`
+    /// Sends `ROTATE`.
     pub fn rotate(&self, axis: DVec3, angle_rad: f64) {
         self.send(Command::Rotate { axis, angle_rad });
     }
 
-    /// `DRAW`
+    /// Sends `DRAW`.
     pub fn draw(&self, name: &str) {
         self.send(Command::Draw { name: name.into() });
     }
 
-    /// `CRC` of the whole memory.
+    /// Sends `CRC` of the video memory, and returns the checksum.
     ///
     /// # Errors
-    /// When the render thread has ended.
+    /// If the render thread has ended.
     pub fn crc(&self) -> Result<u32, Fault> {
         let reply = self.ask(Command::Crc { rect: None })?;
         let text = String::from_utf8_lossy(&reply);
@@ -201,7 +203,7 @@ impl Client {
 
 impl Drop for Client {
     fn drop(&mut self) {
-        // The render thread takes what is still in the inbox first: both are in order.
+        // The render thread takes the rest of the inbox before it handles this message.
         let _ = self.messages.send(Message::End(self.id, EndOfInput::Stream));
     }
 }

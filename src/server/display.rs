@@ -1,8 +1,9 @@
-//! THE DISPLAY: the newest frame that may be seen, shared by the render thread and the window.
+//! The display: the newest frame to be shown, shared by the render thread and the window.
 //!
-//! In: rows of video memory from the render thread ([`Display::publish`]); input from the window's thread. Out: changed
-//! rows to the window, input to the render thread. It is a copy: the video memory stays the render thread's own, and
-//! what is shown is what was published last, whole. Nothing here waits for the other side for longer than a copy.
+//! In: rows of video memory from the render thread ([`Display::publish`]); input from the window's
+//! thread. Out: changed rows to the window, input to the render thread. The frame is a copy: the
+//! video memory belongs to the render thread alone, and the window shows what was published last,
+//! complete. Promise: no side waits for the other for longer than a copy takes.
 
 use super::events::{Input, InputEvent};
 use crate::memory::{DepthMemory, FbPtr, Rgba, VideoMemory};
@@ -11,10 +12,11 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// How much input may wait for a busy render thread; what comes then is dropped (flags are never lost).
+/// Most inputs that may be queued for a busy render thread; later ones are dropped. Flags are never
+/// lost.
 const INPUT_ROOM: usize = 4096;
 
-/// The window's own copy of what is shown.
+/// The window's own copy of the shown frame.
 #[derive(Clone, Debug, Default)]
 pub struct ShownFrame {
     /// Width in pixels.
@@ -23,37 +25,37 @@ pub struct ShownFrame {
     pub height: u32,
     /// RGBA rows, row 0 at the top.
     pub bytes: Vec<u8>,
-    /// The display's version that this copy holds; 0 before the first.
+    /// Version of the display that this copy holds; 0 before the first.
     pub version: u64,
-    /// Presents counted when it was published.
+    /// Number of `PRESENT` commands when it was published.
     pub frame: u64,
 }
 
-/// One pixel under the pointer.
+/// Facts about one pixel under the pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelInfo {
     /// Column.
     pub x: u32,
     /// Row.
     pub y: u32,
-    /// The byte offset of its R in video memory.
+    /// Byte offset of its red value in video memory.
     pub offset: FbPtr,
-    /// Its bytes as shown.
+    /// Its bytes as shown: R, G, B, A.
     pub rgba: Rgba,
-    /// Its depth, 0 near to 1 far, where there is depth memory and the render thread has answered.
+    /// Its depth, 0 near to 1 far, if there is a depth buffer and the render thread has answered.
     pub depth: Option<f64>,
 }
 
 struct Shown {
     frame: ShownFrame,
-    /// For each row, the version in which it changed last.
+    /// Version in which each row changed last.
     row_versions: Vec<u64>,
-    /// The pixel that the window asks about, and its depth as last answered.
+    /// The pixel whose depth the window asks for, and the last answer.
     probe: Option<(u32, u32)>,
     probe_depth: Option<f64>,
 }
 
-/// The newest frame that may be seen. See the module's text.
+/// The newest frame to be shown, with the flags that the window and the render thread exchange.
 pub struct Display {
     width: u32,
     height: u32,
@@ -77,7 +79,7 @@ impl std::fmt::Debug for Display {
 }
 
 impl Display {
-    /// A display of `width` x `height` pixels, opaque black, nothing published yet (version 0).
+    /// Creates a display of `width` x `height` opaque black pixels, at version 0.
     pub fn new(width: u32, height: u32) -> Arc<Display> {
         let (to_render, from_window) = bounded(INPUT_ROOM);
         let bytes = VideoMemory::CLEAR.repeat(width as usize * height as usize);
@@ -100,26 +102,27 @@ impl Display {
         })
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
     fn lock(&self) -> MutexGuard<'_, Shown> {
-        // A copy of bytes cannot leave the frame half valid in any way that matters to a reader.
+        // An interrupted copy leaves valid bytes, so the frame can still be shown after a panic.
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     // ---- the render thread's side ----
 
-    /// Shows `rows` of `memory`, and takes `frame` as the number of presents so far.
+    /// Shows `rows` of `memory`, and sets the number of `PRESENT` commands so far to `frame`.
     ///
-    /// The memory must have the display's size; rows below it are ignored. Costs a copy of the rows.
+    /// The memory must have the display's size; rows below it are ignored. Costs a copy of the
+    /// rows.
     pub fn publish(&self, memory: &VideoMemory, rows: Range<u32>, frame: u64, depth: Option<&DepthMemory>) {
         debug_assert_eq!((memory.width(), memory.height()), (self.width, self.height));
         let rows = rows.start.min(self.height)..rows.end.min(self.height);
@@ -139,7 +142,7 @@ impl Display {
         self.version.store(version, Ordering::Release);
     }
 
-    /// Answers the window's question about the depth under the pointer, if it has one.
+    /// Answers the window's request for the depth under the pointer, if there is one.
     pub fn answer_probe(&self, depth: Option<&DepthMemory>) {
         let mut shown = self.lock();
         if let Some((x, y)) = shown.probe {
@@ -147,42 +150,45 @@ impl Display {
         }
     }
 
-    /// What comes from the window.
+    /// Returns the receiver of the window's input.
     pub fn inputs(&self) -> Receiver<Input> {
         self.from_window.clone()
     }
 
-    /// The stream has ended: the window stays open with the last picture until its user closes it.
+    /// Notes that the stream has ended: the window stays open with the last picture until its user
+    /// closes it.
     pub fn finish(&self) {
         self.finished.store(true, Ordering::Release);
     }
 
-    /// The program ends: the window is to close at once.
+    /// Notes that the program ends: the window must close at once.
     pub fn leave(&self) {
         self.leaving.store(true, Ordering::Release);
     }
 
-    /// How many clients asked for `EVENTS`; told by the render thread.
+    /// Sets the number of clients that listen to events.
     pub fn set_listeners(&self, count: usize) {
         self.listeners.store(count, Ordering::Release);
     }
 
-    /// Takes one step that the window asked for, if there is one.
+    /// Takes one step that the window has asked for. Returns whether there was one.
     pub fn take_step(&self) -> bool {
         self.steps_asked.fetch_update(Ordering::AcqRel, Ordering::Acquire, |n| n.checked_sub(1)).is_ok()
     }
 
-    /// The newest frame number that is on the screen.
+    /// Returns the newest frame number that is on the screen.
     pub fn frame_on_screen(&self) -> u64 {
         self.frame_on_screen.load(Ordering::Acquire)
     }
 
     // ---- the window's side ----
 
-    /// Copies the rows that changed since version `last_seen` into `into` and says which; `None` when nothing is new.
+    /// Copies the rows that changed since version `last_seen` into `into`. Returns their range, or
+    /// `None` if nothing is new.
     ///
-    /// `into` is given the display's size, version and frame number; where its size differs (a fresh one), all rows
-    /// are copied. An empty range means that only the frame number is new.
+    /// `into` takes the display's size, version and frame number; if its size was another one, as
+    /// in an empty frame, all rows are copied. An empty range means that only the frame number is
+    /// new.
     pub fn copy_changes(&self, last_seen: u64, into: &mut ShownFrame) -> Option<Range<u32>> {
         let is_sized = into.bytes.len() == self.width as usize * self.height as usize * 4
             && (into.width, into.height) == (self.width, self.height);
@@ -211,15 +217,17 @@ impl Display {
         Some(rows)
     }
 
-    /// Says that `frame` (of a [`ShownFrame`]) is now on the screen: `PRESENT wait` answers then.
+    /// Notes that `frame` (of a [`ShownFrame`]) is on the screen, so that `PRESENT wait` is
+    /// answered.
     pub fn note_shown(&self, frame: u64) {
         if self.frame_on_screen.fetch_max(frame, Ordering::AcqRel) < frame {
             self.wake();
         }
     }
 
-    /// What is known of the pixel under the pointer; `None` off the frame. Call it as often as the window is drawn:
-    /// the depth comes from the render thread a moment after the first call for a pixel.
+    /// Returns the position, bytes and depth of the pixel under the pointer; `None` off the frame.
+    /// To be called whenever the window is drawn: the render thread supplies the depth a moment
+    /// after the first call for a pixel.
     pub fn pixel_info(&self, x: i32, y: i32) -> Option<PixelInfo> {
         let (x, y) = (u32::try_from(x).ok()?, u32::try_from(y).ok()?);
         if x >= self.width || y >= self.height {
@@ -241,12 +249,12 @@ impl Display {
         Some(PixelInfo { x, y, offset, rgba, depth })
     }
 
-    /// Whether streams are paused (Space).
+    /// Returns whether streams are paused.
     pub fn is_paused(&self) -> bool {
         self.paused.load(Ordering::Acquire)
     }
 
-    /// Pauses the streams, or lets them go on.
+    /// Pauses the streams, or continues them.
     pub fn set_paused(&self, paused: bool) {
         self.paused.store(paused, Ordering::Release);
         if !paused {
@@ -255,13 +263,14 @@ impl Display {
         self.wake();
     }
 
-    /// Lets a paused stream do one step: up to its next `PRESENT` where `AUTO` is off, one command where it is on.
+    /// Runs one step of a paused stream: up to its next `PRESENT` if `AUTO` is off, one command if
+    /// it is on.
     pub fn step(&self) {
         self.steps_asked.fetch_add(1, Ordering::AcqRel);
         self.wake();
     }
 
-    /// The window is gone or going: streams stop, a server ends.
+    /// Notes that the window is closed: streams stop, and a server ends.
     pub fn close(&self) {
         if !self.closed.swap(true, Ordering::AcqRel) {
             self.send(InputEvent::Close);
@@ -269,48 +278,48 @@ impl Display {
         self.wake();
     }
 
-    /// Whether the window was closed.
+    /// Returns whether the window was closed.
     pub fn is_closed(&self) -> bool {
         self.closed.load(Ordering::Acquire)
     }
 
-    /// Whether the stream has ended.
+    /// Returns whether the stream has ended.
     pub fn is_finished(&self) -> bool {
         self.finished.load(Ordering::Acquire)
     }
 
-    /// Whether the window must close because the program ends.
+    /// Returns whether the window must close because the program ends.
     pub fn is_leaving(&self) -> bool {
         self.leaving.load(Ordering::Acquire)
     }
 
-    /// Whether any client asked for `EVENTS`: then keys are theirs.
+    /// Returns whether any client listens to events, in which case keys are sent to it.
     pub fn has_listeners(&self) -> bool {
         self.listeners.load(Ordering::Acquire) > 0
     }
 
-    /// Hands an event to the clients that asked; dropped when thousands wait already.
+    /// Sends an event to the clients that listen; drops it if thousands are queued already.
     pub fn send(&self, event: InputEvent) {
         let _ = self.to_render.try_send(Input::Event(event));
     }
 
-    /// A handle that sends events and can be moved to another thread or a callback.
+    /// Returns a handle that sends events and can be moved to another thread or a callback.
     pub fn event_sender(self: &Arc<Self>) -> EventSender {
         EventSender(self.clone())
     }
 
     fn wake(&self) {
-        // Full means that the render thread has plenty to wake it up.
+        // A full channel means that the render thread has enough input to wake it.
         let _ = self.to_render.try_send(Input::Look);
     }
 }
 
-/// Sends what happens at the window to the clients that asked for `EVENTS`.
+/// Sends events of the window to the clients that listen to events.
 #[derive(Clone, Debug)]
 pub struct EventSender(Arc<Display>);
 
 impl EventSender {
-    /// Hands `event` to the clients that asked.
+    /// Sends `event` to the clients that listen; drops it if thousands are queued already.
     pub fn send(&self, event: InputEvent) {
         self.0.send(event);
     }

@@ -1,38 +1,40 @@
-//! EVENTS: what happens at the window, and how it is said to the clients that asked.
+//! Input events of the window, and their form in the protocol.
 
-/// What happened at the window. Its `Display` is the line that clients who asked for `EVENTS` get.
+/// An event of the window. Its `Display` is the line that is sent to clients with `EVENTS on`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum InputEvent {
     /// A key went down or up: `EVENT key down|up name`.
     Key {
-        /// The key's name without blanks, lower case: `a`, `left`, `f5`, `space`.
+        /// Name of the key in lower case, without blanks: `a`, `left`, `f5`, `space`.
         name: String,
-        /// Whether it went down.
+        /// True if the key went down.
         down: bool,
     },
     /// A character was typed: `EVENT text u+0041 A`; control characters carry the code alone.
     Text(char),
-    /// The mouse moved, or a button changed: `EVENT mouse x y buttons`, frame coordinates, may be off the frame.
+    /// The mouse moved, or a button changed: `EVENT mouse x y buttons`, in frame coordinates, which
+    /// may be off the frame.
     Mouse {
         /// Column in frame pixels.
         x: i32,
         /// Row in frame pixels.
         y: i32,
-        /// Buttons held: 1 left + 2 middle + 4 right.
+        /// Buttons held, as a sum of 1 (left), 2 (middle) and 4 (right).
         buttons: u8,
     },
     /// The wheel turned: `EVENT wheel dx dy`, in steps.
     Wheel {
-        /// To the right.
+        /// Steps to the right.
         dx: i32,
-        /// Upwards.
+        /// Steps upwards.
         dy: i32,
     },
-    /// The window has a new size in screen pixels: `EVENT resize w h`. The frame keeps its own.
+    /// The window has a new size in screen pixels: `EVENT resize w h`. The frame's size stays the
+    /// same.
     Resize {
-        /// Width of the window.
+        /// Width of the window in pixels.
         width: u32,
-        /// Height of the window.
+        /// Height of the window in pixels.
         height: u32,
     },
     /// The window was closed: `EVENT close`.
@@ -57,12 +59,13 @@ impl std::fmt::Display for InputEvent {
     }
 }
 
-/// What the window tells the render thread.
+/// Input from the window to the render thread.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// Something for the clients that asked for events.
+    /// An event for the clients that listen to events.
     Event(InputEvent),
-    /// A flag changed (paused, step, closed, frame shown, probe): look at the display.
+    /// A flag of the display has changed (paused, step, closed, frame shown, probe) and must be
+    /// read.
     Look,
 }
 

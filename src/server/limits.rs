@@ -1,18 +1,20 @@
-//! What a server allows: every quota with its default. Those of a connection's matrices and lights have no flag on the command line.
+//! Quotas of a server, and their defaults. Those of a connection's matrices and lights have no
+//! option on the command line.
 
 use crate::error::{Code, Fault};
 use std::time::Duration;
 
-/// The quotas. Bytes unless the name says otherwise.
+/// Quotas of a server, in bytes unless the name says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections at one time; one more is told `EQUOTA` and closed.
+    /// Connections at one time; a further one gets an `EQUOTA` error and is closed.
     pub connections: usize,
     /// Connections at one time from one IPv4 address or one /64 network of IPv6 addresses.
     pub connections_per_address: usize,
-    /// The time after which a socket's connection that sends nothing and is owed nothing is closed; `None` is never.
+    /// Time after which a socket's connection is closed if it sends nothing and waits for nothing;
+    /// `None` for no limit.
     pub idle_timeout: Option<Duration>,
-    /// A payload (`:N`, and the run of `PXMULTI`).
+    /// Bytes of a payload (`:N`, and the run of `PXMULTI`).
     pub payload_bytes: u64,
     /// Named resources of one connection, and of all shared names together.
     pub names: usize,
@@ -20,18 +22,19 @@ pub struct Limits {
     pub resource_bytes: u64,
     /// Bytes of a frame.
     pub frame_bytes: u64,
-    /// Bytes of everything that commands make the server hold, of all connections together; the command line bounds it by the
-    /// machine's memory.
+    /// Bytes of everything that commands make the server hold, for all connections together. The
+    /// command line sets it from the machine's memory.
     pub memory_bytes: u64,
-    /// Replies that a client has not read yet: beyond it its commands wait, and a single longer reply is refused.
+    /// Bytes of replies that a client has not read: beyond it the client's commands wait, and a
+    /// single longer reply is refused.
     pub reply_bytes: usize,
-    /// Bytes of the files that SNAP has written into the snapshot folder, in whole blocks of 4096 bytes.
+    /// Bytes of the files that SNAP has written into the snapshot folder, in blocks of 4096 bytes.
     pub snap_bytes: u64,
-    /// Matrices on one connection's stack.
+    /// Matrices on the stack of one connection.
     pub matrix_stack: usize,
-    /// Lights of one connection: indices are below it.
+    /// Lights of one connection; their indices are below this number.
     pub lights: usize,
-    /// Time that one command may take, drawing faces excepted; beyond it, it is given up.
+    /// Time limit of one command, except for drawing faces; a command that exceeds it is ended.
     pub command_time: Duration,
 }
 
@@ -56,13 +59,13 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// These limits, with room in the replies for all pixels of such a frame.
+    /// Returns these limits, with room in the replies for all pixels of a frame of this size.
     pub fn for_frame(self, width: u32, height: u32) -> Self {
         let whole = (width as usize * height as usize * 4).saturating_add(4096);
         Limits { reply_bytes: self.reply_bytes.max(whole), ..self }
     }
 
-    /// Refuses a frame of `width` x `height` pixels that is over the limit.
+    /// Refuses a frame of `width` x `height` pixels that exceeds the limit.
     pub fn check_frame(&self, width: u32, height: u32) -> Result<(), Fault> {
         let bytes = width as u64 * height as u64 * 4;
         match bytes <= self.frame_bytes {

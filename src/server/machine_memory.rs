@@ -1,20 +1,23 @@
-//! The memory that this process may use: the machine's, or less where a control group says so.
+//! Memory that this process may use: the machine's, or less if a control group limits it.
 //!
-//! In: files of /proc and of the control groups' file system, versions 1 and 2. Out: bytes. Called once, at the start, by whoever
-//! parses arguments. Elsewhere than on Linux, and where the files do not tell, [`FALLBACK_BYTES`] are taken.
+//! In: files of /proc and of the control groups' file system, versions 1 and 2. Out: bytes. Called
+//! once at the start, when arguments are parsed. On other systems than Linux, and if the files
+//! cannot be read, [`FALLBACK_BYTES`] are assumed.
 
 use std::fs;
 use std::path::Path;
 
-/// What a machine is taken to have that does not say.
+/// Bytes of memory to assume if the machine does not tell.
 const FALLBACK_BYTES: u64 = 4 << 30;
 
-/// A quarter of the memory that this process may use: the default of the memory budget.
+/// Returns a quarter of the memory that this process may use, in bytes: the default of the memory
+/// budget.
 pub fn default_memory_bytes() -> u64 {
     usable_bytes(Path::new("/proc"), Path::new("/sys/fs/cgroup")) / 4
 }
 
-/// The least of the machine's memory and the limits of the process's control groups.
+/// Returns the least of the machine's memory and the limits of the process's control groups, in
+/// bytes.
 fn usable_bytes(proc: &Path, groups: &Path) -> u64 {
     let machine = fs::read_to_string(proc.join("meminfo")).ok().and_then(|text| total_of(&text));
     let own_groups = fs::read_to_string(proc.join("self/cgroup")).unwrap_or_default();
@@ -22,14 +25,15 @@ fn usable_bytes(proc: &Path, groups: &Path) -> u64 {
     limits.chain(machine).min().unwrap_or(FALLBACK_BYTES)
 }
 
-/// `MemTotal:  8052404 kB` in bytes.
+/// Parses a line such as `MemTotal:  8052404 kB` of /proc/meminfo. Returns bytes.
 fn total_of(meminfo: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The limit of one line of /proc/self/cgroup: `0::/a/b` of version 2, `4:memory:/a/b` of version 1. A group is bounded by those
-/// around it too. Inside a container the path may be that of the host, and the container's own group the root.
+/// Returns the limit of one line of /proc/self/cgroup: `0::/a/b` of version 2, `4:memory:/a/b` of
+/// version 1. The limits of the enclosing groups apply, too. Inside a container the path may be
+/// that of the host, and the container's own group the root.
 fn group_limit(line: &str, groups: &Path) -> Option<u64> {
     let mut parts = line.splitn(3, ':');
     let (number, controllers, path) = (parts.next()?, parts.next()?, parts.next()?);
@@ -41,7 +45,7 @@ fn group_limit(line: &str, groups: &Path) -> Option<u64> {
         _ => return None,
     };
     let own = Path::new(path.trim_start_matches('/'));
-    // Version 1 writes a number beyond all memory where there is no limit, version 2 "max".
+    // Without a limit, version 1 writes a number beyond all memory, version 2 "max".
     let limit =
         |group: &Path| fs::read_to_string(root.join(group).join(file)).ok()?.trim().parse::<u64>().ok();
     own.ancestors().filter_map(limit).min()

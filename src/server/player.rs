@@ -1,4 +1,4 @@
-//! Playing one stream on the render thread: `play`, and programs that embed it.
+//! Player of one stream on the render thread, for `play` and for programs that embed it.
 
 use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
@@ -8,7 +8,8 @@ use crate::command::EndOfInput;
 use std::io::{self, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-/// A stream that is being played; a recording (`serve --record`) is played as the connections that it holds. Its errors go to its owner, its replies to a writer.
+/// A stream that is being played. Its errors go to its owner, its replies to a writer. A recording
+/// (`serve --record`) is played as the connections that it contains.
 #[derive(Debug)]
 pub struct Player {
     end: Arc<End>,
@@ -33,10 +34,11 @@ struct EndState {
 }
 
 impl Player {
-    /// Plays `input` to its end. `notify` hears of every refused command, and of what files were warned about; replies are written to `output`.
+    /// Plays `input` to its end. `notify` is called with every error, and with warnings about
+    /// files; replies are written to `output`.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn start(
         thread: &RenderThread,
         input: Box<dyn Read + Send>,
@@ -61,12 +63,12 @@ impl Player {
         Ok(Player { end: ended })
     }
 
-    /// Whether its last command has run.
+    /// Returns whether the last command has run.
     pub fn has_ended(&self) -> bool {
         self.end.state.lock().unwrap_or_else(PoisonError::into_inner).has_ended
     }
 
-    /// Calls `action` when the last command has run, on the render thread, or now if it has.
+    /// Calls `action` on the render thread when the last command has run, or at once if it has.
     pub fn on_end(&self, action: impl FnOnce() + Send + 'static) {
         let mut state = self.end.state.lock().unwrap_or_else(PoisonError::into_inner);
         match state.has_ended {
@@ -99,7 +101,7 @@ impl End {
     }
 }
 
-/// A reader whose first read gives enough to tell a recording from a stream.
+/// A reader whose first read returns enough bytes to tell a recording from a stream.
 struct Sniffing {
     input: Box<dyn Read + Send>,
     has_begun: bool,
@@ -109,14 +111,15 @@ impl Read for Sniffing {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut filled = self.input.read(buffer)?;
         if !std::mem::replace(&mut self.has_begun, true) {
-            // Only while it still looks like one: a stream that is typed is not held up.
+            // Reads on only while the bytes look like a recording, so that a typed stream is not
+            // delayed.
             while filled < RECORD_MAGIC.len().min(buffer.len()) && RECORD_MAGIC.starts_with(&buffer[..filled])
             {
                 match self.input.read(&mut buffer[filled..]) {
                     Ok(0) => break,
                     Ok(more) => filled += more,
                     Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                    // What has come is good; the next read will say it again.
+                    // The bytes so far are valid; the next read returns the error again.
                     Err(_) => break,
                 }
             }

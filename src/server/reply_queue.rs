@@ -1,8 +1,10 @@
-//! Replies on their way out: the render thread puts them in and never waits, a writer takes them out at its client's pace.
+//! The replies of one connection: queued by the render thread, which never blocks, and sent by a
+//! writer at its client's speed.
 //!
-//! In: whole replies, from the render thread. Out: bytes in order, through a writer on a thread of its own that is started
-//! with the first reply. A client that does not read fills its own outbox alone; the render thread then lets that
-//! client's commands wait ([`ReplyQueue::is_full`]) until the writer has made room.
+//! In: complete replies, from the render thread. Out: bytes in order, through a writer on a thread
+//! of its own, which is started with the first reply that cannot be sent at once. A client that
+//! does not read fills only its own queue; the render thread then suspends that client's commands
+//! ([`ReplyQueue::is_full`]) until the writer has made room.
 
 use crate::memory::{MemoryBudget, MemoryUse, Reservation};
 use std::io::{self, Write};
@@ -12,23 +14,23 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 struct QueueState {
     ready: Vec<u8>,
-    /// Bytes that the writer has taken and not written yet.
+    /// Bytes that the writer has taken and not sent yet.
     in_flight: usize,
-    /// Nothing more will be put in.
+    /// Set when nothing more will be queued.
     is_closed: bool,
-    /// The writer has ended: all written, or nobody takes more.
+    /// Set when the writer has ended: all bytes are sent, or the client does not read any more.
     is_done: bool,
     has_failed: bool,
-    /// The render thread wants to hear when there is room.
+    /// Set while the render thread waits for room.
     is_awaited: bool,
-    /// What the bytes, and the writer's buffer, hold of the memory budget.
+    /// The memory budget's reservation for the bytes and for the writer's buffer.
     held: Option<Reservation>,
-    /// Bytes that the writer's buffer has room for.
+    /// Capacity of the writer's buffer in bytes.
     batch_room: usize,
 }
 
 impl QueueState {
-    /// States what is held.
+    /// Updates the reservation.
     fn count(&mut self) {
         let bytes = (self.ready.capacity() + self.batch_room) as u64;
         if let Some(held) = &mut self.held {
@@ -37,14 +39,14 @@ impl QueueState {
     }
 }
 
-/// The replies of one connection that its client has not been sent yet.
+/// Replies of one connection that have not been sent to its client.
 #[derive(Debug, Default)]
 pub(crate) struct ReplyQueue {
     state: Mutex<QueueState>,
     changed: Condvar,
 }
 
-/// A buffer longer than this is given back after use.
+/// Largest capacity in bytes that a buffer keeps after use.
 const KEPT_BYTES: usize = 1 << 20;
 
 impl ReplyQueue {
@@ -52,14 +54,14 @@ impl ReplyQueue {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts what waits as a part of `budget` from now on.
+    /// Counts the queued bytes as a part of `budget`.
     pub fn set_budget(&self, budget: &MemoryBudget) {
         let mut state = self.lock();
         state.held = Some(budget.empty(MemoryUse::Replies));
         state.count();
     }
 
-    /// Appends `bytes`, and empties them. What nobody will read is dropped.
+    /// Queues `bytes`, and empties them. They are dropped if nobody will read them.
     pub fn put(&self, bytes: &mut Vec<u8>) {
         let mut state = self.lock();
         if !state.has_failed && !state.is_closed {
@@ -74,13 +76,14 @@ impl ReplyQueue {
         self.changed.notify_all();
     }
 
-    /// Bytes that wait.
+    /// Returns the number of bytes that have not been sent.
     pub fn pending(&self) -> usize {
         let state = self.lock();
         state.ready.len() + state.in_flight
     }
 
-    /// Whether `limit` bytes or more wait. If so, the writer will call `on_room` once half of them are gone.
+    /// Returns whether `limit` bytes or more are queued. If so, the writer will call `on_room` once
+    /// half of the limit is free.
     pub fn is_full(&self, limit: usize) -> bool {
         let mut state = self.lock();
         let is_full = state.ready.len() + state.in_flight >= limit;
@@ -88,24 +91,24 @@ impl ReplyQueue {
         is_full
     }
 
-    /// Says that nothing more will be put in.
+    /// Notes that nothing more will be queued.
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();
     }
 
-    /// The writer has ended, or there was none to be.
+    /// Notes that the writer has ended, or that none was started.
     pub fn set_done(&self) {
         self.lock().is_done = true;
         self.changed.notify_all();
     }
 
-    /// Whether the writer has ended.
+    /// Returns whether the writer has ended.
     pub fn is_done(&self) -> bool {
         self.lock().is_done
     }
 
-    /// Waits until the writer has ended, no longer than to `until`; whether it has.
+    /// Waits until the writer has ended, or the time `until`. Returns whether it has ended.
     pub fn wait_done(&self, until: Instant) -> bool {
         let mut state = self.lock();
         while !state.is_done {
@@ -118,7 +121,8 @@ impl ReplyQueue {
         true
     }
 
-    /// Writes what is put in until the outbox is closed and empty, or writing fails. Runs on the writer's thread.
+    /// Sends what is queued until the queue is closed and empty, or sending fails. Runs on the
+    /// writer's thread.
     pub fn write_all_to(&self, out: &mut dyn Write, limit: usize, on_room: impl Fn()) -> io::Result<()> {
         let mut batch = Vec::new();
         loop {

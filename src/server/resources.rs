@@ -1,7 +1,7 @@
-//! Named resources: what `MESH`, `TEX` and `EYE` made, counted against their quota.
+//! Named resources: meshes, textures, scenes and N-dimensional scenes, counted against a quota.
 //!
-//! Each kind has its own names, so a mesh and its texture may share one; `FREE` frees a name in all of them. A name
-//! that is given again replaces what it stood for.
+//! Each kind has names of its own, so a mesh and its texture may have the same name; `FREE` frees a
+//! name in all kinds. A name that is defined again replaces its old resource.
 
 use super::Limits;
 use crate::error::{Code, Fault};
@@ -12,7 +12,7 @@ use crate::scene::{Geometry, Texture};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// What a name can stand for.
+/// A named object that commands create and use.
 #[derive(Clone, Debug)]
 pub enum Resource {
     /// A mesh with its textures.
@@ -21,11 +21,12 @@ pub enum Resource {
     Texture(Arc<Texture>),
     /// An N-dimensional scene.
     Eye(Arc<Eye>),
-    /// An X3D scene, and the bytes that it takes, about.
+    /// An X3D scene, and its approximate size in bytes.
     Scene(Arc<X3dDocument>, u64),
 }
 
-/// An N-dimensional scene, and its picture once it was asked for: nothing in it moves, so it is made once.
+/// An N-dimensional scene, and its picture, which is rendered once, because nothing in the scene
+/// moves.
 #[derive(Debug)]
 pub struct Eye {
     scene: EyeScene,
@@ -33,28 +34,30 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// A scene without its picture.
+    /// Creates an entry without its picture.
     pub fn new(scene: EyeScene) -> Self {
         Eye { scene, picture: OnceLock::new() }
     }
 
-    /// Columns and rows, and the pixels, row after row. The layers of a third screen axis stand side by side.
+    /// Returns the numbers of columns and rows, and the pixels, row after row; renders the picture
+    /// if that was not done. The layers of a third screen axis are placed side by side.
     pub fn picture(&self) -> ([usize; 2], &[Rgba]) {
         let pixels = self.picture.get_or_init(|| eye::contact_sheet(&eye::render(&self.scene)).1);
         (eye::ContactSheet::of(&self.scene.pixels).size().map(|n| n as usize), pixels)
     }
 
-    /// Whether the picture was made already.
+    /// Returns whether the picture was rendered already.
     pub fn has_picture(&self) -> bool {
         self.picture.get().is_some()
     }
 
-    /// Bytes that making the picture takes: facet, distance, flags, colour.
+    /// Returns the memory, in bytes, for rendering the picture: facet, distance, flags and colour
+    /// of each pixel.
     pub fn working_bytes(&self) -> u64 {
         self.scene.pixel_count() as u64 * (4 + 8 + 24 + 4 + self.scene.lights.len() as u64)
     }
 
-    /// Bytes that the scene and its picture hold.
+    /// Returns the size of the scene and its picture in bytes.
     pub fn size_bytes(&self) -> usize {
         let vertices = self.scene.facets.len() * self.scene.dim;
         vertices * (self.scene.dim * 8 + 24) + self.scene.pixel_count() * 4
@@ -75,7 +78,7 @@ pub enum ResourceKind {
 }
 
 impl ResourceKind {
-    /// The kind in messages.
+    /// Returns the kind's name in messages.
     pub const fn as_str(self) -> &'static str {
         match self {
             ResourceKind::Mesh => "mesh",
@@ -87,7 +90,7 @@ impl ResourceKind {
 }
 
 impl Resource {
-    /// Its kind.
+    /// Returns its kind.
     pub fn kind(&self) -> ResourceKind {
         match self {
             Resource::Mesh(_) => ResourceKind::Mesh,
@@ -97,7 +100,7 @@ impl Resource {
         }
     }
 
-    /// Bytes that it takes, about.
+    /// Returns its approximate size in bytes.
     pub fn size_bytes(&self) -> u64 {
         let size = match self {
             Resource::Mesh(g) => {
@@ -112,48 +115,49 @@ impl Resource {
     }
 }
 
-/// The names of one connection, or the shared ones.
+/// The resources of one connection, or the shared ones, by name.
 #[derive(Debug, Default)]
 pub struct ResourceTable {
     of: HashMap<(ResourceKind, String), Entry>,
     bytes: u64,
 }
 
-/// What a name stands for, and the bytes that it holds.
+/// A resource, and the bytes that are counted for it.
 #[derive(Debug)]
 struct Entry {
     resource: Resource,
     bytes: u64,
-    /// The same of the memory budget, for as long as the name stands for it.
+    /// The memory budget's reservation for it.
     _held: Reservation,
 }
 
-/// Bytes of a name's entry in the table, the name itself aside.
+/// Memory of a name's entry in the table, in bytes without the name itself.
 const ENTRY_BYTES: u64 = 256;
 
 impl ResourceTable {
-    /// Whether `name` belongs to all connections.
+    /// Returns whether `name` belongs to all connections.
     pub fn is_shared(name: &str) -> bool {
         name.starts_with('@')
     }
 
-    /// What `name` stands for, of this kind.
+    /// Returns the resource of this kind and name.
     pub fn get(&self, kind: ResourceKind, name: &str) -> Option<&Resource> {
-        // A key that borrows both halves does not exist for tuples; names are short.
+        // Tuples of borrowed halves cannot be looked up; names are short, so they are copied.
         self.of.get(&(kind, name.to_owned())).map(|entry| &entry.resource)
     }
 
-    /// Bytes that something new under `name` may hold within `limits`.
+    /// Returns the largest size in bytes, within `limits`, of a new resource under `name`.
     pub fn room(&self, kind: ResourceKind, name: &str, limits: &Limits) -> u64 {
         let old = self.of.get(&(kind, name.to_owned())).map_or(0, |entry| entry.bytes);
         limits.resource_bytes.saturating_sub(self.bytes - old)
     }
 
-    /// Gives `name` to `resource`, in place of what had it. `held` is what is reserved for it.
+    /// Stores `resource` under `name`, in place of an old one. `held` is the memory reserved for
+    /// it.
     ///
     /// # Errors
-    /// `EQUOTA` when the names or their bytes would be over `limits`, or the budget has no room for the name; nothing changes
-    /// then.
+    /// `EQUOTA` if the names or their bytes would exceed `limits`, or the budget has no room for
+    /// the name; nothing changes then.
     pub fn insert(
         &mut self,
         name: &str,
@@ -185,7 +189,7 @@ impl ResourceTable {
         Ok(())
     }
 
-    /// Forgets `name` in every kind; whether there was one.
+    /// Removes `name` in every kind. Returns whether there was one.
     pub fn free(&mut self, name: &str) -> bool {
         let mut found = false;
         for kind in [ResourceKind::Mesh, ResourceKind::Texture, ResourceKind::Eye] {
@@ -199,17 +203,17 @@ impl ResourceTable {
         found
     }
 
-    /// How many names there are.
+    /// Returns the number of names.
     pub fn len(&self) -> usize {
         self.of.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no names.
     pub fn is_empty(&self) -> bool {
         self.of.is_empty()
     }
 
-    /// Bytes of all of them.
+    /// Returns the total size of the resources in bytes.
     pub fn size_bytes(&self) -> u64 {
         self.bytes
     }
@@ -221,13 +225,13 @@ impl Drop for ResourceTable {
     }
 }
 
-/// Giving back so many bytes takes the system a millisecond or more.
+/// Size in bytes from which freeing memory takes the system a millisecond or more.
 const LARGE_BYTES: u64 = 16 << 20;
 
-/// Drops what has no name any more, on a thread of its own where that takes long: nobody waits for it.
+/// Drops a resource that has lost its name, on a thread of its own if that takes long.
 fn let_go<T: Send + 'static>(what: T, bytes: u64) {
     if bytes >= LARGE_BYTES {
-        // Without a thread to spare it is dropped here, with the closure.
+        // If no thread can be started, it is dropped here, with the closure.
         let _ = std::thread::Builder::new().name("fbptr-free".into()).spawn(move || drop(what));
     }
 }

@@ -1,4 +1,4 @@
-//! A server: the render thread, and the places where clients come in.
+//! The server: the render thread, and the listeners and pipes through which clients connect.
 
 use super::thread::{Finish, RenderThread};
 use super::transport::{
@@ -11,17 +11,17 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The limit of open files allows fewer connections than were asked for.
+/// Warning that the limit of open files allows fewer connections than were asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "no more than {most} connections at one time in place of {wanted}: the limit of open files is {limit} (ulimit -n)"
 )]
 pub struct TooFewDescriptors {
-    /// Connections that were asked for.
+    /// Number of connections that were asked for.
     pub wanted: usize,
-    /// Connections that are allowed now.
+    /// Number of connections that are allowed.
     pub most: usize,
-    /// Descriptors that the process may have open.
+    /// Number of descriptors that the process may have open.
     pub limit: u64,
 }
 
@@ -50,10 +50,10 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts the render thread; nobody can come in yet.
+    /// Starts the render thread, without any listener.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn start(engine: Engine) -> io::Result<Server> {
         let limits = engine.limits();
         let admission = Admission::new(limits.connections, limits.connections_per_address);
@@ -64,11 +64,12 @@ impl Server {
         Ok(Server { thread, listeners: Vec::new(), admission })
     }
 
-    /// Raises the process's limit of open files as far as the connections that are allowed at `places` places, and `others`
-    /// more files, need it and the system lets it. Where it does not suffice fewer connections are allowed, those that there are descriptors for.
-    /// To be called before clients are let in.
+    /// Raises the process's limit of open files, as far as the system allows, to what the allowed
+    /// connections, `places` listeners and `others` more files need. If that does not suffice,
+    /// reduces the allowed connections to those for which there are descriptors, and returns the
+    /// numbers. To be called before clients can connect.
     pub fn fit_descriptors(&mut self, places: usize, others: usize) -> Option<TooFewDescriptors> {
-        // A listener has its socket, a spare descriptor, and a selector's three.
+        // A listener has its socket, a descriptor in reserve, and three of its selector.
         let others = others + 5 * places + LINGERING;
         let wanted = self.admission.limit();
         let room = make_room(wanted.saturating_add(others))?;
@@ -77,7 +78,7 @@ impl Server {
         (most < wanted).then_some(TooFewDescriptors { wanted, most, limit: room.limit })
     }
 
-    /// Lets clients in at `place`; answers where that is, with the port that the system gave for port 0.
+    /// Listens at `place`. Returns the address, with the port that the system chose for port 0.
     ///
     /// # Errors
     /// See [`ListenError`].
@@ -88,10 +89,10 @@ impl Server {
         Ok(place)
     }
 
-    /// Serves one more connection over a pair of pipes, standard input and output for instance.
+    /// Serves one more connection over a pair of pipes, such as standard input and output.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn serve_pipe(
         &self,
         input: Box<dyn Read + Send>,
@@ -113,24 +114,24 @@ impl Server {
         serve_connection(&self.thread.link(), endpoint)
     }
 
-    /// A client in this process.
+    /// Creates an in-process client.
     pub fn client(&self) -> Client {
         self.thread.client()
     }
 
-    /// The render thread.
+    /// Returns the handle of the render thread.
     pub fn thread(&self) -> &RenderThread {
         &self.thread
     }
 
-    /// Lets nobody in any more, and ends when every connection has, however long its client takes.
+    /// Stops listening, and ends when every connection has ended, however long its client takes.
     pub fn finish(self) -> Engine {
         drop(self.listeners);
         self.thread.finish(Finish::WhenAllEnded)
     }
 
-    /// Lets nobody in any more, finishes what was received, sends the last replies, and ends: within `patience` and a
-    /// fraction of a second more, whatever the clients do.
+    /// Stops listening, runs what was received, sends the last replies, and ends within `patience`
+    /// plus a fraction of a second, whatever the clients do.
     pub fn shut_down(self, patience: Duration) -> Engine {
         let until = Instant::now() + patience;
         drop(self.listeners);

@@ -1,6 +1,8 @@
-//! What one connection has of its own: offset, blend, camera, matrices, lights, material, modes, names, counters.
+//! State of one connection: offset, blend, camera, matrices, lights, material, modes, names,
+//! counters.
 //!
-//! It starts as pipeline.md's "settled points" say, and goes with its connection. Nothing in it is shared.
+//! It begins with the defaults that pipeline.md lists under "settled points", ends with its
+//! connection, and is shared with no other.
 
 use super::record::FileSet;
 use super::{Limits, ResourceTable, Stats};
@@ -14,95 +16,97 @@ use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Who hears of a connection's errors.
+/// Receiver of a connection's errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Audience {
-    /// The connection itself, among its replies, once it has used a verb beyond Pixelflut's, or as `ERRORS` settles it.
+    /// The connection itself, among its replies, once it has used a verb beyond Pixelflut's, or as
+    /// `ERRORS` selects.
     Connection,
-    /// Whoever started it (`play`, a [`super::Client`]): every error, beside the replies.
+    /// The owner who started it (`play`, a [`super::Client`]): gets every error, beside the
+    /// replies.
     Owner,
 }
 
-/// Where a connection's commands find the files that they name.
+/// Source of the files that a connection's commands name.
 #[derive(Debug)]
 pub(super) enum FileAccess {
-    /// In the load folder.
+    /// The load folder.
     LoadFolder,
-    /// In the recording that is replayed; these are for the next command that reads files.
+    /// The recording that is replayed; these files are for the next command that reads any.
     Recording(Arc<FileSet>),
 }
 
 /// The state of one connection.
 #[derive(Debug)]
 pub struct Session {
-    /// The connection's number, from 1; 0 is the shared file.
+    /// Number of the connection, from 1; 0 is the shared file.
     pub id: u64,
-    /// `OFFSET`, for text PX.
+    /// Offset of text PX commands, set by `OFFSET`.
     pub offset: [i32; 2],
-    /// `BLEND`
+    /// Blend mode, set by `BLEND`.
     pub blend: Blend,
-    /// Who hears of errors.
+    /// Receiver of its errors.
     pub audience: Audience,
-    /// What `ERRORS` said; `None` before it is settled.
+    /// Mode set by `ERRORS`; `None` if it was not used.
     pub error_mode: Option<ErrorMode>,
-    /// Whether a verb beyond Pixelflut's was used.
+    /// Set once a verb beyond Pixelflut's was used.
     pub has_used_other_verbs: bool,
-    /// Eye and projection.
+    /// Camera: position and projection.
     pub camera: Camera,
-    /// Whether the camera was set since the last `SCENE`, which brings its own.
+    /// Set if the camera was set since the last `SCENE`, which has one of its own.
     pub has_own_camera: bool,
-    /// Lights set since the last `SCENE`, which brings its own.
+    /// Lights set since the last `SCENE`, which has lights of its own.
     pub own_lights: BTreeMap<usize, Option<Light>>,
-    /// `VIEWPORT`; `None` is the whole frame with the default rule.
+    /// Viewport, set by `VIEWPORT`; `None` is the full frame with the default rule.
     pub viewport: Option<Viewport>,
-    /// The model matrix.
+    /// Model matrix.
     pub model: DMat4,
-    /// `PUSH` and `POP`.
+    /// Matrix stack of `PUSH` and `POP`.
     pub stack: Vec<DMat4>,
-    /// `AMBIENT`
+    /// Ambient light, set by `AMBIENT`.
     pub ambient: DVec3,
-    /// `LIGHT i`; `None` where there is none.
+    /// Lights by their index in `LIGHT i`; `None` if there is none.
     pub lights: Vec<Option<Light>>,
-    /// `MATERIAL`
+    /// Material, set by `MATERIAL`.
     pub material: Material,
-    /// `TEXTURE`: the name bound, with its rules.
+    /// Name and sampling of the bound texture, set by `TEXTURE`.
     pub texture: Option<(String, Sampling)>,
-    /// `SHADE`
+    /// Shading mode, set by `SHADE`.
     pub shade: ShadeMode,
-    /// `CULL`
+    /// Face culling, set by `CULL`.
     pub cull: Cull,
-    /// `HIDE`
+    /// Hidden-surface method, set by `HIDE`.
     pub hide: HiddenSurface,
-    /// `INTERP`
+    /// Interpolation mode, set by `INTERP`.
     pub interp: Interpolation,
-    /// `QUALITY`
+    /// Quality, set by `QUALITY`.
     pub quality: Quality,
-    /// Its private names.
+    /// Resources of this connection.
     pub names: ResourceTable,
-    /// `AUTO on`: the display follows the memory.
+    /// True if the display follows the memory, set by `AUTO`.
     pub auto: bool,
-    /// `EVENTS on`
+    /// True if the client listens to events, set by `EVENTS`.
     pub events: bool,
-    /// What files said that their author should know, until the owner hears it.
+    /// Warnings about files, until they are reported to the owner.
     pub warnings: Vec<String>,
-    /// What explains the command that has just run, until it is said.
+    /// Explanation of the command that has just run, until it is reported.
     pub remark: Option<&'static str>,
-    /// Why draws showed nothing: the reasons that were explained already, a bit each.
+    /// Reasons of empty draws that were explained already, one bit each.
     pub(super) explained_draws: u8,
-    /// Where its commands find files.
+    /// Source of files for its commands.
     pub(super) file_access: FileAccess,
-    /// What its matrices hold of the memory budget.
+    /// The memory budget's reservation for its matrices.
     pub(super) held: Option<Reservation>,
     /// The memory reserved for the payload of the current command, until the command takes it over.
     pub(super) payload_held: Option<Reservation>,
-    /// What it did.
+    /// Counters of this connection.
     pub stats: Stats,
     /// The part of `stats` that is already in the totals.
     pub(super) counted: Stats,
 }
 
 impl Session {
-    /// A fresh connection.
+    /// Creates the state of a new connection.
     pub fn new(id: u64, audience: Audience) -> Self {
         Session {
             id,
@@ -140,7 +144,7 @@ impl Session {
         }
     }
 
-    /// Whether an error is told to the audience, and not just counted.
+    /// Returns whether errors are reported to the audience, and not only counted.
     pub fn reports_errors(&self) -> bool {
         match (self.audience, self.error_mode) {
             (Audience::Owner, _) => true,
@@ -149,12 +153,12 @@ impl Session {
         }
     }
 
-    /// Whether the first error ends the connection.
+    /// Returns whether the first error ends the connection.
     pub fn closes_on_error(&self) -> bool {
         self.error_mode == Some(ErrorMode::Close)
     }
 
-    /// Counts pixels, each a command, of which so many were stored.
+    /// Counts pixel commands, of which `stored` were on the frame.
     pub(super) fn count_pixels(&mut self, commands: usize, stored: u64) {
         self.stats.commands += commands as u64;
         self.stats.pixels += stored;
@@ -172,12 +176,12 @@ impl Session {
         }
     }
 
-    /// The viewport over a frame of this size.
+    /// Returns the viewport in a frame of this size.
     pub fn viewport_on(&self, width: u32, height: u32) -> Viewport {
         self.viewport.unwrap_or(Viewport { x: 0, y: 0, width, height, rule: Default::default() })
     }
 
-    /// Whether one more matrix fits.
+    /// Returns whether one more matrix fits on the stack.
     pub(super) fn has_stack_room(&self, limits: &Limits) -> bool {
         self.stack.len() < limits.matrix_stack
     }

@@ -1,14 +1,17 @@
-//! Recognizes connections that speak another protocol than ours by their first bytes.
+//! Detection of connections that speak another protocol, by their first bytes.
 //!
-//! In: the first bytes of a TCP connection, however they are cut. Out: whether they begin an HTTP request or a TLS
-//! handshake. A page in somebody's browser can make it open a connection to any host and port and send a request whose
-//! body the page has written; were the request's lines merely unknown verbs, the body would run as commands. No verb
-//! begins like this, so no client of ours is mistaken, and nothing of a request's first line can have taken effect by then.
+//! In: the first bytes of a TCP connection, split anywhere. Out: whether they begin an HTTP request
+//! or a TLS handshake. A web page can make a browser connect to any host and port and send a
+//! request whose body the page has written; if the lines of the request's head were only unknown
+//! verbs, the body would run as commands. No verb begins like a request, so no client of this
+//! protocol is refused by mistake, and nothing of a request's first line can have taken effect
+//! before it is detected.
 
 use crate::command::Verb;
 
-/// The first bytes that begin a request, in any case, longest last. Methods are those that a browser sends by itself or for
-/// a page, and the preface of HTTP/2. Any other word is a method where ` HTTP/1.1` or the like ends its line.
+/// First bytes of a request, in any case, longest last: the methods that a browser sends by itself
+/// or for a page, and the preface of HTTP/2. Any other word is a method if ` HTTP/1.1` or a similar
+/// version ends its line.
 const REQUESTS: [&[u8]; 10] = [
     b"GET ",
     b"PUT ",
@@ -21,25 +24,25 @@ const REQUESTS: [&[u8]; 10] = [
     b"CONNECT ",
     b"PRI * HTTP/2",
 ];
-/// The end of a request's first line; `0` stands for a digit.
+/// End of a request's first line; `0` stands for a digit.
 const REQUEST_END: &[u8; 9] = b" HTTP/0.0";
-/// Longer first lines are no requests: the decoder takes none of them.
+/// Longest first line of a request in bytes. The decoder accepts no longer lines either.
 const MAX_LINE_BYTES: u64 = 4096;
-/// A TLS record of type handshake and its version's high byte.
+/// First bytes of a TLS record: type handshake, and the version's high byte.
 const TLS_HANDSHAKE: &[u8] = &[0x16, 0x03];
 const LONGEST: usize = 12;
 
-/// A protocol that is not ours.
+/// A protocol other than that of this server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Foreign {
     /// HTTP, version 2 included.
     Http,
-    /// TLS, and whatever is inside.
+    /// TLS, whatever its content is.
     Tls,
 }
 
 impl Foreign {
-    /// What the other side is told before the connection ends.
+    /// Returns the bytes that are sent to the client before the connection ends.
     pub fn reply(self) -> String {
         match self {
             Foreign::Http => {
@@ -57,34 +60,34 @@ impl Foreign {
     }
 }
 
-/// What the first bytes tell.
+/// Result of reading the first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Nothing yet: all bytes so far could begin either.
+    /// No decision: the bytes so far could begin either.
     Undecided,
-    /// The connection is not foreign.
+    /// The connection speaks this server's protocol.
     Ours,
-    /// It is.
+    /// The connection speaks another protocol.
     Foreign(Foreign),
 }
 
-/// Looks at the first bytes of one connection.
+/// Detector for the first bytes of one connection.
 #[derive(Debug, Default)]
 pub(crate) struct Sniffer {
-    /// The first bytes, as many as are wanted, and how many they are.
+    /// The first bytes, up to the longest pattern, and their number.
     seen: [u8; LONGEST],
     length: usize,
-    /// The last bytes but line ends.
+    /// The last bytes, without line ends.
     tail: [u8; REQUEST_END.len()],
-    /// Bytes looked at.
+    /// Number of bytes read.
     total: u64,
-    /// The first word is over, and no verb.
+    /// Set when the first word is complete and is not a verb.
     has_method: bool,
 }
 
 impl Sniffer {
-    /// Looks at bytes of the stream that begin at `place`; what it has seen before may be among them. To be asked until it
-    /// has decided.
+    /// Reads bytes of the stream, of which the first is at position `place`; bytes that it has read
+    /// before are skipped. To be called until it returns a decision.
     pub fn look(&mut self, place: u64, bytes: &[u8]) -> Verdict {
         let seen_before = usize::try_from(self.total.saturating_sub(place)).unwrap_or(bytes.len());
         for &byte in bytes.get(seen_before..).unwrap_or(&[]) {
@@ -129,8 +132,8 @@ impl Sniffer {
         }
     }
 
-    /// Whether the first word may be a method of HTTP that ends, or goes on, with `byte`. Binary commands follow their names
-    /// without a blank.
+    /// Returns whether the first word may be an HTTP method that ends, or continues, with `byte`.
+    /// Binary commands follow their names without a blank, so they are none.
     fn may_be_method(&mut self, byte: u8) -> bool {
         let seen = &self.seen[..self.length];
         if begins_with(seen, b"PB") || begins_with(seen, b"PX") || self.total > LONGEST as u64 {
@@ -142,7 +145,7 @@ impl Sniffer {
     }
 }
 
-/// Whether a line with this end is a request's.
+/// Returns whether a line with this end is the first line of a request.
 fn is_request_end(tail: &[u8; REQUEST_END.len()]) -> bool {
     let fits = |(&byte, &wanted): (&u8, &u8)| match wanted {
         b'0' => byte.is_ascii_digit(),
@@ -151,7 +154,7 @@ fn is_request_end(tail: &[u8; REQUEST_END.len()]) -> bool {
     tail.iter().zip(REQUEST_END).all(fits)
 }
 
-/// Whether `bytes` begin with `prefix`, letters in any case.
+/// Returns whether `bytes` begin with `prefix`, ignoring case.
 fn begins_with(bytes: &[u8], prefix: &[u8]) -> bool {
     bytes.get(..prefix.len()).is_some_and(|start| start.eq_ignore_ascii_case(prefix))
 }
@@ -160,7 +163,7 @@ fn begins_with(bytes: &[u8], prefix: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    /// The verdict on a stream that comes in pieces, each of which is looked at twice.
+    /// Returns the verdict on a stream in pieces of `cut` bytes, each of which is read twice.
     fn verdict(bytes: &[u8], cut: usize) -> Verdict {
         let (mut sniffer, mut place) = (Sniffer::default(), 0);
         let mut last = Verdict::Undecided;

@@ -1,23 +1,23 @@
-//! What `STATS` counts, for one connection or for all.
+//! Counters of `STATS`, for one connection or for all.
 
 use std::ops::{AddAssign, Sub};
 
-/// Counters that only grow.
+/// Counters that only increase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
-    /// Stream bytes decoded.
+    /// Decoded stream bytes.
     pub bytes: u64,
-    /// Commands run, whether they did something or were refused.
+    /// Commands that were run or refused.
     pub commands: u64,
     /// Pixels stored by pixel, block and `CLEAR` commands; figures are counted as commands.
     pub pixels: u64,
     /// Refused commands.
     pub errors: u64,
-    /// Pixels of `PX`, `PB`, `PXMULTI`, `POINTS` and `BLIT` that fell outside.
+    /// Pixels of `PX`, `PB`, `PXMULTI`, `POINTS` and `BLIT` that were off the frame.
     pub clipped: u64,
-    /// Presents.
+    /// `PRESENT` commands.
     pub frames: u64,
-    /// Draws that showed nothing: no pixel, or black ones for want of a light.
+    /// Draws that showed nothing: no pixel, or only black ones because there was no light.
     pub empty_draws: u64,
 }
 
@@ -50,7 +50,7 @@ impl Sub for Stats {
 }
 
 impl Stats {
-    /// The counters as `key=value` words, each key after `prefix`.
+    /// Formats the counters as `key=value` words, with `prefix` before each key.
     pub fn words(&self, prefix: &str) -> String {
         format!(
             "{prefix}bytes={} {prefix}commands={} {prefix}pixels={} {prefix}errors={} {prefix}clipped={} {prefix}frames={} {prefix}empty_draws={}",

@@ -1,15 +1,16 @@
-//! Threads that share the work of drawing: made here, because the rooms below start none of their own.
+//! Threads for drawing. They are created here, because the modules of lower layers start none.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::Arc;
 
-/// The stack of every thread that draws or reads files. Without optimization a draw has more locals, and a
-/// scene of 250 nodes in each other more frames, than the usual 2 MiB hold; 8 MiB were enough for both, and
-/// this is four times that. It is address space alone: the system finds pages as they are written.
+/// Stack size, in bytes, of every thread that draws or reads files. Without optimization a draw has
+/// more locals, and a scene of 250 nested nodes more stack frames, than the usual 2 MiB hold; 8 MiB
+/// were enough for both, and this is four times that. It costs address space only, because the
+/// system allocates pages when they are written.
 pub const DRAW_STACK_BYTES: usize = 32 << 20;
 
-/// A pool of `threads` sleeping threads (all cores for `None`); `None` where one thread is wanted or no more can be had:
-/// the caller then works alone.
+/// Creates a pool of `threads` threads, or as many as there are cores for `None`. Returns `None` if
+/// one thread is asked for or no more can be started; the caller then works alone.
 pub fn worker_pool(threads: Option<usize>) -> Option<Arc<ThreadPool>> {
     let count = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()));
     let name = |i| format!("fbptr-draw-{i}");

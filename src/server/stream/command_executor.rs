@@ -1,9 +1,9 @@
 //! Executor of decoded commands: pixels and lines in batches, other commands one by one, and
 //! errors.
 //!
-//! In: calls of the decoder ([`Sink`]). Out: effects on the engine and the session, replies, notices.
-//! Runs on the thread that has the engine. Promises that commands take effect in order, and that a
-//! panic in one, which is a defect, ends that command and no other.
+//! In: calls of the decoder ([`Sink`]). Out: effects on the engine and the session, replies,
+//! notices. Runs on the thread that has the engine. Promises that commands take effect in order,
+//! and that a panic in one, which is a defect, ends that command and no other.
 
 use super::{Budget, CommandError, Notice, Output, Pace, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;

@@ -42,8 +42,8 @@ impl InlineReader {
         }
     }
 
-    /// Wakes the poller's thread to read the queued sockets, because the render thread will not read
-    /// for a while. Does nothing if only the connection `but_for`, which runs next, is queued.
+    /// Wakes the poller's thread to read the queued sockets, because the render thread will not
+    /// read for a while. Does nothing if only the connection `but_for`, which runs next, is queued.
     pub fn pass_on(&self, but_for: Option<u64>) {
         let ready = lock(&self.0.ready);
         if ready.holds(|registered| Some(registered.id) != but_for) {

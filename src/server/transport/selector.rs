@@ -2,8 +2,9 @@
 //! elsewhere, through `mio`.
 //!
 //! In: sockets, each registered once under a number, and writers that wait. Out: the numbers of
-//! readable sockets, and a signal to the writers of writable ones. Reports are edge-triggered: after
-//! one, a socket is read or written until the system would block. Any thread may poll, one at a time.
+//! readable sockets, and a signal to the writers of writable ones. Reports are edge-triggered:
+//! after one, a socket is read or written until the system would block. Any thread may poll, one at
+//! a time.
 
 use mio::{Events, Interest, Poll, Registry, Token, Waker, event};
 use std::collections::HashMap;
