@@ -1,6 +1,7 @@
 //! 4x4 matrices over column vectors (p' = M p), in f64, with the same bits on every machine.
 //!
-//! Source: Trabalho 2 / notes on linear transforms (scale, shear, translation, rotation about any axis, mirror).
+//! Source: Trabalho 2 / notes on linear transforms (scale, shear, translation, rotation about any
+//! axis, mirror).
 
 use glam::{DMat4, DVec3, DVec4};
 

@@ -132,7 +132,8 @@ pub fn signed_det<const N: usize>(rows: &[[f64; N]], n: usize) -> f64 {
             sum.value()
         }
         _ => {
-            // Expand det(x, rows 1..) at x = row 0; the bound is the product of the rows' absolute sums.
+            // Expand det(x, rows 1..) at x = row 0; the bound is the product of the rows' absolute
+            // sums.
             let functional = wedge(&rows[1..n], n);
             let value = (0..n).fold(0.0, |sum, a| sum + functional[a] * rows[0][a]);
             let bound: f64 = rows[..n].iter().map(|r| r[..n].iter().map(|x| x.abs()).sum::<f64>()).product();
@@ -236,7 +237,7 @@ mod tests {
     use num_bigint::BigInt;
     use proptest::prelude::*;
 
-    /// The exact determinant of numbers that are whole multiples of 2^-60, times 2^(60 n).
+    /// Returns the exact determinant of multiples of 2^-60, times 2^(60 n).
     fn exact(rows: &[[f64; 5]], n: usize) -> BigInt {
         fn expand(rows: &[Vec<BigInt>]) -> BigInt {
             if rows.is_empty() {
@@ -268,7 +269,7 @@ mod tests {
             nudge in (0usize..5, 0usize..5, -2i64..=2),
             weights in prop::array::uniform5(-3i64..=3),
         ) {
-            // The last row is a combination of the others, but for a nudge of 2^-48.
+            // The last row is a combination of the others, except for an offset of 2^-48.
             #[allow(clippy::needless_range_loop)]
             for c in 0..n {
                 rows[n - 1][c] = (0..n - 1).map(|r| weights[r] * rows[r][c]).sum();

@@ -6,8 +6,9 @@ use std::collections::BTreeSet;
 /// Returns the triangles of a simple, roughly planar polygon, as indices into `points`, in the
 /// polygon's own winding.
 ///
-/// A convex polygon is fanned at its first corner: (0,1,2), (0,2,3), ... A concave one is cut into ears in order of its
-/// corners, projected along Newell's normal on the plane of the two largest extents. Degenerate polygons are fanned.
+/// A convex polygon is fanned at its first corner: (0,1,2), (0,2,3), ... A concave one is cut into
+/// ears in order of its corners, projected along Newell's normal on the plane of the two largest
+/// extents. Degenerate polygons are fanned.
 pub fn triangulate(points: &[DVec3]) -> Vec<[u32; 3]> {
     let n = points.len();
     let fan = |n: usize| (1..n.saturating_sub(1) as u32).map(|i| [0, i, i + 1]).collect::<Vec<_>>();

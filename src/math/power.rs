@@ -2,8 +2,8 @@
 //! table.
 //!
 //! [`log2`] is within 3 ulp of the exact real number, also next to 1 where it is small, so [`pow`]
-//! of a cosine near 1 keeps its digits for exponents up to 1e6: relative error below 4e-16 (1 + |y
-//! log2 x|).
+//! of a cosine near 1 keeps its digits for exponents up to 1e6: its relative error is below
+//! 4e-16 (1 + |y log2 x|).
 
 /// 2 / ln 2.
 const TWO_OVER_LN_2: f64 = 2.885_390_081_777_926_8;
@@ -37,7 +37,8 @@ const EXP: [f64; 15] = {
 
 /// Returns the logarithm of `x` to base 2: -inf for 0, NaN below 0 and for NaN, +inf for +inf.
 ///
-/// x = 2^e m with m in [sqrt 1/2, sqrt 2); log2 m = (2 / ln 2) atanh(s), s = (m-1)/(m+1), by its series to s^21.
+/// x = 2^e m with m in [sqrt 1/2, sqrt 2); log2 m = (2 / ln 2) atanh(s), s = (m-1)/(m+1), by its
+/// series to s^21.
 pub fn log2(x: f64) -> f64 {
     if !(x > 0.0 && x < f64::INFINITY) {
         return if x == 0.0 {

@@ -38,29 +38,32 @@ pub fn with_rows(x: DVec4, y: DVec4, z: DVec4, w: DVec4) -> DMat4 {
     DMat4::from_cols(x, y, z, w).transpose()
 }
 
-/// Source 001: projection on the view plane z = -d, w = -z/d.
+/// Returns the projection on the view plane z = -d, with w = -z/d (source 001).
 pub fn view_plane(d: f64) -> DMat4 {
     from_rows([1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, d, 0.0, 0.0, -1.0 / d, 0.0])
 }
 
-/// Source 004: the frustum as a box of the same height, zp from -near to -far; x and y keep their size at the near plane.
+/// Returns the map of the frustum to a box of equal height, zp from -near to -far; x and y keep
+/// their size at the near plane (source 004).
 pub fn frustum_to_box(near: f64, far: f64) -> DMat4 {
     let (n, f) = (near, far);
     from_rows([n, 0.0, 0.0, 0.0, 0.0, n, 0.0, 0.0, 0.0, 0.0, n + f, n * f, 0.0, 0.0, -1.0, 0.0])
 }
 
-/// Source 004: the simple conical projection, zp = -d everywhere.
+/// Returns the simple conical projection, zp = -d everywhere (source 004).
 pub fn simple_conical(d: f64) -> DMat4 {
     from_rows([1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0 / d, 0.0])
 }
 
-/// Source 004: the oblique shear x' = x - l cos(a) z, y' = y - l sin(a) z, z kept (l = 1 cavalier, 1/2 cabinet).
+/// Returns the oblique shear x' = x - l cos(a) z, y' = y - l sin(a) z, z kept (l = 1 cavalier, 1/2
+/// cabinet; source 004).
 pub fn oblique(l: f64, angle_rad: f64) -> DMat4 {
     let (sin, cos) = libm::sincos(angle_rad);
     shear(0.0, -l * cos, 0.0, -l * sin, 0.0, 0.0)
 }
 
-/// Source 004: -45 degrees about y, then asin(1/sqrt 3) about x: every axis is seen at sqrt(2/3) of its length.
+/// Returns the isometric rotation: -45 degrees about y, then asin(1/sqrt 3) about x, so that every
+/// axis is seen at sqrt(2/3) of its length (source 004).
 pub fn isometric() -> DMat4 {
     // The sines and cosines of both angles are square roots, so no trigonometry is needed.
     let h = std::f64::consts::FRAC_1_SQRT_2;
@@ -70,13 +73,14 @@ pub fn isometric() -> DMat4 {
     about_x * about_y
 }
 
-/// Factor from x and y of the isometric picture to those of the pseudo-isometric one: 1 /
-/// sqrt(2/3).
+/// Returns the factor from x and y of the isometric picture to those of the pseudo-isometric one,
+/// 1 / sqrt(2/3).
 pub fn pseudo_isometric_scale() -> f64 {
     1.5f64.sqrt()
 }
 
-/// Source 001: S2 T1 S1, NDC to a `width` x `height` screen whose pixel centres are whole numbers, y down.
+/// Returns S2 T1 S1, which takes NDC to a `width` x `height` screen whose pixel centres are
+/// integers, y down (source 001).
 pub fn viewport_centres(width: u32, height: u32) -> DMat4 {
     let flip = scale(DVec3::new(1.0, -1.0, 1.0));
     let s2 = scale(DVec3::new((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0, 1.0));

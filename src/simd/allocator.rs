@@ -1,9 +1,11 @@
-//! How the allocator treats large blocks. Here because it takes a call that is `unsafe`.
+//! Settings of the allocator for large blocks. They are in this module because they need calls that
+//! are `unsafe`.
 
-/// Lets large blocks go back to the system as soon as they are freed, in this process from now on.
+/// Makes large blocks return to the system as soon as they are freed, for the rest of the process.
 ///
-/// glibc begins so, and stops once a large block was freed: what many threads' buffers have left behind is then kept for
-/// ever. A server lives longer than its clients. With other C libraries it does nothing.
+/// glibc starts that way, and stops once a large block was freed: what the buffers of many threads
+/// leave behind is then never returned. A server lives longer than its clients. With other C
+/// libraries this does nothing.
 pub fn give_large_blocks_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -12,16 +14,18 @@ pub fn give_large_blocks_back() {
             fn mallopt(parameter: c_int, value: c_int) -> c_int;
         }
         const M_MMAP_THRESHOLD: c_int = -3;
-        // SAFETY: glibc's own function with glibc's own signature, and a parameter and value from its manual.
+        // SAFETY: glibc's own function with glibc's own signature, and a parameter and value from
+        // its manual.
         unsafe { mallopt(M_MMAP_THRESHOLD, 128 << 10) };
     }
 }
 
-/// Bytes of a huge page: where an x86-64's second kind of page begins and ends.
+/// Size in bytes of a huge page of x86-64, and its alignment.
 pub const HUGE_PAGE_BYTES: usize = 2 << 20;
 
-/// Asks the system to back the whole huge pages within `block`, of which nothing was stored yet, by huge pages. It changes
-/// nothing that can be read; where the system has no such means it does nothing.
+/// Asks the system to back by huge pages those that lie entirely within `block`, which must not
+/// have been written yet. The contents are unaffected; where the system does not support it this
+/// does nothing.
 pub fn ask_for_huge_pages<T>(block: &mut [std::mem::MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
@@ -39,19 +43,19 @@ pub fn ask_for_huge_pages<T>(block: &mut [std::mem::MaybeUninit<T>]) {
     let _ = block;
 }
 
-/// A list's room, used or not, in huge pages where it is long: what is gathered from all over it then waits less for its
-/// addresses. To be asked before the room is written for the first time.
+/// Puts a list's capacity into huge pages if it is long, so that gathers from all over it miss
+/// fewer address translations. To be called before the memory is written for the first time.
 pub fn prefer_huge_pages<T>(list: &mut Vec<T>) {
     if list.is_empty() && list.capacity().saturating_mul(size_of::<T>()) >= 2 * HUGE_PAGE_BYTES {
         ask_for_huge_pages(list.spare_capacity_mut());
     }
 }
 
-/// `list` with `len` items, what is new of them `value`; all anew, and in huge pages where it is long, when its room is too
-/// small.
+/// Resizes `list` to `len` items, new ones being `value`. If its capacity is too small, it is
+/// reallocated and filled anew, in huge pages if it is long.
 pub fn resize_in_huge_pages<T: Copy>(list: &mut Vec<T>, len: usize, value: T) {
     if list.capacity() < len {
-        // The old room goes first.
+        // The old allocation is freed first.
         *list = Vec::new();
         *list = Vec::with_capacity(len);
         prefer_huge_pages(list);

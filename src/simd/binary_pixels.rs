@@ -1,14 +1,16 @@
-//! Binary pixels in a row: which records of ten bytes begin with `PB`, and how many LF are among their bytes.
+//! Scanner for consecutive binary pixels: counts the records of ten bytes that begin with `PB`, and
+//! the LF among their bytes.
 //!
-//! The letters come again every 320 bytes at the same places of vectors of 64, and every 40 at those of words of eight, so
-//! whole blocks are compared with a pattern. Both twins give the same answer for every input.
+//! The letters recur at the same positions of 64-byte vectors every 320 bytes, and of eight-byte
+//! words every 40, so whole blocks are compared with a pattern. Both versions give equal results
+//! for every input.
 
-/// Bytes of a record.
+/// Size of a record in bytes.
 const RECORD: usize = 10;
-/// Bytes after which letters stand at the same places of a vector again: 32 records.
+/// Period in bytes of the letters' positions in a vector: 32 records.
 const PERIOD: usize = 320;
 
-/// What bytes that are letters are, 0 elsewhere; and where they are.
+/// Expected letters, 0 elsewhere; and a mask of their positions.
 static LETTERS: [u8; PERIOD] = pattern(*b"PB");
 static ARE_LETTERS: [u8; PERIOD] = pattern([0xff; 2]);
 
@@ -94,10 +96,10 @@ fn wide(bytes: &[u8]) -> (usize, u64) {
     (count, lines)
 }
 
-/// How many LF bytes there are.
+/// Counts the LF bytes.
 #[inline]
 pub fn lf_in(bytes: &[u8]) -> u64 {
-    // Short sums in bytes: the compiler makes vector code of them.
+    // Short sums in bytes, which the compiler vectorizes.
     bytes.chunks(192).map(|c| u64::from(c.iter().map(|&b| u8::from(b == b'\n')).sum::<u8>())).sum()
 }
 

@@ -14,8 +14,8 @@ pub fn fill_pixels(pixels: &mut [[u8; 4]], color: [u8; 4]) {
 /// vectors of 64 bytes 105, a plain fill 141).
 #[cfg(target_arch = "x86_64")]
 fn fill_long(pixels: &mut [[u8; 4]], color: [u8; 4]) {
-    // SAFETY: it writes 4 bytes `pixels.len()` times from the slice's start, upwards (the ABI keeps the direction flag
-    // clear); any bytes are pixels.
+    // SAFETY: it writes 4 bytes `pixels.len()` times from the slice's start, upwards (the ABI keeps
+    // the direction flag clear); any bytes are pixels.
     unsafe {
         std::arch::asm!(
             "rep stosd",

@@ -78,7 +78,8 @@ impl Level {
                 return unsafe { super::avx512::run(kernel) };
             }
             if level == Level::Avx2 {
-                // SAFETY: `best` is AVX2 or above only where the CPU has AVX2 (every CPU with AVX-512 does).
+                // SAFETY: `best` is AVX2 or above only where the CPU has AVX2 (every CPU with
+                // AVX-512 does).
                 return unsafe { super::avx2::run(kernel) };
             }
         }

@@ -1,31 +1,32 @@
-//! Hints to the CPU's cache: what will be read or written soon.
+//! Prefetch hints to the CPU's cache.
 
-/// Says that record `at` will be read soon. It changes nothing that can be read; outside `records` it does nothing.
+/// Prefetches record `at` for reading. The contents are unaffected; out of bounds it does nothing.
 #[inline(always)]
 pub fn for_read<T>(records: &[T], at: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(record) = records.get(at) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: SSE is part of every x86-64, and a prefetch reads and writes nothing that a program can see.
+        // SAFETY: SSE is part of every x86-64, and a prefetch reads and writes nothing that a
+        // program can see.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(record).cast()) }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (records, at);
 }
 
-/// How this CPU is told what will be written soon.
+/// Prefetch for writing, as this CPU supports it.
 ///
-/// A store that misses the caches waits in a queue, in the order of the stores; of these few are on their way at once, of lines
-/// that were asked for before many.
+/// A store that misses the caches waits in a queue, in the order of the stores. Few of these are in
+/// flight at once, while many prefetched lines can be.
 #[derive(Clone, Copy, Debug)]
 pub struct ForWrite {
-    /// A line can be asked for together with the right to write it.
+    /// True if a line can be prefetched with the right to write it.
     #[cfg(target_arch = "x86_64")]
     has_prefetchw: bool,
 }
 
 impl ForWrite {
-    /// Asks the CPU.
+    /// Detects the CPU's support, once.
     #[cfg(target_arch = "x86_64")]
     #[inline]
     pub fn new() -> Self {
@@ -33,20 +34,22 @@ impl ForWrite {
         Self { has_prefetchw: *HAS_PREFETCHW.get_or_init(has_prefetchw) }
     }
 
-    /// Nothing is known of this CPU.
+    /// Makes the prefetch of a CPU without such support.
     #[cfg(not(target_arch = "x86_64"))]
     pub fn new() -> Self {
         Self {}
     }
 
-    /// Says that record `at` will be written soon. It changes nothing that can be read; outside `records` it does nothing.
+    /// Prefetches record `at` for writing. The contents are unaffected; out of bounds it does
+    /// nothing.
     #[inline(always)]
     pub fn record<T>(self, records: &[T], at: usize) {
         #[cfg(target_arch = "x86_64")]
         if self.has_prefetchw {
             if let Some(record) = records.get(at) {
                 let record = std::ptr::from_ref(record);
-                // SAFETY: the CPU has the instruction, which reads and writes nothing that a program can see.
+                // SAFETY: the CPU has the instruction, which reads and writes nothing that a
+                // program can see.
                 unsafe {
                     std::arch::asm!(
                         "prefetchw byte ptr [{}]", in(reg) record,

@@ -1,14 +1,14 @@
-//! Scan-out in vectors: R,G,B,A bytes to 0x00RRGGBB words.
+//! Scan-out in vectors: R, G, B, A bytes to 0x00RRGGBB words.
 
 use super::{I32, Kernel, Level, Simd};
 
-/// The word of one pixel, 0x00RRGGBB: what every lane of [`scan_out`] gives.
+/// Returns the word of one pixel, 0x00RRGGBB, which [`scan_out`] computes in every lane.
 #[inline(always)]
 pub fn word(rgba: [u8; 4]) -> u32 {
     u32::from_be_bytes(rgba) >> 8
 }
 
-/// Converts pixels of four bytes R,G,B,A to words, as many as both have.
+/// Converts pixels of four bytes R, G, B, A to words, up to the shorter of both slices.
 pub fn scan_out(level: Level, rgba: &[u8], words: &mut [u32]) {
     let count = (rgba.len() / 4).min(words.len());
     level.dispatch(ScanOut { rgba: &rgba[..count * 4], words: &mut words[..count] });
@@ -24,7 +24,8 @@ impl Kernel for ScanOut<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        // SAFETY: u32 and i32 have one size and alignment, and every value of one is a value of the other.
+        // SAFETY: u32 and i32 have one size and alignment, and every value of one is a value of the
+        // other.
         let words: &mut [i32] =
             unsafe { std::slice::from_raw_parts_mut(self.words.as_mut_ptr().cast(), self.words.len()) };
         let (low, middle) = (s.splat_i(0xff), s.splat_i(0xff00));
@@ -53,7 +54,7 @@ mod tests {
         fn every_level_gives_the_word_of_every_pixel(
             pixels in prop::collection::vec(any::<[u8; 4]>(), 0..120), start in 0..5usize, room in 0..130usize,
         ) {
-            // Bytes that begin anywhere, and more or fewer words than pixels.
+            // Bytes of any alignment, and more or fewer words than pixels.
             let bytes: Vec<u8> = pixels.as_flattened().iter().copied().skip(start).collect();
             let mut want = vec![0xdead_beef; room];
             for (w, p) in want.iter_mut().zip(bytes.as_chunks::<4>().0) {

@@ -1,20 +1,22 @@
-//! Lanes that are needed one by one.
+//! Vectors spilled to memory, to read their lanes one by one.
 
-/// A vector of places in memory, from where they are read. Compilers would keep it in its register and take the lanes out of
-/// there, which costs several times as much as a load where most of them are wanted.
+/// Vector in memory. Compilers would leave it in its register and extract the lanes there, which
+/// costs several times as much as loads if most of them are used.
 #[repr(C, align(64))]
 pub struct Spill<const N: usize>(pub [i32; N]);
 
 impl<const N: usize> Spill<N> {
-    /// Lanes 2 k and 2 k + 1, read as unsigned by one load: loads are what a gather's time goes to.
+    /// Returns lanes 2 k and 2 k + 1, read as unsigned by one load: loads dominate the time of a
+    /// gather.
     ///
     /// # Panics
-    /// When there are none.
+    /// If `k` is out of range.
     #[inline(always)]
     pub fn pair(&self, k: usize) -> [usize; 2] {
         let place: &[i32; 2] = self.0[2 * k..].first_chunk().expect("a pair of lanes");
-        // SAFETY: the place is a reference's, so its eight bytes may be read, and pairs of a vector aligned to 64 bytes are
-        // aligned to eight; volatile asks for no more than that they really are read.
+        // SAFETY: the place is a reference's, so its eight bytes may be read, and pairs of a vector
+        // aligned to 64 bytes are aligned to eight; volatile asks for no more than that they really
+        // are read.
         let pair = unsafe { std::ptr::read_volatile(std::ptr::from_ref(place).cast::<u64>()) };
         let (low, high) = (pair as u32 as usize, (pair >> 32) as usize);
         if cfg!(target_endian = "big") { [high, low] } else { [low, high] }

@@ -1,9 +1,9 @@
-//! Each operation of each level against the same operation on plain arrays of as many lanes: the same bits.
+//! Each operation of each level compared, bit by bit, with that on plain arrays of as many lanes.
 
 use super::*;
 use proptest::prelude::*;
 
-/// 16 floats, 16 more, 16 ints, 16 more, mask bits: what one trial feeds every operation with.
+/// Inputs of one trial: 16 floats, 16 more, 16 ints, 16 more, mask bits.
 #[derive(Clone, Debug)]
 struct Input {
     a: [f32; 16],
@@ -13,7 +13,7 @@ struct Input {
     bits: u32,
 }
 
-/// Every result of every operation, as words, over all 16 lanes (8-lane levels go twice).
+/// Results of every operation, as words, over all 16 lanes (8-lane levels run twice).
 struct AllOperations(Input);
 
 impl Kernel for AllOperations {
@@ -43,7 +43,7 @@ impl Kernel for AllOperations {
                 out.push(lanes);
             };
             for f in floats.into_iter().chain(more) {
-                // A NaN's payload is the machine's own affair: what counts is that it is one.
+                // A NaN's payload depends on the machine: only that it is a NaN is compared.
                 let canonical = s.select(f.lt(f) | f.le(f), f, s.splat(f32::NAN));
                 push(canonical.bits());
             }
@@ -69,7 +69,8 @@ impl Kernel for AllOperations {
             push(s.gather(m, &table_f, index).bits());
             push(s.lookup(&[3, 1, 4, -1, 5, i32::MIN, 2, 6], p));
             push(s.iota() + s.splat_i(at as i32));
-            // Few different numbers, so that some come again; what comes first depends on the width.
+            // Few different numbers, so that some recur; which ones come first depends on the
+            // width.
             let few = p & s.splat_i(3);
             let mut numbers = vec![0; S::LANES];
             s.store_i(few, &mut numbers);
@@ -99,7 +100,7 @@ impl Kernel for AllOperations {
             out.push(loaded);
             parts.extend(out);
         }
-        // Blocks of four columns: as many as make 4x4, in a field five wide.
+        // Blocks of four columns that make up 4x4, in an array of stride 5.
         let field: Vec<i32> = i.iter().chain(&j).copied().collect();
         let mut drawn = [7u8; 20 * 4];
         for at in (0..16).step_by(S::LANES) {
@@ -107,7 +108,7 @@ impl Kernel for AllOperations {
             let block = s.load_block(&field[row * 5..], 5);
             let m = s.mask(bits >> at);
             s.store_block_bytes(m, block, &mut drawn[row * 20..], 5);
-            // Nothing is asked of rows that the mask leaves out.
+            // Rows that the mask leaves out are not accessed.
             s.store_block_bytes(s.mask(0), block, &mut [], 5);
         }
         let drawn: Vec<i32> = drawn.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
@@ -188,7 +189,7 @@ impl Kernel for GatherOutside {
     }
 }
 
-/// In each lane the last record, which has none behind it.
+/// Gathers in each lane the last record, which has no successor.
 struct PairOutside;
 
 impl Kernel for PairOutside {
@@ -200,7 +201,7 @@ impl Kernel for PairOutside {
     }
 }
 
-/// See [`PairOutside`].
+/// Gathers in each lane the last pixel, which has no successor.
 struct BytePairOutside;
 
 impl Kernel for BytePairOutside {

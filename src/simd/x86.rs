@@ -1,8 +1,9 @@
-//! What both kinds of x86 vectors are made with: operators of one intrinsic each, and loads of what fits half of AVX2's.
+//! Helpers of both kinds of x86 vectors: operators of one intrinsic each, and loads of half an AVX2
+//! vector.
 
 use std::arch::x86_64::*;
 
-/// An operator of a vector type by one intrinsic.
+/// Implements an operator of a vector type by one intrinsic.
 macro_rules! binary {
     ($($type:ident $op:ident $method:ident $intrinsic:ident;)+) => {$(
         impl $op for $type {
@@ -17,7 +18,7 @@ macro_rules! binary {
 }
 pub(super) use binary;
 
-/// One intrinsic on self and up to one other vector.
+/// Calls one intrinsic on self and up to one other vector.
 macro_rules! op {
     ($self:ident => $wrap:ident, $intrinsic:ident $(::<$c:tt>)? ($($arg:expr),*)) => {
         // SAFETY: holding a vector proves the features.
@@ -26,33 +27,35 @@ macro_rules! op {
 }
 pub(super) use op;
 
-/// Two pixels from each of two places.
+/// Loads two pixels from each of two pixel indices.
 ///
 /// # Safety
-/// 8 bytes must be there at both places.
+/// 8 bytes must be readable at both.
 #[inline(always)]
 pub(super) unsafe fn two_pairs(from: &[u8], [first, second]: [usize; 2]) -> __m128 {
-    // SAFETY: as promised by the caller; SSE2 is part of every x86-64, and these loads need no alignment.
+    // SAFETY: as promised by the caller; SSE2 is part of every x86-64, and these loads need no
+    // alignment.
     unsafe {
         let (first, second) = (from.as_ptr().add(first * 4), from.as_ptr().add(second * 4));
         _mm_castsi128_ps(_mm_unpacklo_epi64(_mm_loadl_epi64(first.cast()), _mm_loadl_epi64(second.cast())))
     }
 }
 
-/// The record at this place, STRIDE bytes times `at` from `from` on.
+/// Loads the 16-byte record STRIDE * `at` bytes from `from` on.
 ///
 /// # Safety
-/// 16 bytes must be there.
+/// 16 bytes must be readable there.
 #[inline(always)]
 unsafe fn record<const STRIDE: usize>(from: *const u8, at: usize) -> __m128 {
-    // SAFETY: as promised by the caller; SSE is part of every x86-64, and the load needs no alignment.
+    // SAFETY: as promised by the caller; SSE is part of every x86-64, and the load needs no
+    // alignment.
     unsafe { _mm_loadu_ps(from.add(at * STRIDE).cast()) }
 }
 
-/// The records at two pairs of places: of the first of each, and of the second.
+/// Loads the records at two pairs of indices: those of the first of each, and of the second.
 ///
 /// # Safety
-/// The CPU must have AVX2, and 16 bytes must be there at each of those places.
+/// The CPU must have AVX2, and 16 bytes must be readable at each of those places.
 #[inline(always)]
 pub(super) unsafe fn rows_of_two<const STRIDE: usize>(
     from: *const u8,

@@ -1,5 +1,6 @@
-//! Whole numbers of the width that a triangle needs: i64 for what lies near a frame, i128 for what lies far off, and
-//! numbers without a limit for the rest. One generic algorithm runs on all three and gives the same answer.
+//! Integers of the width that a triangle needs: i64 for coordinates near a frame, i128 for far
+//! ones, big integers for the rest. One generic algorithm runs on all three and gives equal
+//! results.
 
 use super::edge_walk::{EdgeWalk, Walk};
 use super::far_edge_walk::FarEdgeWalk;
@@ -9,30 +10,31 @@ use std::cmp::Ordering;
 
 /// Exact integer arithmetic. The caller picks a width in which nothing overflows.
 pub(crate) trait ExactInt: Clone + Ord {
-    /// What follows an edge between points of such numbers.
+    /// Stepper for an edge between points in this type.
     type Walk: Walk<Self>;
-    /// `v`, exactly.
+    /// Converts `v` exactly.
     fn from_i64(v: i64) -> Self;
-    /// a + b.
+    /// Returns a + b.
     fn plus(&self, b: &Self) -> Self;
-    /// a - b.
+    /// Returns a - b.
     fn minus(&self, b: &Self) -> Self;
-    /// a * b.
+    /// Returns a * b.
     fn times(&self, b: &Self) -> Self;
-    /// a += b, without making a new number.
+    /// Adds b in place.
     fn add(&mut self, b: &Self);
-    /// a -= b, without making a new number.
+    /// Subtracts b in place.
     fn sub(&mut self, b: &Self);
-    /// Quotient rounded down, and the remainder in 0..d, for d > 0.
+    /// Returns the quotient rounded down, and the remainder in 0..d, for d > 0.
     fn div_rem_floor(&self, d: &Self) -> (Self, Self);
-    /// The nearest number in `lo..=hi`.
+    /// Returns the nearest number in `lo..=hi`.
     fn clamp_i64(&self, lo: i64, hi: i64) -> i64;
-    /// Compared with 0.
+    /// Compares with 0.
     fn signum_order(&self) -> Ordering;
-    /// r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the truth, never above it.
+    /// Returns r / d in 0.56 fixed point for 0 <= r < d: less than 2 ulp below the exact value,
+    /// never above it.
     fn fraction_56(&self, d: &Self) -> u64;
-    /// self + steps * step compared with count * unit, for a difference of the two of at most a few units and factors
-    /// below 2^32.
+    /// Compares self + steps * step with count * unit, for a difference of the two of at most a few
+    /// units and factors below 2^32.
     fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering;
 }
 
@@ -78,7 +80,8 @@ macro_rules! machine_int {
             }
             #[inline]
             fn fraction_56(&self, d: &Self) -> u64 {
-                // The 64 leading bits of each; d rounded up, so that the fraction is not above the truth.
+                // The 64 leading bits of each; d is rounded up, so that the fraction is not too
+                // large.
                 let excess_bits = (<$int>::BITS - d.leading_zeros()).saturating_sub(64);
                 let (r, d) =
                     ((self >> excess_bits) as u128, (d >> excess_bits) as u128 + u128::from(excess_bits > 0));
@@ -86,7 +89,7 @@ macro_rules! machine_int {
             }
             #[inline]
             fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering {
-                // The products may wrap, their difference is small again.
+                // The products may wrap; their difference is small again.
                 let taken = self.wrapping_add(step.wrapping_mul(<$int>::from(steps)));
                 taken.wrapping_sub(unit.wrapping_mul(<$int>::from(count))).cmp(&0)
             }
@@ -135,13 +138,13 @@ impl ExactInt for BigInt {
         }
     }
     fn fraction_56(&self, d: &Self) -> u64 {
-        // As above: 126 leading bits, whatever the size.
+        // Like the machine integers: 126 leading bits, whatever the size.
         let excess_bits = d.bits().saturating_sub(126);
         let narrow = |v: &BigInt| i128::try_from(v >> excess_bits).expect("126 bits are left");
         narrow(self).fraction_56(&(narrow(d) + i128::from(excess_bits > 0)))
     }
     fn compare_stepped(&self, steps: i64, step: &Self, count: i64, unit: &Self) -> Ordering {
-        // Digit by digit from the lowest, so that no number is made.
+        // Digit by digit from the lowest, so that nothing is allocated.
         let mut terms = [(self, 1), (step, steps), (unit, -count)].map(|(number, factor)| {
             let is_negative = number.sign() == Sign::Minus;
             (number.iter_u64_digits(), i128::from(if is_negative { -factor } else { factor }))
@@ -155,30 +158,31 @@ impl ExactInt for BigInt {
             any_digit |= carry as u64;
             carry >>= 64;
         }
-        // The sum is carry 2^(64 longest) + the digits kept, of which it matters only whether they are all 0.
+        // The sum is carry 2^(64 longest) + the lower digits, of which only matters whether they
+        // are all 0.
         carry.cmp(&0).then(any_digit.cmp(&0))
     }
 }
 
-/// `v` pixels in 1/256 pixel: nearest, ties to even; any finite value.
+/// Returns `v` pixels in 1/256 pixel: nearest, ties to even; for any finite value.
 pub(super) fn snap_big(v: f64) -> BigInt {
     let scaled = v * 256.0;
     if scaled.is_finite() {
         return exact_big(scaled.round_ties_even());
     }
-    // 256 v leaves the range of f64 only where v is whole, so nothing is rounded.
+    // 256 v overflows f64 only where v is an integer, so nothing is rounded.
     exact_big(v) << 8u32
 }
 
-/// A whole finite number, exactly.
+/// Converts an integral finite number exactly.
 fn exact_big(v: f64) -> BigInt {
     let (mantissa, exponent) = parts(v);
     let shift = exponent.unsigned_abs();
-    // What a shift to the right drops is zeros, the number being whole.
+    // A shift to the right drops only zeros, since the number is an integer.
     if exponent < 0 { BigInt::from(mantissa >> shift.min(63)) } else { BigInt::from(mantissa) << shift }
 }
 
-/// The whole numbers (m, e) with v = m 2^e, for finite v; zero is (0, 0).
+/// Returns the integers (m, e) with v = m 2^e, for finite v; zero gives (0, 0).
 pub(crate) fn parts(v: f64) -> (i64, i32) {
     let bits = v.abs().to_bits();
     let (exponent, fraction) = ((bits >> 52) as i32, (bits & ((1 << 52) - 1)) as i64);
@@ -250,7 +254,7 @@ mod tests {
             prop_assert_eq!(wide(rest).compare_stepped(steps, &wide(step), count, &wide(unit)), want);
             let big = |v: i64| -> BigInt { BigInt::from(v) << shift };
             prop_assert_eq!(big(rest).compare_stepped(steps, &big(step), count, &big(unit)), want);
-            // A hair more or less decides a tie.
+            // One unit more or less decides a tie.
             let more = (big(rest) + 1i64).compare_stepped(steps, &big(step), count, &big(unit));
             let less = (big(rest) - 1i64).compare_stepped(steps, &big(step), count, &big(unit));
             if want == Ordering::Equal {

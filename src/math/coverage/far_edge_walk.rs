@@ -1,10 +1,12 @@
-//! Where an edge between far points crosses the rows, at the cost of a near one.
+//! Stepper for an edge between far points, at the cost of a near one.
 //!
-//! Same numbers as `walk`'s, of any size: the first column in row k is floor((N' + k S) / D) with N' = N + D - 1. An edge's
-//! columns never turn back, so its rows fall into parts, found by bisection: those before it enters the columns asked for,
-//! those inside, those after. The first and last have one answer. Inside, an edge that moves by a column at most has two;
-//! any other is followed in fixed point, and only where that stands too near to a whole number to tell on which side, is
-//! the exact remainder asked. One knows by `EdgeWalk` on the same numbers, as the tests do.
+//! It computes the columns of [`EdgeWalk`](super::edge_walk::EdgeWalk) for coordinates of any size:
+//! the first column in row k is floor((N' + k S) / D) with N' = N + D - 1. An edge's columns are
+//! monotonic, so its rows fall into parts, found by bisection: those before it enters the clip
+//! columns, those inside, those after. The first and last part have one column. Inside, an edge
+//! that moves by at most one column has two; any other is stepped in fixed point, and the exact
+//! remainder is compared only where the fixed-point value is too near to an integer to decide its
+//! side. How one would know: the tests compare with `EdgeWalk` on the same numbers.
 
 use super::edge_walk::Walk;
 use super::exact_int::ExactInt;
@@ -12,19 +14,19 @@ use num_bigint::BigInt;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// Bits behind the point.
+/// Number of fractional bits.
 const FRACTION_BITS: u32 = 56;
 
-/// One edge on its way down the rows.
+/// Edge stepped down the rows in integers of any size.
 #[derive(Debug)]
 pub struct FarEdgeWalk {
-    /// The row, from the first one.
+    /// Row relative to the first one.
     row: i64,
-    /// The rows' parts in order, none empty; those behind are gone.
+    /// Remaining parts of the rows, the last one first; none is empty.
     parts: Vec<Part>,
 }
 
-/// Rows up to `end`.
+/// Rows up to `end`, relative to the first row.
 #[derive(Debug)]
 struct Part {
     end: i64,
@@ -37,23 +39,23 @@ enum Course {
     Sloped(Box<Sloped>),
 }
 
-/// Rows in which the edge passes columns.
+/// Rows in which the edge crosses columns.
 #[derive(Debug)]
 struct Sloped {
     start: i64,
-    /// The column of the first row, and what is left of the numerator.
+    /// Column of the first row, and the remainder of the numerator.
     column: i64,
     rest: BigInt,
     step_column: i64,
     step_rest: BigInt,
     divisor: BigInt,
-    /// The column in fixed point: never below the truth, and less than 2 `slack` above it.
+    /// Column in fixed point: never below the exact value, and less than 2 `slack` above it.
     value: i128,
     step: i128,
     slack: i128,
 }
 
-/// The numbers of an edge: N', S and D.
+/// Equation of an edge: N', S and D, and the clip columns.
 struct EdgeEquation {
     n: BigInt,
     s: BigInt,
@@ -63,19 +65,20 @@ struct EdgeEquation {
 }
 
 impl EdgeEquation {
-    /// Whether the column of row k is below `column`.
+    /// Returns whether the column of row k is below `column`.
     fn is_below(&self, k: i64, column: i64) -> bool {
         self.n.compare_stepped(k, &self.s, column, &self.d) == Ordering::Less
     }
 
-    /// The column of row k, held to the columns asked for.
+    /// Returns the column of row k, clamped to the clip columns.
     fn column(&self, k: i64) -> i32 {
         let (column, _) = (&self.n + &self.s * k).div_rem_floor(&self.d);
         column.clamp_i64(self.lo.into(), self.hi.into()) as i32
     }
 }
 
-/// The first row of `rows` for which `holds`, when it holds from there on; their end if it never does.
+/// Returns the first row of `rows` for which `holds`, if it holds from there on; their end if it
+/// never does.
 fn first(rows: &Range<i64>, holds: impl Fn(i64) -> bool) -> i64 {
     let (mut low, mut high) = (rows.start, rows.end);
     while low < high {
@@ -97,7 +100,7 @@ impl Walk<BigInt> for FarEdgeWalk {
         let n: BigInt = (&top[0] - 128) * &dy + (centre - &top[1]) * &dx + &d - 1;
         let edge = EdgeEquation { n, s: dx * 256, d, lo, hi };
         let all = 0..i64::from(rows.end) - i64::from(rows.start);
-        // Columns grow or fall from one end to the other; those at the ends and beyond are alike.
+        // Columns rise or fall monotonically; those at the ends and beyond are clamped alike.
         let is_low = |k: i64| edge.is_below(k, i64::from(lo) + 1);
         let is_high = |k: i64| !edge.is_below(k, i64::from(hi));
         let (inside, [before, after]) = match edge.s.signum_order() {
@@ -129,7 +132,7 @@ impl Walk<BigInt> for FarEdgeWalk {
         match self.parts.last().map(|p| &p.course) {
             Some(Course::Level(column)) => *column,
             Some(Course::Sloped(sloped)) => sloped.column(self.row),
-            // Beyond the last row nobody asks.
+            // Not called beyond the last row.
             None => 0,
         }
     }
@@ -145,16 +148,17 @@ impl Walk<BigInt> for FarEdgeWalk {
 }
 
 impl Sloped {
-    /// `rows` of an edge whose columns there are all inside those asked for.
+    /// Prepares `rows` of an edge whose columns there are all inside the clip columns.
     fn new(edge: &EdgeEquation, rows: &Range<i64>) -> Self {
         let (column, rest) = (&edge.n + &edge.s * rows.start).div_rem_floor(&edge.d);
         let (step_column, step_rest) = edge.s.div_rem_floor(&edge.d);
         let fixed = |integer: i64, rest: &BigInt| {
             (i128::from(integer) << FRACTION_BITS) + i128::from(rest.fraction_56(&edge.d))
         };
-        // Within i32, as the columns of two rows at least are inside.
+        // Within i32, as the columns of at least two rows are inside.
         let [column, step_column] = [column, step_column].map(|v| v.clamp_i64(-(1 << 33), 1 << 33));
-        // Fractions are less than 2 ulp below the truth, that of the start and those of the steps so far.
+        // Fractions are less than 2 ulp below the exact value, that of the start and those of the
+        // steps so far.
         let slack = 2 * (i128::from(rows.end - rows.start) + 1);
         Sloped {
             start: rows.start,
@@ -174,7 +178,7 @@ impl Sloped {
         if self.value & ((1 << FRACTION_BITS) - 1) >= self.slack {
             return column as i32;
         }
-        // It may have been lifted over the whole number.
+        // The slack may have lifted it over an integer.
         let steps = row - self.start;
         let missing = column - self.column - steps * self.step_column;
         let order = self.rest.compare_stepped(steps, &self.step_rest, missing, &self.divisor);
@@ -189,7 +193,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Whole pixels, halves and fractions near the frame; whole multiples of a power of ten; anything.
+    /// Integers, halves and fractions near the frame; multiples of a power of ten; any number.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             3 => (-80i32..400).prop_map(|v| f64::from(v) / 2.0),

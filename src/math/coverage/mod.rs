@@ -1,16 +1,18 @@
-//! Exact coverage: which pixels an area lights, decided in whole numbers.
+//! Exact coverage: the pixels that an area covers, decided in integers.
 //!
-//! In: finite vertices in pixels (y down, pixel (i,j) is the square [i,i+1)x[j,j+1), its centre (i+.5, j+.5)), of any
-//! size that f64 can hold. They are snapped to 1/256 pixel, nearest, ties to even. Out: spans of covered pixels, row by
-//! row, inside a clip rectangle.
+//! In: finite vertices in pixels (y down, pixel (i,j) is the square [i,i+1)x[j,j+1), its centre
+//! (i+.5, j+.5)), of any size that f64 can hold. They are snapped to 1/256 pixel, nearest, ties to
+//! even. Out: spans of covered pixels, row by row, inside a clip rectangle.
 //!
-//! The exact answer: a pixel is covered when its centre is strictly inside the snapped outline or lies on a top edge
-//! (horizontal, inside below it) or a left edge (inside to its right). So areas that share an edge light each pixel of
-//! the seam once, whatever their winding, order and size; zero area lights nothing. One knows by asking each pixel's
-//! centre against the three edge functions in numbers without a limit, as the tests do.
+//! Definition: a pixel is covered if its centre is strictly inside the snapped outline or lies on a
+//! top edge (horizontal, inside below it) or a left edge (inside to its right). So areas that share
+//! an edge cover each pixel of the seam once, whatever their winding, order and size; zero area
+//! covers nothing. How one would know: the tests evaluate the three edge functions at each pixel's
+//! centre in big integers.
 //!
-//! The cost is that of the rows in the clip rectangle, not of the area. Source: the fill rule of Pineda, "A parallel
-//! algorithm for polygon rasterization" (1988) and of the graphics APIs since; exact stepping as in Bresenham (1965).
+//! The cost is that of the rows in the clip rectangle, not of the area. Source: the fill rule of
+//! Pineda, "A parallel algorithm for polygon rasterization" (1988) and of the graphics APIs since;
+//! exact stepping as in Bresenham (1965).
 
 mod edge_walk;
 pub(crate) mod exact_int;
@@ -25,34 +27,36 @@ use exact_int::{ExactInt, snap_big};
 use num_bigint::BigInt;
 use std::ops::Range;
 
-/// Pixels `x0..x1` by `y0..y1`, half-open; empty when an end is not beyond its start.
+/// Pixels `x0..x1` by `y0..y1`, half-open; empty if an end is not beyond its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PixelRect {
     /// First column.
     pub x0: i32,
     /// First row.
     pub y0: i32,
-    /// One beyond the last column.
+    /// End of the columns.
     pub x1: i32,
-    /// One beyond the last row.
+    /// End of the rows.
     pub y1: i32,
 }
 
 impl PixelRect {
-    /// Whether no pixel is inside.
+    /// Returns whether the rectangle contains no pixel.
     pub fn is_empty(&self) -> bool {
         self.x0 >= self.x1 || self.y0 >= self.y1
     }
 }
 
-/// Snapped coordinates below this (in 1/256 pixel) are handled in i64: 262,144 pixels.
+/// Bound on snapped coordinates (in 1/256 pixel) that are computed in i64: 262,144 pixels.
 ///
-/// Boxes are then below 2^27 a side, doubled areas below 2^54, and 511 times an area (a colour's numerator) fits.
+/// Boxes are then below 2^27 a side, doubled areas below 2^54, and 511 times an area (a colour's
+/// numerator) fits.
 const NARROW_LIMIT: f64 = (1u64 << 26) as f64;
-/// Snapped coordinates below this are handled in i128: boxes below 2^58, doubled areas below 2^116.
+/// Bound on snapped coordinates that are computed in i128: boxes below 2^58, doubled areas below
+/// 2^116.
 const MIDDLE_LIMIT: f64 = (1u64 << 57) as f64;
 
-/// Vertices in 1/256 pixel, in the narrowest width that is exact for them.
+/// Vertices in 1/256 pixel, in the narrowest integer type that is exact for them.
 #[derive(Clone, Debug)]
 pub(crate) enum Snapped<A, B, C> {
     Narrow(A),
@@ -60,7 +64,7 @@ pub(crate) enum Snapped<A, B, C> {
     Huge(C),
 }
 
-/// How wide the numbers must be for vertices no further out than `extent` pixels.
+/// Returns the integer width that vertices within `extent` pixels of 0 need.
 fn width_for(extent: f64) -> Snapped<(), (), ()> {
     // Scaling by 256 is exact, or infinite and then huge.
     let extent = extent * 256.0;
@@ -85,11 +89,12 @@ fn snap_middle(v: f64) -> i128 {
     (v * 256.0).round_ties_even() as i128
 }
 
-/// Calls `f(y, x0..x1)` for every run of pixels inside the closed polygon `points` (pixels) by the even-odd rule.
+/// Calls `f(y, x0..x1)` for every run of pixels inside the closed polygon `points` (pixels) by the
+/// even-odd rule.
 ///
-/// Same snapping and edge rule as a triangle's, so a polygon and its triangulation light the same pixels. Runs come top
-/// to bottom, left to right, only those inside `clip`, none empty. Fewer than three points, or one that is not finite,
-/// give nothing.
+/// Snapping and edge rule are those of triangles, so a polygon and its triangulation cover the same
+/// pixels. Runs come top to bottom, left to right, only those inside `clip`, none empty. Fewer than
+/// three points, or one that is not finite, give nothing.
 pub fn polygon_spans(points: &[[f64; 2]], clip: PixelRect, f: impl FnMut(i32, Range<i32>)) {
     if points.len() < 3 || clip.is_empty() || points.iter().flatten().any(|v| !v.is_finite()) {
         return;
@@ -104,7 +109,7 @@ pub fn polygon_spans(points: &[[f64; 2]], clip: PixelRect, f: impl FnMut(i32, Ra
     }
 }
 
-/// An edge that waits for its first row, or walks.
+/// Edge that crosses the row, and its last row.
 struct ActiveEdge<W> {
     walk: W,
     last_row: i32,
@@ -144,7 +149,7 @@ fn scan_polygon<I: ExactInt>(points: &[[I; 2]], clip: PixelRect, mut f: impl FnM
         crossings.clear();
         crossings.extend(active.iter().map(|e| e.walk.column(columns)));
         crossings.sort_unstable();
-        // A closed outline crosses a row an even number of times; runs that touch are given as one.
+        // A closed outline crosses a row an even number of times; adjacent runs are merged.
         let mut run = clip.x0..clip.x0;
         for pair in crossings.chunks_exact(2) {
             if pair[0] > run.end {

@@ -1,4 +1,5 @@
-//! Coverage against the plain truth: every pixel's centre, asked against the three edges, in numbers without a limit.
+//! Coverage compared with the definition: every pixel's centre, tested against the three edges in
+//! big integers.
 
 use super::*;
 use proptest::prelude::*;
@@ -20,7 +21,7 @@ fn truth(points: [[f64; 2]; 3], clip: PixelRect) -> Vec<(i32, i32)> {
     if area < zero {
         p.swap(1, 2);
     }
-    // Clockwise now: the inside is to the right of each edge, where `cross` is positive (y down).
+    // Clockwise: the inside is to the right of each edge, where `cross` is positive (y down).
     let mut lit = Vec::new();
     for y in clip.y0..clip.y1 {
         for x in clip.x0..clip.x1 {
@@ -58,7 +59,7 @@ fn polygon(points: &[[f64; 2]], clip: PixelRect) -> Vec<(i32, i32)> {
     lit
 }
 
-/// A coordinate: on half pixels, on the 1/256 grid, anywhere near, far off, or very far off.
+/// Coordinates: on half pixels, on the 1/256 grid, anywhere near, far off, or very far off.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => (-8i32..24).prop_map(|v| v as f64 / 2.0),
@@ -77,7 +78,7 @@ fn corner() -> impl Strategy<Value = [f64; 2]> {
     [coordinate(), coordinate()]
 }
 
-/// Any triangle, or a sliver: the third corner a hair off the line through the first two.
+/// Any triangle, or a sliver: the third corner slightly off the line through the first two.
 fn triangle() -> impl Strategy<Value = [[f64; 2]; 3]> {
     let sliver = (corner(), corner(), 0.0..1.0, -3i32..=3).prop_map(|(a, b, t, hair): (_, _, f64, _)| {
         let on = |i: usize| a[i] + (b[i] / 2.0 - a[i] / 2.0) * 2.0 * t;
@@ -155,11 +156,11 @@ proptest! {
         use std::cmp::Ordering::Equal;
         let [left, right] = [[a, b, c], [b, a, d]];
         let (l, r) = (SnappedTriangle::new(left).orientation(), SnappedTriangle::new(right).orientation());
-        // Both wound alike: they lie on either side of ab.
+        // With equal windings they lie on either side of ab.
         prop_assume!(l == r && l != Equal);
         let (lit_left, lit_right) = (covered(left, CLIP), covered(right, CLIP));
         prop_assert!(lit_left.iter().all(|p| !lit_right.contains(p)));
-        // And nothing between them is left out: the outline of both lights their sum.
+        // Nothing between them is missed: the outline of both covers their sum.
         let mut both = [lit_left, lit_right].concat();
         both.sort_by_key(|&(x, y)| (y, x));
         prop_assert_eq!(polygon(&[a, d, b, c], CLIP), both);
@@ -171,7 +172,7 @@ proptest! {
         half in any::<bool>(),
     ) {
         let centre: [f64; 2] = if half { centre.map(|v: f64| v.round() + 0.5) } else { centre };
-        // A closed convex ring that holds the whole clip rectangle.
+        // A closed convex ring that contains the whole clip rectangle.
         let ring: Vec<[f64; 2]> = (0..spokes * 4).map(|i| {
             let side = i / spokes;
             let t = (i % spokes) as f64 / spokes as f64 * 2.0 - 1.0;
@@ -223,7 +224,7 @@ fn what_fills_a_rectangle_and_what_misses_it_is_known_from_its_corners() {
     for (x0, y0, x1, y1) in [(40, 40, 60, 60), (-1, 0, 10, 10), (0, 0, 100, 1), (-10, -10, 110, 110)] {
         assert_eq!(filling(x0, y0, x1, y1), Filling::Part, "{x0} {y0} {x1} {y1}");
     }
-    // Seen from its other side, it is as full.
+    // The other winding covers as much.
     let turned = SnappedTriangle::new([[0.0, 0.0], [0.0, 100.0], [100.0, 0.0]]);
     assert_eq!(turned.filling(PixelRect { x0: 10, y0: 10, x1: 40, y1: 40 }), Filling::All);
     assert_eq!(turned.filling(PixelRect { x0: 60, y0: 60, x1: 90, y1: 90 }), Filling::None);
@@ -267,10 +268,11 @@ fn top_and_left_edges_through_centres_are_lit_bottom_and_right_ones_are_not() {
 
 #[test]
 fn corners_halfway_between_steps_are_snapped_to_the_even_one() {
-    // In 1/256 pixel: centres lie at even places, so a corner half a step beside one is snapped onto it, from either side,
-    // and one a step and a half away is not. Rounding up, or away from zero, gives other pixels.
+    // In 1/256 pixel: centres lie at even places, so a corner half a step beside one is snapped
+    // onto it, from either side, and one a step and a half away is not. Rounding up, or away from
+    // zero, gives other pixels.
     let half = 1.0 / 512.0;
-    // The same in numbers of 64 and of 128 bits; wider ones have no halves.
+    // Both for 64-bit and 128-bit integers; wider ones have no halves.
     for at in [0.0, -64.0, f64::from(1 << 20), -f64::from(1 << 20)] {
         let origin = at as i32;
         let clip = PixelRect { x0: origin - 2, y0: origin - 2, x1: origin + 8, y1: origin + 8 };

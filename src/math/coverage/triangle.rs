@@ -10,14 +10,16 @@ use std::ops::Range;
 /// Three corners in 1/256 pixel.
 pub(crate) type Corners<I> = [[I; 2]; 3];
 
-/// A triangle whose corners are snapped to 1/256 pixel.
+/// Triangle whose corners are snapped to 1/256 pixel.
 ///
-/// Corners are held in i64, i128 or numbers without a limit, as their size asks; the answers do not depend on it.
+/// Corners are stored in i64, i128 or big integers, as their size requires; the results do not
+/// depend on it.
 #[derive(Clone, Debug)]
 pub struct SnappedTriangle(Snapped<Corners<i64>, Corners<i128>, Box<Corners<BigInt>>>);
 
 impl SnappedTriangle {
-    /// Snaps three corners in pixels (x right, y down). A corner that is not finite makes the triangle empty.
+    /// Snaps three corners in pixels (x right, y down). A corner that is not finite makes the
+    /// triangle empty.
     pub fn new(points: [[f64; 2]; 3]) -> Self {
         if points.iter().flatten().any(|v| !v.is_finite()) {
             return SnappedTriangle(Snapped::Narrow([[0; 2]; 3]));
@@ -29,9 +31,10 @@ impl SnappedTriangle {
         })
     }
 
-    /// The sign of the doubled area (x1-x0)(y2-y0) - (x2-x0)(y1-y0), with y down.
+    /// Returns the sign of the doubled area (x1-x0)(y2-y0) - (x2-x0)(y1-y0), with y down.
     ///
-    /// `Greater`: clockwise as seen on the screen. `Less`: counter-clockwise. `Equal`: no area, lights nothing.
+    /// `Greater`: clockwise as seen on the screen. `Less`: counter-clockwise. `Equal`: no area,
+    /// covers nothing.
     pub fn orientation(&self) -> Ordering {
         match &self.0 {
             Snapped::Narrow(p) => doubled_area(p).signum_order(),
@@ -40,7 +43,8 @@ impl SnappedTriangle {
         }
     }
 
-    /// The corners in 1/256 pixel, for those within 262,144 pixels of the origin: doubled areas are then below 2^54.
+    /// Returns the corners in 1/256 pixel if all are within 262,144 pixels of the origin: doubled
+    /// areas are then below 2^54.
     ///
     /// `None` for a triangle with a corner further out.
     pub fn corners_fixed(&self) -> Option<[[i64; 2]; 3]> {
@@ -50,7 +54,7 @@ impl SnappedTriangle {
         }
     }
 
-    /// The corners in the width they are held in.
+    /// Returns the corners in the integer type in which they are stored.
     pub(crate) fn corners(&self) -> Snapped<&Corners<i64>, &Corners<i128>, &Corners<BigInt>> {
         match &self.0 {
             Snapped::Narrow(p) => Snapped::Narrow(p),
@@ -59,9 +63,10 @@ impl SnappedTriangle {
         }
     }
 
-    /// How much of `rect` is covered, at the cost of a few products; `Part` where that does not tell.
+    /// Returns how much of `rect` is covered, at the cost of a few products; `Part` if that does
+    /// not decide.
     pub fn filling(&self, rect: PixelRect) -> Filling {
-        // Products of numbers below 2^27, or the pixel's place is further out than any frame's.
+        // Products of numbers below 2^27; otherwise the rectangle is further out than any frame's.
         let is_near = [rect.x0, rect.y0, rect.x1, rect.y1].iter().all(|v| v.unsigned_abs() < 1 << 18);
         match &self.0 {
             Snapped::Narrow(p) if is_near => filling_of(p, rect),
@@ -69,7 +74,8 @@ impl SnappedTriangle {
         }
     }
 
-    /// Calls `f(y, x0..x1)` for the covered pixels of each row inside `clip`, top to bottom; empty rows are left out.
+    /// Calls `f(y, x0..x1)` for the covered pixels of each row inside `clip`, top to bottom; empty
+    /// rows are skipped.
     ///
     /// The winding does not matter. The cost is that of the visible rows.
     pub fn for_each_span(&self, clip: PixelRect, f: impl FnMut(i32, Range<i32>)) {
@@ -81,18 +87,19 @@ impl SnappedTriangle {
     }
 }
 
-/// How much of a rectangle of pixels is covered.
+/// Extent to which a rectangle of pixels is covered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// No pixel.
+    /// No pixel is covered.
     None,
-    /// Perhaps some.
+    /// Some pixels may be covered.
     Part,
-    /// Every pixel.
+    /// Every pixel is covered.
     All,
 }
 
-/// What the corner pixels tell of all: a half-plane that holds (or lacks) the four centres holds (or lacks) all between.
+/// Decides by the corner pixels: a half-plane that contains (or excludes) their four centres
+/// contains (or excludes) all between.
 fn filling_of([a, b, c]: &Corners<i64>, rect: PixelRect) -> Filling {
     let area = doubled_area(&[*a, *b, *c]);
     if area == 0 || rect.is_empty() {
@@ -118,7 +125,8 @@ fn filling_of([a, b, c]: &Corners<i64>, rect: PixelRect) -> Filling {
     filling
 }
 
-/// Twice the signed area, in 1/65536 square pixels: positive when clockwise on a screen whose y points down.
+/// Returns twice the signed area, in 1/65536 square pixels: positive if clockwise on a screen whose
+/// y points down.
 pub(crate) fn doubled_area<I: ExactInt>(p: &Corners<I>) -> I {
     let [a, b, c] = p;
     let ab = [b[0].minus(&a[0]), b[1].minus(&a[1])];
@@ -141,7 +149,8 @@ pub(crate) fn scan_triangle<I: ExactInt>(
     if y0 == y2 {
         return;
     }
-    // One edge goes all the way down; the two others take turns on the other side. Which side is which shows itself.
+    // One edge spans all rows; the other two share the other side. Comparing columns tells left
+    // from right.
     let columns = [clip.x0, clip.x1];
     let mut long = I::Walk::new(top, bottom, y0..y2, columns);
     for (from, to, rows) in [(top, middle, y0..y1), (middle, bottom, y1..y2)] {

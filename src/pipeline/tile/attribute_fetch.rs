@@ -34,7 +34,8 @@ pub struct Few<S: Simd> {
     pub vertices: [[usize; 3]; MOST_FEW],
 }
 
-// Functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+// Functions marked for inlining, not closures: a closure would be compiled without the level's
+// instructions.
 
 /// Fetches a table's records at the three corners.
 #[inline(always)]

@@ -50,7 +50,7 @@ pub struct BlendedFace<'a> {
     pub vertex_colors: Option<[[f32; 4]; 3]>,
     /// Texture, if any.
     pub texture: Option<BlendedTexture<'a>>,
-    /// Fog, and the corners' positions relative to which it is given.
+    /// Fog, and the corners' positions in its space.
     pub fog: Option<(FogParams, [[f32; 3]; 3])>,
     /// 1 - transparency, without the alpha of `vertex_colors`.
     pub opacity: f32,

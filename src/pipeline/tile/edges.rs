@@ -21,7 +21,8 @@ pub(super) fn edge<S: Simd>(
     let none = s.splat_i(0);
     let (dx, dy) = (xb - xa, yb - ya);
     let (dx, dy) = (s.select_i(is_counter, none - dx, dx), s.select_i(is_counter, none - dy, dy));
-    // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own their centres.
+    // e(p) = dx * (py - ya) - dy * (px - xa), 1/65536 pixel^2; right and bottom edges do not own
+    // their centres.
     let e = dx * (py - ya) - dy * (px - xa);
     let is_left = none.gt(dy);
     let is_top = dy.eq(none) & dx.gt(none);

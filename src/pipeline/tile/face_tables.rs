@@ -268,7 +268,8 @@ impl Faces<'_> {
     }
 }
 
-// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the
+// level's instructions.
 
 /// Returns the vector from the pixel's centre to a vertex, in 1/65536 pixel; the floor in the
 /// vertex is half a unit low.

@@ -159,7 +159,7 @@ mod tests {
         }
     }
 
-    /// Numbers that repeat in every run.
+    /// Returns pseudorandom numbers that repeat in every run.
     fn noise(state: &mut u32) -> u32 {
         *state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
         *state >> 8

@@ -8,7 +8,7 @@
 //! tile's faces are begun, and again after about as many fragments have passed as would cover the
 //! tile twice; a face that fills the tile lowers all cells to its own farthest corner at once.
 //! Fragments are drawn without the test, which would cost as much. Depth formats other than f32
-//! have none of this.
+//! are drawn without the test.
 
 use super::bins::{BinEntry, Small, Tiny};
 use super::exact_faces::ExactFace;

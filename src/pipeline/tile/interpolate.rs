@@ -228,7 +228,8 @@ fn ray_at<S: Simd>(s: S, ray: [[f32; 3]; 3], column: S::I, row: S::I) -> V3<S> {
     ]
 }
 
-// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the
+// level's instructions.
 
 /// Returns u, v relative to the first corner at these barycentrics, and the sum of `p`.
 #[inline(always)]

@@ -98,9 +98,9 @@ impl Exponent {
 /// Material and lights of a draw, as the kernels read them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialLighting {
-    /// Light without lights that texture and vertex colour multiply: Ka times ambient light.
+    /// Constant part that texture and vertex colour multiply: Ka times ambient light.
     pub diffuse: [f32; 3],
-    /// Light without lights that nothing multiplies: Ke.
+    /// Constant part that nothing multiplies: Ke.
     pub specular: [f32; 3],
     /// Lights that are on; empty if no light reaches the material.
     pub lights: Vec<FastLight>,

@@ -2,11 +2,11 @@
 //! four columns.
 //!
 //! Barycentrics come from the unsnapped corners: e_i is the doubled area that the pixel centre and
-//! edge i span, clamped to the sign of the face's area; b_i = (e_i / w_i) / sum(e_j / w_j). The
-//! point itself lies on the eye's ray through the pixel, at depth w = sum(e_i) / sum(e_i / w_i), so
-//! no positions are gathered. An exact face supplies e_i / w_i as linear functions of the pixel.
-//! Where f32 lacks the digits (normals that cancel, a light very near) the plain path shades the
-//! pixel in f64.
+//! edge i span, clamped to the range between 0 and the face's doubled area, whose sign it has; b_i
+//! = (e_i / w_i) / sum(e_j / w_j). The point itself lies on the eye's ray through the pixel, at
+//! depth w = sum(e_i) / sum(e_i / w_i), so no positions are gathered. An exact face supplies e_i /
+//! w_i as linear functions of the pixel. Where f32 lacks the digits (normals that cancel, a light
+//! very near) the plain path shades the pixel in f64.
 
 use super::attribute_fetch::{Few, MOST_FEW};
 use super::bins::ClipRect;
@@ -118,8 +118,8 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         (seen, exact_face < seen, exact_face > 0)
     }
 
-    /// Returns whether a whole strip shows the cached face, and that has one colour; the strip is
-    /// then filled with it.
+    /// Returns whether a whole strip shows the cached face and the face has one colour; the strip
+    /// is then filled with it.
     #[inline(always)]
     fn is_full_of<S: Simd>(&mut self, s: S, cached: &CachedFace<'a, S>, x: i32, y: i32) -> bool {
         let Some(color) = cached.color else { return false };

@@ -65,9 +65,9 @@ pub struct SampleCoord<S: Simd> {
 pub struct TexelAddresses<S: Simd> {
     /// Mip level, if the filter uses levels; otherwise no field is meaningful.
     level: S::F,
-    /// How far on the way to the next level.
+    /// Fraction of the way to the next level.
     part: S::F,
-    /// Those that have all they read in fixed point, and what that is: of their level and of the next.
+    /// Lanes whose texels are all in fixed point; these texels, of their level and of the next.
     is_fixed: S::M,
     quads: [TexelQuad<S>; 2],
     /// Lanes too near to a level's edge for f32.

@@ -33,8 +33,8 @@ const STEEPEST: f32 = 1.0 / 2.0;
 const SLENDEREST: f32 = 4096.0;
 
 /// Smallest thickness of a face in pixels. Snapping covers centres up to 1/360 pixel beside the
-/// unsnapped face; there, the depth errors of its corners, 9e-8 at most, are amplified 1 + 2 / 360
-/// / thickness times: here 2.4 times.
+/// unsnapped face; there, the depth errors of its corners, 9e-8 at most, are amplified
+/// 1 + 2 / (360 thickness) times: here 2.4 times.
 const THINNEST: f32 = 1.0 / 256.0;
 
 /// Largest depth slope per pixel for positions in 1/65536 pixel: an error below 1e-7.
@@ -177,7 +177,8 @@ impl Kernel for SetupKernel<'_> {
             stats.faces += n_gone;
             stats.faces_outside += n_gone;
             let by_plain = large | (is_odd & !gone);
-            // Centres lie at 128 mod 256: the first at or after the low side, the last at or before the high one.
+            // Centres lie at 128 mod 256: the first at or after the low side, the last at or before
+            // the high one.
             let left = (min_x + s.splat_i(127)).sar::<8>().max(s.splat_i(view.x0));
             let top = (min_y + s.splat_i(127)).sar::<8>().max(s.splat_i(view.y0));
             let right = (max_x + s.splat_i(128)).sar::<8>().min(s.splat_i(view.x1));
@@ -363,7 +364,8 @@ impl SetupKernel<'_> {
     }
 }
 
-// Helpers are functions marked for inlining, not closures: a closure would be compiled without the level's instructions.
+// Helpers are functions marked for inlining, not closures: a closure would be compiled without the
+// level's instructions.
 
 /// Gathers the fields of a lane into a small face.
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! 8 lanes of f32, of i32, and of yes or no: their operators.
+//! Vectors of 8 lanes of f32, i32 and booleans, and their operators.
 
 use super::Avx2;
 use crate::simd::x86::{binary, op};
@@ -14,12 +14,13 @@ pub struct F(pub(super) __m256);
 #[derive(Clone, Copy, Debug)]
 pub struct I(pub(super) __m256i);
 
-/// 8 lanes of yes (all ones) or no (zero).
+/// 8 boolean lanes: all ones for true, zero for false.
 #[derive(Clone, Copy, Debug)]
 pub struct M(pub(super) __m256i);
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
-// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
+// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
+// was checked just before.
 binary! {
     F Add add _mm256_add_ps;
     F Sub sub _mm256_sub_ps;
@@ -122,17 +123,20 @@ impl F32<Avx2> for F {
 impl I32<Avx2> for I {
     #[inline(always)]
     fn shl<const N: u32>(self) -> Self {
-        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant
+        // form takes an i32.
         unsafe { I(_mm256_sll_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
     }
     #[inline(always)]
     fn sar<const N: u32>(self) -> Self {
-        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant
+        // form takes an i32.
         unsafe { I(_mm256_sra_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
     }
     #[inline(always)]
     fn shr<const N: u32>(self) -> Self {
-        // SAFETY: holding a vector proves the features. The count is in a register: its constant form takes an i32.
+        // SAFETY: holding a vector proves the features. The count is in a register: its constant
+        // form takes an i32.
         unsafe { I(_mm256_srl_epi32(self.0, _mm_cvtsi32_si128(N as i32))) }
     }
     #[inline(always)]

@@ -9,7 +9,7 @@ use lanes::{F, I, M};
 use records::{COMPRESS, check, packed, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
 
-/// The token: made by [`run`] alone.
+/// Token of the level; only [`run`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
@@ -22,8 +22,9 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx2(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
-// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
+// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
+// was checked just before.
 impl Simd for Avx2 {
     const LANES: usize = 8;
     type F = F;
@@ -81,13 +82,15 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..32];
-        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte first.
+        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte
+        // first.
         unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..32];
-        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte first.
+        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte
+        // first.
         unsafe {
             let old = _mm256_loadu_si256(to.as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
@@ -116,7 +119,8 @@ impl Simd for Avx2 {
         while r < 2 {
             if bits >> (4 * r) & 15 != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the lowest byte first.
+                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the
+                // lowest byte first.
                 unsafe {
                     let old = _mm_loadu_si128(row.as_ptr().cast());
                     _mm_storeu_si128(row.as_mut_ptr().cast(), _mm_blendv_epi8(old, rows[r], masks[r]))
@@ -149,8 +153,8 @@ impl Simd for Avx2 {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;
         let count = bits.count_ones() as i32;
-        // SAFETY: the token proves the features; 8 records of 32 bytes are there, and stores need no alignment; a table row has
-        // 8 numbers.
+        // SAFETY: the token proves the features; 8 records of 32 bytes are there, and stores need
+        // no alignment; a table row has 8 numbers.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
             let kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(count), self.iota().0);
@@ -216,13 +220,15 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: I) -> I {
-        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no alignment.
+        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no
+        // alignment.
         unsafe { I(_mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), index.0)) }
     }
     #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
-        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
+        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice;
+        // loads need no alignment.
         unsafe {
             let base = from.as_ptr().cast::<i32>();
             I(_mm256_mask_i32gather_epi32::<4>(_mm256_setzero_si256(), base, index.0, mask.0))
@@ -245,7 +251,8 @@ impl Simd for Avx2 {
     fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
-        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the
+        // others were checked.
         let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
         [F(a), F(b), F(c), F(d)]
     }
@@ -253,8 +260,8 @@ impl Simd for Avx2 {
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
         assert!(from.len() > 1, "pairs to gather");
         check(mask, index, from.len() - 1);
-        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
-        // each has one behind it.
+        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
+        // others were checked: each has one behind it.
         unsafe {
             let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
             [
@@ -269,8 +276,8 @@ impl Simd for Avx2 {
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
         assert!(from.len() >= 8, "pairs to gather");
         check(mask, index, from.len() / 4 - 1);
-        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
-        // each has one behind it. Loads need no alignment.
+        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
+        // others were checked: each has one behind it. Loads need no alignment.
         unsafe {
             let mut at = Spill([0i32; 8]);
             _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));

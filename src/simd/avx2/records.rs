@@ -1,4 +1,4 @@
-//! Records that are gathered or written whole: their numbers from lanes to places that follow each other, and back.
+//! Gathers and stores of whole records: transposition between lanes and consecutive memory.
 
 use super::{I, M};
 use crate::simd::Mask;
@@ -6,7 +6,7 @@ use crate::simd::spill::Spill;
 use crate::simd::x86::{rows_of_two, two_pairs};
 use std::arch::x86_64::*;
 
-/// For each mask the lanes that are set, in order.
+/// Indices of the set lanes for each mask, in order.
 pub(super) static COMPRESS: [[i32; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut bits = 0;
@@ -36,7 +36,8 @@ pub(super) fn check(mask: M, index: I, len: usize) {
     assert!(len > 0 && !(mask & !inside).any() || !mask.any(), "gathered index outside the slice's {len}");
 }
 
-/// Four words a lane, read STRIDE bytes times its index from `from` on where it is set and at `from` elsewhere, transposed.
+/// Gathers four words for each lane, transposed: from STRIDE times its index bytes after `from`
+/// where it is set, from `from` elsewhere.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 16 bytes must be there at each of those places.
@@ -46,7 +47,8 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
     unsafe {
         let mut at = Spill([0i32; 8]);
         _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-        // Row r holds the records of lanes r and 4 + r; a 4x4 transpose within each half finishes it.
+        // Row r holds the records of lanes r and 4 + r; a 4x4 transpose within each half finishes
+        // it.
         let [a, b] = rows_of_two::<STRIDE>(from, at.pair(0), at.pair(2));
         let [c, d] = rows_of_two::<STRIDE>(from, at.pair(1), at.pair(3));
         let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
@@ -60,7 +62,7 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
     }
 }
 
-/// Lanes in this order, where they are kept; zeros elsewhere.
+/// Permutes the lanes to `order` and zeroes those that `kept` masks out.
 ///
 /// # Safety
 /// The CPU must have the level's features.
@@ -70,7 +72,8 @@ pub(super) unsafe fn packed(v: I, order: __m256i, kept: __m256i) -> __m256i {
     unsafe { _mm256_and_si256(_mm256_permutevar8x32_epi32(v.0, order), kept) }
 }
 
-/// Four fields by lanes as rows of records: row r holds in half q the four numbers of lane 4 q + r.
+/// Transposes four fields into rows of records: row r holds in half q the four numbers of lane
+/// 4 q + r.
 ///
 /// # Safety
 /// The CPU must have the level's features.
@@ -89,7 +92,7 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m256i; 4]) -> [__m256i; 4] {
     }
 }
 
-/// In half q the pixels at the places of lanes 4 q + 2 k and 4 q + 2 k + 1, two each.
+/// Loads pixel pairs: half q holds those at the indices of lanes 4 q + 2 k and 4 q + 2 k + 1.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.

@@ -1,4 +1,4 @@
-//! 16 lanes of f32, of i32, and of yes or no: their operators.
+//! Vectors of 16 lanes of f32, i32 and booleans, and their operators.
 
 use super::Avx512;
 use crate::simd::x86::{binary, op};
@@ -14,12 +14,13 @@ pub struct F(pub(super) __m512);
 #[derive(Clone, Copy, Debug)]
 pub struct I(pub(super) __m512i);
 
-/// 16 bits of yes or no.
+/// 16 boolean lanes in a mask register.
 #[derive(Clone, Copy, Debug)]
 pub struct M(pub(super) __mmask16);
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
-// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
+// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
+// was checked just before.
 binary! {
     F Add add _mm512_add_ps;
     F Sub sub _mm512_sub_ps;

@@ -9,7 +9,7 @@ use lanes::{F, I, M};
 use records::{check, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
 
-/// The token: made by [`run`] alone.
+/// Token of the level; only [`run`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(());
 
@@ -22,8 +22,9 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`, whose caller has made
-// sure of the CPU's features; loads and stores go through slices whose length was checked just before.
+// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
+// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
+// was checked just before.
 impl Simd for Avx512 {
     const LANES: usize = 16;
     type F = F;
@@ -78,13 +79,15 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..64];
-        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte first.
+        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte
+        // first.
         unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..64];
-        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte first.
+        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte
+        // first.
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask.0, v.0) }
     }
     #[inline(always)]
@@ -114,7 +117,8 @@ impl Simd for Avx512 {
             let lanes = (mask.0 >> (4 * r)) as u8 & 15;
             if lanes != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the lowest byte first.
+                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the
+                // lowest byte first.
                 unsafe { _mm_mask_storeu_epi32(row.as_mut_ptr().cast(), lanes, rows[r]) }
             }
             r += 1;
@@ -123,8 +127,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..16];
-        // Into a register and out whole: a compressing store is many times slower on some CPUs.
-        // SAFETY: the token proves the features; 16 places are there.
+        // Compress in a register, then store it whole: a compressing store is many times slower on
+        // some CPUs. SAFETY: the token proves the features; 16 places are there.
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), _mm512_maskz_compress_epi32(mask.0, v.0)) }
         mask.0.count_ones() as usize
     }
@@ -132,7 +136,7 @@ impl Simd for Avx512 {
     fn zip(self, a: I, b: I) -> [I; 2] {
         // SAFETY: holding the token proves the features.
         unsafe {
-            // A lane's number; 16 and more are b's.
+            // Lane indices; those from 16 on select lanes of b.
             let first = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
             let second = _mm512_add_epi32(first, _mm512_set1_epi32(8));
             [I(_mm512_permutex2var_epi32(a.0, first, b.0)), I(_mm512_permutex2var_epi32(a.0, second, b.0))]
@@ -141,7 +145,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 records of 32 bytes are there, and stores need no alignment.
+        // SAFETY: the token proves the features; 16 records of 32 bytes are there, and stores need
+        // no alignment.
         unsafe {
             let f = [
                 _mm512_maskz_compress_epi32(mask.0, fields[0].0),
@@ -195,7 +200,8 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: I) -> I {
-        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no alignment.
+        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no
+        // alignment.
         unsafe {
             let table = _mm512_broadcast_i64x4(_mm256_loadu_si256(table.as_ptr().cast()));
             I(_mm512_permutexvar_epi32(index.0, table))
@@ -204,7 +210,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
-        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice; loads need no alignment.
+        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice;
+        // loads need no alignment.
         unsafe {
             I(_mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), mask.0, index.0, from.as_ptr().cast()))
         }
@@ -221,7 +228,8 @@ impl Simd for Avx512 {
     fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
         assert!(!from.is_empty(), "records to gather");
         check(mask, index, from.len());
-        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the others were checked.
+        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the
+        // others were checked.
         let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
         [F(a), F(b), F(c), F(d)]
     }
@@ -229,8 +237,8 @@ impl Simd for Avx512 {
     fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
         assert!(from.len() > 1, "pairs to gather");
         check(mask, index, from.len() - 1);
-        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the others were checked:
-        // each has one behind it.
+        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
+        // others were checked: each has one behind it.
         unsafe {
             let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
             [
@@ -245,8 +253,8 @@ impl Simd for Avx512 {
     fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
         assert!(from.len() >= 8, "pairs to gather");
         check(mask, index, from.len() / 4 - 1);
-        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the others were checked:
-        // each has one behind it. Loads need no alignment.
+        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
+        // others were checked: each has one behind it. Loads need no alignment.
         unsafe {
             let mut at = Spill([0i32; 16]);
             _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));

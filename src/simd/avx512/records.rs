@@ -1,4 +1,4 @@
-//! Records that are gathered or written whole: their numbers from lanes to places that follow each other, and back.
+//! Gathers and stores of whole records: transposition between lanes and consecutive memory.
 
 use super::{I, M};
 use crate::simd::spill::Spill;
@@ -14,7 +14,8 @@ pub(super) fn check(mask: M, index: I, len: usize) {
     assert!(outside == 0, "gathered index outside the slice's {len}");
 }
 
-/// Four words a lane, read STRIDE bytes times its index from `from` on where it is set and at `from` elsewhere, transposed.
+/// Gathers four words for each lane, transposed: from STRIDE times its index bytes after `from`
+/// where it is set, from `from` elsewhere.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 16 bytes must be there at each of those places.
@@ -24,7 +25,8 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
     unsafe {
         let mut at = Spill([0i32; 16]);
         _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes it.
+        // Row r holds the records of lanes r, 4+r, ...; a 4x4 transpose within each part finishes
+        // it.
         let ([a, b], [c, d]) = (two_rows::<STRIDE>(from, &at, 0), two_rows::<STRIDE>(from, &at, 1));
         let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
         let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
@@ -37,7 +39,8 @@ pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *c
     }
 }
 
-/// Four fields by lanes as rows of records: row r holds in quarter q the four numbers of lane 4 q + r.
+/// Transposes four fields into rows of records: row r holds in quarter q the four numbers of lane
+/// 4 q + r.
 ///
 /// # Safety
 /// The CPU must have the level's features.
@@ -56,7 +59,7 @@ pub(super) unsafe fn rows_of_four([a, b, c, d]: [__m512i; 4]) -> [__m512i; 4] {
     }
 }
 
-/// In quarter q the pixels at the places of lanes 4 q + 2 k and 4 q + 2 k + 1, two each.
+/// Loads pixel pairs: quarter q holds those at the indices of lanes 4 q + 2 k and 4 q + 2 k + 1.
 ///
 /// # Safety
 /// The CPU must have the level's features, and 8 bytes must be there at each of those places.
@@ -72,10 +75,10 @@ pub(super) unsafe fn pixel_pairs(from: &[u8], at: &Spill<16>, k: usize) -> __m51
     }
 }
 
-/// The records of lanes 2 k, 4 + 2 k, ... and those of lanes 2 k + 1, 4 + 2 k + 1, ...
+/// Loads the records of lanes 2 k, 4 + 2 k, ... and those of lanes 2 k + 1, 4 + 2 k + 1, ...
 ///
 /// # Safety
-/// As for [`transposed`].
+/// That of [`transposed`].
 #[inline(always)]
 unsafe fn two_rows<const STRIDE: usize>(from: *const u8, at: &Spill<16>, k: usize) -> [__m512; 2] {
     // SAFETY: as promised by the caller.

@@ -1,19 +1,21 @@
-//! The vector twin: a line in one register of sixteen bytes (SSE4.1 instructions in AVX2's encoding).
+//! AVX2 version: a line in one register of sixteen bytes (SSE4.1 instructions in AVX2's encoding).
 //!
-//! The blanks of `x y rrggbb` are found by one comparison. They choose a shuffle that brings x and y to their places,
-//! four digits each with zeros before them; the colour is loaded so that it ends where the register does. Then all
-//! digits are checked and weighed together: pairs by 10 and 1 or 16 and 1, then pairs of pairs by 100 and 1.
+//! One comparison finds the blanks of `x y rrggbb`. They select a shuffle that moves x and y into
+//! place, four digits each with zeros before them; the colour is loaded so that it ends where the
+//! register does. Then all digits are checked and weighted together: pairs by 10 and 1 or 16 and 1,
+//! then pairs of pairs by 100 and 1.
 
 use super::WINDOW;
 use std::arch::x86_64::*;
 
-/// Whether the CPU has what this file needs.
+/// Returns whether the CPU has the features that this file needs.
 #[inline]
 pub fn is_there() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1")
 }
 
-/// Reads lines from the start of `bytes` on, at most `most`, up to the last window: answers how many bytes and lines.
+/// Reads lines from the start of `bytes` on, at most `most`, up to the last window; returns the
+/// bytes and lines read.
 #[inline]
 #[target_feature(enable = "avx2,bmi1")]
 pub fn pixel_lines(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
@@ -25,8 +27,9 @@ pub fn pixel_lines(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8;
     )
 }
 
-/// For blanks at byte a and byte b of `x y c`: where the digits of x and y lie, the last ones last. A byte with its high
-/// bit takes nothing; `'0'` in its low bits is filled in there. Impossible places take nothing and fill in nothing.
+/// Shuffles for blanks at byte a and byte b of `x y c`: positions of the digits of x and y, the
+/// last ones last. A byte with its high bit selects nothing; `'0'` in its low bits is filled in
+/// there. Impossible positions select nothing and fill in nothing.
 static SHUFFLES: [[[u8; 16]; 16]; 16] = {
     const NOTHING: u8 = 0x80;
     const ZERO: u8 = 0x80 | b'0';
@@ -49,14 +52,15 @@ static SHUFFLES: [[[u8; 16]; 16]; 16] = {
     table
 };
 
-/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its `ENDS` bytes of LF or CR LF.
+/// Reads one line: x, y, colour of `DIGITS` hex digits, and the line's length in bytes with its
+/// `ENDS` bytes of LF or CR LF.
 #[inline]
 #[target_feature(enable = "avx2,bmi1")]
 fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
     const VERB: u32 = u32::from_le_bytes(*b"PX \0");
     let words = load(window, 3);
     let blanks = _mm_movemask_epi8(_mm_cmpeq_epi8(words, _mm_set1_epi8(b' ' as i8))) as u32;
-    // Two bits beyond, so that there are two in any case.
+    // Two bits beyond, so that there are always two.
     let blanks = blanks & 0x3fff | 0xc000;
     let a = blanks.trailing_zeros() as usize;
     let b = (blanks & (blanks - 1)).trailing_zeros() as usize;
@@ -72,23 +76,25 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     let shuffle = load(&SHUFFLES[a][b], 0);
     let numbers = _mm_shuffle_epi8(words, shuffle);
     let numbers = _mm_or_si128(numbers, _mm_and_si128(shuffle, _mm_set1_epi8(b'0' as i8)));
-    // Blanks in a row put the end of a short colour nearer than that: such a line is not taken.
+    // Consecutive blanks put the end of a short colour nearer than that: such a line is not
+    // accepted.
     let color = window.get(end.checked_sub(8)?..)?.first_chunk()?;
     let color = _mm_cvtsi64_si128(i64::from_le_bytes(*color));
     let digits = _mm_unpacklo_epi64(numbers, color);
-    // Decimal digits everywhere, letters in the colour alone: 0x80 puts all bytes of the numbers out of their reach.
+    // Decimal digits everywhere, letters in the colour alone: 0x80 moves all bytes of the numbers
+    // out of the letters' range.
     let decimal = _mm_sub_epi8(digits, _mm_set1_epi8(b'0' as i8));
     let case = _mm_set_epi64x(0x2020_2020_2020_2020, 0x8080_8080_8080_8080_u64 as i64);
     let letter = _mm_sub_epi8(_mm_or_si128(digits, case), _mm_set1_epi8(b'a' as i8));
     let is_decimal = _mm_cmpeq_epi8(_mm_min_epu8(decimal, _mm_set1_epi8(9)), decimal);
     let is_letter = _mm_cmpeq_epi8(_mm_min_epu8(letter, _mm_set1_epi8(5)), letter);
     let good = _mm_movemask_epi8(_mm_or_si128(is_decimal, is_letter)) as u32;
-    // What stands before a shorter colour is not looked at here: the blank and digits of y, checked above.
+    // Bytes before a shorter colour are not checked here: the blank and digits of y, checked above.
     let needed = 0xffff << (16 - DIGITS) & 0xffff | 0xff;
     if good & needed != needed {
         return None;
     }
-    // A decimal digit is far from a letter: the smaller of the two readings is the right one.
+    // A decimal digit is far from a letter: the smaller of the two values is the right one.
     let values = _mm_min_epu8(decimal, _mm_add_epi8(letter, _mm_set1_epi8(10)));
     let weights = _mm_set_epi8(1, 16, 1, 16, 1, 16, 1, 16, 1, 10, 1, 10, 1, 10, 1, 10);
     let pairs = _mm_maddubs_epi16(values, weights);
@@ -103,7 +109,7 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     Some((places as u16, (places >> 32) as u16, color.to_le_bytes(), end + ENDS))
 }
 
-/// Sixteen bytes.
+/// Loads sixteen bytes.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn load<const N: usize>(bytes: &[u8; N], at: usize) -> __m128i {

@@ -1,27 +1,29 @@
-//! Four lines at a time, in vectors of 64 bytes (AVX-512 with byte permutations).
+//! AVX-512 version: four lines at a time, in vectors of 64 bytes with byte permutations.
 //!
-//! First the separators of some kilobytes are found, 64 bytes at once: all bytes up to the blank (CR LF being one), their places and
-//! themselves packed into two lists. A plain line has four of them, so four lines are sixteen entries: the distances
-//! between entries say how many digits each word has, and one comparison checks them all. Then one permutation brings the
-//! digits of four lines to their places, sixteen bytes a line: four of x, four of y and eight of the colour, each word's
-//! last digit last and `0` before its first (`ff` behind a colour without alpha). Checking and weighing them is done
-//! for 64 digits together.
+//! First the separators of some kilobytes are found, 64 bytes at once: all bytes up to the blank
+//! (CR LF being one); their positions and values are packed into two lists. A plain line has four
+//! of them, so four lines are sixteen entries: the distances between entries give the number of
+//! digits of each word, and one comparison checks them all. Then one permutation moves the digits
+//! of four lines into place, sixteen bytes for each line: four of x, four of y and eight of the
+//! colour, each word's last digit last and `0` before its first (`ff` behind a colour without
+//! alpha). 64 digits are checked and weighted together.
 
 use super::Record;
 use std::arch::x86_64::*;
 
-/// Blocks whose separators are listed at once, at most, and to begin with: what is found in vain is little.
+/// Largest number of blocks whose separators are listed at once, and the initial one, so that a
+/// failure wastes little.
 const BLOCKS: usize = 64;
 const FIRST_BLOCKS: usize = 8;
 const BLOCK: usize = 64;
-/// Separators of a block: plain lines of ten bytes have four.
+/// Largest number of separators of a block: plain lines of ten bytes have four.
 const MOST: usize = 32;
-/// Bytes that are looked at from the start of four lines on; one line more does not fit.
+/// Bytes that are read from the start of four lines on: enough for the longest, of 23 bytes each.
 const REACH: usize = 2 * BLOCK;
-/// Fewer bytes are not worth the start.
+/// Smallest number of bytes for which this version pays.
 pub const LEAST_BYTES: usize = FIRST_BLOCKS * BLOCK + REACH;
 
-/// Whether the CPU has what this file needs.
+/// Returns whether the CPU has the features that this file needs.
 #[inline]
 pub fn is_there() -> bool {
     is_x86_feature_detected!("avx512f")
@@ -32,19 +34,20 @@ pub fn is_there() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
-/// How lines that end alike, with colours of so many digits, are read.
+/// Layout of lines with one line end and one number of colour digits.
 struct LineForm {
     /// Hex digits of a colour.
     digits: u16,
-    /// The last separator: LF, or the CR before it.
+    /// Last separator: LF, or the CR before it.
     end: u8,
-    /// For each of sixteen bytes: which of a line's four separators it is counted from.
+    /// For each of sixteen bytes, the index of the line's separator from which it is counted.
     from: [u8; 16],
-    /// And where it stands from there on.
+    /// Offset of the byte from that separator.
     offset: [i8; 16],
-    /// A word of n digits, n + 1 being what follows the offset here, has this byte if n + this is not negative.
+    /// Room of each byte: with n the digits of its word, the byte is present if n + 1 + room is not
+    /// negative.
     room: [i8; 16],
-    /// What stands where there is no digit.
+    /// Byte to fill in where there is no digit.
     fill: [u8; 16],
 }
 
@@ -81,15 +84,15 @@ static LINE_FORMS: [LineForm; 6] = [
     LineForm::new(2, b'\r'),
 ];
 
-/// The separators of some blocks: their places, each 1 more than it is so that the first entry can stand for the end of
-/// the line before, and themselves.
+/// Separators of some blocks: their positions, plus 1 so that the first entry can be the end of the
+/// previous line, and their values.
 struct Separators {
     places: [u16; BLOCKS * MOST + BLOCK],
     letters: [u8; BLOCKS * MOST + BLOCK],
     count: usize,
 }
 
-/// As [`super::pixel_records`], for as many lines as can be read four at a time.
+/// Like [`super::pixel_records`], for as many lines as can be read four at a time.
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512vbmi,avx512vbmi2,popcnt")]
 pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     let mut separators =
@@ -118,15 +121,16 @@ pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, 
 }
 
 impl Separators {
-    /// Lists those of the first blocks of `bytes`, as many as asked for and are there, up to one that no plain line has.
+    /// Lists the separators of the first `blocks` blocks of `bytes`, up to one that no plain line
+    /// has.
     #[inline]
     #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512vbmi,avx512vbmi2,popcnt")]
     fn find(&mut self, bytes: &[u8], blocks: usize) {
         let iota = iota();
-        // A line begins here: as if LF stood before.
+        // A line begins here, as if after LF.
         let (mut at, mut n, mut is_start, mut is_after_cr) = (0, 0, 1u64, 0u64);
         for block in 0..blocks.min(BLOCKS) {
-            // With one byte behind it.
+            // With one byte of lookahead.
             let Some(window) = bytes.get(at..at + BLOCK + 1) else { break };
             let (data, next) = (load(window, 0), load(window, 1));
             let found = _mm512_cmple_epu8_mask(data, _mm512_set1_epi8(b' ' as i8));
@@ -160,7 +164,8 @@ impl Separators {
         self.count = n;
     }
 
-    /// Whether the first line's colour and end are of that form. If so, its start is made to look like all others.
+    /// Returns whether the first line's colour and end match the form. If so, adjusts the first
+    /// entry to be like all others.
     fn begin_with(&mut self, form: &LineForm) -> bool {
         let is_it = self.count >= 4
             && self.letters[3] == form.end
@@ -170,21 +175,22 @@ impl Separators {
     }
 }
 
-/// Reads four lines at a time while they have that form. Answers how many bytes and lines it took.
+/// Reads four lines at a time while they have that form. Returns the bytes and lines read.
 #[inline]
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512vbmi,avx512vbmi2,popcnt")]
 fn read(form: &LineForm, bytes: &[u8], separators: &Separators, records: &mut [Record]) -> (usize, usize) {
-    // For each byte of four lines, the number of its line's first entry; entries have two bytes.
+    // For each byte of four lines, the index of its line's first entry; entries have two bytes.
     let line = _mm512_slli_epi16::<3>(_mm512_and_si512(_mm512_srli_epi16::<4>(iota()), _mm512_set1_epi8(3)));
     let from = spread(&form.from);
     let from = _mm512_add_epi8(line, _mm512_add_epi8(from, from));
     let (offset, room, fill) = (spread(&form.offset), spread(&form.room), spread(&form.fill));
-    // What a line's separators are away from those before them, and how much more that may be.
+    // Smallest distances of a line's separators from those before them, and by how much these may
+    // be exceeded.
     let ends = if form.end == b'\r' { 2 } else { 1 };
     let (least, more) = (repeat([2 + ends, 2, 2, form.digits + 1]), repeat([0, 3, 3, 0]));
     let colors = 0xff00_ff00_ff00_ff00;
     let weights = spread(&[10u8, 1, 10, 1, 10, 1, 10, 1, 16, 1, 16, 1, 16, 1, 16, 1]);
-    // Hundreds and ones of x and y; red and green, blue and alpha as the bytes that they are.
+    // Hundreds and ones of x and y; red and green, blue and alpha as bytes.
     let pair_weights = _mm512_mask_mov_epi64(
         _mm512_set1_epi64(0x0001_0064_0001_0064),
         0xaa,
@@ -197,7 +203,8 @@ fn read(form: &LineForm, bytes: &[u8], separators: &Separators, records: &mut [R
         let Some(window) = bytes.get(used..).and_then(|b| b.first_chunk::<REACH>()) else { break };
         let entries = separators.places[16 * group..].first_chunk::<17>().expect("so many were found");
         let letters = separators.letters[16 * group..].first_chunk::<16>().expect("so many were found");
-        // SAFETY: sixteen numbers of two bytes, twice, and sixteen bytes are as long as these vectors.
+        // SAFETY: sixteen numbers of two bytes, twice, and sixteen bytes are as long as these
+        // vectors.
         let (before, places, letters) = unsafe {
             (
                 _mm256_loadu_si256(entries.as_ptr().cast()),
@@ -211,7 +218,7 @@ fn read(form: &LineForm, bytes: &[u8], separators: &Separators, records: &mut [R
         if are_well != 0xffff {
             break;
         }
-        // From the start of the group; below 92 each.
+        // Relative to the start of the group; below 92 each.
         let places = _mm256_sub_epi16(places, _mm256_set1_epi16(used as i16 + 1));
         let of_words = _mm512_permutexvar_epi8(from, _mm512_castsi256_si512(places));
         let index = _mm512_add_epi8(of_words, offset);
@@ -239,7 +246,7 @@ fn read(form: &LineForm, bytes: &[u8], separators: &Separators, records: &mut [R
     (used, count)
 }
 
-/// 0 to 63.
+/// Returns 0 to 63.
 #[inline]
 #[target_feature(enable = "avx512f,avx512bw")]
 fn iota() -> __m512i {
@@ -255,7 +262,7 @@ fn iota() -> __m512i {
     load(&IOTA, 0)
 }
 
-/// The same sixteen bytes for each of four lines.
+/// Repeats sixteen bytes for each of four lines.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn spread<T: Copy>(bytes: &[T; 16]) -> __m512i {
@@ -264,7 +271,7 @@ fn spread<T: Copy>(bytes: &[T; 16]) -> __m512i {
     _mm512_broadcast_i32x4(unsafe { _mm_loadu_si128(bytes.as_ptr().cast()) })
 }
 
-/// The same four numbers for each of four lines.
+/// Repeats four numbers for each of four lines.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn repeat([a, b, c, d]: [u16; 4]) -> __m256i {
@@ -272,7 +279,7 @@ fn repeat([a, b, c, d]: [u16; 4]) -> __m256i {
     _mm256_set1_epi64x((a | b << 16 | c << 32 | d << 48) as i64)
 }
 
-/// 64 bytes from `at` on.
+/// Loads 64 bytes from `at` on.
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn load(bytes: &[u8], at: usize) -> __m512i {

@@ -1,13 +1,15 @@
-//! Plain text pixels, many in a row: the decoder's hot path.
+//! Lexer for consecutive plain text pixels: the decoder's hot path.
 //!
-//! In: a stream from a command boundary on. Taken here: lines `PX x y c` + LF with single blanks, x and y of one to four
-//! digits, c of two, six or eight hex digits in either case, LF or CR LF. All else (signs, names, queries, other verbs, a
-//! line that is not whole) ends the run and is left to the general reader. Every byte is looked at: a line with anything
-//! out of place is not taken. Out: a [`Record`] of each, in order.
+//! In: a stream from a command boundary on. Accepted here: lines `PX x y c` + LF with single
+//! blanks, x and y of one to four digits, c of two, six or eight hex digits in either case, LF or
+//! CR LF. Anything else (signs, names, queries, other verbs, an incomplete line) ends the run and
+//! is left to the general reader. Every byte is checked: a line with anything out of place is not
+//! accepted. Out: a [`Record`] for each, in order.
 //!
-//! Three twins with the same answer for every input: `portable` in whole words of eight bytes and `avx2`, vectors of sixteen
-//! bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512, four lines at a time, which leaves what it does not
-//! take to the others. Which one runs is asked of the CPU at each call, which costs a load.
+//! Three versions with equal results for every input: `portable` in words of eight bytes and
+//! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
+//! four lines at a time, which leaves what it does not accept to the others. The CPU is queried at
+//! each call, which costs a load.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -17,21 +19,22 @@ mod portable;
 #[cfg(test)]
 mod tests;
 
-/// One pixel: x and y as u16 little-endian, r, g, b, a.
+/// Decoded pixel: x and y as u16 little-endian, r, g, b, a.
 pub type Record = [u8; 8];
 
-/// How many bytes a line is read through: none that is taken here has more, and a twin may look this far.
+/// Bytes in which a line is read: no accepted line is longer, and all versions may read this far.
 const WINDOW: usize = 32;
 
-/// Records in a batch where lines are read one by one.
+/// Records in a batch if lines are read one by one.
 const BATCH_RECORDS: usize = 64;
 
-/// Lines that are read one by one before four at a time are tried; after a trial in vain twice as many, up to the second.
+/// Lines that are read one by one before four at a time are tried; doubled after each failed try,
+/// up to the second constant.
 const PATIENCE: u64 = 4;
 const MOST_PATIENCE: u64 = 512;
 
-/// Reads plain pixels from the start of `bytes` on, giving them to `emit` some at a time. Answers how many bytes and lines
-/// it took: those up to the first line that is not plain or not whole.
+/// Reads plain pixels from the start of `bytes` on, passing them to `emit` in batches. Returns the
+/// bytes and lines read: those up to the first line that is not plain or not complete.
 #[inline]
 pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     if !bytes.starts_with(b"PX ") {
@@ -54,13 +57,14 @@ pub fn pixel_records(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, 
     }
 }
 
-/// Reads lines one by one, at most so many.
+/// Reads lines one by one, at most `most`; returns the bytes and lines read.
 #[inline]
 fn read_single(bytes: &[u8], most: u64, emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     let mut batch = Batch { records: [[0; 8]; BATCH_RECORDS], count: 0, emit };
     let mut each = |x, y, color| batch.add(x, y, color);
     let (mut used, mut lines) = full_windows(bytes, most, &mut each);
-    // The last lines are read in a copy with room behind it. No line is made of the zeros: none holds an LF.
+    // The last lines are read from a padded copy. The zeros do not form a line, since they contain
+    // no LF.
     let rest = &bytes[used..];
     if lines < most && rest.len() < WINDOW && rest.starts_with(b"PX ") {
         let mut padded = [0; 2 * WINDOW];
@@ -104,7 +108,7 @@ impl<F: FnMut(&[Record])> Batch<'_, F> {
     }
 }
 
-/// Reads lines one by one, without the last window.
+/// Reads lines one by one, except in the last window; returns the bytes and lines read.
 #[inline]
 fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
@@ -115,7 +119,7 @@ fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4]
     portable::pixel_lines(bytes, most, each)
 }
 
-/// Whether lines of so many bytes can be read four at a time.
+/// Returns whether `bytes` are enough, and the CPU able, to read four lines at a time.
 #[inline]
 fn is_wide(bytes: &[u8]) -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -124,7 +128,7 @@ fn is_wide(bytes: &[u8]) -> bool {
     return bytes.len() == usize::MAX;
 }
 
-/// Reads lines four at a time, where the CPU can.
+/// Reads lines four at a time, if the CPU can; returns the bytes and lines read.
 #[inline]
 fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
@@ -136,8 +140,8 @@ fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) 
     (0, 0)
 }
 
-/// Runs one line reader after the other for as long as any of them takes a line, at most `most` times: a stream keeps to one
-/// form of colour. Answers how many bytes and lines were taken.
+/// Runs one line reader after the other for as long as any of them accepts a line, at most `most`
+/// times: a stream usually uses one form of colour. Returns the bytes and lines read.
 macro_rules! runs {
     ($bytes:expr, $most:expr, $each:expr, [$($line:expr),+]) => {{
         let (bytes, most, each): (&[u8], u64, _) = ($bytes, $most, $each);

@@ -1,7 +1,7 @@
-//! The portable twin, eight bytes at a time in whole words.
+//! Portable version, in words of eight bytes.
 //!
-//! The place of LF comes from one word, so that finding the next line waits for nothing else; x and y are found and
-//! converted together, without a branch that depends on how many digits they have.
+//! The position of LF is taken from one word, so that finding the next line depends on nothing
+//! else; x and y are found and converted together, without a branch on their number of digits.
 //! Words are little-endian: the first character is the lowest byte.
 
 use super::WINDOW;
@@ -10,7 +10,8 @@ use std::num::NonZero;
 const LOW: u64 = 0x0101_0101_0101_0101;
 const HIGH: u64 = 0x8080_8080_8080_8080;
 
-/// Reads lines from the start of `bytes` on, at most `most`, up to the last window: answers how many bytes and lines.
+/// Reads lines from the start of `bytes` on, at most `most`, up to the last window; returns the
+/// bytes and lines read.
 #[inline]
 pub fn pixel_lines(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     super::runs!(
@@ -26,10 +27,12 @@ fn word(window: &[u8; WINDOW], at: usize) -> Option<u64> {
     window.get(at..)?.first_chunk().map(|b| u64::from_le_bytes(*b))
 }
 
-/// One line: x, y, colour of `DIGITS` hex digits, and how many bytes it has with its `ENDS` bytes of LF or CR LF.
+/// Reads one line: x, y, colour of `DIGITS` hex digits, and the line's length in bytes with its
+/// `ENDS` bytes of LF or CR LF.
 #[inline(always)]
 fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option<(u16, u16, [u8; 4], usize)> {
-    // The shortest line, `PX 0 0 ` and the colour, puts LF at 6 + DIGITS + ENDS; six more digits can stand before it.
+    // The shortest line, `PX 0 0 ` and the colour, puts LF at 6 + DIGITS + ENDS; six more digits
+    // can stand before it.
     let first = 5 + DIGITS + ENDS;
     let start = word(window, 0)?;
     let ends = word(window, first)? ^ (LOW * b'\n' as u64);
@@ -51,11 +54,12 @@ fn line<const DIGITS: usize, const ENDS: usize>(window: &[u8; WINDOW]) -> Option
     Some((x, y, color, lf + 1))
 }
 
-/// The digits at the start of a word, one to four: as digit values, the last in the highest byte, zeros before the
-/// first; and how many there are.
+/// Reads one to four digits at the start of a word: returns digit values, the last in the highest
+/// byte, zeros before the first, and the number of digits.
 #[inline(always)]
 fn number(word: u64) -> Option<(u32, usize)> {
-    // Digits become 0 to 9, which stay below 0x80 when 0x76 is added; all else does not, or has the bit already.
+    // Digits become 0 to 9, which stay below 0x80 when 0x76 is added; other bytes do not, or have
+    // that bit already.
     let values = word ^ (LOW * b'0' as u64);
     let others = NonZero::new((values.wrapping_add(LOW * 0x76) | values) & HIGH)?;
     // One to four digits put the flag at bit 15, 23, 31 or 39.
@@ -63,7 +67,7 @@ fn number(word: u64) -> Option<(u32, usize)> {
     (15..=39).contains(&bit).then(|| ((values as u32) << (39 - bit), bit as usize / 8))
 }
 
-/// The numbers that two words of four digit values each stand for.
+/// Returns the numbers that two words of four digit values each stand for.
 #[inline(always)]
 fn values(x: u32, y: u32) -> [u16; 2] {
     let digits = u64::from(x) | u64::from(y) << 32;
@@ -73,16 +77,18 @@ fn values(x: u32, y: u32) -> [u16; 2] {
     [fours as u16, (fours >> 32) as u16]
 }
 
-/// The colour in the last `DIGITS` bytes of a word.
+/// Returns the colour in the last `DIGITS` bytes of a word.
 #[inline(always)]
 fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
     let c = if DIGITS == 8 { word } else { word >> (64 - 8 * DIGITS) };
-    // What is not part of the colour is made a digit.
+    // Bytes that are not part of the colour become digits.
     let c = if DIGITS == 8 { c } else { c | (LOW * b'0' as u64) << (8 * DIGITS % 64) };
-    // k is 1 where bit 6 says a letter. Letters lose their case and 0x40, digits lose 0x30: v is 1 to 6, or 0 to 9.
+    // k is 1 where bit 6 marks a letter. Letters lose their case and 0x40, digits lose 0x30: v is 1
+    // to 6, or 0 to 9.
     let k = (c >> 6) & LOW;
     let v = (c & !(k << 5)) ^ (LOW * 0x30 + (k << 4));
-    // w is 0 to 5, or 0 to 9; the sum stays below 0x80 for these alone. A borrow or carry comes from a flagged byte.
+    // w is 0 to 5, or 0 to 9; the sum stays below 0x80 for these alone. A borrow or carry comes
+    // from a flagged byte.
     let w = v.wrapping_sub(k);
     let bad = (w.wrapping_add(LOW * 0x76 + k * 4) | w) & HIGH;
     if bad != 0 {
@@ -90,7 +96,7 @@ fn color<const DIGITS: usize>(word: u64) -> Option<[u8; 4]> {
     }
     let nibbles = w + k * 10;
     let bytes = (nibbles << 4 | nibbles >> 8) & 0x00ff_00ff_00ff_00ff;
-    // r, g, b and a stand in every other byte.
+    // r, g, b and a are in every other byte.
     let pairs = bytes | bytes >> 8;
     let rgb = (pairs & 0xffff | (bytes >> 16) & 0xff_0000) as u32;
     let rgba = match DIGITS {

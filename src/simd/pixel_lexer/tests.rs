@@ -1,4 +1,4 @@
-//! The twins against plain reading.
+//! The versions compared with a plain reader.
 
 use super::*;
 use proptest::prelude::*;
@@ -47,7 +47,7 @@ fn wide(_: &[u8]) -> Option<Heard> {
     None
 }
 
-/// Lines of all lengths, more than one block has.
+/// Returns lines of all lengths.
 fn plain_lines(count: usize, digits: usize) -> Vec<u8> {
     let line = |i: usize| {
         let [x, y] = [i * 7919 % 10_000, i * 104_729 % 10_000].map(|n| n % [10, 100, 1000, 10_000][i % 4]);
@@ -57,7 +57,8 @@ fn plain_lines(count: usize, digits: usize) -> Vec<u8> {
     (0..count).flat_map(|i| line(i).into_bytes()).collect()
 }
 
-/// Four at a time, in the middle of plain lines: no other pixels than plain reading has, and all of those before.
+/// Compares the reader of four lines at a time, with `bytes` amid plain lines, with the plain
+/// reader.
 fn check_wide(bytes: &[u8]) {
     for (before, digits, has_cr) in
         [(3, 6, false), (9, 6, true), (8, 8, false), (21, 2, true), (21, 2, false)]
@@ -87,7 +88,7 @@ fn check_wide(bytes: &[u8]) {
     }
 }
 
-/// The same by plain means: split at LF, split at blanks.
+/// Reads plainly: splits at LF, then at blanks.
 fn plainly(bytes: &[u8]) -> Heard {
     let (mut pixels, mut used) = (Vec::new(), 0);
     let pixel = |line: &str| -> Option<(u16, u16, [u8; 4])> {
@@ -118,7 +119,7 @@ fn plainly(bytes: &[u8]) -> Heard {
     (pixels, (used, lines))
 }
 
-/// Both twins, alone and with the end looked at, against the plain reading.
+/// Compares both line readers, alone and with the padded end, with the plain reader.
 fn check(bytes: &[u8]) {
     let plain = plainly(bytes);
     assert_eq!(
@@ -175,7 +176,8 @@ fn every_byte_in_every_place_is_checked() {
     }
 }
 
-/// Bytes next to those that lines have, and some others: all of them would take long.
+/// Returns whether a byte is next to those of lines, or one of some others: all would take too
+/// long.
 fn is_likely(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || b"\0\t\x0b\r\x1f /:@[`{!\x80\xa0\xb0\xff\n".contains(&byte)
 }

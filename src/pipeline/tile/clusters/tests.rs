@@ -156,7 +156,7 @@ fn half_of_a_fine_knot_is_left_out_and_every_face_of_it_rightly() {
     }
     let [_, culled, outside] = check(&mesh, model, view, perspective(1.0, 10.0), Winding::Both);
     assert_eq!((culled, outside), (0, 0));
-    // From the middle of it: behind the eye, beside the view and before near.
+    // From its centre: faces behind the eye, beside the view volume and before near.
     let [open, _, outside] =
         check(&mesh, model, DMat4::IDENTITY, perspective(0.1, 10.0), Winding::CounterClockwise);
     assert!(outside > open, "{open} open, {outside} outside");
@@ -186,7 +186,7 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
             "face {f} of fate {visibility}: {clip:?}"
         );
     }
-    // Beside the view nothing with a corner that is nowhere is counted as outside.
+    // Beside the view volume no cluster with a corner that is not finite counts as outside.
     let view_beside = DMat4::from_translation(DVec3::new(90.0, 0.0, -5.0));
     let found = visibilities(Level::best(), &mesh.clusters, &outlook_from([9.0; 3], view_beside), &[]);
     assert!(found.contains(&Visibility::OUTSIDE));
@@ -204,7 +204,8 @@ fn coarse_odd_and_broken_meshes_leave_nothing_out_wrongly() {
     }
 }
 
-/// What is decided of a cluster whose faces, large and turned away from an eye at z > 0, all lie at one point.
+/// Returns the visibility of a cluster whose faces, large and turned away from an eye at z > 0, all
+/// lie at one point.
 fn fate_of_point(cull_view: &CullView, point: DVec3) -> u8 {
     let lane = |v: f64| [v; WIDTH];
     let (zero, large) = (lane(0.0), lane(1e9));
@@ -214,7 +215,7 @@ fn fate_of_point(cull_view: &CullView, point: DVec3) -> u8 {
 
 #[test]
 fn what_the_steps_roundings_move_over_a_side_is_left_to_single_faces() {
-    // Far away and back again: the steps lose 1e-10, their product nothing.
+    // A large translation and its inverse: the steps lose 1e-10, their product nothing.
     let away = DVec3::new(1.1e6, -0.9e6, 1.3e6);
     let model = DMat4::from_translation(away);
     let view = DMat4::from_translation(-away) * DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
@@ -222,7 +223,8 @@ fn what_the_steps_roundings_move_over_a_side_is_left_to_single_faces() {
     for projection in [perspective(1.0, 10.0), parallel(2.5, 10.0)] {
         let cull_view = outlook_of([3.0; 3], model, view, projection, Winding::CounterClockwise);
         for i in 0..6000u32 {
-            // All over the view, on one of its planes: as near as the steps can tell, and a little further off.
+            // Points all over the view, on one of its planes: within the error of the steps, and
+            // slightly beyond.
             let spread = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 504.5 - 1.0;
             let free = DVec3::new(spread(1), spread(2), spread(3));
             let plane = cull_view.planes[i as usize % 6];
@@ -251,7 +253,8 @@ fn what_the_steps_roundings_move_over_a_side_is_left_to_single_faces() {
             }
         }
     }
-    // Without slack all of these would be said of points that the steps see elsewhere.
+    // Without the margin, clusters at points that the steps place on the other side would be
+    // culled.
     assert!(moved.iter().all(|m| *m > 100), "{moved:?} points moved over a side");
     assert!(visibilities.iter().all(|f| *f > 100), "open, culled, outside: {visibilities:?}");
 }

@@ -16,7 +16,7 @@ pub struct DepthEncoder {
 }
 
 impl DepthEncoder {
-    /// The form of a format; `None` for f32, which has kernels of its own.
+    /// Returns the encoder of a format; `None` for f32, which has its own kernels.
     pub fn of(format: DepthFormat) -> Option<DepthEncoder> {
         let fixed = |scale, flip| Some(DepthEncoder { scale, is_reversed: false, flip });
         match format {

@@ -105,7 +105,7 @@ fn in_order(p: DepthVertex, q: DepthVertex) -> (DepthVertex, DepthVertex) {
     if swap { (q, p) } else { (p, q) }
 }
 
-/// Clamps a depth to 0..=1, which rounding may have left slightly.
+/// Clamps a depth to 0..=1, beyond which rounding may have moved it slightly.
 #[inline(always)]
 fn within(depth: f64) -> f64 {
     lesser(greater(depth, 0.0), 1.0)

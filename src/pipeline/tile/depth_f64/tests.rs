@@ -103,7 +103,8 @@ fn by_kernel(
 #[test]
 fn words_of_filled_tiles_are_those_that_the_memory_encodes() {
     let mut random = Random::new(5);
-    // More than are drawn at once; level ones, tilted ones, some that reach their nearest corner's depth, and ties.
+    // More than are drawn at once: level and tilted ones, some clamped to their nearest corner's
+    // depth, and ties.
     let mut level_faces: Vec<ExactFace> =
         (0..30).map(|i| face(i, [random.real(0.45, 0.55), 0.0, random.real(-1e-2, 1e-2)], 0.0)).collect();
     level_faces[17] = ExactFace { face: 17, ..level_faces[3].clone() };

@@ -16,7 +16,8 @@ pub struct DepthVertexKernel<'a> {
     pub to_screen: &'a ToScreen,
     /// Row that takes view space to z of clip space, or to w - z.
     pub row: [f64; 4],
-    /// Blocks of vertices that are used; see [`VertexKernel`](crate::pipeline::tile::VertexKernel).
+    /// Blocks of vertices that are used, as in
+    /// [`VertexKernel`](crate::pipeline::tile::vertex::VertexKernel).
     pub marks: &'a [AtomicU8],
     /// Output: one for each position; NaN for points without a position on the screen.
     pub out: &'a mut [DepthVertex],

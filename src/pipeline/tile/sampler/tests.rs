@@ -133,7 +133,8 @@ fn pixels(width: f32, height: f32) -> Vec<Pixel> {
 #[test]
 fn every_filter_gives_the_definitions_texels() {
     for (width, height) in [(64u32, 64u32), (64, 16), (37, 22)] {
-        // Contrast at every scale, so that each level differs from the next: noise, a pattern of all sizes, large squares.
+        // Contrast at every scale, so that each level differs from the next: noise, a pattern of
+        // all sizes, large squares.
         let texel = |i: u32| {
             let (x, y) = (i % width, i / width);
             let noise = (i.wrapping_mul(2_654_435_761) >> 24) as u8;

@@ -88,8 +88,8 @@ fn places_are_those_of_the_steps(t: ToScreen, points: &[[f64; 3]]) {
 
 #[test]
 fn one_matrix_gives_the_places_of_the_steps_where_they_are_ties_too() {
-    // A distant object through a long lens, turned by a right angle: whole and half 1/256 pixels,
-    // hit or just missed.
+    // An object far from the origin, seen from nearby, turned by a right angle: whole and half
+    // 1/256 pixels, hit or just missed.
     for away in [0.0, 1.0 / 3.0, 1e3, 1e6] {
         let t = ToScreen {
             model: [[0., -1.0, 0., away], [1., 0., 0., away], [0., 0., 1., 0.]],
@@ -110,7 +110,7 @@ fn one_matrix_gives_the_places_of_the_steps_where_they_are_ties_too() {
 
 #[test]
 fn where_one_matrix_would_put_a_vertex_elsewhere_the_steps_decide() {
-    // By 0.7 and then by its inverse: one as a product, but not always one after the other.
+    // Scaled by 0.7 and by its inverse: 1 as a product, but not always step by step.
     let scaled = |by: f64| [[by, 0., 0., 0.], [0., by, 0., 0.], [0., 0., 1., 0.]];
     let t = ToScreen {
         model: scaled(0.7),
