@@ -1,9 +1,11 @@
-//! Appearance, materials and texture transforms to what an object carries.
+//! Conversion of Appearance, materials and texture transforms to an object's material.
 //!
-//! X3D's lighting equation in the terms of [`Material`]: Ka = ambientIntensity * diffuseColor (the lights bring their own
-//! ambient share), Kd = diffuseColor, Ks = specularColor, n = 128 * shininess, Blinn's half vector. Vertex colours multiply the Ka and
-//! Kd terms, so where a geometry has them Kd is 1 and Ka is ambientIntensity: they replace the diffuse colour. Source: ISO/IEC
-//! 19775-1 clauses 12 (Shape), 17.2.2 (lighting model), 18 (Texturing).
+//! X3D's lighting equation in the terms of [`Material`]: Ka = ambientIntensity * diffuseColor (each
+//! light has its own ambient part), Kd = diffuseColor, Ks = specularColor, n = 128 * shininess,
+//! Blinn's half vector. Vertex colours multiply the Ka and Kd terms, so a geometry with vertex
+//! colours gets Kd = 1 and Ka = ambientIntensity: they replace the diffuse colour.
+//!
+//! Source: ISO/IEC 19775-1 clauses 12 (Shape), 17.2.2 (lighting model), 18 (Texturing).
 
 use super::geometry::{ColorUse, Stuff};
 use super::graph::{GraphView, NodeId};
@@ -12,16 +14,16 @@ use crate::scene::{LightingModel, Material, Sampling, Texture};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// What a shape's Appearance says.
+/// Material and texture of a shape's Appearance.
 pub(super) struct Appearance {
     pub(super) material: Material,
-    /// For faces seen from behind, where that is another one.
+    /// Material of faces seen from behind, if it is a different one.
     pub(super) back: Option<Material>,
-    /// The texture and its rules.
+    /// Texture and its sampling.
     pub(super) texture: Option<(Arc<Texture>, Sampling)>,
 }
 
-/// The texture node of an appearance: the material's own (X3D 4), else the appearance's.
+/// Returns the texture node of an appearance: the material's own (X3D 4), else the appearance's.
 pub(super) fn texture_node(view: &GraphView, appearance: Option<NodeId>) -> Option<NodeId> {
     let appearance = appearance?;
     let of_material = view.child(appearance, "material").and_then(|material| {
@@ -59,7 +61,7 @@ pub(super) fn read(
     Appearance { material: dress(front), back: back.map(dress), texture }
 }
 
-/// A material as X3D writes it.
+/// A material with X3D's parameters.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
     is_lit: bool,
@@ -72,7 +74,7 @@ struct Surface {
 }
 
 impl Surface {
-    /// Nothing but an emissive colour.
+    /// Returns a material that has only an emissive colour.
     fn unlit(emissive: DVec3, transparency: f64) -> Surface {
         Surface {
             is_lit: false,
@@ -85,7 +87,7 @@ impl Surface {
         }
     }
 
-    /// A material node's front; without one, white and unlit.
+    /// Reads the front of a material node; without one, it is white and unlit.
     fn front(view: &GraphView, node: Option<NodeId>) -> Surface {
         let Some(node) = node else { return Surface::unlit(DVec3::ONE, 0.0) };
         let transparency = view.real(node, "transparency");
@@ -109,7 +111,7 @@ impl Surface {
         }
     }
 
-    /// A physical material in the terms of Phong's: base colour c, metallic m, roughness r.
+    /// Converts a physical material to Phong's parameters: base colour c, metallic m, roughness r.
     ///
     /// ```text
     /// Kd = c (1 - m/2)                          a metal has no diffuse light of its own: half its colour stands for the surroundings
@@ -120,8 +122,9 @@ impl Surface {
     /// Ks = F0 min(1, (1 - a^4) / (4 a^2))       GGX's height straight on, F0 / (4 a^2), less the part that is as flat as diffuse light
     /// ```
     ///
-    /// Sources: ISO/IEC 19775-1 (X3D 4) clause 12.4.6; B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-    /// 2007, section 5.2; B. Karis, "Real Shading in Unreal Engine 4", 2013 (a = r^2, the exponent).
+    /// Sources: ISO/IEC 19775-1 (X3D 4) clause 12.4.6; B. Walter et al., "Microfacet Models for
+    /// Refraction through Rough Surfaces", 2007, section 5.2; B. Karis, "Real Shading in Unreal
+    /// Engine 4", 2013 (a = r^2, the exponent).
     fn physical(c: DVec3, metallic: f64, roughness: f64, unlit: Surface) -> Surface {
         let m = metallic.clamp(0.0, 1.0);
         let a = roughness.clamp(0.1, 1.0) * roughness.clamp(0.1, 1.0);
@@ -135,7 +138,7 @@ impl Surface {
         }
     }
 
-    /// A TwoSidedMaterial's back, where it has colours of its own.
+    /// Reads the back of a TwoSidedMaterial, if it has its own colours.
     fn back(view: &GraphView, node: NodeId) -> Option<Surface> {
         let is_separate = view.name(node) == "TwoSidedMaterial" && view.bool(node, "separateBackColor");
         is_separate.then(|| Surface {
@@ -149,8 +152,9 @@ impl Surface {
         })
     }
 
-    /// As it lies on a geometry: bare lines and points are unlit in the emissive colour; vertex colours stand in place of the
-    /// colour that they multiply, and those with alpha in place of the opacity.
+    /// Returns the material for a geometry: lines and points without normals are unlit in the
+    /// emissive colour; vertex colours replace the colour that they multiply, and those with alpha
+    /// also the opacity.
     fn dressed(mut self, stuff: Stuff, colors: ColorUse) -> Material {
         self.is_lit &= stuff != Stuff::Bare;
         if colors != ColorUse::None {
@@ -175,7 +179,7 @@ impl Surface {
     }
 }
 
-/// A TextureTransform node's map of texture coordinates.
+/// Transformation of texture coordinates by a TextureTransform node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TextureMap {
     center: DVec2,
@@ -185,7 +189,7 @@ pub(super) struct TextureMap {
 }
 
 impl TextureMap {
-    /// The map of an appearance, if it changes anything.
+    /// Reads a TextureTransform node; `None` if it is the identity.
     pub(super) fn read(view: &GraphView, node: NodeId) -> Option<TextureMap> {
         let vec2 = |field| DVec2::from(view.array::<2>(node, field));
         let map = TextureMap {
@@ -199,7 +203,7 @@ impl TextureMap {
         (!is_identity).then_some(map)
     }
 
-    /// Tc' = -C S R C T Tc: moved, then turned and scaled about -C.
+    /// Computes Tc' = -C S R C T Tc: translated, then rotated and scaled about -C.
     pub(super) fn apply(&self, tc: DVec2) -> DVec2 {
         let p = tc + self.translation + self.center;
         let (sin, cos) = libm::sincos(self.rotation_rad);
@@ -221,7 +225,8 @@ mod tests {
             scale: DVec2::new(2.0, 1.0),
             translation: DVec2::new(0.0, 0.25),
         };
-        // (1, 0.25) -> (1, 0.5) -> about (0.5, 0.5): (0.5, 0) -> turned (0, 0.5) -> scaled (0, 0.5) -> (0.5, 1).
+        // (1, 0.25) -> (1, 0.5) -> about (0.5, 0.5): (0.5, 0) -> turned (0, 0.5) -> scaled (0, 0.5)
+        // -> (0.5, 1).
         assert!((map.apply(DVec2::new(1.0, 0.25)) - DVec2::new(0.5, 1.0)).length() < 1e-15);
     }
 
@@ -233,7 +238,7 @@ mod tests {
         };
         let close =
             |a: DVec3, b: [f64; 3]| assert!((a - DVec3::from(b)).length() < 1e-12, "{a} is not {b:?}");
-        // Plastic as rough as can be: flat. a = 1: n = 0, Ks = 0.
+        // Plastic of the greatest roughness: flat. a = 1: n = 0, Ks = 0.
         let rough = of(0.0, 1.0);
         close(rough.kd, [0.8, 0.4, 0.2]);
         close(rough.ks, [0.0; 3]);
@@ -246,7 +251,7 @@ mod tests {
         close(metal.kd, [0.4, 0.2, 0.1]);
         close(metal.ks, [0.75, 0.375, 0.1875]);
         assert!((metal.n - 6.0).abs() < 1e-12);
-        // Smooth plastic: F0 = 0.04 as high as it may be, the exponent at its end.
+        // Smooth plastic: F0 = 0.04 at its limit, the exponent at its maximum.
         let smooth = of(0.0, 0.0);
         close(smooth.ks, [0.04; 3]);
         assert_eq!(smooth.n, 1000.0);

@@ -1,8 +1,9 @@
-//! `IS`: fields of nodes in a prototype's body, joined to the prototype's own.
+//! `IS`: connections between fields of nodes in a prototype's body and fields of the prototype.
 //!
-//! A node's field gets what the instance gives to the field of the prototype, or that field's default; types must be the same
-//! (ISO/IEC 19775-1 clause 4.4.4.4, table 4.4). Fields of nodes get the nodes themselves, where they are of the kind that the field takes.
-//! What is joined is noted for routes too.
+//! A node's field is set to the instance's value of the prototype field, or to that field's
+//! default; the types must be equal (ISO/IEC 19775-1 clause 4.4.4.4, table 4.4). Fields of nodes
+//! get the nodes themselves, if they are of the kind that the field takes. Connections are recorded
+//! for routes too.
 
 use super::build::{Builder, File};
 use super::graph::{Child, NodeId};
@@ -17,7 +18,8 @@ use roxmltree::Node as Element;
 use std::rc::Rc;
 
 impl<'d> Builder<'d, '_> {
-    /// What an instance in another prototype's body gets by IS from the instance around it.
+    /// Sets fields of an instance in another prototype's body to the values that IS connects from
+    /// the enclosing instance.
     pub(super) fn given_by_outer(
         &mut self,
         file: &mut File<'d>,
@@ -46,7 +48,7 @@ impl<'d> Builder<'d, '_> {
         Ok(())
     }
 
-    /// What the instance around gives to its field `number`; default nodes are made now.
+    /// Returns the enclosing instance's value of its field `number`; default nodes are built here.
     fn gift(&mut self, file: &mut File<'d>, number: usize, depth: usize) -> Result<Gift, LoadError> {
         let Some(given) = &mut file.given else { return Ok(Gift::Nothing) };
         if !matches!(given.gifts[number], Gift::DefaultNodes) {
@@ -60,7 +62,7 @@ impl<'d> Builder<'d, '_> {
         Ok(nodes)
     }
 
-    /// The nodes in a field or fieldValue, whatever their kind.
+    /// Builds the nodes in a field or fieldValue, whatever their kind.
     pub(super) fn loose_nodes(
         &mut self,
         file: &mut File<'d>,
@@ -74,7 +76,7 @@ impl<'d> Builder<'d, '_> {
         Ok(nodes.into())
     }
 
-    /// Joins the fields of the prototype around to what an instance in its body joins its own to.
+    /// Connects the enclosing prototype's fields to the targets of an inner instance's fields.
     pub(super) fn join_outer(
         &mut self,
         file: &mut File<'d>,
@@ -96,7 +98,8 @@ impl<'d> Builder<'d, '_> {
         Ok(())
     }
 
-    /// The connections of an IS: the element, the number of the prototype's field, the name of the node's.
+    /// Returns the connections of an IS: the element, the index of the prototype's field, the name
+    /// of the node's field.
     fn connections(
         &mut self,
         file: &File<'d>,
@@ -119,7 +122,8 @@ impl<'d> Builder<'d, '_> {
         found
     }
 
-    /// Gives a node in a body what IS joins its fields to; the numbers of the prototype's fields with the names of the node's.
+    /// Sets the fields of a node in a body that IS connects. Returns pairs of a prototype field's
+    /// index and a node field's name.
     pub(super) fn connect(
         &mut self,
         file: &mut File<'d>,
@@ -156,7 +160,7 @@ impl<'d> Builder<'d, '_> {
         Ok(links)
     }
 
-    /// Puts nodes that an instance gives into a field of a node in the body.
+    /// Adds nodes from an instance to a field of a node in the body.
     fn connect_nodes(
         &mut self,
         file: &File<'d>,

@@ -1,11 +1,12 @@
-//! Every node's fields and defaults, written down a second time from the standard, and held against the table.
+//! Test of the schema against a second list of fields and defaults, written from the standard.
 
 use super::schema;
 use super::value::{self, Kind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One node a line: its name, where it stands, then field=default with `_` between numbers. Source: ISO/IEC 19775-1, node
-/// interfaces. Fields that change no picture here are left to the table alone.
+/// One node per line: its name, its container field, then field=default with `_` between numbers.
+/// Source: ISO/IEC 19775-1, node interfaces. Fields that have no effect here are in the schema
+/// only.
 const DEFAULTS: &str = "
 Scene -
 Group children visible=true bboxCenter=0_0_0 bboxSize=-1_-1_-1
@@ -107,7 +108,8 @@ fn the_table_has_the_standards_fields_and_defaults() {
     assert_eq!(table, seen, "nodes of the table and of this list");
 }
 
-/// The nodes of the Interchange profile: ISO/IEC 19775-1 annex B, the components of its table B.2 at their levels.
+/// Nodes of the Interchange profile: ISO/IEC 19775-1 annex B, the components of its table B.2 at
+/// their levels.
 const INTERCHANGE: [&str; 49] = [
     // Core 1, Time 1, Grouping 1, Shape 1, Lighting 1
     "MetadataBoolean",
@@ -183,7 +185,7 @@ fn the_page_names_every_node() {
     assert!(missing.is_empty(), "{missing:?}");
 }
 
-/// Types of the fields whose width could be taken for another.
+/// Checks the types of fields whose width is easily mistaken.
 #[test]
 fn fields_have_the_standards_types() {
     let types: BTreeMap<&str, Kind> = [

@@ -1,8 +1,9 @@
-//! TextureCoordinateGenerator: texture coordinates from positions and normals. Source: ISO/IEC 19775-1 clause 18.4.8, table 18.6.
+//! TextureCoordinateGenerator: texture coordinates from positions and normals.
 //!
-//! N is the unit normal and P the position in camera space (x right, y up, z towards the viewer), R = 2 (E.N) N - E the reflection of
-//! the unit vector E from the surface to the eye, p and n position and normal in the geometry's own coordinates; s and t are the first two
-//! of what the table gives.
+//! Source: ISO/IEC 19775-1 clause 18.4.8, table 18.6. N is the unit normal and P the position in
+//! camera space (x right, y up, z towards the viewer), R = 2 (E.N) N - E the reflection of the unit
+//! vector E from the surface to the eye, p and n position and normal in the geometry's own
+//! coordinates; s and t are the first two components of the table's vector.
 //!
 //! ```text
 //! SPHERE                       (N + 1) / 2             SPHERE-LOCAL           (n + 1) / 2
@@ -13,21 +14,22 @@
 //! SPHERE-REFLECT-LOCAL         the same with p and n, the eye at parameter[1..4]
 //! ```
 //!
-//! Limits: coordinates are found at the corners and run straight between them; the noise is this project's own (the standard says
-//! "Perlin solid noise" and no numbers).
+//! Limits: coordinates are computed at the corners and interpolated linearly between them; the
+//! noise function is this project's own (the standard only says "Perlin solid noise", without
+//! parameters).
 
 use crate::math::matrix::unit;
 use crate::scene::{Camera, Mesh};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
-/// A generator's fields.
+/// Fields of a generator.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Generator<'a> {
     pub(super) mode: Mode,
     pub(super) parameter: &'a [f64],
 }
 
-/// What coordinates are made of.
+/// Source of the generated coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     Sphere,
@@ -44,7 +46,7 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// The mode of an X3D word.
+    /// Returns the mode for an X3D keyword, in either case.
     pub(super) fn from_word(word: &str) -> Option<Mode> {
         Some(match word.trim().to_ascii_uppercase().as_str() {
             "SPHERE" => Mode::Sphere,
@@ -62,22 +64,23 @@ impl Mode {
         })
     }
 
-    /// Whether it depends on where it is seen from.
+    /// Returns whether the coordinates depend on the position of the viewer.
     pub(super) fn depends_on_viewer(self) -> bool {
         !matches!(self, Mode::SphereLocal | Mode::Coord | Mode::Noise | Mode::SphereReflectLocal)
     }
 }
 
-/// A surface in its own coordinates and in those of a camera.
+/// Transformations from a mesh to its geometry's own coordinates and to camera space.
 pub(super) struct SurfaceFrame {
-    /// Mesh coordinates to the geometry's own: the sides of a solid.
+    /// Scale from mesh coordinates to the geometry's own: the half sides of a solid.
     size: DVec3,
     to_camera: DMat4,
     normal_to_camera: DMat3,
 }
 
 impl SurfaceFrame {
-    /// Of a mesh that `size` makes as large as its geometry, which stands at `model`. Without a camera its own coordinates are the camera's.
+    /// Creates the frame of a mesh that is scaled by `size` and has world matrix `model`. Without a
+    /// camera, world space is used as camera space.
     pub(super) fn new(size: DVec3, model: DMat4, camera: Option<&Camera>) -> SurfaceFrame {
         let view = camera.and_then(|c| c.look_at.matrix().ok()).unwrap_or(DMat4::IDENTITY);
         let to_camera = view * model;
@@ -85,7 +88,7 @@ impl SurfaceFrame {
     }
 }
 
-/// Coordinates for each of a mesh's corners.
+/// Returns texture coordinates for each corner of a mesh.
 pub(super) fn texcoords(generator: &Generator, mesh: &Mesh, place: &SurfaceFrame) -> Vec<DVec2> {
     let at = |corner: &crate::scene::Corner| {
         let p = mesh.positions[corner.position as usize] * place.size;
@@ -121,7 +124,8 @@ fn one(generator: &Generator, p: DVec3, n: DVec3, place: &SurfaceFrame) -> DVec3
     }
 }
 
-/// The ray from the surface that leads to the eye by reflection, or by refraction into a body of this index.
+/// Returns the direction of the ray that reaches the eye by reflection at the surface, or by
+/// refraction into a body with this index.
 fn reflected(to_eye: DVec3, n: DVec3, index: Option<f64>) -> DVec3 {
     let Some(e) = unit(to_eye) else { return n };
     let cos = e.dot(n);
@@ -135,7 +139,8 @@ fn reflected(to_eye: DVec3, n: DVec3, index: Option<f64>) -> DVec3 {
     }
 }
 
-/// Two numbers of noise at a place; `parameter` is a scale (one number, or three) and a translation after it.
+/// Returns two noise values at a position; `parameter` is a scale (one number or three) followed by
+/// a translation.
 fn noise_at(parameter: &[f64], p: DVec3) -> DVec3 {
     let triple = |i: usize| parameter.get(i..i + 3).map(|v| DVec3::new(v[0], v[1], v[2]));
     let scale = triple(0).or(parameter.first().map(|s| DVec3::splat(*s))).unwrap_or(DVec3::ONE);
@@ -143,7 +148,8 @@ fn noise_at(parameter: &[f64], p: DVec3) -> DVec3 {
     DVec3::new(noise(at), noise(at + DVec3::new(37.25, -19.5, 11.75)), 0.0)
 }
 
-/// Gradient noise in -1..1: each corner of the lattice has a direction, and what they say is blended by 6t^5 - 15t^4 + 10t^3.
+/// Returns gradient noise in -1..1: each lattice point has a gradient, and their contributions are
+/// blended by 6t^5 - 15t^4 + 10t^3.
 fn noise(at: DVec3) -> f64 {
     let cell = at.floor();
     let inside = at - cell;
@@ -158,7 +164,8 @@ fn noise(at: DVec3) -> f64 {
     mix(along_y(0.0), along_y(1.0), fade.z)
 }
 
-/// The direction of a corner of the lattice: one of the twelve edges of a cube, by a hash of its place.
+/// Returns the gradient of a lattice point: the direction to one of a cube's twelve edges, by a
+/// hash of its position.
 fn gradient(cell: DVec3) -> DVec3 {
     let mut hash = 0x9e37_79b9_7f4a_7c15_u64;
     for c in cell.to_array() {
@@ -178,7 +185,8 @@ mod tests {
     use super::*;
     use crate::scene::{LookAt, NONE};
 
-    /// The coordinates of one corner at `p` with normal `n`, seen from +x at 0 0 0 with y up.
+    /// Returns the coordinates of one corner at `p` with normal `n`, for a camera on +x that looks
+    /// at 0 0 0 with y up.
     fn at(mode: Mode, parameter: &[f64], p: DVec3, n: DVec3) -> DVec2 {
         let corner = crate::scene::Corner { position: 0, normal: 0, texcoord: NONE, color: NONE };
         let mesh = Mesh { positions: vec![p], normals: vec![n], corners: vec![corner], ..Mesh::default() };
@@ -191,7 +199,8 @@ mod tests {
     #[test]
     fn every_mode_is_the_tables() {
         let (p, n) = (DVec3::new(0.5, 2.0, 3.0), DVec3::new(0.0, 0.6, 0.8));
-        // In the camera: x is -z, y is y, z is x; the position is 1 2 3 there as a geometry, 4 behind the eye's plane.
+        // In the camera: x is -z, y is y, z is x; the position is 1 2 3 there as a geometry, 4
+        // behind the eye's plane.
         for (mode, parameter, expected) in [
             (Mode::Sphere, &[][..], [0.1, 0.8]),
             (Mode::CameraNormal, &[], [-0.8, 0.6]),
@@ -204,7 +213,7 @@ mod tests {
             let found = at(mode, parameter, p, n);
             assert!((found - DVec2::from(expected)).length() < 1e-12, "{mode:?}: {found}");
         }
-        // At the middle of the picture, a mirror at 45 degrees shows what is above.
+        // At the center of the picture, a mirror at 45 degrees shows what is above.
         let up = at(
             Mode::CameraReflection,
             &[],
@@ -214,7 +223,7 @@ mod tests {
         assert!((up - DVec2::Y).length() < 1e-12, "{up}");
         let up = at(Mode::SphereReflect, &[1.0], DVec3::ZERO, DVec3::new(2.0, 1.0, 0.0));
         assert!((up - DVec2::new(0.5, 1.0)).length() < 1e-12, "{up}");
-        // Straight on, a refracted ray goes straight on.
+        // Seen perpendicularly, a refracted ray is not deflected.
         let on = at(Mode::SphereReflect, &[1.5], DVec3::ZERO, DVec3::X);
         assert!((on - DVec2::splat(0.5)).length() < 1e-12, "{on}");
     }

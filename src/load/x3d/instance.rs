@@ -1,10 +1,12 @@
-//! ProtoInstance: a prototype's body made into nodes, with the values that the instance gives.
+//! ProtoInstance: expansion of a prototype's body to nodes, with the field values of the instance.
 //!
-//! The first node of the body stands in the instance's place; the others (sensors, interpolators) are there for routes alone
-//! (ISO/IEC 19775-1 clause 4.4.4.2). Each instance has nodes, names and routes of its own (4.4.4.3), but for parts of the body
-//! that nothing can tell apart, which all of them share. `IS` gives a field of a node in the body what the instance gives to a field of
-//! the prototype, or that field's default (4.4.4.4); a route to or from the instance goes on to the fields that IS joins. Nodes are
-//! charged before they are made, and bounded in number.
+//! The first node of the body takes the place of the instance; the others (sensors, interpolators)
+//! only serve routes (ISO/IEC 19775-1 clause 4.4.4.2). Each instance has its own nodes, names and
+//! routes (4.4.4.3), except for parts of the body that are equal in every instance, which all of
+//! them share. `IS` sets a field of a node in the body to the instance's value of a prototype
+//! field, or to that field's default (4.4.4.4); a route to or from the instance continues to the
+//! fields connected by IS. Memory for nodes is reserved before they are created, and their number
+//! is limited.
 
 use super::build::{Builder, File};
 use super::cost;
@@ -19,55 +21,55 @@ use roxmltree::Node as Element;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// The most nodes, with the fields and connections of the prototypes, that the instances of a scene make.
+/// Most nodes, prototype fields and connections that the instances of a scene may create.
 const MAX_EXPANDED: u64 = 1 << 20;
 
-/// Bytes of an instance and of the environment of its names.
+/// Bytes of an instance and of its environment.
 const INSTANCE_BYTES: usize = size_of::<Instance>() + 512;
-/// Bytes of what an instance gives to one field, and of the field's name and list of links.
+/// Bytes of an instance's value for one field, and of the field's name and list of links.
 const FIELD_BYTES: usize = size_of::<Gift>() + 192;
-/// Bytes of one link, in a list with room for twice as many that moves.
+/// Bytes of one link, in a vector that is copied as it grows and has up to twice the room.
 pub(super) const LINK_BYTES: usize = 3 * size_of::<Link>();
 
 /// A field of a prototype.
 pub(super) struct Field<'d> {
     name: &'d str,
-    /// Its declaration, whose children are its default where it takes nodes.
+    /// Declaration of the field; its children are the default of a field of nodes.
     pub(super) element: Element<'d, 'd>,
     pub(super) ty: FieldType,
     default: Option<Value>,
 }
 
-/// What a field takes.
+/// Type of a field's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FieldType {
     Value(Kind),
     Nodes,
 }
 
-/// What an instance gives to a field.
+/// Value that an instance gives to a field.
 #[derive(Clone)]
 pub(super) enum Gift {
     Nothing,
-    /// A value, and how many radians its unit of angle is.
+    /// A value, its type, and its unit of angle in radians.
     Value(Value, Kind, f64),
     Nodes(Rc<[NodeId]>),
-    /// The nodes of the field's declaration, which are made when something asks for them.
+    /// The nodes in the field's declaration, built when they are first needed.
     DefaultNodes,
 }
 
-/// A field of a node in the body that is joined to one of the prototype's.
+/// A field of a node in the body that IS connects to a field of the prototype.
 #[derive(Clone, Debug)]
 pub(super) struct Link {
     pub(super) node: NodeId,
     pub(super) field: String,
 }
 
-/// What an instance gives to the prototype's fields, while its body is being made.
+/// Values that an instance gives to the prototype's fields, while its body is being built.
 pub(super) struct Given<'d> {
     pub(super) interface: Rc<[Field<'d>]>,
     pub(super) gifts: Vec<Gift>,
-    /// For each field, what it is joined to so far.
+    /// For each field, the connections found so far.
     pub(super) links: Vec<Vec<Link>>,
 }
 
@@ -76,7 +78,7 @@ impl Given<'_> {
         self.interface.iter().position(|f| f.name == name)
     }
 
-    /// Joins a node that has been made: numbers of the prototype's fields with names of the node's.
+    /// Connects a new node: `links` are pairs of a prototype field's index and a node field's name.
     pub(super) fn link(&mut self, links: &[(usize, &str)], node: NodeId) {
         for (number, field) in links {
             self.links[*number].push(Link { node, field: (*field).to_string() });
@@ -84,17 +86,18 @@ impl Given<'_> {
     }
 }
 
-/// An instance that has been made.
+/// A finished instance.
 #[derive(Default)]
 pub(super) struct Instance {
-    /// The first node of its body, if that is one that is known.
+    /// First node of its body, unless that is of unknown type.
     pub(super) node: Option<NodeId>,
-    /// What each field of the prototype is joined to.
+    /// Connections of each field of the prototype, by name.
     links: HashMap<String, Vec<Link>>,
 }
 
 impl Instance {
-    /// What a route to or from a field goes on to; `None` where the prototype has no such field.
+    /// Returns the fields that a route to or from `field` continues to; `None` if the prototype has
+    /// no such field.
     pub(super) fn ends(&self, field: &str) -> Option<&[Link]> {
         let bare = field.strip_prefix("set_").or_else(|| field.strip_suffix("_changed"));
         let found = self.links.get(field).or_else(|| self.links.get(bare?));
@@ -102,7 +105,7 @@ impl Instance {
     }
 }
 
-/// The type of an X3D field type's values; `None` for those that no node here has.
+/// Returns the value type of an X3D field type; `None` for types that no supported node has.
 fn field_type(name: &str) -> Option<FieldType> {
     let (is_many, base) = match (name.strip_prefix("SF"), name.strip_prefix("MF")) {
         (Some(base), _) => (false, base),
@@ -132,7 +135,8 @@ fn field_type(name: &str) -> Option<FieldType> {
 }
 
 impl<'d> Builder<'d, '_> {
-    /// The node of a ProtoInstance, made or named by USE; `None` where there is nothing to show.
+    /// Returns the node of a ProtoInstance, expanded or referred to by USE; `None` if there is
+    /// nothing to show.
     pub(super) fn instance_or_use(
         &mut self,
         file: &mut File<'d>,
@@ -162,7 +166,7 @@ impl<'d> Builder<'d, '_> {
         Ok(node)
     }
 
-    /// Makes an instance; `None`, with a warning, where its prototype cannot be had.
+    /// Expands an instance; `None`, with a warning, if its prototype cannot be found.
     fn instance(
         &mut self,
         file: &mut File<'d>,
@@ -205,7 +209,7 @@ impl<'d> Builder<'d, '_> {
         Ok(Some(Instance { node, links: names.zip(given.links).collect() }))
     }
 
-    /// A prototype's fields, with their defaults.
+    /// Returns a prototype's fields, with their defaults.
     fn interface(&mut self, number: usize) -> Result<Rc<[Field<'d>]>, LoadError> {
         let proto = &self.protos.all[number];
         if let Some(interface) = &proto.interface {
@@ -228,7 +232,7 @@ impl<'d> Builder<'d, '_> {
             };
             let default = match (ty, element.attribute_node("value")) {
                 (FieldType::Value(kind), Some(text)) => Some(read_field(source, name, kind, &text)?),
-                // Without a value, the nodes in the body keep what they have.
+                // Without a value, the nodes in the body keep their own.
                 (FieldType::Value(_), None) | (FieldType::Nodes, _) => None,
             };
             fields.push(Field { name, element, ty, default });
@@ -241,7 +245,8 @@ impl<'d> Builder<'d, '_> {
         Ok(interface)
     }
 
-    /// What an instance gives to each field: its fieldValue, what IS joins it to around it, or the default.
+    /// Returns the values that an instance gives to the fields: its fieldValue, the value that IS
+    /// connects from an enclosing instance, or the default.
     fn given(
         &mut self,
         file: &mut File<'d>,
@@ -290,7 +295,7 @@ impl<'d> Builder<'d, '_> {
         Ok(given)
     }
 
-    /// Makes a prototype's body; its first node, and what was given and joined.
+    /// Builds a prototype's body. Returns its first node, and `given` with the connections added.
     fn body(
         &mut self,
         number: usize,
@@ -326,7 +331,8 @@ impl<'d> Builder<'d, '_> {
         Ok((first.flatten(), given))
     }
 
-    /// An instance's node in the units of the file that holds the instance.
+    /// Returns an instance's node converted to the length unit of the file that contains the
+    /// instance, by a Transform if necessary.
     fn aligned(
         &mut self,
         file: &File<'d>,
@@ -347,7 +353,7 @@ impl<'d> Builder<'d, '_> {
         Ok(outer)
     }
 
-    /// Reserves the memory of a node before it is made, and counts those that instances make.
+    /// Reserves the memory of a node before it is created, and counts it if an instance creates it.
     pub(super) fn charge_node(
         &mut self,
         file: &File<'d>,
@@ -361,7 +367,7 @@ impl<'d> Builder<'d, '_> {
         kept.map_err(|kind| self.over_memory(file, element, kind))
     }
 
-    /// Counts what an instance is about to make: nodes, fields and connections.
+    /// Counts nodes, fields and connections that an instance is about to create.
     pub(super) fn count_expanded(
         &mut self,
         file: &File<'d>,
@@ -378,7 +384,7 @@ impl<'d> Builder<'d, '_> {
     }
 }
 
-/// A prototype field's text as a value.
+/// Parses the text of a prototype field's value.
 fn read_field(
     source: &xml::XmlSource,
     name: &str,

@@ -1,13 +1,14 @@
-//! The interpolators: a value between keys. Source: ISO/IEC 19775-1 clause 19 (normals on the unit sphere: 19.4.4).
+//! Interpolator nodes: values between keys. Source: ISO/IEC 19775-1 clause 19 (normals on the unit
+//! sphere: 19.4.4).
 //!
-//! Keys do not decrease (checked when the file is read). Before the first key the first value holds, after the last one
-//! the last; where keys are equal, the later value holds from there on.
+//! Keys do not decrease (checked when the file is read). Before the first key the first value
+//! applies, after the last one the last; at equal keys the later value applies from there on.
 
 use super::graph::{GraphView, NodeId};
 use super::value::{Kind, Value};
 use glam::{DQuat, DVec3};
 
-/// The type of an interpolator's values; `None` for other nodes.
+/// Returns the type of an interpolator's values; `None` for other nodes.
 pub(super) fn kind(name: &str) -> Option<Kind> {
     match name {
         "ScalarInterpolator" => Some(Kind::Sf(1)),
@@ -18,7 +19,8 @@ pub(super) fn kind(name: &str) -> Option<Kind> {
     }
 }
 
-/// An interpolator's value at a fraction; `None` without keys, or where the numbers overflow.
+/// Returns an interpolator's value at a fraction; `None` if it has no keys, or if the numbers
+/// overflow.
 pub(super) fn evaluate(view: &GraphView, id: NodeId, fraction: f64) -> Option<Value> {
     let (key, values) = (view.reals(id, "key"), view.reals(id, "keyValue"));
     let tuple = if key.is_empty() { 0 } else { values.len() / key.len() };
@@ -58,12 +60,12 @@ fn triple(values: &[f64]) -> DVec3 {
     DVec3::new(values[0], values[1], values[2])
 }
 
-/// Where a fraction lies among the keys.
+/// Position of a fraction among the keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Span {
-    /// At, before the first, or after the last key: its value as it is.
+    /// At this key, before the first, or after the last: the key's value applies.
     At(usize),
-    /// Between key i and the next, at 0 < s < 1 of the way.
+    /// Between key i and the next, at the parameter 0 < s < 1.
     Between(usize, f64),
 }
 
@@ -76,8 +78,8 @@ fn span(key: &[f64], fraction: f64) -> Span {
     }
 }
 
-/// Between two colours, straight in HSV with the hue the shorter way round. A grey has no hue of its own: it takes the
-/// other colour's.
+/// Interpolates two colours, linearly in HSV with the hue on the shorter way round. A grey has no
+/// hue and takes that of the other colour.
 fn color(a: DVec3, b: DVec3, s: f64) -> DVec3 {
     let (mut a, mut b) = (hsv(a), hsv(b));
     if a.y == 0.0 {
@@ -95,7 +97,7 @@ fn color(a: DVec3, b: DVec3, s: f64) -> DVec3 {
     rgb(DVec3::new(a.x + turn * s, a.y + (b.y - a.y) * s, a.z + (b.z - a.z) * s))
 }
 
-/// Hue in sixths of the circle [0,6), saturation, value.
+/// Returns hue in sixths of the circle [0,6), saturation, value.
 fn hsv(c: DVec3) -> DVec3 {
     let (max, min) = (c.max_element(), c.min_element());
     let delta = max - min;
@@ -112,10 +114,10 @@ fn hsv(c: DVec3) -> DVec3 {
     DVec3::new(if hue < 0.0 { hue + 6.0 } else { hue }, saturation, max)
 }
 
-/// The colour of a hue (any number of turns), saturation, value.
+/// Returns the colour of a hue (any number of turns), saturation, value.
 fn rgb(hsv: DVec3) -> DVec3 {
     let hue = hsv.x - 6.0 * libm::floor(hsv.x / 6.0);
-    // Distance from the channel's own hue: full within a sixth, none beyond two.
+    // Distance from the channel's own hue: full within one sixth, zero beyond two.
     let channel = |own: f64| {
         let away = (hue - own).abs();
         let away = if away > 3.0 { 6.0 - away } else { away };
@@ -125,14 +127,15 @@ fn rgb(hsv: DVec3) -> DVec3 {
     DVec3::new(channel(0.0), channel(2.0), channel(4.0))
 }
 
-/// A unit quaternion of an X3D rotation: axis x y z, angle in radians. A zero axis turns nothing.
+/// Returns the unit quaternion of an X3D rotation: axis x y z, angle in radians. A zero axis gives
+/// the identity.
 fn quaternion(r: &[f64]) -> DQuat {
     let Some(axis) = crate::math::matrix::unit(triple(r)) else { return DQuat::IDENTITY };
     let (sin, cos) = libm::sincos(r[3] / 2.0);
     DQuat::from_xyzw(axis.x * sin, axis.y * sin, axis.z * sin, cos)
 }
 
-/// Between two rotations, the shorter way on the unit sphere, as a rotation.
+/// Interpolates two rotations on the shorter way along the unit sphere; returns axis and angle.
 fn orientation(a: &[f64], b: &[f64], s: f64) -> [f64; 4] {
     let (p, mut q) = (quaternion(a), quaternion(b));
     let mut cos = dot(p, q);
@@ -140,7 +143,8 @@ fn orientation(a: &[f64], b: &[f64], s: f64) -> [f64; 4] {
         q = DQuat::from_xyzw(-q.x, -q.y, -q.z, -q.w);
         cos = -cos;
     }
-    // The angle from both sine and cosine, so that nearly equal rotations keep their digits.
+    // The angle is taken from both sine and cosine, so that nearly equal rotations keep their
+    // precision.
     let difference = DQuat::from_xyzw(q.x - cos * p.x, q.y - cos * p.y, q.z - cos * p.z, q.w - cos * p.w);
     let sin = dot(difference, difference).sqrt();
     let angle = libm::atan2(sin, cos);
@@ -158,15 +162,17 @@ fn orientation(a: &[f64], b: &[f64], s: f64) -> [f64; 4] {
     [x / length, y / length, z / length, 2.0 * libm::atan2(length, w)]
 }
 
-/// Between two directions, along the great circle through both, as a unit vector. Opposite ones have no such circle: the
-/// nearer one holds. One without a direction takes the other's.
+/// Interpolates two directions along the great circle through both; returns a unit vector. Opposite
+/// directions define no great circle: the nearer one is returned. A zero vector takes the other's
+/// direction.
 fn normal(a: DVec3, b: DVec3, s: f64) -> DVec3 {
     let unit = crate::math::matrix::unit;
     let (a, b) = match (unit(a), unit(b)) {
         (Some(a), Some(b)) => (a, b),
         (a, b) => return a.or(b).unwrap_or(DVec3::Z),
     };
-    // The angle from both sine and cosine, so that nearly equal directions keep their digits.
+    // The angle is taken from both sine and cosine, so that nearly equal directions keep their
+    // precision.
     let (sin, cos) = (a.cross(b).length(), a.dot(b));
     if sin < 1e-12 {
         return if s < 0.5 { a } else { b };
@@ -179,7 +185,7 @@ fn dot(p: DQuat, q: DQuat) -> f64 {
     p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w
 }
 
-/// A SplinePositionInterpolator's curve: cubic Hermite pieces.
+/// Curve of a SplinePositionInterpolator: piecewise cubic Hermite.
 struct Spline<'a> {
     key: &'a [f64],
     points: &'a [DVec3],
@@ -189,9 +195,10 @@ struct Spline<'a> {
 }
 
 impl Spline<'_> {
-    /// The point at 0 < s < 1 of piece i.
+    /// Returns the point at 0 < s < 1 of piece i.
     ///
-    /// v(s) = (2s^3 - 3s^2 + 1) v_i + (-2s^3 + 3s^2) v_{i+1} + (s^3 - 2s^2 + s) T0_i + (s^3 - s^2) T1_{i+1}
+    /// v(s) = (2s^3 - 3s^2 + 1) v_i + (-2s^3 + 3s^2) v_{i+1} + (s^3 - 2s^2 + s) T0_i + (s^3 - s^2)
+    /// T1_{i+1}
     fn at(&self, i: usize, s: f64) -> DVec3 {
         let (s2, s3) = (s * s, s * s * s);
         self.points[i] * (2.0 * s3 - 3.0 * s2 + 1.0)
@@ -200,16 +207,17 @@ impl Spline<'_> {
             + self.tangents(i + 1)[1] * (s3 - s2)
     }
 
-    /// Whether the last point runs into the first.
+    /// Returns whether the curve is closed: its last point equals the first, and no velocities are
+    /// given.
     fn runs_round(&self) -> bool {
         let n = self.points.len();
         self.is_closed && n > 2 && self.velocities.is_empty() && self.points[0] == self.points[n - 1]
     }
 
-    /// T0_i and T1_i: the velocity at key i, scaled for keys that are not evenly spaced.
+    /// Returns T0_i and T1_i: the velocity at key i, scaled for unevenly spaced keys.
     ///
-    /// F+_i = 2 (t_i - t_{i-1}) / (t_{i+1} - t_{i-1}), F-_i = 2 (t_{i+1} - t_i) / (t_{i+1} - t_{i-1}), T0_i = F+_i T_i,
-    /// T1_i = F-_i T_i.
+    /// F+_i = 2 (t_i - t_{i-1}) / (t_{i+1} - t_{i-1}), F-_i = 2 (t_{i+1} - t_i) / (t_{i+1} -
+    /// t_{i-1}), T0_i = F+_i T_i, T1_i = F-_i T_i.
     fn tangents(&self, i: usize) -> [DVec3; 2] {
         let (n, t) = (self.points.len(), self.key);
         let velocity = self.velocity(i);
@@ -226,7 +234,8 @@ impl Spline<'_> {
         [velocity * (2.0 * before / whole), velocity * (2.0 * after / whole)]
     }
 
-    /// T_i: what keyVelocity gives (one a key, or the two ends'), else half the way from the key before to the one after.
+    /// Returns T_i: the given keyVelocity (one per key, or for the two ends), else half the vector
+    /// from the key before to the key after.
     fn velocity(&self, i: usize) -> DVec3 {
         let n = self.points.len();
         let given = match self.velocities.len() {
@@ -320,7 +329,8 @@ mod tests {
             is_closed: false,
             normalize: false,
         };
-        // Piece 0 at s = 1/2: (v0 + v1)/2 + T0_0/8 - T1_1/8, with T_0 = 0 and T_1 = (v2 - v0)/2 = (0.5, 0.5, 0).
+        // Piece 0 at s = 1/2: (v0 + v1)/2 + T0_0/8 - T1_1/8, with T_0 = 0 and T_1 = (v2 - v0)/2 =
+        // (0.5, 0.5, 0).
         close(&spline.at(0, 0.5).to_array(), &[0.5 - 0.0625, -0.0625, 0.0]);
         let uneven = Spline { key: &[0.0, 0.25, 1.0], ..spline };
         // F-_1 = 2 * 0.75 / 1, F+_1 = 2 * 0.25 / 1.

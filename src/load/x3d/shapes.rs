@@ -1,4 +1,4 @@
-//! Shapes ready to be drawn: each geometry node's mesh, made once and shared by all that use it.
+//! Shapes ready to be drawn: each geometry node's mesh, computed once and shared by all its uses.
 
 use super::appearance::{self, TextureMap};
 use super::generate::{self, Generator, SurfaceFrame};
@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A geometry in the form that one kind of appearance asks for.
+/// A mesh in the form that an appearance requires, with or without texture coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Prepared {
     pub(super) geometry: Arc<Geometry>,
@@ -18,38 +18,39 @@ pub(super) struct Prepared {
     stuff: Stuff,
 }
 
-/// What tells prepared geometries apart: whose mesh (a solid of unit size is the same for all solids of its kind), and how its
-/// texture coordinates are made.
+/// Key of a prepared geometry: the source of the mesh (all solids of a kind share one of unit
+/// size), and the treatment of its texture coordinates.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct ShapeKey {
     mesh: MeshKey,
     is_textured: bool,
-    /// The TextureTransform node, if it changes anything.
+    /// TextureTransform node, if it has an effect.
     map: Option<NodeId>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum MeshKey {
     Node(NodeId),
-    /// A Box, Sphere, Cone or Cylinder of unit size, with the parts that it has.
+    /// A Box, Sphere, Cone or Cylinder of unit size: its type name, and which of its parts (side,
+    /// bottom, top) exist.
     Solid(&'static str, [bool; 3]),
 }
 
-/// The meshes prepared so far.
+/// Meshes prepared so far.
 pub(super) type MeshCache = HashMap<ShapeKey, Prepared>;
 
-/// The nodes of a shape that decide its mesh.
+/// The nodes of a shape that determine its mesh.
 pub(super) struct ShapeParts {
     pub(super) geometry: NodeId,
     appearance: Option<NodeId>,
-    /// Its MultiTexture.
+    /// MultiTexture node.
     multi: Option<NodeId>,
-    /// Its TextureTransform or MultiTextureTransform.
+    /// TextureTransform or MultiTextureTransform node.
     transform: Option<NodeId>,
     key: ShapeKey,
 }
 
-/// A solid's size: half its sides. `None` for other nodes.
+/// Returns half the side lengths of a solid; `None` for other nodes.
 fn solid_size(view: &GraphView, id: NodeId) -> Option<DVec3> {
     let real = |field| view.real(id, field);
     match view.name(id) {
@@ -61,7 +62,7 @@ fn solid_size(view: &GraphView, id: NodeId) -> Option<DVec3> {
     }
 }
 
-/// The parts of a shape; `None` without a geometry.
+/// Returns the parts of a shape; `None` if it has no geometry.
 pub(super) fn parts(view: &GraphView, shape: NodeId) -> Option<ShapeParts> {
     let geometry = view.child(shape, "geometry")?;
     let appearance = view.child(shape, "appearance");
@@ -69,7 +70,8 @@ pub(super) fn parts(view: &GraphView, shape: NodeId) -> Option<ShapeParts> {
     let texture = appearance::texture_node(view, appearance);
     let transform = appearance.and_then(|a| view.child(a, "textureTransform"));
     let multi = texture.filter(|t| view.name(*t) == "MultiTexture");
-    // Of several textures each has its own map, and so has one whose coordinates are generated.
+    // Of several textures each has its own transform, and generated coordinates are transformed
+    // later.
     let is_plain = is_textured && multi.is_none() && generator(view, geometry).is_none();
     let is_map = |m: &NodeId| view.name(*m) == "TextureTransform" && TextureMap::read(view, *m).is_some();
     let map = transform.filter(|m| is_plain && is_map(m));
@@ -81,15 +83,15 @@ pub(super) fn parts(view: &GraphView, shape: NodeId) -> Option<ShapeParts> {
     Some(ShapeParts { geometry, appearance, multi, transform, key: ShapeKey { mesh, is_textured, map } })
 }
 
-/// Whether routes have changed what the mesh is made from.
+/// Returns whether routes have changed the input of the mesh.
 pub(super) fn is_driven(view: &GraphView, parts: &ShapeParts) -> bool {
     let of_geometry = view.node(parts.geometry).children.iter().any(|c| view.is_driven(c.node));
-    // A solid's mesh has unit size: its fields matter only to its matrix.
+    // A solid's mesh has unit size: its own fields affect only its matrix.
     let own = matches!(parts.key.mesh, MeshKey::Node(_)) && view.is_driven(parts.geometry);
     own || of_geometry || parts.key.map.is_some_and(|m| view.is_driven(m))
 }
 
-/// The prepared geometry of a shape, and what was put right in it. The shelf keeps it unless routes drive it.
+/// Computes the geometry of a shape. Also returns remarks on repaired defects.
 pub(super) fn prepare(view: &GraphView, parts: &ShapeParts) -> Result<(Prepared, Vec<String>), Fault> {
     let Built { mut mesh, colors, stuff, remarks } =
         geometry::build(view, parts.geometry, parts.key.is_textured)?;
@@ -101,28 +103,29 @@ pub(super) fn prepare(view: &GraphView, parts: &ShapeParts) -> Result<(Prepared,
     Ok((Prepared { geometry, colors, stuff }, remarks))
 }
 
-/// Keeps a prepared geometry.
+/// Stores a prepared geometry in the cache.
 pub(super) fn store(mesh_cache: &mut MeshCache, parts: &ShapeParts, prepared: Prepared) {
     mesh_cache.insert(parts.key.clone(), prepared);
 }
 
-/// The kept geometry of a shape.
+/// Returns the cached geometry of a shape.
 pub(super) fn cached<'a>(mesh_cache: &'a MeshCache, parts: &ShapeParts) -> Option<&'a Prepared> {
     mesh_cache.get(&parts.key)
 }
 
-/// What is wrong with a solid's size, if anything.
+/// Returns a remark if a solid's size is not positive.
 pub(super) fn size_remark(view: &GraphView, parts: &ShapeParts) -> Option<String> {
     let is_bad = solid_size(view, parts.geometry).is_some_and(|size| size.min_element() <= 0.0);
     is_bad.then(|| format!("<{}> has no face: its size must be positive", view.name(parts.geometry)))
 }
 
-/// The generator that makes the coordinates of a geometry's one texture.
+/// Returns the generator of texture coordinates of a geometry with a single texture.
 fn generator<'a>(view: &GraphView<'a>, geometry: NodeId) -> Option<Generator<'a>> {
     stages::entry(view, geometry, 0).and_then(|node| stages::generator(view, node))
 }
 
-/// A geometry whose texture coordinates are generated, seen from a place.
+/// Returns a copy of a geometry with generated texture coordinates, as seen from a camera; `None`
+/// without a generator.
 fn generated(
     view: &GraphView,
     parts: &ShapeParts,
@@ -140,7 +143,8 @@ fn generated(
     Some(Arc::new(Geometry { mesh, textures: Vec::new() }))
 }
 
-/// The object of a shape at a place, seen by a viewer; `None` where there is nothing to draw.
+/// Returns the object of a shape with world matrix `model`, seen by a viewer; `None` if there is
+/// nothing to draw.
 pub(super) fn object(
     view: &GraphView,
     parts: &ShapeParts,

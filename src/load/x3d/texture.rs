@@ -1,4 +1,4 @@
-//! ImageTexture and PixelTexture to textures.
+//! Textures of ImageTexture and PixelTexture nodes.
 
 use super::build::Opener;
 use super::external_refs::READ_FROM;
@@ -10,16 +10,16 @@ use crate::scene::{MAX_TEXTURE_SIDE, Texture};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Why there is no picture.
+/// Reason why a texture could not be made.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum PictureError {
-    /// Nothing that the URLs name can be used: why, for each. The shape is drawn without it.
+    /// No URL gives a usable picture; the reason for each. The shape is drawn without it.
     #[error("{0}")]
     Unusable(String),
-    /// A PixelTexture's numbers do not fit: what they should be.
+    /// The numbers of a PixelTexture are invalid; a description of valid ones.
     #[error("{0}")]
     Pixels(String),
-    /// There is no memory for it, or the whole file was given up: the reading ends.
+    /// There is no memory for it, or the load was cancelled: reading ends.
     #[error("{0}")]
     OverMemory(LoadErrorKind),
 }
@@ -29,7 +29,7 @@ pub(super) enum PictureError {
 pub(super) struct Pictures(HashMap<String, Arc<Texture>>);
 
 impl Pictures {
-    /// The first of the URLs that gives a picture.
+    /// Returns the picture of the first URL that gives one.
     pub(super) fn load(
         &mut self,
         urls: &[String],
@@ -44,7 +44,7 @@ impl Pictures {
             if let Some(texture) = self.0.get(name).filter(|_| url::is_data(name)) {
                 return Ok(Arc::clone(texture));
             }
-            // What the URL means: a key for the next time, a name for messages, and the bytes unless already read.
+            // The URL's key for later use, and its bytes unless the picture is in the cache.
             let found = match url::data(name) {
                 Some(Err(reason)) => {
                     reasons.push(format!("{shown:?}: {reason}"));
@@ -84,8 +84,9 @@ impl Pictures {
     }
 }
 
-/// A PixelTexture's image: width, height, components, then a number a pixel, from the lower left, row by row upwards.
-/// `None` for an image without pixels; `Err` says what the numbers should be.
+/// Returns the texture of a PixelTexture's image: width, height, components, then one number per
+/// pixel, from the lower left, row by row upwards. `None` for an image without pixels; an error
+/// describes valid numbers.
 ///
 /// Components: 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA, the first in the highest byte.
 pub(super) fn pixels(image: &[i64], memory: &mut LoadMemory) -> Result<Option<Arc<Texture>>, PictureError> {
@@ -97,7 +98,7 @@ pub(super) fn pixels(image: &[i64], memory: &mut LoadMemory) -> Result<Option<Ar
     texture.map(|t| Some(Arc::new(t))).map_err(|e| PictureError::Pixels(e.to_string()))
 }
 
-/// Width and height of a PixelTexture's image; `None` without pixels.
+/// Returns width and height of a PixelTexture's image; `None` if it has no pixels.
 fn size_of_image(image: &[i64]) -> Result<Option<(u32, u32)>, String> {
     let &[width, height, components, ref pixels @ ..] = image else {
         return Err("width, height and components first".into());
@@ -119,7 +120,7 @@ fn size_of_image(image: &[i64]) -> Result<Option<(u32, u32)>, String> {
     Ok(Some((width as u32, height as u32)))
 }
 
-/// The pixels of a sound image, row 0 at the top.
+/// Returns the RGBA bytes of a valid image, row 0 at the top.
 fn rgba(image: &[i64], width: u32) -> Vec<u8> {
     let (components, pixels) = (image[2], &image[3..]);
     let mut bytes = Vec::with_capacity(pixels.len() * 4);

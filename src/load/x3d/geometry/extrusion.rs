@@ -1,7 +1,8 @@
-//! Extrusion: a cross-section carried along a spine. Source: ISO/IEC 19775-1 clause 13.3.5.
+//! Extrusion: a cross-section swept along a spine. Source: ISO/IEC 19775-1 clause 13.3.5.
 //!
-//! At each spine point stands a plane with axes X, Y, Z: Y along the spine, Z across its bend, X = Y x Z. The cross-section's
-//! points (x, z) are scaled, turned by that point's orientation, and laid into the plane.
+//! Each spine point has a plane with axes X, Y, Z: Y along the spine, Z the normal of its bend, X =
+//! Y x Z. The cross-section's points (x, z) are scaled, rotated by that point's orientation, and
+//! placed in the plane.
 
 use super::super::graph::{GraphView, NodeId};
 use super::normals::{push, smooth};
@@ -25,7 +26,7 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
         return Err(too_big(id, "spine", faces));
     }
     let is_ccw = view.bool(id, "ccw");
-    // A ring or tube that closes has its ends at the same positions, so that it can be smooth there.
+    // A closed ring or tube has its ends at shared positions, so that it can be smooth there.
     let is_ring = section[0] == section[m - 1];
     let rings = rings(view, id, &spine, &section);
     let is_tube = spine[0] == spine[n - 1] && rings[0] == rings[n - 1];
@@ -61,11 +62,11 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
     Ok(Built { mesh, ..built })
 }
 
-/// An end of the extrusion, flat.
+/// One flat end of the extrusion.
 struct Cap<'a> {
-    /// The first of its positions.
+    /// Index of its first position.
     first: u32,
-    /// How many it has.
+    /// Number of its positions.
     ring: usize,
     section: &'a [DVec2],
     is_textured: bool,
@@ -75,7 +76,7 @@ impl Cap<'_> {
     fn add(&self, mesh: &mut Mesh, is_forward: bool) {
         let first_texcoord = mesh.texcoords.len() as u32;
         if self.is_textured {
-            // The larger side of the cross-section's box spans the texture.
+            // The larger side of the cross-section's bounding box spans the texture.
             let section = &self.section[..self.ring];
             let (low, high) =
                 section.iter().fold((section[0], section[0]), |(l, h), p| (l.min(*p), h.max(*p)));
@@ -103,7 +104,7 @@ impl Cap<'_> {
     }
 }
 
-/// The cross-section's points at each spine point.
+/// Returns the points of the cross-section at each spine point.
 fn rings(view: &GraphView, id: NodeId, spine: &[DVec3], section: &[DVec2]) -> Vec<Vec<DVec3>> {
     let scales = vec2s(view.reals(id, "scale"));
     let turns: Vec<DMat3> = view
@@ -113,7 +114,7 @@ fn rings(view: &GraphView, id: NodeId, spine: &[DVec3], section: &[DVec2]) -> Ve
         .iter()
         .map(|r| DMat3::from_mat4(rotate(DVec3::new(r[0], r[1], r[2]), r[3]).unwrap_or(DMat4::IDENTITY)))
         .collect();
-    // A list that is too short goes on with its last value.
+    // A list that is too short is continued with its last value.
     let scale = |i: usize| scales.get(i).or(scales.last()).copied().unwrap_or(DVec2::ONE);
     let turn = |i: usize| turns.get(i).or(turns.last()).copied().unwrap_or(DMat3::IDENTITY);
     let planes = planes(spine);
@@ -128,7 +129,7 @@ fn rings(view: &GraphView, id: NodeId, spine: &[DVec3], section: &[DVec2]) -> Ve
         .collect()
 }
 
-/// The axes X, Y, Z (columns) of the plane at each spine point.
+/// Returns the axes X, Y, Z (columns) of the plane at each spine point.
 fn planes(spine: &[DVec3]) -> Vec<DMat3> {
     let n = spine.len();
     let is_closed = spine[0] == spine[n - 1];
@@ -148,7 +149,7 @@ fn planes(spine: &[DVec3]) -> Vec<DMat3> {
             _ => (spine[i - 1], spine[i + 1]),
         };
         let (a, b) = (unit(after - spine[i])?, unit(before - spine[i])?);
-        // Directions this close to one line have no bend, only rounding.
+        // The bend of directions this close to one line is only rounding error.
         let bend = a.cross(b);
         if bend.length() > 1e-9 { unit(bend) } else { None }
     };
@@ -156,7 +157,7 @@ fn planes(spine: &[DVec3]) -> Vec<DMat3> {
     let mut zs: Vec<Option<DVec3>> = (0..n).map(across).collect();
     let Some(first_y) = ys[0] else { return vec![DMat3::IDENTITY; n] };
     if zs.iter().all(Option::is_none) {
-        // A straight spine: the rotation that takes the y axis to it takes the z axis along.
+        // A straight spine: the rotation that takes the y axis to it also takes the z axis.
         return ys.iter().map(|y| turned_to(y.unwrap_or(first_y))).collect();
     }
     zs = filled(zs);
@@ -178,7 +179,7 @@ fn planes(spine: &[DVec3]) -> Vec<DMat3> {
     planes
 }
 
-/// Gaps take the last value before them, those at the start the first one after.
+/// Fills gaps with the last value before them, those at the start with the first one after.
 fn filled(values: Vec<Option<DVec3>>) -> Vec<Option<DVec3>> {
     let mut last = values.iter().copied().flatten().next();
     values
@@ -190,13 +191,13 @@ fn filled(values: Vec<Option<DVec3>>) -> Vec<Option<DVec3>> {
         .collect()
 }
 
-/// The rotation about y x to that takes the y axis to `to`.
+/// Returns the rotation about y x to that takes the y axis to `to`.
 fn turned_to(to: DVec3) -> DMat3 {
     let axis = DVec3::Y.cross(to);
     let angle = libm::atan2(axis.length(), DVec3::Y.dot(to));
     match rotate(axis, angle) {
         Some(m) => DMat3::from_mat4(m),
-        // Along y, or against it.
+        // Parallel to y, or opposite.
         None if to.y < 0.0 => DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z),
         None => DMat3::IDENTITY,
     }

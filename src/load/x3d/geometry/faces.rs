@@ -1,4 +1,4 @@
-//! The triangle sets and IndexedFaceSet.
+//! Triangle sets and IndexedFaceSet.
 
 use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, push, smooth};
@@ -7,8 +7,8 @@ use super::{Built, Result, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 use std::f64::consts::PI;
 
-/// A TriangleSet, fan or strip, indexed or not. Normals that are not given are smooth across shared coordinates, or one a
-/// face with normalPerVertex='false'.
+/// Builds a triangle set, fan or strip, indexed or not. Missing normals are smooth across shared
+/// coordinates, or one per face with normalPerVertex='false'.
 pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let name = view.name(id);
     let vertices = Vertices::read(view, id);
@@ -34,13 +34,14 @@ pub(super) fn triangles(view: &GraphView, id: NodeId, is_textured: bool) -> Resu
     Ok(Built { mesh, ..built })
 }
 
-/// The corners of each triangle as coordinate indices, and the field that holds them (empty: they are counted).
+/// Returns the coordinate indices of each triangle, and the field that contains them (empty if they
+/// are implicit).
 fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[i64; 3]>, &'static str)> {
     let mut triangles = Vec::new();
     let fan = |run: &[i64], out: &mut Vec<[i64; 3]>| {
         out.extend(run.windows(2).skip(1).map(|w| [run[0], w[0], w[1]]))
     };
-    // Every second triangle of a strip turns the other way, so that all have one front.
+    // Every second triangle of a strip is reversed, so that all have the same front.
     let strip = |run: &[i64], out: &mut Vec<[i64; 3]>| {
         out.extend(run.windows(3).enumerate().map(|(k, w)| match k % 2 {
             0 => [w[0], w[1], w[2]],
@@ -97,7 +98,8 @@ fn triangle_indices(view: &GraphView, id: NodeId, count: usize) -> Result<(Vec<[
     }
 }
 
-/// An IndexedFaceSet. Faces of fewer than three corners are left out; concave ones are cut right, whatever `convex` says.
+/// Builds an IndexedFaceSet. Faces of fewer than three corners are left out; concave ones are
+/// triangulated correctly, whatever `convex` is.
 pub(super) fn indexed_face_set(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let faces = runs(view.ints(id, "coordIndex"), (id, "coordIndex"))?;
@@ -147,16 +149,16 @@ pub(super) fn indexed_face_set(view: &GraphView, id: NodeId, is_textured: bool) 
     Ok(Built { mesh, ..built })
 }
 
-/// How a face set finds the colour, normal or texture coordinate of a corner. `fallback`: how many
-/// of these there are, where an index that is missing may be put in.
+/// Source of the index of a corner's colour, normal or texture coordinate. `fallback`: the number
+/// of list entries, if missing indices may be replaced.
 enum Lookup<'a> {
-    /// By a list of its own, in the same runs as the coordinates.
+    /// A separate index list, in runs like the coordinates.
     Corner { node: NodeId, field: &'static str, runs: Vec<&'a [i64]>, fallback: Option<usize> },
-    /// By the coordinate's own index.
+    /// The coordinate's own index.
     Shared(NodeId),
-    /// By a list with one index a face.
+    /// A list with one index per face.
     Face { node: NodeId, field: &'static str, list: &'a [i64], fallback: Option<usize> },
-    /// By the face's number.
+    /// The index of the face.
     Counted(NodeId),
 }
 
@@ -180,8 +182,9 @@ impl<'a> Lookup<'a> {
         }
     }
 
-    /// The index for corner `k` of face `face`, whose coordinate is `coordinate`, and who gave it. One that is missing is
-    /// the coordinate's own, or, where that is too large, 0.
+    /// Returns the index for corner `k` of face `face`, whose coordinate index is `coordinate`, and
+    /// the node and field it came from. A missing one is replaced by `coordinate` or, if that is
+    /// too large, by 0.
     fn of(&self, face: usize, k: usize, coordinate: i64) -> Result<(i64, (NodeId, &'static str))> {
         let put_in = |count: usize| if (coordinate as u64) < count as u64 { coordinate } else { 0 };
         match self {
@@ -209,7 +212,7 @@ impl<'a> Lookup<'a> {
         }
     }
 
-    /// Says where a list of its own does not go with the faces.
+    /// Returns a remark if the separate index list does not match the faces.
     fn remark(&self, faces: &[&[i64]]) -> Option<String> {
         match self {
             Lookup::Corner { field, runs, .. } => {
@@ -219,7 +222,7 @@ impl<'a> Lookup<'a> {
                     format!("{field} does not have the runs of coordIndex ({differ} differ): what it lacks is put in")
                 })
             }
-            // What is listed beyond the last face means nothing, in many files.
+            // Entries beyond the last face are common in files, and are ignored.
             Lookup::Face { field, list, .. } => (list.len() < faces.len()).then(|| {
                 let (found, count) = (list.len(), faces.len());
                 format!("{field} has {found} indices for {count} faces: the first colour is put in")
@@ -229,7 +232,8 @@ impl<'a> Lookup<'a> {
     }
 }
 
-/// What every face set ends with: the lists of the property nodes, and normals and texture coordinates where they are wanting.
+/// Completes a face set: copies the lists of the property nodes, and computes missing normals and
+/// texture coordinates.
 pub(super) fn finish(mesh: &mut Mesh, vertices: Vertices, crease_rad: f64, is_textured: bool) {
     mesh.colors = vertices.colors;
     match vertices.normals.is_empty() {

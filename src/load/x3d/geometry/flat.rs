@@ -1,4 +1,4 @@
-//! The Geometry2D nodes: points, lines and faces in the plane z = 0, their front towards +z.
+//! Geometry2D nodes: points, lines and faces in the plane z = 0, with their front towards +z.
 
 use super::super::graph::{GraphView, NodeId};
 use super::normals::{default_texcoords, smooth};
@@ -8,14 +8,14 @@ use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Steps of a circle, as of the solids.
+/// Segments of a circle, equal to those of the solids.
 const SLICES: u32 = 96;
 
 fn corner(position: u32) -> Corner {
     Corner { position, normal: NONE, texcoord: NONE, color: NONE }
 }
 
-/// A mesh over points of the plane, with one corner a point.
+/// Returns a mesh over points of the plane, with one corner per point.
 fn over(points: &[DVec2]) -> Mesh {
     Mesh {
         positions: points.iter().map(|p| p.extend(0.0)).collect(),
@@ -24,7 +24,7 @@ fn over(points: &[DVec2]) -> Mesh {
     }
 }
 
-/// A circle's points, counter-clockwise from +x.
+/// Returns the points of a circle, counter-clockwise from +x.
 fn circle(radius: f64) -> Vec<DVec2> {
     (0..SLICES)
         .map(|i| {
@@ -95,7 +95,8 @@ pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
     }
 }
 
-/// A Disk2D: a disc, or a ring, or, with both radii equal, a circle. The texture's inscribed circle lies on it.
+/// Builds a Disk2D: a disk, a ring, or with equal radii a circle. The texture's inscribed circle
+/// covers it.
 fn disk(inner: f64, outer: f64) -> Built {
     if !(outer > 0.0 && inner >= 0.0 && inner <= outer) {
         return nothing(format!("<Disk2D> from radius {inner} to {outer} has no face"));

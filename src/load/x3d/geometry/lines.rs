@@ -5,7 +5,7 @@ use super::vertices::{Vertices, runs};
 use super::{Built, ColorUse, Result, Stuff, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 
-/// A mesh of lines or points over a geometry's vertices.
+/// Returns a mesh with a geometry's vertices, without corners.
 fn start(vertices: Vertices) -> Built {
     let stuff = if vertices.normals.is_empty() { Stuff::Bare } else { Stuff::Lit };
     let mesh = Mesh {
@@ -17,7 +17,7 @@ fn start(vertices: Vertices) -> Built {
     Built { mesh, colors: vertices.color_use, stuff, ..Built::default() }
 }
 
-/// A corner whose colour and normal have its coordinate's own index.
+/// Returns a corner whose colour and normal have the index of its coordinate.
 fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
     Ok(Corner {
         position: vertices.position(i, (id, ""))?,

@@ -1,12 +1,15 @@
-//! Geometry nodes to meshes, in object space.
+//! Conversion of geometry nodes to meshes, in object space.
 //!
-//! Out: a mesh whose faces are counter-clockwise seen from their front (`ccw='false'` is turned round here), with a normal,
-//! a texture coordinate (where the shape has a texture) and a colour (where the file gives one) at every corner. Sources:
-//! ISO/IEC 19775-1 clauses 11 (Rendering), 13 (Geometry3D), 14 (Geometry2D), 15 (Text).
+//! Out: a mesh whose faces are counter-clockwise seen from their front (the order of `ccw='false'`
+//! is reversed), with a normal, a texture coordinate (if the shape has a texture) and a colour (if
+//! the file has one) at every corner.
 //!
-//! Beside the standard: what a file leaves out of a list is put right with a remark where a picture without it would show the
-//! rest (`texCoordIndex` and `colorIndex` whose runs are not those of `coordIndex`, a grid without heights, coordinates of an unknown kind:
-//! that geometry is left out); an index that names nothing is refused.
+//! Sources: ISO/IEC 19775-1 clauses 11 (Rendering), 13 (Geometry3D), 14 (Geometry2D), 15 (Text).
+//!
+//! Beyond the standard: missing parts of a list are replaced with a remark where the rest of the
+//! picture can then be shown (`texCoordIndex` and `colorIndex` whose runs differ from those of
+//! `coordIndex`); a grid without heights or a geometry with coordinates of an unknown type is left
+//! out with a remark; an index out of range is an error.
 
 mod elevation;
 mod extrusion;
@@ -24,22 +27,22 @@ use super::graph::{GraphView, NodeId};
 use crate::load::LoadErrorKind;
 use crate::scene::Mesh;
 
-/// The most faces that one Text or Extrusion makes.
+/// Most faces that one Text or Extrusion may have.
 const MAX_MADE_FACES: u64 = 1 << 20;
 
-/// Vertex colours of a geometry.
+/// Kind of vertex colours of a geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) enum ColorUse {
-    /// None: the material's.
+    /// No vertex colours: the material's colour applies.
     #[default]
     None,
-    /// R, G, B in place of the material's diffuse colour.
+    /// R, G, B replace the material's diffuse colour.
     Rgb,
-    /// R, G, B, and A in place of its opacity too.
+    /// R, G, B as above, and A replaces the material's opacity.
     Rgba,
 }
 
-/// What a geometry is made of.
+/// Kind of primitives of a geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(super) enum Stuff {
     /// Faces, lit by their material.
@@ -51,29 +54,30 @@ pub(super) enum Stuff {
     Lit,
 }
 
-/// A geometry node's mesh and how it is to be drawn.
+/// Mesh of a geometry node, with the properties needed to draw it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Built {
     pub(super) mesh: Mesh,
     pub(super) colors: ColorUse,
     pub(super) stuff: Stuff,
-    /// What was put right, for the file's warnings.
+    /// Remarks on repaired defects, for the file's warnings.
     pub(super) remarks: Vec<String>,
 }
 
-/// What is wrong with a geometry: in which field, and why the file is refused.
+/// Error in a geometry, with the offending field.
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
-    /// The node to blame.
+    /// Offending node.
     pub(super) node: NodeId,
-    /// Its field.
+    /// Offending field of the node, empty for the node as a whole.
     pub(super) field: &'static str,
     pub(super) kind: LoadErrorKind,
 }
 
 type Result<T> = std::result::Result<T, Fault>;
 
-/// An index that must name one of `count` things.
+/// Checks that an index is less than `count`; the error names `what`, and the node and field in
+/// `view_of`.
 fn index(view_of: (NodeId, &'static str), what: &'static str, index: i64, count: usize) -> Result<u32> {
     match u32::try_from(index) {
         Ok(i) if (i as usize) < count => Ok(i),
@@ -84,12 +88,12 @@ fn index(view_of: (NodeId, &'static str), what: &'static str, index: i64, count:
     }
 }
 
-/// The refusal of a list that is too short.
+/// Returns the error for a list that is too short.
 fn too_few(node: NodeId, field: &'static str, expected: String, found: usize) -> Fault {
     Fault { node, field, kind: LoadErrorKind::Syntax { expected, found: format!("{found}") } }
 }
 
-/// The refusal of more faces than [`MAX_MADE_FACES`].
+/// Returns the error for more faces than [`MAX_MADE_FACES`].
 fn too_big(node: NodeId, field: &'static str, found: u64) -> Fault {
     Fault {
         node,
@@ -98,7 +102,7 @@ fn too_big(node: NodeId, field: &'static str, found: u64) -> Fault {
     }
 }
 
-/// The mesh of a geometry node. `is_textured`: whether texture coordinates are wanted.
+/// Computes the mesh of a geometry node, with texture coordinates if `is_textured`.
 pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let lacks_coord = view.graph.missing.get(&id).is_some_and(|m| m.contains(&"coord"));
     if lacks_coord && view.child(id, "coord").is_none() {
@@ -125,7 +129,7 @@ pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<B
     })
 }
 
-/// Whether only the fronts of a geometry's faces are seen.
+/// Returns whether only the fronts of a geometry's faces are visible.
 pub(super) fn is_solid(view: &GraphView, id: NodeId) -> bool {
     view.node(id).ty.field("solid").is_some() && view.bool(id, "solid")
 }

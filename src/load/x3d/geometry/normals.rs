@@ -1,18 +1,20 @@
-//! Normals from faces, and texture coordinates from the bounding box, where a file gives none.
+//! Default normals from the faces, and default texture coordinates from the bounding box.
 
 use crate::math::matrix::unit;
 use crate::math::polygon::newell_normal;
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
-/// Where more faces than this meet, and the crease angle lies between 0 and pi, each keeps its own normal: the test of each
-/// with each would take too long.
+/// Most faces at one position for which a crease angle between 0 and pi is evaluated; above it,
+/// each face keeps its own normal. The comparison of all pairs would take too long.
 const MAX_MEETING: usize = 256;
 
-/// Gives every polygon's corners normals from the faces, smooth where faces meet at less than `crease_rad`.
+/// Computes normals for the corners of every polygon, smooth where faces meet at less than
+/// `crease_rad`.
 ///
-/// N = the normalised sum of the unit normals of the faces at the corner's position whose angle with its own face is less
-/// than the crease angle, its own included; a sum that vanishes falls back to the face's own. Faces without area do not count.
+/// N = the normalized sum of the unit normals of the faces at the corner's position whose angle
+/// with its own face is less than the crease angle, its own included; a sum that vanishes is
+/// replaced by the face's own normal. Degenerate faces do not count.
 pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
     let faces: Vec<Option<DVec3>> = mesh
         .polygons
@@ -20,7 +22,8 @@ pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
         .map(|p| {
             let corners = &mesh.corners[p.first_corner as usize..(p.first_corner + p.corner_count) as usize];
             let points: Vec<DVec3> = corners.iter().map(|c| mesh.positions[c.position as usize]).collect();
-            // Scaled to its own size first: a product of coordinates of 1e200 overflows, one of 1e-200 vanishes.
+            // Scaled to its own size first: a product of coordinates of 1e200 would overflow, one
+            // of 1e-200 would underflow.
             let origin = points[0];
             let size = points.iter().fold(0.0_f64, |m, p| m.max((*p - origin).abs().max_element()));
             let scaled: Vec<DVec3> = points.iter().map(|p| (*p - origin) / size).collect();
@@ -40,7 +43,7 @@ pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
             let first = polygon.first_corner as usize;
             let corners = &mesh.corners[first..first + polygon.corner_count as usize];
             for (k, corner) in corners.iter().enumerate() {
-                // A face that comes back to a position counts there once.
+                // A face that visits a position twice counts there once.
                 if corners[..k].iter().any(|c| c.position == corner.position) {
                     continue;
                 }
@@ -68,7 +71,7 @@ pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
                     .filter(|g| **g as usize == face || faces[**g as usize].is_some_and(|n| n.dot(own) > cos))
                     .fold(DVec3::ZERO, |sum, g| sum + faces[*g as usize].unwrap_or(DVec3::ZERO)),
             };
-            // What is left of cancelled unit vectors is rounding, not a direction.
+            // The remainder of cancelled unit vectors is rounding error, not a direction.
             let normal = if sum.length() > 1e-9 { unit(sum).unwrap_or(own) } else { own };
             corner.normal = if normal == own {
                 face_index
@@ -80,8 +83,9 @@ pub(super) fn smooth(mesh: &mut Mesh, crease_rad: f64) {
     }
 }
 
-/// Gives corners without a texture coordinate the standard's default: the larger two sides of the box around the faces
-/// carry S and T, S from 0 to 1 along the largest, T along the next from 0 to their ratio. Ties: x before y before z.
+/// Gives corners without a texture coordinate the standard's default: the larger two sides of the
+/// bounding box carry S and T, S from 0 to 1 along the largest, T along the next from 0 to their
+/// ratio. Ties: x before y before z.
 pub(super) fn default_texcoords(mesh: &mut Mesh) {
     let used = mesh.corners.iter().map(|c| mesh.positions[c.position as usize]);
     let Some((low, high)) =
@@ -102,7 +106,7 @@ pub(super) fn default_texcoords(mesh: &mut Mesh) {
     }
 }
 
-/// Adds a polygon, turned round where the file winds its faces clockwise.
+/// Adds a polygon, reversed if the file winds its faces clockwise.
 pub(super) fn push(mesh: &mut Mesh, corners: &mut [Corner], is_ccw: bool) {
     if !is_ccw {
         corners.reverse();

@@ -1,5 +1,5 @@
-//! Box, Sphere, Cone and Cylinder: the meshes of `scene::shapes` at unit size (half sides of 1), which every node of a kind shares;
-//! its size is part of the object's matrix.
+//! Box, Sphere, Cone and Cylinder: the meshes of `scene::shapes` at unit size (half sides of 1),
+//! shared by all nodes of a type; the size is part of the object's matrix.
 
 use super::super::graph::{GraphView, NodeId};
 use super::Built;

@@ -1,7 +1,8 @@
-//! Text: the built-in font's pixels as squares in the plane z = 0. Source of the layout: ISO/IEC 19775-1 clause 15.
+//! Text: the pixels of the built-in font as squares in the plane z = 0. Source of the layout:
+//! ISO/IEC 19775-1 clause 15.
 //!
-//! A cell is `size` high and wide; its lowest row hangs below the baseline (tails). Where squares of a character meet they share
-//! positions, so that no edge can open.
+//! A character cell is `size` high and wide; its lowest row is below the baseline (descenders).
+//! Adjacent squares of a character share positions, so that no gap can appear between them.
 
 use super::super::graph::{GraphView, NodeId};
 use super::{Built, MAX_MADE_FACES, Result, too_big};
@@ -9,11 +10,11 @@ use crate::draw2d::font::{CELL, glyph};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
-/// Rows of a cell above the baseline.
+/// Part of a cell above the baseline; its descent is the part below.
 const ASCENT: f64 = 7.0 / 8.0;
 const DESCENT: f64 = 1.0 / 8.0;
 
-/// One alignment of FontStyle.justify.
+/// One of the alignments of FontStyle.justify.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Justify {
     First,
@@ -34,7 +35,7 @@ impl Justify {
     }
 }
 
-/// A FontStyle, or its defaults.
+/// Fields of a FontStyle, or their defaults.
 struct Style {
     size: f64,
     spacing: f64,
@@ -72,7 +73,8 @@ impl Style {
         }
     }
 
-    /// Lower left corners of each character's cell, line by line, in units of the size, and the stretch along the line.
+    /// Returns each character's cell, line by line: its lower left corner in units of the size, and
+    /// the stretch along the line.
     fn cells(&self, lines: &[TextLine]) -> Vec<(DVec2, f64, char)> {
         let mut cells = Vec::new();
         let is_forward = if self.is_horizontal { self.is_left_to_right } else { !self.is_top_to_bottom };
@@ -116,7 +118,7 @@ impl Style {
 
 struct TextLine<'a> {
     text: &'a str,
-    /// Factor along the line that `length` or `maxExtent` asks for.
+    /// Stretch factor along the line from `length` or `maxExtent`.
     stretch: f64,
 }
 
@@ -154,13 +156,14 @@ pub(super) fn build(view: &GraphView, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
-/// How many squares the letters of these texts are made of.
+/// Returns the number of squares that the characters of these texts consist of.
 pub(in super::super) fn squares(texts: &[String]) -> u64 {
     let lit = |c: char| glyph(c).iter().map(|row| u64::from(row.count_ones())).sum::<u64>();
     texts.iter().flat_map(|t| t.chars()).map(lit).sum()
 }
 
-/// Adds one character: its lower left corner and the size of its pixels in units of `size`.
+/// Adds one character; `corner` (lower left) and `pixel` (size of its pixels) are in units of
+/// `size`.
 fn add(mesh: &mut Mesh, rows: [u8; CELL], corner: DVec2, pixel: DVec2, size: f64) {
     let mut made = [[NONE; CELL + 1]; CELL + 1];
     for (row, bits) in rows.iter().enumerate() {
@@ -189,7 +192,7 @@ mod tests {
         Style { is_horizontal, major, minor, ..Style { size: 2.0, spacing: 1.5, ..Style::DEFAULT } }
     }
 
-    /// Lower left corners of the cells of "ab" over "c".
+    /// Returns the lower left corners of the cells of "ab" over "c".
     fn corners(style: &Style) -> Vec<[f64; 2]> {
         let lines = [TextLine { text: "ab", stretch: 1.0 }, TextLine { text: "c", stretch: 1.0 }];
         style.cells(&lines).into_iter().map(|c| c.0.to_array()).collect()
@@ -207,7 +210,8 @@ mod tests {
 
     #[test]
     fn the_block_is_set_about_the_origin() {
-        // 2.5 high in all: the top of the first line at 1.25, the bottom of the second at -1.25.
+        // 2.5 high in total: the top of the first line is at 1.25, the bottom of the second at
+        // -1.25.
         let at = corners(&style(true, Justify::Middle, Justify::Middle));
         assert_eq!(at, [[-1.0, 0.25], [0.0, 0.25], [-0.5, -1.25]]);
         let top = corners(&style(true, Justify::Begin, Justify::Begin));

@@ -1,21 +1,21 @@
-//! The property nodes of a geometry: coordinates, colours, normals, texture coordinates.
+//! Property nodes of a geometry: coordinates, colours, normals, texture coordinates.
 
 use super::super::graph::{GraphView, NodeId};
 use super::{ColorUse, Fault, Result, index};
 use crate::scene::NONE;
 use glam::{DVec2, DVec3, DVec4};
 
-/// Triples of a list.
+/// Splits a list into vectors of three.
 pub(super) fn vec3s(values: &[f64]) -> Vec<DVec3> {
     values.as_chunks::<3>().0.iter().map(|v| (*v).into()).collect()
 }
 
-/// Pairs of a list.
+/// Splits a list into vectors of two.
 pub(in crate::load::x3d) fn vec2s(values: &[f64]) -> Vec<DVec2> {
     values.as_chunks::<2>().0.iter().map(|v| (*v).into()).collect()
 }
 
-/// What a geometry's property nodes give; empty where there is none.
+/// Contents of a geometry's property nodes; empty for a node that is missing.
 pub(super) struct Vertices {
     pub(super) positions: Vec<DVec3>,
     pub(super) colors: Vec<DVec4>,
@@ -61,7 +61,7 @@ impl Vertices {
         }
     }
 
-    /// A colour's index, checked; [`NONE`] where there is no colour node.
+    /// Checks a colour index; [`NONE`] without a colour node.
     pub(super) fn color(&self, i: i64, by: (NodeId, &'static str)) -> Result<u32> {
         match self.color_use {
             ColorUse::None => Ok(NONE),
@@ -69,7 +69,7 @@ impl Vertices {
         }
     }
 
-    /// A normal's index, checked; [`NONE`] where there are none.
+    /// Checks a normal index; [`NONE`] without normals.
     pub(super) fn normal(&self, i: i64, by: (NodeId, &'static str)) -> Result<u32> {
         match self.normals.is_empty() {
             true => Ok(NONE),
@@ -77,7 +77,7 @@ impl Vertices {
         }
     }
 
-    /// A texture coordinate's index, checked; [`NONE`] where there are none.
+    /// Checks a texture coordinate index; [`NONE`] without texture coordinates.
     pub(super) fn texcoord(&self, i: i64, by: (NodeId, &'static str)) -> Result<u32> {
         match self.texcoords.is_empty() {
             true => Ok(NONE),
@@ -88,18 +88,20 @@ impl Vertices {
         }
     }
 
-    /// A position's index, checked.
+    /// Checks a position index.
     pub(super) fn position(&self, i: i64, by: (NodeId, &'static str)) -> Result<u32> {
         index(self.blame(by, (self.coord, "point")), "coordinate", i, self.positions.len())
     }
 
-    /// Who is to blame for an index: the list that holds it, or, where it was counted, the list that is too short.
+    /// Returns the place of an invalid index: the list that contains it or, for an implicit index,
+    /// the list that is too short.
     fn blame(&self, by: (NodeId, &'static str), list: (NodeId, &'static str)) -> (NodeId, &'static str) {
         if by.1.is_empty() { list } else { by }
     }
 }
 
-/// The runs of a list that -1 separates, without the -1. A run at the end needs none; anything else negative is refused.
+/// Splits a list into the runs between -1. The last run needs no -1; other negative numbers are
+/// errors.
 pub(super) fn runs<'a>(list: &'a [i64], by: (NodeId, &'static str)) -> Result<Vec<&'a [i64]>> {
     let kind = |index| crate::load::LoadErrorKind::Index { what: "list", index, count: list.len() as u64 };
     if let Some(&bad) = list.iter().find(|i| **i < -1) {

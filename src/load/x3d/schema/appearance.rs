@@ -1,14 +1,14 @@
-//! Shapes, materials, textures and the text's style.
+//! Table of shapes, materials, textures and the font style.
 
 use super::super::value::Kind::{Bool, Image, Int, Mf, Sf, Text, Texts};
 use super::structure::BOUNDED;
 use super::{FieldDef, NodeDef, f, n};
 
-/// What every texture has.
+/// Fields of every texture.
 const TEXTURE: &[FieldDef] =
     &[f("description", Text, ""), f("repeatS", Bool, "true"), f("repeatT", Bool, "true")];
 
-/// The names that X3D 4 gives to a lit material's texture coordinates.
+/// Fields by which X3D 4 names a lit material's texture coordinates.
 const MAPPINGS: &[FieldDef] = &[
     f("emissiveTextureMapping", Text, ""),
     f("normalScale", Sf(1), "1"),

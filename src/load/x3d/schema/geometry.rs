@@ -1,9 +1,9 @@
-//! Geometry nodes and the property nodes that they hold.
+//! Table of geometry nodes and their property nodes.
 
 use super::super::value::Kind::{Bool, Int, Ints, Mf, Sf, Text};
 use super::{FieldDef, NodeDef, f, n};
 
-/// What every composed geometry has.
+/// Fields of every composed geometry.
 const COMPOSED: &[FieldDef] = &[
     f("ccw", Bool, "true"),
     f("colorPerVertex", Bool, "true"),
@@ -12,7 +12,7 @@ const COMPOSED: &[FieldDef] = &[
 ];
 const VERTEX_NODES: &[&str] = &["coord", "color", "normal", "texCoord"];
 const LINE_NODES: &[&str] = &["coord", "color", "normal"];
-/// What X3D 4 lets solids hold: a generator of texture coordinates.
+/// Node field that X3D 4 adds to solids: a generator of texture coordinates.
 const TEXCOORD: &[&str] = &["texCoord"];
 const SOLID: &[FieldDef] = &[f("solid", Bool, "true")];
 const NOT_SOLID: &[FieldDef] = &[f("solid", Bool, "false")];

@@ -1,8 +1,10 @@
-//! The X3D nodes that are known: their fields with types and defaults, where they stand, and what may stand in them.
+//! The supported X3D nodes: their fields with types and defaults, their default container fields,
+//! and the fields that take nodes.
 //!
-//! One table, so that a default is written once and can be tested once. Source: ISO/IEC 19775-1 (X3D 3.3 and 4.0) node
-//! reference; where the two differ the later one counts. Fields that change no picture here are listed too, so that they
-//! are read and checked like the others and pass without a warning.
+//! A single table, so that each default is written and tested once. Source: ISO/IEC 19775-1 (X3D
+//! 3.3 and 4.0) node reference; where the two differ the later one applies. Fields that have no
+//! effect here are included, so that they are read and checked like the others and cause no
+//! warning.
 
 mod appearance;
 mod geometry;
@@ -12,7 +14,7 @@ use super::value::{self, Kind, Value};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// A field: its name, its type, its default as the standard writes it.
+/// A field: its name, its type, and its default in the standard's notation.
 #[derive(Debug)]
 pub(super) struct FieldDef {
     pub(super) name: &'static str,
@@ -20,43 +22,43 @@ pub(super) struct FieldDef {
     pub(super) default: &'static str,
 }
 
-/// A node type as its table says it.
+/// A node type as an entry of the tables.
 #[derive(Debug)]
 pub(super) struct NodeDef {
-    /// The element's name.
+    /// Name of the element.
     name: &'static str,
-    /// The parent's field that holds it unless containerField says otherwise.
+    /// Field of the parent that contains it unless containerField names another.
     container: &'static str,
-    /// The fields of its own that hold nodes.
+    /// Names of its fields that take nodes.
     accepts: &'static [&'static str],
-    /// Its other fields, in groups that node types share.
+    /// Its other fields, in groups shared by several node types.
     fields: &'static [&'static [FieldDef]],
 }
 
-/// A node type, ready for use.
+/// A node type with parsed defaults.
 #[derive(Debug)]
 pub(super) struct NodeType {
     pub(super) name: &'static str,
     pub(super) container: &'static str,
     pub(super) accepts: &'static [&'static str],
     pub(super) fields: Vec<&'static FieldDef>,
-    /// The defaults, one a field.
+    /// Default values, one per field.
     pub(super) defaults: Vec<Value>,
 }
 
 impl NodeType {
-    /// The index of the field of this name.
+    /// Returns the index of a field by its name.
     pub(super) fn field(&self, name: &str) -> Option<usize> {
         self.fields.iter().position(|f| f.name == name)
     }
 }
 
-/// Shorthand of the tables.
+/// Creates a field definition; short name for the tables.
 const fn f(name: &'static str, kind: Kind, default: &'static str) -> FieldDef {
     FieldDef { name, kind, default }
 }
 
-/// Shorthand of the tables.
+/// Creates a node definition; short name for the tables.
 const fn n(
     name: &'static str,
     container: &'static str,
@@ -79,30 +81,32 @@ static TYPES: LazyLock<HashMap<&'static str, NodeType>> = LazyLock::new(|| {
     types.collect()
 });
 
-/// The node type of this name.
+/// Returns the node type with this name.
 pub(super) fn lookup(name: &str) -> Option<&'static NodeType> {
     TYPES.get(name)
 }
 
-/// Every known node type.
+/// Iterates over all node types.
 #[cfg(test)]
 pub(super) fn all() -> impl Iterator<Item = &'static NodeType> {
     TYPES.values()
 }
 
-/// Elements that say things about the scene and are never seen: skipped without a word. Nodes defined in them can be used.
+/// Returns whether an element only describes the scene: it is skipped without a warning. USE can
+/// refer to nodes in it.
 pub(super) fn is_silent(name: &str) -> bool {
     matches!(name, "WorldInfo" | "head" | "meta" | "component") || name.starts_with("Metadata")
 }
 
-/// Whether an element, known or not, is a node that a group holds: neither a statement nor metadata.
+/// Returns whether an element, of known type or not, is a possible child of a group: neither a
+/// statement nor metadata.
 pub(super) fn is_child(name: &str) -> bool {
     let is_statement =
         matches!(name, "ROUTE" | "IMPORT" | "EXPORT" | "IS" | "ProtoDeclare" | "ExternProtoDeclare");
     !is_statement && !name.starts_with("Metadata")
 }
 
-/// Attributes that every element may have and that mean nothing here.
+/// Returns whether an attribute is allowed in every element and has no value of a field.
 pub(super) fn is_common_attribute(name: &str) -> bool {
     matches!(name, "DEF" | "USE" | "containerField" | "class" | "id" | "style")
 }

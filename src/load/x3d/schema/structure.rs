@@ -1,9 +1,9 @@
-//! Groups, viewpoints, environment, lights, time and interpolators.
+//! Table of groups, viewpoints, environment, lights, time and interpolators.
 
 use super::super::value::Kind::{Bool, Int, Ints, Mf, Sf, Text, Texts};
 use super::{FieldDef, NodeDef, f, n};
 
-/// What every grouping node has.
+/// Fields of every grouping node.
 pub(super) const BOUNDED: &[FieldDef] = &[
     f("bboxCenter", Sf(3), "0 0 0"),
     f("bboxDisplay", Bool, "false"),
@@ -13,7 +13,7 @@ pub(super) const BOUNDED: &[FieldDef] = &[
 
 const CHILDREN: &[&str] = &["children"];
 
-/// What every viewpoint has.
+/// Fields of every viewpoint.
 const VIEWPOINT: &[FieldDef] = &[
     f("centerOfRotation", Sf(3), "0 0 0"),
     f("description", Text, ""),
@@ -26,7 +26,7 @@ const VIEWPOINT: &[FieldDef] = &[
     f("viewAll", Bool, "false"),
 ];
 
-/// What every light has; `global` differs.
+/// Fields of every light; the default of `global` differs.
 const LIGHT: &[FieldDef] = &[
     f("ambientIntensity", Sf(1), "0"),
     f("color", Sf(3), "1 1 1"),
@@ -36,7 +36,7 @@ const LIGHT: &[FieldDef] = &[
     f("shadows", Bool, "false"),
 ];
 
-/// What lights with a place have.
+/// Fields of lights with a position.
 const PLACED_LIGHT: &[FieldDef] = &[
     f("attenuation", Sf(3), "1 0 0"),
     f("global", Bool, "true"),
@@ -44,7 +44,7 @@ const PLACED_LIGHT: &[FieldDef] = &[
     f("radius", Sf(1), "100"),
 ];
 
-/// What every layer has.
+/// Fields of every layer.
 const LAYER: &[FieldDef] = &[
     f("isPickable", Bool, "true"),
     f("objectType", Texts, "\"ALL\""),
