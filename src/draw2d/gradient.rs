@@ -3,6 +3,7 @@
 //!
 //! In: snapped corners in 1/256 pixel, a colour for each. Out: painted spans of the visible rows,
 //! on the caller's thread.
+//!
 //! The exact colour of a covered pixel with centre P is, in each channel, floor(V) with V = N / D,
 //! N = 2 (c0 E0 + c1 E1 + c2 E2) + A and D = 2 A, where E_i is twice the area of the triangle of P
 //! and the two snapped corners after i, and A = E0 + E1 + E2 twice the area of the full triangle.

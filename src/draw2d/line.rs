@@ -4,10 +4,10 @@
 //! ends; those inside the frame are drawn.
 //!
 //! The exact answer for step k of n = max(|dx|,|dy|), with m = min(|dx|,|dy|): k pixels along the
-//! major axis and ceil(k m / n - 1/2) along the minor one, so that a tie stays on the major axis, in
-//! the direction of travel. In integers that is floor((2 k m + n - 1) / (2 n)), and stepping it is
-//! the midpoint algorithm. The minor coordinate grows monotonically with k, so the steps inside the
-//! frame form one range, whose ends are computed by divisions.
+//! major axis and ceil(k m / n - 1/2) along the minor one, so that a tie stays on the major axis,
+//! in the direction of travel. In integers that is floor((2 k m + n - 1) / (2 n)), and stepping it
+//! is the midpoint algorithm. The minor coordinate grows monotonically with k, so the steps inside
+//! the frame form one range, whose ends are computed by divisions.
 //!
 //! Source: Trabalho 1 ("Bresenham"; Bresenham, "Algorithm for computer control of a digital
 //! plotter", 1965), with d0 = 2 dy - dx, |dx| and |dy| in the increments, and the first pixel

@@ -4,7 +4,7 @@
 //! damaged. Outlines address pixels by whole numbers; fills cover area in real coordinates, where
 //! pixel (i,j) is the square [i,i+1)x[j,j+1). All drawing is clipped to the frame without an error,
 //! at the cost of the visible part; the lit pixels are those of the unclipped figure that fall
-//! inside. Reading pixels outside the frame is an error.
+//! inside. A source rectangle that is not entirely inside the frame is an error.
 //!
 //! Every function that takes a [`Blend`] writes each of its pixels once, except outlines made of
 //! several lines ([`triangle_outline`], [`poly`]), which write the pixels of each line.

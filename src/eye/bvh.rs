@@ -36,7 +36,7 @@ struct Item<const N: usize> {
 
 impl<const N: usize> Bvh<N> {
     /// Builds the hierarchy: splits at the median along the axis with the widest spread of box
-    /// centres, until at most [`LEAF`] facets are left.
+    /// centres, until at most `LEAF` facets are left.
     pub fn new(occluders: &[Occluder<N>]) -> Self {
         let item = |occluder: &Occluder<N>| Item {
             low: occluder.low.map(|x| x - MARGIN * occluder.size),

@@ -3,9 +3,9 @@
 //! In: points in eye space. Out: whether the facet stands between a point and a light.
 //!
 //! There is one rule, without facet ids: facet g blocks iff h_p = n.p - c and h_L have strictly
-//! opposite signs, both larger than tau in magnitude, and the crossing p + s (p_L - p),
-//! s = h_p / (h_p - h_L), lies in the closed simplex. A point within tau of g's hyperplane cannot be
-//! blocked by g: no acne, no self-shadow, and coincident or adjacent facets do not shadow each other.
+//! opposite signs, both larger than tau in magnitude, and the crossing p + s (p_L - p), s = h_p /
+//! (h_p - h_L), lies in the closed simplex. A point within tau of g's hyperplane cannot be blocked
+//! by g: no acne, no self-shadow, and coincident or adjacent facets do not shadow each other.
 
 use super::lights::{FrameLight, LightPlace};
 use crate::math::nvec::{add_scaled, dot, max_abs, sub, unit, wedge};
