@@ -69,7 +69,7 @@ impl fmt::Display for Code {
 pub struct Fault {
     /// The code that is sent.
     pub code: Code,
-    /// What was expected, in lower case, one line.
+    /// One line in lower case that says what was expected.
     pub message: String,
     /// The offending token, if a single one is to blame.
     pub token: Option<String>,

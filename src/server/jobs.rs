@@ -18,7 +18,7 @@
 //!   begins to run) is cancelled, its command is refused with `EQUOTA`, and its result is dropped.
 //!   So are jobs that are unfinished when the server ends.
 //!
-//! An error here would show as a reply out of order, or as a recording whose replay gives other
+//! An error here would show as a reply out of order, or as a recording whose replay draws other
 //! bytes (`tests/serving/fairness.rs`).
 
 use super::engine::{FileReader, Progress};

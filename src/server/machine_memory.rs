@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Bytes of memory to assume if the machine does not tell.
+/// Bytes of memory to assume if the machine does not report it.
 const FALLBACK_BYTES: u64 = 4 << 30;
 
 /// Returns a quarter of the memory that this process may use, in bytes: the default of the memory

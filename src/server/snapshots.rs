@@ -1,10 +1,11 @@
-//! Periodic snapshots: the frame as a PNG every so often, in a folder whose size is bounded.
+//! Periodic snapshots: the frame as a PNG at regular intervals, in a folder of bounded size.
 //!
-//! In: a copy of the frame, taken on the render thread between two slices of work, into a buffer that is used again. Out:
-//! files `wall-YYYYMMDD-HHMMSS.png` (UTC), each there whole or not at all; the oldest of them go when all of them together
-//! pass the bound. Encoding, writing and removing happen on a thread of their own, so a slow disk delays pictures and
-//! nothing else. Promise: no file of another name is touched. A moment that passes while a picture is being written has
-//! none.
+//! In: copies of the frame, made on the render thread between two slices, in a buffer that is
+//! reused. Out: files `wall-YYYYMMDD-HHMMSS.png` (UTC), each of which appears complete or not at
+//! all; the oldest are removed when all of them together exceed the bound. Encoding, writing and
+//! removing run on a thread of their own, so a slow disk delays pictures and nothing else. Promise:
+//! no file of another name is touched. An interval that passes while a picture is being written has
+//! no picture.
 
 use super::thread::RenderThread;
 use super::thread::message::Message;
@@ -20,25 +21,25 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 const PREFIX: &str = "wall-";
 const ENDING: &str = ".png";
-/// What a file takes on the disk comes in blocks of so many bytes.
+/// Block size of disks, to which the sizes of files are rounded up, in bytes.
 const BLOCK_BYTES: u64 = 4096;
-/// Pictures of one second that are told apart by a number.
+/// Most pictures of one second, which differ by a number.
 const MOST_A_SECOND: u32 = 1000;
-/// How long the end waits for a picture that is being written.
+/// Longest time to wait at the end for a picture that is being written.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Where and how often.
+/// Folder, interval and bound of periodic snapshots.
 #[derive(Clone, Debug)]
 pub struct SnapshotPlan {
-    /// The folder.
+    /// Folder of the pictures.
     pub folder: SandboxDir,
-    /// Between two pictures.
+    /// Time between two pictures.
     pub every: Duration,
-    /// Bytes of all pictures together, in blocks of 4096.
+    /// Most bytes of all pictures together, in blocks of 4096.
     pub keep_bytes: u64,
 }
 
-/// The thread that writes pictures. Dropping it ends it.
+/// Handle of the thread that writes pictures. Dropping it ends the thread.
 #[derive(Debug)]
 pub struct PeriodicSnapshots {
     stop: Option<Sender<()>>,
@@ -46,10 +47,11 @@ pub struct PeriodicSnapshots {
 }
 
 impl PeriodicSnapshots {
-    /// Begins; the first picture is due after one interval. `say` is told of failures, and of each kind once in a row.
+    /// Starts the thread; the first picture is due after one interval. `say` is called with
+    /// failures, once for consecutive failures of the same kind.
     ///
     /// # Errors
-    /// When the system has no thread to give.
+    /// If the system has no thread to give.
     pub fn start(
         thread: &RenderThread,
         plan: SnapshotPlan,
@@ -62,7 +64,7 @@ impl PeriodicSnapshots {
             let mut last_failure = String::new();
             let mut due = Instant::now() + plan.every;
             while let Err(RecvTimeoutError::Timeout) = stopped.recv_deadline(due) {
-                // A render thread that is gone takes no more pictures.
+                // The render thread has ended.
                 let Some(frame) = camera.take() else { return };
                 let failure = plan.write(frame, SystemTime::now()).err().unwrap_or_default();
                 if !failure.is_empty() && failure != last_failure {
@@ -81,7 +83,8 @@ impl Drop for PeriodicSnapshots {
     fn drop(&mut self) {
         self.stop = None;
         let until = Instant::now() + PATIENCE;
-        // One that takes longer is given up with the process; its temporary file goes at the next start.
+        // A slower picture is abandoned with the process; its temporary file is removed at the next
+        // start.
         while !self.thread.is_finished() && Instant::now() < until {
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -95,7 +98,7 @@ struct Camera {
 }
 
 impl Camera {
-    /// The frame as it stands between two slices of work; `None` when the render thread has ended.
+    /// Copies the frame between two slices. Returns `None` if the render thread has ended.
     fn take(&mut self) -> Option<&VideoMemory> {
         let (answer, result) = bounded(1);
         let buffer = self.buffer.take();
@@ -110,7 +113,7 @@ impl Camera {
                     engine.memory().clone()
                 }
             };
-            // Whoever asked may be gone.
+            // The receiver may be gone.
             let _ = answer.send(frame);
         }));
         self.messages.send(copy).ok()?;
@@ -120,11 +123,12 @@ impl Camera {
 }
 
 impl SnapshotPlan {
-    /// Writes one picture and removes the oldest ones past the bound.
+    /// Writes one picture, and removes the oldest ones beyond the bound.
     fn write(&self, frame: &VideoMemory, now: SystemTime) -> Result<(), String> {
         let root = self.folder.root();
         let pictures = own_pictures(root).map_err(|e| format!("{}: {e}", root.display()))?;
-        // Room for one like the last first: on a disk that holds no more than the bound the next one has to fit.
+        // Frees room for a picture as large as the last one first: on a disk as small as the bound,
+        // the next one must fit.
         let next = pictures.last().map_or(0, |picture| picture.bytes);
         prune(pictures, self.keep_bytes.saturating_sub(next), 0)?;
         let name =
@@ -137,7 +141,7 @@ impl SnapshotPlan {
     }
 }
 
-/// One of our files.
+/// A file with a name of the form of periodic snapshots.
 #[derive(Debug, PartialEq, Eq)]
 struct Picture {
     path: PathBuf,
@@ -145,13 +149,14 @@ struct Picture {
     key: (String, u32),
 }
 
-/// Our files in a folder, the oldest first.
+/// Returns the pictures in a folder, the oldest first.
 fn own_pictures(folder: &Path) -> io::Result<Vec<Picture>> {
     let mut pictures = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let Some(key) = entry.file_name().to_str().and_then(parse_name) else { continue };
-        // The entry itself, not what a link leads to; one that has just gone is no picture.
+        // The metadata of the entry itself, not of a link's target. An entry that was just removed
+        // is skipped.
         let Ok(meta) = entry.metadata() else { continue };
         if meta.is_file() {
             pictures.push(Picture {
@@ -165,7 +170,7 @@ fn own_pictures(folder: &Path) -> io::Result<Vec<Picture>> {
     Ok(pictures)
 }
 
-/// Removes the oldest pictures until they are `limit` bytes together, or `least` are left.
+/// Removes the oldest pictures until the rest takes at most `limit` bytes, or `least` are left.
 fn prune(pictures: Vec<Picture>, limit: u64, least: usize) -> Result<(), String> {
     let mut total: u64 = pictures.iter().map(|picture| picture.bytes).sum();
     let removable = pictures.len().saturating_sub(least);
@@ -179,13 +184,14 @@ fn prune(pictures: Vec<Picture>, limit: u64, least: usize) -> Result<(), String>
     Ok(())
 }
 
-/// Whether a file of this name would be taken for one of ours; `SNAP` may not write those.
+/// Returns whether a file name has the form of periodic snapshots; `SNAP` must not write such
+/// files.
 pub(super) fn is_own_name(name: &str) -> bool {
     let last = Path::new(name).file_name().and_then(|last| last.to_str());
     last.is_some_and(|last| parse_name(&last.to_ascii_lowercase()).is_some())
 }
 
-/// The time and number of `wall-YYYYMMDD-HHMMSS[-N].png`.
+/// Parses `wall-YYYYMMDD-HHMMSS[-N].png`. Returns the time and the number.
 fn parse_name(name: &str) -> Option<(String, u32)> {
     let middle = name.strip_prefix(PREFIX)?.strip_suffix(ENDING)?;
     let (stamp, number) = match middle.get(15..)? {
@@ -205,17 +211,18 @@ fn format_name(stamp: &str, number: u32) -> String {
     }
 }
 
-/// The first name of this second that no file has.
+/// Returns the first name for this second that no file has.
 fn free_name(folder: &Path, stamp: &str) -> Option<String> {
     let mut names = (0..MOST_A_SECOND).map(|number| format_name(stamp, number));
     names.find(|name| fs::symlink_metadata(folder.join(name)).is_err())
 }
 
-/// `YYYYMMDD-HHMMSS` in UTC. Source: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
+/// Formats a time as `YYYYMMDD-HHMMSS` in UTC. Source: Howard Hinnant, "chrono-Compatible Low-Level
+/// Date Algorithms", `civil_from_days`.
 fn stamp(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
-    // Eras of 400 years that begin on 1 March: leap days come last.
+    // Eras of 400 years begin on 1 March, so that leap days are last.
     let z = days + 719_468;
     let (era, day_of_era) = (z / 146_097, z % 146_097);
     let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
@@ -236,7 +243,7 @@ mod tests {
         UNIX_EPOCH + Duration::from_secs(seconds)
     }
 
-    /// A folder that goes with the test.
+    /// A folder that is removed after the test.
     struct Temporary(PathBuf);
 
     impl Temporary {
@@ -332,7 +339,7 @@ mod tests {
         let others = ["a.png", "wall-20000101-000000.txt", "wall-20000101-000001.png", "wall-x.png"];
         assert_eq!(folder.names(), [&others[..1], &own[..], &others[1..]].concat());
         assert_eq!(fs::read(folder.0.join(own[1])).unwrap(), one);
-        // A bound that holds not even one keeps the newest alone.
+        // A bound below the size of one picture keeps only the newest.
         let plan = SnapshotPlan { keep_bytes: 1, ..plan };
         plan.write(&frame, at(13)).unwrap();
         assert_eq!(folder.names(), [&others[..1], &["wall-19700101-000013.png"], &others[1..]].concat());

@@ -1,4 +1,4 @@
-//! The shared file: takes in what other processes wrote, and gives out what the engine drew.
+//! The shared file: reads what other processes wrote, and writes what the engine drew.
 //!
 //! Foreign pixels are taken in when the doorbell has rung, before a slice if the last scan is some
 //! milliseconds old, and at least every [`LOOK_EVERY`]. Drawn pixels are given out before replies

@@ -1,5 +1,5 @@
-//! Recordings that are replayed: whole, cut, broken, with files, into disks and pipes that take
-//! nothing.
+//! Tests of recordings and their replay: complete, cut short, damaged, with files, and on disks and
+//! pipes that accept nothing.
 
 use super::writer::Patience;
 use super::*;
@@ -25,7 +25,8 @@ impl Write for WrittenBytes {
     }
 }
 
-/// Runs a script on an engine that records; the memory at its end, the totals and the recording.
+/// Runs a script on an engine that records. Returns the memory at its end, the totals and the
+/// recording.
 fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, Vec<u8>) {
     let bytes_written = WrittenBytes::default();
     let (width, height) = (engine.memory().width(), engine.memory().height());
@@ -44,7 +45,7 @@ fn record(mut engine: Engine, script: &[u8], pieces: usize) -> (Vec<u8>, Stats, 
     (engine.memory().bytes().to_vec(), engine.totals(), recording)
 }
 
-/// Replays on a fresh engine; its memory and totals, and what was said.
+/// Replays a recording on `engine`. Returns the memory and totals at its end, and the notices.
 fn replay(mut engine: Engine, recording: &[u8]) -> (Vec<u8>, Stats, Vec<Notice>) {
     let (mut replay, mut out) = (Replay::new(), Output::default());
     let _ = replay.feed(&mut engine, recording, &mut out, Budget::NONE);
@@ -60,7 +61,7 @@ fn on_a_large_stack(test: impl FnOnce() + Send + 'static) {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
 }
 
-/// A folder that goes with the test.
+/// A folder that is removed after the test.
 struct TestFolder(PathBuf);
 
 impl TestFolder {
@@ -160,7 +161,7 @@ fn floods_of_pixels_replay_to_the_same_bytes_and_counts() {
     }
 }
 
-/// A folder with meshes, scenes and pictures that name each other.
+/// A folder with meshes, scenes and pictures that refer to each other.
 fn folder_of_files(name: &str) -> TestFolder {
     let folder = TestFolder::new(name);
     let mut picture = Vec::new();
@@ -224,7 +225,7 @@ fn files_that_commands_read_are_in_the_recording() {
         colors.sort_unstable();
         colors.dedup();
         assert!(colors.len() > 8, "the textures are seen: {} colours", colors.len());
-        // No folder, another folder, the same with other files.
+        // Without a folder, and with a folder whose files of the same names differ.
         let other = TestFolder::new("other-files");
         other.put("absent.x3d", "<X3D><Scene/></X3D>");
         other.put("sub/texels.png", "no picture");
@@ -234,7 +235,7 @@ fn files_that_commands_read_are_in_the_recording() {
             assert!(replayed == memory, "the replay looks different");
             assert_eq!(replayed_totals.commands, totals.commands);
         }
-        // However it is cut, too.
+        // The result is the same however the recording is split.
         for cut in [1, 7, 64] {
             let (mut engine, mut replay) = (Engine::new(80, 60).unwrap(), Replay::new());
             let mut out = Output::default();
@@ -282,7 +283,7 @@ fn recordings_of_version_1_read_the_folder_and_need_no_end() {
 fn a_recording_that_ends_early_says_so_wherever_it_ends() {
     let folder = folder_of_files("early");
     let mut script = format!("PX 1 1 ff0000\n{}PX 2 2 00ff00\n", script_with_files());
-    // Reading is enough, and many times faster.
+    // Without the draws, the commands that read files remain, and run many times faster.
     for draw in ["DRAW m\n", "DRAW b\n", "DRAW n\n", "DRAWSCENE\n"] {
         script = script.replace(draw, "");
     }
@@ -369,7 +370,7 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     engine.tick(std::time::Instant::now());
     assert!(engine.record_failure().is_some());
-    // The recorder is gone now, its figures are not.
+    // The recorder has been dropped; its counters are still reported.
     assert!(ask(&mut engine, b"STATS\n").contains(figures));
     assert_eq!(ask(&mut engine, b"PX 2 2 00ff00\nPX 2 2\n"), "PX 2 2 00ff00\n");
     engine.end();
@@ -398,7 +399,7 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
     assert_eq!(engine.record_failure(), Some("a command was run that has no text"));
 }
 
-/// A pipe whose reader takes nothing until the channel's other end is gone.
+/// A pipe whose reader takes nothing until the other end of the channel is dropped.
 struct Stalled(WrittenBytes, mpsc::Receiver<()>);
 
 impl Write for Stalled {
@@ -421,7 +422,7 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
     let pipe = Box::new(Stalled(bytes_written.clone(), room));
     engine.set_recorder(Recorder::start(pipe, Patience::PIPE, Some(on_failure), 100, 100).unwrap());
     let pixels: Vec<u8> = (0..40_000).map(|i| i as u8).collect();
-    // The first is seen; the others are as long, and cost nothing to draw.
+    // The first BLIT is on the frame; the others are as long, but off it, and cost no drawing.
     let [first, flood] =
         ["0 0", "200 200"].map(|at| [format!("BLIT {at} 100 100 :40000\n").as_bytes(), &pixels].concat());
     let (over, is_over) = mpsc::channel();
@@ -443,14 +444,14 @@ fn a_pipe_that_nobody_drains_ends_the_recording_and_holds_nobody_up() {
     assert!(held(&engine) > 30 << 20, "{} bytes are counted of those that wait", held(&engine));
     assert!(failure.is_some_and(|f| f.contains("no room was made")));
     assert_eq!(receiver.try_recv(), Ok(io::ErrorKind::TimedOut));
-    // The reader comes back: it gets the recording from the beginning on, and no end mark.
+    // The reader continues: it gets the recording from its beginning, and no end mark.
     drop(drain);
     let until = std::time::Instant::now() + Duration::from_secs(30);
     while bytes_written.0.lock().unwrap().len() < 32 << 20 {
         assert!(std::time::Instant::now() < until, "what was queued does not come");
         std::thread::sleep(Duration::from_millis(10));
     }
-    // Nothing waits any more once the writer has ended, and nothing is counted any more.
+    // Once the writer has ended, nothing is queued and nothing is reserved.
     while held(&engine) > 0 {
         assert!(std::time::Instant::now() < until, "{} bytes stay counted", held(&engine));
         std::thread::sleep(Duration::from_millis(10));

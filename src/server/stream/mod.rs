@@ -17,7 +17,7 @@ use crate::error::Fault;
 use command_executor::CommandExecutor;
 use std::time::{Duration, Instant};
 
-/// A refused command, as its owner is told.
+/// A refused command, as it is reported to its owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
     /// Position of the command's first byte.

@@ -135,7 +135,7 @@ fn a_stream_rests_when_its_budget_is_used_up() {
     assert_eq!(engine.frames(), 1);
 }
 
-/// An OBJ of these corners, one face of all.
+/// Returns an OBJ file with these corners and one face of all of them.
 fn obj(corners: &[[f64; 3]]) -> String {
     let lines = corners.iter().map(|[x, y, z]| format!("v {x:e} {y:e} {z:e}\n"));
     let face: String = (1..=corners.len()).map(|i| format!(" {i}")).collect();
@@ -167,7 +167,7 @@ fn lines_bear_ends_that_no_pixel_holds() {
     assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{replies}");
 }
 
-/// Any number that a line can give, and its extremes more often.
+/// Generates coordinates of a line, with extreme values more often.
 fn real() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -3.0..3.0f64,
@@ -190,7 +190,7 @@ proptest! {
         let setting = format!(
             "SHADE {shade}\nCULL none\nLOOKAT {ex:e} {ey:e} {ez:e} 0 0 0 0 1 0\n{camera} {near:e} {far:e}\nSCALE {sx:e} {sy:e} {sz:e}",
         );
-        // Much of it is refused, and nothing is given up.
+        // Many commands are refused, but none meets a defect of the server.
         let replies = draw(&setting, &obj(&corners));
         prop_assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{}", replies);
     }

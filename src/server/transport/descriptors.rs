@@ -12,7 +12,7 @@ use std::io;
 /// Descriptors that are left for everything else that opens files.
 #[cfg(unix)]
 const KEPT_FOR_FILES: usize = 16;
-/// Number of open descriptors to assume if the system does not tell.
+/// Number of open descriptors to assume if the system does not report it.
 #[cfg(unix)]
 const USUALLY_OPEN: usize = 32;
 

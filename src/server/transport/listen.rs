@@ -299,7 +299,7 @@ impl Acceptor {
             on_notice: None,
             on_end: None,
         };
-        // A socket needs no resources beyond those it has by now.
+        // A socket needs no resources beyond those it has already.
         if let Err(e) = serve_connection(&self.link, endpoint) {
             report(Trouble::Threads, format_args!("ended a connection: {e}"));
         }
