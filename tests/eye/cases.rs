@@ -1,4 +1,4 @@
-//! Fear: a picture of the N-dimensional eye that is not the worked one.
+//! Verifies pictures of the N-dimensional eye against the worked cases.
 
 use fbptr::eye::{EyePicture, EyeScene, render};
 use serde_json::Value;

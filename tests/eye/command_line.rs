@@ -1,4 +1,4 @@
-//! Fear: a picture or a refusal of `fbptr eye` that a script cannot use.
+//! Verifies that pictures and errors of `fbptr eye` suit a script.
 
 use fbptr::eye::{EyePicture, EyeScene};
 use serde_json::Value;
@@ -14,7 +14,7 @@ fn fbptr(arguments: &[&str], input: &str) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // A program that has refused its arguments does not read.
+    // A program that has refused its arguments does not read its input.
     let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
     child.wait_with_output().unwrap()
 }
@@ -34,7 +34,7 @@ fn the_worked_cases_come_out_as_json() {
         let case: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
         let scene = EyeScene::from_value(&case).unwrap();
         let expected = EyePicture::from_value(&case["expected"], &scene).unwrap();
-        // The whole case by name, its scene alone through a pipe, on any number of threads.
+        // The whole case by its file name; its scene alone through a pipe, on three threads.
         let piped = case["scene"].to_string();
         let ways = [(vec!["eye", path.to_str().unwrap()], ""), (vec!["eye", "-", "--threads", "3"], &piped)];
         for (arguments, input) in ways {
@@ -120,7 +120,7 @@ fn a_prism_over_a_mesh_is_seen_as_the_mesh() {
         serde_json::from_slice::<Value>(&seen.stdout).unwrap()
     };
     let (flat, drawn_out) = (make("3"), make("4"));
-    // So short a prism does not move the eye away.
+    // A prism this short does not move the eye away.
     let facets = |value: &Value, parts: i64| -> Vec<i64> {
         let list = value["facet"].as_array().unwrap();
         list.iter().map(|f| f.as_i64().unwrap()).map(|f| if f < 0 { f } else { f / parts }).collect()

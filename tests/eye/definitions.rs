@@ -1,9 +1,11 @@
-//! Parts of the eye against their own definitions: its axes, its steps, what tells two pictures apart.
+//! Parts of the eye against their definitions: its axes, its steps, and the comparison of two
+//! pictures.
 
 use fbptr::eye::{EyePicture, EyeScene, Pose, render};
 use proptest::prelude::*;
 
-/// R e_j as entry j: the product of the turns' matrices, each in the frame that those before it left.
+/// Returns R e_j as entry j: the product of the rotations' matrices, each in the frame that those
+/// before it produced.
 fn axes_of(pose: &Pose) -> Vec<Vec<f64>> {
     let dim = pose.position.len();
     let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
@@ -34,7 +36,7 @@ proptest! {
             all.rotations.push(fbptr::eye::Rotation { a, b, angle_deg: angle });
         }
         let want = axes_of(&all);
-        // Turns one by one, as they are kept, and as they were given.
+        // The rotations applied one by one, and those given as a list.
         for got in [pose.axes(), all.axes()] {
             for (got, want) in got.iter().flatten().zip(want.iter().flatten()) {
                 prop_assert!((got - want).abs() < 1e-11, "{got} for {want}");
@@ -75,7 +77,7 @@ fn pictures_that_differ_in_one_thing_differ_in_that_alone() {
     let found = other.differences(&good, &[]);
     assert!(!found.are_none() && (found.facets, found.flags, found.first) == (0, 1, Some(seen)), "{found:?}");
 
-    // Distances: relative over 1, a miss against a hit without bound.
+    // Distances: relative above 1; a miss against a hit differs without bound.
     for (off, is_none) in [(0.9e-9, true), (1.2e-9, false)] {
         let mut other = good.clone();
         other.dist[seen] *= 1.0 + off;
@@ -101,14 +103,15 @@ fn pictures_that_differ_in_one_thing_differ_in_that_alone() {
     let found = other.differences(&good, &[]);
     assert!(found.skipped && !found.are_none(), "{found:?}");
     assert_eq!((found.facets, found.flags, found.first), (0, 0, None));
-    // Two wrong pixels are two, and the first is told.
+    // Two wrong pixels are counted as two, and the first is reported.
     let mut other = good.clone();
     (other.facet[seen], other.facet[missed]) = (5, 6);
     let found = other.differences(&good, &[]);
     assert_eq!((found.facets, found.first), (2, Some(seen.min(missed))));
 }
 
-/// A facet 2^-270 times as large as the scene: all products of its numbers leave the range of f64, and none of its pixels may.
+/// A facet 2^-270 times as large as the scene: all products of its numbers leave the range of f64,
+/// and no pixel may be lost.
 #[test]
 fn a_tiny_facet_close_by_is_seen_as_a_large_one() {
     let scene = |scale: f64, far: bool| {

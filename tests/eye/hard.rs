@@ -1,4 +1,5 @@
-//! Fear: the hard cases of the N-dimensional eye. Each is named, with what must be seen worked out by hand.
+//! Hard cases of the N-dimensional eye. Each is named, with the expected picture worked out by
+//! hand.
 
 use fbptr::eye::{EyePicture, EyeScene, render};
 use serde_json::{Value, json};
@@ -11,7 +12,7 @@ fn see(value: Value) -> EyePicture {
     render(&scene(&value))
 }
 
-/// A 2-D scene on 9 pixels with offsets 4, 3, .., -4.
+/// Returns a 2-D scene on 9 pixels with offsets 4, 3, .., -4.
 fn plane(facets: Value, lights: Value) -> Value {
     json!({"dim": 2, "pixels": [9], "d": 1, "S": [9], "I_d": 0.5, "lights": lights, "facets": facets})
 }
@@ -62,7 +63,7 @@ fn h02_rays_through_shared_vertices_hit_the_lower_index() {
     assert_eq!(see(plane(json!(reversed), json!([]))).facet, [0, 0, 1, 2, 3, 4, 5, 6, 7]);
 }
 
-/// Triangles around a hub, seen by 9 x 9 pixels with offsets 4..-4.
+/// Returns triangles around a hub, seen by 9 x 9 pixels with offsets 4..-4.
 fn hub(ring: &[[f64; 3]], hub: [f64; 3], eye: Value) -> Value {
     let count = ring.len();
     let facets: Vec<Value> =
@@ -124,16 +125,16 @@ fn h04_coincident_facets_do_not_shadow_each_other_but_a_near_one_does() {
         assert_eq!(picture.facet, [0; 9]);
         assert_eq!(picture.lit, [true; 9]);
     }
-    // A thousandth before the wall: seen.
+    // A thousandth before the wall: visible.
     let screen = facet(json!([[2.999, -2.9], [2.999, 2.9]]));
     let picture =
         see(plane(json!([wall(3.0), screen]), json!([{"type": "parallel", "direction": [1, 0.001]}])));
     assert_eq!(picture.facet, [0, 0, 0, 0, 1, 0, 0, 0, 0]);
-    // From the eye offset 1 meets the wall at (3,3): a small screen there stands in the eye's way.
+    // From the eye, offset 1 meets the wall at (3,3): a small facet there blocks the eye's view.
     let hidden = facet(json!([[2.999, 2.95], [2.999, 3.05]]));
     let picture = see(plane(json!([wall(3.0), hidden]), sun));
     assert_eq!((picture.facet[3], picture.facet[4]), (1, 0));
-    // The eye looks past the blocker, the light from above does not.
+    // The eye sees past the blocker, the light from above is blocked.
     let light = json!([{"type": "radial", "position": [0, 6], "n": 0}]);
     let blocker = facet(json!([[2.999, 3.0005], [2.9995, 3.0015]]));
     let picture = see(plane(json!([wall(3.0), blocker]), light));
@@ -160,7 +161,7 @@ fn h05_a_light_on_a_facet_or_at_its_end_does_not_light_it_nor_is_it_shadowed_by_
     }
 }
 
-/// A unit cube's 12 triangles, its low corner at `at`.
+/// Returns the 12 triangles of a unit cube with its low corner at `at`.
 fn cube(at: [f64; 3], color: [f64; 3]) -> Vec<Value> {
     let mut facets = Vec::new();
     for axis in 0..3 {
@@ -207,7 +208,8 @@ fn h08_a_unit_cube_a_million_away() {
             }
         }
     }
-    // The first sun throws the cube's shadow 3 further on: shifted by 0.9 in y and -0.3 in z at most.
+    // The first sun casts the cube's shadow on a wall 3 further away: shifted by 0.9 in y and -0.3
+    // in z at most.
     let flag = |i: usize, j: usize| picture.flags(j * 16 + i)[0];
     assert!(!flag(2, 8) && flag(13, 8) && flag(8, 2) && flag(2, 2));
 }
@@ -236,7 +238,7 @@ fn h12_a_triangle_through_the_eye_is_invisible_and_a_duplicate_is_the_lower_inde
     let triangle = json!([[2, -1, -0.5], [2, 1, -0.5], [2.5, 0, 0.5]]);
     let picture =
         see(json!({"dim": 3, "pixels": [7], "d": 1, "S": [1.4], "aperture_tan": [0.5], "I_d": 1, "facets": [
-            // Its plane y = x / 4 holds the eye, whose fibres it fills.
+            // Its plane y = x / 4 contains the eye, and fills the fibres it meets.
             facet(json!([[1, 0.25, -1], [3, 0.75, 1], [1, 0.25, 1]])),
             facet(json!([[1.1, 0.11, -1], [3.3, 0.33, 1], [1.1, 0.11, 1]])),
             facet(triangle.clone()),
@@ -251,7 +253,8 @@ fn h12_a_triangle_through_the_eye_is_invisible_and_a_duplicate_is_the_lower_inde
 
 #[test]
 fn rooms_are_lit_everywhere() {
-    // Eye and lights inside a closed cube of R^N, turned: every pixel hits and is lit; an unlit one would be acne.
+    // Eye and lights inside a closed, rotated cube of R^N: every pixel hits and is lit; an unlit
+    // one would be shadow acne.
     for (dim, pixels) in [
         (2, vec![64]),
         (3, vec![24, 24]),

@@ -1,4 +1,5 @@
-//! Fear: a picture that changes where nothing that is seen did.
+//! Metamorphic tests of the eye: a change of the scene that changes nothing visible must not change
+//! the picture.
 
 use fbptr::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, extrude};
 use fbptr::eye::{
@@ -12,7 +13,7 @@ fn case(name: &str) -> EyeScene {
     EyeScene::from_json(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// A scene for N on M, of turned solids with two lights.
+/// Returns a scene for N on M of rotated solids with two lights.
 fn solids(dim: usize, pixels: &[u32]) -> EyeScene {
     let turns = (1..dim)
         .map(|a| (0, a, 20.0 + 13.0 * a as f64))
@@ -103,7 +104,7 @@ fn scaling_by_a_million_changes_no_flag() {
     }
 }
 
-/// The scene in a world that is moved and turned, with an eye that goes along.
+/// Returns the scene moved and rotated together with its eye.
 fn moved(parts: &SceneParts, pose: &Pose) -> SceneParts {
     assert!(parts.pose.rotations.is_empty());
     let axes = pose.axes();
@@ -132,7 +133,8 @@ fn moved(parts: &SceneParts, pose: &Pose) -> SceneParts {
 #[test]
 fn scene_and_eye_moved_and_turned_together_show_the_same() {
     for (name, scene) in all_scenes() {
-        // Rays exactly through vertices may go either way once rounded; the mesh stays closed (eye_hard).
+        // Rays exactly through vertices may go either way once rounded; that the mesh stays closed
+        // is tested in `hard.rs`.
         if name.starts_with("h02") {
             continue;
         }
@@ -157,7 +159,8 @@ fn the_order_of_the_facets_shows_in_ties_by_index_alone() {
         let picture = render(&scene);
         let count = scene.facets.len();
         for stride in [count - 1, 7, 13] {
-            // facet i of the new scene is facet (i stride) of the old
+            // Facet i of the new scene is facet i * stride (mod count) of the old one; the stride
+            // must be coprime to the count.
             if (2..=stride).any(|d| stride % d == 0 && count % d == 0) {
                 continue;
             }
@@ -170,7 +173,8 @@ fn the_order_of_the_facets_shows_in_ties_by_index_alone() {
                 assert_eq!(a < 0, b < 0, "{name} pixel {i}");
                 assert!(a < 0 || (picture.dist[i] - other.dist[i]).abs() <= 1e-9 * picture.dist[i]);
                 if a >= 0 {
-                    // The other facet is the same, or a part of the same cell: then it has its colour.
+                    // The other facet is the same or a part of the same cell, which has the same
+                    // colour.
                     let b = b as usize * stride % count;
                     assert_eq!(scene.facets[a as usize].color, scene.facets[b].color, "{name} pixel {i}");
                 }
@@ -179,7 +183,7 @@ fn the_order_of_the_facets_shows_in_ties_by_index_alone() {
     }
 }
 
-/// Every facet cut in two at a point of its first edge; facet i becomes 2i and 2i+1.
+/// Cuts every facet in two at a point of its first edge; facet i becomes 2i and 2i+1.
 fn split(parts: &SceneParts) -> SceneParts {
     let mut out = parts.clone();
     out.facets = parts
@@ -208,7 +212,7 @@ fn splitting_every_facet_shows_the_same() {
     }
 }
 
-/// The facets of a scene as a shape, facet i being cell i.
+/// Returns the facets of a scene as a shape, facet i being cell i.
 fn as_shape(parts: &SceneParts) -> Shape {
     let dim = parts.dim;
     let points: Vec<Vec<f64>> = parts.facets.iter().flat_map(|f| f.v.clone()).collect();
@@ -217,7 +221,7 @@ fn as_shape(parts: &SceneParts) -> Shape {
     Shape { dim, points, simplices, cells: (0..parts.facets.len() as u32).collect() }
 }
 
-/// The scene drawn out along one more hidden axis; facet i becomes `dim` facets.
+/// Extrudes the scene along one more hidden axis; facet i becomes `dim` facets.
 fn extruded(parts: &SceneParts, low: f64, high: f64) -> SceneParts {
     let mut out = parts.clone();
     let shape = extrude(&as_shape(parts), low, high);
@@ -241,7 +245,8 @@ fn extruded(parts: &SceneParts, low: f64, high: f64) -> SceneParts {
 #[test]
 fn a_prism_over_the_scene_shows_the_scene() {
     for (name, scene) in all_scenes() {
-        // Without hidden axes ties go by index, with them by facing: rays through shared vertices are left out.
+        // Without hidden axes ties are decided by index, with them by facing: rays through shared
+        // vertices are left out.
         if name.starts_with("h02") || scene.dim > 5 {
             continue;
         }
@@ -287,7 +292,7 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
             }
             errors.push(error / exact.facet.len() as f64);
         }
-        // With three hidden axes a few rays miss most of the fibre, and stay so.
+        // With three hidden axes a few rays miss most of the fibre at any count.
         let gain = if scene.hidden_dim() < 3 { 1.5 } else { 1.0 };
         assert!(errors.last().unwrap() * gain <= errors[0], "{name}: {errors:?}");
     }
@@ -295,7 +300,7 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
     assert!(render_with(&solids(4, &[3]), Fibre::Fan(1000), &Serial).is_err());
 }
 
-/// A pool of threads that takes jobs from both ends.
+/// An executor whose threads take jobs from both ends of the queue.
 struct Crowd;
 
 impl Executor for Crowd {
@@ -327,7 +332,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         let crowd = render_with(&scene, Fibre::Exact, &Crowd).unwrap();
         assert!(same(&crowd, &render(&scene)), "{name}");
     }
-    // Enough facets for several jobs of setting up, and for the hierarchy of obstacles.
+    // Enough facets for several setup jobs, and for the hierarchy of occluders.
     let many = DemoScene { pixels: vec![40, 30], aperture_tan: 0.3, turns: vec![(0, 3, 20.0), (1, 2, 50.0)] };
     let mut parts = many.scene(cell24(4).unwrap()).unwrap().into_parts();
     for _ in 0..5 {
@@ -337,7 +342,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let scene = EyeScene::new(parts).unwrap();
     let picture = render(&scene);
     assert!(same(&render_with(&scene, Fibre::Exact, &Crowd).unwrap(), &picture));
-    // Few obstacles and many are told by different means, and must agree.
+    // Few occluders and many are searched by different methods, which must agree.
     let mut whole = render(&many.scene(cell24(4).unwrap()).unwrap());
     whole.facet.clone_from(&picture.facet);
     let differences = whole.differences(&picture, &[]);
@@ -361,7 +366,7 @@ fn a_walk_by_keys_is_what_its_json_shows() {
 
 #[test]
 fn the_light_plane_is_the_sun_without_loss() {
-    // A light plane far off, without loss, lights and shadows as the sun does.
+    // A distant light plane without falloff lights and shadows as the sun does.
     let scene = solids(3, &[24, 18]);
     let mut sun = scene.clone().into_parts();
     sun.lights.remove(0);
@@ -373,7 +378,7 @@ fn the_light_plane_is_the_sun_without_loss() {
     plane.lights[0].kind = EyeLightKind::Plane { direction, point };
     let (a, b) = (render(&EyeScene::new(sun).unwrap()), render(&EyeScene::new(plane.clone()).unwrap()));
     assert!(a.lit.iter().any(|&l| l) && b.differences(&a, &[]).are_none());
-    // With loss it falls with the distance to the plane.
+    // With falloff the light decreases with the distance to the plane.
     plane.lights[0].falloff = Falloff { k: 500.0, n: 1.0 };
     let dim = render(&EyeScene::new(plane).unwrap());
     assert_eq!(dim.lit, a.lit);
@@ -382,7 +387,8 @@ fn the_light_plane_is_the_sun_without_loss() {
 
 #[test]
 fn facets_that_see_nothing_of_each_other_add_nothing() {
-    // A facet behind everything, one behind the eye, one beside the aperture: the picture does not change.
+    // One facet behind everything, one behind the eye, one beside the aperture: the picture does
+    // not change.
     let scene = solids(4, &[12, 9]);
     let mut parts = scene.clone().into_parts();
     let far = |shift: [f64; 4]| Facet {

@@ -1,4 +1,4 @@
-//! Many connections at once, and each with what is its own.
+//! Many connections at once, each with its own state.
 
 use crate::support::{Serving, Wire};
 use std::io::Write;
@@ -78,10 +78,10 @@ fn none_waits_long_for_a_sync_while_others_flood() {
             0 => {
                 (0..4000).flat_map(|n| format!("PX {} {} ff00ff\n", n % 640, n % 480).into_bytes()).collect()
             }
-            // Costly ones: a slice of these is bounded by time, not by bytes.
+            // Costly commands: a slice of these is bounded by time, not by bytes.
             _ => b"FILLRECT 0 0 640 480 00ff00\n".repeat(400),
         };
-        // The server holds a flood of costly commands back: a write may well time out.
+        // The server stops reading a flood of costly commands, so a write may well time out.
         wire.0.set_write_timeout(Some(Duration::from_millis(50))).unwrap();
         while Instant::now() < until {
             let _ = wire.0.write_all(&bytes);
@@ -98,7 +98,8 @@ fn none_waits_long_for_a_sync_while_others_flood() {
         count += 1;
     }
     floods.into_iter().for_each(|f| f.join().unwrap());
-    // Eight slices of two milliseconds are in between; the rest is for a busy machine in a slow profile.
+    // Eight slices of two milliseconds lie between two replies; the rest is for a busy machine and
+    // a slow profile.
     assert!(count > 5 && waits / count < Duration::from_millis(250), "{count} syncs took {waits:?}");
 }
 
@@ -128,12 +129,12 @@ fn connections_come_and_go_without_a_leak() {
     let threads = thread_count();
     crowd(900);
     if let (Some(before), Some(after)) = (threads, thread_count()) {
-        // Other tests of this program run beside this one.
+        // Other tests of this program run at the same time.
         assert!(after < before + 200, "{before} threads before 900 connections, {after} after");
     }
 }
 
-/// How many threads this process has, where the system tells.
+/// Returns the number of threads of this process, if the system tells it.
 fn thread_count() -> Option<usize> {
     std::fs::read_dir("/proc/self/task").ok().map(|tasks| tasks.count())
 }
@@ -147,7 +148,7 @@ fn large_payloads_of_many_at_once_are_whole_and_one_that_stops_holds_nobody_up()
     let serving = Serving::start(WIDTH, ROWS * (SENDERS + 2));
     let bytes = (WIDTH * ROWS * 4) as usize;
     let head = |i: u32| format!("BLIT 0 {} {WIDTH} {ROWS} :{bytes}\n", i * ROWS).into_bytes();
-    // One stops within its payload, one dies there.
+    // One client stops within its payload, one disconnects there.
     let (mut stopped, mut dying) = (serving.connect(), serving.connect());
     stopped.send(&[head(SENDERS), vec![99; bytes / 4 * 3]].concat());
     dying.send(&[head(SENDERS + 1), vec![98; bytes / 4 * 3]].concat());
@@ -192,7 +193,7 @@ fn large_payloads_of_many_at_once_are_whole_and_one_that_stops_holds_nobody_up()
 fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
     const SIDE: u32 = 640;
     const FRAMES: u8 = 160;
-    /// Ends the flood whatever becomes of the test.
+    /// Ends the flood on drop, even if the test fails.
     struct Stop<'a>(&'a AtomicBool);
     impl Drop for Stop<'_> {
         fn drop(&mut self) {
@@ -200,7 +201,8 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
         }
     }
     const BELOW: u32 = 256;
-    // That the socket waits in line when the flood begins is chance: with nobody to pass it on every other run fails.
+    // It depends on timing that the socket waits in the queue when the flood begins: with no thread
+    // to pass it to, every other run fails.
     let serving = Serving::start(SIDE, SIDE + BELOW);
     let client = serving.server.client();
     let (is_over, is_flooding) = (AtomicBool::new(false), AtomicBool::new(false));
@@ -208,7 +210,7 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
         scope.spawn(|| {
             while !is_over.load(Ordering::Relaxed) {
                 match is_flooding.load(Ordering::Relaxed) {
-                    // Each takes longer to draw than to send, so that more are always waiting.
+                    // Each takes longer to draw than to send, so that some are always queued.
                     true => client.fill_rect(0, SIDE as i32, SIDE as i32, BELOW as i32, [1, 2, 3, 255]),
                     false => std::thread::yield_now(),
                 }
@@ -219,7 +221,8 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
         let bytes = (SIDE * SIDE * 4) as usize;
         for frame in 1..=FRAMES {
             let head = format!("BLIT 0 0 {SIDE} {SIDE} :{bytes}\n").into_bytes();
-            // The render thread, which has nothing else to do, reads it by itself, until at some point of it there is.
+            // The render thread is idle and reads this part itself, until the flood gives it other
+            // work at some point of the payload.
             let (first, rest) = (usize::from(frame) * bytes / usize::from(FRAMES + 1), vec![frame; bytes]);
             wire.send(&[&head, &rest[..first]].concat());
             is_flooding.store(true, Ordering::Relaxed);
@@ -239,7 +242,7 @@ fn a_client_that_sends_no_more_and_reads_late_gets_all_of_a_long_reply() {
     let mut wire = serving.connect();
     wire.send(b"READ 0 0 1920 1080\n".repeat(4).as_slice());
     wire.0.shutdown(std::net::Shutdown::Write).unwrap();
-    // The writer waits for room by now, and nothing more will be read of this client.
+    // The writer waits for space by then, and nothing more is read of this client.
     std::thread::sleep(Duration::from_millis(300));
     let mut all = Vec::new();
     std::io::Read::read_to_end(&mut wire.0, &mut all).unwrap();

@@ -1,4 +1,5 @@
-//! Connections that the system has no descriptor for are told so, and served when there is one again.
+//! Connections for which the system has no file descriptor receive an error, and new ones are
+//! served when there is one again.
 
 #![cfg(unix)]
 
@@ -10,22 +11,22 @@ use std::net::SocketAddr;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// More than any of these tests takes: what is not there by then hangs.
+/// Longer than any step of these tests takes; a wait beyond it means a hang.
 const HANGS: Duration = Duration::from_secs(30);
 
-/// A server whose limit of open files was set by `ulimit` with these arguments.
+/// Starts a server whose limit of open files is set by `ulimit` with these arguments.
 fn limited(ulimit: &str) -> Process {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit {ulimit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_fbptr")]);
     Process::spawn(command, &["--listen", "127.0.0.1:0"])
 }
 
-/// What a client that was let in or refused hears of `SIZE`.
+/// Sends `SIZE` and returns the reply line, also that of a refused client.
 fn size(wire: &mut Wire) -> String {
     wire.ask("SIZE\n")
 }
 
-/// What a client that sends nothing is told.
+/// Connects, sends nothing, and returns the first line received.
 fn told(address: SocketAddr) -> String {
     let mut told = String::new();
     BufReader::new(Wire::connect(address).0).read_line(&mut told).unwrap();
@@ -37,7 +38,7 @@ fn until_served(address: SocketAddr) {
     let until = Instant::now() + HANGS;
     loop {
         let mut wire = Wire::connect(address);
-        // A refused one may be closed before it has sent anything.
+        // A refused client may be disconnected before it has sent anything.
         let _ = std::io::Write::write_all(&mut wire.0, b"SIZE\nQUIT\n");
         let mut reply = String::new();
         if wire.0.read_to_string(&mut reply).is_ok() && reply == "SIZE 640 480\n" {
@@ -56,7 +57,7 @@ fn connections_beyond_the_descriptors_are_refused_and_the_others_go_on() {
         (|| warning.strip_prefix("fbptr: warning: no more than ")?.split(' ').next()?.parse().ok())()
             .unwrap_or_else(|| panic!("{warning}"));
     assert!(warning.ends_with("in place of 1024: the limit of open files is 64 (ulimit -n)"), "{warning}");
-    // One descriptor each: three would leave less than a third of this.
+    // One descriptor per connection: with three, less than a third of this would be left.
     assert!((16..64).contains(&most), "{warning}");
     let address = process.address();
     let mut inside: Vec<Wire> = (0..most).map(|_| Wire::connect(address)).collect();
@@ -81,7 +82,7 @@ fn the_soft_limit_is_raised_to_what_the_connections_need() {
     assert_eq!(process.ends_after("TERM"), Some(0));
 }
 
-/// The number that the next descriptor of a process would get.
+/// Returns the number that the next descriptor of a process would get.
 #[cfg(target_os = "linux")]
 fn next_descriptor(process: &Process) -> u64 {
     let is_open = |n: &u64| std::fs::symlink_metadata(format!("/proc/{}/fd/{n}", process.id())).is_ok();
@@ -99,7 +100,7 @@ fn without_any_descriptor_clients_are_accepted_refused_and_served_again_later() 
     let pid = Pid::from_raw(process.id() as i32);
     let none = Rlimit { current: Some(next_descriptor(&process)), maximum: None };
     let before = prlimit(pid, Resource::Nofile, Rlimit { maximum: hard_limit(), ..none }).unwrap();
-    // A thread that sleeps in `accept` has its descriptor already: the first may be served.
+    // A thread blocked in `accept` has its descriptor already: the first client may be served.
     let _first = Wire::connect(address);
     for _ in 0..20 {
         assert_eq!(told(address), "ERR 0 0 EQUOTA CONNECT: the server has no descriptor left for it\n");
@@ -112,7 +113,7 @@ fn without_any_descriptor_clients_are_accepted_refused_and_served_again_later() 
     assert_eq!(process.ends_after("TERM"), Some(0));
 }
 
-/// The hard limit of this process, which its children have, too.
+/// Returns the hard limit of this process, which its children inherit.
 #[cfg(target_os = "linux")]
 fn hard_limit() -> Option<u64> {
     rustix::process::getrlimit(rustix::process::Resource::Nofile).maximum

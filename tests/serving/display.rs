@@ -1,4 +1,4 @@
-//! What is shown, and when: AUTO, PRESENT, EVENTS, stepping, with a test in the place of the window.
+//! Display of frames by AUTO, PRESENT, EVENTS and stepping, with a test in place of the window.
 
 use crate::support::Serving;
 use fbptr::server::{Display, Engine, Finish, InputEvent, RenderThread, ShownFrame};
@@ -12,7 +12,8 @@ fn shown(width: u32, height: u32) -> (Serving, Arc<Display>) {
     (Serving::with(engine), display)
 }
 
-/// Looks as a window does until the pixel at the origin has this red, or says that it never does.
+/// Reads frames as a window does until the pixel at the origin has this red; returns whether that
+/// happened in time.
 fn becomes_red(display: &Display, red: u8, patience: Duration) -> bool {
     let (mut window, until) = (ShownFrame::default(), Instant::now() + patience);
     while Instant::now() < until {
@@ -36,7 +37,7 @@ fn auto_follows_the_memory_and_off_shows_presents_alone() {
     assert!(becomes_red(&display, 0x11, SOON));
     assert_eq!(wire.ask("AUTO off\nPX 0 0 220000\nSYNC a\n"), "SYNC a\n");
     assert!(!becomes_red(&display, 0x22, A_WHILE), "frozen");
-    // As long as any connection asks for it.
+    // Frames are shown as long as any connection asks for them.
     let mut other = serving.connect();
     other.send(b"AUTO on\nPX 0 0 330000\n");
     assert!(!becomes_red(&display, 0x33, A_WHILE));
@@ -61,7 +62,7 @@ fn present_wait_answers_when_the_frame_is_on_the_screen_and_holds_the_rest_back(
     display.note_shown(2);
     assert_eq!((wire.line(), wire.line()), ("FRAME 2\n".into(), "SYNC after\n".into()));
     assert!(becomes_red(&display, 0x33, SOON));
-    // A window that is closed counts as one that shows.
+    // A closed window counts as one that shows every frame.
     wire.send(b"PRESENT wait\n");
     std::thread::sleep(Duration::from_millis(20));
     display.close();
@@ -111,7 +112,7 @@ fn a_step_is_one_frame_however_long_it_takes_and_however_it_comes() {
     let (serving, display) = shown(400, 400);
     display.set_paused(true);
     let mut wire = serving.connect();
-    // More work than a turn's time and more bytes than a read has.
+    // More work than fits in a slice and more bytes than fit in one read.
     let frame = |red: u8| {
         let fills = "FILLRECT 0 0 400 400 000102\n".repeat(300);
         let pixels = "PX 1 1 00ff00\n".repeat(30_000);

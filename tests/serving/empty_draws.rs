@@ -1,11 +1,11 @@
-//! Draws that show nothing: counted, and explained once to those who are told of errors.
+//! Draws that show nothing are counted, and explained once to clients that receive errors.
 
 use crate::process::fbptr;
 use crate::support::{Folder, Serving};
 use std::process::Stdio;
 
 const LIGHT: &str = "LIGHT 0 DIR 0 0 -1 1 1 1\n";
-/// A triangle that shows its back to the start's camera.
+/// A triangle that shows its back to the initial camera.
 const BACK: &str = "MESH m OBJ :32\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n";
 const EMPTY_SCENE: &str = "SCENE X3D :40\n<X3D version='3.3'><Scene></Scene></X3D>\nDRAWSCENE\n";
 /// A scene of one shape far behind the camera, with X3D's headlight.
@@ -13,7 +13,7 @@ const SCENE_BEHIND: &str = "SCENE X3D :170\n<X3D version='3.3'><Scene><Viewpoint
     <Transform translation='0 0 50'><Shape><Appearance><Material/></Appearance><Box/></Shape></Transform>\
     </Scene></X3D>\nDRAWSCENE\n";
 
-/// Streams that draw once, and what explains the draw.
+/// Streams that draw once, each with its explanation.
 const CASES: [(&str, &str); 12] = [
     ("MESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
     ("AMBIENT 1 1 1\nMESH m BOX\nDRAW m\n", "all of it is black: there is no light"),
@@ -38,7 +38,7 @@ const CASES: [(&str, &str); 12] = [
     ("*MESH m BOX\nDEPTH u16\nHIDE zbuffer\nPERSPECTIVE 0.7 1 3\nDRAW m\n", "nothing is drawn: "),
 ];
 
-/// The stream of a case, on a blank frame: the depths are everybody's.
+/// Returns the stream of a case after a CLEAR: the depth buffer is shared by all clients.
 fn stream(case: &str) -> String {
     format!("CLEAR\n{case}")
         .replace('*', LIGHT)
@@ -87,7 +87,7 @@ fn what_shows_something_is_not_explained() {
     let serving = Serving::start(64, 48);
     for case in [
         "*MESH m BOX\nDRAW m\n",
-        // Without light: edges, what glows, what ambient light reaches.
+        // Visible without light: edges, emissive colours, ambient light.
         "MESH m BOX\nSHADE wire\nDRAW m\n",
         "MESH m BOX\nMATERIAL 0 0 0 1 1 1 0 0 0 1 .5 0 0\nDRAW m\n",
         "AMBIENT .5 .5 .5\nMATERIAL 1 1 1 1 1 1 0 0 0 1\nMESH m BOX\nDRAW m\n",
@@ -106,7 +106,7 @@ fn a_reason_is_told_once_and_only_where_errors_are_told() {
     assert!(told.contains(" empty_draws=4 ") && told.contains(" total_empty_draws=4 "), "{told}");
     let told = serving.say(&format!("CLEAR\nERRORS count\n{twice}STATS\n"));
     assert!(told.starts_with("STATS ") && told.contains(" empty_draws=4 "), "{told}");
-    // Whoever asks for reports later is told then.
+    // A client that asks for reports later is told at its next empty draw.
     let told = serving.say("CLEAR\nERRORS count\nMESH m BOX\nDRAW m\nERRORS report\nCLEAR\nDRAW m\n");
     assert_eq!(told.matches("WARN ").count(), 1, "{told}");
 }

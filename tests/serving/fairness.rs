@@ -1,5 +1,5 @@
-//! Fear: a long command of one client holds up the others, or what is done beside it comes in another order than the
-//! recording says.
+//! Verifies that a long command of one client does not hold up the others, and that the commands
+//! executed meanwhile appear in the recording in the order of execution.
 
 use crate::support::{Folder, Numbers, Serving, Wire};
 use fbptr::command::EndOfInput;
@@ -8,13 +8,14 @@ use std::io::{self, ErrorKind, Write};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// However slow the machine, nothing is given up.
+/// Returns limits under which even a slow machine gives up no command.
 fn patient() -> Limits {
     Limits { command_time: Duration::from_secs(600), ..Limits::default() }
 }
 
-/// Lets one client send a pixel and a long command at once, and another one, which has seen the pixel, ask for a SYNC:
-/// the SYNC must be answered before the long command is. A server that runs it in one go shows the pixel when all is done.
+/// One client sends a pixel and a long command at once; another one, which has seen the pixel, asks
+/// for a SYNC. The SYNC must be answered before the long command is. A server that runs the long
+/// command in one go shows the pixel only when all is done.
 fn overtakes(serving: &Serving, once: &str, long: &str) {
     let (mut busy, mut other) = (serving.connect(), serving.connect());
     assert_eq!(busy.ask(&format!("{once}PX 0 0 000000\nSYNC begin\n")), "SYNC begin\n");
@@ -93,7 +94,7 @@ fn recorded(width: u32, height: u32, limits: Limits) -> (Serving, Sheet) {
     (Serving::with(engine), sheet)
 }
 
-/// Ends the server and plays what it has recorded; the bytes of both.
+/// Stops the server and plays its recording; returns the bytes of both frames.
 fn live_and_replayed(serving: Serving, sheet: &Sheet, width: u32, height: u32) -> [Vec<u8>; 2] {
     let engine = serving.server.shut_down(Duration::from_secs(20));
     let live = engine.memory().bytes().to_vec();
@@ -101,7 +102,7 @@ fn live_and_replayed(serving: Serving, sheet: &Sheet, width: u32, height: u32) -
     let recording = sheet.0.lock().unwrap().clone();
     let thread = RenderThread::start(Engine::new(width, height).unwrap()).unwrap();
     let input = Box::new(io::Cursor::new(recording));
-    // A draw that shows nothing is in order, there as here.
+    // A draw that shows nothing is valid, live and in the replay.
     let tell = |notice| {
         let is_remark = matches!(notice, Notice::Remark { .. });
         assert!(is_remark, "refused commands are not in a recording: {notice:?}");
@@ -142,7 +143,7 @@ fn a_recording_of_long_and_short_commands_of_three_replays_to_the_same_bytes() {
                 };
                 wire.send(command.as_bytes());
                 if step % 8 == 7 {
-                    // So that replies are read.
+                    // So that replies are read from time to time.
                     let mark = format!("SYNC {who}.{step}\n");
                     wire.send(mark.as_bytes());
                     read_to(&mut wire, mark.as_bytes());
@@ -155,14 +156,14 @@ fn a_recording_of_long_and_short_commands_of_three_replays_to_the_same_bytes() {
     }
 }
 
-/// Reads replies up to this one, which is the last.
+/// Reads replies up to and including this last one.
 fn read_to(wire: &mut Wire, mark: &[u8]) {
     let mut tail = Vec::new();
     wire.0.set_read_timeout(Some(Duration::from_secs(600))).unwrap();
     let mut buffer = vec![0; 1 << 16];
     while !tail.ends_with(mark) {
         let count = match io::Read::read(&mut wire.0, &mut buffer) {
-            // A signal, such as that of a stopped and continued process, is no end.
+            // An interrupted read, such as that of a process stopped and continued, is not the end.
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,
             count => count.unwrap(),
         };

@@ -1,4 +1,5 @@
-//! Files that a server reads, writes and shares, when others take them away, hold them up or fill their disk.
+//! Files that a server reads, writes and shares, while others truncate them, block them or fill
+//! their disk.
 
 #![cfg(unix)]
 
@@ -11,7 +12,7 @@ use std::os::unix::fs::FileExt;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Waits until `STATS` says `word`.
+/// Waits until the reply to `STATS` contains `word`.
 fn wait_for_stats(wire: &mut Wire, word: &str) {
     let until = Instant::now() + Duration::from_secs(30);
     loop {
@@ -75,7 +76,7 @@ fn a_pipe_that_nobody_drains_holds_no_client_up() {
         fbptr().args(["serve", "--headless", "--listen", ":0", "--record", text(&pipe)]).output().unwrap();
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("a pipe that nobody reads"));
-    // One that opens it and reads nothing.
+    // A process that opens the pipe and reads nothing.
     let mut reader = Command::new("sh").args(["-c", "exec sleep 100 < $0", text(&pipe)]).spawn().unwrap();
     let mut process = Process::start(&["--listen", ":0", "--size", "200x100", "--record", text(&pipe)]);
     let mut wire = Wire::connect(process.address());
@@ -153,7 +154,7 @@ fn a_full_disk_is_a_quota_in_every_format_and_no_place_for_a_shared_file() {
         return;
     }
     let folder = Folder::new("small-disk");
-    // A disk of 64 KiB, seen by these processes alone; noise that no format makes smaller.
+    // A disk of 64 KiB, visible to these processes alone, and noise that no format compresses.
     let script = r#"
         mount -t tmpfs -o size=64k small "$1" || exit 77
         "$0" serve --headless --listen :0 --size 640x480 --shm "$1/fb" && exit 1
@@ -173,7 +174,7 @@ fn a_full_disk_is_a_quota_in_every_format_and_no_place_for_a_shared_file() {
     request.extend((0..160_000).map(|_| noise.below(256) as u8));
     request.extend(b"SNAP a.png\nSNAP a.ppm\nSNAP a.raw\nCLEAR\nSNAP b.png\n");
     let mut stdin = child.stdin.take().unwrap();
-    // Where there is no disk, nobody reads.
+    // If the disk cannot be mounted, nothing reads this.
     let _ = std::io::Write::write_all(&mut stdin, &request);
     drop(stdin);
     let out = child.wait_with_output().unwrap();
@@ -208,7 +209,7 @@ fn a_shared_file_that_others_truncate_ends_the_sharing_and_nothing_else() {
         });
         let file = std::fs::OpenOptions::new().write(true).open(&shm).unwrap();
         std::thread::sleep(Duration::from_millis(round * 3));
-        // Cut and whole again and cut, as fast as can be.
+        // Truncated, restored and truncated again, as fast as possible.
         for i in 0..round * 20 + 1 {
             file.set_len(i * 997 % 200_000).unwrap();
             let _ = file.write_all_at(b"x", 239_000);

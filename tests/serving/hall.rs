@@ -1,4 +1,5 @@
-//! A server in a hall full of strangers: shares of connections, idle ones, browsers, and how connections begin.
+//! A public server: connections per address, idle connections, browsers, and the first bytes of a
+//! connection.
 
 #![cfg(unix)]
 
@@ -10,7 +11,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Asks again until `probe` has an answer; longer than this means that it hangs.
+/// Repeats `probe` until it returns a value; panics after 30 seconds.
 fn wait_for<T>(what: &str, mut probe: impl FnMut() -> Option<T>) -> T {
     let until = std::time::Instant::now() + Duration::from_secs(30);
     loop {
@@ -46,7 +47,7 @@ fn an_address_has_its_share_of_connections_and_unix_sockets_are_exempt() {
     wait_for("the place that became free", || (serving.talk(b"SIZE\n") == b"SIZE 8 8\n").then_some(()));
 }
 
-/// Says that the work is over when it goes.
+/// Clears the flag on drop, so that the working thread ends.
 struct Ends<'a>(&'a AtomicBool);
 
 impl Drop for Ends<'_> {
@@ -71,7 +72,7 @@ fn idle_connections_end_and_those_that_wait_or_work_stay() {
     let silent = connect(b"");
     let once = connect(b"SYNC a\n");
     let unfinished = connect(b"TEXT 1 1 ffffff :10\nabc");
-    // More replies than the system's buffers hold, and nobody reads them.
+    // More replies than the system's buffers hold, of which none is read.
     let deaf = connect(b"READ 0 0 100 100\n".repeat(2000).as_slice());
     let mut waiting = connect(b"PRESENT wait\n");
     let mut listening = connect(b"EVENTS on\n");
@@ -79,7 +80,7 @@ fn idle_connections_end_and_those_that_wait_or_work_stay() {
     let at_work = AtomicBool::new(true);
     std::thread::scope(|scope| {
         let at_work = &at_work;
-        // Whatever fails here, the other thread ends.
+        // The other thread ends even if this one panics.
         let _ends = Ends(at_work);
         let work = scope.spawn(|| {
             while at_work.load(Ordering::Relaxed) {
@@ -89,7 +90,7 @@ fn idle_connections_end_and_those_that_wait_or_work_stay() {
         });
         let rest = |wire: &mut Wire| {
             let mut rest = Vec::new();
-            // A reset is an end too: bytes that the server did not read.
+            // A reset counts as the end: the server did not read all bytes.
             let _ = wire.0.read_to_end(&mut rest);
             String::from_utf8_lossy(&rest).into_owned()
         };
@@ -97,7 +98,7 @@ fn idle_connections_end_and_those_that_wait_or_work_stay() {
         assert_eq!(rest(&mut silent), "", "a connection that used Pixelflut alone is told nothing");
         assert_eq!(rest(&mut once), "SYNC a\nERR 2 7 EQUOTA CONNECT: idle for 2 seconds\n");
         assert_eq!(rest(&mut unfinished), "", "and no more is one in the middle of its first command");
-        // Beyond the time of those who had the same time.
+        // Longer than the idle timeout of all connections.
         std::thread::sleep(Duration::from_secs(4));
         at_work.store(false, Ordering::Relaxed);
         work.join().unwrap();
@@ -116,7 +117,8 @@ fn nobody_is_idle_unless_a_time_is_given() {
     assert_eq!(Limits::default().connections_per_address, usize::MAX);
 }
 
-/// What a page can make a browser send: lines of commands as the body of a form or a fetch.
+/// A request that a page can make a browser send: lines of commands as the body of a form or a
+/// fetch.
 const REQUEST: &str = "POST / HTTP/1.1\r\nHost: 127.0.0.1:1234\r\nOrigin: http://evil.example\r\n\
                        Content-Type: text/plain\r\nContent-Length: 32\r\n\r\nPX 1 1 ff0000\nPX 2 2 ff0000\nSIZE\n";
 
@@ -126,7 +128,7 @@ fn a_page_in_a_browser_sends_no_commands() {
     for cut in (1..24).chain([REQUEST.len()]) {
         let mut wire = serving.connect();
         for piece in REQUEST.as_bytes().chunks(cut) {
-            // The server may have closed already.
+            // The server may have closed the connection already.
             if wire.0.write_all(piece).is_err() {
                 break;
             }
@@ -247,7 +249,7 @@ fn pictures_are_taken_by_the_clock_within_their_bound() {
     ];
     let mut process = Process::start(&arguments);
     let mut wire = Wire::connect(process.address());
-    // Bytes that no compression makes fewer: about 12 KB a picture, so that two of them fit.
+    // Bytes that do not compress: about 12 KB per picture, so that two of them fit.
     let mut state = 1u32;
     let noise: Vec<u8> = (0..64 * 48 * 4)
         .map(|_| {
@@ -270,7 +272,7 @@ fn pictures_are_taken_by_the_clock_within_their_bound() {
         own
     };
     let first = wait_for("a picture", || own().first().cloned());
-    // A picture may be seen between its writing and its removal.
+    // A listing may see a picture between its creation and its removal.
     wait_for("the first one to go", || (!first.exists()).then_some(()));
     let newest = wait_for("two pictures", || own().get(1).cloned());
     let picture = image::open(&newest).map(|picture| picture.to_rgba8().into_raw());

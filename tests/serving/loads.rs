@@ -1,6 +1,7 @@
-//! Loads that show leaks and stalls, on a server in a process of its own: its memory and processor time are its alone.
+//! Loads that reveal leaks and stalls, on a server in its own process, so that memory and processor
+//! time are the server's alone.
 //!
-//! A tenth of each unless `FBPTR_LOADS=full` is set.
+//! The counts are a tenth of the full ones unless `FBPTR_LOADS=full` is set.
 #![cfg(target_os = "linux")]
 
 use crate::process::Process;
@@ -9,20 +10,20 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
-/// What is left of a full count.
+/// Returns the full count, or a tenth of it.
 fn count(full: usize) -> usize {
     let is_full = std::env::var("FBPTR_LOADS").is_ok_and(|v| v == "full");
     if is_full { full } else { full / 10 }
 }
 
-/// Kilobytes of memory that a process holds.
+/// Returns the resident memory of a process in kilobytes.
 fn resident(process: &Process) -> usize {
     let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
     let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:")).unwrap();
     line.trim().trim_end_matches(" kB").parse().unwrap()
 }
 
-/// What a process holds once that shrinks no more: pages are given back a moment after.
+/// Returns the resident memory once it shrinks no further: pages are freed with a delay.
 fn settled(process: &Process) -> usize {
     let mut least = resident(process);
     for _ in 0..10 {
@@ -32,7 +33,7 @@ fn settled(process: &Process) -> usize {
     least
 }
 
-/// Hundredths of a second of processor that a process has used.
+/// Returns the processor time of a process in hundredths of a second.
 fn processor_ticks(process: &Process) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
@@ -52,7 +53,7 @@ fn all_gone(address: SocketAddr) {
     }
 }
 
-/// Connections of every kind, one after the other; answers the longest that one waited for a reply.
+/// Opens connections of every kind, one after the other; returns the longest wait for a reply.
 fn crowd(address: SocketAddr, count: usize) -> Duration {
     let half_a_payload = [b"CRC\nBLIT 0 0 500 500 :1000000\n".as_slice(), &[7; 20_000]].concat();
     let mut longest = Duration::ZERO;
@@ -62,7 +63,7 @@ fn crowd(address: SocketAddr, count: usize) -> Duration {
             0 => {}
             1 => wire.send(b"PX 1 1 ff0000\nLINE 0 0"),
             2 | 3 => {
-                // Closed with a reply unread: the system answers what still comes with a reset.
+                // Closed with a reply unread: the system sends a reset for bytes that still arrive.
                 wire.send(&half_a_payload);
                 if i % 64 == 2 {
                     std::thread::sleep(Duration::from_millis(1));
@@ -82,7 +83,8 @@ fn crowd(address: SocketAddr, count: usize) -> Duration {
     longest
 }
 
-/// Holds what a process holds to at most a twentieth more than before; pages are given back a moment after.
+/// Verifies that a process holds at most a twentieth more than before, within ten seconds: pages
+/// are freed with a delay.
 fn assert_memory_is_back(process: &Process, before: usize) {
     let until = Instant::now() + Duration::from_secs(10);
     while resident(process) > before + before / 20 {
@@ -96,11 +98,12 @@ fn assert_memory_is_back(process: &Process, before: usize) {
 fn ten_thousand_connections_leave_nothing_behind() {
     let mut process = Process::start(&["--listen", ":0", "--size", "640x480"]);
     let address = process.address();
-    // The first ones make what stays: the allocator's arenas, the threads' stacks.
+    // The first connections allocate what stays: the allocator's arenas, the threads' stacks.
     crowd(address, 400);
     let (count, begun) = (count(10_000), Instant::now());
     let mut held = vec![resident(&process)];
-    // What leaks grows in each round; an arena that the allocator makes because threads met by chance, in one.
+    // A leak grows in each round; an arena that the allocator adds because threads happened to
+    // collide grows in one.
     for _ in 0..3 {
         let longest = crowd(address, count / 2);
         assert!(longest < Duration::from_secs(2), "a reply took {longest:?}");
@@ -123,7 +126,7 @@ fn a_hundred_thousand_replies_that_nobody_reads_are_held_and_let_go() {
         let mut mute = Wire::connect(address);
         mute.0.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
         for _ in 0..replies / 100 {
-            // Held back at last: its own commands wait.
+            // The server stops reading this client: its commands wait.
             if mute.0.write_all(&b"READ 0 0 20 20\n".repeat(100)).is_err() {
                 break;
             }

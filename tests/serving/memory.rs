@@ -1,6 +1,8 @@
-//! One memory budget for all connections: the program under attacks on its memory, each of which a few kilobytes could make.
+//! One memory budget for all connections: the program under attacks on its memory, each possible
+//! with a few kilobytes.
 //!
-//! Fear: that a client, or many of them, fill the machine's memory, and that who refuses them does not serve the others.
+//! Guards against clients that fill the machine's memory, and against a refusal that leaves other
+//! clients unserved.
 
 #[cfg(target_os = "linux")]
 use crate::process::Process;
@@ -11,12 +13,12 @@ use image::ImageEncoder;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-/// The budget of the attacked server.
+/// Budget of the attacked server in bytes.
 const BUDGET: u64 = 64 << 20;
-/// What a process holds beside its budget: code and tables as it starts, threads' stacks, and what its allocator keeps of small
-/// blocks that were freed, a part of the budget at most.
+/// Bytes that a process holds beside its budget: code and tables at the start, stacks of threads,
+/// and small freed blocks that its allocator retains, at most a part of the budget.
 const OVERHEAD: u64 = 32 << 20;
-/// The same for each connection: its state, and its writer's stack.
+/// Bytes held for each connection beside the budget: its state, and its writer's stack.
 const CONNECTION: u64 = 64 << 10;
 
 fn png(side: u32) -> Vec<u8> {
@@ -27,16 +29,16 @@ fn png(side: u32) -> Vec<u8> {
     out
 }
 
-/// A command with its payload.
+/// Returns a command with its payload.
 fn with_payload(head: &str, payload: &[u8]) -> Vec<u8> {
     [format!("{head} :{}\n", payload.len()).as_bytes(), payload].concat()
 }
 
-/// A scene of boxes with pictures of `side` x `side` pixels, each another file.
+/// Returns a scene of boxes with pictures of `side` x `side` pixels, each a file of its own.
 fn scene_of_pictures(count: usize, side: u32) -> Vec<u8> {
     let file = png(side);
     let shape = |i: usize| {
-        // Another name each, so that none is shared.
+        // Each URL differs, so that no texture is shared.
         let hex: String = file.iter().map(|byte| format!("%{byte:02x}")).collect();
         format!(
             "<Shape><Appearance><ImageTexture url='\"data:image/png;a={i},{hex}\"'/></Appearance><Box/></Shape>"
@@ -46,7 +48,7 @@ fn scene_of_pictures(count: usize, side: u32) -> Vec<u8> {
     with_payload("SCENE X3D", format!("<X3D><Scene>{shapes}</Scene></X3D>").as_bytes())
 }
 
-/// Groups of groups of shapes: 8 to the power of `depth` of them.
+/// Returns nested groups with 8 to the power of `depth` shapes.
 fn scene_of_uses(depth: u32) -> Vec<u8> {
     let mut text = String::from("<X3D><Scene><Group DEF='g0'><Shape><Box/></Shape></Group>");
     for i in 1..=depth {
@@ -56,7 +58,8 @@ fn scene_of_uses(depth: u32) -> Vec<u8> {
     with_payload("SCENE X3D", (text + "</Scene></X3D>").as_bytes())
 }
 
-/// The same sliver from corner to corner of the frame: it waits in every tile and covers few pixels.
+/// Returns a mesh that repeats one sliver from corner to corner of the frame: it is in the bin of
+/// every tile it crosses and covers few pixels.
 fn full_frames(faces: usize) -> Vec<u8> {
     let text = "v -9 -9 0\nv 9 9 0\nv 9 9.01 0\n".to_owned() + &"f 1 2 3\n".repeat(faces);
     with_payload("MESH m OBJ", text.as_bytes())
@@ -72,7 +75,7 @@ fn answers(address: SocketAddr) {
     assert_eq!(Wire::connect(address).ask("SIZE\n"), "SIZE 320 240\n");
 }
 
-/// What it says to a request, and that it still answers others.
+/// Sends a request and returns the replies, after verifying that the server still answers others.
 fn attack(address: SocketAddr, request: &[u8]) -> String {
     let said = Wire::connect(address).talk(request);
     answers(address);
@@ -138,7 +141,7 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     let said = attack(address, &with_payload("MESH o OBJ", "v 0 0 0\n".repeat(1 << 19).as_bytes()));
     assert!(said.contains("EQUOTA MESH"), "{said}");
     note("vertices");
-    // Many small resources, of several connections: their sum is bounded.
+    // Many small resources of several connections: their sum is bounded.
     let mut wires: Vec<Wire> = (0..8).map(|_| Wire::connect(address)).collect();
     let texture = with_payload("TEX", &png(256))[4..].to_vec();
     let mut refused = 0;
@@ -153,7 +156,7 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     answers(address);
     drop(wires);
     note("many textures");
-    // Payloads that do not end.
+    // Payloads that never end.
     let mut wires: Vec<Wire> = (0..64).map(|_| Wire::connect(address)).collect();
     for wire in &mut wires {
         wire.send(format!("ERRORS report\nBLIT 0 0 2000 2000 :{}\n", 16_000_000).as_bytes());
@@ -162,7 +165,7 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     answers(address);
     drop(wires);
     note("payloads");
-    // Replies that nobody reads.
+    // Replies that no client reads.
     let mut wires: Vec<Wire> = (0..32).map(|_| Wire::connect(address)).collect();
     for wire in &mut wires {
         wire.send("READ 0 0 320 240\n".repeat(60).as_bytes());
@@ -221,7 +224,8 @@ fn a_payload_is_counted_once_when_its_command_takes_it_over() {
     let patient = Duration::from_secs(600);
     let limits = Limits { memory_bytes: LIMIT, command_time: patient, ..Limits::default() };
     let serving = Serving::limited(8, 8, limits);
-    // Comments: nothing of them is kept, so that the payload is all that is held.
+    // The text is mostly comments, of which nothing is stored, so that the payload is all that is
+    // held.
     let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_owned();
     text += &format!("#{}\n", " nothing".repeat(100)).repeat(LIMIT as usize * 6 / 10 / 802);
     let mut wire = serving.connect();

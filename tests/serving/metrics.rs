@@ -1,4 +1,4 @@
-//! The metrics endpoint: its values, its format held to the letter, and clients that mean no good.
+//! The metrics endpoint: its values, its format to the letter, and hostile clients.
 
 #![cfg(unix)]
 
@@ -20,7 +20,7 @@ fn start(more: &[&str]) -> (Process, SocketAddr, SocketAddr) {
     (process, address, metrics)
 }
 
-/// Sends bytes and reads to the end; a connection that is reset has said what it said.
+/// Sends bytes and reads to the end; a reset counts as the end.
 fn exchange(address: SocketAddr, request: &[u8]) -> Vec<u8> {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -30,7 +30,7 @@ fn exchange(address: SocketAddr, request: &[u8]) -> Vec<u8> {
     reply
 }
 
-/// The body of a whole response with status 200.
+/// Returns the body of a complete response with status 200.
 fn get(address: SocketAddr, path: &str, media_type: &str) -> Option<String> {
     let reply = exchange(address, format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes());
     let text = String::from_utf8(reply).unwrap();
@@ -50,7 +50,7 @@ fn is_name(name: &str) -> bool {
     name.starts_with(is_first) && name.chars().all(|c| is_first(c) || c.is_ascii_digit())
 }
 
-/// Reads Prometheus' text format 0.0.4 and refuses whatever it does not allow.
+/// Parses Prometheus' text format 0.0.4; panics on anything that it does not allow.
 fn parse_exposition(text: &str) -> HashMap<String, f64> {
     assert!(text.ends_with('\n') && !text.contains('\r') && !text.contains("\n\n"));
     let (mut helped, mut typed, mut closed) = (HashSet::new(), HashMap::new(), HashSet::new());
@@ -92,7 +92,7 @@ fn parse_exposition(text: &str) -> HashMap<String, f64> {
     samples
 }
 
-/// Reads until `is_right`; longer than this means that it hangs.
+/// Reads the metrics until `is_right`; panics after 30 seconds.
 fn wait_for(address: SocketAddr, is_right: impl Fn(&HashMap<String, f64>) -> bool) -> HashMap<String, f64> {
     let until = Instant::now() + Duration::from_secs(30);
     loop {
@@ -174,7 +174,8 @@ fn clients_that_mean_no_good_get_little_and_hold_nobody_up() {
     assert_eq!(status("\0\u{1}\u{2}\r\n\r\n"), "HTTP/1.1 400 Bad Request");
     let reply = head("HEAD /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
     assert!(reply.starts_with(b"HTTP/1.1 200 OK\r\n") && reply.ends_with(b"\r\n\r\n"), "no body for HEAD");
-    // One that sends its request byte by byte is served; a second request on a connection is not.
+    // A client that sends its request byte by byte is served; a second request on a connection is
+    // not.
     let mut slow = TcpStream::connect(metrics).unwrap();
     slow.set_nodelay(true).unwrap();
     for byte in b"GET /metrics HTTP/1.0\r\n\r\n" {
@@ -185,11 +186,11 @@ fn clients_that_mean_no_good_get_little_and_hold_nobody_up() {
     let mut reply = String::new();
     slow.read_to_string(&mut reply).unwrap();
     assert_eq!(reply.matches("HTTP/1.1 200 OK").count(), 1);
-    // All places are held by connections that say nothing: they lose them, and somebody else is served.
+    // All slots are taken by silent connections: these are closed, and another client is served.
     let silent: Vec<TcpStream> = (0..50).map(|_| TcpStream::connect(metrics).unwrap()).collect();
     wait_for(metrics, |samples| samples["fbptr_connections"] == 0.0);
     drop(silent);
-    // One that never reads does not either.
+    // Clients that never read are closed as well.
     let deaf: Vec<TcpStream> = (0..8).map(|_| TcpStream::connect(metrics).unwrap()).collect();
     for mut stream in &deaf {
         stream.write_all(b"GET /metrics HTTP/1.0\r\n\r\n").unwrap();

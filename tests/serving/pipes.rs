@@ -1,4 +1,4 @@
-//! Connections over pairs of pipes, in this process.
+//! Connections over pairs of pipes within one process.
 
 use fbptr::server::{Engine, Server};
 use std::io::{self, Cursor};

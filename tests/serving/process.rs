@@ -1,4 +1,4 @@
-//! The program itself: signals, socket files, the shared file, recordings, small clients.
+//! The server program: signals, socket files, the shared file, recordings, small clients.
 
 #![cfg(unix)]
 
@@ -16,7 +16,7 @@ pub fn fbptr() -> Command {
     Command::new(env!("CARGO_BIN_EXE_fbptr"))
 }
 
-/// `fbptr serve` as a process of its own, ended when the test ends.
+/// `fbptr serve` as a process that is killed when the test ends.
 pub struct Process {
     child: Child,
     stderr: BufReader<ChildStderr>,
@@ -27,7 +27,7 @@ impl Process {
         Process::spawn(fbptr(), arguments)
     }
 
-    /// The same through a command that runs the program with the arguments that it is given.
+    /// [`Process::start`] by a command that runs the program with the arguments that it is given.
     pub fn spawn(mut command: Command, arguments: &[&str]) -> Process {
         let mut child = command
             .args(["serve", "--headless"])
@@ -40,14 +40,14 @@ impl Process {
         Process { child, stderr }
     }
 
-    /// The next line that it says.
+    /// Returns the next line of its standard error.
     pub fn says(&mut self) -> String {
         let mut line = String::new();
         self.stderr.read_line(&mut line).unwrap();
         line.trim_end().to_owned()
     }
 
-    /// Where it says that it listens on TCP.
+    /// Reads the line that names the TCP address it listens on.
     pub fn address(&mut self) -> SocketAddr {
         let line = self.says();
         line.strip_prefix("fbptr: listening on tcp ").unwrap_or_else(|| panic!("{line}")).parse().unwrap()
@@ -62,7 +62,7 @@ impl Process {
         assert!(Command::new("sh").args(["-c", "kill -s $0 $1", name, &pid]).status().unwrap().success());
     }
 
-    /// The exit status, as [`Process::ends_after`], and what it says on its way.
+    /// Returns the exit status, as [`Process::ends_after`], and the rest of its standard error.
     fn ends_after_saying(mut self, signal: &str) -> (Option<i32>, String) {
         let mut said = String::new();
         let status = self.wait_after(signal);
@@ -70,7 +70,7 @@ impl Process {
         (status, said)
     }
 
-    /// The exit status, which must come within ten seconds of the signal.
+    /// Sends a signal and returns the exit status, which must come within ten seconds.
     pub fn ends_after(mut self, signal: &str) -> Option<i32> {
         self.wait_after(signal)
     }
@@ -113,7 +113,7 @@ fn a_signal_ends_it_in_order_whatever_its_clients_do() {
         let mut process = Process::start(&arguments);
         let address = process.address();
         assert_eq!(process.says(), format!("fbptr: listening on unix {}", socket.display()));
-        // One that floods, one that never reads, one in the middle of a payload, one that is idle.
+        // One client floods, one never reads, one is in the middle of a payload, one is idle.
         let flood = std::thread::spawn(move || {
             let mut wire = Wire::connect(address);
             while wire.0.write_all(&b"PX 3 3 ff0000\n".repeat(1000)).is_ok() {}
@@ -298,7 +298,7 @@ fn small_clients_send_and_take_pictures() {
     assert_eq!(gone.status.code(), Some(1), "nobody listens any more");
 }
 
-/// What another program does with the shared file: it knows the layout and nothing of us.
+/// Another program that uses the shared file: it relies on the documented layout alone.
 const FOREIGN_PROGRAM: &str = r#"
 import mmap, socket, struct, sys, time
 path, port = sys.argv[1], int(sys.argv[2])
@@ -359,7 +359,8 @@ fn another_program_maps_the_shared_file() {
     let out = Command::new("python3").args(["-c", FOREIGN_PROGRAM, text(&shm), &port]).output().unwrap();
     assert_eq!(String::from_utf8_lossy(&out.stdout), "fine\n", "{}", String::from_utf8_lossy(&out.stderr));
     assert_eq!(process.ends_after("TERM"), Some(0));
-    // A restarted server goes on with the pixels; another size is refused, no size takes the file's.
+    // A restarted server continues with the pixels; another size is refused, and without a size it
+    // takes the file's.
     let mut wrong = fbptr();
     wrong
         .args(["serve", "--headless", "--listen", ":0", "--size", "60x40", "--shm", text(&shm)])
@@ -381,7 +382,7 @@ fn a_signal_in_the_middle_of_a_big_drawing_ends_the_server_in_order() {
             ["--listen", ":0", "--size", "1280x720", "--record", text(&recording), "--snap", text(&snap)];
         let mut process = Process::start(&arguments);
         let mut wire = Wire::connect(process.address());
-        // Each takes a good part of a second, so that the signal comes in the middle of one.
+        // Each draw takes a good part of a second, so that the signal comes in the middle of one.
         let scene = format!("{state}\nLOOKAT 0 0 6 0 0 0 0 1 0\nMESH m KNOT 300 120\nSYNC made\n");
         assert_eq!(wire.ask(&scene), "SYNC made\n");
         wire.send("DRAW m\n".repeat(200).as_bytes());

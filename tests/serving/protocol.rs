@@ -1,8 +1,9 @@
-//! The protocol as a table: what is asked, what is answered.
+//! The protocol as a table of requests and replies.
 
 use crate::support::{Serving, Wire};
 
-/// Requests on one connection each, to a fresh 20x10 server, and all that comes back. `~` stands for any rest of a line.
+/// Requests, each on one connection to a fresh 20x10 server, and all replies. `~` stands for the
+/// rest of a line.
 const TABLE: &[(&str, &str)] = &[
     ("SIZE\n", "SIZE 20 10\n"),
     ("size\r\n", "SIZE 20 10\n"),
@@ -79,7 +80,7 @@ const TABLE: &[(&str, &str)] = &[
     ("CLEAR\nLIGHT 0 DIR 0 0 -1 1 1 1\nMESH b BOX\nDRAW b\nPICK 10 5\n", "PICK 10 5 b ~"),
 ];
 
-/// Whether `text` is `pattern`, in which each `~` stands for the rest of a line.
+/// Returns whether `text` matches `pattern`, in which each `~` stands for the rest of a line.
 fn matches(pattern: &str, text: &str) -> bool {
     let Some((before, after)) = pattern.split_once('~') else { return pattern == text };
     let Some(rest) = text.strip_prefix(before) else { return false };

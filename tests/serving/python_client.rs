@@ -1,4 +1,4 @@
-//! The Python client's own tests, against the server that this build made.
+//! Runs the Python client's own tests against the server of this build.
 
 use crate::process::Process;
 use crate::support::{Folder, Wire};
@@ -40,7 +40,7 @@ fn the_readmes_lines_run_as_printed_from_the_repositorys_root() {
         let address = process.address();
         let picture = folder.join("picture.png");
         assert!(block.contains("\"127.0.0.1:1234\"") && block.contains("\"picture.png\""), "{block}");
-        // The port is whatever is free here, and the picture goes where it harms nobody.
+        // The port is the one in use here, and the picture goes to the temporary folder.
         let program = block
             .replace("127.0.0.1:1234", &address.to_string())
             .replace("picture.png", picture.to_str().expect("UTF-8"));
@@ -50,7 +50,7 @@ fn the_readmes_lines_run_as_printed_from_the_repositorys_root() {
             .output()
             .expect("python3 runs");
         assert!(output.status.success(), "{program}\n{}", String::from_utf8_lossy(&output.stderr));
-        // The line that it draws, from one corner to the other, is there and in the picture.
+        // The line that it draws, from one corner to the other, is in the frame and in the picture.
         assert_eq!(Wire::connect(address).ask("PX 639 479\n"), "PX 639 479 ffff00\n");
         let picture = image::open(&picture).expect("a picture").to_rgba8();
         assert_eq!((picture.dimensions(), picture.get_pixel(0, 0).0), ((640, 480), [255, 0, 0, 255]));

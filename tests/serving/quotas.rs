@@ -1,4 +1,4 @@
-//! Limits and permissions: each refusal has its code, and what was refused did nothing.
+//! Limits and permissions: each refusal has its code, and a refused command has no effect.
 
 use crate::support::{Folder, Serving, Wire};
 use fbptr::load::SandboxDir;

@@ -1,6 +1,7 @@
-//! X3D over a socket: compressed scenes and prototypes, drawn for the camera that looks, and those that would take too much.
+//! X3D over a socket: compressed scenes and prototypes, drawn for the current camera, and scenes
+//! that would take too much.
 //!
-//! Fear: that a stranger's few bytes become many nodes, or reach files that are not the stranger's to name.
+//! Guards against few bytes that become many nodes, and against names of files outside the sandbox.
 
 use crate::support::{Folder, Serving, Wire};
 use fbptr::load::SandboxDir;
@@ -19,7 +20,8 @@ pub fn scene(bytes: &[u8]) -> Vec<u8> {
     [format!("SCENE X3D :{}\n", bytes.len()).as_bytes(), bytes].concat()
 }
 
-/// Prototypes of which each holds two of the one before, the first one a thousand points.
+/// Returns prototypes that each contain two instances of the one before, the first one a thousand
+/// points.
 pub fn doubling(levels: usize) -> String {
     let points = "0 0 0 ".repeat(1000);
     let mut text = format!(
@@ -47,7 +49,7 @@ fn a_compressed_scene_of_prototypes_is_drawn_for_the_camera_that_looks() {
     assert_eq!(wire.ask("DRAWSCENE\nSYNC a\n"), "SYNC a\n");
     let middle = |wire: &mut Wire| wire.ask("PX 20 15\n");
     assert_ne!(middle(&mut wire), "PX 20 15 000000\n");
-    // From beyond 20 the second level is shown, which is empty.
+    // Beyond 20 units the second level, which is empty, is selected.
     let said = wire.ask("CLEAR\nLOOKAT 0 0 21 0 0 0 0 1 0\nDRAWSCENE\nSYNC b\n");
     assert!(said.starts_with("WARN 7 ") && said.contains("DRAWSCENE: nothing is drawn"), "{said}");
     assert_eq!(wire.line(), "SYNC b\n");

@@ -1,4 +1,4 @@
-//! The protocol page's shell examples, typed as they stand there by a shell in an empty folder.
+//! The protocol page's shell examples, run as printed by a shell in an empty folder.
 #![cfg(unix)]
 
 use crate::process::Process;
@@ -8,7 +8,7 @@ use std::process::Command;
 
 const PAGE: &str = include_str!("../../docs/protocol.md");
 
-/// The commands of the page's console session, each with what it is to print.
+/// Returns the commands of the page's console session, each with its expected output.
 fn session() -> Vec<(String, String)> {
     let text = PAGE.split("```console\n").nth(1).unwrap().split("```").next().unwrap();
     let mut session: Vec<(String, String)> = Vec::new();
@@ -33,7 +33,7 @@ fn the_shell_examples_print_what_the_page_says() {
     let (mut server, mut port, mut count) = (None, String::new(), 0);
     for (command, expected) in session() {
         if let Some(arguments) = command.strip_prefix("fbptr serve --headless ") {
-            // On a port that is free, and with its socket in the folder.
+            // On a free port, and with its socket in the folder.
             let arguments = arguments.trim_end_matches(" &").replace(":1234", ":0");
             let socket = folder.join("fb.sock").display().to_string();
             let arguments: Vec<&str> =

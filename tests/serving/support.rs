@@ -33,12 +33,12 @@ impl Serving {
         Wire::connect(self.address)
     }
 
-    /// Sends all of it, closes the sending side, reads all that comes.
+    /// Sends the request, closes the sending side and returns all replies.
     pub fn talk(&self, request: &[u8]) -> Vec<u8> {
         self.connect().talk(request)
     }
 
-    /// The same, as text.
+    /// [`Serving::talk`] with text.
     pub fn say(&self, request: &str) -> String {
         String::from_utf8_lossy(&self.talk(request.as_bytes())).into_owned()
     }
@@ -48,7 +48,7 @@ impl Serving {
     }
 }
 
-/// A client's socket. Nothing takes longer than ten seconds.
+/// A client's socket, with time limits of ten seconds.
 pub struct Wire(pub TcpStream);
 
 impl Wire {
@@ -65,7 +65,7 @@ impl Wire {
         self.0.write_all(bytes).unwrap();
     }
 
-    /// One reply line, with its LF.
+    /// Reads one reply line, with its LF.
     pub fn line(&mut self) -> String {
         let mut line = Vec::new();
         let mut byte = [0];
@@ -81,7 +81,7 @@ impl Wire {
         self.line()
     }
 
-    /// The same, or `None` when no reply comes in time.
+    /// Sends a request and reads one reply line, or returns `None` if none comes in time.
     pub fn try_ask(&mut self, request: &str) -> Option<String> {
         self.send(request.as_bytes());
         let (mut line, mut byte) = (Vec::new(), [0]);
@@ -105,14 +105,14 @@ impl Wire {
         all
     }
 
-    /// Breaks the connection off, with a reset where the system does that for unread bytes.
+    /// Closes the connection, with a reset where the system sends one for unread bytes.
     pub fn reset(self) {
         self.0.set_nonblocking(true).unwrap();
         drop(self.0.shutdown(Shutdown::Both));
     }
 }
 
-/// A folder that goes with the test.
+/// A temporary folder that is removed when the test ends.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
@@ -140,7 +140,7 @@ impl AsRef<Path> for Folder {
     }
 }
 
-/// A generator of numbers that look random: xorshift32.
+/// A pseudo-random number generator: xorshift32.
 pub struct Numbers(pub u32);
 
 impl Numbers {

@@ -1,4 +1,4 @@
-//! Nothing lost, nothing broken: odd writes, cuts, resets, clients that do not read.
+//! Nothing is lost or broken by odd writes, cuts, resets, or clients that do not read.
 
 use crate::support::{Numbers, Serving, Wire};
 use fbptr::command::EndOfInput;
@@ -6,7 +6,7 @@ use fbptr::server::{Audience, Budget, Engine, Output, Stream};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// A stream of every framing there is.
+/// Returns a stream with every kind of framing.
 fn mixed_stream() -> Vec<u8> {
     let mut s =
         b"PX 1 1 ff0000\r\n# a comment\n\nOFFSET 2 1\nPX 3 3 00ff00\nPB\x09\x00\x05\x00\n\nPB".to_vec();
@@ -65,7 +65,7 @@ fn every_split_point_over_a_socket() {
     }
 }
 
-/// 200,000 different pixels in a shuffled order.
+/// Returns 200,000 different pixels in a shuffled order.
 fn pixels() -> Vec<(u16, u16, [u8; 4])> {
     let mut numbers = Numbers(0x1234_5678);
     let mut all: Vec<(u16, u16, [u8; 4])> = (0..200_000u32)
@@ -141,7 +141,7 @@ fn a_client_that_dies_in_the_middle_leaves_no_trace_of_it() {
             }
         }
     }
-    // All of them are over when a new one has its answer and nobody else is left.
+    // All of them have ended when a new client is answered and is the only one.
     let until = Instant::now() + Duration::from_secs(10);
     while !serving.say("STATS\n").contains(" connections=1 ") {
         assert!(Instant::now() < until, "connections are left over");
@@ -156,13 +156,13 @@ fn a_client_that_never_reads_stalls_itself_alone() {
     let serving = Serving::limited(64, 64, limits);
     let mut mute = serving.connect();
     mute.0.set_write_timeout(Some(Duration::from_millis(300))).unwrap();
-    // A hundred thousand replies of 16 kilobytes, of which nobody reads a byte.
+    // A hundred thousand replies of 16 kilobytes, of which the client reads no byte.
     let request = "READ 0 0 64 64\n".repeat(1000);
     let mut sent = 0;
     while sent < 100 {
         match mute.0.write_all(request.as_bytes()) {
             Ok(()) => sent += 1,
-            // The server takes no more: it holds this client back.
+            // The server stops reading this client.
             Err(_) => break,
         }
     }
@@ -172,7 +172,7 @@ fn a_client_that_never_reads_stalls_itself_alone() {
         assert_eq!(other.ask(&format!("PX 1 1 {i:06x}\nPX 1 1\n")), format!("PX 1 1 {i:06x}\n"));
         assert!(begun.elapsed() < Duration::from_secs(2), "another client waited {:?}", begun.elapsed());
     }
-    // And when it reads at last, all is there, in order.
+    // Once the client reads, all replies arrive, in order.
     let want = "READ 0 0 64 64 :16384\n".len() + 16384;
     let mut reply = vec![0; want];
     for i in 0..500 {
@@ -211,7 +211,7 @@ fn random_bytes_neither_stop_nor_crash_the_server() {
             })
             .collect();
         let mut wire = serving.connect();
-        // The server may hang up in the middle: a length beyond 64 bits ends a stream.
+        // The server may disconnect in the middle: a length beyond 64 bits ends a stream.
         let _ = wire.0.write_all(&noise);
         if round % 2 == 0 {
             wire.reset();

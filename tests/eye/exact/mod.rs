@@ -1,12 +1,12 @@
-//! Fear: a nearest point, a winner, a shadow that rounding or a clever search got wrong. Everything is compared with a truth in
-//! rational numbers that tries every face (`truth`).
+//! The eye against a reference in rational numbers that tries every face (`truth`): nearest points,
+//! visible facets and shadows must not be lost to rounding or to a search that skips facets.
 
 mod rational;
 mod truth;
 
 use fbptr::eye::{EyeLight, EyeLightKind, EyeScene, Facet, Falloff, Pose, SceneParts, render};
 
-/// A small generator with its seed in the test's name of the case (xorshift64*).
+/// A small generator (xorshift64*), seeded by the case.
 struct Dice(u64);
 
 impl Dice {
@@ -17,7 +17,7 @@ impl Dice {
         ((self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as i64).rem_euclid(n)
     }
 
-    /// A multiple of 1/8 in lo..hi.
+    /// Returns a multiple of 1/8 in lo..hi.
     fn real(&mut self, lo: i64, hi: i64) -> f64 {
         lo as f64 + self.below((hi - lo) * 8) as f64 / 8.0
     }
@@ -63,13 +63,14 @@ fn check(name: &str, parts: SceneParts) -> usize {
     hits
 }
 
-/// Random facets with coordinates that are multiples of 1/8, so that coincidences are common, and a light of each kind.
+/// Returns random facets with coordinates that are multiples of 1/8, so that coincidences are
+/// common, and a light of each kind.
 fn random_scene(dim: usize, pixels: &[u32], facets: usize, seed: u64) -> SceneParts {
     let dice = &mut Dice(seed * 0x9E37_79B9 + 1);
     let mut scene = parts(dim, pixels, [0.5, 0.25, 1.0][dice.below(3) as usize]);
     let color = |dice: &mut Dice| std::array::from_fn(|_| dice.real(0, 1));
     for i in 0..facets {
-        // Some begin with a vertex of the last: shared corners and ridges.
+        // Some begin with a vertex of the previous one: shared corners and ridges.
         let shared = if i == 0 { 0 } else { dice.below(dim as i64) as usize };
         let mut v: Vec<Vec<f64>> = if i == 0 { vec![] } else { scene.facets[i - 1].v[..shared].to_vec() };
         while v.len() < dim {

@@ -1,11 +1,11 @@
-//! Rational numbers of any size: just what the truth needs.
+//! Rational numbers of any size, with the operations that the reference needs.
 
 use num_bigint::BigInt;
 use num_integer::Integer;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// numerator / denominator, reduced, denominator over 0.
+/// A number numerator / denominator, reduced, with denominator > 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Q(BigInt, BigInt);
 
@@ -18,7 +18,7 @@ impl Q {
         Q(numerator / &gcd, denominator / &gcd)
     }
 
-    /// The number that the f64 is, exactly.
+    /// Converts an f64 exactly.
     pub fn from_f64(x: f64) -> Q {
         assert!(x.is_finite());
         let bits = x.abs().to_bits();
@@ -32,7 +32,7 @@ impl Q {
         }
     }
 
-    /// The nearest f64 but for an ulp.
+    /// Returns the nearest f64, within an ulp.
     pub fn to_f64(&self) -> f64 {
         let shift = 80 + self.1.bits() as i64 - self.0.bits() as i64;
         let quotient = if shift >= 0 {
@@ -112,7 +112,8 @@ pub fn dot(a: &[Q], b: &[Q]) -> Q {
     a.iter().zip(b).fold(Q::zero(), |sum, (x, y)| &sum + &(x * y))
 }
 
-/// The solution of `rows` [a.. | b], or `None` when it is not unique: whole numbers throughout (Bareiss, 1968).
+/// Returns the solution of `rows` [a.. | b], or `None` if it is not unique, by integers throughout
+/// (Bareiss, 1968).
 pub fn solve(rows: Vec<Vec<Q>>) -> Option<Vec<Q>> {
     let n = rows.len();
     let mut rows: Vec<Vec<BigInt>> = rows.into_iter().map(whole_multiple).collect();
@@ -132,7 +133,7 @@ pub fn solve(rows: Vec<Vec<Q>>) -> Option<Vec<Q>> {
     Some(rows.into_iter().map(|row| Q::new(row[n].clone(), last.clone())).collect())
 }
 
-/// A multiple of the row in whole numbers.
+/// Returns a multiple of the row in integers.
 fn whole_multiple(row: Vec<Q>) -> Vec<BigInt> {
     let common = row.iter().fold(BigInt::from(1), |m, x| m.lcm(&x.1));
     row.into_iter().map(|x| x.0 * (&common / &x.1)).collect()

@@ -1,12 +1,13 @@
-//! The N-dimensional eye in rational numbers, written in the plainest way: every pixel, every facet, every set of active
-//! inequalities, every obstacle. Shares no code with the renderer but the scene.
+//! The N-dimensional eye in rational numbers, written in the plainest way: every pixel, every
+//! facet, every set of active inequalities, every occluder. It shares no code with the renderer but
+//! the scene.
 //!
-//! The eye must not be turned, so that all its numbers are rational.
+//! The eye must not be rotated, so that all its numbers are rational.
 
 use super::rational::{Q, determinant, dot, solve};
 use fbptr::eye::{EyeLightKind, EyeScene, Falloff};
 
-/// What one pixel sees.
+/// Result at one pixel.
 pub struct Seen {
     pub facet: i32,
     /// Distance; infinite on a miss.
@@ -122,7 +123,8 @@ fn pixel(scene: &EyeScene, simplices: &[Simplex], direction: &[Q], origin: &[Q])
     Seen { facet: winner.id as i32, distance, lit, color }
 }
 
-/// The point of the simplex in the pixel's fibre that is nearest to the eye, over all sets of active inequalities.
+/// Returns the point of the simplex in the pixel's fibre that is nearest to the eye, over all sets
+/// of active inequalities.
 fn nearest(scene: &EyeScene, s: &Simplex, id: usize, direction: &[Q]) -> Option<Hit> {
     if s.offset.sign() == 0 {
         return None; // edge-on
@@ -172,7 +174,7 @@ fn nearest(scene: &EyeScene, s: &Simplex, id: usize, direction: &[Q]) -> Option<
     Some(Hit { id, distance2, facing, point })
 }
 
-/// Least lambda^T G lambda under the equations, by Lagrange's system; `None` when it is singular.
+/// Minimizes lambda^T G lambda under the equations, by Lagrange's system; `None` if it is singular.
 fn least_norm(gram: &[Vec<Q>], equations: &[(Vec<Q>, Q)]) -> Option<Vec<Q>> {
     let (n, count) = (gram.len(), equations.len());
     if count > n {
@@ -197,7 +199,7 @@ fn least_norm(gram: &[Vec<Q>], equations: &[(Vec<Q>, Q)]) -> Option<Vec<Q>> {
     })
 }
 
-/// All subsets of 0..n with at most `most` members.
+/// Returns all subsets of 0..n with at most `most` members.
 fn subsets(n: usize, most: usize) -> Vec<Vec<usize>> {
     let mut all = vec![vec![]];
     let mut last: Vec<Vec<usize>> = vec![vec![]];
@@ -214,11 +216,11 @@ fn subsets(n: usize, most: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// The distance of the light when it reaches the hit's point on the side that the eye sees.
+/// Returns the distance of the light if it reaches the hit's point on the side that the eye sees.
 fn light_reaches(simplices: &[Simplex], hit: &Hit, kind: &EyeLightKind, origin: &[Q]) -> Option<f64> {
     let own = &simplices[hit.id];
     let p = &hit.point;
-    // The way from p to the light: a vector, and whether it ends there.
+    // The path from p to the light: a vector, and whether it ends there.
     let (way, ends, distance) = match kind {
         EyeLightKind::Sun { direction } => (vector(direction).iter().map(|x| -x).collect(), false, 0.0),
         EyeLightKind::Radial { position } => {
@@ -258,7 +260,7 @@ fn light_reaches(simplices: &[Simplex], hit: &Hit, kind: &EyeLightKind, origin: 
     (!blocked).then_some(distance)
 }
 
-/// Whether a point of the simplex's hyperplane lies in the closed simplex.
+/// Returns whether a point of the simplex's hyperplane lies in the closed simplex.
 fn inside(s: &Simplex, x: &[Q]) -> bool {
     // sum of lambda_i (v_i, 1) = (x, 1), with the coordinate dropped along which the normal is not 0.
     let n = x.len();
