@@ -3,10 +3,10 @@
 //! In: reservations for one use each, made before the memory is allocated. Out: a [`Reservation`]
 //! that returns its bytes when it is dropped, or [`OverBudget`] with the figures. Runs on any
 //! thread: the counters are atomic, and a reservation is one compare-and-exchange on their sum.
-//! Promises that [`MemoryBudget::try_reserve`] never grants bytes beyond the limit.
-//! [`Reservation::set`] counts bytes that exist already, which may exceed the limit and makes later
-//! requests fail. Checked by `STATS`, which prints every counter, and by tests that count the
-//! allocator's bytes.
+//!
+//! Promise: [`MemoryBudget::try_reserve`] never grants bytes beyond the limit. [`Reservation::set`]
+//! counts bytes that exist already, which may exceed the limit and makes later requests fail.
+//! Checked by `STATS`, which prints every counter, and by tests that count the allocator's bytes.
 
 use crate::error::{Code, Fault};
 use std::fmt;

@@ -2,9 +2,10 @@
 //! when a scene needs it.
 //!
 //! Depth z runs from 0 (near) to 1 (far) and is cleared to 1. A fragment passes if its encoded
-//! depth is strictly nearer than the stored one. Formats: u16 = round(65535 z), u24 =
-//! round((2^24-1) z), u32 = round((2^32-1) z), f32, and reversed f32, which stores 1-z as the
-//! caller computed it without cancellation.
+//! depth is strictly nearer than the stored one.
+//!
+//! Formats: u16 = round(65535 z), u24 = round((2^24-1) z), u32 = round((2^32-1) z), f32, and
+//! reversed f32, which stores 1-z as the caller computed it without cancellation.
 //!
 //! Clears are deferred: runs of pixels of a row (cells) are marked, and their words are stored when
 //! a cell is first written. Reads always return the cleared value.

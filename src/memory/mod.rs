@@ -1,9 +1,10 @@
 //! Video memory: the emulated framebuffer, byte pointers into it, and its depth and pick buffers.
 //!
 //! In: bytes and pixels from every drawing module. Out: bytes to the window, files and the network.
+//! Only the render thread holds a `VideoMemory` mutably.
+//!
 //! Layout (Trabalho 1, "putPixel"): width x height pixels of four bytes R, G, B, A, row 0 at the
-//! top, no padding, `offset = (width * y + x) * 4`. Only the render thread holds a `VideoMemory`
-//! mutably.
+//! top, no padding, `offset = (width * y + x) * 4`.
 
 mod aligned;
 mod budget;

@@ -1,9 +1,10 @@
 //! Scenes as plain data: meshes, materials, lights, cameras, textures, and the scene that holds
 //! them.
 //!
-//! In: the values of files and commands. Out: the pipeline's input. No I/O and no drawing. World
-//! space is right-handed; the camera looks along its own -z; counter-clockwise faces are front;
-//! angles are radians; all numbers are f64.
+//! In: the values of files and commands. Out: the pipeline's input. No I/O and no drawing.
+//!
+//! World space is right-handed; the camera looks along its own -z; counter-clockwise faces are
+//! front; angles are radians; all numbers are f64.
 
 mod auto_framing;
 mod camera;

@@ -1,9 +1,11 @@
 //! Navigation: a viewer's camera, relative to the one of the scene's author.
 //!
-//! In: the author's camera, which may itself move with time. Out: the viewer's. A navigator is one
-//! rigid motion of the world (camera' = M camera), a zoom (a factor on the distance to the
-//! reference point) and a choice of projection. Promise: a navigator at home returns the author's
-//! camera bit for bit. Angles in radians, lengths in world units.
+//! In: the author's camera, which may itself move with time. Out: the viewer's. Angles in radians,
+//! lengths in world units.
+//!
+//! A navigator is one rigid motion of the world (camera' = M camera), a zoom (a factor on the
+//! distance to the reference point) and a choice of projection. Promise: a navigator at home
+//! returns the author's camera bit for bit.
 
 use super::auto_framing::FRAME_FOV_RAD;
 use super::{Camera, LookAt, ObliqueKind, Projection, contain};

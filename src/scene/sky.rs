@@ -1,9 +1,11 @@
 //! Backdrop infinitely far away: colours by the angle from the zenith and the nadir, and a cube of
 //! pictures.
 //!
-//! In: directions in world space. Out: colours. Follows X3D's Background (ISO/IEC 19775-1 clause
-//! 24.4.1): always centred at the eye, so that only the direction counts. The pictures are in front
-//! of the ground, the ground in front of the sky.
+//! In: directions in world space. Out: colours. The backdrop is always centred at the eye, so that
+//! only the direction counts. The pictures are in front of the ground, the ground in front of the
+//! sky.
+//!
+//! Source: X3D's Background (ISO/IEC 19775-1 clause 24.4.1).
 //!
 //! Colours are interpolated linearly in R, G, B between angles. The sky continues in its last
 //! colour; the ground ends at its last angle. A picture is upright when looking along its axis:

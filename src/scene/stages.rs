@@ -2,9 +2,10 @@
 //!
 //! In: the lit colour of the surface (the Ka and Kd terms, times vertex colours) with its opacity,
 //! and each stage's texel. Out: the colour and opacity that replace them; the Ks and Ke terms are
-//! added afterwards, as with one texture. Source: ISO/IEC 19775-1 clause 18.4.3, tables 18.3
-//! (modes), 18.4 (sources) and 18.5 (functions). DOTPRODUCT3, which the tables leave open, is as in
-//! fixed-function hardware.
+//! added afterwards, as with one texture.
+//!
+//! Source: ISO/IEC 19775-1 clause 18.4.3, tables 18.3 (modes), 18.4 (sources) and 18.5 (functions).
+//! DOTPRODUCT3, which the tables leave open, is as in fixed-function hardware.
 //!
 //! Arg1 is the stage's texel, Arg2 the result of the previous stage (for the first one, the lit
 //! colour) or the value that `source` selects. A single MODULATE stage equals a plain texture: its

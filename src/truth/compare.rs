@@ -2,10 +2,11 @@
 //!
 //! In: video memory, its depth memory, and the reference picture of the same draws. Out: a
 //! [`Comparison`]: the number of pixels with errors in coverage, colour and depth, the largest
-//! errors, the first faulty pixels. Limits: coverage 0 pixels; colours 1/255, textured 2/255; f32
-//! depth the larger of 2 ulp and 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of the stored
-//! value. A pixel is correct if it agrees with one of its accepted results in colour and depth at
-//! once.
+//! errors, the first faulty pixels.
+//!
+//! Limits: coverage 0 pixels; colours 1/255, textured 2/255; f32 depth the larger of 2 ulp and
+//! 4e-7; u16, u24, u32 0.501 of a step; reversed 4 ulp of the stored value. A pixel is correct if
+//! it agrees with one of its accepted results in colour and depth at once.
 
 use super::double_double::DoubleDouble;
 use super::picture::{PixelState, StoredDepth, TruthPicture, ulp_f32};

@@ -1,7 +1,9 @@
 //! Coverage of a triangle: point-in-triangle tests in integers of 1/256 pixel.
 //!
-//! In: corners in screen pixels, y down, pixel (i, j) with its centre at (i+.5, j+.5). Each
-//! coordinate is snapped to the nearest 1/256 (ties to even). A centre is covered if it lies
+//! In: corners in screen pixels, y down, pixel (i, j) with its centre at (i+.5, j+.5). Out: whether
+//! a pixel's centre is covered.
+//!
+//! Each coordinate is snapped to the nearest 1/256 (ties to even). A centre is covered if it lies
 //! strictly inside, or on a top or left edge. Each pixel is tested on its own with integers of
 //! sufficient width; nothing is incremental.
 

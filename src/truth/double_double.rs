@@ -28,8 +28,9 @@ pub struct DoubleDouble {
 const LARGE: f64 = f64::from_bits((1023 + 960) << 52);
 /// 2^-960: errors of products below this underflow.
 const TINY: f64 = f64::from_bits((1023 - 960) << 52);
-/// 2^-128 and 2^128, exact factors between [`LARGE`] or [`TINY`] numbers and safe ones.
+/// 2^-128, an exact factor from numbers above [`LARGE`] to safe ones.
 const DOWN: f64 = f64::from_bits((1023 - 128) << 52);
+/// 2^128, an exact factor from numbers below [`TINY`] to safe ones, and the inverse of [`DOWN`].
 const UP: f64 = f64::from_bits((1023 + 128) << 52);
 
 /// Returns a + b and its exact rounding error; the error is 0 if the sum is not finite.

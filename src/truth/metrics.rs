@@ -2,9 +2,11 @@
 //!
 //! In: two pictures of equal size, as RGBA bytes or as unclamped real colours, and depths. Out:
 //! plain numbers. Alpha is ignored. All sums are in a fixed order, so the results are identical to
-//! the digit on every machine. SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image
-//! quality assessment: from error visibility to structural similarity", 2004: a Gaussian window of
-//! 11 x 11 with sigma 1.5 over the luma, K1 = 0.01, K2 = 0.03.
+//! the digit on every machine.
+//!
+//! Source of SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment:
+//! from error visibility to structural similarity", 2004: a Gaussian window of 11 x 11 with sigma
+//! 1.5 over the luma, K1 = 0.01, K2 = 0.03.
 
 use super::picture::ulp_f32;
 use crate::memory::DepthFormat;

@@ -1,11 +1,13 @@
 //! Benchmark workloads W1 to W7 and S1 to S7, each compared with a reference before it is timed.
 //!
 //! In: a [`Workload`], a [`Size`] and drawing options. Out: a [`Row`] of times, or a [`Refusal`] if
-//! the picture exceeds its error bound: then no time is reported. A frame is everything that a
-//! program would do: colour and depth are cleared, the whole scene is drawn, and the result is in
-//! video memory. After the timing the memory is overwritten and one more frame is drawn, which must
-//! equal the first one byte for byte: so no timed frame can have skipped work. W1 to W5 are a torus
-//! knot or 20 layers through [`Renderer`](crate::pipeline::Renderer); their truth is the plain f64
+//! the picture exceeds its error bound: then no time is reported.
+//!
+//! A frame is everything that a program would do: colour and depth are cleared, the whole scene is
+//! drawn, and the result is in video memory. After the timing the memory is overwritten and one
+//! more frame is drawn, which must equal the first one byte for byte: so no timed frame can have
+//! skipped work.
+//!
 //! W1 to W5 are a torus knot or 20 layers through [`Renderer`](crate::pipeline::Renderer). Their
 //! reference is the plain f64 path at all pixels, and the reference renderer (`truth`) where the
 //! plain path has only one of several accepted results. W6 and W7 are lines and pixels; their
@@ -163,6 +165,7 @@ pub fn truth_picture(workload: Workload, options: &BenchOptions) -> VideoMemory 
 
 /// Number of untimed frames before the measurement of short frames.
 const WARM_UP_FRAMES: usize = 5;
+/// Duration below which a first frame counts as short.
 const SHORT_FRAME: Duration = Duration::from_millis(300);
 
 fn measure(workload: Workload, run_of: &mut dyn BenchRun, options: &BenchOptions) -> Result<Row, Refusal> {

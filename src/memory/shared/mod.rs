@@ -43,9 +43,10 @@ const FRAME_AT: usize = 32;
 const DOORBELL_AT: usize = 40;
 const PID_AT: usize = 48;
 const TEXT_AT: usize = 256;
-/// The text begins with the two numbers that change, 20 digits each, so that they can be
-/// overwritten in place.
+/// Offset of the frame number in the text. The text begins with the two numbers that change, 20
+/// digits each, so that they can be overwritten in place.
 const TEXT_FRAME_AT: usize = TEXT_AT + "frame=".len();
+/// Offset of the doorbell count in the text.
 const TEXT_DOORBELL_AT: usize = TEXT_FRAME_AT + 20 + "\ndoorbell=".len();
 /// Words of eight bytes that are compared between two checks for a difference.
 const BLOCK_WORDS: usize = 512;
@@ -60,8 +61,9 @@ pub struct SharedFile {
     height: u32,
     /// The map's pixels at the last load or store.
     shadow: Vec<u8>,
-    /// Last published frame number, and the doorbell count in the text.
+    /// Last published frame number.
     frame: Cell<u64>,
+    /// Doorbell count in the header's text.
     doorbell_in_text: Cell<u64>,
 }
 

@@ -3,6 +3,7 @@
 //! Out: meshes in object space, y up, right-handed, faces counter-clockwise seen from outside, with
 //! exact normals and with texture coordinates ((0,0) at the lower left). Corners that meet share a
 //! position, so that edges have no gaps. Equal arguments give equal bits on every machine (`libm`).
+//!
 //! Source of sizes, placement and texture coordinates of the solids: X3D (ISO/IEC 19775-1),
 //! Geometry3D component.
 

@@ -19,10 +19,11 @@ pub const DEFAULT_TEAPOT_LEVEL: u32 = 10;
 /// Largest level: 32 patches of 256 x 256 quads.
 pub const MAX_TEAPOT_LEVEL: u32 = 256;
 
-/// Newell's patches: their number, the number of curves that bound them (a curve between two
-/// counted once, a pole not at all), and the number of points that these curves join.
+/// Number of Newell's patches.
 const PATCH_COUNT: u64 = 32;
+/// Number of curves that bound the patches: one between two patches counts once, a pole not at all.
 const CURVES: u64 = 68;
+/// Number of points that these curves join.
 const JOINTS: u64 = 37;
 /// Number of patch sides that are a pole.
 const POLES: u64 = 8;
