@@ -43,7 +43,7 @@ fn full_periods(bytes: &[u8]) -> (usize, u64) {
         && is_x86_feature_detected!("avx512bw")
         && is_x86_feature_detected!("popcnt")
     {
-        // SAFETY: the CPU was just asked for what the function needs.
+        // SAFETY: the CPU was just found to have the features that the function needs.
         return unsafe { wide(bytes) };
     }
     portable(bytes)

@@ -74,7 +74,7 @@ fn has_prefetchw() -> bool {
     use std::arch::x86_64::__cpuid;
     const EXTENDED: u32 = 0x8000_0000;
     #[allow(unused_unsafe, reason = "compilers before 1.94 ask for it")]
-    // SAFETY: every x86-64 has the instruction; a leaf is asked for only where it exists.
+    // SAFETY: every x86-64 has the instruction; a leaf is queried only if it exists.
     unsafe {
         __cpuid(EXTENDED).eax > EXTENDED && __cpuid(EXTENDED + 1).ecx >> 8 & 1 == 1
     }

@@ -42,7 +42,7 @@ impl CancellableExecutor {
         self.cancel.is_cancelled()
     }
 
-    /// Runs `work` on a thread of the pool: starting its pieces then wakes no thread from outside.
+    /// Runs `work` on a thread of the pool, so that submitting its pieces does not have to wake it.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             None => work(),

@@ -27,8 +27,8 @@ use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 /// Faces of a cluster: one vector of the widest level.
 pub const CLUSTER_FACES: usize = 16;
 
-/// Smallest number of faces of a mesh with clusters: smaller ones are drawn before clusters could
-/// be tested.
+/// Smallest number of faces of a mesh with clusters: a smaller one is drawn in less time than the
+/// test of its clusters would take.
 pub const LEAST_FACES: usize = 1024;
 
 /// Clusters between two checks for cancellation.

@@ -111,7 +111,7 @@ pub(crate) struct FrameSlices<'a> {
 pub(crate) struct Scratch {
     /// Visibility of each cluster of faces.
     visibilities: Vec<u8>,
-    /// Set for the blocks of vertices that a visible cluster uses.
+    /// Set for the blocks of vertices that an open cluster uses; empty if all are transformed.
     marks: Vec<AtomicU8>,
     screen_vertices: Vec<ScreenVertex>,
     /// The vertices' depths in f64, for the depth formats that need them.

@@ -49,31 +49,31 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn load(self, from: &[f32]) -> F {
         let from = &from[..8];
-        // SAFETY: the token proves the features; 8 numbers are there.
+        // SAFETY: the token proves the features; the slice holds 8 numbers.
         unsafe { F(_mm256_loadu_ps(from.as_ptr())) }
     }
     #[inline(always)]
     fn load_i(self, from: &[i32]) -> I {
         let from = &from[..8];
-        // SAFETY: the token proves the features; 8 numbers are there.
+        // SAFETY: the token proves the features; the slice holds 8 numbers.
         unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store(self, v: F, to: &mut [f32]) {
         let to = &mut to[..8];
-        // SAFETY: the token proves the features; 8 places are there.
+        // SAFETY: the token proves the features; the target holds 8 elements.
         unsafe { _mm256_storeu_ps(to.as_mut_ptr(), v.0) }
     }
     #[inline(always)]
     fn store_i(self, v: I, to: &mut [i32]) {
         let to = &mut to[..8];
-        // SAFETY: the token proves the features; 8 places are there.
+        // SAFETY: the token proves the features; the target holds 8 elements.
         unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), v.0) }
     }
     #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..8];
-        // SAFETY: the token proves the features; 8 places are there.
+        // SAFETY: the token proves the features; the target holds 8 elements.
         unsafe {
             let old = _mm256_loadu_si256(to.as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
@@ -82,15 +82,15 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..32];
-        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte
-        // first.
+        // SAFETY: the token proves the features; the slice holds 32 bytes, and x86 is
+        // little-endian.
         unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..32];
-        // SAFETY: the token proves the features; 32 bytes are there, and x86 keeps the lowest byte
-        // first.
+        // SAFETY: the token proves the features; the slice holds 32 bytes, and x86 is
+        // little-endian.
         unsafe {
             let old = _mm256_loadu_si256(to.as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
@@ -119,8 +119,8 @@ impl Simd for Avx2 {
         while r < 2 {
             if bits >> (4 * r) & 15 != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the
-                // lowest byte first.
+                // SAFETY: the token proves the features; the slice holds 16 bytes, and x86 is
+                // little-endian.
                 unsafe {
                     let old = _mm_loadu_si128(row.as_ptr().cast());
                     _mm_storeu_si128(row.as_mut_ptr().cast(), _mm_blendv_epi8(old, rows[r], masks[r]))
@@ -133,7 +133,8 @@ impl Simd for Avx2 {
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;
-        // SAFETY: the token proves the features; 8 places are there; a table row has 8 numbers.
+        // SAFETY: the token proves the features; the target holds 8 elements; a table row has 8
+        // numbers.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(v.0, order));
@@ -153,8 +154,8 @@ impl Simd for Avx2 {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;
         let count = bits.count_ones() as i32;
-        // SAFETY: the token proves the features; 8 records of 32 bytes are there, and stores need
-        // no alignment; a table row has 8 numbers.
+        // SAFETY: the token proves the features; the target holds 8 records of 32 bytes, and stores
+        // need no alignment; a table row has 8 numbers.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
             let kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(count), self.iota().0);
@@ -261,7 +262,7 @@ impl Simd for Avx2 {
         assert!(from.len() > 1, "pairs to gather");
         check(mask, index, from.len() - 1);
         // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
-        // others were checked: each has one behind it.
+        // others were checked: each has a successor.
         unsafe {
             let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
             [
@@ -277,7 +278,7 @@ impl Simd for Avx2 {
         assert!(from.len() >= 8, "pairs to gather");
         check(mask, index, from.len() / 4 - 1);
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
-        // others were checked: each has one behind it. Loads need no alignment.
+        // others were checked: each has a successor. Loads need no alignment.
         unsafe {
             let mut at = Spill([0i32; 8]);
             _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));

@@ -43,7 +43,7 @@ pub(super) fn check(mask: M, index: I, len: usize) {
 /// The CPU must have the level's features, and 16 bytes must be there at each of those places.
 #[inline(always)]
 pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m256; 4] {
-    // SAFETY: as promised by the caller; 8 places are there.
+    // SAFETY: as promised by the caller; the array holds 8 elements.
     unsafe {
         let mut at = Spill([0i32; 8]);
         _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));

@@ -49,45 +49,45 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn load(self, from: &[f32]) -> F {
         let from = &from[..16];
-        // SAFETY: the token proves the features; 16 numbers are there.
+        // SAFETY: the token proves the features; the slice holds 16 numbers.
         unsafe { F(_mm512_loadu_ps(from.as_ptr())) }
     }
     #[inline(always)]
     fn load_i(self, from: &[i32]) -> I {
         let from = &from[..16];
-        // SAFETY: the token proves the features; 16 numbers are there.
+        // SAFETY: the token proves the features; the slice holds 16 numbers.
         unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store(self, v: F, to: &mut [f32]) {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 places are there.
+        // SAFETY: the token proves the features; the target holds 16 elements.
         unsafe { _mm512_storeu_ps(to.as_mut_ptr(), v.0) }
     }
     #[inline(always)]
     fn store_i(self, v: I, to: &mut [i32]) {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 places are there.
+        // SAFETY: the token proves the features; the target holds 16 elements.
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), v.0) }
     }
     #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 places are there.
+        // SAFETY: the token proves the features; the target holds 16 elements.
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr(), mask.0, v.0) }
     }
     #[inline(always)]
     fn load_bytes(self, from: &[u8]) -> I {
         let from = &from[..64];
-        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte
-        // first.
+        // SAFETY: the token proves the features; the slice holds 64 bytes, and x86 is
+        // little-endian.
         unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..64];
-        // SAFETY: the token proves the features; 64 bytes are there, and x86 keeps the lowest byte
-        // first.
+        // SAFETY: the token proves the features; the slice holds 64 bytes, and x86 is
+        // little-endian.
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask.0, v.0) }
     }
     #[inline(always)]
@@ -117,8 +117,8 @@ impl Simd for Avx512 {
             let lanes = (mask.0 >> (4 * r)) as u8 & 15;
             if lanes != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; 16 bytes are there, and x86 keeps the
-                // lowest byte first.
+                // SAFETY: the token proves the features; the slice holds 16 bytes, and x86 is
+                // little-endian.
                 unsafe { _mm_mask_storeu_epi32(row.as_mut_ptr().cast(), lanes, rows[r]) }
             }
             r += 1;
@@ -145,8 +145,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; 16 records of 32 bytes are there, and stores need
-        // no alignment.
+        // SAFETY: the token proves the features; the target holds 16 records of 32 bytes, and
+        // stores need no alignment.
         unsafe {
             let f = [
                 _mm512_maskz_compress_epi32(mask.0, fields[0].0),
@@ -238,7 +238,7 @@ impl Simd for Avx512 {
         assert!(from.len() > 1, "pairs to gather");
         check(mask, index, from.len() - 1);
         // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
-        // others were checked: each has one behind it.
+        // others were checked: each has a successor.
         unsafe {
             let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
             [
@@ -254,7 +254,7 @@ impl Simd for Avx512 {
         assert!(from.len() >= 8, "pairs to gather");
         check(mask, index, from.len() / 4 - 1);
         // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
-        // others were checked: each has one behind it. Loads need no alignment.
+        // others were checked: each has a successor. Loads need no alignment.
         unsafe {
             let mut at = Spill([0i32; 16]);
             _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));

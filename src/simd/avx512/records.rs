@@ -21,7 +21,7 @@ pub(super) fn check(mask: M, index: I, len: usize) {
 /// The CPU must have the level's features, and 16 bytes must be there at each of those places.
 #[inline(always)]
 pub(super) unsafe fn transposed<const STRIDE: usize>(mask: M, index: I, from: *const u8) -> [__m512; 4] {
-    // SAFETY: as promised by the caller; 16 places are there.
+    // SAFETY: as promised by the caller; the array holds 16 elements.
     unsafe {
         let mut at = Spill([0i32; 16]);
         _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));

@@ -113,7 +113,7 @@ impl<F: FnMut(&[Record])> Batch<'_, F> {
 fn full_windows(bytes: &[u8], most: u64, each: &mut impl FnMut(u16, u16, [u8; 4])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
     if avx2::is_there() {
-        // SAFETY: the CPU was just asked for what the function needs.
+        // SAFETY: the CPU was just found to have the features that the function needs.
         return unsafe { avx2::pixel_lines(bytes, most, each) };
     }
     portable::pixel_lines(bytes, most, each)
@@ -133,7 +133,7 @@ fn is_wide(bytes: &[u8]) -> bool {
 fn read_by_four(bytes: &[u8], emit: &mut impl FnMut(&[Record])) -> (usize, u64) {
     #[cfg(target_arch = "x86_64")]
     if avx512::is_there() {
-        // SAFETY: the CPU was just asked for what the function needs.
+        // SAFETY: the CPU was just found to have the features that the function needs.
         return unsafe { avx512::pixel_records(bytes, emit) };
     }
     let _ = (bytes, emit);

@@ -27,7 +27,7 @@ fn portable(bytes: &[u8]) -> Heard {
 
 #[cfg(target_arch = "x86_64")]
 fn vectors(bytes: &[u8]) -> Option<Heard> {
-    // SAFETY: the CPU was just asked for what the function needs.
+    // SAFETY: the CPU was just found to have the features that the function needs.
     avx2::is_there().then(|| heard(|b, mut f| unsafe { avx2::pixel_lines(b, u64::MAX, &mut f) }, bytes))
 }
 
@@ -38,7 +38,7 @@ fn vectors(_: &[u8]) -> Option<Heard> {
 
 #[cfg(target_arch = "x86_64")]
 fn wide(bytes: &[u8]) -> Option<Heard> {
-    // SAFETY: the CPU was just asked for what the function needs.
+    // SAFETY: the CPU was just found to have the features that the function needs.
     avx512::is_there().then(|| heard_records(|b, mut f| unsafe { avx512::pixel_records(b, &mut f) }, bytes))
 }
 
