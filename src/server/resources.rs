@@ -67,13 +67,13 @@ impl Eye {
 /// A kind of resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResourceKind {
-    /// `MESH`
+    /// Meshes, defined by `MESH`.
     Mesh,
-    /// `TEX`
+    /// Textures, defined by `TEX`.
     Texture,
-    /// `EYE`
+    /// N-dimensional scenes, defined by `EYE`.
     Eye,
-    /// `SCENE`
+    /// X3D scenes, defined by `SCENE`.
     Scene,
 }
 

@@ -172,7 +172,7 @@ struct Held {
     reply: Reservation,
     /// Received bytes that have not run.
     queue: Reservation,
-    /// Recorded commands that are not in their file yet.
+    /// Recorded commands that have not been written to their file.
     records: Reservation,
 }
 

@@ -72,7 +72,7 @@ pub struct Metrics {
     pub recording: RecordingState,
     /// Bytes of the recording that have been written.
     pub recorded_bytes: u64,
-    /// Bytes of the recording that wait to be written.
+    /// Bytes of the recording that have not been written.
     pub record_queue_bytes: u64,
     /// Bytes of the files that `SNAP` wrote.
     pub snap_bytes: u64,

@@ -404,7 +404,7 @@ struct Stalled(WrittenBytes, mpsc::Receiver<()>);
 
 impl Write for Stalled {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // Until the other side is dropped.
+        // Blocks until the other side is dropped.
         let _ = self.1.recv();
         self.0.write(bytes)
     }

@@ -167,7 +167,7 @@ fn lines_bear_ends_that_no_pixel_holds() {
     assert!(replies.ends_with("SYNC end\n") && !replies.contains("defect"), "{replies}");
 }
 
-/// Generates coordinates of a line, with extreme values more often.
+/// Generates finite numbers as a command may have them, extreme values among them.
 fn real() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -3.0..3.0f64,
