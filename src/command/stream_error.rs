@@ -50,7 +50,7 @@ impl Subject {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", format_play_error("-", self.place, &self.subject.name(), self.code, &self.message, Some(&self.token)))]
 pub struct StreamError {
-    /// Where the command begins.
+    /// Position where the command begins.
     pub place: StreamPosition,
     /// Verb of the command.
     pub subject: Subject,

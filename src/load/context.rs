@@ -7,8 +7,9 @@ pub struct LoadContext<'a> {
     /// Folder of the file, relative to the root that `opener` reads from, with a final `/`; empty
     /// for the root itself. `..` in names may climb to the root and no further.
     pub folder: &'a str,
-    /// Returns the bytes of a file by its name relative to the root (`/` between folders; never
-    /// absolute, never with `..`); `None` if there is no such file, or it may not be read.
+    /// Function that returns the bytes of a file by its name relative to the root (`/` between
+    /// folders; never absolute, never with `..`); `None` if there is no such file, or it may not be
+    /// read.
     pub opener: &'a mut dyn FnMut(&str) -> Option<Vec<u8>>,
     /// Limits; memory is reserved here before it is allocated.
     pub memory: &'a mut LoadMemory,

@@ -28,7 +28,7 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
 /// Inflates a gzip file.
 ///
 /// # Errors
-/// When the bytes are not valid gzip, the output is longer than `limit`, memory is short, or the
+/// If the bytes are not valid gzip, the output is longer than `limit`, memory is short, or the
 /// load was cancelled.
 pub(crate) fn inflate(
     bytes: &[u8],

@@ -57,7 +57,7 @@ impl LoadMemory {
     /// Reserves `bytes` of working memory until the reservation is dropped.
     ///
     /// # Errors
-    /// When the budget has no room, or reading was cancelled.
+    /// If the budget has no room, or reading was cancelled.
     pub fn work(&self, bytes: u64) -> Result<Reservation, LoadErrorKind> {
         self.check_cancelled()?;
         self.kept.budget().try_reserve(MemoryUse::Decoders, bytes).map_err(LoadErrorKind::OverBudget)
@@ -66,7 +66,7 @@ impl LoadMemory {
     /// Reserves `bytes` more for the result.
     ///
     /// # Errors
-    /// When the result would be over its limit, the budget has no room, or reading was cancelled;
+    /// If the result would be over its limit, the budget has no room, or reading was cancelled;
     /// nothing is reserved then.
     pub fn reserve_result(&mut self, bytes: u64) -> Result<(), LoadErrorKind> {
         self.check_cancelled()?;

@@ -27,7 +27,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// Requires every byte to be equal.
+    /// No tolerance: every byte must be equal.
     pub const EXACT: Tolerance = Tolerance { per_channel: 0, pixels: 0 };
 }
 

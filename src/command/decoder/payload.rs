@@ -13,7 +13,7 @@ use crate::simd::allocator;
 use std::collections::TryReserveError;
 
 /// Largest payload buffer that grows by doubling as bytes arrive, and that is kept afterwards.
-/// Where doubling would exceed it, the payload moves to a buffer for its whole length, which is
+/// If doubling would exceed it, the payload moves to a buffer for its whole length, which is
 /// returned to the pool after use: an idle connection holds little memory, and so does one whose
 /// payload has only begun.
 const KEPT_BYTES: usize = 256 << 10;

@@ -14,7 +14,8 @@ use line::LineWriter;
 /// Reason why a command cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EncodeError {
-    /// The command is invalid by itself: [`Command::validate`] refuses it.
+    /// The command is invalid by itself: [`Command::validate`] refuses it, or a pixel run is too
+    /// long for its header.
     #[error(transparent)]
     Refused(#[from] Fault),
     /// The line would be over the limit: a long POLY, FILLPOLY or POKE, or a long name.

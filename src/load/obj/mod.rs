@@ -34,8 +34,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Returns the bytes of a referenced file by the name in the OBJ file, `/` between folders,
-/// relative to the OBJ's own folder; `None` if there is no such file or it may not be read.
+/// Function that returns the bytes of a referenced file by the name in the OBJ file, `/` between
+/// folders, relative to the OBJ's own folder; `None` if there is no such file or it may not be
+/// read.
 pub type SideFiles<'a> = dyn FnMut(&str) -> Option<Vec<u8>> + 'a;
 
 /// Mesh of an OBJ file, with the materials and textures that were found.

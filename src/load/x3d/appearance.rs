@@ -114,12 +114,14 @@ impl Surface {
     /// Converts a physical material to Phong's parameters: base colour c, metallic m, roughness r.
     ///
     /// ```text
-    /// Kd = c (1 - m/2)                          a metal has no diffuse light of its own: half its colour stands for the surroundings
-    ///                                           that it would mirror, which are not there
-    /// F0 = 0.04 (1 - m) + c m                   what is mirrored straight on (4 % of a dielectric)
-    /// a  = max(r, 0.1)^2                        width of the lobe, as in GGX
-    /// n  = min(2 / a^2 - 2, 1000)               the exponent of Blinn's lobe of this width
-    /// Ks = F0 min(1, (1 - a^4) / (4 a^2))       GGX's height straight on, F0 / (4 a^2), less the part that is as flat as diffuse light
+    /// Kd = c (1 - m/2)                      a metal has no diffuse light of its own: half its colour
+    ///                                       stands for the surroundings that it would mirror,
+    ///                                       which are not there
+    /// F0 = 0.04 (1 - m) + c m               what is mirrored straight on (4 % of a dielectric)
+    /// a  = max(r, 0.1)^2                    width of the lobe, as in GGX
+    /// n  = min(2 / a^2 - 2, 1000)           the exponent of Blinn's lobe of this width
+    /// Ks = F0 min(1, (1 - a^4) / (4 a^2))   GGX's height straight on, F0 / (4 a^2), less the part
+    ///                                       that is as flat as diffuse light
     /// ```
     ///
     /// Sources: ISO/IEC 19775-1 (X3D 4) clause 12.4.6; B. Walter et al., "Microfacet Models for

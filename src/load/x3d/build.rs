@@ -27,7 +27,7 @@ use std::rc::Rc;
 /// each time.
 const MAX_VISITS: u64 = 4_000_000;
 
-/// Returns the bytes of a file by its name inside the root.
+/// Function that returns the bytes of a file by its name inside the root.
 pub(super) type Opener<'r> = dyn FnMut(&str) -> Option<Vec<u8>> + 'r;
 
 /// State of one scope of names: a file, or the body of a prototype in one of its instances.

@@ -6,11 +6,13 @@
 //! coordinates; s and t are the first two components of the table's vector.
 //!
 //! ```text
-//! SPHERE                       (N + 1) / 2             SPHERE-LOCAL           (n + 1) / 2
-//! CAMERASPACENORMAL            N                       COORD                  p
-//! CAMERASPACEPOSITION          P                       COORD-EYE              P
-//! CAMERASPACEREFLECTIONVECTOR  R                       NOISE, NOISE-EYE       noise of p, P times scale plus translation
-//! SPHERE-REFLECT               (R + 1) / 2, or with parameter[0] = index of refraction > 1 the refracted ray in R's place
+//! SPHERE                       (N + 1) / 2        SPHERE-LOCAL      (n + 1) / 2
+//! CAMERASPACENORMAL            N                  COORD             p
+//! CAMERASPACEPOSITION          P                  COORD-EYE         P
+//! CAMERASPACEREFLECTIONVECTOR  R                  NOISE, NOISE-EYE  noise of p, P times scale
+//!                                                                   plus translation
+//! SPHERE-REFLECT               (R + 1) / 2, or with parameter[0] = index of refraction > 1
+//!                              the refracted ray in R's place
 //! SPHERE-REFLECT-LOCAL         the same with p and n, the eye at parameter[1..4]
 //! ```
 //!

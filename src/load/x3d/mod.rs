@@ -18,8 +18,9 @@
 //! `geometry`, `interpolate`, `time`, `route`.
 //!
 //! ```text
-//! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes) -> shapes (meshes, made once)
-//!                                   at(time): route, time, interpolate -> flatten -> Scene
+//! bytes -> xml (text, checked) -> build (graph: nodes with typed fields, routes)
+//!       -> shapes (meshes, made once)
+//!       at(time): route, time, interpolate -> flatten -> Scene
 //! ```
 
 mod appearance;
