@@ -7,7 +7,7 @@
 //! [`SLICE_BYTES`] or [`SLICE_TIME`], whichever comes first (plus at most one command; less time
 //! where many connections run); the thread never blocks on a client, a window or a reader. A reader
 //! has few buffers and waits for a free one, so the bytes that are received and not yet run are
-//! bounded, and TCP's own flow control slows a fast sender down.
+//! bounded, and the socket's own flow control slows a fast sender down.
 
 pub(crate) mod connection;
 pub(crate) mod message;
