@@ -133,6 +133,7 @@ fn table_line(row: &Row) -> String {
     line.trim_end().to_owned()
 }
 
+/// Writes the workloads' data and exact pictures into `folder`.
 fn export(folder: &Path, chosen: &[Workload], options: &BenchOptions) -> Status {
     if let Err(error) = std::fs::create_dir_all(folder) {
         say_as_program(format_args!("cannot make {}: {error}", folder.display()));

@@ -124,6 +124,7 @@ impl Man {
     }
 }
 
+/// Writes a man page for the program and each subcommand into `folder`.
 fn write_pages(command: &Command, folder: &Path) -> io::Result<()> {
     std::fs::create_dir_all(folder)?;
     for command in command.get_subcommands().chain([command]) {

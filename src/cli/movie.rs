@@ -58,6 +58,7 @@ pub(super) struct MovieWriter {
     rate: f64,
 }
 
+/// State of a movie, shared by its sources of frames.
 #[derive(Debug)]
 struct MovieState {
     movie: Movie,
@@ -68,6 +69,7 @@ struct MovieState {
 }
 
 impl MovieState {
+    /// Appends a frame, unless an earlier one failed.
     fn push(&mut self, memory: &VideoMemory) {
         if self.failure.is_none() {
             self.last_crc = Some(save::crc32(memory));
@@ -113,6 +115,7 @@ impl MovieWriter {
         Some(Sampler { ends, thread: Some(thread.ok()?) })
     }
 
+    /// Records frames by the clock until `ends` is set.
     fn run(&self, display: &Display, clock: Clock, is_window: &AtomicBool, ends: &AtomicBool) {
         let (begun, mut shown, mut taken) = (Instant::now(), ShownFrame::default(), 0u32);
         let Ok(mut memory) = VideoMemory::new(display.width(), display.height()) else { return };

@@ -27,6 +27,7 @@ pub(crate) fn print(text: impl AsRef<[u8]>) {
     let _ = Stdout.write_all(text.as_ref()).and_then(|()| Stdout.flush());
 }
 
+/// Reports the first error of writing, other than a closed pipe or an interruption.
 fn notice(error: &io::Error) {
     let is_harmless = matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Interrupted);
     if !is_harmless && !IS_LOST.swap(true, Ordering::AcqRel) {

@@ -171,6 +171,7 @@ impl Render {
         Ok(())
     }
 
+    /// Returns the scene at a time; a mesh is framed for pictures of `size`.
     fn scene_at(&self, file: &SceneFile, time: f64, size: FrameSize) -> Scene {
         match file {
             SceneFile::X3d(document) => document.at(time),
@@ -264,6 +265,7 @@ impl Render {
         Ok(Output { movie, done: 0, has_hung_up: false, progress })
     }
 
+    /// Writes one picture, and its depth if requested.
     fn write(
         &self,
         memory: &VideoMemory,
@@ -295,6 +297,7 @@ impl Render {
         .map_err(refused)
     }
 
+    /// Renders an N-dimensional scene; all requested frames are the same picture.
     fn render_eye(&self, scene: &EyeScene) -> Result<(), SceneError> {
         let refused = |message: String| SceneError::Refused(message);
         let exact = eye::Fibre::Exact;

@@ -61,12 +61,14 @@ impl ReportArgs {
     }
 }
 
+/// Creates the folder; returns whether it exists.
 fn make(folder: &Path) -> bool {
     std::fs::create_dir_all(folder)
         .inspect_err(|error| say_as_program(format_args!("cannot make {}: {error}", folder.display())))
         .is_ok()
 }
 
+/// Writes all files into the folder; returns whether all were written.
 fn save_all(folder: &Path, files: &[(&str, String)]) -> bool {
     for (name, text) in files {
         let path = folder.join(name);

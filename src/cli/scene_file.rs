@@ -59,6 +59,7 @@ pub(super) struct Watch {
 /// Length and modification time of a file; `None` if it does not exist.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
+/// Reads a file's stamp.
 fn stamp(path: &Path) -> Stamp {
     std::fs::metadata(path).ok().map(|m| (m.len(), m.modified().ok()))
 }
@@ -97,6 +98,7 @@ pub(super) struct ReadOptions<'a> {
     pub meshes: &'a MeshArgs,
 }
 
+/// Returns a path's extension in lower case, or an empty string.
 fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

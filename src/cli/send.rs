@@ -87,6 +87,7 @@ impl Send {
     }
 }
 
+/// Returns whether an error means that the other side closed the connection.
 fn is_hang_up(e: &io::Error) -> bool {
     matches!(e.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
 }

@@ -357,6 +357,7 @@ impl Serve {
         }
     }
 
+    /// Starts the HTTP endpoint of the metrics.
     fn serve_metrics(
         &self,
         address: SocketAddr,
@@ -367,6 +368,7 @@ impl Serve {
             .map_err(|e| format!("cannot serve metrics on {address}: {e}"))
     }
 
+    /// Starts the periodic snapshots, if they are requested.
     fn periodic_snapshots(&self, server: &Server) -> Result<Option<PeriodicSnapshots>, String> {
         let (Some(Interval(every)), Some(path)) = (self.snap_every, &self.snap_dir) else { return Ok(None) };
         let plan = SnapshotPlan { folder: folder(path)?, every, keep_bytes: self.snap_keep.0 };
@@ -488,6 +490,7 @@ impl Serve {
     }
 }
 
+/// Opens a folder that clients name files in.
 pub(super) fn folder(path: &Path) -> Result<SandboxDir, String> {
     SandboxDir::open(path).map_err(|e| format!("{}: {e}", path.display()))
 }

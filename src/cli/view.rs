@@ -168,6 +168,7 @@ impl ViewArgs {
         self.without_window(viewer, movie)
     }
 
+    /// Draws the frames without a window. Returns whether all could be drawn.
     fn without_window(&self, viewer: &mut Viewer, mut movie: Option<Movie>) -> Result<bool, SceneError> {
         let frames = self.frames.unwrap_or(1);
         let mut progress = super::progress::Progress::new("frames", frames);

@@ -83,6 +83,7 @@ struct LongOffset {
 }
 
 impl LongOffset {
+    /// Starts at a = `short`, at most the radius.
     fn new(radius: u64, short: u64) -> Self {
         let short = short.min(radius);
         let square = radius * radius - short * short;

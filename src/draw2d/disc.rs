@@ -123,6 +123,7 @@ impl ExactDisc {
         ExactDisc { centre: centre.map(in_units), r_squared: &r * &r, half_bits: (-1 - unit).unsigned_abs() }
     }
 
+    /// Returns whether the centre of pixel (x, y) is nearer than r, exactly.
     fn holds(&self, x: i32, y: i32) -> bool {
         let offset = |v: i32, c: &BigInt| (BigInt::from(2 * i64::from(v) + 1) << self.half_bits) - c;
         let (dx, dy) = (offset(x, &self.centre[0]), offset(y, &self.centre[1]));

@@ -13,6 +13,7 @@ pub type Glyph = [u8; CELL];
 /// Glyphs of U+0020 to U+007F, then of U+00A0 to U+00FF. The entry of U+007F is the box.
 static GLYPHS: [Glyph; 192] = parse(include_bytes!("font8x8.txt"));
 
+/// Index of the box in the table.
 const BOX: usize = 0x7F - 0x20;
 
 /// Returns the glyph of `character`, or a box if the font lacks it.

@@ -87,6 +87,7 @@ impl<I: ExactInt> Gradient<I> {
         std::array::from_fn(|k| c[0][k].times(&w[0]).plus(&c[1][k].times(&w[1])).plus(&c[2][k].times(&w[2])))
     }
 
+    /// Divides a numerator by D.
     fn divided(&self, n: &I) -> Divided<I> {
         let (quotient, rest) = n.div_rem_floor(&self.divisor);
         // Beyond these bounds only if a pixel has no covered neighbour, and then the step is never
@@ -135,6 +136,7 @@ struct Row<'a, I> {
 }
 
 impl<I: ExactInt> Row<'_, I> {
+    /// Calls `put` with each pixel of the span and its colour.
     fn paint(&self, run: &mut [Rgba], put: impl Fn(&mut Rgba, Rgba)) {
         if self.ramp.may_be_doubtful() {
             return self.paint_in_parts(run, put);

@@ -43,11 +43,13 @@ pub fn line(memory: &mut VideoMemory, p0: [i32; 2], p1: [i32; 2], color: RampCol
     }
 }
 
+/// Returns whether a pixel is inside the frame.
 #[inline]
 fn inside(p: [i32; 2], [width, height]: [u32; 2]) -> bool {
     (p[0] as u32) < width && (p[1] as u32) < height
 }
 
+/// Returns whether a line has fewer than [`SHORT`] steps.
 #[inline]
 fn is_short(p0: [i32; 2], p1: [i32; 2]) -> bool {
     p0[0].abs_diff(p1[0]).max(p0[1].abs_diff(p1[1])) < SHORT

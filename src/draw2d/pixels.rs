@@ -19,6 +19,7 @@ pub fn put_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba, blend: B
     }
 }
 
+/// Draws pixel (x, y) with [`Blend::Over`].
 fn compose_pixel(memory: &mut VideoMemory, x: i32, y: i32, color: Rgba) {
     match Paint::new(color, Blend::Over) {
         Some(Paint::Store(color)) => memory.put_pixel(x, y, color),
@@ -148,6 +149,7 @@ pub fn pixel_run(memory: &mut VideoMemory, x: u16, y: u16, rgba: &[u8]) {
     }
 }
 
+/// Reads x:u16le y:u16le.
 #[inline]
 fn xy([a, b, c, d]: [u8; 4]) -> (u32, u32) {
     (u16::from_le_bytes([a, b]).into(), u16::from_le_bytes([c, d]).into())

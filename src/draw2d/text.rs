@@ -84,6 +84,7 @@ pub fn text_piece(
     Ok(end == utf8.len())
 }
 
+/// Draws one character whose cell's upper left corner is (x, y), clipped to the frame.
 fn draw_cell(memory: &mut VideoMemory, x: i32, y: i32, character: char, paint: Paint) {
     let xs = clip_range(x, CELL as i32, memory.width());
     let ys = clip_range(y, CELL as i32, memory.height());

@@ -130,6 +130,7 @@ pub(super) fn along<const N: usize>(v: &[[f64; N]; N], direction: &[f64; N], far
         - (4 * N) as f64 * ROUNDING * farthest
 }
 
+/// Returns the distance of the facet's bounding box from the eye.
 fn nearest_to_box<const N: usize>(v: &[[f64; N]; N]) -> f64 {
     let mut sum = 0.0;
     for a in 0..N {

@@ -12,6 +12,7 @@ const LEAF: usize = 4;
 /// Boxes are enlarged by this fraction of the largest coordinate.
 const MARGIN: f64 = 1e-11;
 
+/// A box of the hierarchy.
 struct Node<const N: usize> {
     low: [f64; N],
     high: [f64; N],

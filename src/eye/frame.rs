@@ -182,6 +182,8 @@ impl<const N: usize> Frame<N> {
 }
 
 impl<const N: usize> FacetBatch<N> {
+    /// Adds a facet of the scene: as an obstacle if there are lights, and as visible unless it is
+    /// culled. A degenerate one is only recorded as skipped.
     fn add(
         &mut self,
         id: u32,
@@ -228,6 +230,7 @@ impl<const N: usize> FacetBatch<N> {
         self.facets.push(facet);
     }
 
+    /// Appends the results for the next range of facets.
     fn join(mut self, mut next: Self) -> Self {
         let first_solid = self.occluders.len() as u32;
         next.facets.iter_mut().for_each(|f| f.occluder += first_solid);
@@ -294,6 +297,7 @@ impl<const N: usize> EyeSpace<N> {
         unit(self.turn(&std::array::from_fn(|i| rescale(u[i], exponent))))
     }
 
+    /// Returns R^T x.
     fn turn(&self, x: &[f64; N]) -> [f64; N] {
         // + 0.0 turns -0 into 0, which the sort of the vertices would distinguish.
         std::array::from_fn(|j| dot(&self.axes[j], x) + 0.0)

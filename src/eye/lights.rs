@@ -26,6 +26,7 @@ pub(super) struct FrameLight<const N: usize> {
     pub color: [f64; 3],
 }
 
+/// Returns the scene's lights in eye space.
 pub(super) fn frame_lights<const N: usize>(scene: &EyeScene, eye: &EyeSpace<N>) -> Vec<FrameLight<N>> {
     let place = |kind: &EyeLightKind| match kind {
         EyeLightKind::Sun { direction } => LightPlace::Sun { direction: eye.direction(direction) },

@@ -42,6 +42,7 @@ pub(super) const fn pair_index(n: usize, i: usize, j: usize) -> usize {
 }
 
 impl Method {
+    /// Returns the method for a space of n dimensions and a screen of m.
     pub fn new(n: usize, m: usize, fibre: Fibre) -> Self {
         match (n - 1 - m, fibre) {
             (0, _) => Method::Ray,

@@ -47,6 +47,7 @@ pub(super) struct Occluder<const N: usize> {
 }
 
 impl<const N: usize> Occluder<N> {
+    /// Creates the occluder of the facet with vertices `v` in the hyperplane `normal`.x = `offset`.
     pub fn new(v: &[[f64; N]; N], normal: [f64; N], offset: f64) -> Self {
         let size = v.iter().map(max_abs).fold(0.0, f64::max);
         let mut ridges = [[0.0; N]; N];

@@ -86,6 +86,7 @@ impl Pose {
         (1..dim).flat_map(|b| (0..b).map(move |a| [a, b])).collect()
     }
 
+    /// Validates the pose for a space of `dim` dimensions.
     pub(super) fn check(&self, dim: usize) -> Result<(), EyeError> {
         finite_point("eye.position", &self.position, dim)?;
         for (i, r) in self.rotations.iter().enumerate() {

@@ -81,6 +81,7 @@ fn plan_dim<const N: usize>(scene: &EyeScene, fibre: Fibre) -> EyePlan {
     EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Serial)))
 }
 
+/// Validates the number of rays of a fan.
 fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
     if let Fibre::Fan(rays) = fibre {
         let total = u64::from(rays).saturating_pow(scene.hidden_dim() as u32);
@@ -99,6 +100,7 @@ fn dispatch(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePictu
     for_dimension!(scene, render_dim (scene, fibre, executor), 2 3 4 5 6 7 8)
 }
 
+/// Renders a scene of N dimensions.
 fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePicture {
     let method = Method::new(N, scene.screen_dim(), fibre);
     let world = World::<N>::new(scene, Frame::new(scene, method, executor));

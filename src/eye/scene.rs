@@ -198,6 +198,7 @@ impl EyeScene {
     }
 }
 
+/// Validates a light; `place` is its path in the JSON.
 fn check_light(place: &str, light: &EyeLight, n: usize) -> Result<(), EyeError> {
     let direction_place = format!("{place}.direction");
     match &light.kind {
@@ -263,6 +264,7 @@ fn length(place: &str, expected: String, found: usize) -> EyeError {
     EyeError::Length { path: place.into(), expected, found }
 }
 
+/// Returns a range error with the given path unless `holds`.
 pub(super) fn in_range(
     place: impl Into<String>,
     found: f64,

@@ -78,6 +78,7 @@ pub(super) struct World<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> World<'a, N> {
+    /// Creates the world of a frame, with a hierarchy of its obstacles if there are many.
     pub fn new(scene: &'a EyeScene, frame: Frame<N>) -> Self {
         let obstacles = (frame.occluders.len() > PICKED_OBSTACLES).then(|| Bvh::new(&frame.occluders));
         World { scene, frame, obstacles }
@@ -124,6 +125,7 @@ impl<'a, const N: usize> World<'a, N> {
         }
     }
 
+    /// Returns the tile that begins at pixel `low`, clipped to the screen.
     fn tile(&self, low: [u32; N], sizes: [u32; N]) -> Tile<N> {
         let high =
             std::array::from_fn(|a| self.scene.pixels.get(a).map_or(1, |&n| (low[a] + sizes[a]).min(n)));

@@ -28,6 +28,7 @@ impl Viewer {
         self.act(binding.action)
     }
 
+    /// Executes the action of a key.
     fn act(&mut self, action: Action) -> Option<Request> {
         match action {
             Action::Quit => return Some(Request::Quit),
@@ -82,6 +83,7 @@ impl Viewer {
         None
     }
 
+    /// Executes an action that only N-dimensional scenes have.
     fn act_nd(&mut self, action: Action) {
         let Subject::Nd(nd) = &mut self.subject else {
             return self.say("that key is for scenes of N dimensions".to_owned());
@@ -96,6 +98,7 @@ impl Viewer {
         }
     }
 
+    /// Switches between another picture and the rendered one.
     fn toggle(&mut self, show: Show) {
         self.show = if self.show == show { Show::Picture } else { show };
         self.other_of = None;
@@ -183,6 +186,7 @@ impl Viewer {
         }
     }
 
+    /// Moves along a viewer's axis (0 ahead, 1 left, 2 up) by key steps.
     fn walk(&mut self, axis: usize, steps: f64) {
         self.is_stale = true;
         // Without perspective, moving ahead does not enlarge the picture, so it zooms instead.
@@ -196,6 +200,7 @@ impl Viewer {
         }
     }
 
+    /// Moves right, up and ahead by fractions of the distance to the target.
     fn walk_by(&mut self, by: [f64; 3]) {
         if let Some(camera) = self.given_camera() {
             self.wishes.navigator.walk(&camera, by);
@@ -214,6 +219,7 @@ impl Viewer {
         }
     }
 
+    /// Moves the camera around its target, about the scene's up direction.
     fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64) {
         if let Some(camera) = self.given_camera() {
             let up = match &self.subject {
@@ -227,6 +233,7 @@ impl Viewer {
         }
     }
 
+    /// Moves nearer by key steps; in N dimensions, along the second axis of the selected plane.
     fn zoom(&mut self, steps: f64) {
         self.is_stale = true;
         match &mut self.subject {

@@ -127,6 +127,7 @@ impl Binding {
     }
 }
 
+/// Creates a binding with separate descriptions for three and for N dimensions.
 const fn bind(
     key: Key,
     name: &'static str,
@@ -137,6 +138,7 @@ const fn bind(
     Binding { key, name, action, help, help_nd }
 }
 
+/// Creates a binding with one description.
 const fn same(key: Key, name: &'static str, action: Action, help: &'static str) -> Binding {
     bind(key, name, action, help, help)
 }

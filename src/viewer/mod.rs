@@ -148,6 +148,7 @@ impl Wishes {
     }
 }
 
+/// State of the contents, by kind of model.
 enum Subject {
     Space(Box<Space>),
     Nd(Box<Nd>),

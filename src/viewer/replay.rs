@@ -146,6 +146,7 @@ impl Replay {
         Ok(())
     }
 
+    /// Returns the engine's plan and memory use as lines of text.
     pub fn plan(&mut self) -> Vec<String> {
         let stats = self.playing.as_mut().map(|p| p.ask(Command::Stats)).unwrap_or_default();
         let requested = ["plan=", "memory_bytes=", "depth_bytes=", "id_bytes=", "shared_bytes=", "presents="];
@@ -155,6 +156,7 @@ impl Replay {
         words.map(|word| word.replace(['=', ':'], " ")).collect()
     }
 
+    /// Returns the depth and the face at a pixel, as lines of text.
     pub fn inspect(&mut self, x: i32, y: i32) -> Vec<String> {
         let Some(playing) = &mut self.playing else { return Vec::new() };
         let depth = playing.ask(Command::DepthAt { x, y });

@@ -71,6 +71,7 @@ impl Space {
         &self.given.as_ref().expect("a scene").1
     }
 
+    /// Returns the author's camera at `time`.
     pub fn given_camera(&mut self, time: f64) -> Camera {
         self.given(time).camera.unwrap_or_default()
     }
@@ -135,6 +136,7 @@ impl Space {
         }
     }
 
+    /// Draws the scene with the viewer's overrides applied.
     pub fn draw(
         &mut self,
         wishes: &Wishes,

@@ -49,6 +49,7 @@ impl Viewer {
         })
     }
 
+    /// Returns the line that describes a picture of depth or difference.
     fn show_line(&self) -> Option<String> {
         match (self.show, self.depth_range) {
             (Show::Picture, _) => None,
@@ -110,6 +111,7 @@ impl Viewer {
         lines
     }
 
+    /// Returns the lines of the plan, with the drawing time.
     fn plan(&mut self) -> Vec<String> {
         let mut lines = match &mut self.subject {
             Subject::Space(space) => space.plan(&self.wishes, &mut self.frame),
@@ -121,6 +123,7 @@ impl Viewer {
         lines
     }
 
+    /// Returns the inspector for the pixel under the pointer, if it is shown.
     fn zoom_box(&mut self) -> Option<Zoom> {
         let [x, y] = self.pointer.filter(|_| self.inspects)?.map(|v| v.floor());
         let (width, height) = (self.frame.memory.width(), self.frame.memory.height());

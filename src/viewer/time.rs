@@ -61,6 +61,7 @@ impl Viewer {
         }
     }
 
+    /// Sets the frame number, and the time that belongs to it.
     pub(super) fn set_frame(&mut self, frame: u64) {
         let first = if self.start_time > 0.0 { (self.start_time * self.fps) as u64 } else { 0 };
         self.wishes.frame = frame;

@@ -83,6 +83,7 @@ impl RootWindow {
         Ok(reply.value_len > 0)
     }
 
+    /// Requests the state from the window manager.
     fn ask_window_manager(&self, on: bool) -> Result<(), Error> {
         let (state, fullscreen) = (self.atom("_NET_WM_STATE")?, self.atom("_NET_WM_STATE_FULLSCREEN")?);
         // 1 adds, 0 removes; the last 1 marks the sender as an application.
@@ -92,6 +93,7 @@ impl RootWindow {
         Ok(())
     }
 
+    /// Moves and resizes the window without a window manager.
     fn place(&mut self, on: bool) -> Result<(), Error> {
         let [width, height] = self.size.map(|side| side as i32);
         let [x, y, width, height] = match (on, self.before.take()) {

@@ -178,6 +178,7 @@ pub fn run(display: Arc<Display>, options: Options) -> Result<(), WindowError> {
     Ok(())
 }
 
+/// Opens a window whose contents are not scaled by minifb.
 fn open(title: &str, size: [usize; 2]) -> Result<minifb::Window, WindowError> {
     let options =
         WindowOptions { resize: true, scale_mode: ScaleMode::UpperLeft, ..WindowOptions::default() };
@@ -197,6 +198,7 @@ impl Pointer {
         Pointer { events, clicks, mouse: None, window_size: None }
     }
 
+    /// Polls mouse and window, and sends what changed.
     fn look(&mut self, window: &minifb::Window, layout: &Layout, window_size: [usize; 2]) {
         if self.window_size.replace(window_size).is_some_and(|last| last != window_size) {
             let [width, height] = window_size.map(|s| s as u32);

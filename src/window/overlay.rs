@@ -102,6 +102,7 @@ pub fn draw_box(canvas: &mut Canvas<'_>, at: [usize; 2], lines: &[String], scale
     }
 }
 
+/// Draws a white character whose cell's upper left corner is `at`, clipped to the canvas.
 fn draw_glyph(canvas: &mut Canvas<'_>, at: [usize; 2], c: char, scale: usize) {
     for (r, bits) in glyph(c).iter().enumerate() {
         for column in (0..CELL).filter(|column| bits & (0x80 >> column) != 0) {

@@ -95,11 +95,13 @@ impl View {
         std::mem::take(&mut self.wants_fullscreen)
     }
 
+    /// Returns the layout of the frame in a window of this size.
     pub fn layout(&self, window_size: [usize; 2]) -> Layout {
         let frame = [self.display.width() as usize, self.display.height() as usize];
         Layout::scaled(frame, window_size, self.scaling)
     }
 
+    /// Sets the pointer's position in window pixels; `None` outside the window.
     pub fn set_pointer(&mut self, at: Option<(f32, f32)>) {
         self.pointer = at;
     }
@@ -231,6 +233,7 @@ impl View {
         Some(&self.words)
     }
 
+    /// Returns the current lines of the overlay, and updates the frame rate.
     fn overlay_lines(&mut self, layout: &Layout) -> Vec<String> {
         let mut lines = Vec::new();
         if self.shows_help {
@@ -258,6 +261,7 @@ impl View {
         lines
     }
 
+    /// Returns the line about the pixel under the pointer, if it is on the frame.
     fn inspection(&self, layout: &Layout) -> Option<String> {
         let (x, y) = self.pointer?;
         let [x, y] = layout.pixel_at(x, y)?;

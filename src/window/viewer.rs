@@ -183,6 +183,7 @@ impl FrameOnScreen {
     }
 }
 
+/// Passes the pointer and the wheel to the viewer.
 fn look_at_pointer(viewer: &mut Viewer, window: &minifb::Window, layout: &Layout) {
     let buttons = [MouseButton::Left, MouseButton::Middle, MouseButton::Right];
     let held = (0..).zip(buttons).map(|(i, b)| (window.get_mouse_down(b) as u8) << i).sum();
@@ -200,6 +201,7 @@ fn look_at_pointer(viewer: &mut Viewer, window: &minifb::Window, layout: &Layout
     }
 }
 
+/// Shows a message in the window and prints it on stderr.
 fn tell(viewer: &mut Viewer, text: String) {
     eprintln!("fbptr: {text}");
     viewer.say(text);
@@ -210,6 +212,7 @@ fn free_name(folder: &Path, ending: &str) -> Option<PathBuf> {
     (1..10_000).map(|i| folder.join(format!("fbptr-{i:04}.{ending}"))).find(|p| !p.exists())
 }
 
+/// Starts a GIF recording, or ends the current one.
 fn toggle_gif(viewer: &mut Viewer, gif: &mut Option<Recording>, folder: &Path) {
     if let Some(recording) = gif.take() {
         let (frames, path) = (recording.movie.frames(), recording.movie.path().display());

@@ -49,6 +49,7 @@ pub(in crate::cli) enum ServerAddress {
     Unix(PathBuf),
 }
 
+/// Parses the address of a server.
 pub(in crate::cli) fn target(text: &str) -> Result<ServerAddress, String> {
     match text.strip_prefix("unix:") {
         Some(path) => Ok(ServerAddress::Unix(path.into())),

@@ -62,6 +62,7 @@ impl Eye {
         Status::Success
     }
 
+    /// Renders the scene at `path` to JSON.
     fn picture(&self, path: &Path) -> Result<String, Refusal> {
         let scene = read_scene(path)?;
         let fibre = self.fan.map_or(Fibre::Exact, Fibre::Fan);

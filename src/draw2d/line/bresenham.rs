@@ -48,6 +48,7 @@ struct Axis {
 }
 
 impl Axis {
+    /// Creates the axis from coordinate `a` to `b`, on which the frame is 0..`limit`.
     fn new(a: i64, b: i64, limit: u32) -> Self {
         let sign = if b < a { -1 } else { 1 };
         Axis { start: a, sign, steps: a.abs_diff(b), limit: limit.into() }
@@ -62,6 +63,7 @@ impl Axis {
         range.start.max(0)..range.end.min(self.steps as i64 + 1)
     }
 
+    /// Returns the coordinate at a step.
     fn at(self, step: u64) -> i64 {
         self.start + self.sign * step as i64
     }
@@ -195,6 +197,7 @@ impl VisibleRun {
         });
     }
 
+    /// Draws the run with a colour ramp between the ends of the unclipped line.
     fn shade(self, pixels: &mut [Rgba], from: Rgba, to: Rgba, blend: Blend) {
         let mut ramp = ColorRamp::along_line(from, to, self.length, self.first, self.count);
         let mut next = || {

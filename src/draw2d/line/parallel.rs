@@ -81,6 +81,7 @@ where
 /// of work.
 const FEW_STEPS: u64 = 50_000;
 
+/// Returns whether the lines are enough work for several threads.
 pub(super) fn is_worth_threads<L: Copy + Into<Line>>(lines: &[L]) -> bool {
     // A line costs its steps, and a start-up cost of about 16 more.
     let cost = |&line: &L| {
@@ -124,12 +125,14 @@ impl Band {
         drawn
     }
 
+    /// Returns whether the rows between a line's ends meet the band.
     #[inline(always)]
     fn touches(&self, line: Line) -> bool {
         let (low, high) = (line.p0[1].min(line.p1[1]), line.p0[1].max(line.p1[1]));
         (high >= self.top) & (i64::from(low) < i64::from(self.top) + i64::from(self.rows))
     }
 
+    /// Draws the part of a line inside the band. Returns its rows, relative to the band.
     #[inline(always)]
     fn draw_one(&self, pixels: &mut [Rgba], line: Line, blend: Blend) -> Range<u32> {
         let Line { p0, p1, color } = line;

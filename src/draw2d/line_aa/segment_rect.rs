@@ -50,10 +50,12 @@ impl SegmentRect {
     }
 }
 
+/// Returns `u` rotated by a quarter turn.
 fn across(u: [f64; 2]) -> [f64; 2] {
     [-u[1], u[0]]
 }
 
+/// Places a segment in f64; see [`NEAR`].
 fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     let d = [p1[0] - p0[0], p1[1] - p0[1]];
     // Scaled first, so that the squares of very small numbers do not underflow.
@@ -66,6 +68,7 @@ fn near(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     SegmentRect { centre, u, h: -dot(p0, n), s: [dot(p0, u), dot(p1, u)] }
 }
 
+/// Places a segment in integers; see [`NEAR`].
 fn far(p0: [f64; 2], p1: [f64; 2], centre: [f64; 2]) -> SegmentRect {
     // All in units of a power of two in which every coordinate is an integer.
     let numbers = [p0, p1, centre];

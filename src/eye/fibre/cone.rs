@@ -21,6 +21,7 @@ const VIOLATED: f64 = -1e-12;
 /// Largest number of sides of a fibre's polytope: N faces and 2 K sides of apertures.
 const MAX_SIDES: usize = MAX_DIM + 2 * (MAX_DIM - 2);
 
+/// Searches the fibres of a run of pixels for the nearest points of polytopes.
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     for (step, x) in run.x.clone().enumerate() {

@@ -6,6 +6,7 @@ use super::{Candidate, Nearest, Run, facing};
 use crate::eye::frame::Frame;
 use crate::math::nvec::dot;
 
+/// Searches the fibres of a run of pixels by a fan of rays.
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);

@@ -16,6 +16,7 @@ const MAX_PAIRS: usize = MAX_DIM * (MAX_DIM - 1) / 2;
 /// Values of the aperture's border functions below this fraction of their terms count as 0.
 const ON_BORDER: f64 = 1e-14;
 
+/// Searches the fibres of a run of pixels in closed form.
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let pairs = const { Method::Plane.planes_per_facet(N) };
     let facet = &frame.facets[index];

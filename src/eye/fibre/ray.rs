@@ -11,6 +11,7 @@ use super::{Candidate, Nearest, Run, sure_minor};
 use crate::eye::frame::Frame;
 use crate::math::nvec::dot;
 
+/// Searches the rays of a run of pixels.
 pub(super) fn search<const N: usize>(frame: &Frame<N>, index: usize, run: &Run<N>, nearest: &mut Nearest<N>) {
     let facet = &frame.facets[index];
     let planes = frame.planes_of(index);

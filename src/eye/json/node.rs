@@ -11,10 +11,12 @@ pub(in crate::eye) struct Node<'a> {
 }
 
 impl<'a> Node<'a> {
+    /// Returns the path of a field.
     pub(super) fn at(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
+    /// Returns the error that this value is not of the expected type.
     pub(super) fn not(&self, expected: &str) -> EyeError {
         let text = match self.value {
             Value::Array(list) => format!("an array of {}", list.len()),
@@ -35,20 +37,24 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// Returns a field, or `None` if it is missing.
     pub(in crate::eye) fn optional(&self, key: &str) -> Option<Node<'a>> {
         self.value.get(key).map(|value| Node { value, path: self.at(key) })
     }
 
+    /// Returns a field, or an error if it is missing.
     pub(in crate::eye) fn field(&self, key: &str) -> Result<Node<'a>, EyeError> {
         self.optional(key).ok_or_else(|| EyeError::Missing { path: self.at(key) })
     }
 
+    /// Returns the entries of an array.
     pub(in crate::eye) fn array(&self) -> Result<Vec<Node<'a>>, EyeError> {
         let list = self.value.as_array().ok_or_else(|| self.not("an array"))?;
         let node = |(i, value)| Node { value, path: format!("{}[{i}]", self.path) };
         Ok(list.iter().enumerate().map(node).collect())
     }
 
+    /// Returns a finite number.
     pub(in crate::eye) fn number(&self) -> Result<f64, EyeError> {
         self.value.as_f64().filter(|x| x.is_finite()).ok_or_else(|| self.not("a finite number"))
     }
@@ -64,6 +70,7 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// Returns the entries of an array of finite numbers.
     pub(in crate::eye) fn numbers(&self) -> Result<Vec<f64>, EyeError> {
         // No path is built for valid entries: there are many facets.
         let list = self.value.as_array().ok_or_else(|| self.not("an array of numbers"))?;
@@ -92,6 +99,7 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// Returns an array of three finite numbers.
     pub(in crate::eye) fn triple(&self) -> Result<[f64; 3], EyeError> {
         let list = self.numbers()?;
         list.as_slice().try_into().map_err(|_| EyeError::Length {

@@ -86,6 +86,7 @@ pub fn cube(dim: usize) -> Result<Shape, ShapeError> {
     Ok(shape(dim, points, cells))
 }
 
+/// Returns all permutations of `items`.
 fn permutations(items: &[usize]) -> Vec<Vec<usize>> {
     if items.is_empty() {
         return vec![vec![]];

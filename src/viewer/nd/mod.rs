@@ -108,6 +108,7 @@ impl Nd {
         }
     }
 
+    /// Returns to the author's pose.
     pub fn reset(&mut self) {
         self.pose = self.given.pose.clone();
     }
@@ -149,6 +150,7 @@ impl Nd {
         self.set_pose(pose);
     }
 
+    /// Sets the pose if its coordinates are finite and below 1e150.
     fn set_pose(&mut self, pose: Pose) {
         if pose.position.iter().all(|x| x.is_finite() && x.abs() < 1e150) {
             self.pose = pose;
@@ -160,16 +162,19 @@ impl Nd {
         Pose::planes(self.given.dim)[self.plane]
     }
 
+    /// Selects the plane of rotation that is `by` further in the list of all planes.
     pub fn next_plane(&mut self, by: i32) {
         let count = Pose::planes(self.given.dim).len();
         self.plane = (self.plane as i64 + i64::from(by)).rem_euclid(count as i64) as usize;
     }
 
+    /// Turns in the selected plane by a number of steps.
     pub fn turn_plane(&mut self, steps: f64) {
         let [a, b] = self.plane();
         self.turn(a, b, steps);
     }
 
+    /// Switches the centre of rotation between the eye and the middle of the facets.
     pub fn turn_about_other(&mut self) {
         self.about = match self.about {
             About::Eye => About::Middle,
@@ -237,6 +242,7 @@ impl Nd {
         }
     }
 
+    /// Renders the scene and draws it in the colours of the shading style.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
         let scene = self.scene();
         let picture = eye::render_with(&scene, self.fibre, &*self.pool).map_err(|e| e.to_string())?;
@@ -259,6 +265,7 @@ impl Nd {
         depth_picture::paint(memory, &values)
     }
 
+    /// Returns the plan of rendering the scene as lines of text.
     pub fn plan(&self) -> Vec<String> {
         match eye::plan(&self.scene(), self.fibre) {
             Ok(plan) => plan.to_string().lines().flat_map(folded).collect(),
@@ -266,6 +273,7 @@ impl Nd {
         }
     }
 
+    /// Returns facet, distance and lights at a pixel of the frame, as lines of text.
     pub fn inspect(&self, frame: &ViewerFrame, x: u32, y: u32) -> Vec<String> {
         let Some(picture) = &self.picture else { return Vec::new() };
         let Some(i) = pixel_at(picture, frame.memory.width(), frame.memory.height(), x, y) else {
