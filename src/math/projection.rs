@@ -2,8 +2,10 @@
 //! matrix.
 //!
 //! View space looks along -z. Clip space is -w<=x<=w, -w<=y<=w, 0<=z<=w (0 near, 1 far after the
-//! division). Sources: notes 001 (view plane at distance d, viewport), 000 (viewing transformation
-//! A B C D P, J K L M), 004 (frustum to box, oblique, isometric).
+//! division).
+//!
+//! Sources: notes 001 (view plane at distance d, viewport), 000 (viewing transformation A B C D P,
+//! J K L M), 004 (frustum to box, oblique, isometric).
 
 use super::matrix::{from_rows, scale, shear, translate};
 use glam::{DMat4, DVec3, DVec4};

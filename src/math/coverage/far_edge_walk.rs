@@ -6,7 +6,9 @@
 //! columns, those inside, those after. The first and last part have one column. Inside, an edge
 //! that moves by at most one column has two; any other is stepped in fixed point, and the exact
 //! remainder is compared only where the fixed-point value is too near to an integer to decide its
-//! side. How one would know: the tests compare with `EdgeWalk` on the same numbers.
+//! side.
+//!
+//! How one would know: the tests compare with `EdgeWalk` on the same numbers.
 
 use super::edge_walk::Walk;
 use super::exact_int::ExactInt;

@@ -7,12 +7,15 @@
 //! Definition: a pixel is covered if its centre is strictly inside the snapped outline or lies on a
 //! top edge (horizontal, inside below it) or a left edge (inside to its right). So areas that share
 //! an edge cover each pixel of the seam once, whatever their winding, order and size; zero area
-//! covers nothing. How one would know: the tests evaluate the three edge functions at each pixel's
-//! centre in big integers.
+//! covers nothing.
 //!
-//! The cost is that of the rows in the clip rectangle, not of the area. Source: the fill rule of
-//! Pineda, "A parallel algorithm for polygon rasterization" (1988) and of the graphics APIs since;
-//! exact stepping as in Bresenham (1965).
+//! How one would know: the tests evaluate the three edge functions at each pixel's centre in big
+//! integers.
+//!
+//! The cost is that of the rows in the clip rectangle, not of the area.
+//!
+//! Source: the fill rule of Pineda, "A parallel algorithm for polygon rasterization" (1988) and of
+//! the graphics APIs since; exact stepping as in Bresenham (1965).
 
 mod edge_walk;
 pub(crate) mod exact_int;

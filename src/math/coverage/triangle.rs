@@ -134,6 +134,8 @@ pub(crate) fn doubled_area<I: ExactInt>(p: &Corners<I>) -> I {
     ab[0].times(&ac[1]).minus(&ac[0].times(&ab[1]))
 }
 
+/// Calls `f(y, x0..x1)` for the covered pixels of each row inside `clip`, top to bottom, in exact
+/// integer arithmetic.
 pub(crate) fn scan_triangle<I: ExactInt>(
     p: &Corners<I>,
     clip: PixelRect,

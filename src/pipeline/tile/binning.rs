@@ -2,10 +2,12 @@
 //! memory.
 //!
 //! In: a draw job. Out: one piece of its faces after the other, each to be drawn before the next is
-//! requested. Most draws are one piece. Promise: the lists' capacity is at most
-//! `Scratch::list_bytes` before the last cluster of 16 faces that each thread begins;
-//! [`worst_list_bytes`] states the worst case. How one would know: tests/allocations/draw_memory.rs
-//! counts.
+//! requested. Most draws are one piece.
+//!
+//! Promise: the lists' capacity is at most `Scratch::list_bytes` before the last cluster of 16
+//! faces that each thread begins; [`worst_list_bytes`] states the worst case.
+//!
+//! How one would know: tests/allocations/draw_memory.rs measures the bytes that draws allocate.
 
 use super::bins::{self, Chunk, Grid, ListBytes};
 use super::clusters::{CLUSTER_FACES, ClusterKernel, CullView};
@@ -98,9 +100,13 @@ pub(crate) struct Binned {
     pub bands: Option<(usize, usize)>,
     /// End of the piece's range of faces.
     pub until: usize,
+    /// Grid of the tiles.
     pub(super) grid: Grid,
+    /// Start of the piece's range of faces.
     pub(super) first_face: usize,
+    /// Faces in a chunk; the last one may have fewer.
     pub(super) chunk_faces: usize,
+    /// Number of chunks, the first ones of the scratch.
     pub(super) chunk_count: usize,
 }
 

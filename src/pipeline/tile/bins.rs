@@ -48,6 +48,7 @@ impl ListBytes {
         list.push(item);
     }
 
+    /// Grows a full list, and counts its new capacity.
     #[cold]
     #[inline(never)]
     fn make_room<T>(&self, list: &mut Vec<T>) {

@@ -3,8 +3,9 @@
 //! In: the corners of a mesh, face by face. Out: the vertex index of each. Vertices of one position
 //! form a linked list, since most positions have one; where a list grows long, its vertices are
 //! found by a hash, so that no mesh takes quadratic time. The indices do not depend on the hash:
-//! they are assigned in the order of the corners. Runs on the calling thread. How one would know:
-//! the test below puts all corners at two positions.
+//! they are assigned in the order of the corners. Runs on the calling thread.
+//!
+//! How one would know: the test below puts all corners at two positions.
 
 use crate::scene::Corner;
 use glam::DVec3;

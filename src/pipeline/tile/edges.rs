@@ -121,6 +121,7 @@ pub(super) fn ones<S: Simd>(s: S, word: S::I) -> S::I {
     (halves + halves.shr::<16>()) & s.splat_i(0x3f)
 }
 
+/// Returns the least and the greatest of three vectors, lane by lane.
 #[inline(always)]
 pub(super) fn bounds3<S: Simd>(a: S::I, b: S::I, c: S::I) -> (S::I, S::I) {
     (a.min(b).min(c), a.max(b).max(c))
@@ -157,6 +158,7 @@ pub(super) fn sort_corners<S: Simd>(s: S, [a, b, c]: [Corner<S>; 3]) -> [Corner<
     [a, b, c]
 }
 
+/// Returns two corners in ascending order of (x, y), lane by lane.
 #[inline(always)]
 pub(super) fn in_order<S: Simd>(s: S, p: Corner<S>, q: Corner<S>) -> (Corner<S>, Corner<S>) {
     let swap = p[0].gt(q[0]) | (p[0].eq(q[0]) & p[1].gt(q[1]));

@@ -13,9 +13,9 @@ pub(super) struct Barycentrics<S: Simd> {
     /// e_i / w_i, not yet divided by their sum; all negative where a face is seen from its other
     /// side.
     pub p: [S::F; 3],
-    /// `p` at the pixel on the right and at the one below, if a texture needs them; not clamped to
-    /// the face.
+    /// `p` at the pixel on the right, if a texture needs it; not clamped to the face.
     pub right: [S::F; 3],
+    /// `p` at the pixel below, likewise.
     pub below: [S::F; 3],
     /// 1 / the sum of `p`, with its sign.
     pub inverse: S::F,
@@ -246,6 +246,7 @@ fn between<S: Simd>(from: [S::F; 4], to: [S::F; 4]) -> [S::F; 2] {
     [(to[0] - from[0]) + (to[2] - from[2]), (to[1] - from[1]) + (to[3] - from[3])]
 }
 
+/// Returns a + b.
 #[inline(always)]
 pub(super) fn add<S: Simd>(a: V3<S>, b: V3<S>) -> V3<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]

@@ -113,9 +113,11 @@ pub(crate) struct Scratch {
     visibilities: Vec<u8>,
     /// Set for the blocks of vertices that an open cluster uses; empty if all are transformed.
     marks: Vec<AtomicU8>,
+    /// Vertices on the screen.
     screen_vertices: Vec<ScreenVertex>,
     /// The vertices' depths in f64, for the depth formats that need them.
     depth_f64: Vec<DepthVertex>,
+    /// Binned faces of the chunks.
     chunks: Vec<Chunk>,
     /// Bit set for each tile: the chunks that reach it; empty if there is only one chunk.
     visitors: Vec<u64>,

@@ -170,6 +170,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
     }
 
+    /// Shades the pixels of one block whose faces have screen vertices.
     #[inline(always)]
     fn block<S: Simd>(&mut self, s: S, x: i32, y: i32, queue: &mut Option<TextureQueue<S>>) {
         let ids = s.load_block(&self.tile.ids[self.tile.id_at(x, y)..], ID_STRIDE);
@@ -312,6 +313,7 @@ impl<'a> ResolveKernel<'a, '_, '_> {
         }
     }
 
+    /// Shades the lanes `left` of a vector of pixels, face by face.
     #[inline(always)]
     fn exact_row<S: Simd>(
         &mut self,

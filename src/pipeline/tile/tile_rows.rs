@@ -29,9 +29,13 @@ const BAND_ROWS: usize = Grid::TILE_ROWS as usize;
 /// Counts of fragments tested and passed, of pixels shaded and of hidden faces.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
+    /// Fragments tested.
     pub(super) tested: AtomicU64,
+    /// Fragments passed.
     pub(super) passed: AtomicU64,
+    /// Pixels shaded.
     pub(super) shaded: AtomicU64,
+    /// Faces skipped by hierarchical z, once for each tile.
     pub(super) hidden: AtomicU64,
 }
 
@@ -242,12 +246,15 @@ fn narrow(from: &Ids, width: usize, columns: Range<i32>, to: &mut [u16]) {
 
 /// Slices of the frame's buffers for a range of rows of tiles; all but `bytes` may be empty.
 pub(crate) struct TileRowBuffers<'a> {
+    /// Depth words of 32 bits.
     depth: &'a mut [i32],
     /// Depth words of 16 bits.
     narrow: &'a mut [u16],
     /// One word for each pixel row: bit i is set while column i of tiles awaits its clear.
     pending_clear: &'a mut [u128],
+    /// RGBA bytes.
     bytes: &'a mut [u8],
+    /// Pick buffer: name and triangle.
     pick: &'a mut [[u32; 2]],
     /// Face ids of a tile; set for a single row of tiles.
     ids: Option<&'a mut AtLine>,

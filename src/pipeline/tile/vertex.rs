@@ -140,6 +140,7 @@ pub struct VertexKernel<'a> {
 /// Vertices in a block: one AVX-512 register of f64, two of AVX2.
 pub const WIDTH: usize = 8;
 
+/// Coordinates of a block of vertices.
 pub(super) type Lanes = [f64; WIDTH];
 
 /// Returns whether a block of vertices is used.
