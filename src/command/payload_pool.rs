@@ -18,6 +18,7 @@ pub struct PayloadPool {
     budget: MemoryBudget,
 }
 
+/// Buffers of a pool and their reservation.
 #[derive(Debug)]
 struct Held {
     /// Empty buffers, the last one returned at the end: it is most likely in the caches.
@@ -39,6 +40,7 @@ impl Held {
         self.buffers.iter().map(Vec::capacity).sum()
     }
 
+    /// Sets the reservation to the capacity of all buffers.
     fn count(&mut self) {
         let bytes = self.bytes() as u64;
         self.reserved.set(bytes);

@@ -1,6 +1,8 @@
 //! Byte searches for the ends of lines and words, eight bytes at a time.
 
+/// The lowest bit of every byte.
 const LOW: u64 = 0x0101_0101_0101_0101;
+/// The highest bit of every byte.
 const HIGH: u64 = 0x8080_8080_8080_8080;
 
 /// Sets the high bit of every byte of `word` that equals `byte`; bytes above the first match may be
@@ -10,6 +12,8 @@ const fn flags(word: u64, byte: u8) -> u64 {
     x.wrapping_sub(LOW) & !x & HIGH
 }
 
+/// Returns the index of the first match: `flags` marks the matches in a word of eight bytes, as
+/// [`flags`] does, and `is_it` tests the remaining bytes.
 fn find(bytes: &[u8], flags: impl Fn(u64) -> u64, is_it: impl Fn(u8) -> bool) -> Option<usize> {
     let (words, tail) = bytes.as_chunks::<8>();
     for (i, word) in words.iter().enumerate() {

@@ -194,6 +194,7 @@ fn escape(bytes: &[u8]) -> String {
     written(bytes, |b| (b' '..=b'~').contains(&b) && b != b'"' && b != b'\\')
 }
 
+/// Returns the bytes for which `plain` holds unchanged and other bytes as `\xNN`.
 fn written(bytes: &[u8], plain: impl Fn(u8) -> bool) -> String {
     let mut text = String::with_capacity(bytes.len());
     for &b in bytes {

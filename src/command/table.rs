@@ -11,12 +11,15 @@ use super::parse::{control, memory, three_d, two_d};
 use super::verb::Arity::{From, Of};
 use super::verb::{Arity, Encoding, Form, Group, Payload, Verb};
 
+/// Parser of a verb's arguments.
 type Parse = fn(&mut Args<'_>) -> Result<Command, ParseError>;
 
+/// Creates one syntax of a verb.
 const fn form(syntax: &'static str, about: &'static str) -> Form {
     Form { syntax, about }
 }
 
+/// Creates a row for a text verb.
 const fn text(
     name: &'static str,
     group: Group,
@@ -28,6 +31,7 @@ const fn text(
     Verb { name, group, arity, payload, forms, encoding: Encoding::Text(parse) }
 }
 
+/// Creates a row for a binary verb of Pixelflut.
 const fn binary(name: &'static str, forms: &'static [Form]) -> Verb {
     Verb {
         name,

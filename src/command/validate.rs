@@ -202,6 +202,7 @@ impl Command {
     }
 }
 
+/// Checks that a value is not negative.
 fn from_zero<T: Into<f64> + Copy + std::fmt::Display>(what: &str, value: T) -> Result<(), Fault> {
     match value.into() < 0.0 {
         false => Ok(()),
@@ -209,6 +210,7 @@ fn from_zero<T: Into<f64> + Copy + std::fmt::Display>(what: &str, value: T) -> R
     }
 }
 
+/// Checks that a value fits in i32, as the text form requires.
 fn in_i32(what: &str, value: u32) -> Result<(), Fault> {
     match i32::try_from(value) {
         Ok(_) => Ok(()),
@@ -222,6 +224,7 @@ fn no_points() -> Result<(), Fault> {
     Err(Fault::new(Code::Args, "there must be a point"))
 }
 
+/// Checks that a text is UTF-8; the error gives the offset and value of the first invalid byte.
 fn utf8_or_fault(utf8: &[u8]) -> Result<(), Fault> {
     match std::str::from_utf8(utf8) {
         Ok(_) => Ok(()),

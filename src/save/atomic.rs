@@ -30,6 +30,7 @@ pub fn atomically(
     })
 }
 
+/// Lets `write` fill a file through a buffer, and returns the file, still open.
 fn fill(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<File> {
     let mut out = BufWriter::with_capacity(1 << 16, file);
     write(&mut out)?;

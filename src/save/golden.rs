@@ -155,6 +155,7 @@ pub fn compare(actual: &VideoMemory, expected: &VideoMemory, per_channel: u8) ->
     Some(difference)
 }
 
+/// Returns the absolute difference of each channel.
 fn distance(a: &[u8; 4], b: &[u8; 4]) -> [u8; 4] {
     std::array::from_fn(|c| a[c].abs_diff(b[c]))
 }

@@ -28,6 +28,7 @@ pub(crate) fn hold(file: &File) -> bool {
     }
 }
 
+/// Returns whether the file still has a name.
 #[cfg(unix)]
 fn is_linked(file: &File) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -74,6 +75,7 @@ pub fn remove_leftovers_in(folder: &Path) {
     }
 }
 
+/// Removes a temporary file if no process holds its lock.
 fn remove_if_left(path: &Path) {
     let mut options = OpenOptions::new();
     options.write(true);
@@ -91,6 +93,7 @@ fn remove_if_left(path: &Path) {
     }
 }
 
+/// Returns whether a name is of the form that [`temporary_name`] makes.
 fn is_temporary_name(name: &str) -> bool {
     let numbers = name.strip_prefix(".fbptr-").and_then(|rest| rest.strip_suffix(".tmp"));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());

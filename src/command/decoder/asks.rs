@@ -27,6 +27,7 @@ impl Command {
     }
 }
 
+/// Returns whether a rectangle has at most [`FEW_PIXELS`] pixels, and no negative side.
 fn is_small(rect: Rect) -> bool {
     match (u64::try_from(rect.w), u64::try_from(rect.h)) {
         (Ok(w), Ok(h)) => w * h <= FEW_PIXELS,

@@ -28,6 +28,7 @@ pub(super) enum FrameKind {
     Text,
 }
 
+/// Returns the kind of the command that begins with `bytes`.
 pub(super) fn frame_kind(bytes: &[u8]) -> FrameKind {
     const RUN: &[u8] = b"PXMULTI";
     match bytes {
@@ -163,6 +164,7 @@ impl Decoder {
         self.end_long_line();
     }
 
+    /// Reads on in an overlong line. Returns the number of bytes read.
     pub(super) fn read_long_line(&mut self, bytes: &[u8]) -> usize {
         let DecoderState::LongLine(long) = &mut self.state else { return 0 };
         let taken = long.read(bytes);
@@ -171,6 +173,8 @@ impl Decoder {
         taken
     }
 
+    /// Leaves an overlong line once it has ended: skips the payload that it announces, or closes
+    /// the stream if that length does not fit in 64 bits.
     fn end_long_line(&mut self) {
         let DecoderState::LongLine(long) = &self.state else { return };
         let Some(payload_length) = long.payload() else { return };

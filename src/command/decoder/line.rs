@@ -173,6 +173,7 @@ fn read_command(
     parsed
 }
 
+/// Converts an error of [`Command::validate`] or its parts to the decoder's form.
 pub(super) fn parse_error(fault: Fault) -> ParseError {
     ParseError {
         code: fault.code,
@@ -181,6 +182,7 @@ pub(super) fn parse_error(fault: Fault) -> ParseError {
     }
 }
 
+/// Returns the error for a wrong number of words.
 fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> ParseError {
     let found = args.count();
     let most = match verb.arity {
@@ -197,10 +199,12 @@ fn wrong_count(verb: &Verb, args: &Args<'_>, word: &[u8]) -> ParseError {
     ParseError::new(Code::Args, format!("takes {}, not {found} ({syntax})", verb.arity.in_words()), blamed)
 }
 
+/// Returns the error for a payload that the verb does not take.
 fn unwanted(length: u64) -> ParseError {
     ParseError::new(Code::Args, "takes no payload", format!(":{length}").as_bytes())
 }
 
+/// Returns the error for a line that announces no payload where one is required.
 fn missing(args: &Args<'_>, word: &[u8]) -> ParseError {
     let last = if args.count() == 0 { word } else { args.nth_left(args.count() - 1) };
     ParseError::new(Code::Args, "the line must end with a payload's length :N", last)

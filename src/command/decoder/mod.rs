@@ -252,10 +252,12 @@ impl Decoder {
         sink.error(StreamError::new(self.start, subject, parse_error))
     }
 
+    /// Returns `Stop` if the stream is closed, otherwise `Continue`.
     fn flow(&self) -> Flow {
         if matches!(self.state, DecoderState::Closed) { Flow::Stop } else { Flow::Continue }
     }
 
+    /// Applies the sink's answer: pauses this call, or closes the stream.
     fn obey(&mut self, flow: Flow) {
         match flow {
             Flow::Continue => {}
@@ -264,6 +266,7 @@ impl Decoder {
         }
     }
 
+    /// Reports an error at the current command to the sink, and applies its answer.
     fn error(&mut self, subject: Subject, parse_error: ParseError, sink: &mut impl Sink) {
         let flow = sink.error(StreamError::new(self.start, subject, parse_error));
         self.obey(flow);

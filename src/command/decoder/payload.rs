@@ -45,6 +45,8 @@ impl Decoder {
         if rest.is_empty() { 0 } else { self.read_payload(rest, sink) }
     }
 
+    /// Collects bytes of a payload, and runs the command when it is complete. Returns the number of
+    /// bytes read.
     pub(super) fn read_payload(&mut self, bytes: &[u8], sink: &mut impl Sink) -> usize {
         let DecoderState::Collect { length, .. } = self.state else { return 0 };
         let held = self.payload.len();
@@ -126,6 +128,8 @@ impl Decoder {
         self.refuse(binary_or_text(command.verb().as_bytes()), parse_error, left, bytes, sink)
     }
 
+    /// Empties the payload's buffer after use: a large one goes to the pool, and a small one is
+    /// kept unless memory is short.
     fn put_away_payload(&mut self) {
         self.warm_bytes = 0;
         self.payload.clear();
@@ -143,6 +147,7 @@ impl Decoder {
         }
     }
 
+    /// Discards bytes of a refused command's payload. Returns the number of bytes read.
     pub(super) fn skip(&mut self, bytes: &[u8]) -> usize {
         let DecoderState::Skip { left, .. } = &mut self.state else { return 0 };
         let taken = usize::try_from(*left).unwrap_or(usize::MAX).min(bytes.len());

@@ -20,6 +20,7 @@ impl<'a> LineWriter<'a> {
         LineWriter { verb, out }
     }
 
+    /// Appends a blank and a word.
     pub(super) fn word(&mut self, word: impl std::fmt::Display) {
         write!(self.out, " {word}").expect("a Vec takes all bytes");
     }
@@ -28,6 +29,7 @@ impl<'a> LineWriter<'a> {
         numbers.iter().for_each(|n| self.word(n));
     }
 
+    /// Appends reals in the shortest form that reads back.
     pub(super) fn reals(&mut self, numbers: &[f64]) {
         for n in numbers {
             // Debug prints 1e300 in short form where Display writes 300 zeros; both are the
@@ -44,6 +46,7 @@ impl<'a> LineWriter<'a> {
         self.ints(&[x, y, w, h]);
     }
 
+    /// Appends a colour: `rrggbb` if it is opaque, otherwise `rrggbbaa`.
     pub(super) fn color(&mut self, [r, g, b, a]: Rgba) {
         match a {
             255 => self.word(format_args!("{r:02x}{g:02x}{b:02x}")),
@@ -62,10 +65,12 @@ impl<'a> LineWriter<'a> {
         self.word(if on { "on" } else { "off" });
     }
 
+    /// Returns the error for a part that has no text form.
     pub(super) fn no_text<T>(&self, what: &'static str) -> Result<T, EncodeError> {
         Err(EncodeError::NoText { verb: self.verb, what })
     }
 
+    /// Appends the arguments of a text command, without its payload length.
     pub(super) fn arguments(&mut self, command: &Command) -> Result<(), EncodeError> {
         match command {
             Command::Help

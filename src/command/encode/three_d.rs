@@ -6,6 +6,7 @@ use crate::command::commands::{LightCommand, MeshSource};
 use crate::scene::{Attenuation, Material, ObliqueKind, Projection, Sampling};
 
 impl LineWriter<'_> {
+    /// Appends an attenuation, unless it is the default.
     fn attenuation(&mut self, a: Attenuation) {
         if a != Attenuation::NONE {
             self.reals(&[a.c, a.l, a.q]);

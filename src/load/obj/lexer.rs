@@ -95,6 +95,7 @@ const LARGE_POLYGON: u64 = 64;
 const WORD: [&[u8]; 3] = [b"v", b"vt", b"vn"];
 const WHAT: [&str; 3] = ["position", "texture coordinate", "normal"];
 
+/// Pass over the file that is being made.
 enum Pass {
     Vertices,
     Elements,
@@ -235,6 +236,7 @@ impl<'a> Lexer<'a> {
         Ok(())
     }
 
+    /// Starts the second pass. A file with unknown statements only is not OBJ, which is an error.
     fn begin_elements(&mut self) -> Result<(), LoadError> {
         if let (0, Some((line, found))) = (self.known_statements, self.first_unknown.take()) {
             let expected = "expected an OBJ statement such as v or f".into();

@@ -20,6 +20,7 @@ impl<'a> Lines<'a> {
         Lines { rest, line: 0, end }
     }
 
+    /// Returns the next physical line without surrounding blanks.
     fn physical(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;

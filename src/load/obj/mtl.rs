@@ -24,6 +24,7 @@ pub(super) struct FileMaterial {
     pub(super) place: FilePosition,
 }
 
+/// State of the line check of an MTL file.
 struct Check<'a> {
     file_name: &'a str,
     line: u32,
@@ -246,6 +247,8 @@ impl Check<'_> {
     }
 }
 
+/// Converts a material as read by `tobj`, with the defaults of the format and the effect of
+/// `illum`.
 fn material(raw: RawMaterial) -> Material {
     let defaults = Material::default();
     let color = |c: Option<[f64; 3]>, default: DVec3| c.map_or(default, DVec3::from_array);

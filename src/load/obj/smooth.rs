@@ -101,6 +101,7 @@ fn corners_of<'a>(mesh: &'a Mesh, polygon: &Polygon) -> &'a [Corner] {
     &mesh.corners[polygon.first_corner as usize..][..polygon.corner_count as usize]
 }
 
+/// Returns the unit normal of a polygon; `None` if it has no area.
 fn normal_of(mesh: &Mesh, polygon: &Polygon) -> Option<DVec3> {
     polygon_normal(corners_of(mesh, polygon).iter().map(|c| mesh.positions[c.position as usize]))
 }

@@ -219,6 +219,7 @@ impl SandboxDir {
     }
 }
 
+/// Checks that `meta` is that of a regular file.
 fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), SandboxError> {
     match () {
         () if meta.is_symlink() => Err(SandboxError::Link { name: name.into() }),
@@ -227,6 +228,7 @@ fn check_plain(name: &str, meta: &fs::Metadata) -> Result<(), SandboxError> {
     }
 }
 
+/// Converts an error of the operating system, for the file called `name`.
 fn from_io(name: &str, e: &io::Error) -> SandboxError {
     match e.kind() {
         io::ErrorKind::NotFound => SandboxError::Missing { name: name.into() },

@@ -18,6 +18,7 @@ pub(super) enum OpenError {
 }
 
 impl OpenError {
+    /// Converts the error, for the file called `name`.
     pub fn named(self, name: &str) -> SandboxError {
         match self {
             OpenError::Link => SandboxError::Link { name: name.into() },

@@ -25,6 +25,7 @@ pub struct QuotaDir {
     usage: Mutex<Usage>,
 }
 
+/// Bytes in use, by file.
 #[derive(Debug, Default)]
 struct Usage {
     /// Files written, with the bytes they take.

@@ -68,6 +68,8 @@ pub(super) fn camera(view: &GraphView, id: NodeId, model: DMat4, bounds: Option<
     }
 }
 
+/// Returns the camera of an OrthoViewpoint; `everything` is the bounding box and the view's axes,
+/// for viewAll.
 fn ortho(
     view: &GraphView,
     id: NodeId,

@@ -157,6 +157,7 @@ impl<'d> Builder<'d, '_> {
         Ok(has_any.then_some(pictures))
     }
 
+    /// Loads the picture of the first usable URL, from the cache or a file.
     fn load_picture(&mut self, file: &File, urls: &[String]) -> Result<Arc<Texture>, texture::PictureError> {
         if urls.iter().any(|name| url::is_outside(&file.folder, name)) {
             self.remarks.names_outside = true;

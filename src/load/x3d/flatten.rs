@@ -27,6 +27,7 @@ use glam::{DMat4, DVec3};
 /// Most lights of a scene; further ones are left out.
 pub(super) const MAX_LIGHTS: usize = 1_000;
 
+/// Names of the viewpoint types.
 const VIEWPOINTS: &[&str] = &["Viewpoint", "OrthoViewpoint"];
 
 /// State of one pass over the graph, and the scene that it builds.
@@ -364,6 +365,7 @@ fn light_kind(view: &GraphView, id: NodeId, model: DMat4) -> Option<LightKind> {
     Some(LightKind::X3dSpot { position, direction, beam_width_rad, cut_off_rad, attenuation, radius })
 }
 
+/// Reads a Fog with world matrix `model`; `None` if its visibility range is not positive.
 fn fog(view: &GraphView, id: NodeId, model: DMat4) -> Option<Fog> {
     let kind = match view.text(id, "fogType").trim() {
         "EXPONENTIAL" => FogKind::Exponential,

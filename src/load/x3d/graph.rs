@@ -144,6 +144,7 @@ impl<'a> GraphView<'a> {
             && (0..self.node(id).values.len()).any(|f| self.overrides.contains_key(&(id, f)))
     }
 
+    /// Returns the value of a field, as set by routes or by the file.
     fn value(&self, id: NodeId, field: &str) -> &'a Value {
         let node = self.node(id);
         let index = node.ty.field(field).expect("callers name fields of the node's table");

@@ -111,6 +111,8 @@ impl<'d> Protos<'d> {
         }
     }
 
+    /// Returns whether an element and everything below it is equal in every instance: it has no
+    /// names, IS, ROUTE or prototypes.
     fn is_same(&mut self, source: usize, element: Element<'d, 'd>) -> bool {
         let key = (source, element.id());
         if let Some(known) = self.is_same.get(&key) {
@@ -181,6 +183,7 @@ impl<'d> Builder<'d, '_> {
         Ok(found)
     }
 
+    /// Warns about an ExternProtoDeclare whose instances are skipped.
     fn warn_of(&mut self, number: usize, what: String) {
         let proto = &self.protos.all[number];
         let message = format!("ExternProtoDeclare {:?} {what}: its instances were skipped", proto.name);

@@ -23,6 +23,7 @@ pub(super) struct Remarks<'d> {
 }
 
 impl<'d> Builder<'d, '_> {
+    /// Adds a warning at an element, as [`Builder::warn_at`] does.
     pub(super) fn warn(&mut self, file: &File, element: Element, message: String) {
         let origin = Origin { source: file.source, byte: element.range().start };
         self.warn_at(origin, message);

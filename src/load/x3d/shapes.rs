@@ -28,6 +28,7 @@ pub(super) struct ShapeKey {
     map: Option<NodeId>,
 }
 
+/// Source of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum MeshKey {
     Node(NodeId),

@@ -31,6 +31,7 @@ pub(super) struct Sample {
 }
 
 impl Sensor {
+    /// Reads the fields of a TimeSensor node.
     pub(super) fn read(view: &GraphView, id: NodeId) -> Sensor {
         Sensor {
             cycle_interval: view.real(id, "cycleInterval"),

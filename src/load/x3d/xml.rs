@@ -204,6 +204,7 @@ fn tag_name(text: &str) -> &str {
     text.split(|c: char| c.is_ascii_whitespace() || matches!(c, '/' | '>' | '<')).next().unwrap_or("")
 }
 
+/// A start tag.
 struct Tag {
     /// Offset after the `>`.
     end: usize,

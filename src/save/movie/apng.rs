@@ -66,6 +66,7 @@ impl Apng {
         data
     }
 
+    /// Extends the duration of the last frame.
     fn lengthen(&mut self, ticks: u64) -> io::Result<()> {
         self.delay += ticks;
         self.control[20..22].copy_from_slice(&(self.delay as u16).to_be_bytes());

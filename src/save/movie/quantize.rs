@@ -79,6 +79,7 @@ impl Group {
     }
 }
 
+/// Returns indices and palette by median cut.
 fn median_cut(pixels: &[[u8; 3]]) -> (Vec<u8>, Vec<u8>) {
     let mut counts = vec![0u32; 1 << 15];
     pixels.iter().for_each(|&p| counts[cell(p)] += 1);

@@ -44,6 +44,8 @@ impl Lexer<'_> {
         Ok(())
     }
 
+    /// Checks an element of at least `least` corners, records its properties, and passes it on as
+    /// `f`.
     fn element(
         &mut self,
         kind: ElementKind,

@@ -120,6 +120,7 @@ impl Lexer<'_> {
         self.count(list)
     }
 
+    /// Counts a vertex, up to the limit of 32-bit indices.
     fn count(&mut self, list: usize) -> Result<(), LoadError> {
         self.counts[list] += 1;
         let (found, limit) = (self.counts[list], u64::from(u32::MAX - 1));

@@ -8,6 +8,7 @@ use super::{Built, Result, too_few};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DVec2, DVec3};
 
+/// Builds an ElevationGrid, one quad per cell of the grid.
 pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let dimension = |field| view.ints(id, field).first().copied().unwrap_or(0);
     let (nx, nz) = (dimension("xDimension"), dimension("zDimension"));

@@ -12,6 +12,8 @@ use crate::math::matrix::{rotate, unit};
 use crate::scene::{Corner, Mesh, NONE};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
+/// Builds an Extrusion: a quad for each segment of the cross-section and of the spine, and the
+/// caps.
 pub(super) fn build(view: &GraphView, id: NodeId, is_textured: bool) -> Result<Built> {
     let spine = vec3s(view.reals(id, "spine"));
     let section = vec2s(view.reals(id, "crossSection"));

@@ -34,16 +34,19 @@ fn circle(radius: f64) -> Vec<DVec2> {
         .collect()
 }
 
+/// Returns a circle as lines.
 fn outline(radius: f64) -> Built {
     let mut mesh = over(&circle(radius));
     mesh.lines = (0..SLICES).map(|i| [i, (i + 1) % SLICES]).collect();
     Built { mesh, stuff: Stuff::Bare, ..Built::default() }
 }
 
+/// Returns an empty geometry with a remark.
 fn nothing(why: String) -> Built {
     Built { remarks: vec![why], ..Built::default() }
 }
 
+/// Builds a Geometry2D node.
 pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
     match view.name(id) {
         "Polypoint2D" => {

@@ -27,6 +27,7 @@ fn shared(vertices: &Vertices, id: NodeId, i: i64) -> Result<Corner> {
     })
 }
 
+/// Builds a PointSet.
 pub(super) fn points(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let corners =
@@ -37,6 +38,7 @@ pub(super) fn points(view: &GraphView, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
+/// Builds a LineSet.
 pub(super) fn line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let count = vertices.positions.len() as i64;
@@ -63,6 +65,7 @@ pub(super) fn line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     Ok(built)
 }
 
+/// Builds an IndexedLineSet.
 pub(super) fn indexed_line_set(view: &GraphView, id: NodeId) -> Result<Built> {
     let vertices = Vertices::read(view, id);
     let per_vertex = view.bool(id, "colorPerVertex");

@@ -6,6 +6,7 @@ use super::Built;
 use crate::scene::shapes::{self, RevolvedParts};
 use glam::DVec3;
 
+/// Builds a solid of unit size.
 pub(super) fn build(view: &GraphView, id: NodeId) -> Built {
     let part = |field| view.bool(id, field);
     let mesh = match view.name(id) {

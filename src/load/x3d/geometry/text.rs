@@ -116,12 +116,14 @@ impl Style {
     }
 }
 
+/// One line of a Text.
 struct TextLine<'a> {
     text: &'a str,
     /// Stretch factor along the line from `length` or `maxExtent`.
     stretch: f64,
 }
 
+/// Builds a Text, one square per pixel of its characters.
 pub(super) fn build(view: &GraphView, id: NodeId) -> Result<Built> {
     let style = Style::read(view, view.child(id, "fontStyle"));
     let texts = view.texts(id, "string");

@@ -29,6 +29,7 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
+    /// Reads the property nodes of a geometry node.
     pub(super) fn read(view: &GraphView, id: NodeId) -> Vertices {
         let child = |container| view.child(id, container);
         let (coord, color, normal, texcoord) =

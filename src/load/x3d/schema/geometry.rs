@@ -10,7 +10,9 @@ const COMPOSED: &[FieldDef] = &[
     f("normalPerVertex", Bool, "true"),
     f("solid", Bool, "true"),
 ];
+/// Property nodes of a geometry with faces.
 const VERTEX_NODES: &[&str] = &["coord", "color", "normal", "texCoord"];
+/// Property nodes of a geometry of lines or points.
 const LINE_NODES: &[&str] = &["coord", "color", "normal"];
 /// Node field that X3D 4 adds to solids: a generator of texture coordinates.
 const TEXCOORD: &[&str] = &["texCoord"];
