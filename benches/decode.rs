@@ -1,8 +1,9 @@
-//! How fast the decoder reads from memory, on one core. Every figure is of a run whose pixels were checked.
+//! Benchmark of the decoder from memory, on one core. Every figure is of a run whose pixels were
+//! verified.
 //!
-//! `cargo bench --bench decode [-- NAME]`; the best and the median of the rounds, in millions a second. The streams are
-//! larger than the caches next to the core, smaller than the last one, as a socket's batches are; they are fed in pieces
-//! of 256 KiB, which cut commands anywhere.
+//! `cargo bench --bench decode [-- NAME]` prints the best and the median of the rounds, in millions
+//! per second. The streams are larger than the inner caches and smaller than the last one, as a
+//! socket's batches are; they are fed in pieces of 256 KiB, which cut commands anywhere.
 
 use fbptr::command::{
     Command, Decoder, EndOfInput, Flow, Limits, PayloadPool, Rect, Sink, StreamError, StreamPosition,
@@ -16,7 +17,8 @@ const ROUNDS: usize = 300;
 const WIDTH: usize = 1920;
 const HEIGHT: usize = 1080;
 
-/// Sums what it is told, in an order-free way that no wrong pixel survives unseen.
+/// A sink that sums its calls independently of their order, so that any wrong pixel changes the
+/// hash.
 #[derive(Default)]
 struct Sums {
     pixels: u64,
@@ -69,7 +71,7 @@ impl Sink for Sums {
     }
 }
 
-/// Paints, as a server does: bounds, offset, one store.
+/// A sink that draws as a server does: bounds, offset, one store.
 struct Frame(Vec<[u8; 4]>);
 
 impl Sink for Frame {
@@ -95,7 +97,7 @@ impl Sink for Frame {
     }
 }
 
-/// A small generator of its own: the streams are the same everywhere.
+/// A small random number generator, so that the streams are the same on every machine.
 struct Random(u64);
 
 impl Random {
@@ -113,7 +115,7 @@ impl Random {
 struct Case {
     name: &'static str,
     unit: &'static str,
-    /// How many units the stream has.
+    /// Number of units in the stream.
     units: u64,
     stream: Vec<u8>,
     expected: Sums,
@@ -210,7 +212,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// Plays a stream in pieces and answers the seconds it took.
+/// Decodes a stream in pieces; returns the seconds taken.
 fn play(stream: &[u8], pool: &PayloadPool, sink: &mut impl Sink) -> f64 {
     let mut decoder = Decoder::with_payload_pool(Limits::default(), pool);
     let start = Instant::now();
@@ -225,7 +227,7 @@ fn play(stream: &[u8], pool: &PayloadPool, sink: &mut impl Sink) -> f64 {
     seconds
 }
 
-/// Best and median in millions of units a second.
+/// Returns the best and the median rate, in millions of units per second.
 fn rates(units: u64, mut seconds: Vec<f64>) -> (f64, f64) {
     seconds.sort_by(f64::total_cmp);
     let rate = |s: f64| units as f64 / s / 1e6;

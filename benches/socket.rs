@@ -1,15 +1,18 @@
-//! From the socket to the memory: what a flood costs, beside what a socket that only reads and discards can take.
+//! Benchmark from the socket to the memory: a flood of commands, compared with a socket that only
+//! reads and discards.
 //!
-//! `cargo bench --bench socket [-- --quick|--memory] [-- --only=WORDS]`, where WORDS are part of a line's road, workload and
-//! connections, as `--only='tcp PB 64'`. Each workload is sent by one thread a connection of this process to a server in it,
-//! over loopback, in writes of 256 KiB; the time runs from the first byte to the answer to a `SYNC` behind the last. The
-//! ceiling is the same bytes, sent the same way, to as many threads that read and discard them.
+//! `cargo bench --bench socket [-- --quick|--memory] [-- --only=WORDS]`, where WORDS are part of a
+//! line's transport, workload and connections, as `--only='tcp PB 64'`. Each workload is sent by
+//! one thread per connection to a server in the same process, over loopback, in writes of 256 KiB;
+//! the time runs from the first byte to the answer to a `SYNC` behind the last. The ceiling is the
+//! same bytes, sent the same way, to as many threads that read and discard them.
 //!
-//! Both vary with where the system places threads and with the rest of the machine, so nothing is compared that was not
-//! measured within the same second: in each round the ceiling and the server take turns, in changing order, on one
-//! connection, on 64 and on a Unix socket. A rate is the median of its rounds; a share is the median of the rounds' shares,
-//! their least and largest in brackets; and so are 64 connections against one and the Unix socket against TCP. The pixels
-//! of every measured run are compared with what was sent.
+//! Both vary with the system's placement of threads and with the rest of the machine, so only
+//! figures measured within the same second are compared: in each round the ceiling and the server
+//! alternate, in changing order, on one connection, on 64 and on a Unix socket. A rate is the
+//! median of its rounds; a ratio is the median of the rounds' ratios, their least and largest in
+//! brackets; so are 64 connections against one and the Unix socket against TCP. The pixels of every
+//! measured run are compared with those sent.
 
 use fbptr::memory::VideoMemory;
 use fbptr::server::{Audience, Budget, Engine, ListenAddress, Output, Server, Stream, StreamState};
@@ -25,7 +28,7 @@ const WRITE_BYTES: usize = 256 << 10;
 trait Wire: Read + Write + Send {}
 impl<T: Read + Write + Send> Wire for T {}
 
-/// Where servers listen and clients go.
+/// Transport by which a server listens and clients connect.
 #[derive(Clone)]
 enum Road {
     Tcp,
@@ -48,12 +51,12 @@ fn connect(place: &ListenAddress) -> Box<dyn Wire> {
     }
 }
 
-/// A stream that is sent over and over, and the picture that it leaves.
+/// A stream that is sent repeatedly, and the picture that it draws.
 struct Workload {
     name: &'static str,
     unit: &'static str,
     bytes: Vec<u8>,
-    /// Of what the unit counts, once through the stream.
+    /// Number of units (named by `unit`) in one pass of the stream.
     units: u64,
     picture: VideoMemory,
 }
@@ -69,7 +72,8 @@ impl Numbers {
     }
 }
 
-/// Pixels at random places, the last one of each place being what stays.
+/// Generates pixels at random positions; returns the picture, in which the last pixel of each
+/// position remains.
 fn random_pixels(count: u32, mut each: impl FnMut(u32, u32, [u8; 4])) -> VideoMemory {
     let mut numbers = Numbers(0x1234_5678);
     let mut picture = VideoMemory::new(WIDTH, HEIGHT).expect("a frame");
@@ -136,7 +140,7 @@ fn workloads() -> Vec<Workload> {
     vec![px, pb, multi, blit, frame]
 }
 
-/// Sends the stream `times` over and waits for the answer to what stands behind it.
+/// Sends the stream `times` times and waits for the answer to the command behind it.
 fn send(wire: &mut dyn Wire, bytes: &[u8], times: usize, last: &[u8], answer: usize) {
     for _ in 0..times {
         for piece in bytes.chunks(WRITE_BYTES) {
@@ -147,7 +151,8 @@ fn send(wire: &mut dyn Wire, bytes: &[u8], times: usize, last: &[u8], answer: us
     wire.read_exact(&mut vec![0; answer]).expect("the other side answers");
 }
 
-/// A thread that reads and discards, and answers one byte to the letter `~`, which no workload ends a read with.
+/// Starts threads that each read and discard `total` bytes of a connection and then answer with the
+/// byte `~`.
 fn discard(road: &Road, total: u64, connections: usize) -> (ListenAddress, std::thread::JoinHandle<()>) {
     fn run(mut wire: impl Read + Write, total: u64) {
         let (mut buffer, mut left) = (vec![0; WRITE_BYTES], total);
@@ -191,7 +196,7 @@ fn discard(road: &Road, total: u64, connections: usize) -> (ListenAddress, std::
     }
 }
 
-/// Seconds of processor that this process has used, where the system tells.
+/// Returns the processor seconds used by this process, or 0 if the system does not tell.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
@@ -225,7 +230,8 @@ fn serve(road: &Road) -> (Server, ListenAddress) {
     (server, place)
 }
 
-/// The same bytes from memory, in the pieces that a reader hands on: what decoding and drawing alone cost.
+/// Feeds the same bytes from memory, in pieces as large as a reader's: the cost of decoding and
+/// drawing alone.
 fn from_memory(workload: &Workload) -> Duration {
     let mut engine = Engine::new(WIDTH, HEIGHT).expect("a frame");
     let mut stream = Stream::new(&engine, 1, Audience::Connection);
@@ -242,7 +248,7 @@ fn from_memory(workload: &Workload) -> Duration {
     best
 }
 
-/// Sends the workload over `connections` at once, each its share, and checks the picture.
+/// Sends the workload over `connections` at once, divided among them, and verifies the picture.
 fn measured(road: &Road, workload: &Workload, times: usize, connections: usize) -> Duration {
     let (server, place) = serve(road);
     let mut wires: Vec<_> = (0..connections).map(|_| connect(&place)).collect();
@@ -254,7 +260,8 @@ fn measured(road: &Road, workload: &Workload, times: usize, connections: usize) 
     });
     let took = begun.elapsed();
     let engine = server.shut_down(Duration::from_secs(1));
-    // Connections that send the same stream at once agree about the last pixel of each place only when each ends with it.
+    // Connections that send the same stream at once leave the right last pixel everywhere only if
+    // each ends with it.
     let differs = |(a, b): (&[u8; 4], &[u8; 4])| a != b;
     let (got, want) =
         (engine.memory().bytes().as_chunks::<4>().0, workload.picture.bytes().as_chunks::<4>().0);
@@ -268,7 +275,7 @@ fn measured(road: &Road, workload: &Workload, times: usize, connections: usize) 
     took
 }
 
-/// How long one client waits for a SYNC while 63 others flood.
+/// Returns the median and the longest wait of one client for a SYNC while 63 others flood.
 fn longest_wait(workload: &Workload) -> (Duration, Duration) {
     let (server, place) = serve(&Road::Tcp);
     let until = Instant::now() + Duration::from_secs(2);
@@ -294,14 +301,14 @@ fn longest_wait(workload: &Workload) -> (Duration, Duration) {
     (waits[waits.len() / 2], waits[waits.len() - 1])
 }
 
-/// The median, the least and the largest.
+/// Returns the median, the least and the largest.
 fn spread(mut numbers: Vec<f64>) -> [f64; 3] {
     numbers.sort_by(f64::total_cmp);
     let n = numbers.len();
     [(numbers[(n - 1) / 2] + numbers[n / 2]) / 2.0, numbers[0], numbers[n - 1]]
 }
 
-/// One line of the table, and the seconds and seconds of processor of its rounds.
+/// One line of the table, with the seconds and processor seconds of its rounds.
 struct Case<'a> {
     road_name: &'static str,
     road: &'a Road,
@@ -320,7 +327,7 @@ impl Case<'_> {
         to.push([took, processor_seconds() - begun]);
     }
 
-    /// Megabytes a second of each round.
+    /// Returns the megabytes per second of each round.
     fn rates(&self, workload: &Workload, rounds: &[[f64; 2]]) -> Vec<f64> {
         rounds.iter().map(|[took, _]| self.bytes(workload) / took / 1e6).collect()
     }
@@ -351,7 +358,7 @@ impl Case<'_> {
     }
 }
 
-/// Measures one workload in all cases, and prints them and how they compare.
+/// Measures one workload in all cases, and prints them and their ratios.
 fn compare(workload: &Workload, cases: &mut [Case<'_>], rounds: usize) {
     for round in 0..rounds {
         for case in &mut *cases {

@@ -1,4 +1,5 @@
-//! The 2-D paths on one thread, each beside the plainest loop or copy that does the same, with the pictures compared.
+//! Benchmarks of the 2-D functions on one thread, each beside the plainest loop or copy with the
+//! same effect; the pictures are compared.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fbptr::draw2d::{self, AreaColors, Blend, Line, RampColor, Rect};
@@ -13,7 +14,7 @@ fn frame() -> VideoMemory {
     VideoMemory::new(W, H).expect("a frame of ordinary size")
 }
 
-/// Ends of lines all over the frame, or at most 12 pixels long.
+/// Returns the ends of lines all over the frame, or at most 12 pixels long.
 fn ends(n: usize, is_short: bool) -> Vec<[[i32; 2]; 2]> {
     let mut state = 0x1234_5678u32;
     let mut next = || {
@@ -35,7 +36,7 @@ fn ends(n: usize, is_short: bool) -> Vec<[[i32; 2]; 2]> {
         .collect()
 }
 
-/// Bresenham's loop as it is usually written, with the same rule for ties.
+/// Bresenham's loop in its usual form, with the same rule for ties.
 fn naive_line(pixels: &mut [Rgba], [p0, p1]: [[i32; 2]; 2]) {
     let [[mut x, mut y], [x1, y1]] = [p0, p1];
     let (dx, dy) = ((x1 - x).abs(), (y1 - y).abs());

@@ -1,9 +1,10 @@
-//! The stages of a 3-D draw, by pictures in which one of them does nearly all the work. Quick:
-//! `cargo bench -p fbptr-stages --bench stages`.
+//! Benchmarks of the stages of a 3-D draw, by pictures in which one of them does nearly all the
+//! work. Quick: `cargo bench -p fbptr-stages --bench stages`.
 //!
-//! Each is a whole draw by the renderer, on one thread and on all cores, colour and depth cleared first; what the stage
-//! itself costs is the difference to the picture above it. `fbptr bench` holds the pictures to the truth; here the answers'
-//! counts are asserted, so that no stage is timed on nothing.
+//! Each is a complete draw by the renderer, on one thread and on all cores, after a clear of colour
+//! and depth; the cost of the stage itself is the difference to the picture above it. `fbptr bench`
+//! compares the pictures with the truth; here the counts of the draw are asserted, so that no stage
+//! is timed without work.
 
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
@@ -33,7 +34,7 @@ struct Stage {
     texture: Option<Filter>,
     is_lit: bool,
     model: DMat4,
-    /// What must have come out for the stage to have worked.
+    /// Returns whether the counts show that the stage has worked.
     has_worked: fn(&DrawStats) -> bool,
 }
 

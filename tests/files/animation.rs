@@ -1,4 +1,4 @@
-//! Values at given times, worked out by hand.
+//! Animated values at given times, worked out by hand.
 
 use crate::support::{check, close, document, load, parse, warnings};
 use fbptr::load::x3d::X3dDocument;
@@ -6,7 +6,7 @@ use fbptr::scene::LightKind;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A box moved by an interpolator that a clock of 4 seconds drives.
+/// Returns a box moved by an interpolator with a clock of 4 seconds.
 fn moved(clock: &str, interpolator: &str, field: &str) -> X3dDocument {
     document(&format!(
         "<Transform DEF='T'><Shape><Appearance><Material DEF='M'/></Appearance><Box/></Shape></Transform><TimeSensor DEF='C' \
@@ -42,7 +42,8 @@ fn a_position_runs_through_its_keys() {
         assert_eq!(place(&document, time).to_array()[..2], expected, "at {time}");
     }
     for field in ["set_translation", "translation_changed"] {
-        // set_ is an input's name; _changed is an output's and joins nothing.
+        // The prefix `set_` names an input; the suffix `_changed` names an output, and a route to
+        // it only gives a warning.
         let text = format!(
             "<Scene><Transform DEF='T'/><PositionInterpolator DEF='I' key='0' keyValue='1 1 1'/><ROUTE fromNode='I' \
              fromField='value_changed' toNode='T' toField='{field}'/></Scene>"
@@ -137,7 +138,7 @@ fn coordinates_move_and_normals_follow() {
     assert_eq!(at(0.0), (DVec3::Y, DVec3::Z));
     assert_eq!(at(0.5).0, DVec3::new(0.0, 0.5, 0.5));
     assert_eq!(at(1.0), (DVec3::Z, DVec3::NEG_Y));
-    // The file's own: a sensor that starts in 2025 has not begun.
+    // The file's own clock: a sensor that starts in 2025 has not begun.
     let file = load("x_ite/Interpolation/CoordinateInterpolator.x3d").unwrap();
     assert_eq!(file.at(3.0).objects[0].geometry.mesh.positions[0], DVec3::new(-0.6990001, 0.3009999, 0.0));
     let begun = file.at(1758751771.312 + 0.5).objects[0].geometry.mesh.positions[0];

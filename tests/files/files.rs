@@ -1,10 +1,11 @@
-//! Every test scene is read, or refused with file, line, column and reason.
+//! Every test scene is loaded, or refused with file, line, column and reason.
 
 use crate::support::{check, data, draw, load};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// What a file gives: its objects and the lines of its warnings, or the refusal's text.
+/// Expected result of a file: the number of objects and the lines of the warnings, or the text of
+/// the refusal.
 enum Outcome {
     Read(usize, &'static [u32]),
     Refused(&'static str),
@@ -75,7 +76,7 @@ const FILES: &[(&str, Outcome)] = &[
     ("x_ite/Texturing/PixelTexture.x3d", Read(4, &[])),
 ];
 
-/// The files that are read.
+/// Returns the names of the files that load.
 pub fn readable() -> impl Iterator<Item = &'static str> {
     FILES.iter().filter(|(_, o)| matches!(o, Read(..))).map(|(name, _)| *name)
 }
@@ -83,7 +84,7 @@ pub fn readable() -> impl Iterator<Item = &'static str> {
 fn on_disk(dir: &Path, found: &mut BTreeSet<String>) {
     for path in std::fs::read_dir(dir).unwrap().map(|e| e.unwrap().path()) {
         match path.is_dir() {
-            // They have a list of their own.
+            // These have a table of their own, in `made.rs`.
             true if path.ends_with("made") => {}
             true => on_disk(&path, found),
             false if path.extension().is_some_and(|e| e == "x3d") => {
@@ -133,7 +134,8 @@ fn every_file_shows_something() {
         let sky = sky.to_array().map(|c| (255.0 * c + 0.5).floor() as u8);
         let memory = draw(&scene, 64, 48);
         let seen = memory.bytes().chunks(4).filter(|p| p[..3] != sky).count();
-        // Four points of a file are four pixels; the two bands of a flat colour need not differ much from the sky.
+        // Four points of a file are four pixels; the two bands of a flat colour may differ little
+        // from the sky.
         assert!(seen >= 4, "{name}: {seen} pixels differ from the background");
     }
 }

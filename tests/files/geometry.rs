@@ -1,4 +1,4 @@
-//! What each geometry node is made of: positions, fronts, normals, texture coordinates, colours.
+//! The mesh of each geometry node: positions, fronts, normals, texture coordinates, colours.
 
 use crate::support::{area, close, mesh, parse, shape, volume, warnings};
 use fbptr::scene::{LightingModel, Mesh, NONE};
@@ -7,14 +7,14 @@ use std::f64::consts::PI;
 
 const TEXTURED: &str = "<Appearance><PixelTexture image='1 1 1 0'/></Appearance>";
 
-/// The normals at a polygon's corners.
+/// Returns the normals at a polygon's corners.
 fn normals(mesh: &Mesh, polygon: usize) -> Vec<DVec3> {
     let p = mesh.polygons[polygon];
     let corners = &mesh.corners[p.first_corner as usize..(p.first_corner + p.corner_count) as usize];
     corners.iter().map(|c| mesh.normals[c.normal as usize]).collect()
 }
 
-/// The colours at all corners.
+/// Returns the colours at all corners.
 fn colors(mesh: &Mesh) -> Vec<[f64; 4]> {
     mesh.corners.iter().map(|c| mesh.colors[c.color as usize].to_array()).collect()
 }
@@ -23,7 +23,7 @@ fn textured(geometry: &str) -> Mesh {
     shape(TEXTURED, geometry).geometry.mesh.clone()
 }
 
-/// The texture coordinates at all corners.
+/// Returns the texture coordinates at all corners.
 fn texcoords(mesh: &Mesh) -> Vec<DVec2> {
     mesh.corners.iter().map(|c| mesh.texcoords[c.texcoord as usize]).collect()
 }
@@ -39,13 +39,13 @@ fn closed_bodies_look_outwards() {
     assert!((hull("<Extrusion/>") - 4.0).abs() < 1e-12);
     let turned = hull("<Extrusion ccw='false'/>");
     assert!((turned + 4.0).abs() < 1e-12, "{turned}");
-    // Along any straight line, and with the plane turned about it.
+    // Along any straight line, and with the cross-section rotated about it.
     for spine in ["0 0 0 3 0 0", "1 1 1 1 1 -2", "0 0 0 0 -3 0", "0 0 0 1 1 1 2 2 2"] {
         let length = if spine.len() > 12 { 12f64.sqrt() } else { 3.0 };
         let volume = hull(&format!("<Extrusion spine='{spine}' orientation='0 1 0 0.7'/>"));
         assert!((volume - 4.0 * length).abs() < 1e-9, "{spine}: {volume}");
     }
-    // A ring of four corners closes without a gap: the same volume inside as the caps would bound.
+    // A ring of four corners closes without a gap: it encloses the volume that caps would bound.
     let ring = "<Extrusion crossSection='0.1 0.1 0.1 -0.1 -0.1 -0.1 -0.1 0.1 0.1 0.1' beginCap='false' endCap='false' \
                 spine='1 0 0 0 0 -1 -1 0 0 0 0 1 1 0 0' scale='1 1.4142135623730951'/>";
     let mesh = mesh(ring);
@@ -165,7 +165,7 @@ fn strips_and_fans_all_face_one_way() {
             assert!(normals(&mesh, p).iter().all(|n| *n == DVec3::Z), "{name}");
         }
     }
-    // Smooth over shared coordinates, or one a face.
+    // Smooth over shared coordinates, or one normal per face.
     const TENT: &str = "<Coordinate point='0 1 0 -1 0 0 0 0 1 1 0 0'/>";
     let tent = |fields: &str| {
         mesh(&format!("<IndexedTriangleSet index='0 1 2 0 2 3' {fields}>{TENT}</IndexedTriangleSet>"))
@@ -196,7 +196,7 @@ fn an_elevation_grid_lies_over_x_and_z_and_faces_up() {
 #[test]
 fn an_extrusion_scales_and_turns_at_each_spine_point() {
     let mesh = textured("<Extrusion scale='1 1 0.5 2' orientation='0 1 0 0 0 1 0 1.5707963267948966'/>");
-    // At the top (1, 1) is scaled to (0.5, 2) and turned a quarter about y: x' = z, z' = -x.
+    // At the top, (1, 1) is scaled to (0.5, 2) and rotated a quarter about y: x' = z, z' = -x.
     close(mesh.positions[0], DVec3::new(1.0, 0.0, 1.0));
     close(mesh.positions[4], DVec3::new(2.0, 1.0, -0.5));
     assert_eq!(mesh.positions.len(), 8);
@@ -207,7 +207,7 @@ fn an_extrusion_scales_and_turns_at_each_spine_point() {
     let caps: Vec<DVec3> = [4, 5].map(|p| normals(&mesh, p)[0]).into();
     close(caps[0], DVec3::NEG_Y);
     close(caps[1], DVec3::Y);
-    // The file with two spine points on one spot: a flat frame in y = 0.
+    // A file with two equal spine points: a flat frame in y = 0.
     let flat = crate::support::load("x_ite/Extrusion/Scales.x3d").unwrap().at(0.0);
     let mesh = &flat.objects[0].geometry.mesh;
     assert!(mesh.positions.iter().all(|p| p.y == 0.0));

@@ -1,15 +1,16 @@
-//! Grouping nodes beyond Group and Transform: what of them is seen, and from where.
+//! Grouping nodes beyond Group and Transform: which of their children are visible, and from which
+//! camera.
 
 use crate::support::{close, document, parse, scene, warnings};
 use fbptr::scene::{Camera, LookAt, Scene};
 use glam::DVec3;
 
-/// A point that tells by its place which one it is.
+/// Returns a point that can be recognized by its position.
 fn point(x: u32) -> String {
     format!("<Shape><PointSet><Coordinate point='{x} 0 0'/></PointSet></Shape>")
 }
 
-/// Where the points of a scene are, by their x in their own coordinates.
+/// Returns the points of a scene, by their x in their own coordinates.
 fn seen(scene: &Scene) -> Vec<f64> {
     scene.objects.iter().map(|o| o.geometry.mesh.positions[0].x).collect()
 }
@@ -79,7 +80,7 @@ fn a_lod_shows_the_level_of_the_viewers_distance() {
     );
     let document = document(&lod);
     assert!(document.depends_on_viewer());
-    // From z the centre is (z - 2) / 2 of the LOD's own units away.
+    // From z, the centre is (z - 2) / 2 away in the LOD's own units.
     assert_eq!(seen(&document.at(0.0)), [2.0]);
     for (z, expected) in [(7.9, 1.0), (8.0, 2.0), (21.9, 2.0), (22.0, 3.0), (-5.0, 2.0)] {
         let camera = from(DVec3::Z * z);
@@ -87,7 +88,8 @@ fn a_lod_shows_the_level_of_the_viewers_distance() {
         assert_eq!(seen(&scene), [expected], "{z}");
         assert_eq!(scene.camera.unwrap().look_at.eye, DVec3::Z * 12.0, "the scene's camera stays its own");
     }
-    // Unknown nodes count as levels; a light is that of its level; a viewpoint of any level can be bound.
+    // Unknown nodes count as levels; a light belongs to its level; a viewpoint of any level can be
+    // bound.
     let text = format!(
         "<Scene><NavigationInfo headlight='false'/><LOD range='5'><Foo/>{}</LOD><LOD range='5'><Group>\
          <DirectionalLight global='true'/></Group><Group><Viewpoint position='0 0 4'/></Group></LOD></Scene>",
@@ -112,12 +114,12 @@ fn a_billboard_turns_its_children_to_the_viewer() {
     let place = |axis: &str, eye: DVec3| {
         document(&text(axis)).seen_at(0.0, Some(&from(eye))).objects[0].model.w_axis.truncate()
     };
-    // One unit before the billboard, towards the viewer: about y it stays level.
+    // One unit before the billboard, towards the viewer: rotated about y it stays level.
     close(place("", DVec3::new(15.0, 10.0, 0.0)), DVec3::new(6.0, 0.0, 0.0));
     close(place("", DVec3::new(5.0, 1.0, -3.0)), DVec3::new(5.0, 0.0, -1.0));
     close(place("axisOfRotation='0 0 0'", DVec3::new(8.0, 4.0, 0.0)), DVec3::new(5.6, 0.8, 0.0));
     close(place("axisOfRotation='1 0 0'", DVec3::new(99.0, 7.0, 0.0)), DVec3::new(5.0, 1.0, 0.0));
-    // By itself it is turned to the scene's own camera, at 0 0 10.
+    // Without another camera it faces the scene's own, at 0 0 10.
     let own = document(&text("")).at(0.0).objects[0].model.w_axis.truncate();
     close(own, DVec3::new(5.0, 0.0, 0.0) + DVec3::new(-5.0, 0.0, 10.0).normalize());
 }

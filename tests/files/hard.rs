@@ -1,11 +1,12 @@
-//! Broken, hostile and odd files: refused at their place, read with a warning, or read; never a panic, never without end.
+//! Broken, hostile and odd files: refused with their position, read with a warning, or read; never
+//! a panic, never an endless loop.
 
 use crate::support::{check, data, draw, parse, warnings};
 use fbptr::load::x3d;
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
 
-/// The text of a refusal.
+/// Returns the text of a refusal; panics if the file is read.
 fn refusal(text: &str) -> String {
     match parse(text) {
         Ok(_) => panic!("was read:\n{text}"),
@@ -175,7 +176,7 @@ fn what_is_not_known_is_skipped_with_one_warning_that_names_it_and_its_line() {
     assert_eq!(warnings(&parse(&many).unwrap()).len(), 1001);
 }
 
-/// Runs what must end soon, on a small stack like a worker thread's.
+/// Parses a text that must end soon, on a stack as small as a worker thread's.
 fn soon(what: &str, text: String) {
     let (what, started) = (what.to_string(), Instant::now());
     let run = std::thread::Builder::new().stack_size(2 << 20).spawn(move || match parse(&text) {
@@ -246,7 +247,7 @@ fn hostile_files_end_soon() {
 
 #[test]
 fn inlines_that_multiply_are_bounded() {
-    // Each file inlines the next one twice.
+    // Each file includes the next one twice.
     let text = "<Scene><Inline url='f0.x3d'/></Scene>";
     let result = x3d::parse(text.as_bytes(), "t.x3d", &mut |name| {
         let i: u32 = name.trim_start_matches('f').trim_end_matches(".x3d").parse().ok()?;
@@ -272,7 +273,7 @@ fn inlines_that_multiply_are_bounded() {
     });
     let error = result.unwrap_err().to_string();
     assert!(error.contains("nodes, with those of USE and Inline"), "{error}");
-    // A broken Inline is refused by its own name and line.
+    // A broken Inline is refused with its own name and line.
     let broken = x3d::parse(b"<Scene><Inline url='a/b.x3d'/></Scene>", "dir/t.x3d", &mut |_| {
         Some(b"<Scene>\n<Foo></Scene>".into())
     });
@@ -294,7 +295,7 @@ fn other_encodings_are_read_or_refused() {
     assert!(error.to_string().starts_with("t.x3d:2:2: "), "{error}");
 }
 
-/// The texts that are mutated: every test scene, and one that has everything.
+/// Returns the texts that are mutated: every test scene, and one with every feature.
 fn corpus() -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<u8>> = crate::files::readable()
         .map(|name| std::fs::read(data().join(name)).unwrap())
@@ -327,7 +328,8 @@ fn the_scene_that_has_everything_is_read() {
     assert_eq!(document.at(0.0).objects.len(), 8);
 }
 
-/// One change of a text: at a place (a share of its length), something goes, comes, or moves.
+/// Applies one change to a text, at a fraction `at` of its length: deletes, inserts, replaces,
+/// duplicates, reverses, truncates or scrambles bytes.
 fn change(bytes: &mut Vec<u8>, at: f64, kind: u8, what: &str, length: usize) {
     let i = (at * bytes.len() as f64) as usize;
     let end = (i + length).min(bytes.len());
@@ -348,7 +350,8 @@ fn change(bytes: &mut Vec<u8>, at: f64, kind: u8, what: &str, length: usize) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 600, ..ProptestConfig::default() })]
 
-    /// Any file, however it is damaged, is read or refused; what is read is sound and can be drawn.
+    /// Any file, however damaged, is read or refused; a scene that is read is valid and can be
+    /// drawn.
     #[test]
     fn damaged_files_never_panic(
         which in 0..1000_usize,
@@ -378,7 +381,7 @@ proptest! {
         }
     }
 
-    /// Fields with any numbers are read or refused, and what is read can be drawn.
+    /// Fields with any numbers are read or refused, and a scene that is read can be drawn.
     #[test]
     fn any_numbers_in_fields_are_survived(numbers in prop::collection::vec(prop::num::f64::NORMAL | prop::num::f64::ZERO, 40), time in 0.0..3.0_f64) {
         let list = |from: usize, n: usize| {
@@ -399,7 +402,7 @@ proptest! {
     }
 }
 
-/// Whether every number of the scene is finite, which is what the pipeline asks for.
+/// Returns whether every position of the scene is finite, as the pipeline requires.
 fn fbptr_can_draw(scene: &fbptr::scene::Scene) -> bool {
     scene.objects.iter().all(|o| o.geometry.mesh.positions.iter().all(|p| p.is_finite()))
 }

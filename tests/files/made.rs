@@ -1,11 +1,12 @@
-//! Small scenes made for what real files ask for: each is read with these warnings, shows so many objects, looks as it did when it
-//! was looked at (BLESS=1 writes the pictures anew), and agrees with the reference.
+//! Small scenes made after the features of real files. Each loads with these warnings and this
+//! number of objects, equals its stored picture (BLESS=1 rewrites the pictures), and agrees with
+//! the reference.
 
 use crate::support::{check, data, draw, load, warnings};
 use fbptr::save::golden::{Mode, Tolerance, check as check_picture};
 use std::collections::BTreeSet;
 
-/// A scene's name, its objects, and the lines of its warnings.
+/// A scene's name, its number of objects, and the lines of its warnings.
 type Made = (&'static str, usize, &'static [u32]);
 
 const MADE: &[Made] = &[
@@ -89,13 +90,13 @@ const MADE: &[Made] = &[
     ("viewport_children", 1, &[]),
 ];
 
-/// The file of a scene.
+/// Returns the path of a scene.
 fn file(name: &str) -> String {
     let ending = if name == "compressed" { "x3dz" } else { "x3d" };
     format!("made/{name}.{ending}")
 }
 
-/// The moments at which a scene is looked at: those that move, later too.
+/// Returns the times at which a scene is drawn: for animated scenes, later ones too.
 fn times(name: &str) -> &'static [f64] {
     match name {
         "proto_routes" | "proto_animated" | "sky_animated" | "normal_interpolator" => &[0.0, 1.0],

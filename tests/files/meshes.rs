@@ -1,11 +1,13 @@
-//! Meshes from other projects: each loads as what it is, or is refused with file, line and reason.
+//! Meshes from other projects: each loads with the expected counts, or is refused with file, line
+//! and reason.
 
 use fbptr::load::obj;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a file must become: used positions, polygons, triangles, line segments, materials, warnings; or the refusal.
+/// Expected result of a file: used positions, polygons, triangles, line segments, materials,
+/// warnings; or the refusal.
 enum Outcome {
     Loads([usize; 6]),
     Refused(&'static str),

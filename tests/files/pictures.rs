@@ -1,10 +1,10 @@
-//! Small golden pictures of every scene, looked at once and held since: BLESS=1 writes them anew.
+//! Small golden pictures of every scene, inspected once and compared since: BLESS=1 rewrites them.
 
 use crate::files::readable;
 use crate::support::{data, draw, load};
 use fbptr::save::golden::{Mode, Tolerance, check};
 
-/// The scenes that move, and when they are looked at beside the start.
+/// Animated scenes, and the times at which they are drawn beside the start.
 const MOVING: [&str; 4] = ["color", "dvd", "orientation", "position"];
 const TIMES: [f64; 2] = [1.0, 2.5];
 

@@ -1,4 +1,4 @@
-//! Pictures that an MTL file says where to lay, and that end at their edges.
+//! Textures that an MTL file places, and that end at their edges.
 
 use fbptr::load::obj;
 use fbptr::memory::{DepthFormat, VideoMemory};
@@ -21,7 +21,7 @@ fn file() -> Geometry {
 
 fn draw(geometry: Geometry, sampling: Sampling, options: RenderOptions) -> Vec<u8> {
     let mut scene = Scene::of_mesh(Arc::new(geometry), "walls", 1.5, true);
-    // The draw's rules, for a texture that the materials have in place of this one.
+    // Sets the draw's sampling rules; the textures of the materials take the place of this texture.
     let other = scene.objects[0].geometry.textures.iter().flatten().next().cloned();
     scene.objects[0].texture = other.map(|texture| (texture, sampling));
     let mut memory = VideoMemory::new(SIZE.0, SIZE.1).unwrap();
@@ -31,7 +31,7 @@ fn draw(geometry: Geometry, sampling: Sampling, options: RenderOptions) -> Vec<u
     memory.bytes().to_vec()
 }
 
-/// The same mesh, both its walls of one material.
+/// Returns the mesh with one material for both walls.
 fn both(geometry: &Geometry, material: usize) -> Geometry {
     let mut geometry = geometry.clone();
     for polygon in &mut geometry.mesh.polygons {
@@ -54,7 +54,7 @@ fn a_clamped_picture_is_one_that_repeats_drawn_with_clamp() {
                 let ends = draw(both(&file, 0), repeat, options());
                 assert!(ends == draw(both(&file, 1), clamp, options()), "{filter:?} {simd:?}");
                 assert!(ends == draw(both(&file, 0), clamp, options()), "{filter:?} {simd:?}");
-                // The right wall of the file is another one.
+                // The right wall of the file has another material.
                 assert!(ends != draw(file.clone(), repeat, options()), "{filter:?} {simd:?}");
             }
         }

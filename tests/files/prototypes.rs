@@ -1,4 +1,5 @@
-//! Prototypes: what an instance shows, what it shares, how names and routes reach into it, and where it ends.
+//! Prototypes: the objects of an instance and what it shares, names and routes that reach into it,
+//! and limits.
 
 use crate::support::{check, parse, scene, warnings};
 use fbptr::error::Code;
@@ -9,7 +10,7 @@ use fbptr::scene::Scene;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A prototype of a coloured ball at a place.
+/// A prototype of a coloured ball at a position.
 const BALL: &str = "<ProtoDeclare name='Ball'><ProtoInterface>\
     <field name='at' type='SFVec3f' accessType='inputOutput' value='1 2 3'/>\
     <field name='color' type='SFColor' accessType='initializeOnly' value='1 0 0'/>\
@@ -23,7 +24,7 @@ fn places(scene: &Scene) -> Vec<DVec3> {
     scene.objects.iter().map(|o| o.model.w_axis.truncate()).collect()
 }
 
-/// Files by name, for the opener.
+/// Parses a text with an opener that serves these files by name.
 fn with(text: &str, files: &[(&str, &str)]) -> Result<X3dDocument, fbptr::load::LoadError> {
     x3d::parse(text.as_bytes(), "t.x3d", &mut |name| {
         files.iter().find(|(n, _)| *n == name).map(|(_, text)| text.as_bytes().to_vec())
@@ -36,10 +37,10 @@ fn an_instance_has_its_defaults_and_what_it_is_given() {
         "{BALL}<ProtoInstance name='Ball'/><ProtoInstance name='Ball' DEF='Blue'><fieldValue name='color' value='0 0 1'/>\
          <fieldValue name='at' value='0 5 0'/><fieldValue name='radius' value='3'/></ProtoInstance>"
     ));
-    // The box is the second node of the body: there for routes, and not seen.
+    // The box is the second node of the body: reachable by routes, and not drawn.
     assert_eq!(places(&s), [DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 5.0, 0.0)]);
     assert_eq!(s.objects.iter().map(|o| o.material.kd).collect::<Vec<_>>(), [DVec3::X, DVec3::Z]);
-    // Without a value of the field the sphere keeps its own radius.
+    // Without a value of the field the sphere has its own radius.
     let sizes: Vec<f64> = s.objects.iter().map(|o| o.model.x_axis.x).collect();
     assert_eq!(sizes, [1.0, 3.0]);
     assert_eq!(s.objects[1].name, "Blue");
@@ -57,7 +58,7 @@ fn prototypes_hold_instances_of_others_and_pass_fields_on() {
          <connect nodeField='color' protoField='paint'/></IS></ProtoInstance><ProtoInstance name='Ball'/></Group></ProtoBody></ProtoDeclare>\
          <ProtoInstance name='Pair'><fieldValue name='first' value='7 0 0'/></ProtoInstance><ProtoInstance name='Two'/>"
     ));
-    // The prototype of a body stands before the one around it of the same name, in that body alone.
+    // A prototype in a body shadows the outer one of the same name, in that body alone.
     assert_eq!(places(&s), [DVec3::X * 7.0, DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO]);
     assert_eq!([s.objects[0].material.kd, s.objects[1].material.kd], [DVec3::Y, DVec3::X]);
 }
@@ -124,7 +125,7 @@ fn routes_reach_through_an_instance_and_move_it_alone() {
     assert_eq!(warnings(&document), [""; 0]);
     assert!(document.is_animated());
     assert_eq!(places(&document.at(0.5)), [DVec3::new(1.0, 2.0, 3.0), DVec3::X * 2.0]);
-    // A body that moves itself: each instance has its own sensor, whose interval it is given.
+    // An animated body: each instance has its own sensor, with its own interval.
     let inside = "<Scene><ProtoDeclare name='M'><ProtoInterface><field name='time' type='SFTime' accessType='initializeOnly' value='4'/>\
         <field name='out' type='SFVec3f' accessType='outputOnly'/></ProtoInterface><ProtoBody><Transform DEF='T'><Shape><Box/></Shape></Transform>\
         <TimeSensor DEF='C' loop='true'><IS><connect nodeField='cycleInterval' protoField='time'/></IS></TimeSensor>\
@@ -161,7 +162,7 @@ fn a_prototype_in_itself_is_refused() {
         let error = parse(&format!("<Scene>{text}</Scene>")).unwrap_err().to_string();
         assert!(error.starts_with(expected) && error.contains("prototypes are not recursive"), "{error}");
     }
-    // What nobody asks for is no matter.
+    // A prototype that is never used gives no warning.
     let unused = "<Scene><ProtoDeclare name='P'><ProtoBody><Group><ProtoInstance name='P'/></Group></ProtoBody></ProtoDeclare></Scene>";
     assert_eq!(warnings(&parse(unused).unwrap()), [""; 0]);
 }
@@ -200,7 +201,7 @@ fn extern_prototypes_come_from_files_beside_the_scene() {
     ] {
         assert_eq!(shown(url), (vec![up; 4], Vec::new()), "{url}");
     }
-    // Without a fragment it is the file's first one.
+    // Without a fragment, the first prototype of the file is used.
     assert_eq!(shown("lib/p.x3d").0, [DVec3::ZERO; 2]);
     for (url, reason) in [
         ("lib/p.x3d#Three", "\"lib/p.x3d#Three\" has no such prototype"),
@@ -277,7 +278,7 @@ fn what_every_instance_has_alike_is_made_once() {
 
 #[test]
 fn expansion_is_charged_before_it_exists_and_bounded() {
-    // Each prototype holds two of the one before: 2^40 nodes.
+    // Each prototype contains two instances of the one before: 2^40 nodes.
     let mut text =
         String::from("<Scene><ProtoDeclare name='P0'><ProtoBody><Group DEF='G'/></ProtoBody></ProtoDeclare>");
     for i in 1..40 {
@@ -296,7 +297,7 @@ fn expansion_is_charged_before_it_exists_and_bounded() {
     assert_eq!(error.code(), Code::Quota, "{error}");
     let LoadErrorKind::OverBudget(over) = error.kind else { panic!("{error}") };
     assert!(over.used > 3_900_000 && over.needed < 100_000, "{over}");
-    // A chain as deep as it may be, and one deeper.
+    // A chain within the limit of depth, and one beyond it.
     for (count, is_read) in [(100, true), (300, false)] {
         let mut text =
             String::from("<Scene><ProtoDeclare name='P0'><ProtoBody><Group/></ProtoBody></ProtoDeclare>");

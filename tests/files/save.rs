@@ -1,4 +1,4 @@
-//! Snapshots: is what is written what was in memory, is a file ever half there, and can a golden test fail?
+//! Snapshots: a file holds what was in memory, is never half written, and a golden test can fail.
 
 use fbptr::error::Code;
 use fbptr::memory::{DepthFormat, DepthMemory, VideoMemory};
@@ -8,7 +8,7 @@ use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-/// A folder of this test alone, under Cargo's folder for such things.
+/// Returns a new folder for this test alone, under Cargo's temporary folder.
 fn folder(name: &str) -> PathBuf {
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("save-{name}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&dir);
@@ -106,7 +106,7 @@ fn a_golden_test_can_fail_and_says_by_how_much() {
     let m = frame();
     let check = |m: &VideoMemory, t, mode| golden::check(m, &golden_path, t, mode);
 
-    // Blessed, and that run fails; then it passes.
+    // Blessing fails that run; the next one passes.
     let error = check(&m, Tolerance::EXACT, Mode::Bless).unwrap_err();
     assert_eq!(error, GoldenError::Blessed { golden: golden_path.clone(), crc: save::crc32(&m) });
     check(&m, Tolerance::EXACT, Mode::Compare).unwrap();
@@ -126,7 +126,7 @@ fn a_golden_test_can_fail_and_says_by_how_much() {
     assert_eq!(diff_picture.get_pixel(2, 1), Ok([85, 85, 85, 255]));
     assert_eq!(diff_picture.get_pixel(0, 0), Ok([0, 0, 0, 255]));
 
-    // Within the tolerance it passes, and the leftovers go.
+    // Within the tolerance it passes, and the leftover files are removed.
     check(&changed, Tolerance { per_channel: 2, pixels: 2 }, Mode::Compare).unwrap();
     assert!(!actual.exists() && !diff.exists());
     check(&changed, Tolerance { per_channel: 9, pixels: 0 }, Mode::Compare).unwrap();
@@ -146,7 +146,7 @@ fn a_golden_test_can_fail_and_says_by_how_much() {
 #[test]
 #[should_panic(expected = "no golden file")]
 fn the_assertion_panics() {
-    // With BLESS=1 it panics too, for the other reason; this test is about the plain run.
+    // With BLESS=1 it panics too, for another reason; this test is about the normal run.
     golden::assert_golden(&frame(), folder("panics").join("none.png"), Tolerance::EXACT);
 }
 

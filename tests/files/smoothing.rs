@@ -1,4 +1,4 @@
-//! Normals for OBJ files without any, and the pictures that they give.
+//! Generated normals for OBJ files without any, and the pictures drawn with them.
 
 use crate::support::draw;
 use fbptr::load::LoadMemory;
@@ -15,7 +15,7 @@ fn read(text: &str, smoothing: Smoothing) -> LoadedObj {
     obj::parse_smooth(text.as_bytes(), &mut |_| None, "m.obj", memory, smoothing).unwrap()
 }
 
-/// A mesh's polygons as OBJ text, each with positions of its own.
+/// Returns a mesh's polygons as OBJ text, each with its own positions.
 fn parted(mesh: &Mesh) -> String {
     let mut text = String::new();
     for p in 0..mesh.polygons.len() {
@@ -32,7 +32,7 @@ fn parted(mesh: &Mesh) -> String {
     text
 }
 
-/// Each corner's position and normal.
+/// Returns each corner's position and normal.
 fn corners(mesh: &Mesh) -> impl Iterator<Item = (DVec3, DVec3)> {
     let normal = |n: u32| if n == NONE { DVec3::ZERO } else { mesh.normals[n as usize] };
     mesh.corners.iter().map(move |c| (mesh.positions[c.position as usize], normal(c.normal)))
@@ -65,7 +65,7 @@ fn a_cube_keeps_its_edges_whether_its_faces_share_positions_or_not() {
             assert_eq!(n.abs().max_element(), 1.0, "along an axis: {n}");
         }
     }
-    // At 100 degrees the corners are round: every normal runs along a diagonal.
+    // At 100 degrees the corners are smooth: every normal points along a diagonal.
     let round = read(cube, Smoothing::Angle(100_f64.to_radians()));
     for (p, n) in corners(&round.geometry.mesh) {
         assert!(n.dot((p - DVec3::splat(0.5)).normalize()) > 1.0 - 1e-12, "{n}");
@@ -97,7 +97,7 @@ fn a_cylinder_of_triangles_is_lit_like_one_of_squares() {
 
 #[test]
 fn the_inside_of_an_open_surface_is_lit() {
-    // Half a pipe, looked into.
+    // Half a pipe, seen from inside.
     let mut text = String::new();
     for i in 0..=8 {
         let angle = f64::from(i) * std::f64::consts::PI / 8.0;
@@ -115,7 +115,7 @@ fn the_inside_of_an_open_surface_is_lit() {
         let a = 2 * i + 1;
         writeln!(text, "f {} {} {} {}", a, a + 1, a + 3, a + 2).unwrap();
     }
-    // The other way round, from the same first corner, so that squares are cut alike.
+    // With the winding reversed from the same first corner, so that squares are triangulated alike.
     let turn = |line: &str| match line.split(' ').collect::<Vec<_>>()[..] {
         ["f", a, b, c, d] => format!("f {a} {d} {c} {b}\n"),
         _ => format!("{line}\n"),
@@ -125,7 +125,7 @@ fn the_inside_of_an_open_surface_is_lit() {
         let loaded = read(text, SIXTY);
         Scene::of_mesh(Arc::new(loaded.geometry), "pipe", 1.0, loaded.is_open)
     };
-    // Both from the same place, in the same light: a mesh is framed from its front.
+    // Both with one camera and one light: a mesh is framed from its front.
     let (first, mut second) = (scene(&text), scene(&turned));
     (second.camera, second.lights) = (first.camera, first.lights.clone());
     let (one, other) = (draw(&first, 48, 48), draw(&second, 48, 48));

@@ -10,7 +10,7 @@ use std::sync::Arc;
 const POINT: &str = "<Shape><PointSet><Coordinate point='2 0 0'/></PointSet></Shape>";
 const BOX: &str = "<Shape><Appearance><Material/></Appearance><Box/></Shape>";
 
-/// Where the one point of each object is in the world.
+/// Returns the world position of the one point of each object.
 fn points(scene: &Scene) -> Vec<DVec3> {
     scene.objects.iter().map(|o| o.model.transform_point3(o.geometry.mesh.positions[0])).collect()
 }
@@ -21,9 +21,10 @@ fn a_transform_scales_turns_and_moves_about_its_centre() {
     assert_eq!(at(""), DVec3::X * 2.0);
     assert_eq!(at("translation='1 2 3' scale='2 3 1'"), DVec3::new(5.0, 2.0, 3.0));
     let turned = "translation='1 2 3' rotation='0 0 1 1.5707963267948966' scale='2 3 1' center='1 0 0'";
-    // (2,0,0) - C = (1,0,0), scaled (2,0,0), turned (0,2,0), + C + T.
+    // (2,0,0) - C = (1,0,0), scaled (2,0,0), rotated (0,2,0), + C + T.
     close(at(turned), DVec3::new(2.0, 4.0, 3.0));
-    // The scale's axes are turned by a quarter about z: x is scaled by 3. Then (3,0,0), turned (0,3,0), + C + T.
+    // The scale's axes are rotated by a quarter about z: x is scaled by 3. Then (3,0,0), rotated
+    // (0,3,0), + C + T.
     close(at(&format!("{turned} scaleOrientation='0 0 1 1.5707963267948966'")), DVec3::new(2.0, 5.0, 3.0));
     close(at("rotation='0 3 0 1.5707963267948966'"), DVec3::new(0.0, 0.0, -2.0));
     assert_eq!(at("rotation='0 0 0 1'"), DVec3::X * 2.0);
@@ -44,7 +45,7 @@ fn groups_nest_and_use_shares() {
 fn a_switch_shows_its_choice_and_visible_hides() {
     let count = |choice: &str| scene(&format!("<Switch {choice}>{POINT}{BOX}</Switch>")).objects.len();
     assert_eq!(["", "whichChoice='0'", "whichChoice='1'", "whichChoice='2'"].map(count), [0, 1, 1, 0]);
-    // Nodes that are not known count, statements and metadata do not.
+    // Unknown nodes count as children, statements and metadata do not.
     let odd = parse(
         "<Scene><Switch whichChoice='1'><MetadataSet/><ROUTE/><Foo/><Shape><Box/></Shape></Switch></Scene>",
     );
@@ -72,7 +73,7 @@ fn a_directional_light_reaches_its_group_and_others_reach_all() {
     ));
     assert_eq!(s.lights.len(), 3);
     let kinds: Vec<bool> = s.lights.iter().map(|l| matches!(l.kind, LightKind::Directional { .. })).collect();
-    // The group's own lights come before those of the groups in it; the scene's come first of all.
+    // The group's own lights come before those of nested groups; the scene's come first of all.
     assert_eq!(kinds, [false, true, false]);
     let lights: Vec<Option<Vec<u32>>> = s.objects.iter().map(|o| o.lights.clone()).collect();
     assert_eq!(lights, [Some(vec![0, 1]), Some(vec![0, 1]), Some(vec![0]), Some(vec![0, 2])]);
@@ -95,7 +96,7 @@ fn lights_carry_intensity_ambient_and_scale() {
             close(position, DVec3::new(0.0, 0.0, -1.0));
             close(direction, DVec3::NEG_X);
             assert_eq!((beam_width_rad, cut_off_rad), (1.0, 1.0), "a beam is no wider than its cone");
-            // A world distance of 2 is one of the light's.
+            // A world distance of 2 is 1 in the light's own units.
             assert!((radius - 6.0).abs() < 1e-12);
             assert!(
                 (attenuation.c, attenuation.l - 1.0 < 1e-12, attenuation.q - 1.0 < 1e-12)
@@ -125,7 +126,7 @@ fn the_headlight_shines_along_the_view_unless_it_is_off() {
     assert_eq!(direction("<NavigationInfo/>"), Some(DVec3::NEG_Z));
     assert_eq!(direction("<NavigationInfo headlight='false'/>"), None);
     close(direction("<Viewpoint orientation='0 1 0 1.5707963267948966'/>").unwrap(), DVec3::NEG_X);
-    // The first one counts, and one of the viewpoint's own before it.
+    // The first one counts, and one of the viewpoint takes precedence.
     assert_eq!(direction("<NavigationInfo headlight='false'/><NavigationInfo/>"), None);
     let own = "<NavigationInfo/><Viewpoint><NavigationInfo headlight='false' containerField='navigationInfo'/></Viewpoint>";
     assert_eq!(direction(own), None);
@@ -231,7 +232,7 @@ fn materials_are_the_standards_equation() {
     );
     let physical = physical.unwrap();
     assert_eq!(warnings(&physical).len(), 0, "{:?}", physical.warnings());
-    // A metal, as rough as can be: half its colour, and nothing mirrored.
+    // A metal of the largest roughness: half its colour, and no reflection.
     let metal = &physical.at(0.0).objects[0].material;
     assert_eq!((metal.kd, metal.ks, metal.n), (DVec3::Y / 2.0, DVec3::ZERO, 0.0));
 }
@@ -246,7 +247,8 @@ fn textures_come_from_files_data_and_pixels() {
     assert!(shape(&format!("<Appearance>{pixel}</Appearance>"), "<Circle2D/>").texture.is_none());
     let own = "<Appearance><Material><PixelTexture image='1 1 1 9' containerField='diffuseTexture'/></Material></Appearance>";
     assert_eq!(shape(own, "<Box/>").texture.unwrap().0.bytes()[0], 9);
-    // A file beside the scene, in a folder, and by a data URI; the first URL that gives a picture counts.
+    // A file beside the scene, in a folder, and by a data URI; the first URL that yields a picture
+    // counts.
     let png = std::fs::read(crate::support::data().join("x3d-cpp/checker.png")).unwrap();
     let text = "<Scene><Shape><Appearance><ImageTexture url='\"http://x/a.png\" \"../b.png\" \"sub/./c%20d.png\"'/></Appearance><Box/>\
                 </Shape></Scene>";

@@ -1,4 +1,5 @@
-//! Lines, hatches, several textures and generated coordinates: what the nodes say, and which pixels it gives.
+//! Lines, hatches, several textures and generated coordinates: the nodes' values, and the pixels
+//! that result.
 
 use crate::support::{check, close, document, draw, parse, scene, shape, warnings};
 use fbptr::scene::{
@@ -10,7 +11,8 @@ use glam::{DVec2, DVec3, DVec4};
 const PIXELS: &str =
     "<OrthoViewpoint position='16 16 10' fieldOfView='-16 -16 16 16'/><NavigationInfo headlight='false'/>";
 
-/// The rows of a frame of 32 x 32 pixels, a sign for each: `.` for black.
+/// Returns the rows of a frame of 32 x 32 pixels as text, a character for each pixel: `.` for
+/// black.
 fn rows(nodes: &str) -> Vec<String> {
     let memory = draw(&scene(&format!("{PIXELS}{nodes}")), 32, 32);
     let pixels: Vec<char> =
@@ -18,7 +20,7 @@ fn rows(nodes: &str) -> Vec<String> {
     pixels.chunks(32).map(|row| row.iter().collect()).collect()
 }
 
-/// A line from (2.5, y) to (29.5, y), up being y.
+/// Returns a line from (2.5, y) to (29.5, y), with y up.
 fn line(fields: &str, y: f64) -> String {
     format!(
         "<Shape><Appearance><Material emissiveColor='1 1 1'/><LineProperties {fields}/></Appearance>\
@@ -39,7 +41,7 @@ fn a_line_is_as_wide_as_its_scale_factor_says() {
     let plain = rows(&line("applied='false' linetype='2' linewidthScaleFactor='5'", 15.5));
     assert_eq!(plain[16], format!("..{}..", "#".repeat(28)));
     assert!(plain.iter().enumerate().all(|(y, row)| y == 16 || !row.contains('#')));
-    // Lines that run more upwards are wide across.
+    // Steep lines are widened horizontally.
     let upright = "<Shape><Appearance><Material emissiveColor='1 1 1'/><LineProperties linewidthScaleFactor='4'/></Appearance>\
         <LineSet vertexCount='2'><Coordinate point='10.5 0.5 0 10.5 31.5 0'/></LineSet></Shape>";
     assert!(rows(upright).iter().all(|row| row == "..........####.................." || row == ".........####..................."));
@@ -92,7 +94,7 @@ fn hatches_lie_on_the_frame() {
     assert_eq!(style(""), FillStyle { is_filled: true, hatch: Some((Hatch::Horizontal, DVec3::ONE)) });
     assert_eq!(style("filled='false' hatched='false'"), FillStyle { is_filled: false, hatch: None });
     assert_eq!(style("hatchStyle='6' hatchColor='1 0 0'").hatch, Some((Hatch::Diamond, DVec3::X)));
-    // What is not filled shows what is behind, and hides nothing by its depth.
+    // Unfilled pixels show what is behind, and write no depth.
     let both = "<Transform translation='16 16 1'><Shape><Appearance><UnlitMaterial/><FillProperties filled='false' hatched='false'/></Appearance>\
         <Rectangle2D size='20 20'/></Shape></Transform><Transform translation='16 16 0'><Shape><Appearance><UnlitMaterial/></Appearance>\
         <Rectangle2D size='4 4'/></Shape></Transform>";
@@ -154,7 +156,7 @@ fn each_texture_takes_its_own_coordinates_and_its_own_transform() {
     let times = |k: f64| -> Vec<DVec2> { unit.iter().map(|p| *p * k).collect() };
     let list = |k: u32| format!("<TextureCoordinate point='0 0 {k} 0 {k} {k} 0 {k}'/>");
     let two = format!("<MultiTextureCoordinate>{}{}</MultiTextureCoordinate>", list(1), list(4));
-    // The last entry serves where there are too few.
+    // The last entry is repeated if there are too few.
     assert_eq!(uv(&two, ""), [times(1.0), times(4.0), times(4.0)]);
     assert_eq!(uv(&list(2), ""), [times(2.0), times(2.0), times(2.0)]);
     assert_eq!(uv("", ""), [unit.clone(), unit.clone(), unit.clone()]);
@@ -194,7 +196,7 @@ fn three_stages_give_the_pixels_that_the_formulas_give() {
         pixel("\"MODULATE\" \"BLENDTEXTUREALPHA\"", white, &[0xff00_00ff, 0x0000_ff33]),
         [204, 0, 51, 255]
     );
-    // One stage that multiplies is a plain texture.
+    // A single stage that multiplies is a plain texture.
     let plain = format!(
         "{PIXELS}<Transform translation='16 16 0'><Shape><Appearance>{white}{}</Appearance><Rectangle2D size='20 20'/></Shape></Transform>",
         one_color(three[0])

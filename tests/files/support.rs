@@ -1,4 +1,4 @@
-//! Reading and drawing scenes in tests.
+//! Loads and draws scenes for the tests.
 
 use fbptr::load::x3d::{self, X3dDocument};
 use fbptr::load::{LoadError, SandboxDir};
@@ -9,24 +9,24 @@ use glam::DVec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of the test scenes.
+/// Returns the folder of the test scenes.
 pub fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/x3d")
 }
 
-/// Reads a file of the test scenes by its path there, which is also its name in messages.
+/// Loads a test scene by its path in that folder, which is also its name in messages.
 pub fn load(name: &str) -> Result<X3dDocument, LoadError> {
     let path = data().join(name);
     let folder = SandboxDir::open(path.parent().unwrap()).unwrap();
     x3d::parse(&fs::read(&path).unwrap(), name, &mut |file| folder.read(file, 1 << 20).ok())
 }
 
-/// Reads a text without side files.
+/// Parses a text that refers to no other files.
 pub fn parse(text: &str) -> Result<X3dDocument, LoadError> {
     x3d::parse(text.as_bytes(), "t.x3d", &mut |_| None)
 }
 
-/// A document of these nodes; it must be read without a warning.
+/// Parses a document of these nodes; panics on a warning.
 pub fn document(nodes: &str) -> X3dDocument {
     let document =
         parse(&format!("<X3D><Scene>{nodes}</Scene></X3D>")).unwrap_or_else(|e| panic!("{e}\n{nodes}"));
@@ -34,21 +34,21 @@ pub fn document(nodes: &str) -> X3dDocument {
     document
 }
 
-/// The scene of these nodes at time 0.
+/// Returns the scene of these nodes at time 0.
 pub fn scene(nodes: &str) -> Scene {
     let scene = document(nodes).at(0.0);
     check(&scene);
     scene
 }
 
-/// The scene of one shape.
+/// Returns the object of one shape.
 pub fn shape(appearance: &str, geometry: &str) -> Object {
     let mut scene = scene(&format!("<Shape>{appearance}{geometry}</Shape>"));
     assert_eq!(scene.objects.len(), 1, "{geometry}");
     scene.objects.remove(0)
 }
 
-/// The mesh of one geometry without an appearance.
+/// Returns the mesh of one geometry without an appearance.
 pub fn mesh(geometry: &str) -> Mesh {
     shape("", geometry).geometry.mesh.clone()
 }
@@ -61,7 +61,7 @@ pub fn close(a: DVec3, b: DVec3) {
     assert!((a - b).length() < 1e-12, "{a} is not {b}");
 }
 
-/// Every number of a scene is finite and every index names something.
+/// Verifies that every number of a scene is finite and every index is in range.
 pub fn check(scene: &Scene) {
     for object in &scene.objects {
         assert!(object.model.is_finite(), "{}", object.name);
@@ -96,13 +96,13 @@ pub fn draw(scene: &Scene, width: u32, height: u32) -> VideoMemory {
     memory
 }
 
-/// Six times the signed volume that a mesh encloses; positive where its faces look outwards.
+/// Returns the signed volume that a mesh encloses; positive if its faces look outwards.
 pub fn volume(mesh: &Mesh) -> f64 {
     let p = |i: u32| mesh.positions[mesh.corners[i as usize].position as usize];
     mesh.triangles.iter().map(|[a, b, c]| p(*a).dot(p(*b).cross(p(*c)))).sum::<f64>() / 6.0
 }
 
-/// The sum of twice the areas of a mesh's triangles, as a vector.
+/// Returns the sum of the areas of a mesh's triangles, as a vector.
 pub fn area(mesh: &Mesh) -> DVec3 {
     let p = |i: u32| mesh.positions[mesh.corners[i as usize].position as usize];
     mesh.triangles.iter().map(|[a, b, c]| (p(*b) - p(*a)).cross(p(*c) - p(*a))).sum::<DVec3>() / 2.0

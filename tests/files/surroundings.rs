@@ -1,4 +1,4 @@
-//! What a file brings beside its nodes: compression, units, names outside of its folder, stray text.
+//! Parts of a file beside its nodes: compression, units, references outside its folder, stray text.
 
 use crate::support::{close, parse, warnings};
 use fbptr::cancel::CancelToken;
@@ -48,11 +48,12 @@ fn inflated_bytes_are_asked_for_before_they_exist() {
     let mut memory = LoadMemory::new(&budget, u64::MAX);
     let error = x3d::parse_within(&bomb, "t.x3dz", &mut |_| None, &mut memory).unwrap_err();
     assert_eq!(error.code(), Code::Quota);
-    // What there is doubles step by step, and is in two places while it moves: at 1 MiB the next step goes beyond 3.
+    // The buffer doubles step by step, and exists twice while it moves: at 1 MiB the next step
+    // would exceed 3.
     let LoadErrorKind::OverBudget(over) = error.kind else { panic!("{error}") };
     assert_eq!((over.needed, over.used), (1 << 20, (2 << 20) + (64 << 10)));
     assert_eq!(over.purpose, MemoryUse::Decoders);
-    // The text itself has tables, which are reserved before it is parsed.
+    // The text itself needs tables, which are reserved before it is parsed.
     let budget = MemoryBudget::new(20 << 20);
     let mut memory = LoadMemory::new(&budget, u64::MAX);
     let error = x3d::parse_within(&bomb, "t.x3dz", &mut |_| None, &mut memory).unwrap_err();
@@ -83,7 +84,7 @@ fn units_of_angle_and_length_are_applied() {
     let camera = scene.camera.unwrap();
     assert!(matches!(camera.projection, Projection::Perspective { fov_rad, .. }
         if (fov_rad - std::f64::consts::FRAC_PI_3).abs() < 1e-12));
-    // The world is measured in feet, as the main file is; the viewpoint's default place is not moved.
+    // World units are the main file's, feet; the viewpoint's default position is not scaled.
     close(camera.look_at.eye, DVec3::Z * 10.0);
     close((camera.look_at.reference - camera.look_at.eye).normalize(), DVec3::NEG_X);
     close(scene.objects[0].model.transform_point3(DVec3::X), DVec3::Y);
@@ -110,12 +111,13 @@ fn prototypes_bring_the_units_of_their_file() {
     let scene =
         x3d::parse(text.as_bytes(), "t.x3d", &mut |n| (n == "l.x3d").then(|| lib.into())).unwrap().at(0.0);
     close(scene.objects[0].model.w_axis.truncate(), DVec3::X * 10.0);
-    // The default is written in units of two radians, the instance's own value in radians.
+    // The default is in units of two radians, the instance's own value in radians.
     close(scene.objects[0].model.transform_vector3(DVec3::X), DVec3::Y * 10.0);
     close(scene.objects[1].model.transform_vector3(DVec3::X), DVec3::new(50f64.sqrt(), 50f64.sqrt(), 0.0));
 }
 
-/// Reads a scene that stands in a folder of the root.
+/// Parses a scene in a folder of the root; returns the document and the names of the files that it
+/// asked for.
 fn inside(folder: &str, text: &str, files: &[&str]) -> (X3dDocument, Vec<String>) {
     let mut asked = Vec::new();
     let context = LoadContext {
@@ -146,12 +148,12 @@ fn names_may_climb_to_the_root_and_no_further() {
     let expected = "here/t.x3d:2:20: warning: texture left out: \"../wood.png\" lies outside of the folder that files are read from";
     assert_eq!(warnings(&document), [expected]);
     assert!(document.names_outside() && document.at(0.0).objects.len() == 1);
-    // An Inline of the scene itself by another way is a cycle.
+    // An Inline of the scene itself by another path is a cycle.
     let text = "<Scene><Inline url='../a/t.x3d'/></Scene>";
     let context = LoadContext { folder: "a/", opener: &mut |_| None, memory: &mut LoadMemory::unlimited() };
     let error = x3d::parse_in(text.as_bytes(), "t.x3d", context).unwrap_err();
     assert!(error.to_string().contains("a cycle"), "{error}");
-    // A broken file above is named as it is reached from the scene.
+    // A broken file in a parent folder is named by its path from the scene.
     let mut broken = |_: &str| Some(b"<Scene>".to_vec());
     let context = LoadContext { folder: "a/", opener: &mut broken, memory: &mut LoadMemory::unlimited() };
     let error = x3d::parse_in(b"<Scene><Inline url='../b.x3d'/></Scene>", "a/t.x3d", context).unwrap_err();
@@ -242,7 +244,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
             assert_eq!(scene.objects[0].geometry.mesh.polygons.len(), faces, "{shape}");
         }
     }
-    // What is put in is the coordinate's own index.
+    // The coordinate's own index is inserted.
     let text = format!(
         "<Scene><Shape><IndexedFaceSet {quad} colorIndex='0 0 0 -1 1'>{coord}{colors}</IndexedFaceSet></Shape></Scene>"
     );
@@ -263,7 +265,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
 
 #[test]
 fn a_node_in_a_field_of_another_kind_is_no_such_node() {
-    // A material as a geometry once ended the program.
+    // A material as a geometry must not crash the program.
     for nodes in [
         "<Shape><Material containerField='geometry'/></Shape>",
         "<Shape><Appearance><Box containerField='material'/></Appearance><Box/></Shape>",

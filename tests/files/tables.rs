@@ -13,7 +13,7 @@ fn golden(name: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// The scene of a file with the table's near and far.
+/// Returns the scene of a file with the table's near and far.
 fn scene(file: &str) -> Scene {
     let mut scene = load(&format!("lecture-003/{file}")).unwrap().at(0.0);
     let camera = scene.camera.as_mut().unwrap();

@@ -1,4 +1,5 @@
-//! What the Rust peers share: the exported scene, its lighting, the clock, the row of JSON and the picture.
+//! Shared code of the Rust peers: the exported scene, its lighting, the clock, the JSON row and the
+//! picture.
 //!
 //! The settings are environment variables, as in `common.h`.
 
@@ -14,7 +15,7 @@ pub const LAYERS: u32 = 20;
 /// 0x00RRGGBB of (0.1, 0.1, 0.15).
 pub const BACKGROUND: u32 = 0x001a_1a26;
 
-/// A vertex as the mesh files have it.
+/// A vertex as stored in the mesh files.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     pub position: [f32; 3],
@@ -31,7 +32,7 @@ fn scene_file(name: &str) -> Vec<u8> {
     fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// The corners of an exported mesh's triangles, three by three.
+/// Returns the corners of an exported mesh's triangles, three by three.
 pub fn triangles(name: &str) -> Vec<Vertex> {
     let bytes = scene_file(name);
     let word = |i: usize| <[u8; 4]>::try_from(&bytes[4 * i..4 * i + 4]).expect("four bytes");
@@ -46,12 +47,12 @@ pub fn triangles(name: &str) -> Vec<Vertex> {
     (0..3 * triangle_count as usize).map(|i| vertex(u32::from_le_bytes(word(first_index + i)) as usize)).collect()
 }
 
-/// The texture as 0x00RRGGBB words, row 0 at t = 0.
+/// Returns the texture as 0x00RRGGBB words, row 0 at t = 0.
 pub fn texture() -> Vec<u32> {
     scene_file("texture.rgba").chunks_exact(4).map(|t| u32::from_be_bytes([0, t[0], t[1], t[2]])).collect()
 }
 
-/// Rows of a matrix that is multiplied by a column.
+/// Rows of a matrix that multiplies a column vector.
 pub type Matrix = [[f32; 4]; 4];
 
 pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
@@ -63,7 +64,7 @@ pub fn apply(m: &Matrix, [x, y, z]: [f32; 3], w: f32) -> [f32; 4] {
     m.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3] * w)
 }
 
-/// Object to world space: about x by 0.3 after about y by 0.4.
+/// Object to world space: a rotation about y by 0.4, then about x by 0.3.
 pub fn model() -> Matrix {
     let ((s1, c1), (s2, c2)) = (0.3f32.sin_cos(), 0.4f32.sin_cos());
     let about_x = [[1.0, 0.0, 0.0, 0.0], [0.0, c1, -s1, 0.0], [0.0, s1, c1, 0.0], [0.0, 0.0, 0.0, 1.0]];
@@ -94,7 +95,8 @@ fn unit(v: [f32; 3]) -> [f32; 3] {
     v.map(|c| c * share)
 }
 
-/// The colour of a point with a normal of any length; the specular term counts where N.L > 0.
+/// Returns the colour of a point with a normal of any length; the specular term counts where N.L >
+/// 0.
 #[inline(always)]
 pub fn lit(p: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
     let n = unit(normal);
@@ -108,14 +110,14 @@ pub fn lit(p: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
     [0.8, 0.4, 0.2].map(|base| base * (0.1 + 0.7 * d.max(0.0)) + shine)
 }
 
-/// 0x00RRGGBB of a colour in 0..1.
+/// Converts a colour in 0..1 to 0x00RRGGBB.
 #[inline(always)]
 pub fn word(color: [f32; 3]) -> u32 {
     let [r, g, b] = color.map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u32);
     r << 16 | g << 8 | b
 }
 
-/// Colour and depth of the device of one of W3's layers.
+/// Returns the colour and device depth of one of W3's layers.
 pub fn layer(i: u32) -> ([f32; 3], f32) {
     let color = [i * 37, i * 91 + 40, i * 151 + 90].map(|c| (c % 256) as f32 / 255.0);
     (color, 0.95 - 0.09 * i as f32)
@@ -136,7 +138,7 @@ fn random(state: &mut u32) -> u32 {
     *state
 }
 
-/// The same lines and colours as fbptr's own W6.
+/// Returns the lines and colours of fbptr's own W6.
 pub fn lines(count: u32, is_short: bool) -> Vec<PackedLine> {
     let mut state = 0x1234_5678;
     let place = |r: u32| [(((r & 0xffff) * 1920) >> 16) as i16, (((r >> 16) * 1080) >> 16) as i16];
@@ -163,7 +165,7 @@ pub fn each_pixel(count: u32, mut put: impl FnMut(i32, i32, [u8; 3])) {
     }
 }
 
-/// Whether PEERS_ONLY names the workload by its number, as W4.
+/// Returns whether PEERS_ONLY names the workload, such as W4.
 pub fn is_wanted(group: &str) -> bool {
     setting("PEERS_ONLY", "W1,W2,W3,W4,W5,W6,W7").split(',').any(|g| g == group)
 }
@@ -178,7 +180,7 @@ pub fn measure(peer: &str, workload: &str, mut frame: impl FnMut()) {
         (0..5).for_each(|_| frame());
     }
     let begin = Instant::now();
-    // What takes this long is not run again.
+    // A frame that takes this long is not repeated.
     let mut times: Vec<f64> = Some(first).filter(|&t| t > 3000.0).into_iter().collect();
     while first <= 3000.0 && times.len() < most && (times.len() < 3 || begin.elapsed().as_secs() < 6) {
         let start = Instant::now();

@@ -1,11 +1,12 @@
-//! W7 on breakwater's frame buffer, the one that its Pixelflut server writes: one `set` a pixel. It has no lines and no meshes.
+//! W7 on breakwater's frame buffer, as its Pixelflut server writes it: one `set` per pixel. It has
+//! no lines and no meshes.
 
 use breakwater_parser::{FrameBuffer, SimpleFrameBuffer};
 use fbptr_peers::*;
 
 const PEER: &str = "breakwater";
 
-/// A word as breakwater keeps it: R in the lowest byte.
+/// Converts a word to breakwater's format: R in the lowest byte.
 fn as_kept(word: u32) -> u32 {
     u32::from_be(word << 8)
 }

@@ -1,4 +1,5 @@
-//! W1 to W5 on euc 0.5.3, one thread. It has a nearest sampler only: W4 is `nearest`, by our own fragment shader.
+//! W1 to W5 on euc 0.5.3, one thread. It has a nearest sampler only: W4 is `nearest`, by a fragment
+//! shader of this file.
 
 use euc::buffer::Buffer2d;
 use euc::{Interpolate, Pipeline, Target, rasterizer};
@@ -6,7 +7,7 @@ use fbptr_peers::*;
 
 const PEER: &str = "euc";
 
-/// What runs across a face.
+/// Values interpolated across a face.
 #[derive(Clone, Copy)]
 struct Varying<const N: usize>([f32; N]);
 

@@ -1,7 +1,9 @@
-//! One table of all rows: `table ROWS.jsonl TRUTH_DIR SHOTS_DIR OUT_DIR` writes OUT_DIR/peers.md and peers.json.
+//! Joins all rows into one table: `table ROWS.jsonl TRUTH_DIR SHOTS_DIR OUT_DIR` writes
+//! OUT_DIR/peers.md and peers.json.
 //!
-//! A row's time is the median of its best round. Pixels off are those with a channel more than 1/255 from the truth's
-//! picture; fbptr's own rows carry theirs. The ratio is the peer's time over fbptr's with as many threads.
+//! A row's time is the median of its best round. Pixels off are those with a channel more than
+//! 1/255 from the truth's picture; fbptr's own rows carry theirs. The ratio is the peer's time over
+//! fbptr's with as many threads.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -9,7 +11,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// The R, G, B bytes of a PPM as the peers write it.
+/// Returns the R, G, B bytes of a PPM as the peers write it.
 fn picture(path: &Path) -> Option<Vec<u8>> {
     let bytes = fs::read(path).ok()?;
     let mut at = 0;
@@ -20,7 +22,7 @@ fn picture(path: &Path) -> Option<Vec<u8>> {
     Some(bytes[at..].to_vec())
 }
 
-/// Pixels off by more than a step, and the largest difference.
+/// Returns the number of pixels off by more than a step, and the largest difference.
 fn pixels_off(found: &[u8], truth: &[u8]) -> Option<(u64, u64)> {
     if found.len() != truth.len() {
         return None;
@@ -45,7 +47,7 @@ fn main() {
     for row in text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
         let word = |name: &str| row[name].as_str().unwrap_or("?").to_owned();
         let mut cfg = word("cfg");
-        // fbptr's own rows of other vectors are rows of their own.
+        // fbptr's rows of other vector levels are rows of their own.
         if let Some(simd) = row["simd"].as_str().filter(|s| *s != "none") {
             cfg = format!("{cfg} {simd}");
         }
