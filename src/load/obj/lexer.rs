@@ -95,7 +95,7 @@ const LARGE_POLYGON: u64 = 64;
 const WORD: [&[u8]; 3] = [b"v", b"vt", b"vn"];
 const WHAT: [&str; 3] = ["position", "texture coordinate", "normal"];
 
-/// Pass over the file that is being made.
+/// Current pass over the file.
 enum Pass {
     Vertices,
     Elements,

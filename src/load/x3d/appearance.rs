@@ -115,8 +115,8 @@ impl Surface {
     ///
     /// ```text
     /// Kd = c (1 - m/2)                      a metal has no diffuse light of its own: half its
-    ///                                       colour stands for the surroundings that it would mirror,
-    ///                                       which are not there
+    ///                                       colour stands for the surroundings that it would
+    ///                                       mirror, which are not there
     /// F0 = 0.04 (1 - m) + c m               what is mirrored straight on (4 % of a dielectric)
     /// a  = max(r, 0.1)^2                    width of the lobe, as in GGX
     /// n  = min(2 / a^2 - 2, 1000)           the exponent of Blinn's lobe of this width

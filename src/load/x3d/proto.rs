@@ -74,7 +74,7 @@ pub(super) struct Protos<'d> {
     pub(super) read: HashMap<(usize, roxmltree::NodeId), (Vec<Value>, Vec<usize>)>,
     /// Built parts of bodies that are equal in every instance.
     shared: HashMap<(usize, roxmltree::NodeId), Child>,
-    /// Cached results of [`Protos::is_same`].
+    /// Cached answers of `is_same`, by source and element.
     is_same: HashMap<(usize, roxmltree::NodeId), bool>,
 }
 
