@@ -1,5 +1,6 @@
-//! Any bytes, cut anywhere: the decoder survives them, hears the same whatever the cuts, keeps count, says errors in one
-//! short ASCII line, and what it hears it can write and read back.
+//! Feeds arbitrary bytes, cut anywhere, to the decoder. It must not panic, must give the same
+//! events for all cuts, must count lines and bytes, must report errors as one short ASCII line, and
+//! each decoded command must survive encoding and decoding.
 #![no_main]
 
 use fbptr::command::{
@@ -58,7 +59,7 @@ fn hear<'a>(pieces: impl IntoIterator<Item = &'a [u8]>, end: EndOfInput) -> (Vec
 }
 
 fuzz_target!(|input: &[u8]| {
-    // The first byte says how the rest is cut and ends.
+    // The first byte selects the cuts and the kind of end.
     let Some((&how, stream)) = input.split_first() else { return };
     let end = if how & 1 == 0 { EndOfInput::Stream } else { EndOfInput::File };
     let (whole, place) = hear([stream], end);
@@ -74,7 +75,8 @@ fuzz_target!(|input: &[u8]| {
         Event::Command(command, _) => *command == Command::Quit,
         Event::Error(error) => error.closes,
     });
-    // A long line may close the stream after its error was said: the place tells how far it was read.
+    // After the error for a too long line the stream may be closed; then the position tells only
+    // how far it was read.
     if !stopped && place.byte == stream.len() as u64 {
         assert_eq!(place.line, 1 + stream.iter().filter(|&&b| b == b'\n').count() as u64);
         assert_eq!(place, cut_place);
@@ -84,7 +86,8 @@ fuzz_target!(|input: &[u8]| {
         let Event::Command(command, _) = event else { continue };
         command.validate().expect("what is heard is in order");
         bytes.clear();
-        // Only a long line of numbers, each longer when it is written in full, has no bytes.
+        // The only commands that cannot be encoded are long lines of numbers that grow when written
+        // in full.
         if encode(&command, &mut bytes).is_err() {
             assert!(matches!(command.verb(), "POLY" | "FILLPOLY"), "{command:?}");
             continue;
@@ -92,7 +95,7 @@ fuzz_target!(|input: &[u8]| {
         let (again, _) = hear([&bytes[..]], EndOfInput::Stream);
         let [Event::Command(same, _)] = &again[..] else { panic!("{command:?} became {again:?}") };
         assert_eq!(*same, command);
-        // The sign of zero, too, which equality does not see.
+        // Bytes are compared for the sign of zero, which equality ignores.
         let mut same_bytes = Vec::new();
         encode(same, &mut same_bytes).expect("what was read is written again");
         assert_eq!(same_bytes, bytes);

@@ -1,14 +1,14 @@
-//! Runs whole streams on a whole server: every verb, extreme numbers, changed payloads, odd files,
-//! several connections in turns and at one time, resets and cuts.
+//! Runs complete streams on a complete server: every verb, extreme numbers, mutated payloads, odd
+//! files, several connections interleaved and concurrent, resets and cuts.
 //!
-//! An input is a list of choices (`streams/data.rs`) that stand for a case (`streams/case.rs`). For
+//! An input is a list of choices (`streams/data.rs`) that determine a case (`streams/case.rs`). For
 //! each:
 //! - nothing panics, inside a command or outside of one, and no turn takes long;
-//! - each query is answered once and in its order, each error names a command;
-//! - other cuts, threads and vectors give the same replies, pixels and depths;
+//! - each query is answered once and in order, and each error names a command;
+//! - other cuts, threads and vector levels give the same replies, pixels and depths;
 //! - nothing is written outside the snapshot folder;
-//! - a recording, played, gives the same pixels and depths: of a run turn by turn, and of one on a
-//!   server's threads with all connections at one time.
+//! - a recording, when played, gives the same pixels and depths, both of a run turn by turn and of a
+//!   concurrent one on a server's threads.
 //!
 //! On a failure the streams are written to `artifacts/streams-PID.txt` beside the input that made
 //! them; `STREAM_OUT=file` writes those of any input.
@@ -39,11 +39,12 @@ use libfuzzer_sys::fuzz_target;
 use run::{Cuts, Outcome, SharedBuffer};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// The streams that run now, for the report of a failure.
+/// The streams under test, for the report of a failure.
 static CURRENT: Mutex<String> = Mutex::new(String::new());
 static FOLDERS: OnceLock<Folders> = OnceLock::new();
 
-/// Makes the folders, and has a panic write the streams before libFuzzer ends the process.
+/// Makes the folders, and installs a panic hook that writes the streams before libFuzzer ends the
+/// process.
 fn prepare() -> Folders {
     let known: Vec<&str> = verbs::VERBS.iter().copied().chain(["SYNC"]).collect();
     for verb in fbptr::command::Verb::all() {
@@ -97,7 +98,7 @@ fn check_turns(case: &Case, folders: &Folders) -> Outcome {
     first
 }
 
-/// Runs a case with all connections at one time, and replays that.
+/// Runs a case with all connections concurrent, and replays its recording.
 fn check_served(case: &Case, first: &Outcome, folders: &Folders) {
     let recording = SharedBuffer::default();
     let (replies, frame) = run::serve(case, folders, &recording);

@@ -1,4 +1,4 @@
-//! Makes a case of an input: the streams of a few connections, the order in which their pieces
+//! Derives a case from an input: the streams of a few connections, the order in which their pieces
 //! reach the server, and the server's settings.
 
 use super::data::DataProvider;
@@ -9,45 +9,45 @@ use fbptr::server::Limits;
 use fbptr::simd::Level;
 use std::sync::OnceLock;
 
-/// One connection, from its beginning to its end.
+/// A connection, from its beginning to its end.
 #[derive(Default)]
 pub struct Connection {
-    /// All bytes that it sends.
+    /// All bytes that the client sends.
     pub stream: Vec<u8>,
-    /// The byte at which each command begins, and the first word of its reply if it has one.
+    /// Offset of each command in the stream, and the first word of its reply if it has one.
     pub commands: Vec<(u64, Option<&'static str>)>,
-    /// Whether its replies can be matched to its commands: it reports errors, and its commands are
-    /// framed as they were written.
+    /// True if replies can be matched to commands: errors are reported, and the framing is as
+    /// written.
     pub is_matched: bool,
-    /// Whether its stream ends in order; otherwise the connection is reset.
+    /// True if the stream ends in order; otherwise the connection is reset.
     pub is_finished: bool,
 }
 
-/// A run of bytes of one connection. An empty one ends it.
+/// A run of bytes of one connection, executed at once. An empty one ends the connection.
 pub struct Turn {
     pub connection: usize,
     pub bytes: std::ops::Range<usize>,
 }
 
-/// See the module's text.
+/// Streams, their interleaving and the settings of the server.
 pub struct Case {
     pub size: [u32; 2],
     pub limits: Limits,
     pub connections: Vec<Connection>,
     pub turns: Vec<Turn>,
-    /// The longest piece of the second run, in bytes.
+    /// Length limit of the pieces in the second run, in bytes.
     pub piece_bytes: usize,
-    /// The options of the first run and of the second.
+    /// Options of the first and the second run.
     pub options: [RenderOptions; 2],
-    /// Whether a render thread serves it too, with all connections at one time.
+    /// True if a render thread serves it too, with all connections concurrent.
     pub is_served: bool,
 }
 
-/// The most commands of a case, those of `verbs::setting` not counted.
+/// Largest number of commands in a case, those of `verbs::setting` not counted.
 const MAX_COMMANDS: usize = 60;
 
 impl Case {
-    /// The case of an input.
+    /// Derives the case of an input.
     pub fn new(input: &[u8]) -> Case {
         let data = &mut DataProvider::new(input);
         let size = [[1, 1], [16, 8], [33, 17], [40, 20], [64, 48], [97, 61]][data.below(6)];
@@ -67,7 +67,7 @@ impl Case {
             let connection = open[slot];
             match data.below(40) {
                 0 => {
-                    // A reset or an orderly end, in the middle of a command perhaps.
+                    // A reset or an orderly end, possibly in the middle of a command.
                     let written = verbs::any(data, extremes);
                     let cut = data.below(written.bytes.len());
                     case.write(connection, Written { bytes: written.bytes[..cut].to_vec(), reply: None });
@@ -86,7 +86,7 @@ impl Case {
         case
     }
 
-    /// Begins a connection.
+    /// Begins a connection and returns its index.
     fn begin(&mut self, data: &mut DataProvider, extremes: Extremes) -> usize {
         let is_matched = data.below(4) > 0;
         self.connections.push(Connection { is_matched, is_finished: true, ..Connection::default() });
@@ -114,7 +114,7 @@ impl Case {
         self.turns.push(Turn { connection, bytes: from..self.connections[connection].stream.len() });
     }
 
-    /// Bytes of any kind, which may swallow what follows.
+    /// Appends arbitrary bytes, which may swallow the commands that follow.
     fn write_noise(&mut self, connection: usize, data: &mut DataProvider) {
         let seed = data.bits();
         let mut bytes: Vec<u8> =
@@ -128,7 +128,7 @@ impl Case {
         self.write(connection, Written { bytes, reply: None });
     }
 
-    /// The whole case as text, for the report of a failure.
+    /// Formats the case as text, for the report of a failure.
     pub fn to_text(&self) -> String {
         use std::fmt::Write;
         let mut out = format!("# {}x{}, {:?}\n", self.size[0], self.size[1], self.limits);
@@ -148,7 +148,7 @@ impl Case {
     }
 }
 
-/// Small limits, so that streams meet them.
+/// Chooses limits, sometimes so small that streams reach them.
 fn limits(data: &mut DataProvider) -> Limits {
     let is_tight = data.once_in(4);
     let of = |data: &mut DataProvider, few: u64, many: u64| {
@@ -165,7 +165,7 @@ fn limits(data: &mut DataProvider) -> Limits {
     }
 }
 
-/// Threads, vector level and coarse depth, none of which changes a byte.
+/// Chooses threads, vector level and hierarchical z, none of which may change a byte.
 fn options(data: &mut DataProvider) -> RenderOptions {
     static THREADS: OnceLock<RenderOptions> = OnceLock::new();
     let threads = THREADS.get_or_init(|| RenderOptions {

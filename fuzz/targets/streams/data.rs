@@ -1,6 +1,7 @@
-//! Makes choices of an input's bytes, and of a generator seeded by it when they run out.
+//! Derives choices from an input's bytes, and from a generator seeded by the input when they run
+//! out.
 //!
-//! An input of a few bytes already stands for long streams, and each byte that the engine changes
+//! An input of a few bytes already determines long streams, and each byte that the engine changes
 //! changes one choice.
 
 /// The choices of one input, in order.
@@ -10,7 +11,7 @@ pub struct DataProvider<'a> {
 }
 
 impl<'a> DataProvider<'a> {
-    /// The first four bytes seed the generator, the rest are choices.
+    /// Starts with the first four bytes as the generator's seed; the rest are choices.
     pub fn new(input: &'a [u8]) -> Self {
         let (seed, bytes) = input.split_at(input.len().min(4));
         let state = seed
@@ -31,7 +32,7 @@ impl<'a> DataProvider<'a> {
         (self.state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 56) as u8
     }
 
-    /// A number below `n`, which is at most 65,536.
+    /// Returns a number below `n`, which is at most 65,536.
     pub fn below(&mut self, n: usize) -> usize {
         match n {
             0 | 1 => 0,
@@ -40,17 +41,17 @@ impl<'a> DataProvider<'a> {
         }
     }
 
-    /// Whether a thing happens that happens once in `n` times.
+    /// Returns true in one of `n` cases on average.
     pub fn once_in(&mut self, n: usize) -> bool {
         self.below(n) == n - 1
     }
 
-    /// One of a list.
+    /// Returns an element of a list.
     pub fn of<'b, T: ?Sized>(&mut self, list: &[&'b T]) -> &'b T {
         list[self.below(list.len())]
     }
 
-    /// Eight bytes.
+    /// Returns 64 bits.
     pub fn bits(&mut self) -> u64 {
         u64::from_le_bytes(std::array::from_fn(|_| self.byte()))
     }

@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 
-/// The names that LOAD gets: files that are there, that are not, and that must not be reached.
+/// Arguments of LOAD: files that exist, that do not, and that must not be reached.
 pub const NAMES: [&str; 19] = [
     "box.obj",
     "quad.obj",
@@ -28,16 +28,16 @@ pub const NAMES: [&str; 19] = [
     "textured.x3d",
 ];
 
-/// The file beside the folders that a link in the snapshot folder leads to.
+/// File beside the folders, the target of a link in the snapshot folder.
 const ELSEWHERE: &str = "elsewhere.png";
 
-/// The folders, in a temporary one of this process.
+/// Folders of this process, within a temporary one.
 pub struct Folders {
     root: PathBuf,
 }
 
 impl Folders {
-    /// Makes them.
+    /// Creates the folders and their files.
     pub fn new() -> std::io::Result<Folders> {
         let root = std::env::temp_dir().join(format!("fbptr-fuzz-{}", std::process::id()));
         let load = root.join("load");
@@ -69,12 +69,12 @@ impl Folders {
         Ok(Folders { root })
     }
 
-    /// Where LOAD reads.
+    /// Returns the folder that LOAD reads.
     pub fn load(&self) -> PathBuf {
         self.root.join("load")
     }
 
-    /// Where SNAP writes.
+    /// Returns the folder that SNAP writes.
     pub fn snap(&self) -> PathBuf {
         self.root.join("snap")
     }
@@ -91,8 +91,8 @@ fn x3d(nodes: &str) -> String {
     format!("<X3D profile='Interchange' version='3.3'><Scene>{nodes}</Scene></X3D>")
 }
 
-/// The first picture, with a header that says 60,000 x 60,000 pixels and is right about its own
-/// checksum.
+/// Returns the first picture with a header of 60,000 x 60,000 pixels and a valid checksum of that
+/// header.
 fn huge_png() -> Vec<u8> {
     let mut bytes = PICTURES[0].to_vec();
     bytes[16..20].copy_from_slice(&60_000u32.to_be_bytes());

@@ -42,7 +42,7 @@ pub const PICTURES: [&[u8]; 3] = [
     include_bytes!("../../../tests/data/x3d/golden/x_ite-Rendering-Normals-at-0.png"),
 ];
 
-/// A file of such a kind, changed in a few places or not at all.
+/// Returns an OBJ file, generated, or stored and sometimes mutated.
 pub fn obj(data: &mut DataProvider, extremes: Extremes) -> Vec<u8> {
     if data.below(3) > 0 {
         return made_obj(data, extremes);
@@ -51,25 +51,25 @@ pub fn obj(data: &mut DataProvider, extremes: Extremes) -> Vec<u8> {
     changed(base, data)
 }
 
-/// See [`obj`].
+/// Returns a stored X3D file, sometimes mutated.
 pub fn x3d(data: &mut DataProvider) -> Vec<u8> {
     let base = data.of(&X3DS);
     changed(base, data)
 }
 
-/// See [`obj`].
+/// Returns a stored scene of the eye, sometimes mutated.
 pub fn world(data: &mut DataProvider) -> Vec<u8> {
     let base = data.of(&WORLDS);
     changed(base, data)
 }
 
-/// See [`obj`].
+/// Returns a stored picture, sometimes mutated.
 pub fn picture(data: &mut DataProvider) -> Vec<u8> {
     let base = data.of(&PICTURES);
     changed(base, data)
 }
 
-/// A few corners and faces, near the origin or at the ends of the range.
+/// Generates a few corners and faces, near the origin or at the ends of the range.
 fn made_obj(data: &mut DataProvider, extremes: Extremes) -> Vec<u8> {
     let mut words = Words { data, extremes, line: String::new() };
     let corners = 3 + words.data.below(8);
@@ -102,7 +102,8 @@ fn made_obj(data: &mut DataProvider, extremes: Extremes) -> Vec<u8> {
     words.line.into_bytes()
 }
 
-/// The bytes, half of the time with some of them flipped, doubled, left out, or numbers exchanged.
+/// Returns the bytes, in half of the cases with some of them flipped, repeated or removed, or with
+/// numbers replaced.
 fn changed(bytes: &[u8], data: &mut DataProvider) -> Vec<u8> {
     let mut out = bytes.to_vec();
     if data.below(2) == 0 {
@@ -128,7 +129,7 @@ fn changed(bytes: &[u8], data: &mut DataProvider) -> Vec<u8> {
     out
 }
 
-/// The first number from `at` on becomes another.
+/// Replaces the first number from `at` on.
 fn exchange_number(out: &mut Vec<u8>, at: usize, data: &mut DataProvider) {
     let is_digit = |b: &u8| b.is_ascii_digit() || b".-+eE".contains(b);
     let Some(start) = (at..out.len()).find(|&i| out[i].is_ascii_digit()) else { return };

@@ -3,8 +3,8 @@
 
 use super::case::Connection;
 
-/// The replies without those to `STATS`, and without what refuses them: sizes that depend on time. They
-/// may stand behind a payload, so they are looked for in any place.
+/// Removes replies to `STATS` and refusals of it, whose sizes depend on time. They may follow a
+/// payload, so they are searched at any position.
 pub fn without_stats(replies: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut rest = replies;
@@ -19,18 +19,18 @@ pub fn without_stats(replies: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Panics where the replies of a connection are not those that its commands get.
+/// Panics if the replies of a connection do not match its commands.
 pub fn check(connection: &Connection, replies: &[u8], is_ended: bool) {
     let text = || replies.escape_ascii().to_string();
     let mut rest = replies;
-    // Commands before this one are answered or refused for good.
+    // Index of the first command without a reply or an error so far.
     let mut next = 0usize;
     while !rest.is_empty() {
         let end =
             rest.iter().position(|&b| b == b'\n').unwrap_or_else(|| panic!("no LF at the end: {}", text()));
         let line = String::from_utf8_lossy(&rest[..end]).into_owned();
         let words: Vec<&str> = line.split(' ').collect();
-        // An explanation of a draw stands where its error would.
+        // A warning about a draw has the position of its command, as an error would.
         if matches!(words[0], "ERR" | "WARN") {
             assert!(line.len() < 1000 && line.bytes().all(|b| (b' '..=b'~').contains(&b)), "{line:?}");
             assert!(!line.contains("defect"), "{line}");

@@ -1,9 +1,8 @@
-//! Runs a case: stream by stream on an engine, or all connections at one time on a server's
-//! threads.
+//! Runs a case: turn by turn on an engine, or with concurrent connections on a server's threads.
 //!
-//! Out: the replies, the memory and the depth, and the recording. A run on an engine is on the
-//! calling thread, in the case's order, and gives the same each time; one on a server takes turns
-//! as it likes.
+//! Out: the replies, the memory and the depth, and the recording. A run on an engine uses the
+//! calling thread and the case's order, and is deterministic; the order of one on a server is up to
+//! its scheduler.
 
 use super::case::{Case, Connection};
 use super::files::Folders;
@@ -18,8 +17,8 @@ use std::io::{self, Cursor, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-/// CPU time of one turn, beyond which it counts as a hang. The build checks each sum and counts
-/// each branch, so it is slower than a release build by far.
+/// CPU time of one turn in nanoseconds, beyond which it counts as a hang. The build checks
+/// overflows and counts branches, so it is far slower than a release build.
 const TOO_LONG_NS: u64 = 20_000_000_000;
 
 /// Video memory and depth at the end of a run.
@@ -38,16 +37,16 @@ impl Frame {
     }
 }
 
-/// The result of a run on an engine.
+/// Result of a run on an engine.
 pub struct Outcome {
-    /// The replies of each connection.
+    /// Replies to each connection.
     pub replies: Vec<Vec<u8>>,
-    /// Whether the server ended each.
+    /// True for each connection that the server ended.
     pub is_ended: Vec<bool>,
     pub frame: Frame,
 }
 
-/// Bytes that several threads write and read.
+/// A byte buffer shared by several threads.
 #[derive(Clone, Default)]
 pub struct SharedBuffer(Arc<Mutex<Vec<u8>>>);
 
@@ -67,7 +66,7 @@ impl Write for SharedBuffer {
     }
 }
 
-/// The way in which a run is cut into pieces.
+/// Division of a run into pieces.
 #[derive(Clone, Copy)]
 pub struct Cuts {
     piece_bytes: usize,
@@ -75,10 +74,11 @@ pub struct Cuts {
 }
 
 impl Cuts {
-    /// Whole commands.
+    /// One piece per turn.
     pub const NONE: Cuts = Cuts { piece_bytes: usize::MAX, budget: Budget::NONE };
 
-    /// Pieces of at most so many bytes; some lengths also rest after each command or each reply.
+    /// Returns pieces of at most this many bytes; some lengths also pause after each command or
+    /// each reply.
     pub fn of(piece_bytes: usize) -> Cuts {
         let pace = if piece_bytes == 2 { Pace::OneCommand } else { Pace::Free };
         let reply_bytes = if piece_bytes == 7 { 1 } else { usize::MAX };
@@ -147,7 +147,7 @@ pub fn run(
     Outcome { replies, is_ended, frame: Frame::of(&engine) }
 }
 
-/// One turn's bytes, piece by piece.
+/// Feeds the bytes of one turn, piece by piece.
 fn feed(
     stream: &mut Stream,
     engine: &mut Engine,
@@ -176,8 +176,8 @@ fn feed(
     StreamState::Ready
 }
 
-/// Runs a case on a server's threads, all connections at one time; the replies of each, and the
-/// frame.
+/// Runs a case on a server's threads, with all connections concurrent; returns the replies of each,
+/// and the frame.
 pub fn serve(case: &Case, folders: &Folders, recording: &SharedBuffer) -> (Vec<Vec<u8>>, Frame) {
     let engine = engine(case, &case.options[1], folders, recording);
     let server = Server::start(engine).expect("a thread");
@@ -190,7 +190,7 @@ pub fn serve(case: &Case, folders: &Folders, recording: &SharedBuffer) -> (Vec<V
     (replies.iter().map(SharedBuffer::bytes).collect(), Frame::of(&engine))
 }
 
-/// A connection's input: its stream in pieces, then its end or a reset.
+/// Input of a connection: its stream in pieces, then its end or a reset.
 struct Pipe {
     stream: Cursor<Vec<u8>>,
     piece_bytes: usize,
@@ -214,7 +214,7 @@ impl Read for Pipe {
     }
 }
 
-/// Plays a recording on a render thread; the frame afterwards, and what was refused.
+/// Plays a recording on a render thread; returns the frame afterwards, and the refused commands.
 pub fn replay(case: &Case, recording: &SharedBuffer) -> (Frame, Vec<Notice>) {
     let engine = Engine::new(case.size[0], case.size[1]).expect("a small frame");
     let thread = RenderThread::start(engine).expect("a thread");
@@ -233,7 +233,7 @@ pub fn replay(case: &Case, recording: &SharedBuffer) -> (Frame, Vec<Notice>) {
     (Frame::of(&engine), notices)
 }
 
-/// The CPU time of this thread at one moment, in nanoseconds; 0 where the system does not tell.
+/// CPU time of this thread at its creation, in nanoseconds; 0 if the system does not tell.
 struct Clock(u64);
 
 impl Clock {

@@ -2,7 +2,7 @@
 
 use super::words::Words;
 
-/// The words of a camera verb.
+/// Writes the words of a camera verb.
 pub fn camera(verb: &str, w: &mut Words) {
     let range = |w: &mut Words| {
         w.real(0.6, 0.5).real(20.0, 15.0);
@@ -48,7 +48,7 @@ pub fn camera(verb: &str, w: &mut Words) {
     }
 }
 
-/// The words of a verb that sets colours, lights, textures or modes.
+/// Writes the words of a verb that sets colours, lights, textures or modes.
 pub fn look(verb: &str, w: &mut Words) {
     match verb {
         "AMBIENT" => {
@@ -96,7 +96,7 @@ pub fn look(verb: &str, w: &mut Words) {
     }
 }
 
-/// A colour of light or material.
+/// Writes a colour of a light or material.
 fn color<'w, 'd, 'i>(w: &'w mut Words<'d, 'i>) -> &'w mut Words<'d, 'i> {
     match w.data.below(4) {
         0 => w.one_of(&["white", "#80", "#ff8000", "navy"]),
@@ -125,7 +125,7 @@ fn light(w: &mut Words) {
     }
 }
 
-/// The words of a verb of the model matrix.
+/// Writes the words of a verb of the model matrix.
 pub fn matrix(verb: &str, w: &mut Words) {
     match verb {
         "TRANSLATE" => {

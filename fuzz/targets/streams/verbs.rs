@@ -6,13 +6,13 @@ use super::space::{camera, look, matrix};
 use super::words::{EYES, Extremes, MESHES, TEXTURES, Words};
 use std::sync::LazyLock;
 
-/// A command as it is sent, and what its reply begins with, if it has one.
+/// A command as sent, and the beginning of its reply, if it has one.
 pub struct Written {
     pub bytes: Vec<u8>,
     pub reply: Option<&'static str>,
 }
 
-/// The verbs, each as often as it is chosen. Every verb of `HELP` but `SYNC` is here.
+/// Verbs, repeated by weight. Every verb of `HELP` but `SYNC` is here.
 pub static VERBS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     "HELP SIZE PX PX PX PB PXMULTI OFFSET STATS QUIT POKE PEEK BLIT BLIT READ COPY POINTS CRC \
      CRC CLEAR LINE LINE LINE TRI FILL FILL FILL RECT FILLRECT CIRCLE FILLCIRCLE POLY \
@@ -26,13 +26,13 @@ pub static VERBS: LazyLock<Vec<&str>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Any command. `SYNC` is written by the caller, with a tag of its own.
+/// Returns a random command. `SYNC` is written by the caller, with a tag of its own.
 pub fn any(data: &mut DataProvider, extremes: Extremes) -> Written {
     let verb = VERBS[data.below(VERBS.len())];
     one(verb, data, extremes)
 }
 
-/// Commands after which `DRAW` shows something: a mesh, a camera, a light.
+/// Returns commands after which `DRAW` shows something: a mesh, a camera, a light.
 pub fn setting(data: &mut DataProvider, extremes: Extremes) -> Vec<Written> {
     let verbs = ["MESH", "LOOKAT", "PERSPECTIVE", "LIGHT", "TEX", "TEXTURE", "SHADE", "DRAW", "EYE", "SCENE"];
     let calm = Extremes { real: extremes.real * 3, ..extremes };
@@ -77,7 +77,7 @@ fn one(verb: &'static str, data: &mut DataProvider, extremes: Extremes) -> Writt
     };
     let mut line = std::mem::take(&mut w.line);
     if let Some(payload) = &payload {
-        // Now and then of another length than the words say.
+        // Sometimes of another length than the words say.
         line += &format!(" :{}", payload.len());
     }
     line += if w.data.once_in(12) { "\r\n" } else { "\n" };
@@ -117,7 +117,7 @@ fn with_payload(verb: &str, w: &mut Words) -> Option<Vec<u8>> {
         "POINTS" => {
             let points = w.data.below(50);
             let mut bytes = noise(w.data, points * 8);
-            // Places on the frame, most of them.
+            // Most positions lie on the frame.
             bytes
                 .chunks_mut(8)
                 .for_each(|p| [p[0], p[1], p[2], p[3]] = [p[0] & 63, p[1] & 1, p[2] & 63, p[3] & 1]);
@@ -287,7 +287,7 @@ fn rest(verb: &str, w: &mut Words) -> Option<&'static str> {
                 return Some("FRAME");
             }
         }
-        // To count or to close is for the streams whose replies are not matched.
+        // The modes `count` and `close` are for streams whose replies are not matched.
         "ERRORS" => {
             w.word("report");
         }

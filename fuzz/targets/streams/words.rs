@@ -3,12 +3,12 @@
 
 use super::data::DataProvider;
 
-/// How far out the numbers of a case lie.
+/// Frequency of extreme and invalid words in a case.
 #[derive(Clone, Copy, Debug)]
 pub struct Extremes {
-    /// One real number in so many is extreme.
+    /// One real number in this many is extreme.
     pub real: usize,
-    /// One word in so many is none.
+    /// One word in this many is invalid.
     pub junk: usize,
 }
 
@@ -102,7 +102,7 @@ pub const MESHES: [&str; 4] = ["m", "n", "@m", "o"];
 pub const TEXTURES: [&str; 3] = ["t", "@t", "u"];
 pub const EYES: [&str; 2] = ["e", "@e"];
 
-/// Writes the words of one command.
+/// Writer of the words of one command.
 pub struct Words<'d, 'i> {
     pub data: &'d mut DataProvider<'i>,
     pub extremes: Extremes,
@@ -110,7 +110,7 @@ pub struct Words<'d, 'i> {
 }
 
 impl Words<'_, '_> {
-    /// Adds a word as it is.
+    /// Appends a word unchanged.
     pub fn word(&mut self, word: &str) -> &mut Self {
         self.line.push(' ');
         self.line += word;
@@ -126,7 +126,7 @@ impl Words<'_, '_> {
         false
     }
 
-    /// A whole number: near a small frame, or at a limit.
+    /// Appends an integer: near the size of a small frame, or at a limit.
     pub fn whole(&mut self) -> &mut Self {
         if self.junk() {
             return self;
@@ -138,7 +138,7 @@ impl Words<'_, '_> {
         self.word(&word)
     }
 
-    /// A whole number from 0 to below n, or an extreme one.
+    /// Appends an integer in 0..n, or an extreme one.
     pub fn small(&mut self, n: usize) -> &mut Self {
         if self.data.once_in(self.extremes.real * 4) {
             return self.whole();
@@ -147,14 +147,14 @@ impl Words<'_, '_> {
         self.word(&word)
     }
 
-    /// A real number near `middle`, at most `reach` off; or an extreme one.
+    /// Appends a real number near `middle`, at most `reach` off, or an extreme one.
     pub fn real(&mut self, middle: f64, reach: f64) -> &mut Self {
         if self.junk() {
             return self;
         }
         let word = match self.data.below(self.extremes.real) {
             0 => self.extreme(),
-            // Whole and half numbers meet edges and ties.
+            // Integers and halves meet edges and ties.
             1..3 => {
                 format!("{}", middle + ((self.data.below(9) as f64 - 4.0) / 4.0 * reach * 2.0).round() / 2.0)
             }
@@ -174,7 +174,7 @@ impl Words<'_, '_> {
         }
     }
 
-    /// `n` real numbers.
+    /// Appends `n` real numbers.
     pub fn reals(&mut self, n: usize, middle: f64, reach: f64) -> &mut Self {
         for _ in 0..n {
             self.real(middle, reach);
@@ -182,7 +182,7 @@ impl Words<'_, '_> {
         self
     }
 
-    /// `n` whole numbers.
+    /// Appends `n` integers.
     pub fn wholes(&mut self, n: usize) -> &mut Self {
         for _ in 0..n {
             self.whole();
@@ -190,7 +190,7 @@ impl Words<'_, '_> {
         self
     }
 
-    /// A colour.
+    /// Appends a colour.
     pub fn color(&mut self) -> &mut Self {
         if self.junk() {
             return self;
@@ -199,7 +199,7 @@ impl Words<'_, '_> {
         self.word(word)
     }
 
-    /// One of a list of words; now and then one of another.
+    /// Appends a word of a list, or sometimes an invalid one.
     pub fn one_of(&mut self, list: &[&str]) -> &mut Self {
         if self.junk() {
             return self;
@@ -208,7 +208,7 @@ impl Words<'_, '_> {
         self.word(word)
     }
 
-    /// A thing that is there half of the time.
+    /// Calls `write` in half of the cases.
     pub fn maybe(&mut self, write: impl FnOnce(&mut Self) -> &mut Self) -> &mut Self {
         if self.data.below(2) == 1 { write(self) } else { self }
     }
