@@ -29,7 +29,7 @@ import time
 import zlib
 
 MIB = 1 << 20
-# A client that hears nothing for so long takes it that there is no answer.
+# Seconds after which a client gives up waiting for an answer.
 PATIENCE = 120
 
 
@@ -38,7 +38,7 @@ def payload(head, data):
 
 
 def png(side, gray=0):
-    """A PNG of side x side pixels of one gray, which decodes to side * side * 4 bytes."""
+    """Returns a PNG of side x side pixels of one gray, which decodes to side * side * 4 bytes."""
     def chunk(kind, data):
         crc = zlib.crc32(kind + data)
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", crc)
@@ -50,7 +50,7 @@ def png(side, gray=0):
 
 
 def scene_of_pictures(count, side):
-    """SCENE X3D of boxes, each with another picture inside the file."""
+    """Returns a SCENE X3D command of boxes, each with its own picture inside the file."""
     def shape(i):
         url = "data:image/png;base64," + base64.b64encode(png(side, i)).decode()
         return f"<Shape><Appearance><ImageTexture url='\"{url}\"'/></Appearance><Box/></Shape>"
@@ -59,12 +59,12 @@ def scene_of_pictures(count, side):
 
 
 def full_frames(count):
-    """MESH of equal triangles, each over the whole frame."""
+    """Returns a MESH command of equal triangles, each over the whole frame."""
     return payload("MESH m OBJ", b"v -9 -9 0\nv 27 -9 0\nv -9 27 0\n" + b"f 1 2 3\n" * count)
 
 
 class Client:
-    """One connection; it gives up sending to a server that does not read."""
+    """A connection; sending stops when the server does not read."""
 
     def __init__(self, path, patience=PATIENCE):
         self.wire = socket.socket(socket.AF_UNIX)
@@ -73,7 +73,7 @@ class Client:
         self.wire.sendall(b"ERRORS report\n")
 
     def send(self, data):
-        """How many of the bytes were taken."""
+        """Sends the bytes; returns how many the server accepted."""
         sent, view = 0, memoryview(data)
         try:
             while sent < len(view):
@@ -83,7 +83,7 @@ class Client:
         return sent
 
     def hear(self, mark, most=4096):
-        """What is said up to `mark`, or the last `most` bytes of it."""
+        """Reads until `mark`; returns the last `most` bytes of the replies."""
         said = b""
         try:
             while mark not in said:
@@ -97,7 +97,7 @@ class Client:
 
 
 def at_once(data, patience=PATIENCE):
-    """One client that sends all of it and waits for the answer."""
+    """Returns an attack by one client that sends all of the data and waits for the answer."""
     def attack(path):
         client = Client(path, patience)
         sent = client.send(data + b"SYNC done\n")
@@ -114,7 +114,7 @@ def told(said, is_done):
 
 
 def many(count, each, rounds=1):
-    """Clients that each send the same again and again and read nothing."""
+    """Returns an attack by clients that each send the same data repeatedly and read nothing."""
     def attack(path):
         clients, sent = [], 0
         try:
@@ -137,7 +137,7 @@ def many(count, each, rounds=1):
 
 
 def attacks(width, height):
-    """Name: further arguments of the server, and what makes the attack."""
+    """Returns a dict of name to (further arguments of the server, function that makes the attack)."""
     frame = f"READ 0 0 {width} {height}\n".encode()
     half = width * height * 2
     views = b"CULL none\nHIDE zbuffer\nLOOKAT 0 0 5 0 0 0 0 1 0\n"
@@ -164,7 +164,7 @@ NAMES = list(attacks(9, 9))
 
 
 def status_of(pid):
-    """VmHWM and VmRSS of a process in bytes; zeros when it has ended."""
+    """Returns VmHWM and VmRSS of a process in bytes; zeros when it has ended."""
     try:
         with open(f"/proc/{pid}/status") as status:
             lines = dict(line.split(":", 1) for line in status)
@@ -174,7 +174,7 @@ def status_of(pid):
 
 
 def watch(server, stop, peak, is_over):
-    """Notes the most memory, and kills a server that holds more than `stop`."""
+    """Records the peak memory, and kills a server that holds more than `stop`."""
     while not is_over.wait(0.02):
         high, now = status_of(server.pid)
         peak[0] = max(peak[0], high)
@@ -189,7 +189,7 @@ def folder_bytes(folder):
 
 
 def still_answers(path):
-    """Milliseconds of another client's SYNC; None without an answer."""
+    """Returns the milliseconds of another client's SYNC; None without an answer."""
     try:
         client, begun = Client(path, 30), time.monotonic()
         client.send(b"SYNC other\n")
@@ -207,7 +207,7 @@ def measure(args, name):
         command = [args.program, "serve", "--headless", "--size", args.size, "--unix", path]
         command += [snaps if word == "SNAPS" else word for word in further]
         if args.no_budget:
-            # Older than the quota of snapshots too, perhaps.
+            # The program may be older than the quota of snapshots, too.
             if "--max-snaps" in command and not knows(args.program, "--max-snaps"):
                 at = command.index("--max-snaps")
                 del command[at:at + 2]

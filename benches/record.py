@@ -29,7 +29,7 @@ import zlib
 
 WIDTH, HEIGHT = 1920, 1080
 WRITE_BYTES = 256 << 10
-# A different pixel each, and short enough to be sent over and over.
+# Every pixel is different, and the stream is short enough to be sent repeatedly.
 LINES = 200_000
 
 
@@ -40,7 +40,7 @@ def pixels():
 
 
 def ask(wire, question):
-    """Sends a question; its answer, one line."""
+    """Sends a query and returns its reply line."""
     wire.sendall(question)
     answer = b""
     while not answer.endswith(b"\n"):
@@ -66,7 +66,7 @@ def connect(path):
 
 
 def measure(program, stream, times, record):
-    """Seconds that the pixels take, and the CRC of the frame afterwards."""
+    """Returns the seconds that the pixels take, and the CRC of the frame afterwards."""
     with tempfile.TemporaryDirectory(prefix="fbptr-bench-") as folder:
         path = os.path.join(folder, "socket")
         command = [program, "serve", "--headless", "--size", f"{WIDTH}x{HEIGHT}", "--unix", path]
@@ -92,7 +92,7 @@ def measure(program, stream, times, record):
 
 
 def replayed(program, record):
-    """The CRC of the frame after a replay, as the server says it."""
+    """Returns the CRC of the frame after a replay, as the server reports it."""
     with tempfile.TemporaryDirectory(prefix="fbptr-bench-") as folder:
         picture = os.path.join(folder, "frame.raw")
         command = [program, "play", record, "--headless", "--size", f"{WIDTH}x{HEIGHT}", "--snap", picture]

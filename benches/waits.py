@@ -34,7 +34,7 @@ def payload(head, data):
 
 
 def png_gray(side):
-    """A PNG of side x side pixels of noise-free gray, which decodes to side * side * 4 bytes."""
+    """Returns a PNG of side x side gray pixels, which decodes to side * side * 4 bytes."""
     def chunk(kind, data):
         crc = zlib.crc32(kind + data)
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", crc)
@@ -45,7 +45,7 @@ def png_gray(side):
 
 
 def obj_grid(side):
-    """An OBJ file of side x side quads."""
+    """Returns an OBJ file of side x side quads."""
     lines = [f"v {x} {y} {x * y % 7}" for y in range(side + 1) for x in range(side + 1)]
     n = side + 1
     for y in range(side):
@@ -56,7 +56,7 @@ def obj_grid(side):
 
 
 def x3d_grid(side):
-    """An X3D scene of one grid of side x side quads."""
+    """Returns an X3D scene of one grid of side x side quads."""
     heights = " ".join(str((i * 7 % 11) / 10) for i in range(side * side))
     return (
         f'<X3D><Scene><Shape><ElevationGrid xDimension="{side}" zDimension="{side}" '
@@ -65,7 +65,7 @@ def x3d_grid(side):
 
 
 def noise(width, height):
-    """BLIT commands that fill the frame with noise."""
+    """Returns BLIT commands that fill the frame with noise."""
     rng = random.Random(1)
     rows = 64
     out = []
@@ -76,7 +76,7 @@ def noise(width, height):
 
 
 def star(points, width, height):
-    """FILLPOLY of so many points that cross the whole frame, as far as a line's 4096 bytes go."""
+    """Returns a FILLPOLY of this many points across the frame, within a line's 4096 bytes."""
     rng = random.Random(2)
     words = ["FILLPOLY", "ff0000"]
     length = len(" ".join(words))
@@ -101,7 +101,7 @@ QUALITY = (
 
 
 def attacks(width, height, folder):
-    """Name: what makes the bytes that are sent once, and those that are sent again and again."""
+    """Returns a dict of name to the functions for bytes sent once and bytes sent repeatedly."""
     fill = f"FILL 0 0 {2 * width} 0 0 {2 * height} ff0000 00ff00 0000ff\n".encode()
     over = b"BLEND over\n" + fill.replace(b"ff0000", b"ff000080")
     name = "big.obj"
@@ -167,7 +167,7 @@ def read_until(wire, mark):
 
 
 def attack(path, once, again, seconds, pipe):
-    """Runs in a process of its own: the attacker. Says the number of its rounds at the end."""
+    """Runs the attacker in a process of its own; reports the number of its rounds at the end."""
     wire, rounds = connect(path), 0
     try:
         wire.sendall(once + b"SYNC begin\n")

@@ -1,4 +1,4 @@
-"""Writes OBJ files that differ in how they are written, not only in what they show.
+"""Writes OBJ files that differ in their encoding, not only in their shapes.
 
 Eleven solids and surfaces (spheres with a seam, open surfaces, sharp edges, concave caps), each with
 equal positions repeated, shared or apart, as polygons and as triangles, turned inside out, with
@@ -34,7 +34,7 @@ d .4
 
 
 def png(rows):
-    """Returns the PNG of rows of (red, green, blue)."""
+    """Returns a PNG file of rows of (red, green, blue)."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
     raw = b"".join(b"\0" + bytes(c for pixel in row for c in pixel) for row in rows)
@@ -74,7 +74,7 @@ def prism(outline, depth):
 
 
 def shapes():
-    """Returns name to positions, faces and texture coordinates (or None)."""
+    """Returns a dict of name to positions, faces and texture coordinates (or None)."""
     octagon = [(math.cos(TURN * i / 8), math.sin(TURN * i / 8)) for i in range(8)]
     star = [(r * math.cos(TURN * i / 10), r * math.sin(TURN * i / 10)) for i, r in enumerate([1, .45] * 5)]
     return {
@@ -93,7 +93,7 @@ def shapes():
 
 
 def shared(positions, faces):
-    """Returns the same with equal positions written once."""
+    """Returns the shape with equal positions merged."""
     numbers = {}
     for position in positions:
         numbers.setdefault(tuple(c + 0.0 for c in position), len(numbers))
@@ -102,7 +102,7 @@ def shared(positions, faces):
 
 
 def apart(positions, faces):
-    """Returns the same with positions of its own for each face."""
+    """Returns the shape with separate positions for each face."""
     starts = [sum(map(len, faces[:n])) for n in range(len(faces))]
     return ([positions[i] for face in faces for i in face],
             [list(range(start, start + len(face))) for start, face in zip(starts, faces)])
@@ -123,7 +123,7 @@ def text(positions, faces, coordinates=None, before="", between=lambda n, count:
 
 
 def of_shape(positions, faces, coordinates):
-    """Returns the kinds of one shape: name to text."""
+    """Returns the variants of one shape: a dict of name to text."""
     once = shared(positions, faces)
     triangles = [[face[0], face[k], face[k + 1]] for face in once[1] for k in range(1, len(face) - 1)]
     names = ["usemtl red\n", "usemtl blue\n", "usemtl\n", "usemtl glass\n"]
@@ -140,7 +140,7 @@ def of_shape(positions, faces, coordinates):
                           between=lambda n, count: names[4 * n // count]),
         "half": text(once[0], once[1][:len(once[1]) // 2 or 1]),
     }
-    # A fan of a concave face is no triangulation.
+    # A fan does not triangulate a concave face.
     if all(len(face) <= 8 for face in faces):
         kinds["triangles"] = text(once[0], triangles)
     if coordinates:

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Renders some two hundred X3D and OBJ files onto contact sheets, to be looked at.
+"""Renders some two hundred X3D and OBJ files onto contact sheets, for visual inspection.
 
     python3 benches/contact/sheet.py target/release/fbptr docs/sheets
 
-The OBJ files are written by `objects.py`, the X3D files are those of `tests/data/x3d`. Each is drawn by
-`fbptr render` at 120x90 from its own camera, or the one that shows all of it. Writes `files-obj.png` and
-`files-x3d.png`, and prints each file's place on its sheet (row, column) with the first line that was said of
-it. A file that is refused leaves its place black. Exit status 1 when that is not exactly those that should
-be: XML that is not well formed, and files that hold themselves.
+The OBJ files are written by `objects.py`, the X3D files are those of `tests/data/x3d`. Each is drawn
+by `fbptr render` at 120x90 from its own camera, or from one that frames it. Writes `files-obj.png` and
+`files-x3d.png`, and prints each file's position on its sheet (row, column) with the first line of the
+program's messages. A refused file leaves its position black. Exit status 1 unless exactly the expected
+files are refused: XML that is not well formed, and files that include themselves.
 """
 
 import glob
@@ -25,7 +25,7 @@ TESTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/da
 
 
 def render(program, path, folder):
-    """Returns the picture's rows of (red, green, blue), or None, and what was said."""
+    """Returns the picture's rows of (red, green, blue), or None, and the program's messages."""
     raw = os.path.join(folder, "picture.raw")
     done = subprocess.run([program, "render", path, "-o", raw, "--size", "%dx%d" % (WIDTH, HEIGHT),
                            "--background", "%02x%02x%02x" % BACKGROUND],
@@ -38,7 +38,7 @@ def render(program, path, folder):
 
 
 def sheet(program, paths, out, folder):
-    """Writes one sheet; returns how many files were drawn or refused where the other was expected."""
+    """Writes one sheet; returns the number of files drawn instead of refused, or the reverse."""
     lines, refused, wrong = -(-len(paths) // COLUMNS), 0, 0
     rows = [[(0, 0, 0)] * ((WIDTH + GAP) * COLUMNS) for _ in range((HEIGHT + GAP) * lines)]
     for n, path in enumerate(paths):

@@ -1,7 +1,8 @@
-"""The clients of the soak: each kind is a function that uses one connection, and raises `Wrong` on a wrong answer.
+"""Clients of the soak test.
 
-A kind gets a connected socket, a random generator of its own and the time at which it must end. What it
-sends is bounded by a rate, so that a recording of the soak fits a disk.
+Each kind is a function that uses one connection, and raises `Wrong` on a wrong answer. Its arguments
+are a connected socket, a random generator of its own and the time at which it must end. Its rate of
+bytes is limited, so that a recording of the soak test fits a disk.
 """
 
 import socket
@@ -13,7 +14,7 @@ WIDTH, HEIGHT = 640, 360
 
 
 class Wrong(Exception):
-    """The server's answer is not the right one."""
+    """Raised when the server's answer is wrong."""
 
 
 class Line:
@@ -27,7 +28,10 @@ class Line:
         self.sock.sendall(data)
 
     def ask(self, data):
-        """Sends a query and returns its reply line; errors and warnings of earlier commands are passed over."""
+        """Sends a query and returns its reply line.
+
+        Errors and warnings of earlier commands are passed over.
+        """
         self.send(data)
         while True:
             line = self.file.readline()
@@ -180,7 +184,7 @@ def textures(sock, rng, until):
 
 
 def queries(sock, rng, until):
-    """Every question, each answer checked for its form and size."""
+    """Every query; each reply is checked for its form and size."""
     line = Line(sock)
     while time.time() < until:
         x, y = rng.randrange(WIDTH - 32), rng.randrange(HEIGHT - 32)
@@ -200,7 +204,7 @@ def queries(sock, rng, until):
 
 
 def slow(sock, rng, until):
-    """Commands a few bytes at a time, and replies that nobody reads until the end."""
+    """Commands a few bytes at a time, and replies that are not read until the end."""
     sock.settimeout(5)
     text = b"PX 1 1\nPX 2 2 ff0000\nHELP\nCRC\n" * 40
     sent = 0
@@ -212,7 +216,7 @@ def slow(sock, rng, until):
 
 
 def noise(sock, rng, until):
-    """Bytes that are no commands, cut anywhere; ends with a reset half of the time."""
+    """Invalid bytes, cut anywhere; ends with a reset half of the time."""
     verbs = [b"PX ", b"LINE ", b"MESH m OBJ :40\n", b"TEX t :9\n", b"EYE e :3\n", b"PB", b"PXMULTI", b"\xff\x00",
              b"1e308 ", b"-0 ", b"\n", b"SCENE X3D :12\n", b":99999999999999999999\n", b"QUALITY max-error 4\n"]
     try:
@@ -221,14 +225,14 @@ def noise(sock, rng, until):
                                   for _ in range(60)))
             rest(rng, until)
     except OSError:
-        # A length that cannot be followed ends the connection: that is right.
+        # A length that is too large ends the connection, as specified.
         pass
     if rng.random() < 0.5:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
 
 def listener(sock, rng, until):
-    """Asks for events and frames, and waits."""
+    """Subscribes to events and frames, and waits."""
     line = Line(sock)
     line.send(b"EVENTS on\nAUTO off\n")
     while time.time() < until:

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Runs a server under many kinds of clients for a bounded time, and holds it to its promises.
+"""Runs a server under many kinds of clients for a bounded time, and verifies its guarantees.
 
     python3 benches/soak/soak.py target/release/fbptr [--minutes 30] [--seed 1]
 
-The server runs for several lives. In each, rounds of thirteen kinds of clients draw at once over TCP and a
-Unix socket, some of them reset in the middle. After every round, when all clients have left, the server's
-resident memory is read. A life ends by SIGTERM or by SIGKILL. Held are: every reply is the right one, exit
-status 0 after SIGTERM, the replayed recording has the live frame's CRC (after SIGKILL: it replays to where it
-ends, and the end mark is said to be missing), and memory comes back: the median of what is resident after a
-life's last three rounds is within 5 % of that after its second, third and fourth. Exit status 1 otherwise. Loopback only; every process that is ended was started here.
+The server is started several times. In each life, rounds of thirteen kinds of clients draw at once
+over TCP and a Unix socket, some of them reset in the middle. After every round, when all clients have
+disconnected, the server's resident memory is read. A life ends by SIGTERM or by SIGKILL. Verified:
+every reply is right; the exit status after SIGTERM is 0; the replayed recording has the live frame's
+CRC (after SIGKILL: it replays to where it ends, and the missing end mark is reported); and memory is
+freed: the median resident memory after a life's last three rounds is within 5 % of that after its
+second, third and fourth. Exit status 1 otherwise. Loopback only; only processes started here are
+ended.
 """
 
 import argparse
@@ -98,7 +100,7 @@ def play_round(life, rng, failures):
         try:
             with life.connect(over_unix) as sock:
                 kind(sock, random.Random(seed), until)
-        except Exception as error:  # Whatever goes wrong with a client is a finding.
+        except Exception as error:  # Any exception of a client is a finding.
             failures.append("%s (seed %d): %r" % (kind.__name__, seed, error))
 
     threads = [threading.Thread(target=run, args=(kind, over_unix, rng.getrandbits(32)))
@@ -111,7 +113,10 @@ def play_round(life, rng, failures):
 
 
 def replayed_crc(program, record, folder, is_cut):
-    """The CRC of the frame that a recording plays to, which may lack its end; `None` when it is refused."""
+    """Returns the CRC of the frame after a replay of a recording, which may lack its end.
+
+    `None` if it is refused.
+    """
     out = os.path.join(folder, "replay.raw")
     done = subprocess.run([program, "play", record, "--headless", "--snap", out], stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE, text=True, errors="replace")

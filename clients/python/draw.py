@@ -1,9 +1,12 @@
-"""A small drawing program: the window of `fbptr serve` is its canvas, the server's EVENTS are its mouse and keys.
+"""A small drawing program, with the window of `fbptr serve` as its canvas.
+
+Mouse and keys arrive as the server's EVENTS.
 
     fbptr serve &                              # opens a window
     python3 clients/python/draw.py             # ADDRESS, and --print to see the events
 
-Hold the left button and move to draw, 1 to 9 choose a colour, the wheel the width, c clears. Closing the window ends it.
+Hold the left button and move to draw. 1 to 9 choose a colour, the wheel sets the width, c clears.
+Closing the window ends the program.
 """
 
 import sys
@@ -15,7 +18,7 @@ PAPER = "101820"
 
 
 def stroke(fb, start, end, colour, width):
-    """A line of `width` pixels: side by side, next to the one between the points."""
+    """Draws a line of `width` pixels, as parallel lines beside the one between the points."""
     is_flat = abs(end[0] - start[0]) >= abs(end[1] - start[1])
     for i in range(-(width // 2), (width + 1) // 2):
         dx, dy = (0, i) if is_flat else (i, 0)

@@ -7,9 +7,10 @@
         fb.fill([(10, 10), (90, 20), (50, 80)], "red", "lime", "blue")
         fb.snapshot("picture.png")
 
-Commands are buffered and sent when a reply is asked for, when the buffer is full, or by `flush`. Colours are what the
-command language takes ("rrggbb", "rrggbbaa", "gg", a CSS name) or a tuple of 3 or 4 bytes. A refused command raises
-`CommandError` at the next call that waits for a reply. `SharedMemory` maps the file of `fbptr serve --shm PATH`.
+Commands are buffered and sent by a query, when the buffer is full, or by `flush`. A colour is a
+string of the command language ("rrggbb", "rrggbbaa", "gg", a CSS name) or a tuple of 3 or 4 bytes. A
+refused command raises `CommandError` at the next call that waits for a reply. `SharedMemory` maps the
+file of `fbptr serve --shm PATH`.
 """
 
 import mmap
@@ -24,7 +25,10 @@ _FLUSH_AT = 1 << 16
 
 
 class CommandError(Exception):
-    """A command was refused. `errors` holds one (line, byte, code, message) for each since the last look."""
+    """Raised for refused commands.
+
+    `errors` holds a (line, byte, code, message) for each since the last report.
+    """
 
     def __init__(self, errors):
         self.errors = errors
@@ -32,7 +36,7 @@ class CommandError(Exception):
 
 
 def colour(value):
-    """The text form of a colour: a string as it is, 3 or 4 bytes as hex."""
+    """Returns the text form of a colour: a string unchanged, 3 or 4 bytes as hex."""
     if isinstance(value, str):
         return value
     if len(value) not in (3, 4):
@@ -46,7 +50,7 @@ def _number(value):
 
 
 class Client:
-    """One connection: `address` is "host:port", ":port" (loopback) or "unix:PATH"."""
+    """A connection to a server: `address` is "host:port", ":port" (loopback) or "unix:PATH"."""
 
     def __init__(self, address="127.0.0.1:1234", timeout=30.0):
         if address.startswith("unix:"):
@@ -63,7 +67,7 @@ class Client:
         self._syncs = 0
         self._sent = 0
         self.events = []
-        #: Explanations of draws that showed nothing: (line, byte, message) each.
+        #: Explanations of draws that showed nothing, as (line, byte, message).
         self.warnings = []
         self.command("ERRORS report")
 
@@ -87,7 +91,7 @@ class Client:
     def command(self, verb, *args, payload=None):
         """Sends any command: words, numbers, and a payload of bytes where the verb takes one.
 
-        Gives back where it begins in the stream, in bytes: errors name commands by this place.
+        Returns its offset in the stream, in bytes, by which errors name the command.
         """
         words = [verb] + [a if isinstance(a, str) else _number(a) for a in args]
         if payload is not None:
@@ -121,7 +125,10 @@ class Client:
             self._out.clear()
 
     def _reply(self, verb, place):
-        """The reply line to the query at byte `place`, which begins with `verb`; errors and events before it are kept."""
+        """Returns the words after `verb` of the reply to the query at byte `place`.
+
+        Stores errors and events before it.
+        """
         self.flush()
         while True:
             line = self._replies.readline()
@@ -132,7 +139,7 @@ class Client:
             words = text.split(" ")
             if words[0] == "ERR":
                 self._keep_error(words)
-                # Replies come in order: the query was refused itself, and nothing else will answer it.
+                # Replies come in order, so this query itself was refused and has no other reply.
                 if self._errors[-1][1] == place:
                     self._raise_errors()
             elif words[0] == "EVENT":
@@ -156,15 +163,19 @@ class Client:
             raise CommandError(errors)
 
     def ask(self, verb, *args, answer=None):
-        """Sends a query and gives back the words of its reply, without the verb (`answer` where the reply begins otherwise)."""
+        """Sends a query and returns the words of its reply after the verb.
+
+        `answer` is the first word of the reply if it is not the verb.
+        """
         words = self._reply(answer or verb, self.command(verb, *args))
         self._raise_errors()
         return words
 
     def _ask_bytes(self, verb, *args):
-        """Sends a query whose reply ends with a payload, and gives back the payload."""
+        """Sends a query whose reply ends with a payload, and returns the payload."""
         words = self._reply(verb, self.command(verb, *args))
-        # The payload is read before an earlier command's error is raised: the next reply begins behind it.
+        # The payload is read before an earlier command's error is raised, since the next reply
+        # follows it.
         count = int(words[-1][1:])
         data = self._replies.read(count)
         if len(data) != count:
@@ -173,7 +184,10 @@ class Client:
         return data
 
     def sync(self):
-        """Waits until everything sent so far has taken effect; raises `CommandError` for what was refused."""
+        """Waits until everything sent so far has taken effect.
+
+        Raises `CommandError` if a command was refused.
+        """
         self._syncs += 1
         tag = "s%d" % self._syncs
         found = self.ask("SYNC", tag)
@@ -181,11 +195,14 @@ class Client:
             raise ConnectionError("expected SYNC %s, got %r" % (tag, found))
 
     def listen(self, on=True):
-        """Asks for the window's events; `next_event` gives them."""
+        """Subscribes to the window's events, which `next_event` returns."""
         self.command("EVENTS", "on" if on else "off")
 
     def next_event(self):
-        """Waits for the window's next event: its words, as ["mouse", "12", "30", "1"]. `None` when the server ends."""
+        """Waits for the window's next event and returns its words, as ["mouse", "12", "30", "1"].
+
+        `None` when the server ends.
+        """
         self.flush()
         if self.events:
             return self.events.pop(0)
@@ -213,7 +230,7 @@ class Client:
     # -- the frame
 
     def size(self):
-        """(width, height) in pixels."""
+        """Returns (width, height) in pixels."""
         w, h = self.ask("SIZE")
         return int(w), int(h)
 
@@ -226,11 +243,11 @@ class Client:
         self.command("PX", x, y, colour(c))
 
     def get_pixel(self, x, y):
-        """The (r, g, b) of one pixel."""
+        """Returns the (r, g, b) of one pixel."""
         return tuple(bytes.fromhex(self.ask("PX", x, y)[2]))
 
     def pixels(self, items):
-        """Sets many pixels at once, the fast way: an iterable of (x, y, (r, g, b[, a]))."""
+        """Sets many pixels at once, in binary form, from an iterable of (x, y, (r, g, b[, a]))."""
         pack = struct.Struct("<HH4B").pack
         packed = b"".join(pack(x, y, *(tuple(c) + (255,))[:4]) for x, y, c in items)
         self.command("POINTS", payload=packed)
@@ -243,7 +260,7 @@ class Client:
         self.command("BLIT", x, y, w, h, payload=data)
 
     def read(self, x=0, y=0, w=None, h=None):
-        """The RGBA bytes of a rectangle, the whole frame unless told."""
+        """Returns the RGBA bytes of a rectangle, by default the whole frame."""
         if w is None or h is None:
             width, height = self.size()
             w, h = (width - x if w is None else w), (height - y if h is None else h)
@@ -259,21 +276,24 @@ class Client:
         return numpy.frombuffer(self.read(x, y, w, h), numpy.uint8).reshape(h, w, 4)
 
     def peek(self, offset, count):
-        """`count` bytes of video memory from byte `offset` = (width * y + x) * 4."""
+        """Returns `count` bytes of video memory from byte `offset` = (width * y + x) * 4."""
         return bytes.fromhex(self.ask("PEEK", offset, count)[1]) if count else b""
 
     def poke(self, offset, data):
-        """Writes bytes into video memory from byte `offset`; lines stay below the protocol's 4,096 bytes."""
+        """Writes bytes into video memory from byte `offset`.
+
+        Lines stay below the protocol's 4,096 bytes.
+        """
         data = bytes(data)
         for at in range(0, len(data), 1024):
             self.command("POKE", offset + at, data[at : at + 1024].hex())
 
     def crc(self, *rect):
-        """The CRC-32 of the frame's (or a rectangle's) RGBA bytes."""
+        """Returns the CRC-32 of the frame's (or a rectangle's) RGBA bytes."""
         return int(self.ask("CRC", *rect)[0], 16)
 
     def snapshot(self, path=None):
-        """The frame as PNG bytes, also written to `path` when there is one."""
+        """Returns the frame as PNG bytes, and writes them to `path` if given."""
         data = self._ask_bytes("SNAP", ":")
         if path is not None:
             with open(path, "wb") as file:
@@ -283,34 +303,34 @@ class Client:
     # -- two dimensions
 
     def line(self, x0, y0, x1, y1, c0, c1=None):
-        """A Bresenham line; with c1 its colour runs from c0 to c1."""
+        """Draws a Bresenham line; with c1 its colour is interpolated from c0 to c1."""
         self.command("LINE", x0, y0, x1, y1, colour(c0), *([] if c1 is None else [colour(c1)]))
 
     def fill(self, points, *colours):
-        """A filled triangle of three (x, y) in real coordinates, with one colour or three."""
+        """Fills a triangle of three (x, y) in real coordinates, with one colour or three."""
         flat = [v for p in points for v in p]
         self.command("FILL", *flat, *map(colour, colours))
 
     def rect(self, x, y, w, h, c):
-        """A filled rectangle."""
+        """Fills a rectangle."""
         self.command("FILLRECT", x, y, w, h, colour(c))
 
     def circle(self, cx, cy, r, c):
-        """A filled circle."""
+        """Fills a circle."""
         self.command("FILLCIRCLE", cx, cy, r, colour(c))
 
     def text(self, x, y, c, text):
-        """Text in the built-in 8x8 font; (x, y) is its upper left corner."""
+        """Draws text in the built-in 8x8 font; (x, y) is its upper left corner."""
         self.command("TEXT", x, y, colour(c), payload=text.encode("utf-8"))
 
     # -- three dimensions
 
     def mesh(self, name, obj):
-        """Names a mesh from the bytes or the text of an OBJ file."""
+        """Creates a mesh of this name from the bytes or the text of an OBJ file."""
         self.command("MESH", name, "OBJ", payload=obj.encode("utf-8") if isinstance(obj, str) else bytes(obj))
 
     def texture(self, name, file):
-        """Names a texture from the bytes of a PNG or JPEG file."""
+        """Creates a texture of this name from the bytes of a PNG or JPEG file."""
         self.command("TEX", name, payload=bytes(file))
 
     def look_at(self, eye, reference=(0, 0, 0), up=(0, 1, 0)):
@@ -322,11 +342,11 @@ class Client:
         self.command("DRAW", name)
 
     def depth_at(self, x, y):
-        """The depth of a pixel, 0 near to 1 far."""
+        """Returns the depth of a pixel, 0 near to 1 far."""
         return float(self.ask("DEPTHAT", x, y)[2])
 
     def present(self, wait=False):
-        """Ends a frame; with `wait` its number, once it is shown."""
+        """Ends a frame; with `wait`, waits until it is shown and returns its number."""
         if wait:
             return int(self.ask("PRESENT", "wait", answer="FRAME")[0])
         self.command("PRESENT")
@@ -336,7 +356,8 @@ class Client:
 class SharedMemory:
     """The video memory of `fbptr serve --shm PATH`, mapped: FBptr[offset] is `mem[offset]`.
 
-    What is written here is seen within 50 ms, or at once after `ring`. Where the server draws at the same place, either wins.
+    A write is shown within 50 ms, or at once after `ring`. If the server draws at the same position,
+    either may win.
     """
 
     HEADER = 4096
@@ -379,22 +400,22 @@ class SharedMemory:
             self.bytes[at : at + 4] = bytes(c)
 
     def array(self):
-        """The frame as a writable numpy array of shape (height, width, 4); needs numpy."""
+        """Returns the frame as a writable numpy array of shape (height, width, 4); needs numpy."""
         import numpy
 
         return numpy.frombuffer(self.bytes, numpy.uint8).reshape(self.height, self.width, 4)
 
     def frame(self):
-        """How many frames the server has published."""
+        """Returns the number of frames that the server has published."""
         return struct.unpack_from("<Q", self._map, 32)[0]
 
     def ring(self):
-        """Tells the server that something was written."""
+        """Notifies the server of writes."""
         (count,) = struct.unpack_from("<Q", self._map, 40)
         struct.pack_into("<Q", self._map, 40, (count + 1) & (2**64 - 1))
 
     def info(self):
-        """The header's key=value lines."""
+        """Returns the header's key=value pairs."""
         text = bytes(self._map[256 : self.HEADER]).split(b"\0", 1)[0].decode("ascii", "replace")
         return dict(re.findall(r"^(\w+)=(.*)$", text, re.M))
 

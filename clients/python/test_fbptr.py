@@ -1,4 +1,7 @@
-"""Tests of the Python client against a real server: `FBPTR=path/to/fbptr python3 -m unittest` in this folder."""
+"""Tests of the Python client against a real server.
+
+Run `FBPTR=path/to/fbptr python3 -m unittest` in this folder.
+"""
 
 import os
 import re
@@ -104,13 +107,15 @@ class Drawing(unittest.TestCase):
             fb.pixel(1, 1, "010203")
             fb.pixel(2, 2, "040506")
             fb.sync()
-            # The verb of the refused command is the query's: the reply is read all the same, then the error raised.
+            # The refused command has the query's verb: the reply is still read, then the error is
+            # raised.
             fb.pixel(5, 5, "zz")
             with self.assertRaises(CommandError) as caught:
                 fb.get_pixel(1, 1)
             self.assertEqual([e[2] for e in caught.exception.errors], ["ECOLOUR"])
             self.assertEqual(fb.get_pixel(2, 2), (4, 5, 6))
-            # An error before a reply with a payload, and a refused query before another of its verb.
+            # An error before a reply with a payload, and a refused query before another one of its
+            # verb.
             fb.command("READ", 0, 0, 1)
             with self.assertRaises(CommandError):
                 fb.read(0, 0, 3, 3)
