@@ -56,7 +56,8 @@ pub fn arguments() -> Option<Arguments> {
     Some(found)
 }
 
-/// Runs a demo with its arguments and returns the exit status of the process: 2 for wrong arguments.
+/// Runs a demo with its arguments and returns the exit status of the process: 2 for wrong
+/// arguments.
 pub fn run(usage: &str, demo: impl FnOnce(Arguments) -> Outcome) -> ExitCode {
     let Some(arguments) = arguments() else {
         eprintln!("expected {usage}[--headless] [--frames N] [--snap FILE]");

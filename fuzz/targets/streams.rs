@@ -7,8 +7,8 @@
 //! - each query is answered once and in order, and each error names a command;
 //! - other cuts, threads and vector levels give the same replies, pixels and depths;
 //! - nothing is written outside the snapshot folder;
-//! - a recording, when played, gives the same pixels and depths, both of a run turn by turn and of a
-//!   concurrent one on a server's threads.
+//! - a recording, when played, gives the same pixels and depths, both of a run turn by turn and of
+//!   a concurrent one on a server's threads.
 //!
 //! On a failure the streams are written to `artifacts/streams-PID.txt` beside the input that made
 //! them; `STREAM_OUT=file` writes those of any input.

@@ -102,7 +102,8 @@ fn a_stream_from_standard_input_answers_on_stdout() {
     let script = b"PX 1 1 ff0000\nLINE 0 0 9 5 00ff00\nCRC\n";
     let played = run(&["play", "-", "--headless", "--size", "10x6"], script);
     assert_eq!((played.status.code(), err(&played)), (Some(0), ""));
-    // LINE 0 0 9 5 on paper: one pixel a column, rows 0 1 1 2 2 3 3 4 4 5, ties along the major axis.
+    // LINE 0 0 9 5 worked out by hand: one pixel per column, rows 0 1 1 2 2 3 3 4 4 5, ties along
+    // the major axis.
     let mut frame = [[0, 0, 0, 255u8]; 60];
     frame[10 + 1] = [255, 0, 0, 255];
     for (x, y) in [0, 1, 1, 2, 2, 3, 3, 4, 4, 5].into_iter().enumerate() {
@@ -317,7 +318,7 @@ fn a_trace_ends_in_the_bytes_of_the_picture() {
     assert_ne!([r, g, b], [0; 3], "the pixel is on the triangle");
     let last = format!("bytes       {r} {g} {b} {a} = #{r:02x}{g:02x}{b:02x} at FBptr[{offset}]");
     assert!(out(&traced).contains(&last), "{last}\n{}", out(&traced));
-    // The second triangle is turned away; there is no third.
+    // The second triangle faces away; there is no third.
     let away = run(&["render", &obj, "--size", "20x20", "--trace", "1"], b"");
     assert!(away.status.success() && out(&away).contains("left out by CULL"), "{}", out(&away));
     for (probe, status, word) in [("2", 1, "below 2"), ("0,0", 1, "no triangle"), ("x", 2, "--trace")] {

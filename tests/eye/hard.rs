@@ -73,12 +73,14 @@ fn hub(ring: &[[f64; 3]], hub: [f64; 3], eye: Value) -> Value {
 
 #[test]
 fn h03_rays_through_the_hub_the_spokes_and_the_rim_of_eight_triangles() {
-    // In the plane x = 2: the hub on the axis, the rim a square through the rays of offset 4, its corners and middles the ring.
+    // In the plane x = 2: the hub on the axis, the rim a square through the rays of offset 4, its
+    // corners and middles the ring.
     let ring = [[8, 0], [8, 8], [0, 8], [-8, 8], [-8, 0], [-8, -8], [0, -8], [8, -8]]
         .map(|[y, z]| [2.0, y as f64, z as f64]);
     let picture = see(hub(&ring, [2.0, 0.0, 0.0], json!({})));
     assert!(picture.facet.iter().all(|&f| f >= 0), "{:?}", picture.facet);
-    // The hub, in the middle, belongs to all: the lowest wins. Spoke i belongs to triangles i-1 and i.
+    // The hub, in the middle, belongs to all: the lowest index wins. Spoke i belongs to triangles
+    // i-1 and i.
     assert_eq!(picture.facet[4 * 9 + 4], 0);
     let at = |y: i32, z: i32| picture.facet[((4 - z) * 9 + (4 - y)) as usize];
     assert_eq!(
@@ -94,7 +96,8 @@ fn h03_rays_through_the_hub_the_spokes_and_the_rim_of_eight_triangles() {
 
 #[test]
 fn h03_a_mesh_of_odd_numbers_has_no_holes() {
-    // The hub lies on the axis of a turned eye but for rounding, the rim far outside: every pixel hits.
+    // The hub lies on the axis of a rotated eye but for rounding, the rim far outside: every pixel
+    // hits.
     for turn in 0..40 {
         let angle = f64::from(turn) * 0.37;
         let ring: Vec<[f64; 3]> = (0..8)
@@ -149,7 +152,8 @@ fn h05_a_light_on_a_facet_or_at_its_end_does_not_light_it_nor_is_it_shadowed_by_
     for position in [[3.0, 2.0], [2.0, 1.0], [4.0, 3.0], [2.7, 1.7]] {
         let lights = json!([{"type": "radial", "position": position, "n": 0}]);
         let picture = see(plane(json!([wall, lamp]), lights));
-        // The lamp's line y = x - 1 is met by offset c at t = 1 / (1 - c), 2 <= t <= 4: offset 0.5 .. 0.75: none.
+        // The facet around the light, on y = x - 1, is met by offset c at t = 1 / (1 - c), 2 <= t <= 4:
+        // offsets 0.5 .. 0.75, which no pixel has.
         assert_eq!(picture.facet, [0; 9]);
         assert_eq!(picture.lit, [true; 9], "light at {position:?}");
         let mut narrow =
@@ -195,7 +199,8 @@ fn h08_a_unit_cube_a_million_away() {
     );
     for j in 0..16 {
         for i in 0..16 {
-            // Offsets 0.75, 0.65, .. -0.75 at the cube's front, x = 1e6: the front face is |y|, |z| < 0.5.
+            // Offsets 0.75, 0.65, .. -0.75 at the cube's front, x = 1e6: the front face has |y| < 0.5
+            // and |z| < 0.5.
             let at = j * 16 + i;
             let on_cube = (3..13).contains(&i) && (3..13).contains(&j);
             if on_cube {
@@ -246,8 +251,10 @@ fn h12_a_triangle_through_the_eye_is_invisible_and_a_duplicate_is_the_lower_inde
         ]}));
     // Offsets 0.6, 0.4, .. -0.6; the triangle spans |y| / x up to 0.5.
     assert_eq!(picture.facet, [-1, 2, 2, 2, 2, 2, -1]);
-    // On the axis the nearest point is (2 + (z + 0.5) / 2, 0, z) with least square: z = -0.45 by the foot, within the triangle.
-    // Plane x - z / 2 = 2.25: foot = 2.25 (1, 0, -1/2) / 1.25 = (1.8, 0, -0.9) lies below z = -0.5: so (2, 0, -0.5).
+    // On the axis the nearest point is (2 + (z + 0.5) / 2, 0, z) with least square: z = -0.45 by
+    // the foot, within the triangle.
+    // Plane x - z / 2 = 2.25: foot = 2.25 (1, 0, -1/2) / 1.25 = (1.8, 0, -0.9) lies below z = -0.5:
+    // so (2, 0, -0.5).
     near(picture.dist[3], (4.0f64 + 0.25).sqrt());
 }
 

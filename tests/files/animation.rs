@@ -148,7 +148,8 @@ fn coordinates_move_and_normals_follow() {
 #[test]
 fn the_demos_are_where_their_files_say() {
     let color = load("x3d-cpp/demos/anim_color.x3d").unwrap();
-    // An eighth of the cycle: key 0.125 of 0.333 between red and green is a hue of 0.3754 sixths of 2.
+    // An eighth of the cycle: key 0.125 of 0.333 between red and green, a hue of 0.3754 of the two
+    // sixths.
     let expected = DVec3::new(1.0, 2.0 * 0.125 / 0.333, 0.0);
     assert!((color.at(0.5).objects[0].material.kd - expected).length() < 1e-12);
     let position = load("x3d-cpp/demos/anim_position.x3d").unwrap();

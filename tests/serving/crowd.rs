@@ -201,8 +201,8 @@ fn a_large_payload_goes_on_beside_a_client_that_needs_no_socket() {
         }
     }
     const BELOW: u32 = 256;
-    // It depends on timing that the socket waits in the queue when the flood begins: with no thread
-    // to pass it to, every other run fails.
+    // It depends on timing that the socket waits in the queue when the flood begins: every other
+    // run fails on a server that never passes the socket to a reader thread.
     let serving = Serving::start(SIDE, SIDE + BELOW);
     let client = serving.server.client();
     let (is_over, is_flooding) = (AtomicBool::new(false), AtomicBool::new(false));

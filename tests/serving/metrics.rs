@@ -120,7 +120,7 @@ fn the_values_are_what_happened() {
     assert!(pixels > 2.0, "the box counts, too: {pixels}");
     assert!(Wire::connect(address).talk(b"GET / HTTP/1.1\r\n\r\n").starts_with(b"HTTP/1.1 400"));
     let until = Instant::now() + Duration::from_secs(20);
-    // The refused request keeps its place among the address's connections until it is closed.
+    // The refused request counts among the address's connections until it is closed.
     let _second = loop {
         let mut wire = Wire::connect(address);
         if wire.try_ask("SYNC b\n").is_some_and(|line| line == "SYNC b\n") {

@@ -28,7 +28,8 @@ fn a_triangle_through_the_eye_plane_is_cut_in_front_of_the_eye() {
 
 #[test]
 fn w_of_0_and_next_to_0_divides_by_nothing() {
-    // A corner on the eye plane, one at the eye itself, one 1e-300 in front of it, two on the eye plane.
+    // A corner on the eye plane, one at the eye itself, one 1e-300 in front of it, two on the eye
+    // plane.
     for points in [
         [[0.0, 1.0, 0.0], [-2.0, -1.0, -4.0], [2.0, -1.0, -4.0]],
         [[0.0, 0.0, 0.0], [-2.0, -1.0, -4.0], [2.0, -1.5, -4.0]],

@@ -111,7 +111,8 @@ fn of_coplanar_faces_the_first_drawn_stays_in_any_corner_order() {
 fn exponents_and_lights_in_odd_places_stay_finite_and_in_range() {
     let points = [[-1.0, -1.0, -3.0], [1.0, -1.0, -3.2], [0.0, 1.0, -2.8]];
     for n in [0.0, 1.0, 1e6] {
-        // In front, on the surface at a corner, behind it, at the eye, at a tiny distance, and far away.
+        // In front, on the surface at a corner, behind it, at the eye, at a tiny distance, and far
+        // away.
         for position in [
             [0.0, 0.0, -1.0],
             points[0],

@@ -262,7 +262,7 @@ fn light_reaches(simplices: &[Simplex], hit: &Hit, kind: &EyeLightKind, origin: 
 
 /// Returns whether a point of the simplex's hyperplane lies in the closed simplex.
 fn inside(s: &Simplex, x: &[Q]) -> bool {
-    // sum of lambda_i (v_i, 1) = (x, 1), with the coordinate dropped along which the normal is not 0.
+    // sum of lambda_i (v_i, 1) = (x, 1), without a coordinate along which the normal is not 0.
     let n = x.len();
     let dropped = (0..n).find(|&a| s.normal[a].sign() != 0).unwrap();
     let mut rows: Vec<Vec<Q>> = (0..n)
