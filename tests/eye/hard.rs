@@ -33,7 +33,7 @@ fn h01_facets_through_behind_and_beside_the_eye() {
             facet(json!([[0, -1], [0, 1]])),    // the eye lies on it
             facet(json!([[-2, -9], [-2, 9]])),  // behind
             facet(json!([[1, 3.5], [3, 9.5]])), // parallel to the ray of offset 3, off it
-            facet(json!([[-3, 5], [5, -3]])),   // from behind to before: x + y = 2
+            facet(json!([[-3, 5], [5, -3]])),   // from behind the eye to before it: x + y = 2
             facet(json!([[7, -70], [7, 70]]))   // a wall
         ]),
         json!([]),
@@ -152,8 +152,8 @@ fn h05_a_light_on_a_facet_or_at_its_end_does_not_light_it_nor_is_it_shadowed_by_
     for position in [[3.0, 2.0], [2.0, 1.0], [4.0, 3.0], [2.7, 1.7]] {
         let lights = json!([{"type": "radial", "position": position, "n": 0}]);
         let picture = see(plane(json!([wall, lamp]), lights));
-        // The facet around the light, on y = x - 1, is met by offset c at t = 1 / (1 - c), 2 <= t <= 4:
-        // offsets 0.5 .. 0.75, which no pixel has.
+        // The facet around the light, on y = x - 1, is met by offset c at t = 1 / (1 - c),
+        // 2 <= t <= 4: offsets 0.5 .. 0.75, which no pixel has.
         assert_eq!(picture.facet, [0; 9]);
         assert_eq!(picture.lit, [true; 9], "light at {position:?}");
         let mut narrow =
@@ -199,8 +199,8 @@ fn h08_a_unit_cube_a_million_away() {
     );
     for j in 0..16 {
         for i in 0..16 {
-            // Offsets 0.75, 0.65, .. -0.75 at the cube's front, x = 1e6: the front face has |y| < 0.5
-            // and |z| < 0.5.
+            // Offsets 0.75, 0.65, .. -0.75 at the cube's front, x = 1e6: the front face has
+            // |y| < 0.5 and |z| < 0.5.
             let at = j * 16 + i;
             let on_cube = (3..13).contains(&i) && (3..13).contains(&j);
             if on_cube {
