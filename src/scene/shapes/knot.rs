@@ -6,10 +6,15 @@
 //! c(u) = R/2 ( (2 + cos(3u/2)) cos u,  (2 + cos(3u/2)) sin u,  sin(3u/2) )        R = 1
 //! ```
 //!
-//! The frame across the curve is computed as in most knot generators, from a chord: T = c(u + 0.01)
-//! - c(u) and S = c(u + 0.01) + c(u) give B = T x S and N = B x T, both normalised; the tube's
-//! point at angle v is c(u) - r cos(v) N + r sin(v) B with r = 0.3, its normal the direction from
-//! c(u). Texture coordinates repeat 8 times along the knot and twice around the tube.
+//! The frame across the curve is computed as in most knot generators, from a chord:
+//!
+//! ```text
+//! T = c(u + 0.01) - c(u)    S = c(u + 0.01) + c(u)    B = T x S    N = B x T, both normalised
+//! point at angle v of the tube = c(u) - r cos(v) N + r sin(v) B, r = 0.3
+//! ```
+//!
+//! The normal is the direction from c(u) to the point. Texture coordinates repeat 8 times along the
+//! knot and twice around the tube.
 
 use super::{Counts, MAX_FACES, ShapeError, corner};
 use crate::math::matrix::unit;
