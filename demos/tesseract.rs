@@ -5,14 +5,16 @@
 mod common;
 
 use common::{Motion, show};
+use fbptr::executor::Executor;
 use fbptr::eye::shapes::{DemoScene, cube};
 use fbptr::eye::{self, Fibre};
+use fbptr::server::worker_pool;
 use std::process::ExitCode;
 
 const SIDE: i32 = 280;
 
 fn main() -> ExitCode {
-    let threads = rayon::ThreadPoolBuilder::new().build().expect("threads to render on");
+    let threads = Executor::of_pool(worker_pool(None));
     show("tesseract", [2 * SIDE as u32, SIDE as u32 + 20], Motion::Moving, move |client, frame| {
         let angle = frame as f64 * 0.7;
         let turns = vec![(0, 1, 30.0), (0, 2, 20.0), (0, 3, angle), (1, 3, 40.0 + angle * 0.6)];

@@ -139,9 +139,10 @@
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 
-// 0: numbers, kernels, error codes
+// 0: numbers, kernels, threads, error codes
 pub mod cancel;
 pub mod error;
+pub mod executor;
 pub mod math;
 pub mod simd;
 // 1: video memory and scene data

@@ -315,7 +315,7 @@ impl Render {
             None => eye::ContactSheet::of(&scene.pixels).picture_size(),
         };
         let picture =
-            eye::render_with(scene, exact, &*super::eye::pool(None)).map_err(|e| refused(e.to_string()))?;
+            eye::render_with(scene, exact, &super::eye::pool(None)).map_err(|e| refused(e.to_string()))?;
         let mut memory = VideoMemory::new(width, height).map_err(|e| refused(e.to_string()))?;
         eye::blit(&picture, &mut memory, 0, 0, width as i32, height as i32);
         let mut output = self.output([width, height])?;

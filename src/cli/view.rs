@@ -4,7 +4,7 @@ use super::mesh_args::MeshArgs;
 use super::render_args::RenderArgs;
 use super::scene_file::{self, ReadOptions, SceneError, SceneFile, Watch};
 use super::{FrameSize, Status, say, say_as_program};
-use crate::eye::{Executor, Serial};
+use crate::executor::Executor;
 use crate::load::SandboxDir;
 use crate::save::{self, Movie, MovieFormat};
 use crate::server::{Engine, Limits, worker_pool};
@@ -96,10 +96,6 @@ impl ViewArgs {
             None => None,
         };
         let name = self.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let pool: Arc<dyn Executor + Send + Sync> = match worker_pool(None) {
-            Some(pool) => Arc::new(SharedPool(pool)),
-            None => Arc::new(Serial),
-        };
         let options = ViewerOptions {
             name,
             size: [width, height],
@@ -107,7 +103,7 @@ impl ViewArgs {
             fps: self.fps,
             cull: self.meshes.cull,
             renderer: self.drawing.renderer(),
-            pool,
+            pool: Executor::of_pool(worker_pool(None)),
         };
         let refused = |e: String| SceneError::Refused(format!("{}: {e}", self.file.display()));
         let mut viewer = Viewer::new(model, options).map_err(refused)?;
@@ -220,12 +216,3 @@ impl ViewArgs {
 
 /// Reason for the lack of a window, and the movie, to which nothing was written.
 struct NoWindow(String, Option<Movie>);
-
-/// A thread pool shared with other renderers.
-struct SharedPool(Arc<rayon::ThreadPool>);
-
-impl Executor for SharedPool {
-    fn run<'a>(&self, jobs: Vec<crate::eye::Task<'a>>) {
-        self.0.run(jobs);
-    }
-}

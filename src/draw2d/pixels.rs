@@ -2,8 +2,8 @@
 
 use super::blend::{Paint, run_of_many};
 use super::{Blend, DrawError, over, pixels_mut};
+use crate::executor::Executor;
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::Executor;
 use crate::simd::prefetch::ForWrite;
 use std::hint::select_unpredictable;
 use std::ops::Range;
@@ -49,8 +49,8 @@ pub fn points(memory: &mut VideoMemory, packed: &[u8], blend: Blend) -> Result<(
 ///
 /// Each thread draws one band of rows and takes the records in order, so the result has the same
 /// bytes with any number of threads.
-pub fn points_on<C: Executor>(
-    executor: &C,
+pub fn points_on(
+    executor: &Executor,
     memory: &mut VideoMemory,
     packed: &[u8],
     blend: Blend,
@@ -217,7 +217,6 @@ fn list_of<R, const IS_FAR: bool>(
 mod tests {
     use super::*;
     use crate::draw2d::raster::{golden, memory};
-    use crate::pipeline::tile::Pool;
 
     /// Returns a generator of pseudo-random numbers below its argument.
     fn numbers(mut state: u32) -> impl FnMut(u32) -> u32 {
@@ -347,12 +346,13 @@ mod tests {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let mut got = memory(100, 77);
                 got.take_damage();
-                points_on(&Pool(pool.into()), &mut got, &packed, blend).unwrap();
+                points_on(&Executor::of_pool(Some(pool.into())), &mut got, &packed, blend).unwrap();
                 assert!(got.bytes() == want.bytes(), "{threads} threads, {blend:?}");
                 assert_eq!(got.take_damage(), rows);
             }
         }
-        let pool = Pool(rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap().into());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let pool = Executor::of_pool(Some(pool.into()));
         let mut m = memory(100, 77);
         let broken = points_on(&pool, &mut m, &packed[1..], Blend::Replace);
         assert_eq!(broken, Err(DrawError::BrokenRecord { record: 8, found: 16 * FEW_POINTS as u64 - 1 }));

@@ -11,8 +11,8 @@ use super::bounds;
 use super::lights::{FrameLight, frame_lights};
 use super::method::Method;
 use super::occluder::{LightPlacement, Occluder};
-use super::render::{Executor, Task};
 use super::scene::EyeScene;
+use crate::executor::{Executor, Task};
 use crate::math::nvec::{ROUNDING, dot, max_abs, sub, unit, wedge};
 
 /// A facet whose hyperplane passes the eye at less than this fraction of its largest coordinate is
@@ -106,7 +106,7 @@ struct FacetBatch<const N: usize> {
 
 impl<const N: usize> Frame<N> {
     /// Computes the frame, in several tasks if the scene is large.
-    pub fn new(scene: &EyeScene, method: Method, executor: &dyn Executor) -> Self {
+    pub fn new(scene: &EyeScene, method: Method, executor: &Executor) -> Self {
         let exponent = length_exponent(scene);
         let eye = EyeSpace::new(scene, exponent);
         let screen = Screen::new(scene);
@@ -122,7 +122,7 @@ impl<const N: usize> Frame<N> {
         };
         if parts.len() > 1 {
             let job = &job;
-            executor.run(parts.iter_mut().enumerate().map(|p| Box::new(move || job(p)) as Task).collect());
+            executor.tasks(parts.iter_mut().enumerate().map(|p| Box::new(move || job(p)) as Task).collect());
         } else {
             parts.iter_mut().enumerate().for_each(job);
         }

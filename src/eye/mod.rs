@@ -27,7 +27,7 @@ pub use method::{Fibre, MAX_FAN_RAYS};
 pub use picture::{Differences, EyePicture, MISS};
 pub use plan::{EyePlan, ObstaclePlan};
 pub use pose::{Pose, Rotation, sin_cos_deg};
-pub use render::{Executor, Serial, Task, plan, render, render_with};
+pub use render::{plan, render, render_with};
 pub use scene::{
     EyeLight, EyeLightKind, EyeScene, Facet, Falloff, MAX_DIM, MAX_FLAGS, MAX_PIXELS, SceneParts,
 };

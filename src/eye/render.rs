@@ -8,7 +8,7 @@
 //! 5. Lights and obstacles (`lights`, `occluder`, `bvh`).
 //! 6. Colour.
 //!
-//! No thread is started here: tasks go to the caller's [`Executor`]. The picture has the same bits
+//! Tasks go to the caller's [`Executor`]. The picture has the same bits
 //! with any executor.
 
 use super::error::EyeError;
@@ -19,6 +19,7 @@ use super::picture::EyePicture;
 use super::plan::EyePlan;
 use super::scene::EyeScene;
 use super::tile::{Output, World};
+use crate::executor::{Executor, Task};
 
 /// Calls `$function::<N>` for the scene's dimension.
 macro_rules! for_dimension {
@@ -29,40 +30,17 @@ macro_rules! for_dimension {
         }
     };
 }
-/// A task that may run on any thread.
-pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
-
-/// Runs tasks: all of them, in any order, before it returns.
-pub trait Executor {
-    /// Runs the tasks and returns when all have finished.
-    fn run<'a>(&self, tasks: Vec<Task<'a>>);
-}
-
-/// Executor that runs the tasks on the calling thread.
-pub struct Serial;
-
-impl Executor for Serial {
-    fn run<'a>(&self, tasks: Vec<Task<'a>>) {
-        tasks.into_iter().for_each(|job| job());
-    }
-}
-
-impl Executor for rayon::ThreadPool {
-    fn run<'a>(&self, tasks: Vec<Task<'a>>) {
-        self.scope(|scope| tasks.into_iter().for_each(|job| scope.spawn(|_| job())));
-    }
-}
 
 /// Renders a scene with exact fibres, on the calling thread.
 pub fn render(scene: &EyeScene) -> EyePicture {
-    dispatch(scene, Fibre::Exact, &Serial)
+    dispatch(scene, Fibre::Exact, &Executor::default())
 }
 
 /// Renders a scene with the given search method, on the threads of `executor`.
 ///
 /// # Errors
 /// Fails for a fan without rays, or of more than [`MAX_FAN_RAYS`] in one fibre.
-pub fn render_with(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> Result<EyePicture, EyeError> {
+pub fn render_with(scene: &EyeScene, fibre: Fibre, executor: &Executor) -> Result<EyePicture, EyeError> {
     check_fan(scene, fibre)?;
     Ok(dispatch(scene, fibre, executor))
 }
@@ -78,7 +56,7 @@ pub fn plan(scene: &EyeScene, fibre: Fibre) -> Result<EyePlan, EyeError> {
 
 fn plan_dim<const N: usize>(scene: &EyeScene, fibre: Fibre) -> EyePlan {
     let method = Method::new(N, scene.screen_dim(), fibre);
-    EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Serial)))
+    EyePlan::new(scene, &World::<N>::new(scene, Frame::new(scene, method, &Executor::default())))
 }
 
 /// Validates the number of rays of a fan.
@@ -96,12 +74,12 @@ fn check_fan(scene: &EyeScene, fibre: Fibre) -> Result<(), EyeError> {
     Ok(())
 }
 
-fn dispatch(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePicture {
+fn dispatch(scene: &EyeScene, fibre: Fibre, executor: &Executor) -> EyePicture {
     for_dimension!(scene, render_dim (scene, fibre, executor), 2 3 4 5 6 7 8)
 }
 
 /// Renders a scene of N dimensions.
-fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &dyn Executor) -> EyePicture {
+fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &Executor) -> EyePicture {
     let method = Method::new(N, scene.screen_dim(), fibre);
     let world = World::<N>::new(scene, Frame::new(scene, method, executor));
     let mut picture = EyePicture::background(scene);
@@ -128,7 +106,7 @@ fn render_dim<const N: usize>(scene: &EyeScene, fibre: Fibre, executor: &dyn Exe
         let world = &world;
         tasks.push(Box::new(move || world.render_slab(slab, sizes, part)));
     }
-    executor.run(tasks);
+    executor.tasks(tasks);
     picture
 }
 

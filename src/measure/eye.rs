@@ -4,10 +4,12 @@ use super::experiment::{Bound, Effort, Experiment, Row};
 use super::memory;
 use super::scaling::{Scaling, ScalingPoint};
 use super::threads::usual_threads;
+use crate::executor::Executor;
 use crate::eye::shapes::{DemoScene, Shape, cross_polytope, cube};
-use crate::eye::{Executor, EyePicture, EyeScene, Fibre, Serial, render_with};
+use crate::eye::{EyePicture, EyeScene, Fibre, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
+use std::sync::Arc;
 
 /// Experiment on the eye's threads.
 pub(super) const EYE: Experiment = Experiment {
@@ -72,10 +74,10 @@ fn rows(effort: &Effort) -> Vec<Row> {
     ];
     let mut rows = Vec::new();
     for (subject, scene) in &subjects {
-        let truth = draw(scene, &Serial);
+        let truth = draw(scene, &Executor::default());
         for threads in [1, 2, 3] {
-            let pool: Box<dyn Executor> = pool(threads);
-            let (picture, timing) = effort.run(|| draw(scene, &*pool));
+            let pool = pool(threads);
+            let (picture, timing) = effort.run(|| draw(scene, &pool));
             rows.push(Row {
                 subject: (*subject).into(),
                 alternative: if threads == 1 { "1 thread".into() } else { format!("{threads} threads") },
@@ -91,15 +93,13 @@ fn rows(effort: &Effort) -> Vec<Row> {
     rows
 }
 
-fn draw(scene: &EyeScene, pool: &dyn Executor) -> EyePicture {
+fn draw(scene: &EyeScene, pool: &Executor) -> EyePicture {
     render_with(scene, Fibre::Exact, pool).expect("no fan")
 }
 
-fn pool(threads: usize) -> Box<dyn Executor> {
-    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) if threads > 1 => Box::new(pool),
-        _ => Box::new(Serial),
-    }
+fn pool(threads: usize) -> Executor {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok();
+    Executor::of_pool(pool.filter(|_| threads > 1).map(Arc::new))
 }
 
 /// Returns simplices of R^4 in a box in front of the eye, with vertices within `reach` of their
@@ -132,7 +132,7 @@ pub(super) fn scaling_with_facets(effort: &Effort) -> Vec<Scaling> {
         let points = counts.iter().map(|&count| {
             let scene = cloud(count, reach(count), pixels);
             memory::forget_peak();
-            let (_, timing) = effort.run(|| draw(&scene, &Serial));
+            let (_, timing) = effort.run(|| draw(&scene, &Executor::default()));
             ScalingPoint { x: count as f64, timing, peak_bytes: memory::peak() }
         });
         Scaling {

@@ -1,7 +1,8 @@
 //! The N-dimensional eye: a fan of rays compared with the exact fibre.
 
 use super::experiment::{Bound, Effort, Experiment, Row};
-use crate::eye::{EyePicture, EyeScene, Fibre, MISS, Serial, render_with};
+use crate::executor::Executor;
+use crate::eye::{EyePicture, EyeScene, Fibre, MISS, render_with};
 use crate::truth::scenes::Random;
 use serde_json::json;
 
@@ -99,7 +100,7 @@ fn rows(effort: &Effort) -> Vec<Row> {
     ];
     let mut rows = Vec::new();
     for (subject, scene) in &subjects {
-        let draw = |fibre| render_with(scene, fibre, &Serial).expect("fans of at most 129 rays");
+        let draw = |fibre| render_with(scene, fibre, &Executor::default()).expect("fans of at most 129 rays");
         let truth = draw(Fibre::Exact);
         // A fan has as many rays as the power of its size to the number of hidden axes.
         let hidden = scene.hidden_dim();

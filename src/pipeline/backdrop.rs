@@ -10,8 +10,8 @@
 
 use super::draw_call::Target;
 use super::rasterize::{blend, opaque};
-use super::tile::CancellableExecutor;
 use super::viewport::ViewportTransform;
+use crate::executor::Executor;
 use crate::scene::{Camera, CameraMatrices, Sky, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 
@@ -36,7 +36,7 @@ pub(super) fn paint_sky(
     viewport: Viewport,
     camera: &Camera,
     sky: &Sky,
-    executor: &CancellableExecutor,
+    executor: &Executor,
 ) {
     let width = target.memory.width();
     let screen = ViewportTransform::new(viewport, width, target.memory.height());

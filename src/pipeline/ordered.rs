@@ -13,9 +13,10 @@ use super::draw_call::{DrawStats, Target};
 use super::prepared_draw::PreparedDraw;
 use super::rasterize::{TargetRows, WriteMask};
 use super::shade::FaceShade;
-use super::tile::{BlendedFace, CancellableExecutor};
+use super::tile::BlendedFace;
 use super::tile_frontend::BlendedSetup;
 use crate::cancel::CancelToken;
+use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
 use crate::simd::Level;
 use rayon::prelude::*;
@@ -78,7 +79,7 @@ impl FaceList {
 /// Draws a list of faces, given as (object index, triangle index), in its order. All objects must
 /// have the same viewport and depth settings.
 pub(crate) fn draw_in_order(
-    (executor, level): (&CancellableExecutor, Option<Level>),
+    (executor, level): (&Executor, Option<Level>),
     lists: &mut FaceList,
     all: &[PreparedDraw],
     list: &[(usize, u32)],

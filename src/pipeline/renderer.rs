@@ -12,11 +12,12 @@ use super::ordered::{FaceList, draw_in_order};
 use super::plan::{Part, Plan};
 use super::prepared_draw::{Layer, PreparedDraw, RecycledLists};
 use super::scene::{SceneBackend, SceneLists, draw_scene_with, plan_scene_for};
-use super::tile::{CancellableExecutor, HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
+use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
 use super::tile_frontend::{DrawBatch, DrawContext, Workspace, binding_bytes, unsupported_reason};
 use super::vertex::Vertex;
 use super::working::{SMALL_FACES, Working, WorkingBytes, WorkingMemory, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
+use crate::executor::Executor;
 use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
 use crate::scene::{Geometry, Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
@@ -54,7 +55,7 @@ pub struct RenderOptions {
 #[derive(Debug, Default)]
 pub struct Renderer {
     options: RenderOptions,
-    executor: CancellableExecutor,
+    executor: Executor,
     workspace: Workspace,
     cache: Cache,
     /// Lists of the last draw, for reuse.
@@ -90,7 +91,7 @@ const LARGE_SHARE: usize = 1 << 19;
 impl Renderer {
     /// Creates a renderer with empty caches.
     pub fn new(options: RenderOptions) -> Self {
-        let executor = CancellableExecutor::new(options.pool.clone(), options.cancel.clone());
+        let executor = Executor::new(options.pool.clone(), options.cancel.clone());
         Renderer { options, executor, ..Renderer::default() }
     }
 
@@ -104,7 +105,7 @@ impl Renderer {
             *self = Renderer::default();
             self.set_budget(&budget);
         }
-        self.executor = CancellableExecutor::new(options.pool.clone(), options.cancel.clone());
+        self.executor = Executor::new(options.pool.clone(), options.cancel.clone());
         self.options = options;
     }
 
@@ -306,7 +307,7 @@ impl Renderer {
 }
 
 impl SceneBackend for Renderer {
-    fn executor(&self) -> &CancellableExecutor {
+    fn executor(&self) -> &Executor {
         &self.executor
     }
 

@@ -9,11 +9,12 @@ use super::ordered::face_list_bytes;
 use super::plan::{Part, Plan, Title};
 use super::planner::{SORTED_BY_PAINTER, nothing_can_hide};
 use super::prepared_draw::{Layer, PreparedDraw, RecycledLists};
-use super::tile::{CancellableExecutor, LIST_BYTES};
+use super::tile::LIST_BYTES;
 use super::tile_frontend::{DrawBatch, binding_bytes};
 use super::vertex::Vertex;
 use super::working::{SMALL_FACES, Working, WorkingBytes, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
+use crate::executor::Executor;
 use crate::scene::{HiddenSurface, Scene, ShadeMode, TransparencyOrder};
 use rayon::prelude::*;
 use std::fmt;
@@ -66,7 +67,7 @@ impl SceneLists {
 /// differently.
 pub(crate) trait SceneBackend {
     /// Returns the executor that runs the work.
-    fn executor(&self) -> &CancellableExecutor;
+    fn executor(&self) -> &Executor;
 
     /// Returns the lists that the last scene left.
     fn lists(&mut self) -> &mut SceneLists;
@@ -122,12 +123,12 @@ pub(crate) trait SceneBackend {
 /// The plain path as a backend.
 #[derive(Default)]
 struct PlainBackend {
-    executor: CancellableExecutor,
+    executor: Executor,
     lists: SceneLists,
 }
 
 impl SceneBackend for PlainBackend {
-    fn executor(&self) -> &CancellableExecutor {
+    fn executor(&self) -> &Executor {
         &self.executor
     }
 

@@ -18,8 +18,9 @@ use super::prepared_draw::PreparedDraw;
 use super::rasterize::opaque;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{self, CancellableExecutor, ExactFace, FRAME_LIMITS, FrameSlices, IndexedMesh, Scratch};
+use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, IndexedMesh, Scratch};
 use super::vertex::Vertex;
+use crate::executor::Executor;
 use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 pub(crate) use blended_setup::{BlendedSetup, blended_unsupported_reason};
@@ -31,7 +32,7 @@ pub(crate) use memory_estimate::{binding_bytes, estimated_bytes, working_bytes};
 /// SIMD level, executor and workspace of a draw.
 pub(crate) struct DrawContext<'t> {
     pub level: Level,
-    pub executor: &'t CancellableExecutor,
+    pub executor: &'t Executor,
     pub coarse: CoarseDepth,
     pub workspace: &'t mut Workspace,
 }

@@ -27,7 +27,8 @@ pub use keys::{Action, BINDINGS, Binding, Key, Look, MOUSE, help_lines};
 pub use overlay::{Overlay, Zoom};
 pub use replay::MakeEngine;
 
-use crate::eye::{Executor, EyeScene};
+use crate::executor::Executor;
+use crate::eye::EyeScene;
 use crate::load::x3d::X3dDocument;
 use crate::memory::VideoMemory;
 use crate::pipeline::Renderer;
@@ -77,7 +78,7 @@ pub struct ViewerOptions {
     /// The renderer of three-dimensional scenes.
     pub renderer: Renderer,
     /// Executor that renders N-dimensional scenes.
-    pub pool: Arc<dyn Executor + Send + Sync>,
+    pub pool: Executor,
 }
 
 /// A request of the viewer to a caller with access to files and windows.
@@ -162,7 +163,7 @@ pub struct Viewer {
     start_time: f64,
     fps: f64,
     renderer: Renderer,
-    pool: Arc<dyn Executor + Send + Sync>,
+    pool: Executor,
     wishes: Wishes,
     frame: ViewerFrame,
     /// The picture of depth or difference, if one of them is shown.
@@ -253,7 +254,7 @@ impl Viewer {
         }
     }
 
-    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Arc<dyn Executor + Send + Sync>) -> Subject {
+    fn subject(model: Model, name: &str, size: [u32; 2], pool: &Executor) -> Subject {
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         match model {
             Model::Mesh { geometry, is_open } => {
@@ -262,7 +263,7 @@ impl Viewer {
             Model::X3d(document) => {
                 Subject::Space(Box::new(Space::new(SceneSource::X3d(document), name, aspect)))
             }
-            Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, Arc::clone(pool)))),
+            Model::Eye(scene) => Subject::Nd(Box::new(Nd::new(*scene, pool.clone()))),
             Model::Stream(bytes, make_engine) => Subject::Replay(Box::new(Replay::new(bytes, make_engine))),
         }
     }

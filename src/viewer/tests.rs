@@ -1,5 +1,5 @@
 use super::*;
-use crate::eye::Serial;
+use crate::executor::Executor;
 use crate::eye::shapes::{DemoScene, cube};
 use crate::load;
 use crate::memory::Rgba;
@@ -18,7 +18,7 @@ fn options(name: &str) -> ViewerOptions {
         fps: 25.0,
         cull: None,
         renderer: Renderer::default(),
-        pool: Arc::new(Serial),
+        pool: Executor::default(),
     }
 }
 

@@ -1,10 +1,10 @@
 //! Metamorphic tests of the eye: a change of the scene that changes nothing visible must not change
 //! the picture.
 
+use fbptr::executor::Executor;
 use fbptr::eye::shapes::{DemoScene, Shape, cell24, cross_polytope, cube, extrude};
 use fbptr::eye::{
-    Executor, EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, Serial, Task,
-    render, render_with,
+    EyeLightKind, EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, render, render_with,
 };
 use std::path::Path;
 
@@ -279,7 +279,7 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
         };
         let mut errors = Vec::new();
         for &m in rays {
-            let fan = render_with(&scene, Fibre::Fan(m), &Serial).unwrap();
+            let fan = render_with(&scene, Fibre::Fan(m), &Executor::default()).unwrap();
             let mut error = 0.0;
             for i in 0..exact.facet.len() {
                 assert!(fan.dist[i] >= exact.dist[i] * (1.0 - 1e-12), "{name}, {m} rays, pixel {i}");
@@ -296,41 +296,21 @@ fn the_fan_is_never_nearer_than_exact_and_comes_near_with_its_rays() {
         let gain = if scene.hidden_dim() < 3 { 1.5 } else { 1.0 };
         assert!(errors.last().unwrap() * gain <= errors[0], "{name}: {errors:?}");
     }
-    assert!(render_with(&solids(4, &[3]), Fibre::Fan(0), &Serial).is_err());
-    assert!(render_with(&solids(4, &[3]), Fibre::Fan(1000), &Serial).is_err());
-}
-
-/// An executor whose threads take jobs from both ends of the queue.
-struct Crowd;
-
-impl Executor for Crowd {
-    fn run<'a>(&self, jobs: Vec<Task<'a>>) {
-        let jobs = std::sync::Mutex::new(std::collections::VecDeque::from(jobs));
-        std::thread::scope(|scope| {
-            for worker in 0..5 {
-                let jobs = &jobs;
-                scope.spawn(move || {
-                    loop {
-                        let mut queue = jobs.lock().unwrap();
-                        let Some(job) = (if worker % 2 == 0 { queue.pop_front() } else { queue.pop_back() })
-                        else {
-                            return;
-                        };
-                        drop(queue);
-                        job();
-                    }
-                });
-            }
-        });
-    }
+    assert!(render_with(&solids(4, &[3]), Fibre::Fan(0), &Executor::default()).is_err());
+    assert!(render_with(&solids(4, &[3]), Fibre::Fan(1000), &Executor::default()).is_err());
 }
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     let same = |a: &EyePicture, b: &EyePicture| a == b;
+    // A thread of a pool takes its own tasks from one end and those of others from the other.
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let [two, five] = [2, 5].map(|threads| Executor::of_pool(Some(pool(threads).into())));
     for (name, scene) in all_scenes() {
-        let crowd = render_with(&scene, Fibre::Exact, &Crowd).unwrap();
-        assert!(same(&crowd, &render(&scene)), "{name}");
+        for executor in [&two, &five] {
+            let crowd = render_with(&scene, Fibre::Exact, executor).unwrap();
+            assert!(same(&crowd, &render(&scene)), "{name}, {} threads", executor.threads());
+        }
     }
     // Enough facets for several setup jobs, and for the hierarchy of occluders.
     let many = DemoScene { pixels: vec![40, 30], aperture_tan: 0.3, turns: vec![(0, 3, 20.0), (1, 2, 50.0)] };
@@ -341,7 +321,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     assert!(parts.facets.len() > 3000);
     let scene = EyeScene::new(parts).unwrap();
     let picture = render(&scene);
-    assert!(same(&render_with(&scene, Fibre::Exact, &Crowd).unwrap(), &picture));
+    assert!(same(&render_with(&scene, Fibre::Exact, &five).unwrap(), &picture));
     // Few occluders and many are searched by different methods, which must agree.
     let mut whole = render(&many.scene(cell24(4).unwrap()).unwrap());
     whole.facet.clone_from(&picture.facet);

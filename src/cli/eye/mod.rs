@@ -5,10 +5,12 @@ mod bench;
 mod make;
 
 use super::{Status, output, say, say_as_program};
-use crate::eye::{Executor, EyeScene, Fibre, Serial, plan, render_with};
+use crate::executor::Executor;
+use crate::eye::{EyeScene, Fibre, plan, render_with};
 use clap::Args;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// See a scene of N dimensions on a screen of M.
 #[derive(Debug, Args)]
@@ -70,7 +72,7 @@ impl Eye {
         if self.explain {
             say(&plan(&scene, fibre).map_err(refused)?.to_string());
         }
-        let picture = render_with(&scene, fibre, &*pool(self.threads)).map_err(refused)?;
+        let picture = render_with(&scene, fibre, &pool(self.threads)).map_err(refused)?;
         Ok(picture.to_json())
     }
 }
@@ -101,13 +103,11 @@ impl Refusal {
 
 /// Creates the executor: a thread pool, or the calling thread if one is requested or no more are
 /// available.
-pub(super) fn pool(threads: Option<u16>) -> Box<dyn Executor> {
+pub(super) fn pool(threads: Option<u16>) -> Executor {
     let count =
         threads.map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
-    match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
-        Ok(pool) if count > 1 => Box::new(pool),
-        _ => Box::new(Serial),
-    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().ok();
+    Executor::of_pool(pool.filter(|_| count > 1).map(Arc::new))
 }
 
 fn read_scene(path: &Path) -> Result<EyeScene, Refusal> {

@@ -7,8 +7,8 @@
 use super::bresenham::{NO_ROWS, VisibleRun};
 use super::{draw, inside, is_short, store_short};
 use crate::draw2d::{Blend, RampColor, pixels_mut};
+use crate::executor::Executor;
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::Executor;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -54,7 +54,7 @@ pub fn lines(memory: &mut VideoMemory, lines: impl IntoIterator<Item = Line>, bl
 
 /// Draws lines as [`lines`] does, on all threads of `executor` if there is enough to do. Accepts
 /// any type that converts to [`Line`].
-pub fn lines_on<C: Executor, L>(executor: &C, memory: &mut VideoMemory, lines: &[L], blend: Blend)
+pub fn lines_on<L>(executor: &Executor, memory: &mut VideoMemory, lines: &[L], blend: Blend)
 where
     L: Copy + Sync + Into<Line>,
 {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::draw2d::raster::{extremes, golden, lit, memory, picture};
-use crate::pipeline::tile::Pool;
+use crate::executor::Executor;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::time::Instant;
@@ -259,7 +259,7 @@ fn bands_of_threads_draw_what_one_thread_does() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let mut many = memory(60, height);
                 many.take_damage();
-                lines_on(&Pool(pool.into()), &mut many, &all, blend);
+                lines_on(&Executor::of_pool(Some(pool.into())), &mut many, &all, blend);
                 assert!(one.bytes() == many.bytes(), "{threads} threads, {height} rows, {blend:?}");
                 assert_eq!(many.take_damage(), rows);
             }

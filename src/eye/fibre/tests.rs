@@ -1,9 +1,8 @@
 //! The aperture's border against its equation, |x_j| <= tan(alpha_j) x_0, on facets whose nearest
 //! point is a quotient.
 
-use crate::eye::{
-    EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, Serial, render, render_with,
-};
+use crate::executor::Executor;
+use crate::eye::{EyePicture, EyeScene, Facet, Falloff, Fibre, Pose, SceneParts, render, render_with};
 
 /// A facet in the hyperplane x_0 = depth - slant h, h being the last hidden coordinate: from h =
 /// `first` to `first` + 4, wide around the axis, with h multiplied by `side` (1 or -1).
@@ -45,7 +44,7 @@ fn look(dim: usize, screen: usize, tan: f64, wall: Wall, fibre: Fibre) -> EyePic
     let scene = EyeScene::new(parts).unwrap();
     match fibre {
         Fibre::Exact => render(&scene),
-        fan => render_with(&scene, fan, &Serial).unwrap(),
+        fan => render_with(&scene, fan, &Executor::default()).unwrap(),
     }
 }
 

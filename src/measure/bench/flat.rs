@@ -4,8 +4,8 @@ use super::check::Check;
 use super::frame::BACKGROUND;
 use super::{BenchOptions, BenchRun, Workload, Xorshift};
 use crate::draw2d::{self, Blend, Line, RampColor};
+use crate::executor::Executor;
 use crate::memory::{Rgba, VideoMemory};
-use crate::pipeline::tile::{Pool, Serial};
 
 /// Compact line as a program would store it: half the bytes of [`Line`].
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +142,7 @@ impl<K: FlatDrawing> BenchRun for Flat<K> {
 
 pub(super) struct Lines {
     lines: Vec<Packed>,
-    pool: Option<Pool>,
+    executor: Executor,
 }
 
 impl Lines {
@@ -150,7 +150,7 @@ impl Lines {
         let (is_short, size) = (workload == Workload::LinesShort, options.size);
         let count = if is_short { 5_000_000 } else { 1_000_000 } / size.divisor as usize;
         let lines = packed_lines(count, is_short, size.width, size.height);
-        Flat::new(Lines { lines, pool: options.render.pool.clone().map(Pool) }, options)
+        Flat::new(Lines { lines, executor: Executor::of_pool(options.render.pool.clone()) }, options)
     }
 }
 
@@ -158,10 +158,7 @@ impl FlatDrawing for Lines {
     const TWIN: &str = "naive";
 
     fn draw(&self, memory: &mut VideoMemory) {
-        match &self.pool {
-            Some(pool) => draw2d::lines_on(pool, memory, &self.lines, Blend::Replace),
-            None => draw2d::lines_on(&Serial, memory, &self.lines, Blend::Replace),
-        }
+        draw2d::lines_on(&self.executor, memory, &self.lines, Blend::Replace);
     }
 
     fn draw_twin(&self, memory: &mut VideoMemory) {
@@ -171,7 +168,7 @@ impl FlatDrawing for Lines {
     }
 
     fn threads(&self) -> usize {
-        self.pool.as_ref().map_or(1, |p| p.0.current_num_threads())
+        self.executor.threads()
     }
 }
 

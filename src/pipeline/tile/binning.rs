@@ -16,7 +16,8 @@ use super::exact_faces::ExactFace;
 use super::indexed_mesh::chunk_faces;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
-use super::{CancellableExecutor, ClipRect, DepthF64, DrawJob, Scratch};
+use super::{ClipRect, DepthF64, DrawJob, Scratch};
+use crate::executor::Executor;
 use crate::pipeline::draw_call::DrawStats;
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
@@ -130,10 +131,10 @@ pub(crate) struct Binning {
 
 impl Binning {
     /// Culls the clusters of `job` and makes room for its vertices. Must be called inside
-    /// [`CancellableExecutor::run`].
+    /// [`Executor::run`].
     pub fn new(
         level: Level,
-        executor: &CancellableExecutor,
+        executor: &Executor,
         scratch: &mut Scratch,
         job: &DrawJob<'_>,
         width: usize,
@@ -173,11 +174,11 @@ impl Binning {
     }
 
     /// Bins the faces of the next piece into `scratch`, and adds the counts of culled faces to
-    /// `stats`; `None` after the last piece. Must be called inside [`CancellableExecutor::run`].
+    /// `stats`; `None` after the last piece. Must be called inside [`Executor::run`].
     pub fn next(
         &mut self,
         level: Level,
-        executor: &CancellableExecutor,
+        executor: &Executor,
         scratch: &mut Scratch,
         job: &DrawJob<'_>,
         stats: &mut DrawStats,
@@ -243,7 +244,7 @@ impl Binning {
     fn place_vertices(
         &mut self,
         level: Level,
-        executor: &CancellableExecutor,
+        executor: &Executor,
         scratch: &mut Scratch,
         job: &DrawJob<'_>,
         end: usize,
@@ -279,7 +280,7 @@ impl Binning {
     fn set_up(
         &self,
         level: Level,
-        executor: &CancellableExecutor,
+        executor: &Executor,
         scratch: &mut Scratch,
         job: &DrawJob<'_>,
         (chunks, faces_of): (Range<usize>, &(impl Fn(usize) -> Range<usize> + Sync)),

@@ -19,13 +19,11 @@ mod binning;
 mod bins;
 mod blended_face;
 mod blended_texture;
-mod cancellable_executor;
 mod clusters;
 mod depth_f64;
 mod distinct;
 mod edges;
 mod exact_faces;
-mod executor;
 mod face_tables;
 mod fog;
 mod fragments;
@@ -49,13 +47,11 @@ pub(crate) use binning::{Binned, Binning, LIST_BYTES, bin_bytes, grid_bytes, lis
 pub(crate) use bins::{ClipRect, ListBytes, Winding};
 pub(crate) use blended_face::{BlendedFace, BlendedFaceKernel, FaceLighting};
 pub(crate) use blended_texture::BlendedTexture;
-pub(crate) use cancellable_executor::CancellableExecutor;
 #[cfg(test)]
 pub(crate) use clusters::Clusters;
 pub(crate) use clusters::{CLUSTER_BYTES, LEAST_FACES};
 pub(crate) use depth_f64::DepthEncoder;
 pub(crate) use exact_faces::ExactFace;
-pub use executor::{Executor, Pool, Serial};
 pub(crate) use fog::FogParams;
 pub(crate) use hierarchical_z::HIERARCHICAL_Z_BYTES;
 pub(crate) use indexed_mesh::{FaceTable, IndexedMesh};
@@ -66,6 +62,7 @@ pub(crate) use tile_rows::{Counts, TileRowBuffers, draw_tile_row, for_each_tile_
 pub(crate) use vertex::{ScreenVertex, ToScreen};
 pub(crate) use vertex_lighting::VertexLightingKernel;
 
+use crate::executor::Executor;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::simd::Level;
@@ -229,10 +226,10 @@ pub(crate) const DEPTH_VERTEX_BYTES: u64 = size_of::<DepthVertex>() as u64;
 /// Draws `job` into `frame`.
 ///
 /// The frame's sides must lie within [`FRAME_LIMITS`], the clip rectangle inside the frame, and the
-/// mesh must have fewer than 2^30 faces. Must be called inside [`CancellableExecutor::run`].
+/// mesh must have fewer than 2^30 faces. Must be called inside [`Executor::run`].
 pub(crate) fn render(
     level: Level,
-    executor: &CancellableExecutor,
+    executor: &Executor,
     scratch: &mut Scratch,
     job: &DrawJob<'_>,
     frame: FrameSlices<'_>,

@@ -11,7 +11,8 @@ use super::face_tables::Faces;
 use super::hierarchical_z::HierarchicalZKernel;
 use super::raster::{ID_STRIDE, Ids, NO_FACE, RasterKernel, Tile};
 use super::resolve::ResolveKernel;
-use super::{Binned, CancellableExecutor, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
+use super::{Binned, ClipRect, DepthF64, DrawJob, FrameSlices, Scratch};
+use crate::executor::Executor;
 use crate::memory::DepthCells;
 use crate::pipeline::draw_call::CoarseDepth;
 use crate::simd::Level;
@@ -57,7 +58,7 @@ type TileRowWork<'w> = &'w (dyn Fn(usize, i32, &mut TileRowBuffers<'_>) + Sync);
 /// Calls `work` for each row of tiles from the first to the last, and returns the half-open range
 /// of pixel rows.
 pub(crate) fn for_each_tile_row(
-    executor: &CancellableExecutor,
+    executor: &Executor,
     (first, last): (usize, usize),
     view: &ClipRect,
     frame: FrameSlices<'_>,
@@ -263,7 +264,7 @@ pub(crate) struct TileRowBuffers<'a> {
 /// Splits the buffers of `bands` by halves and calls `work` for each row of tiles, of `size`
 /// pixels.
 fn share(
-    executor: &CancellableExecutor,
+    executor: &Executor,
     bands: Range<usize>,
     workspace: TileRowBuffers<'_>,
     size: usize,

@@ -8,12 +8,13 @@
 
 use super::draw_inputs::DrawInputs;
 use super::{FEW_FACES, Workspace, frame_of, unsupported_reason};
+use crate::executor::Executor;
 use crate::memory::DepthFormat;
 use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats, Target};
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
-use crate::pipeline::tile::{self, Binned, Binning, CancellableExecutor, Counts, ListBytes};
+use crate::pipeline::tile::{self, Binned, Binning, Counts, ListBytes};
 use crate::simd::Level;
 use rayon::prelude::*;
 use std::fmt;
@@ -101,7 +102,7 @@ impl DrawBatch {
     /// draws were drawn.
     pub fn draw(
         &mut self,
-        (level, executor, coarse): (Level, &CancellableExecutor, CoarseDepth),
+        (level, executor, coarse): (Level, &Executor, CoarseDepth),
         all: &[PreparedDraw],
         target: &mut Target,
         stats: &mut DrawStats,
@@ -179,7 +180,7 @@ impl<'p> Drawn<'p> {
     fn new(
         prepared: &'p PreparedDraw,
         slot: &mut Workspace,
-        (level, executor, coarse): (Level, &CancellableExecutor, CoarseDepth),
+        (level, executor, coarse): (Level, &Executor, CoarseDepth),
         (width, format): (usize, DepthFormat),
     ) -> Option<Self> {
         let Workspace { scratch, tables, recycled } = slot;

@@ -3,13 +3,14 @@
 use super::f32s;
 use super::light_setup::{Light, RecycledBindings, TableWork, Tables};
 use super::shading_space::ShadingSpace;
+use crate::executor::Executor;
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    CancellableExecutor, ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, IndexedMesh,
-    MaterialBinding, Shading, ToScreen, Winding,
+    ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, IndexedMesh, MaterialBinding,
+    Shading, ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 use crate::simd::Level;
@@ -97,7 +98,7 @@ impl PreparedDraw<'_> {
         &self,
         inputs: &mut DrawInputs<'_>,
         level: Level,
-        executor: &CancellableExecutor,
+        executor: &Executor,
         tables: &mut Tables,
     ) {
         let DrawInputs { prepared, frame, bindings, is_lit, .. } = &*inputs;

@@ -2,13 +2,13 @@
 
 use super::f32s;
 use super::shading_space::ShadingSpace;
+use crate::executor::Executor;
 use crate::pipeline::assemble::Facing;
 use crate::pipeline::depth_sort::recycle;
 use crate::pipeline::light::SurfacePoint;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    CancellableExecutor, Exponent, FastLight, IndexedMesh, MaterialBinding, MaterialLighting, TextureSampler,
-    VertexLightingKernel,
+    Exponent, FastLight, IndexedMesh, MaterialBinding, MaterialLighting, TextureSampler, VertexLightingKernel,
 };
 use crate::scene::{Cull, ShadeMode};
 use crate::simd::Level;
@@ -74,7 +74,7 @@ pub(super) struct TableWork<'a> {
     pub bindings: &'a [MaterialBinding<'a>],
     pub is_lit: bool,
     pub level: Level,
-    pub executor: &'a CancellableExecutor,
+    pub executor: &'a Executor,
 }
 
 /// Points to be lit, in object space.
@@ -257,7 +257,7 @@ impl PreparedDraw<'_> {
     }
 
     /// Transforms object-space normals to unit normals in world space.
-    fn turn_normals(&self, from: &[[f32; 4]], executor: &CancellableExecutor, to: &mut Vec<[f32; 4]>) {
+    fn turn_normals(&self, from: &[[f32; 4]], executor: &Executor, to: &mut Vec<[f32; 4]>) {
         resize_in_huge_pages(to, from.len(), [0.0; 4]);
         executor.chunks(to, CHUNK_POINTS, |i, run| {
             let from = &from[i * CHUNK_POINTS..][..run.len()];

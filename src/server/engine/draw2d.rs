@@ -6,8 +6,8 @@ use super::Engine;
 use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
+use crate::executor::Executor;
 use crate::memory::{FbPtr, MemoryError, Rgba};
-use crate::pipeline::tile::Pool;
 use crate::server::Session;
 
 impl From<MemoryError> for Fault {
@@ -127,12 +127,14 @@ impl Engine {
         }
     }
 
+    /// Returns the executor of the 2-D verbs: the renderer's threads, never cancelled.
+    fn executor(&self) -> Executor {
+        Executor::of_pool(self.renderer.options().pool.clone())
+    }
+
     /// Draws lines in their order, on all threads of the pool if there is one.
     pub(in crate::server) fn draw_lines(&mut self, s: &Session, lines: &[Line]) {
-        match self.renderer.options().pool.clone().map(Pool) {
-            Some(pool) => draw2d::lines_on(&pool, &mut self.memory, lines, s.blend),
-            None => draw2d::lines(&mut self.memory, lines.iter().copied(), s.blend),
-        }
+        draw2d::lines_on(&self.executor(), &mut self.memory, lines, s.blend);
     }
 
     /// Runs `POINTS` with borrowed bytes.
@@ -230,10 +232,7 @@ impl Engine {
     }
 
     pub(super) fn points(&mut self, s: &mut Session, packed: &[u8]) -> Result<(), Fault> {
-        match self.renderer.options().pool.clone().map(Pool) {
-            Some(pool) => draw2d::points_on(&pool, &mut self.memory, packed, Blend::Replace)?,
-            None => draw2d::points(&mut self.memory, packed, Blend::Replace)?,
-        }
+        draw2d::points_on(&self.executor(), &mut self.memory, packed, Blend::Replace)?;
         let (w, h) = (self.memory.width(), self.memory.height());
         let records = packed.as_chunks::<8>().0;
         let is_inside = |r: &&[u8; 8]| {

@@ -10,9 +10,9 @@ mod tests;
 use super::difference::{Difference, Work};
 use super::frame::ViewerFrame;
 use super::{Wishes, depth_picture};
-use crate::eye::{self, ContactSheet, Executor, EyePicture, EyeScene, Fibre, MISS, Pose};
+use crate::executor::Executor;
+use crate::eye::{self, ContactSheet, EyePicture, EyeScene, Fibre, MISS, Pose};
 use false_color::in_false_color;
-use std::sync::Arc;
 
 /// Angle of one step, in degrees.
 const TURN_DEG: f64 = 5.0;
@@ -39,11 +39,11 @@ pub(super) struct Nd {
     /// Length of one step, in units of the scene.
     step: f64,
     picture: Option<EyePicture>,
-    pool: Arc<dyn Executor + Send + Sync>,
+    pool: Executor,
 }
 
 impl Nd {
-    pub fn new(given: EyeScene, pool: Arc<dyn Executor + Send + Sync>) -> Self {
+    pub fn new(given: EyeScene, pool: Executor) -> Self {
         let dim = given.dim;
         let points = || given.facets.iter().flat_map(|f| &f.v);
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); dim];
@@ -245,7 +245,7 @@ impl Nd {
     /// Renders the scene and draws it in the colours of the shading style.
     pub fn draw(&mut self, wishes: &Wishes, frame: &mut ViewerFrame) -> Result<(), String> {
         let scene = self.scene();
-        let picture = eye::render_with(&scene, self.fibre, &*self.pool).map_err(|e| e.to_string())?;
+        let picture = eye::render_with(&scene, self.fibre, &self.pool).map_err(|e| e.to_string())?;
         frame.clear(false);
         paint(&in_false_color(&picture, &scene, wishes.look), frame);
         self.picture = Some(picture);
@@ -292,11 +292,11 @@ impl Nd {
 
     /// Returns the work that computes the difference to the picture of exact fibres.
     pub fn exact(&self, wishes: &Wishes, frame: &ViewerFrame) -> Work {
-        let (scene, look, pool) = (self.scene(), wishes.look, Arc::clone(&self.pool));
+        let (scene, look, pool) = (self.scene(), wishes.look, self.pool.clone());
         let found = frame.memory.bytes().to_vec();
         let size = [frame.memory.width(), frame.memory.height()];
         Box::new(move || {
-            let picture = eye::render_with(&scene, Fibre::Exact, &*pool).map_err(|e| e.to_string())?;
+            let picture = eye::render_with(&scene, Fibre::Exact, &pool).map_err(|e| e.to_string())?;
             let mut exact = ViewerFrame::new(size).map_err(|e| e.to_string())?;
             paint(&in_false_color(&picture, &scene, look), &mut exact);
             Ok(Difference::of_bytes(&found, exact.memory.bytes()))
