@@ -4,6 +4,7 @@
 //! in-process handle sends and what the decoder produces from a stream.
 
 mod args;
+mod binary_pixels;
 mod commands;
 mod decoder;
 mod encode;
@@ -11,6 +12,7 @@ mod help;
 mod long_line;
 mod parse;
 mod payload_pool;
+mod pixel_lexer;
 mod scan;
 mod sink;
 mod stream_error;

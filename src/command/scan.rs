@@ -37,7 +37,7 @@ pub(super) fn find_blank(bytes: &[u8]) -> Option<usize> {
     find(bytes, |word| flags(word, b' ') | flags(word, b'\t'), |b| b == b' ' || b == b'\t')
 }
 
-pub(super) use crate::simd::binary_pixels::lf_in as count_lf;
+pub(super) use super::binary_pixels::lf_in as count_lf;
 
 #[cfg(test)]
 mod tests {

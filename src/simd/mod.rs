@@ -1,4 +1,4 @@
-//! SIMD vectors of 16, 8 or 4 lanes: the only module with intrinsics.
+//! SIMD vectors of 16, 8 or 4 lanes.
 //!
 //! A kernel is written once, over the trait [`Simd`], and run at a [`Level`] that is chosen once at
 //! start from the features of the CPU: AVX-512 (16 lanes), AVX2 (8 lanes), or portable arrays (4
@@ -16,10 +16,8 @@ pub mod allocator;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-pub mod binary_pixels;
 mod fill;
 mod level;
-pub mod pixel_lexer;
 mod portable;
 pub mod prefetch;
 mod scanout;

@@ -10,8 +10,8 @@ use crate::command::scan::find_lf;
 use crate::command::sink::{BINARY_PIXEL_BYTES, Sink};
 use crate::command::stream_error::Subject;
 use crate::command::verb::{Encoding, Verb};
+use crate::command::{binary_pixels, pixel_lexer};
 use crate::error::Code;
-use crate::simd::{binary_pixels, pixel_lexer};
 
 /// Bytes of a `PXMULTI` header: the verb, x, y and n.
 const RUN_HEADER_BYTES: usize = 15;

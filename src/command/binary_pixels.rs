@@ -4,6 +4,10 @@
 //! The letters recur at the same positions of 64-byte vectors every 320 bytes, and of eight-byte
 //! words every 40, so whole blocks are compared with a pattern. Both versions give equal results
 //! for every input.
+//!
+//! SAFETY: the unsafe code loads vectors from arrays, and calls the version whose CPU features were
+//! just found.
+#![allow(unsafe_code)]
 
 /// Size of a record in bytes.
 const RECORD: usize = 10;

@@ -10,6 +10,10 @@
 //! `avx2`, vectors of sixteen bytes where the CPU has AVX2, a line at a time; `avx512`, AVX-512,
 //! four lines at a time, which leaves what it does not accept to the others. The CPU is queried at
 //! each call, which costs a load.
+//!
+//! SAFETY: the unsafe code loads and stores vectors within slices, and calls functions whose CPU
+//! features were just found.
+#![allow(unsafe_code)]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
