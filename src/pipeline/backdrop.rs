@@ -8,8 +8,8 @@
 //! pixel is computed independently, so the bytes do not depend on the threads. A cancelled executor
 //! leaves rows out.
 
+use super::blend::{blend, opaque};
 use super::draw_call::Target;
-use super::rasterize::{blend, opaque};
 use super::viewport::ViewportTransform;
 use crate::executor::Executor;
 use crate::scene::{Camera, CameraMatrices, Sky, Viewport};

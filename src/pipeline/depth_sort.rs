@@ -12,10 +12,6 @@ pub(crate) fn recycle<T, U>(list: Vec<T>) -> Vec<U> {
     list.into_iter().map(|_| -> U { unreachable!("the list is empty") }).collect()
 }
 
-/// Bytes per face of the list, and of the keys for sorting it.
-pub(crate) const FACE_ENTRY_BYTES: u64 = size_of::<(usize, u32)>() as u64;
-pub(crate) const SORT_KEY_BYTES: u64 = size_of::<(f64, usize, u32)>() as u64;
-
 /// List of faces as (object index, triangle index), and the buffer for sorting it.
 #[derive(Debug, Default)]
 pub(crate) struct FaceOrder {

@@ -1,8 +1,8 @@
 //! Cached facts about a mesh: validity, attributes in use, bounds, normals, indexed mesh.
 
 use super::draw_call::PipelineError;
+use super::indexed_mesh::{FaceTable, IndexedMesh};
 use super::normals::{Normals, polygon_normal};
-use super::tile::{FaceTable, IndexedMesh};
 use crate::cancel::CancelToken;
 use crate::math::matrix::unit;
 use crate::memory::{MemoryBudget, MemoryUse, OverBudget, Reservation};
@@ -291,7 +291,7 @@ fn check(mesh: &Mesh) -> Result<(), PipelineError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::tile::Clusters;
+    use crate::pipeline::indexed_mesh::Clusters;
     use crate::scene::shapes;
 
     fn geometry(mesh: Mesh) -> Geometry {

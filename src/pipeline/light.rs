@@ -5,7 +5,6 @@
 //! vectors are unit vectors in world space; L points to the light, V to the viewer. The terms that
 //! a texture multiplies (Ka and Kd) and those that it does not (Ks and Ke) are separate.
 
-use super::tile::{Cone, Exponent, FastLight, LightPosition};
 use crate::math::matrix::unit;
 use crate::math::power::pow;
 use crate::scene::{Attenuation, CameraMatrices, Light, LightKind, LightingModel, Material};
@@ -61,12 +60,12 @@ impl ViewerPosition {
 /// A light with the values that do not depend on the surface point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedLight {
-    light: Light,
+    pub light: Light,
     /// For a directional light, the unit vector towards it; for spots, the unit axis; zero without
     /// direction.
-    direction: DVec3,
+    pub direction: DVec3,
     /// Cosine of a SPOT's half angle.
-    cos_angle: f64,
+    pub cos_angle: f64,
 }
 
 impl PreparedLight {
@@ -227,6 +226,11 @@ impl Lighting {
         self.prepared_lights
     }
 
+    /// Returns the lights that can contribute, in order.
+    pub fn lights(&self) -> &[PreparedLight] {
+        &self.prepared_lights
+    }
+
     /// Returns the number of lights that can contribute.
     pub fn light_count(&self) -> usize {
         self.prepared_lights.len()
@@ -253,61 +257,6 @@ impl Lighting {
                 LitColor { diffuse_ambient: material.ka * self.ambient, specular_emissive: material.emissive }
             }
         }
-    }
-
-    /// Fills `fast` with the lights in the kernels' format. `point` and `direction` transform to
-    /// shading space. Returns `None` if a value is out of range for f32 kernels.
-    pub fn fast(
-        &self,
-        material: &Material,
-        point: impl Fn(DVec3) -> DVec3,
-        direction: impl Fn(DVec3) -> DVec3,
-        fast: &mut Vec<FastLight>,
-    ) -> Option<()> {
-        let f32s = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
-        let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
-        fast.clear();
-        for prepared_light in &self.prepared_lights {
-            let light = &prepared_light.light;
-            let at = |p: DVec3| LightPosition::At(f32s(point(p)));
-            let axis = f32s(direction(prepared_light.direction));
-            let (position, cone, radius, attenuation) = match light.kind {
-                LightKind::Directional { .. } => {
-                    (LightPosition::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
-                }
-                LightKind::Point { position, attenuation, radius } => {
-                    (at(position), Cone::None, radius, attenuation)
-                }
-                LightKind::Spot { position, exponent, attenuation, .. } => {
-                    let exponent = Exponent::new(exponent)?;
-                    let cone = Cone::Power { axis, cos_angle: prepared_light.cos_angle as f32, exponent };
-                    (at(position), cone, f64::INFINITY, attenuation)
-                }
-                LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
-                    let (beam, cut_off) = (beam_width_rad as f32, cut_off_rad as f32);
-                    (at(position), Cone::Linear { axis, beam, cut_off }, radius, attenuation)
-                }
-            };
-            let own = FastLight {
-                position,
-                cone,
-                radius: radius as f32,
-                ambient: f32s(material.ka * light.ambient),
-                diffuse: f32s(material.kd * light.color),
-                specular: f32s(material.ks * light.color),
-                attenuation: (attenuation != Attenuation::NONE)
-                    .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
-                is_clamped: light.clamp_attenuation,
-            };
-            let (LightPosition::At(p) | LightPosition::Toward(p)) = position;
-            let sums = own.attenuation.unwrap_or([0.0; 3]);
-            if ![p, own.ambient, own.diffuse, own.specular, sums].into_iter().all(carried) || radius.is_nan()
-            {
-                return None;
-            }
-            fast.push(own);
-        }
-        Some(())
     }
 
     /// Returns the colour of one point.

@@ -19,66 +19,45 @@
 
 mod assemble;
 mod backdrop;
+mod blend;
 mod clip;
 mod depth_sort;
 mod draw_call;
 mod geometry_cache;
+mod indexed_mesh;
 mod light;
-mod lines;
+mod materials;
 mod normals;
 mod ordered;
+mod path_plan;
+mod pixel;
 mod plan;
 mod plane_equation;
 mod planner;
 mod prepared_draw;
 pub mod quality;
-mod rasterize;
+mod reference;
 mod renderer;
 mod sampler;
 mod scene;
+mod scene_plan;
 mod shade;
-pub mod tile;
+mod target_rows;
+mod tile;
 mod tile_frontend;
 pub mod trace;
 mod vertex;
 mod viewport;
 mod working;
+mod worst_case;
 
 pub use clip::{ClipVertex, ClippedLine, clip_line, clip_polygon};
 pub use draw_call::{CoarseDepth, DepthUse, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 pub(crate) use normals::polygon_normal;
 pub use plan::{Part, Plan, PlanItem, Title};
-pub use renderer::{RenderOptions, RenderPath, Renderer};
-pub use scene::{draw_scene, plan_scene};
-
-use crate::scene::ShadeMode;
-use prepared_draw::{Layer, PreparedDraw};
-
-/// Draws one mesh, opaque and transparent faces alike, in file order or sorted by depth under the
-/// painter's algorithm.
-///
-/// # Errors
-/// When the camera makes no picture, when the model matrix is not affine or not finite, or when the
-/// mesh has an index outside its own arrays. The target is then untouched.
-pub fn draw(target: &mut Target, call: &DrawCall) -> Result<DrawStats, PipelineError> {
-    let mut stats = DrawStats::default();
-    // 1 plan, 2 transform vertices, 3 normals
-    let prepared = PreparedDraw::new(call, target, &mut stats)?;
-    prepared.open_buffers(target);
-    if call.shade == ShadeMode::Wire {
-        prepared.draw_wire(target, &mut stats);
-    } else {
-        for triangle in prepared.face_order() {
-            // 4 cull, 5 cut at the eye, 6 coverage, 7 depth, 8 attributes, 9 shade, 10 blend and
-            // write
-            prepared.draw_face(triangle, Layer::All, target, &mut stats);
-        }
-    }
-    // 11 lines and points of the mesh
-    prepared.draw_lines(target, &mut stats);
-    prepared.draw_points(target, &mut stats);
-    Ok(stats)
-}
+pub use reference::draw;
+pub use renderer::{RenderOptions, RenderPath, Renderer, draw_scene};
+pub use scene_plan::plan_scene;
 
 /// Reads a JSON file of reference values from `tests/data/golden`.
 #[cfg(test)]

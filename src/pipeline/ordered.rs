@@ -8,13 +8,15 @@
 //! kernels.
 
 use super::assemble::Face;
-use super::depth_sort::{FACE_ENTRY_BYTES, recycle};
+use super::depth_sort::recycle;
 use super::draw_call::{DrawStats, Target};
 use super::prepared_draw::PreparedDraw;
-use super::rasterize::{TargetRows, WriteMask};
+use super::reference::WriteMask;
 use super::shade::FaceShade;
+use super::target_rows::TargetRows;
 use super::tile::BlendedFace;
 use super::tile_frontend::BlendedSetup;
+use super::working::FACE_ENTRY_BYTES;
 use crate::cancel::CancelToken;
 use crate::executor::Executor;
 use crate::math::coverage::PixelRect;
@@ -186,12 +188,22 @@ impl Work<'_, '_> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let mut raster = self.all[f.object].raster(&mut target_rows);
+            let prepared = &self.all[f.object];
             match &f.blended_face {
-                Some(blended_face) => {
-                    raster.blended_face(self.level, blended_face, (&f.face, &f.shade), f.triangle, &mut stats)
-                }
-                None => raster.face(&f.face, &f.shade, f.triangle, WriteMask::Color, &mut stats),
+                Some(blended_face) => prepared.draw_blended_face(
+                    self.level,
+                    blended_face,
+                    (&f.face, &f.shade),
+                    f.triangle,
+                    (&mut target_rows, &mut stats),
+                ),
+                None => prepared.raster(&mut target_rows).face(
+                    &f.face,
+                    &f.shade,
+                    f.triangle,
+                    WriteMask::Color,
+                    &mut stats,
+                ),
             }
         }
         (stats, target_rows.written)

@@ -1,99 +1,20 @@
-//! Stage 1: derives a draw call's plan.
+//! Stage 1: derives the stages that a draw call needs, by whatever path it is drawn.
 //!
-//! In: a draw call, its target, its lights and cached facts about its mesh. Out: a [`Plan`]. No
-//! vertex is transformed and no pixel is read.
+//! In: a draw call, its target, its lights and cached facts about its mesh. Out: a [`Plan`] without
+//! the parts of the tile renderer, which `path_plan` adds. No vertex is transformed and no pixel is
+//! read.
 
-use super::assemble::Facing;
-use super::depth_sort::SORT_KEY_BYTES;
 use super::draw_call::{DrawCall, Target};
 use super::geometry_cache::GeometryInfo;
-use super::light::{Lighting, PreparedLight, ViewerPosition};
-use super::ordered::face_list_bytes;
+use super::light::Lighting;
 use super::plan::{Part, Plan, Title};
-use super::tile::LIST_BYTES;
-use super::tile_frontend::{blended_unsupported_reason, estimated_bytes, unsupported_reason};
 use super::vertex::Vertex;
-use super::working::at_worst;
-use crate::cancel::CancelToken;
-use crate::scene::{Cull, HiddenSurface, Material, NONE, Polygon, Projection, ShadeMode, Texture};
+use super::working::SORT_KEY_BYTES;
+use crate::scene::{Cull, HiddenSurface, ShadeMode, Texture};
 use glam::DVec3;
 
 /// Reason printed when the painter's algorithm sorts faces.
 pub(crate) const SORTED_BY_PAINTER: &str = "HIDE painter draws far to near";
-
-impl Plan {
-    /// Creates the plan of one DRAW into `target`.
-    ///
-    /// The cost is linear in the mesh's polygons and corners; vertices are not transformed.
-    pub fn of_draw(call: &DrawCall, target: &Target) -> Plan {
-        let lighting = call.lighting(ViewerPosition::Axis(DVec3::Z));
-        let mut plan =
-            plan_draw(call, target, &lighting, &GeometryInfo::of(call.geometry, CancelToken::default()));
-        let working = at_worst(call, target, &plan, None, (1, LIST_BYTES as u64));
-        plan.set_working_bytes(working.sum());
-        plan
-    }
-}
-
-impl<'a> DrawCall<'a> {
-    /// Returns the lights that reach this mesh.
-    pub(crate) fn lighting(&self, viewer: ViewerPosition) -> Lighting {
-        self.lighting_in(viewer, Vec::new())
-    }
-
-    /// Returns the lights that reach this mesh, in a list recycled from another draw.
-    pub(crate) fn lighting_in(&self, viewer: ViewerPosition, recycled: Vec<PreparedLight>) -> Lighting {
-        match self.light_subset {
-            None => Lighting::new_in(self.lights.iter(), self.ambient, viewer, recycled),
-            Some(subset) => {
-                let chosen = subset.iter().filter_map(|&i| self.lights.get(i as usize));
-                Lighting::new_in(chosen, self.ambient, viewer, recycled)
-            }
-        }
-    }
-
-    /// Returns the material and texture of a polygon seen from one side. The back material comes
-    /// first, then the polygon's own material, then the draw's; the texture is the polygon's own or
-    /// the draw's.
-    pub(crate) fn material_of(&self, polygon: &Polygon, side: Facing) -> (&'a Material, Option<&'a Texture>) {
-        let own = match polygon.material {
-            NONE => None,
-            i => self.geometry.mesh.materials.get(i as usize),
-        };
-        let texture = self.geometry.textures.get(polygon.material as usize).and_then(|t| t.as_deref());
-        let material = match (side, self.back_material) {
-            (Facing::Back, Some(back)) => back,
-            _ => own.unwrap_or(self.material),
-        };
-        (material, texture.or(self.texture))
-    }
-
-    /// Returns whether a face with this material and texture can be transparent, vertex colours
-    /// aside.
-    pub(crate) fn is_transparent(material: &Material, texture: Option<&Texture>) -> bool {
-        material.transparency > 0.0 || texture.is_some_and(Texture::has_alpha)
-    }
-
-    /// Returns the sides of faces that CULL leaves visible.
-    fn sides(&self) -> &'static [Facing] {
-        match self.cull {
-            Cull::Back => &[Facing::Front],
-            Cull::Front => &[Facing::Back],
-            Cull::None => &[Facing::Front, Facing::Back],
-        }
-    }
-
-    /// Returns whether the camera's projection is parallel, so that w is 1 everywhere.
-    pub(crate) fn is_parallel(&self) -> bool {
-        !matches!(
-            self.camera.projection,
-            Projection::Perspective { .. }
-                | Projection::Plane { .. }
-                | Projection::Frustum { .. }
-                | Projection::Window { .. }
-        )
-    }
-}
 
 /// Derives the plan of one draw call: the parts of the pipeline that it needs, and why.
 pub(crate) fn plan_draw(
@@ -149,33 +70,6 @@ pub(crate) fn plan_draw(
     }
     if faces > 0 {
         plan_faces(call, lighting, geometry_info, &mut plan, faces, wire);
-    }
-    match unsupported_reason(call, target, &plan) {
-        None => {
-            let bytes = estimated_bytes(call, target, &plan);
-            plan.set_bytes(Part::TransformVertices, 0);
-            plan.add(
-                Part::TileRenderer,
-                "opaque faces: first what is seen, then its colour, in vectors",
-                faces,
-                bytes,
-            );
-        }
-        Some(why) => plan.leave_out(Part::TileRenderer, why),
-    }
-    match plan.uses(Part::TileRenderer) && plan.uses(Part::DepthMemory) {
-        true => plan.leave_out(Part::CoarseDepth, "nobody asks for it"),
-        false => plan.leave_out(Part::CoarseDepth, "the tile renderer tests no depth"),
-    }
-    match blended_unsupported_reason(call, target) {
-        _ if plan.uses(Part::TileRenderer) => {
-            plan.leave_out(Part::FacesInOrder, "the tile renderer draws them");
-        }
-        None => {
-            let bytes = face_list_bytes(faces);
-            plan.add(Part::FacesInOrder, "one after the other, in vectors", faces, bytes);
-        }
-        Some(why) => plan.leave_out(Part::FacesInOrder, why),
     }
     plan
 }

@@ -15,12 +15,10 @@ use crate::pipeline::light::{Lighting, PreparedLight, ViewerPosition};
 use crate::pipeline::normals::{NormalMatrix, Normals};
 use crate::pipeline::plan::{Part, Plan};
 use crate::pipeline::planner::plan_draw;
-use crate::pipeline::rasterize::{Raster, TargetRows, WriteMask};
-use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::target_rows::TargetRows;
 use crate::pipeline::vertex::{Transform, Vertex};
 use crate::pipeline::viewport::ViewportTransform;
-use crate::scene::{CameraMatrices, FillStyle, Interpolation, ShadeMode};
-use glam::DVec3;
+use crate::scene::{CameraMatrices, Interpolation, ShadeMode};
 use std::sync::Arc;
 
 /// Selection of a draw's faces by transparency.
@@ -218,26 +216,9 @@ impl<'a> PreparedDraw<'a> {
         }
     }
 
-    /// Returns the triangles in drawing order.
-    pub fn face_order(&self) -> Vec<u32> {
-        let mut order: Vec<u32> = (0..self.call.geometry.mesh.triangles.len() as u32).collect();
-        if self.plan.uses(Part::SortFaces) {
-            // Far first: view z is more negative there. Stable, so equal ones keep file order.
-            order.sort_by(|&a, &b| self.center_z(a).total_cmp(&self.center_z(b)));
-        }
-        order
-    }
-
     /// Runs stages 4 and 5 for one triangle.
     pub fn assemble(&self, triangle: u32, stats: &mut DrawStats) -> Option<Face> {
         self.assembler.face(self.corner_vertices(triangle).each_ref(), stats)
-    }
-
-    /// Runs stages 4 to 10 for one triangle, if it belongs to `layer`.
-    pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
-        if self.is_in(triangle, layer) {
-            self.draw_any_face(triangle, target, stats);
-        }
     }
 
     /// Returns whether a triangle belongs to `layer`.
@@ -245,64 +226,9 @@ impl<'a> PreparedDraw<'a> {
         layer == Layer::All || self.is_transparent(triangle) == (layer == Layer::Transparent)
     }
 
-    /// Runs stages 4 to 10 for one triangle.
-    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
-        let Some(face) = self.assemble(triangle, stats) else { return };
-        let shade = self.shade(triangle, face.side, stats);
-        self.cover(&face, &shade, triangle, WriteMask::Color, target, stats);
-    }
-
-    /// Runs stages 6, 7 and 10 for one triangle, writing depth only.
-    pub fn draw_depth(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
-        let Some(face) = self.assemble(triangle, stats) else { return };
-        let shade = FaceShade {
-            light: ShadingFrequency::Constant(crate::pipeline::light::LitColor {
-                diffuse_ambient: DVec3::ZERO,
-                specular_emissive: DVec3::ZERO,
-            }),
-            colors: None,
-            texture: None,
-            stages: None,
-            fill: FillStyle::default(),
-            positions: [DVec3::ZERO; 3],
-            opacity: 1.0,
-            fog: None,
-            is_transparent: false,
-        };
-        self.cover(&face, &shade, triangle, WriteMask::DepthOnly, target, stats);
-    }
-
-    /// Rasterizes an assembled face and marks the rows written.
-    fn cover(
-        &self,
-        face: &Face,
-        shade: &FaceShade,
-        triangle: u32,
-        writes: WriteMask,
-        target: &mut Target,
-        stats: &mut DrawStats,
-    ) {
-        let mut target_rows = self.target_rows(target);
-        self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
-        let written = target_rows.written;
-        target.memory.mark_rows(written);
-    }
-
     /// Returns the target's rows as this draw may write them.
     pub fn target_rows<'t>(&self, target: &'t mut Target) -> TargetRows<'t> {
         TargetRows::new(target, self.transform().screen.clip, self.plan.uses(Part::DepthMemory))
-    }
-
-    /// Returns the rasterizer of this draw's faces.
-    pub fn raster<'r, 't>(&'r self, target_rows: &'r mut TargetRows<'t>) -> Raster<'r, 't> {
-        Raster {
-            target_rows,
-            screen: &self.transform().screen,
-            lighting: &self.lighting,
-            interp: self.call.interp,
-            divide: self.plan.uses(Part::PerspectiveDivision),
-            name: self.call.name,
-        }
     }
 
     /// Returns whether attributes are interpolated linearly on the screen.

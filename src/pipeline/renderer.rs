@@ -1,29 +1,35 @@
 //! The renderer that programs use: draws each mesh by the fastest path that serves it.
 //!
-//! In: the arguments of [`super::draw`] and [`super::draw_scene`]. Out: the same picture within the
-//! limits of the plain path, which is the reference. The renderer keeps working memory and facts
-//! about shared geometries, including their indexed meshes, from draw to draw. It starts no thread;
-//! a pool is passed to it. The bytes do not depend on the pool or the SIMD level.
+//! In: draw calls and scenes. Out: their picture, by the backend that [`RenderPath`] names; that of
+//! the tile renderer is within its limits of the reference's. The renderer keeps working memory and
+//! facts about shared geometries, including their indexed meshes, from draw to draw. It starts no
+//! thread; a pool is passed to it. The bytes do not depend on the pool or the SIMD level.
 
-use super::depth_sort::FaceOrder;
+mod cache;
+mod draw_scene;
+mod workspace;
+
 use super::draw_call::{CoarseDepth, DrawCall, DrawStats, PipelineError, SceneOptions, Target};
 use super::geometry_cache::{GeometryInfo, Needs};
-use super::ordered::{FaceList, draw_in_order};
+use super::ordered::draw_in_order;
+use super::path_plan::add_path;
 use super::plan::{Part, Plan};
-use super::prepared_draw::{Layer, PreparedDraw, RecycledLists};
-use super::scene::{SceneBackend, SceneLists, draw_scene_with, plan_scene_for};
+use super::prepared_draw::{Layer, PreparedDraw};
+use super::scene_plan::plan_scene_for;
 use super::tile::{HIERARCHICAL_Z_BYTES, LIST_BYTES, list_bound};
-use super::tile_frontend::{DrawBatch, DrawContext, Workspace, binding_bytes, unsupported_reason};
+use super::tile_frontend::{DrawBatch, DrawContext, binding_bytes, unsupported_reason};
 use super::vertex::Vertex;
-use super::working::{SMALL_FACES, Working, WorkingBytes, WorkingMemory, at_worst, ordered, small_at_worst};
+use super::working::{Working, WorkingBytes, WorkingMemory};
+use super::worst_case::{SMALL_FACES, at_worst, ordered, small_at_worst};
 use crate::cancel::CancelToken;
 use crate::executor::Executor;
 use crate::memory::{DepthFormat, MemoryBudget, OverBudget, Rgba, VideoMemory};
-use crate::scene::{Geometry, Scene, ShadeMode};
+use crate::scene::{Scene, ShadeMode};
 use crate::simd::{Level, fill_pixels};
+use cache::Cache;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
+use workspace::Workspace;
 
 /// The code path that draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -56,19 +62,10 @@ pub struct RenderOptions {
 pub struct Renderer {
     options: RenderOptions,
     executor: Executor,
+    /// Buffers that one draw leaves to the next.
     workspace: Workspace,
     cache: Cache,
-    /// Lists of the last draw, for reuse.
-    recycled: RecycledLists,
-    /// Faces of one object that are drawn in submission order.
-    order: FaceOrder,
-    /// Prepared faces that [`draw_in_order`] works on.
-    face_list: FaceList,
-    /// Batch of small draws that are rasterized together, for reuse.
-    draw_batch: DrawBatch,
-    /// Lists of the last scene, for reuse.
-    lists: SceneLists,
-    /// Budget reservation for all of the above.
+    /// Budget reservation for the workspace.
     working: WorkingMemory,
     /// Bytes of the tiles' face lists at which a draw is split into pieces.
     bound: ListBound,
@@ -131,11 +128,6 @@ impl Renderer {
     /// geometries that still exist are kept.
     pub fn release(&mut self) {
         self.workspace = Workspace::default();
-        self.recycled = RecycledLists::default();
-        self.order = FaceOrder::default();
-        self.face_list = FaceList::default();
-        self.draw_batch = DrawBatch::default();
-        self.lists = SceneLists::default();
         self.cache.forget_dropped();
         self.working.clear();
         self.bound = ListBound::default();
@@ -192,7 +184,7 @@ impl Renderer {
                 self.working.reserve(&worst(self))?;
             }
         }
-        self.workspace.bound_lists(self.bound.0 as usize);
+        self.workspace.tile.bound_lists(self.bound.0 as usize);
         Ok(())
     }
 
@@ -209,7 +201,8 @@ impl Renderer {
     /// Returns to the budget what was reserved for the worst case and is not in use.
     fn shrink_reservation(&mut self) {
         if self.working.is_large() {
-            self.working.shrink_reservation(self.workspace.list_bytes(), self.draw_batch.held_bytes());
+            let Workspace { tile, draw_batch, .. } = &self.workspace;
+            self.working.shrink_reservation(tile.list_bytes(), draw_batch.held_bytes());
         }
     }
 
@@ -220,13 +213,7 @@ impl Renderer {
 
     /// Returns the bytes kept from draw to draw: working memory and cached geometry facts.
     pub fn size_bytes(&self) -> usize {
-        self.workspace.size_bytes()
-            + self.lists.size_bytes()
-            + self.recycled.size_bytes()
-            + self.order.size_bytes()
-            + self.draw_batch.size_bytes()
-            + self.face_list.size_bytes()
-            + self.cache.entries.values().map(|e| e.geometry_info.size_bytes()).sum::<usize>()
+        self.workspace.size_bytes() + self.cache.size_bytes()
     }
 
     /// Fills the frame with `color`, on all threads if the frame is large enough.
@@ -264,7 +251,7 @@ impl Renderer {
         plan
     }
 
-    /// Draws one mesh, like [`super::draw`].
+    /// Draws one mesh: faces in file order, or sorted under HIDE painter; then its lines and points.
     ///
     /// # Errors
     /// As [`super::draw`], and when the working memory does not fit the budget.
@@ -275,42 +262,23 @@ impl Renderer {
             call,
             target,
             self.geometry_info(call),
-            std::mem::take(&mut self.recycled),
+            std::mem::take(&mut self.workspace.recycled),
             &mut stats,
         )?;
         prepared.cancel = &cancel;
+        add_path(&mut prepared.plan, call, target);
         self.prepare_geometry(&prepared)?;
         self.reserve(target, |own| own.at_worst(&prepared, target))?;
         prepared.open_buffers(target);
         self.faces(&mut prepared, Layer::All, target, &mut stats);
         prepared.draw_lines(target, &mut stats);
         prepared.draw_points(target, &mut stats);
-        self.recycled = prepared.into_recycled();
+        self.workspace.recycled = prepared.into_recycled();
         self.shrink_reservation();
         Ok(stats)
     }
 
-    /// Draws a scene, like [`super::draw_scene`].
-    ///
-    /// # Errors
-    /// As [`super::draw_scene`], and when the working memory does not fit the budget.
-    pub fn draw_scene(
-        &mut self,
-        target: &mut Target,
-        scene: &Scene,
-        options: &SceneOptions,
-    ) -> Result<DrawStats, PipelineError> {
-        let stats = draw_scene_with(self, target, scene, options)?;
-        self.shrink_reservation();
-        Ok(stats)
-    }
-}
-
-impl SceneBackend for Renderer {
-    fn executor(&self) -> &Executor {
-        &self.executor
-    }
-
+    /// Returns the cached facts about a draw's geometry.
     fn geometry_info(&mut self, call: &DrawCall) -> Arc<GeometryInfo> {
         match call.shared.filter(|shared| std::ptr::eq(Arc::as_ptr(shared), call.geometry)) {
             Some(shared) => self.cache.geometry_info(shared, &self.options.cancel),
@@ -318,10 +286,7 @@ impl SceneBackend for Renderer {
         }
     }
 
-    fn lists(&mut self) -> &mut SceneLists {
-        &mut self.lists
-    }
-
+    /// Reserves `bytes` for a scene's objects.
     fn reserve_objects(&mut self, bytes: u64) -> Result<(), PipelineError> {
         let mut required = WorkingBytes::default();
         required[Working::Objects] = bytes;
@@ -332,6 +297,8 @@ impl SceneBackend for Renderer {
         Ok(())
     }
 
+    /// Reserves the memory for drawing these objects; `face_list` is that of the faces drawn in
+    /// submission order.
     fn reserve_scene(
         &mut self,
         all: &[PreparedDraw],
@@ -354,6 +321,7 @@ impl SceneBackend for Renderer {
         Ok(())
     }
 
+    /// Draws the faces of one object that belong to a layer, in order; a wireframe completely.
     fn faces(
         &mut self,
         prepared: &mut PreparedDraw,
@@ -370,7 +338,7 @@ impl SceneBackend for Renderer {
                 level: self.level(),
                 executor: &self.executor,
                 coarse,
-                workspace: &mut self.workspace,
+                workspace: &mut self.workspace.tile,
             };
             if prepared.draw_fast(context, target, stats) {
                 return;
@@ -388,21 +356,23 @@ impl SceneBackend for Renderer {
             prepared.draw_wire(target, stats);
         } else {
             let all = std::slice::from_ref(&*prepared);
-            let mut order = std::mem::take(&mut self.order);
+            let mut order = std::mem::take(&mut self.workspace.order);
             order.collect_faces(all, |p, t| p.is_in(t, layer));
             if prepared.plan.uses(Part::SortFaces) {
                 order.sort(all, self.executor.cancel());
             }
             self.draw_in_order(all, order.list(), target, stats);
-            self.order = order;
+            self.workspace.order = order;
         }
     }
 
+    /// Draws the opaque faces of the first objects of `all` as one batch, where that pays, and
+    /// returns their number. Batched objects have nothing else to draw.
     fn draw_batch(&mut self, all: &[PreparedDraw], target: &mut Target, stats: &mut DrawStats) -> usize {
         if self.options.path == RenderPath::Plain || self.threads() < 2 {
             return 0;
         }
-        let count = self.draw_batch.count(all, target);
+        let count = self.workspace.draw_batch.count(all, target);
         let mut required = WorkingBytes::default();
         required[Working::DrawBatch] = {
             let surfaces = all[..count].iter().map(|p| binding_bytes(p.call));
@@ -412,14 +382,17 @@ impl SceneBackend for Renderer {
         if count == 0 || self.working.reserve(&required).is_err() {
             return 0;
         }
-        self.draw_batch.draw(
-            (self.level(), &self.executor, self.options.coarse),
+        let level = self.level();
+        self.workspace.draw_batch.draw(
+            (level, &self.executor, self.options.coarse),
             &all[..count],
             target,
             stats,
         )
     }
 
+    /// Draws faces of several objects in the list's order; an entry is (object index, triangle
+    /// index).
     fn draw_in_order(
         &mut self,
         all: &[PreparedDraw],
@@ -428,8 +401,21 @@ impl SceneBackend for Renderer {
         stats: &mut DrawStats,
     ) {
         let level = (self.options.path == RenderPath::Fast).then(|| self.level());
-        draw_in_order((&self.executor, level), &mut self.face_list, all, list, target, stats);
+        draw_in_order((&self.executor, level), &mut self.workspace.face_list, all, list, target, stats);
     }
+}
+
+/// Draws a scene by the reference; see [`Renderer::draw_scene`].
+///
+/// # Errors
+/// As [`Renderer::draw_scene`].
+pub fn draw_scene(
+    target: &mut Target,
+    scene: &Scene,
+    options: &SceneOptions,
+) -> Result<DrawStats, PipelineError> {
+    let reference = RenderOptions { path: RenderPath::Plain, ..RenderOptions::default() };
+    Renderer::new(reference).draw_scene(target, scene, options)
 }
 
 /// Returns whether [`small_at_worst`] bounds the draw's working memory.
@@ -437,97 +423,10 @@ fn is_small(prepared: &PreparedDraw) -> bool {
     prepared.plan.uses(Part::TileRenderer) && prepared.call.geometry.mesh.triangles.len() <= SMALL_FACES
 }
 
-/// Maximum number of geometries in the cache.
-const MOST_ENTRIES: usize = 1 << 15;
-
-/// Maximum bytes of cached geometry facts, apart from those in use.
-const MOST_BYTES: usize = 1 << 30;
-
-/// Cached facts about shared geometries, by address.
-#[derive(Debug, Default)]
-struct Cache {
-    entries: HashMap<usize, Entry>,
-    /// Number of look-ups so far.
-    clock: u64,
-}
-
-/// Cached facts about one geometry.
-#[derive(Debug)]
-struct Entry {
-    /// Keeps the address from being reused for another geometry, but not the geometry alive.
-    /// Changing a geometry in place while this exists either moves it to a new address
-    /// (`Arc::make_mut`) or fails (`Arc::get_mut`).
-    geometry: Weak<Geometry>,
-    geometry_info: Arc<GeometryInfo>,
-    /// Value of the cache's clock at the last look-up.
-    last_used: u64,
-}
-
-impl Cache {
-    /// Returns the facts about a shared geometry, and caches them.
-    fn geometry_info(&mut self, shared: &Arc<Geometry>, cancel: &CancelToken) -> Arc<GeometryInfo> {
-        self.clock += 1;
-        let address = Arc::as_ptr(shared).addr();
-        if let Some(entry) = self.entries.get_mut(&address) {
-            entry.last_used = self.clock;
-            return Arc::clone(&entry.geometry_info);
-        }
-        self.forget();
-        let geometry_info = Arc::new(GeometryInfo::of(shared, cancel.clone()));
-        let geometry = Arc::downgrade(shared);
-        self.entries.insert(
-            address,
-            Entry { geometry, geometry_info: Arc::clone(&geometry_info), last_used: self.clock },
-        );
-        geometry_info
-    }
-
-    /// Drops the entries of geometries that no longer exist.
-    fn forget_dropped(&mut self) {
-        self.entries.retain(|_, e| e.geometry.strong_count() > 0);
-    }
-
-    /// Drops the entries of geometries that no longer exist and, if that is not enough, the older
-    /// half of the rest.
-    fn forget(&mut self) {
-        // Scans all entries only when their number has doubled or is at its limit.
-        if self.entries.len().is_power_of_two() || self.entries.len() >= MOST_ENTRIES {
-            self.forget_dropped();
-            let bytes: usize = self.entries.values().map(|e| e.geometry_info.size_bytes()).sum();
-            if self.entries.len() >= MOST_ENTRIES || bytes > MOST_BYTES {
-                let mut times: Vec<u64> = self.entries.values().map(|e| e.last_used).collect();
-                times.sort_unstable();
-                let middle = times[times.len() / 2];
-                self.entries.retain(|_, e| e.last_used > middle);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::shapes;
-
-    #[test]
-    fn a_geometry_is_known_by_its_address_as_long_as_that_is_its_own() {
-        let mut cache = Cache::default();
-        let geometry = |n| Arc::new(Geometry { mesh: shapes::knot(n, 4).expect("a knot"), textures: vec![] });
-        let mut first = geometry(5);
-        let never = &CancelToken::default();
-        let geometry_info = cache.geometry_info(&first, never);
-        assert!(Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
-        // Changing it in place moves it, because the cache holds a weak reference.
-        Arc::make_mut(&mut first).mesh.positions[0].x = 9.0;
-        assert!(!Arc::ptr_eq(&geometry_info, &cache.geometry_info(&first, never)));
-        drop(first);
-        for n in 6..40 {
-            let other = geometry(n);
-            let geometry_info = cache.geometry_info(&other, never);
-            assert_eq!(geometry_info.prepared(&other.mesh, false).triangle_count, n as usize * 8);
-        }
-        assert!(cache.entries.len() < 20, "{} of dropped geometries are left", cache.entries.len());
-    }
 
     /// Returns a scene of one large mesh and many small ones, some of them transparent.
     fn crowd() -> Scene {

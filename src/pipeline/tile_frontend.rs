@@ -4,6 +4,7 @@
 //! All setup is in f64: `shading_space` chooses the space in which colours are computed,
 //! `light_setup` builds the tables that all faces share.
 
+mod blended_raster;
 mod blended_setup;
 mod draw_batch;
 mod draw_inputs;
@@ -12,13 +13,14 @@ mod memory_estimate;
 mod shading_space;
 
 use super::assemble::{Face, Facing};
+use super::blend::opaque;
 use super::draw_call::{CoarseDepth, DrawCall, DrawStats, Target};
+use super::indexed_mesh::IndexedMesh;
 use super::plan::{Part, Plan};
 use super::prepared_draw::PreparedDraw;
-use super::rasterize::opaque;
 use super::sampler::Footprint;
 use super::shade::ShadingFrequency;
-use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, IndexedMesh, Scratch};
+use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
 use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
@@ -34,18 +36,18 @@ pub(crate) struct DrawContext<'t> {
     pub level: Level,
     pub executor: &'t Executor,
     pub coarse: CoarseDepth,
-    pub workspace: &'t mut Workspace,
+    pub workspace: &'t mut TileWorkspace,
 }
 
 /// Buffers that are kept from draw to draw.
 #[derive(Debug, Default)]
-pub(crate) struct Workspace {
+pub(crate) struct TileWorkspace {
     scratch: Scratch,
     tables: Tables,
     recycled: RecycledBindings,
 }
 
-impl Workspace {
+impl TileWorkspace {
     /// Returns the bytes that the buffers take.
     pub fn size_bytes(&self) -> usize {
         self.scratch.size_bytes() + self.tables.size_bytes()
@@ -121,7 +123,7 @@ impl PreparedDraw<'_> {
     /// Draws the opaque faces by the tile renderer. Returns `false`, with nothing drawn, if the
     /// draw proves to be unsupported: its values are out of range for f32, or nothing is in view.
     pub fn draw_fast(&self, context: DrawContext<'_>, target: &mut Target, stats: &mut DrawStats) -> bool {
-        let Workspace { scratch, tables, recycled } = context.workspace;
+        let TileWorkspace { scratch, tables, recycled } = context.workspace;
         let Some(mut inputs) = self.inputs(recycled) else { return false };
         inputs.coarse = context.coarse;
         let serial = self.is_small().then(|| context.executor.serial());

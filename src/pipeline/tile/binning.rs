@@ -10,15 +10,15 @@
 //! How one would know: tests/allocations/draw_memory.rs measures the memory that draws hold.
 
 use super::bins::{self, Chunk, Grid, ListBytes};
-use super::clusters::{CLUSTER_FACES, ClusterKernel, CullView};
+use super::clusters::{ClusterKernel, CullView};
 use super::depth_f64::DepthVertexKernel;
 use super::exact_faces::ExactFace;
-use super::indexed_mesh::chunk_faces;
 use super::setup::SetupKernel;
 use super::vertex::{Projector, VertexKernel, WIDTH};
 use super::{ClipRect, DepthF64, DrawJob, Scratch};
 use crate::executor::Executor;
 use crate::pipeline::draw_call::DrawStats;
+use crate::pipeline::indexed_mesh::{CLUSTER_FACES, chunk_faces};
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use std::ops::Range;

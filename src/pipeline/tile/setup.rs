@@ -11,12 +11,13 @@
 
 use super::bin_fragments::bin_fragments;
 use super::bins::{Chunk, ClipRect, Grid, Small, Winding};
-use super::clusters::{CLUSTER_FACES, Visibility};
+use super::clusters::Visibility;
 use super::edges::{bounds3, corner, coverage, edge, ones, pixels, snapped, sort_corners};
 use super::exact_faces::ExactFace;
 use super::fragments;
 use super::vertex::{Outcode, ScreenVertex};
 use crate::pipeline::draw_call::DrawStats;
+use crate::pipeline::indexed_mesh::CLUSTER_FACES;
 use crate::simd::{F32, I32, Kernel, Mask, Simd, prefetch};
 
 /// Largest side in pixels of a box whose edge functions are exact in i32: 2 * (64 * 256)^2 < 2^31.

@@ -13,6 +13,7 @@
 //! per vertex. A vertex that this cannot represent (behind the eye, beyond 16,000 pixels, far
 //! outside the depth range) has 1/w = 0: faces with such a corner take the plain path.
 
+use crate::pipeline::indexed_mesh::BLOCK_VERTICES;
 use crate::simd::{Kernel, Simd};
 use glam::{DMat4, DVec4};
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
@@ -138,7 +139,7 @@ pub struct VertexKernel<'a> {
 }
 
 /// Vertices in a block: one AVX-512 register of f64, two of AVX2.
-pub const WIDTH: usize = 8;
+pub const WIDTH: usize = BLOCK_VERTICES;
 
 /// Coordinates of a block of vertices.
 pub(super) type Lanes = [f64; WIDTH];

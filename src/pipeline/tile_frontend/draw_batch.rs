@@ -7,7 +7,7 @@
 //! what it would write alone: the bytes are the same.
 
 use super::draw_inputs::DrawInputs;
-use super::{FEW_FACES, Workspace, frame_of, unsupported_reason};
+use super::{FEW_FACES, TileWorkspace, frame_of, unsupported_reason};
 use crate::executor::Executor;
 use crate::memory::DepthFormat;
 use crate::pipeline::depth_sort::recycle;
@@ -32,7 +32,7 @@ const LIST_BYTES: usize = 32 << 20;
 #[derive(Default)]
 pub(crate) struct DrawBatch {
     /// Workspace of each draw.
-    slots: Vec<Workspace>,
+    slots: Vec<TileWorkspace>,
     /// Shared count of the bytes that all tile lists have room for.
     bytes: ListBytes,
     drawn: Vec<Option<Drawn<'static>>>,
@@ -61,13 +61,14 @@ impl fmt::Debug for DrawBatch {
 impl DrawBatch {
     /// Returns the bytes of all buffers.
     pub fn size_bytes(&self) -> usize {
-        let slots = self.slots.iter().map(|m| size_of::<Workspace>() + m.size_bytes());
+        let slots = self.slots.iter().map(|m| size_of::<TileWorkspace>() + m.size_bytes());
         slots.sum::<usize>() + self.drawn.capacity() * size_of::<Option<Drawn>>()
     }
 
     /// Returns the bytes to reserve: the tiles' lists, and the vertices and tables of each draw.
     pub fn held_bytes(&self) -> u64 {
-        let slots: usize = self.slots.iter().map(|slot| size_of::<Workspace>() + slot.table_bytes()).sum();
+        let slots: usize =
+            self.slots.iter().map(|slot| size_of::<TileWorkspace>() + slot.table_bytes()).sum();
         (self.bytes.get() + slots + self.drawn.capacity() * size_of::<Option<Drawn>>()) as u64
     }
 
@@ -77,7 +78,7 @@ impl DrawBatch {
         let (width, height) = (target.memory.width() as usize, target.memory.height() as usize);
         // A screen vertex and its f64 depth, and four tables.
         let draw = 3 * FEW_FACES as u64 * (tile::SCREEN_VERTEX_BYTES + tile::DEPTH_VERTEX_BYTES + 4 * 16)
-            + (size_of::<Workspace>() + size_of::<Option<Drawn>>()) as u64;
+            + (size_of::<TileWorkspace>() + size_of::<Option<Drawn>>()) as u64;
         let (count, bindings) = bindings
             .take(MOST_DRAWS)
             .fold((0, 0), |(count, sum): (u64, u64), bytes| (count + 1, sum + bytes));
@@ -116,7 +117,7 @@ impl DrawBatch {
         if self.slots.len() < count {
             let bytes = &self.bytes;
             self.slots.resize_with(count, || {
-                let mut slot = Workspace::default();
+                let mut slot = TileWorkspace::default();
                 slot.scratch.share_lists(bytes, LIST_BYTES);
                 slot
             });
@@ -179,11 +180,11 @@ impl<'p> Drawn<'p> {
     /// piece.
     fn new(
         prepared: &'p PreparedDraw,
-        slot: &mut Workspace,
+        slot: &mut TileWorkspace,
         (level, executor, coarse): (Level, &Executor, CoarseDepth),
         (width, format): (usize, DepthFormat),
     ) -> Option<Self> {
-        let Workspace { scratch, tables, recycled } = slot;
+        let TileWorkspace { scratch, tables, recycled } = slot;
         let mut inputs = prepared.inputs(recycled)?;
         inputs.coarse = coarse;
         prepared.make_tables(&mut inputs, level, executor, tables);

@@ -6,11 +6,12 @@ use super::shading_space::ShadingSpace;
 use crate::executor::Executor;
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{CoarseDepth, DrawStats};
+use crate::pipeline::indexed_mesh::IndexedMesh;
 use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, IndexedMesh, MaterialBinding,
-    Shading, ToScreen, Winding,
+    ClipRect, ColorSource, DepthEncoder, DepthF64, DrawJob, Eye, FogParams, MaterialBinding, Shading,
+    ToScreen, Winding,
 };
 use crate::scene::{Cull, Interpolation, ShadeMode};
 use crate::simd::Level;

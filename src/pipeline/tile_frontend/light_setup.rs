@@ -5,12 +5,14 @@ use super::shading_space::ShadingSpace;
 use crate::executor::Executor;
 use crate::pipeline::assemble::Facing;
 use crate::pipeline::depth_sort::recycle;
-use crate::pipeline::light::SurfacePoint;
+use crate::pipeline::indexed_mesh::IndexedMesh;
+use crate::pipeline::light::{Lighting, SurfacePoint};
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::tile::{
-    Exponent, FastLight, IndexedMesh, MaterialBinding, MaterialLighting, TextureSampler, VertexLightingKernel,
+    Cone, Exponent, FastLight, LightPosition, MaterialBinding, MaterialLighting, TextureSampler,
+    VertexLightingKernel,
 };
-use crate::scene::{Cull, ShadeMode};
+use crate::scene::{Attenuation, Cull, LightKind, Material, ShadeMode};
 use crate::simd::Level;
 use crate::simd::allocator::resize_in_huge_pages;
 use glam::{DMat3, DVec3};
@@ -294,6 +296,62 @@ impl PreparedDraw<'_> {
         };
         let lit = self.lighting.at(point, material);
         [f32s(lit.diffuse_ambient), f32s(lit.specular_emissive)]
+    }
+}
+
+impl Lighting {
+    /// Fills `fast` with the lights in the kernels' format. `point` and `direction` transform to
+    /// shading space. Returns `None` if a value is out of range for f32 kernels.
+    pub(super) fn fast(
+        &self,
+        material: &Material,
+        point: impl Fn(DVec3) -> DVec3,
+        direction: impl Fn(DVec3) -> DVec3,
+        fast: &mut Vec<FastLight>,
+    ) -> Option<()> {
+        let carried = |v: [f32; 3]| v.iter().all(|c| c.abs() < 1e15);
+        fast.clear();
+        for prepared_light in self.lights() {
+            let light = &prepared_light.light;
+            let at = |p: DVec3| LightPosition::At(f32s(point(p)));
+            let axis = f32s(direction(prepared_light.direction));
+            let (position, cone, radius, attenuation) = match light.kind {
+                LightKind::Directional { .. } => {
+                    (LightPosition::Toward(axis), Cone::None, f64::INFINITY, Attenuation::NONE)
+                }
+                LightKind::Point { position, attenuation, radius } => {
+                    (at(position), Cone::None, radius, attenuation)
+                }
+                LightKind::Spot { position, exponent, attenuation, .. } => {
+                    let exponent = Exponent::new(exponent)?;
+                    let cone = Cone::Power { axis, cos_angle: prepared_light.cos_angle as f32, exponent };
+                    (at(position), cone, f64::INFINITY, attenuation)
+                }
+                LightKind::X3dSpot { position, beam_width_rad, cut_off_rad, attenuation, radius, .. } => {
+                    let (beam, cut_off) = (beam_width_rad as f32, cut_off_rad as f32);
+                    (at(position), Cone::Linear { axis, beam, cut_off }, radius, attenuation)
+                }
+            };
+            let own = FastLight {
+                position,
+                cone,
+                radius: radius as f32,
+                ambient: f32s(material.ka * light.ambient),
+                diffuse: f32s(material.kd * light.color),
+                specular: f32s(material.ks * light.color),
+                attenuation: (attenuation != Attenuation::NONE)
+                    .then(|| [attenuation.c, attenuation.l, attenuation.q].map(|v| v as f32)),
+                is_clamped: light.clamp_attenuation,
+            };
+            let (LightPosition::At(p) | LightPosition::Toward(p)) = position;
+            let sums = own.attenuation.unwrap_or([0.0; 3]);
+            if ![p, own.ambient, own.diffuse, own.specular, sums].into_iter().all(carried) || radius.is_nan()
+            {
+                return None;
+            }
+            fast.push(own);
+        }
+        Some(())
     }
 }
 

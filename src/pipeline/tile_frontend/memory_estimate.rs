@@ -6,11 +6,9 @@
 
 use crate::memory::DepthFormat;
 use crate::pipeline::draw_call::{DrawCall, Target};
+use crate::pipeline::indexed_mesh::{CLUSTER_BYTES, LEAST_FACES};
 use crate::pipeline::plan::{Part, Plan};
-use crate::pipeline::tile::{
-    CLUSTER_BYTES, DEPTH_VERTEX_BYTES, FastLight, LEAST_FACES, MaterialBinding, SCREEN_VERTEX_BYTES,
-    bin_bytes,
-};
+use crate::pipeline::tile::{DEPTH_VERTEX_BYTES, FastLight, MaterialBinding, SCREEN_VERTEX_BYTES, bin_bytes};
 use crate::pipeline::working::{Working, WorkingBytes};
 use crate::scene::{Cull, Interpolation, ShadeMode};
 

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::math::coverage::SnappedTriangle;
-use crate::pipeline::tile::IndexedMesh;
+use crate::pipeline::indexed_mesh::{CLUSTER_FACES, IndexedMesh};
 use crate::scene::shapes;
 use crate::simd::Level;
-use glam::{DMat4, DQuat};
+use glam::{DMat4, DQuat, DVec3};
 use proptest::prelude::*;
 use std::cmp::Ordering;
 

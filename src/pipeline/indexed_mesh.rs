@@ -1,4 +1,4 @@
-//! Indexed mesh for the tile renderer, built once: every distinct corner is one vertex with all its
+//! Indexed mesh, built once: every distinct corner is one vertex with all its
 //! attributes.
 //!
 //! Positions stay f64 (they are transformed in f64); normals, texture coordinates and colours
@@ -6,12 +6,15 @@
 //! order in which the faces first use them, so neighbours are close in memory. Nothing here depends
 //! on camera, light or frame.
 
-use super::clusters::{CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
-use super::distinct::{DISTINCT_BYTES, Distinct};
+mod clusters;
+mod distinct;
+
 use crate::cancel::CancelToken;
 use crate::memory::OverBudget;
 use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
+pub(crate) use clusters::{BLOCK_VERTICES, CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
+use distinct::{DISTINCT_BYTES, Distinct};
 use glam::{DVec3, DVec4};
 
 /// The index lists are padded to a multiple of this with faces without area.

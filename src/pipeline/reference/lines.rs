@@ -12,14 +12,14 @@
 //! into the depth memory only, and a line's pixel is visible if its depth, or that of one of its
 //! own faces there, is not behind the stored one.
 
-use super::clip::{ClipVertex, ClippedLine, clip_line};
-use super::draw_call::{DrawStats, Target};
-use super::light::LitColor;
-use super::plan::Part;
-use super::plane_equation::FacePlane;
-use super::prepared_draw::PreparedDraw;
-use super::rasterize::{blend, opaque};
-use super::shade::visibility;
+use crate::pipeline::blend::{blend, opaque};
+use crate::pipeline::clip::{ClipVertex, ClippedLine, clip_line};
+use crate::pipeline::draw_call::{DrawStats, Target};
+use crate::pipeline::light::LitColor;
+use crate::pipeline::plan::Part;
+use crate::pipeline::plane_equation::FacePlane;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::shade::visibility;
 use crate::scene::{Corner, HiddenSurface, LightingModel, LineKind, LineStyle, Material, Mesh};
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
@@ -80,8 +80,10 @@ impl PreparedDraw<'_> {
             if self.is_cancelled_at(i) {
                 return;
             }
-            let material =
-                self.call.material_of(&mesh.polygons[edge.polygon], super::assemble::Facing::Front).0;
+            let material = self
+                .call
+                .material_of(&mesh.polygons[edge.polygon], crate::pipeline::assemble::Facing::Front)
+                .0;
             let ends = edge.corners.map(|c| self.line_vertex(&mesh.corners[c as usize], material));
             let planes = edge.planes.map(|t| FacePlane::new(self.corner_vertices(t?).each_ref()));
             let rule = if hides { DepthRule::Edge(&planes) } else { DepthRule::Strict };

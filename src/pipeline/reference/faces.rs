@@ -1,0 +1,76 @@
+//! Stages 4 to 10 for one triangle of a prepared draw.
+
+use super::rasterize::{Raster, WriteMask};
+use crate::pipeline::assemble::Face;
+use crate::pipeline::draw_call::{DrawStats, Target};
+use crate::pipeline::light::LitColor;
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::{Layer, PreparedDraw};
+use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::target_rows::TargetRows;
+use crate::scene::FillStyle;
+use glam::DVec3;
+
+impl PreparedDraw<'_> {
+    /// Runs stages 4 to 10 for one triangle, if it belongs to `layer`.
+    pub fn draw_face(&self, triangle: u32, layer: Layer, target: &mut Target, stats: &mut DrawStats) {
+        if self.is_in(triangle, layer) {
+            self.draw_any_face(triangle, target, stats);
+        }
+    }
+
+    /// Runs stages 4 to 10 for one triangle.
+    pub fn draw_any_face(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = self.shade(triangle, face.side, stats);
+        self.cover(&face, &shade, triangle, WriteMask::Color, target, stats);
+    }
+
+    /// Runs stages 6, 7 and 10 for one triangle, writing depth only.
+    pub fn draw_depth(&self, triangle: u32, target: &mut Target, stats: &mut DrawStats) {
+        let Some(face) = self.assemble(triangle, stats) else { return };
+        let shade = FaceShade {
+            light: ShadingFrequency::Constant(LitColor {
+                diffuse_ambient: DVec3::ZERO,
+                specular_emissive: DVec3::ZERO,
+            }),
+            colors: None,
+            texture: None,
+            stages: None,
+            fill: FillStyle::default(),
+            positions: [DVec3::ZERO; 3],
+            opacity: 1.0,
+            fog: None,
+            is_transparent: false,
+        };
+        self.cover(&face, &shade, triangle, WriteMask::DepthOnly, target, stats);
+    }
+
+    /// Rasterizes an assembled face and marks the rows written.
+    fn cover(
+        &self,
+        face: &Face,
+        shade: &FaceShade,
+        triangle: u32,
+        writes: WriteMask,
+        target: &mut Target,
+        stats: &mut DrawStats,
+    ) {
+        let mut target_rows = self.target_rows(target);
+        self.raster(&mut target_rows).face(face, shade, triangle, writes, stats);
+        let written = target_rows.written;
+        target.memory.mark_rows(written);
+    }
+
+    /// Returns the rasterizer of this draw's faces.
+    pub fn raster<'r, 't>(&'r self, target_rows: &'r mut TargetRows<'t>) -> Raster<'r, 't> {
+        Raster {
+            target_rows,
+            screen: &self.transform().screen,
+            lighting: &self.lighting,
+            interp: self.call.interp,
+            divide: self.plan.uses(Part::PerspectiveDivision),
+            name: self.call.name,
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Stages 6, 7 and 10: coverage, depth test and pixel writes of a face.
+//!
+//! Each covered pixel is evaluated independently at its centre, in f64: no value is carried from
+//! pixel to pixel.
+
+use crate::pipeline::assemble::Face;
+use crate::pipeline::blend::{blend, opaque};
+use crate::pipeline::draw_call::DrawStats;
+use crate::pipeline::light::Lighting;
+use crate::pipeline::shade::FaceShade;
+use crate::pipeline::target_rows::TargetRows;
+use crate::pipeline::viewport::ViewportTransform;
+use crate::scene::{Filling, Interpolation};
+
+/// Rasterizer state that all faces of a draw share.
+pub(crate) struct Raster<'r, 't> {
+    pub target_rows: &'r mut TargetRows<'t>,
+    /// NDC to pixels.
+    pub screen: &'r ViewportTransform,
+    pub lighting: &'r Lighting,
+    /// Interpolation of attributes.
+    pub interp: Interpolation,
+    /// True unless w is 1 everywhere.
+    pub divide: bool,
+    /// First word of the pick-buffer ids; the second is the triangle.
+    pub name: u32,
+}
+
+/// Buffers that a pixel writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WriteMask {
+    /// Colour, and depth if the draw has it (transparent faces do not write it).
+    Color,
+    /// Depth only: the hidden-line removal of a wireframe.
+    DepthOnly,
+}
+
+impl Raster<'_, '_> {
+    /// Draws one face; `triangle` is its index for the pick buffer.
+    pub fn face(
+        &mut self,
+        face: &Face,
+        shade: &FaceShade,
+        triangle: u32,
+        writes: WriteMask,
+        stats: &mut DrawStats,
+    ) {
+        let solid = shade.solid();
+        let (plane, screen, lighting) = (&face.plane, self.screen, self.lighting);
+        let (interp, divide, name) = (self.interp, self.divide, self.name);
+        let target_rows = &mut *self.target_rows;
+        let (width, first_row) = (target_rows.width, target_rows.y0 as i32);
+        let crossing = face.crossing(screen);
+        for outline in face.outlines.iter().flatten() {
+            outline.for_each_span(target_rows.clip, |y, xs| {
+                let mut row_is_written = false;
+                for x in xs {
+                    let ndc = screen.ndc_of_pixel(x, y);
+                    // Stage 7: depth
+                    stats.pixels_tested += 1;
+                    let Some(weights) = plane.clamped(plane.weights_at(ndc)) else { continue };
+                    if crossing.is_some_and(|plane| !plane.is_between_near_and_far(face.z_range, x, y)) {
+                        continue;
+                    }
+                    let (z, complement) = plane.depth(&weights);
+                    let index = width * (y - first_row) as usize + x as usize;
+                    let mut passed = None;
+                    if let Some((format, words)) = &target_rows.depth {
+                        let word = format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0));
+                        if word >= words.word(index) {
+                            continue;
+                        }
+                        passed = Some(word);
+                    }
+                    if writes == WriteMask::DepthOnly {
+                        target_rows.store_depth(index, passed, [name, triangle]);
+                        continue;
+                    }
+                    // Stages 8 and 9: attributes and colour
+                    let (rgb, opacity) = match (shade.fill.at(x, y), solid) {
+                        (Filling::Nothing, _) => continue,
+                        (Filling::Hatch(color), _) => (color, 1.0),
+                        (Filling::Face, Some(solid)) => solid,
+                        (Filling::Face, None) => {
+                            let at = [x, y];
+                            match face.color_at(
+                                &weights,
+                                shade,
+                                at,
+                                screen,
+                                lighting,
+                                (interp, divide),
+                                stats,
+                            ) {
+                                Some(color) => color,
+                                None => continue,
+                            }
+                        }
+                    };
+                    // Stage 10: the bytes
+                    if !shade.is_transparent {
+                        target_rows.store_depth(index, passed, [name, triangle]);
+                    }
+                    let pixel = &mut target_rows.bytes[index * 4..index * 4 + 4];
+                    if shade.is_transparent {
+                        blend(pixel, rgb, opacity);
+                    } else {
+                        pixel.copy_from_slice(&opaque(rgb));
+                    }
+                    stats.pixels_written += 1;
+                    row_is_written = true;
+                }
+                if row_is_written {
+                    target_rows.mark_row(y as u32);
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Drawing a scene: background, opaque faces, lines and points, then transparent faces.
+
+use super::Renderer;
+use super::workspace::SceneLists;
+use crate::cancel::CancelToken;
+use crate::pipeline::backdrop::{paint, paint_sky};
+use crate::pipeline::depth_sort::{FaceOrder, recycle};
+use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, SceneOptions, Target};
+use crate::pipeline::geometry_cache::GeometryInfo;
+use crate::pipeline::path_plan::add_path;
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::{Layer, PreparedDraw, RecycledLists};
+use crate::pipeline::scene::{NOTHING_HIDDEN, each_call, leaves_depth_out};
+use crate::pipeline::scene_plan::{in_order, object_bytes};
+use crate::scene::{CameraMatrices, HiddenSurface, Scene, ShadeMode, TransparencyOrder};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Minimum number of objects that are prepared on the pool.
+const MANY_OBJECTS: usize = 128;
+
+impl Renderer {
+    /// Draws a scene: its background over the viewport, the opaque faces, lines and points, then
+    /// the transparent faces in file order or from far to near.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`]; every object is checked before anything is written, so the target is
+    /// then untouched.
+    pub fn draw_scene(
+        &mut self,
+        target: &mut Target,
+        scene: &Scene,
+        options: &SceneOptions,
+    ) -> Result<DrawStats, PipelineError> {
+        let cancel = self.executor.cancel().clone();
+        let SceneLists { calls, prepared: mut all, mut geometry_infos, mut recycled, mut order } =
+            std::mem::take(&mut self.workspace.scene);
+        let mut calls: Vec<DrawCall> = calls;
+        let object_bytes = object_bytes(scene);
+        self.reserve_objects(object_bytes)?;
+        calls.extend(each_call(scene, options));
+        // Stages 1 to 3 for every object: faces may be sorted across objects, and transparent faces
+        // need a second pass.
+        all.reserve(calls.len());
+        recycled.resize_with(calls.len(), RecycledLists::default);
+        if let Some(camera) = self.check_calls(&calls, &mut geometry_infos)? {
+            let keeps_depth = !leaves_depth_out(&calls, options);
+            let draws = ObjectDraws { camera, target, keeps_depth, cancel: &cancel };
+            self.prepare_objects(&draws, &calls, (&mut geometry_infos, &mut recycled), &mut all);
+        }
+        let face_list = in_order(all.iter().map(|p| (p.call, &p.plan)), options, object_bytes);
+        self.reserve_scene(&all, (target, &face_list))?;
+        let mut stats = DrawStats::default();
+        stats.vertices += all.iter().map(PreparedDraw::vertices_in).sum::<u64>();
+        self.paint_background(target, scene, options);
+        for prepared in &all {
+            prepared.open_buffers(target);
+        }
+        self.draw_opaque(&mut all, &mut order, target, options.hide, &mut stats);
+        self.draw_transparent(&mut all, &mut order, target, options.transparency, &mut stats);
+        for (prepared, recycled) in all.drain(..).zip(&mut recycled) {
+            *recycled = prepared.into_recycled();
+        }
+        let prepared = recycle(all);
+        calls.clear();
+        self.workspace.scene =
+            SceneLists { calls: recycle(calls), prepared, geometry_infos, recycled, order };
+        self.shrink_reservation();
+        Ok(stats)
+    }
+
+    /// Checks the objects' draw calls, and collects the facts about their geometries. Returns the
+    /// camera, which all objects share; `None` without objects.
+    fn check_calls(
+        &mut self,
+        calls: &[DrawCall],
+        geometry_infos: &mut Vec<Arc<GeometryInfo>>,
+    ) -> Result<Option<CameraMatrices>, PipelineError> {
+        let mut camera = None;
+        for call in calls {
+            let geometry_info = self.geometry_info(call);
+            camera = Some(PreparedDraw::check(call, &geometry_info, camera)?);
+            geometry_infos.push(geometry_info);
+        }
+        Ok(camera)
+    }
+
+    /// Prepares the objects' draws, on the pool if they are many.
+    fn prepare_objects<'c>(
+        &self,
+        draws: &ObjectDraws<'_, 'c>,
+        calls: &'c [DrawCall<'c>],
+        (geometry_infos, recycled): (&mut Vec<Arc<GeometryInfo>>, &mut Vec<RecycledLists>),
+        all: &mut Vec<PreparedDraw<'c>>,
+    ) {
+        match self.executor.pool() {
+            Some(pool) if calls.len() >= MANY_OBJECTS => pool.install(|| {
+                let each = calls.par_iter().zip(geometry_infos.par_drain(..)).zip(recycled);
+                each.with_min_len(MANY_OBJECTS / 2)
+                    .map(|((call, info), recycled)| draws.prepare(call, info, recycled))
+                    .collect_into_vec(all);
+            }),
+            _ => {
+                let each = calls.iter().zip(geometry_infos.drain(..)).zip(recycled);
+                all.extend(each.map(|((call, info), recycled)| draws.prepare(call, info, recycled)));
+            }
+        }
+    }
+
+    /// Paints the scene's sky or background colour over the viewport.
+    fn paint_background(&self, target: &mut Target, scene: &Scene, options: &SceneOptions) {
+        match (&scene.sky, scene.background.color) {
+            (Some(sky), _) => {
+                let camera = scene.camera.unwrap_or(options.camera);
+                paint_sky(target, options.viewport, &camera, sky, &self.executor);
+            }
+            (None, Some(color)) => paint(target, options.viewport, color),
+            (None, None) => {}
+        }
+    }
+
+    /// Draws the opaque faces, and each object's lines and points.
+    fn draw_opaque(
+        &mut self,
+        all: &mut [PreparedDraw],
+        order: &mut FaceOrder,
+        target: &mut Target,
+        hide: HiddenSurface,
+        stats: &mut DrawStats,
+    ) {
+        let is_painted = hide == HiddenSurface::Painter;
+        if is_painted {
+            all.iter_mut().for_each(PreparedDraw::transform_all);
+            order.collect_faces(all, |p, t| !p.is_transparent(t));
+            order.sort(all, self.executor.cancel());
+            self.draw_in_order(all, order.list(), target, stats);
+        }
+        let mut at = 0;
+        while at < all.len() && !self.executor.is_cancelled() {
+            let batched = if is_painted { 0 } else { self.draw_batch(&all[at..], target, stats) };
+            at += batched;
+            let Some(prepared) = all.get_mut(at).filter(|_| batched == 0) else { continue };
+            at += 1;
+            if prepared.call.shade == ShadeMode::Wire || !is_painted {
+                self.faces(prepared, Layer::Opaque, target, stats);
+            }
+            prepared.draw_lines(target, stats);
+            prepared.draw_points(target, stats);
+        }
+    }
+
+    /// Draws the transparent faces of all objects.
+    fn draw_transparent(
+        &mut self,
+        all: &mut [PreparedDraw],
+        order: &mut FaceOrder,
+        target: &mut Target,
+        transparency: TransparencyOrder,
+        stats: &mut DrawStats,
+    ) {
+        for prepared in all.iter_mut().filter(|p| p.plan.uses(Part::ReadBack)) {
+            prepared.transform_all();
+        }
+        order.collect_faces(all, |p, t| p.is_transparent(t));
+        if transparency == TransparencyOrder::Sorted {
+            order.sort(all, self.executor.cancel());
+        }
+        if !order.list().is_empty() {
+            self.draw_in_order(all, order.list(), target, stats);
+        }
+    }
+}
+
+/// State that the draws of a scene's objects share.
+struct ObjectDraws<'t, 'c> {
+    camera: CameraMatrices,
+    target: &'t Target<'t>,
+    /// True unless the scene needs no depth.
+    keeps_depth: bool,
+    cancel: &'c CancelToken,
+}
+
+impl<'c> ObjectDraws<'_, 'c> {
+    /// Prepares the draw of one object, and plans its path.
+    fn prepare(
+        &self,
+        call: &'c DrawCall<'c>,
+        geometry_info: Arc<GeometryInfo>,
+        recycled: &mut RecycledLists,
+    ) -> PreparedDraw<'c> {
+        let mut prepared =
+            PreparedDraw::of(call, self.camera, self.target, geometry_info, std::mem::take(recycled));
+        prepared.cancel = self.cancel;
+        add_path(&mut prepared.plan, call, self.target);
+        if !self.keeps_depth {
+            prepared.plan.leave_out(Part::DepthMemory, NOTHING_HIDDEN);
+            prepared.plan.leave_out(Part::PickBuffer, NOTHING_HIDDEN);
+        }
+        prepared
+    }
+}

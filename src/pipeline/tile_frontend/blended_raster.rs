@@ -1,0 +1,69 @@
+//! Rasterizes a blended face by the vector kernels, in rows of a render target.
+
+use crate::memory::DepthWords;
+use crate::pipeline::assemble::Face;
+use crate::pipeline::blend::{blend, opaque};
+use crate::pipeline::draw_call::DrawStats;
+use crate::pipeline::plan::Part;
+use crate::pipeline::prepared_draw::PreparedDraw;
+use crate::pipeline::shade::{FaceShade, ShadingFrequency};
+use crate::pipeline::target_rows::TargetRows;
+use crate::pipeline::tile::{BlendedFace, BlendedFaceKernel, ClipRect, DepthEncoder};
+use crate::simd::Level;
+
+impl PreparedDraw<'_> {
+    /// Draws one face by the vector kernels, with the bytes of the reference.
+    pub fn draw_blended_face(
+        &self,
+        level: Level,
+        blended_face: &BlendedFace,
+        (face, shade): (&Face, &FaceShade),
+        triangle: u32,
+        (target_rows, stats): (&mut TargetRows, &mut DrawStats),
+    ) {
+        let (screen, lighting) = (&self.transform().screen, &self.lighting);
+        let rules = (self.call.interp, self.plan.uses(Part::PerspectiveDivision));
+        let exact = |x: i32, y: i32, pixel: &mut [u8]| {
+            let own = &mut DrawStats::default();
+            match face.pixel(shade, [x, y], screen, lighting, rules, own) {
+                Some((rgb, opacity)) if shade.is_transparent => blend(pixel, rgb, opacity),
+                Some((rgb, _)) => pixel.copy_from_slice(&opaque(rgb)),
+                None => {}
+            }
+        };
+        let encoder = target_rows.depth.as_ref().and_then(|(format, _)| DepthEncoder::of(*format));
+        let (depth, narrow): (&mut [i32], &mut [u16]) = match &mut target_rows.depth {
+            Some((_, DepthWords::Wide(words))) => (words, &mut []),
+            Some((_, DepthWords::Narrow(words))) => (&mut [], words),
+            None => (&mut [], &mut []),
+        };
+        let has_depth = !(depth.is_empty() && narrow.is_empty());
+        let pick: &mut [[u32; 2]] = match &mut target_rows.ids {
+            Some(ids) if !shade.is_transparent && has_depth => ids,
+            _ => &mut [],
+        };
+        let clip = target_rows.clip;
+        let own = level.dispatch(BlendedFaceKernel {
+            blended_face,
+            view: ClipRect { x0: clip.x0, y0: clip.y0, x1: clip.x1, y1: clip.y1 },
+            y0: target_rows.y0 as i32,
+            width: target_rows.width,
+            bytes: target_rows.bytes,
+            depth,
+            narrow,
+            encoder,
+            pick,
+            id: [self.call.name, triangle],
+            exact: &exact,
+        });
+        stats.pixels_tested += own.tested;
+        stats.pixels_written += own.written;
+        if matches!(shade.light, ShadingFrequency::Pixels { .. }) {
+            stats.pixels_lit += own.written;
+        }
+        if own.rows.0 < own.rows.1 {
+            target_rows.mark_row(own.rows.0 as u32);
+            target_rows.mark_row(own.rows.1 as u32 - 1);
+        }
+    }
+}
