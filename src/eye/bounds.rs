@@ -4,7 +4,7 @@
 //! may meet the facet's part with x_0 > 0 inside the aperture; never too small, `None` if no pixel
 //! sees it.
 
-use super::frame::Screen;
+use super::eye_space::Screen;
 use crate::math::nvec::{ROUNDING, dot, unit};
 
 /// Returns the pixels that may see the facet, or `None`.

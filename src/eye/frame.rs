@@ -8,7 +8,8 @@
 //! is computed with the same operations in both, and no ray slips between them.
 
 use super::bounds;
-use super::lights::{FrameLight, frame_lights};
+use super::eye_space::{EyeSpace, Screen, Visible, exponent_of, rescale};
+use super::frame_light::{FrameLight, frame_lights};
 use super::method::Method;
 use super::occluder::{LightPlacement, Occluder};
 use super::scene::EyeScene;
@@ -24,40 +25,6 @@ const DEGENERATE: f64 = 1e-12;
 
 /// Number of facets computed in one task; scenes with more are split into several.
 const FACETS_PER_TASK: usize = 2048;
-
-/// A facet that may be visible.
-pub(super) struct Visible<const N: usize> {
-    /// Index in the scene.
-    pub id: u32,
-    /// Index in [`Frame::occluders`], if there are lights.
-    pub occluder: u32,
-    /// Vertices in eye space, in canonical order.
-    pub v: [[f64; N]; N],
-    /// Unit normal.
-    pub normal: [f64; N],
-    /// n.x on the facet, not 0.
-    pub offset: f64,
-    /// Sum of the squared hidden coordinates of the normal.
-    pub normal_hidden2: f64,
-    /// Lower bound of the distance of the facet's points.
-    pub nearest: f64,
-    /// Largest distance of a vertex.
-    pub farthest: f64,
-    /// Half-open range of pixels that may see it along each screen axis; 0..1 along the others.
-    pub pixels: [[u32; 2]; N],
-    /// Error bound: a functional of [`Frame::planes`] smaller than this may have the wrong sign.
-    pub doubt: f64,
-}
-
-/// The screen in eye space.
-pub(super) struct Screen<const N: usize> {
-    /// Distance of the screen from the eye, scaled into 1..2.
-    pub distance: f64,
-    /// Coordinates of the pixel centres, one list for each screen axis.
-    pub centres: Vec<Vec<f64>>,
-    /// Tangents of the apertures of the hidden axes, by axis.
-    pub tan: [f64; N],
-}
 
 /// A scene in eye space.
 pub(super) struct Frame<const N: usize> {
@@ -267,83 +234,10 @@ fn sort_by_coordinates<const N: usize>(v: &mut [[f64; N]; N]) {
     }
 }
 
-/// Transform from world to eye space: translation, rotation, scale.
-pub(super) struct EyeSpace<const N: usize> {
-    origin: [f64; N],
-    axes: [[f64; N]; N],
-    exponent: i32,
-}
-
-impl<const N: usize> EyeSpace<N> {
-    fn new(scene: &EyeScene, exponent: i32) -> Self {
-        let axes = scene.pose.axes();
-        EyeSpace {
-            origin: std::array::from_fn(|i| rescale(scene.pose.position[i], exponent)),
-            axes: std::array::from_fn(|j| std::array::from_fn(|i| axes[j][i])),
-            exponent,
-        }
-    }
-
-    /// Returns R^T (x - o), scaled.
-    pub fn point(&self, x: &[f64]) -> [f64; N] {
-        let shifted: [f64; N] = std::array::from_fn(|i| rescale(x[i], self.exponent) - self.origin[i]);
-        self.turn(&shifted)
-    }
-
-    /// Returns R^T u as a unit vector.
-    pub fn direction(&self, u: &[f64]) -> [f64; N] {
-        let largest = u.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let exponent = exponent_of(largest);
-        unit(self.turn(&std::array::from_fn(|i| rescale(u[i], exponent))))
-    }
-
-    /// Returns R^T x.
-    fn turn(&self, x: &[f64; N]) -> [f64; N] {
-        // + 0.0 turns -0 into 0, which the sort of the vertices would distinguish.
-        std::array::from_fn(|j| dot(&self.axes[j], x) + 0.0)
-    }
-}
-
-impl<const N: usize> Screen<N> {
-    /// Returns the dimension M of the screen.
-    pub fn dim(&self) -> usize {
-        self.centres.len()
-    }
-
-    fn new(scene: &EyeScene) -> Self {
-        let exponent = exponent_of(scene.distance);
-        let centre = |a: usize, j: u32| {
-            let (n, size) = (i64::from(scene.pixels[a]), rescale(scene.size[a], exponent));
-            // Integers first, so that the centres are exactly antisymmetric.
-            size * (n - 1 - 2 * i64::from(j)) as f64 / (2 * n) as f64
-        };
-        let mut tan = [0.0; N];
-        tan[scene.screen_dim() + 1..].copy_from_slice(&scene.aperture_tan);
-        Screen {
-            distance: rescale(scene.distance, exponent),
-            centres: (0..scene.screen_dim())
-                .map(|a| (0..scene.pixels[a]).map(|j| centre(a, j)).collect())
-                .collect(),
-            tan,
-        }
-    }
-}
-
 /// Returns the exponent that scales all vertices and the eye to at most 1.
 fn length_exponent(scene: &EyeScene) -> i32 {
     let points = scene.facets.iter().flat_map(|f| f.v.iter()).chain([&scene.pose.position]);
     exponent_of(points.flatten().fold(0.0, |m: f64, x| m.max(x.abs()))) + 1
-}
-
-/// Returns e with 2^e <= x < 2^(e+1); 0 for 0.
-fn exponent_of(x: f64) -> i32 {
-    if x == 0.0 { 0 } else { libm::ilogb(x) }
-}
-
-/// Returns x 2^-exponent, exact but for underflow, clamped so that squares and sums of results stay
-/// finite.
-fn rescale(x: f64, exponent: i32) -> f64 {
-    libm::scalbn(x, -exponent).clamp(-1e300, 1e300)
 }
 
 /// Returns the unit normal n of the hyperplane through N points, and n.x on it.

@@ -7,41 +7,9 @@
 //! Source: sections 2.1.1 to 2.2 and equations 1 to 5; tinting and several lights complete its
 //! section 6. There is no factor for the light's angle of incidence: the source has none.
 
-use super::frame::EyeSpace;
+use super::frame_light::{FrameLight, LightPlace};
 use super::occluder::{LightPlacement, LightTarget, Occluder, TAU};
-use super::scene::{EyeLightKind, EyeScene, Falloff};
 use crate::math::nvec::{add_scaled, dot, sub};
-
-/// Position or direction of a light in eye space.
-pub(super) enum LightPlace<const N: usize> {
-    Sun { direction: [f64; N] },
-    Plane { direction: [f64; N], offset: f64 },
-    Radial { position: [f64; N] },
-}
-
-/// A light of the scene, in eye space.
-pub(super) struct FrameLight<const N: usize> {
-    pub place: LightPlace<N>,
-    pub falloff: Falloff,
-    pub color: [f64; 3],
-}
-
-/// Returns the scene's lights in eye space.
-pub(super) fn frame_lights<const N: usize>(scene: &EyeScene, eye: &EyeSpace<N>) -> Vec<FrameLight<N>> {
-    let place = |kind: &EyeLightKind| match kind {
-        EyeLightKind::Sun { direction } => LightPlace::Sun { direction: eye.direction(direction) },
-        EyeLightKind::Plane { direction, point } => {
-            let direction = eye.direction(direction);
-            LightPlace::Plane { direction, offset: dot(&direction, &eye.point(point)) }
-        }
-        EyeLightKind::Radial { position } => LightPlace::Radial { position: eye.point(position) },
-    };
-    scene
-        .lights
-        .iter()
-        .map(|l| FrameLight { place: place(&l.kind), falloff: l.falloff, color: l.color })
-        .collect()
-}
 
 impl<const N: usize> FrameLight<N> {
     /// Returns the light's distance from point `p` of `occluder` and the target of the shadow test,

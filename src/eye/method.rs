@@ -4,7 +4,7 @@
 //! With K = N-1-M hidden axes: for K = 0 a ray, for K = 1 a closed form in the plane of the fibre,
 //! for K >= 2 the nearest point of a polytope; or, as a check and a preview, a fan of rays.
 
-use super::frame::{Screen, Visible};
+use super::eye_space::{Screen, Visible};
 use crate::math::nvec::{dot, max_abs, sub, unit, wedge};
 
 /// Search method requested by the caller.

@@ -6,8 +6,10 @@ mod blit;
 mod bounds;
 mod bvh;
 mod error;
+mod eye_space;
 mod fibre;
 mod frame;
+mod frame_light;
 mod json;
 mod lights;
 mod method;
@@ -19,6 +21,7 @@ mod render;
 mod scene;
 pub mod shapes;
 mod tile;
+mod validate;
 
 pub use blit::{ContactSheet, blit, contact_sheet, nearest};
 pub use error::EyeError;

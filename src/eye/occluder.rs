@@ -7,7 +7,7 @@
 //! (h_p - h_L), lies in the closed simplex. A point within tau of g's hyperplane cannot be blocked
 //! by g: no acne, no self-shadow, and coincident or adjacent facets do not shadow each other.
 
-use super::lights::{FrameLight, LightPlace};
+use super::frame_light::{FrameLight, LightPlace};
 use crate::math::nvec::{add_scaled, dot, max_abs, sub, unit, wedge};
 
 /// tau divided by the largest coordinate of the point and the facet.

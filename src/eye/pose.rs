@@ -9,7 +9,7 @@
 //! that the JSON with that list gives.
 
 use super::error::EyeError;
-use super::scene::{finite_point, in_range};
+use super::validate::{finite_point, in_range};
 
 /// A rotation in the plane of the eye's own axes `a` and `b`, from `a` towards `b`.
 #[derive(Clone, Copy, Debug, PartialEq)]

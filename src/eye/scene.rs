@@ -8,6 +8,7 @@
 
 use super::error::EyeError;
 use super::pose::Pose;
+use super::validate::{finite_point, in_range, length, same_length};
 
 /// Largest dimension of a scene.
 pub const MAX_DIM: usize = crate::math::nvec::MAX_DIM;
@@ -218,15 +219,6 @@ fn check_light(place: &str, light: &EyeLight, n: usize) -> Result<(), EyeError> 
     color(&format!("{place}.color"), &light.color, 1.0)
 }
 
-/// Validates that `point` has N finite coordinates.
-pub(super) fn finite_point(place: &str, point: &[f64], n: usize) -> Result<(), EyeError> {
-    same_length(place, point.len(), n)?;
-    for (i, &x) in point.iter().enumerate() {
-        in_range(format!("{place}[{i}]"), x, x.is_finite(), || "a finite number".into())?;
-    }
-    Ok(())
-}
-
 fn nonzero(place: &str, vector: &[f64], n: usize) -> Result<(), EyeError> {
     finite_point(place, vector, n)?;
     in_range(place, 0.0, vector.iter().any(|&x| x != 0.0), || "a vector that is not zero".into())
@@ -254,22 +246,4 @@ fn positive(place: &str, x: f64) -> Result<(), EyeError> {
 
 fn limit(place: &str, found: u64, limit: u64) -> Result<(), EyeError> {
     if found > limit { Err(EyeError::TooBig { path: place.into(), limit, found }) } else { Ok(()) }
-}
-
-fn same_length(place: &str, found: usize, expected: usize) -> Result<(), EyeError> {
-    if found == expected { Ok(()) } else { Err(length(place, expected.to_string(), found)) }
-}
-
-fn length(place: &str, expected: String, found: usize) -> EyeError {
-    EyeError::Length { path: place.into(), expected, found }
-}
-
-/// Returns a range error with the given path unless `holds`.
-pub(super) fn in_range(
-    place: impl Into<String>,
-    found: f64,
-    holds: bool,
-    expected: impl FnOnce() -> String,
-) -> Result<(), EyeError> {
-    if holds { Ok(()) } else { Err(EyeError::Range { path: place.into(), expected: expected(), found }) }
 }

@@ -11,7 +11,8 @@
 //! a strictly convex objective.
 
 use super::{Candidate, Nearest, Run, facing};
-use crate::eye::frame::{Frame, Visible};
+use crate::eye::eye_space::Visible;
+use crate::eye::frame::Frame;
 use crate::math::nvec::{MAX_DIM, add_scaled, dot, unit};
 
 /// A side is violated if a.x is below this fraction of |x| (a being a unit vector of R^N): an angle

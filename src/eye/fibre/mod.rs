@@ -18,7 +18,8 @@ mod tests;
 
 pub(super) use nearest::{Candidate, Nearest};
 
-use super::frame::{Frame, Visible};
+use super::eye_space::Visible;
+use super::frame::Frame;
 use super::method::Method;
 use crate::math::nvec::signed_det;
 use std::ops::Range;

@@ -6,7 +6,8 @@
 //! is at u = clamp(-<A,B-A> / |B-A|^2, lo, hi). Closed form, no iteration.
 
 use super::{Candidate, Nearest, Run, facing, sure_minor};
-use crate::eye::frame::{Frame, Visible};
+use crate::eye::eye_space::Visible;
+use crate::eye::frame::Frame;
 use crate::eye::method::{Method, pair_index};
 use crate::math::nvec::{MAX_DIM, dot};
 

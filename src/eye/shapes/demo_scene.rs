@@ -3,7 +3,8 @@
 use super::Shape;
 use crate::eye::error::EyeError;
 use crate::eye::pose::Pose;
-use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts, in_range};
+use crate::eye::scene::{EyeLight, EyeLightKind, EyeScene, Falloff, SceneParts};
+use crate::eye::validate::in_range;
 
 /// Colours of cells, used cyclically.
 pub const PALETTE: [[f64; 3]; 8] = [
