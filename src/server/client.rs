@@ -15,7 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use super::thread::message::{Id, Inbox, Item, Message};
+use super::message::{Id, Inbox, Item, Message};
 use super::{CommandError, InputEvent};
 use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, RealRect, Rect};
 use crate::error::{Code, Fault};

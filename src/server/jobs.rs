@@ -1,8 +1,8 @@
-//! Jobs: the parts of long commands that do not touch the video memory, run on worker threads.
+//! The worker threads of jobs: the parts of long commands that do not touch the video memory.
 //!
 //! In: a [`Job`] that `Engine::begin` has made of a command. Its inputs are captured (payloads
 //! moved, names resolved to `Arc`s, the frame copied), so that it needs neither the engine nor the
-//! session. Out: a [`JobResult`], which is sent to the render thread and applied there: only then
+//! session. Out: a `JobResult`, which is sent to the render thread and applied there: only then
 //! do resources, video memory, replies and the recording change.
 //!
 //! Promises:
@@ -21,17 +21,11 @@
 //! An error here would show as a reply out of order, or as a recording whose replay draws other
 //! bytes (`tests/serving/fairness.rs`).
 
-use super::engine::{FileReader, Progress};
-use super::record::ReadFile;
-use super::thread::message::{Id, Message};
+use super::engine::Job;
+use super::message::{Id, Message};
 use super::workers::DRAW_STACK_BYTES;
-use super::{Engine, Session};
 use crate::cancel::CancelToken;
-use crate::command::Command;
-use crate::error::{Code, Fault};
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -39,87 +33,6 @@ use std::time::Instant;
 /// Number of jobs that run at a time: more than a small machine has cores, so that long jobs of a
 /// few clients leave room for those of others.
 const MAX_THREADS: usize = 4;
-
-/// The part of a job's command that is left to do on the render thread.
-pub(crate) type Apply =
-    Box<dyn FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send>;
-
-type Work = Box<dyn FnOnce(&CancelToken) -> JobResult + Send>;
-
-/// The work of one command on a worker thread.
-pub(crate) struct Job {
-    is_small: bool,
-    work: Work,
-}
-
-/// Result of a job.
-pub(crate) struct JobResult {
-    /// The command as it is recorded; `None` if it was refused.
-    pub(super) command: Option<Command>,
-    pub(super) apply: Result<Apply, Fault>,
-    /// The files that it has read, for the recording.
-    pub(super) files: Vec<ReadFile>,
-}
-
-impl JobResult {
-    /// Creates the result of a refused command.
-    pub fn refused(fault: Fault) -> Self {
-        JobResult { command: None, apply: Err(fault), files: Vec::new() }
-    }
-
-    /// Creates the result of `command`, which takes effect by `apply` unless the work was refused.
-    pub(super) fn new<A>(command: Command, apply: Result<A, Fault>) -> Self
-    where
-        A: FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static,
-    {
-        match apply {
-            Ok(apply) => JobResult { command: Some(command), apply: Ok(Box::new(apply)), files: Vec::new() },
-            Err(fault) => JobResult::refused(fault),
-        }
-    }
-
-    /// Adds the files that the work has read.
-    pub(super) fn with_files(self, reader: Option<FileReader>) -> Self {
-        JobResult { files: reader.map(FileReader::into_read).unwrap_or_default(), ..self }
-    }
-}
-
-impl Job {
-    pub(super) fn new(is_small: bool, work: impl FnOnce(&CancelToken) -> JobResult + Send + 'static) -> Self {
-        Job { is_small, work: Box::new(work) }
-    }
-
-    /// Returns whether handing it to another thread costs more than running it here.
-    pub fn is_small(&self) -> bool {
-        self.is_small
-    }
-
-    /// Runs the job on the calling thread.
-    pub fn run(self, cancel: &CancelToken) -> JobResult {
-        (self.work)(cancel)
-    }
-
-    /// Runs the job; a panic, which is a defect, refuses the command.
-    fn run_guarded(self, cancel: &CancelToken) -> JobResult {
-        let refused = |_| {
-            let message = "this command met a defect of the server, and was given up";
-            JobResult::refused(Fault::new(Code::Format, message))
-        };
-        catch_unwind(AssertUnwindSafe(|| self.run(cancel))).unwrap_or_else(refused)
-    }
-}
-
-impl fmt::Debug for Job {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Job({})", if self.is_small { "small" } else { "large" })
-    }
-}
-
-impl fmt::Debug for JobResult {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "JobResult({})", if self.apply.is_ok() { "made" } else { "refused" })
-    }
-}
 
 /// A connection's handle on a submitted job.
 #[derive(Clone, Debug)]

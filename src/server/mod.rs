@@ -4,6 +4,9 @@
 //! replies, frames on the display, snapshots, recordings, metrics. [`RenderThread`] alone owns the
 //! [`Engine`] and the video memory; all other threads send it messages.
 
+mod admission;
+mod budget;
+mod buffer_pool;
 mod client;
 mod display;
 pub mod engine;
@@ -11,13 +14,16 @@ mod events;
 mod jobs;
 mod limits;
 mod machine_memory;
+mod message;
 mod metrics;
 mod player;
 mod record;
+mod replay;
 mod reply_queue;
 mod resources;
 mod serve;
 mod session;
+mod snapshot_names;
 mod snapshots;
 mod sniff;
 mod stats;
@@ -26,12 +32,15 @@ mod thread;
 mod transport;
 mod workers;
 
+pub use admission::RefusedConnections;
+pub use budget::{Budget, Pace};
 pub use client::Client;
 pub use display::{Display, EventSender, PixelInfo, ShownFrame};
 pub use engine::{Dialect, Effect, Engine};
 pub use events::{Input, InputEvent};
 pub use limits::Limits;
 pub use machine_memory::default_memory_bytes;
+pub use message::Finish;
 pub use metrics::{Metrics, MetricsBoard, MetricsServer, Reading, RecordingState};
 pub use player::Player;
 pub use record::{RECORD_MAGIC, RecordFile, Recorder, recorded_size};
@@ -40,7 +49,7 @@ pub use serve::{Server, TooFewDescriptors};
 pub use session::{Audience, Session};
 pub use snapshots::{PeriodicSnapshots, SnapshotPlan};
 pub use stats::Stats;
-pub use stream::{Budget, CommandError, Notice, Output, Pace, Stream, StreamState};
-pub use thread::{Finish, RenderThread, SLICE_BYTES, SLICE_TIME};
-pub use transport::{ListenAddress, ListenError, Listener, RefusedConnections};
+pub use stream::{CommandError, Notice, Output, Stream, StreamState};
+pub use thread::{RenderThread, SLICE_BYTES, SLICE_TIME};
+pub use transport::{ListenAddress, ListenError, Listener};
 pub use workers::worker_pool;

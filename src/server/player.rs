@@ -1,8 +1,9 @@
 //! Player of one stream on the render thread, for `play` and for programs that embed it.
 
+use super::message::Medium;
 use super::record::RECORD_MAGIC;
 use super::thread::RenderThread;
-use super::transport::{ByteSource, Endpoint, Medium, Uncontrolled, serve_connection};
+use super::transport::{ByteSource, Endpoint, Uncontrolled, serve_connection};
 use super::{Audience, Notice};
 use crate::command::EndOfInput;
 use std::io::{self, Read, Write};

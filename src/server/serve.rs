@@ -1,9 +1,11 @@
 //! The server: the render thread, and the listeners and pipes through which clients connect.
 
-use super::thread::{Finish, RenderThread};
+use super::admission::Admission;
+use super::message::{Finish, Medium};
+use super::thread::RenderThread;
 use super::transport::{
-    Admission, ByteSource, Control, Endpoint, LINGERING, ListenAddress, ListenError, Listener, Medium,
-    Uncontrolled, make_room, serve_connection,
+    ByteSource, Control, Endpoint, LINGERING, ListenAddress, ListenError, Listener, Uncontrolled, make_room,
+    serve_connection,
 };
 use super::{Audience, Client, Engine};
 use crate::command::EndOfInput;

@@ -7,8 +7,9 @@
 //! no file of another name is touched. An interval that passes while a picture is being written has
 //! no picture.
 
+use super::message::Message;
+use super::snapshot_names::{MOST_A_SECOND, format_name, parse_name};
 use super::thread::RenderThread;
-use super::thread::message::Message;
 use crate::load::SandboxDir;
 use crate::memory::VideoMemory;
 use crate::save;
@@ -19,12 +20,8 @@ use std::path::{Path, PathBuf};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-const PREFIX: &str = "wall-";
-const ENDING: &str = ".png";
 /// Block size of disks, to which the sizes of files are rounded up, in bytes.
 const BLOCK_BYTES: u64 = 4096;
-/// Most pictures of one second, which differ by a number.
-const MOST_A_SECOND: u32 = 1000;
 /// Longest time to wait at the end for a picture that is being written.
 const PATIENCE: Duration = Duration::from_millis(500);
 
@@ -184,33 +181,6 @@ fn prune(pictures: Vec<Picture>, limit: u64, least: usize) -> Result<(), String>
     Ok(())
 }
 
-/// Returns whether a file name has the form of periodic snapshots; `SNAP` must not write such
-/// files.
-pub(super) fn is_own_name(name: &str) -> bool {
-    let last = Path::new(name).file_name().and_then(|last| last.to_str());
-    last.is_some_and(|last| parse_name(&last.to_ascii_lowercase()).is_some())
-}
-
-/// Parses `wall-YYYYMMDD-HHMMSS[-N].png`. Returns the time and the number.
-fn parse_name(name: &str) -> Option<(String, u32)> {
-    let middle = name.strip_prefix(PREFIX)?.strip_suffix(ENDING)?;
-    let (stamp, number) = match middle.get(15..)? {
-        "" => (middle, 0),
-        rest => (&middle[..15], rest.strip_prefix('-')?.parse().ok()?),
-    };
-    let is_stamp =
-        stamp.bytes().enumerate().all(|(i, b)| if i == 8 { b == b'-' } else { b.is_ascii_digit() });
-    let is_written_so = name == format_name(stamp, number);
-    (is_stamp && is_written_so && number < MOST_A_SECOND).then(|| (stamp.to_owned(), number))
-}
-
-fn format_name(stamp: &str, number: u32) -> String {
-    match number {
-        0 => format!("{PREFIX}{stamp}{ENDING}"),
-        n => format!("{PREFIX}{stamp}-{n}{ENDING}"),
-    }
-}
-
 /// Returns the first name for this second that no file has.
 fn free_name(folder: &Path, stamp: &str) -> Option<String> {
     let mut names = (0..MOST_A_SECOND).map(|number| format_name(stamp, number));
@@ -284,34 +254,6 @@ mod tests {
             (4_107_542_400, "21000301-000000"),
         ] {
             assert_eq!(stamp(at(seconds)), text, "{seconds}");
-        }
-    }
-
-    #[test]
-    fn names_are_ours_only_when_written_as_we_write_them() {
-        for own in [
-            "wall-20261122-134405.png",
-            "wall-20261122-134405-7.png",
-            "a/wall-20261122-134405.png",
-            "WALL-20261122-134405.PNG",
-        ] {
-            assert!(is_own_name(own), "{own}");
-        }
-        for other in [
-            "wall-20261122-134405.png.txt",
-            "wall-2026112-134405.png",
-            "wall-20261122_134405.png",
-            "wall-.png",
-            "wall-20261122-134405-.png",
-            "wall-20261122-134405-07.png",
-            "wall-20261122-134405-1000.png",
-            "wall-20261122-134405+1.png",
-            "xwall-20261122-134405.png",
-            "wall-20261122-13440é.png",
-            "wall.png",
-            "",
-        ] {
-            assert!(!is_own_name(other), "{other}");
         }
     }
 

@@ -4,11 +4,11 @@
 //! In: a command and its session. Out: its effect, its reply and its place in the recording, or a
 //! fault.
 
+use super::job::JobResult;
 use super::{Effect, Engine, Progress};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::Fault;
-use crate::server::jobs::JobResult;
 use crate::server::{Budget, Session};
 
 impl Engine {

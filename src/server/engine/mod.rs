@@ -25,6 +25,7 @@ mod draw2d;
 mod draw3d;
 mod empty_draw;
 mod files;
+mod job;
 mod pieces;
 mod quality;
 mod queries;
@@ -32,7 +33,6 @@ mod resources;
 mod shm;
 mod trace;
 
-use super::jobs::Job;
 use super::metrics::{MetricsBoard, VerbCounts};
 use super::record::{FailedRecording, ReadFile, Recorder};
 use super::resources::ResourceTable;
@@ -54,6 +54,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub(in crate::server) use files::FileReader;
+pub(in crate::server) use job::{Job, JobResult};
 pub(in crate::server) use pieces::Pieces;
 
 /// Action that the caller must take after a command.

@@ -3,6 +3,7 @@
 //! In: a draw and its largest error. Out: a cached choice, or a job that searches one; the draw
 //! then runs with the chosen settings.
 
+use super::job::{Job, JobResult};
 use super::{Engine, Progress};
 use crate::command::Command;
 use crate::error::Fault;
@@ -11,7 +12,6 @@ use crate::pipeline::quality::{self, Budget, BudgetKind, Choice};
 use crate::pipeline::{DrawCall, RenderOptions, Renderer, SceneOptions};
 use crate::scene::{Geometry, Interpolation, Light, Object, Sampling, Scene, ShadeMode, Texture};
 use crate::server::Session;
-use crate::server::jobs::{Job, JobResult};
 use std::sync::Arc;
 
 /// Settings of a `DRAW` that replace those of its session.

@@ -2,16 +2,16 @@
 //!
 //! In: the engine's state. Out: replies; frames on the display; files in the snapshot folder.
 
+use super::job::{Job, JobResult};
 use super::{Effect, Engine, Progress};
 use crate::command::{Command, SnapTarget, help_text};
 use crate::error::{Code, Fault};
 use crate::load::QuotaDir;
 use crate::memory::{MemoryBudget, MemoryUse, SHARED_HEADER_BYTES, VideoMemory};
 use crate::save::{self, SnapshotFormat};
-use crate::server::jobs::{Job, JobResult};
 use crate::server::metrics::{Metrics, MetricsBoard, RecordingState};
 use crate::server::record::{RecordStats, Recorder};
-use crate::server::snapshots::is_own_name;
+use crate::server::snapshot_names::is_own_name;
 use crate::server::{Display, Session};
 use std::ops::Range;
 use std::sync::Arc;

@@ -5,6 +5,7 @@
 use super::draw3d::missing;
 use super::empty_draw::{self, EmptyDraw};
 use super::files::FileReader;
+use super::job::{Job, JobResult};
 use super::{Effect, Engine, Progress};
 use crate::cancel::CancelToken;
 use crate::command::{Command, FileKind, MeshSource, Rect};
@@ -15,7 +16,6 @@ use crate::load::{self, FilePosition, LoadError, LoadMemory, LoadWarning};
 use crate::memory::{MemoryUse, Reservation};
 use crate::scene::{Geometry, Mesh, Scene, Texture, shapes};
 use crate::server::Session;
-use crate::server::jobs::{Job, JobResult};
 use crate::server::resources::{Eye, Resource, ResourceKind, ResourceTable};
 use std::sync::Arc;
 

@@ -10,8 +10,9 @@ mod http;
 
 pub use http::MetricsServer;
 
-use super::transport::{Admission, RefusedConnections};
-use super::{Session, Stats};
+use super::admission::{Admission, RefusedConnections};
+use super::session::Session;
+use super::stats::Stats;
 use crate::command::{Command, Verb};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};

@@ -23,19 +23,17 @@
 //! replayed.
 //!
 //! [`Recorder`] is the render thread's side and [`writer`] the thread that writes; [`file`] opens
-//! and locks the file; [`Replay`] runs a recording. Promise: a recording is exact up to its end,
+//! and locks the file; [`super::replay::Replay`] runs a recording. Promise: a recording is exact up to its end,
 //! and one that ends early has no `#!end`, which its replay reports.
 
 mod file;
 mod recorder;
-mod replay;
 #[cfg(test)]
 mod tests;
 mod writer;
 
 pub use file::RecordFile;
 pub use recorder::Recorder;
-pub(super) use replay::Replay;
 pub(super) use writer::{FailedRecording, RecordStats};
 
 use std::collections::HashMap;
@@ -46,7 +44,7 @@ use std::sync::Arc;
 pub const RECORD_MAGIC: &[u8] = b"#!fbptr-record ";
 
 /// Text before the time in the last line of a complete recording.
-const END_MARK: &str = "#!end";
+pub(super) const END_MARK: &str = "#!end";
 
 /// File contents by the names that a command uses.
 pub(super) type FileSet = HashMap<String, Arc<[u8]>>;

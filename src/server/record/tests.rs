@@ -6,6 +6,7 @@ use super::*;
 use crate::load::SandboxDir;
 use crate::memory::MemoryUse;
 use crate::server::Stats;
+use crate::server::replay::Replay;
 use crate::server::{Audience, Budget, Engine, Notice, Output, Stream, StreamState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -5,14 +5,14 @@
 //! notices. Runs on the thread that has the engine. Promises that commands take effect in order,
 //! and that a panic in one, which is a defect, ends that command and no other.
 
-use super::{Budget, CommandError, Notice, Output, Pace, Resume, StreamState, Suspended};
+use super::{CommandError, Notice, Output, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
 use crate::command::{Command, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
 use crate::memory::{Reservation, Rgba};
 use crate::server::engine::Progress;
-use crate::server::{Audience, Effect, Engine, Session};
+use crate::server::{Audience, Budget, Effect, Engine, Pace, Session};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 

@@ -6,8 +6,9 @@
 
 mod command_executor;
 
+use super::budget::{Budget, Pace};
 use super::engine::Pieces;
-use super::jobs::{Job, JobResult};
+use super::engine::{Job, JobResult};
 use super::{Audience, Engine, Session};
 use crate::command::{
     Command, Decoder, EndOfInput, Limits as StreamLimits, Sink, StreamPosition, format_play_error,
@@ -15,7 +16,6 @@ use crate::command::{
 };
 use crate::error::Fault;
 use command_executor::CommandExecutor;
-use std::time::{Duration, Instant};
 
 /// A refused command, as it is reported to its owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,47 +70,6 @@ pub struct Output {
     pub notices: Vec<Notice>,
     /// The job of a stream in the state [`StreamState::Works`].
     pub(super) job: Option<Job>,
-}
-
-/// Limits after which a running stream yields.
-#[derive(Clone, Copy, Debug)]
-pub struct Budget {
-    /// Time at which the stream yields, after at most one command more.
-    pub until: Option<Instant>,
-    /// Number of queued reply bytes at which it yields.
-    pub reply_bytes: usize,
-    /// Amount of work after which it yields.
-    pub pace: Pace,
-    /// True if long commands may be suspended, which leaves the stream in the state
-    /// [`StreamState::Works`] or [`StreamState::InPieces`]. Otherwise they run to their end.
-    pub suspends: bool,
-    /// True if only queries may run, because another connection's command is in pieces.
-    pub only_asks: bool,
-    /// Time limit of a command in pieces. `None` for a recording, whose commands have no limit.
-    pub command_time: Option<Duration>,
-}
-
-/// Amount of work that a stream does before it yields.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
-    /// As much as time allows.
-    Free,
-    /// One command, when the display is stepped.
-    OneCommand,
-    /// Up to the next `PRESENT`, when the display is stepped.
-    OneFrame,
-}
-
-impl Budget {
-    /// No limit at all.
-    pub const NONE: Budget = Budget {
-        until: None,
-        reply_bytes: usize::MAX,
-        pace: Pace::Free,
-        suspends: false,
-        only_asks: false,
-        command_time: None,
-    };
 }
 
 /// State of a stream after a piece of it has run.

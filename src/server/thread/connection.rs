@@ -5,15 +5,16 @@
 //! notices for its owner. Runs on the render thread. Promises that work runs in the order of
 //! arrival, and that nothing runs while the connection waits for a frame, a job or its client.
 
-use super::message::{Batch, ConnectionSource, Item, Message, OpenConnection, Port};
 use crate::command::EndOfInput;
 use crate::error::{Code, Fault};
-use crate::server::jobs::{JobResult, Ticket};
-use crate::server::record::{RECORD_MAGIC, Replay};
+use crate::server::engine::JobResult;
+use crate::server::jobs::Ticket;
+use crate::server::message::{Batch, ConnectionSource, Item, Medium, Message, OpenConnection, Port};
+use crate::server::record::RECORD_MAGIC;
+use crate::server::replay::Replay;
 use crate::server::reply_queue::ReplyQueue;
 use crate::server::sniff::{Foreign, Sniffer, Verdict};
 use crate::server::stream::Resume;
-use crate::server::transport::Medium;
 use crate::server::{Budget, Engine, InputEvent, Notice, Output, Stream, StreamState};
 use crossbeam_channel::Sender;
 use std::collections::VecDeque;

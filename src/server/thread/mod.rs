@@ -10,21 +10,22 @@
 //! bounded, and the socket's own flow control slows a fast sender down.
 
 pub(crate) mod connection;
-pub(crate) mod message;
 mod scheduler;
 
+use super::buffer_pool::{BufferPool, POOLED_BUFFER_BYTES};
 use super::client::Client;
-use super::transport::{BufferPool, Medium, POOLED_BUFFER_BYTES, Poller};
+use super::engine::Engine;
+use super::message::{ConnectionSource, Finish, Inbox, Medium, Message, OpenConnection};
+use super::session::Audience;
+use super::transport::{Link, Poller};
 use super::workers::DRAW_STACK_BYTES;
-use super::{Audience, Engine};
 use crate::cancel::CancelToken;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use message::{ConnectionSource, Id, Inbox, Message, OpenConnection};
 use scheduler::Scheduler;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Stream bytes that one slice may run before the next connection does.
 pub const SLICE_BYTES: usize = POOLED_BUFFER_BYTES;
@@ -44,18 +45,6 @@ const CLOSE_WITHIN: Duration = Duration::from_secs(20);
 /// Time that a client may keep its side open after everything was sent.
 const HANG_UP_WITHIN: Duration = Duration::from_secs(3);
 
-/// Condition on which the render thread ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Finish {
-    /// When every connection has ended and all its commands have run.
-    WhenAllEnded,
-    /// When everything received has run and its replies are sent, and at this time at the latest; a
-    /// command that is still running then is abandoned.
-    By(Instant),
-    /// At once; a running command is abandoned.
-    Now,
-}
-
 /// Handle of the render thread.
 #[derive(Debug)]
 pub struct RenderThread {
@@ -67,21 +56,6 @@ pub struct RenderThread {
     /// Disconnected when the thread has ended.
     ended: Receiver<()>,
     poller: Arc<Poller>,
-}
-
-/// The transports' access to the render thread: its channel and the counter of connection numbers.
-#[derive(Clone, Debug)]
-pub(crate) struct Link {
-    pub messages: Sender<Message>,
-    pub poller: Arc<Poller>,
-    next_id: Arc<AtomicU64>,
-}
-
-impl Link {
-    /// Returns a number that no other connection has.
-    pub fn new_id(&self) -> Id {
-        self.next_id.fetch_add(1, Ordering::Relaxed)
-    }
 }
 
 impl RenderThread {

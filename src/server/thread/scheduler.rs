@@ -11,11 +11,12 @@ mod periodic;
 mod run_queue;
 
 use super::connection::{ClosingConnection, Connection};
-use super::message::{Id, Message};
-use super::{Finish, ROUND_TIME, SLICE_BYTES, SLICE_TIME};
+use super::{ROUND_TIME, SLICE_BYTES, SLICE_TIME};
 use crate::cancel::CancelToken;
+use crate::server::buffer_pool::BufferPool;
 use crate::server::jobs::JobPool;
-use crate::server::transport::{BufferPool, InlineReader};
+use crate::server::message::{Finish, Id, Message};
+use crate::server::transport::InlineReader;
 use crate::server::{Budget, Engine, Input, Output, Pace, StreamState};
 use crossbeam_channel::{Receiver, Sender, never};
 use run_queue::Step;

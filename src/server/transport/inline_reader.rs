@@ -4,10 +4,10 @@
 //! on the render thread. Promises that it never blocks, and that a socket is read by one thread at
 //! a time.
 
-use super::buffer_pool::PooledBuffer;
 use super::poll::{FEW_BYTES, Registered, Shared, bytes_of, lock};
 use super::report::{Trouble, report};
-use crate::server::thread::message::{Batch, Message};
+use crate::server::buffer_pool::PooledBuffer;
+use crate::server::message::{Batch, Message};
 use std::sync::Arc;
 
 /// The render thread's reader of sockets in the ready queue: one at a time, without blocking.

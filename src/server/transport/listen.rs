@@ -12,10 +12,11 @@ use super::report::{Trouble, report};
 use super::selector::Selector;
 #[cfg(unix)]
 use super::unix::{self, SocketFile};
-use super::{Admission, ByteSource, Endpoint, Medium, Refusal, Replies, Stream, serve_connection};
+use super::{ByteSource, Endpoint, Link, Replies, Stream, serve_connection};
 use crate::command::EndOfInput;
-use crate::server::Audience;
-use crate::server::thread::Link;
+use crate::server::admission::{Admission, Refusal};
+use crate::server::message::Medium;
+use crate::server::session::Audience;
 use mio::net::TcpListener;
 #[cfg(unix)]
 use mio::net::UnixListener;

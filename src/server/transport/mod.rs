@@ -7,9 +7,7 @@
 //! connection has one writer thread, which is started with the first reply that cannot be sent at
 //! once. The transports do not look at the bytes.
 
-mod admission;
 mod backpressure;
-mod buffer_pool;
 mod descriptors;
 mod inline_reader;
 mod listen;
@@ -23,9 +21,6 @@ mod socket;
 #[cfg(unix)]
 mod unix;
 
-pub use admission::RefusedConnections;
-pub(crate) use admission::{Admission, Refusal, Slot};
-pub(crate) use buffer_pool::{BufferPool, POOLED_BUFFER_BYTES, PooledBuffer};
 pub(crate) use descriptors::make_room;
 pub(crate) use inline_reader::{InlineReader, Next};
 pub use listen::{ListenAddress, ListenError, Listener};
@@ -33,15 +28,16 @@ pub(crate) use poll::Poller;
 pub(crate) use refuse::LINGERING;
 pub(crate) use socket::{Replies, Socket, Stream};
 
+use super::message::{Batch, ConnectionSource, Id, Medium, Message, OpenConnection, Port, Release};
 use super::reply_queue::ReplyQueue;
-use super::thread::Link;
-use super::thread::message::{Batch, ConnectionSource, Message, OpenConnection, Port};
-use super::{Audience, Notice};
+use super::session::Audience;
+use super::stream::Notice;
 use crate::command::EndOfInput;
-use crossbeam_channel::bounded;
+use crossbeam_channel::{Sender, bounded};
 use report::{Trouble, report};
 use std::io::{self, Read, Write};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::Builder;
 
 /// Stack size of readers and writers, which need little.
@@ -70,23 +66,18 @@ pub(crate) struct Uncontrolled;
 
 impl Control for Uncontrolled {}
 
-/// Kind of a connection's transport.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Medium {
-    /// A client in this process.
-    InProcess,
-    /// A file, or a pair of pipes.
-    Pipe,
-    /// A Unix socket.
-    UnixSocket,
-    /// A TCP socket.
-    TcpSocket,
+/// The transports' access to the render thread: its channel and the counter of connection numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Link {
+    pub messages: Sender<Message>,
+    pub poller: Arc<Poller>,
+    pub next_id: Arc<AtomicU64>,
 }
 
-impl Medium {
-    /// Returns whether the client is another program on a socket.
-    pub fn is_socket(self) -> bool {
-        matches!(self, Medium::UnixSocket | Medium::TcpSocket)
+impl Link {
+    /// Returns a number that no other connection has.
+    pub fn new_id(&self) -> Id {
+        self.next_id.fetch_add(1, Ordering::Relaxed)
     }
 }
 
@@ -131,7 +122,7 @@ pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()
     let port = StreamPort { writer: Some(output), control, life: life.clone(), id };
     let messages = link.messages.clone();
     let back = link.poller.prepare(id, socket, end, messages.clone());
-    let recycle = Recycle(back.clone());
+    let recycle = Box::new(Recycle(back.clone()));
     let source = ConnectionSource::Stream {
         recycle,
         reply_queue: Arc::new(ReplyQueue::default()),
@@ -165,12 +156,10 @@ pub(crate) fn serve_connection(link: &Link, endpoint: Endpoint) -> io::Result<()
 }
 
 /// Receiver of a connection's finished batches. Dropping it ends the connection.
-pub(crate) struct Recycle(poll::Return);
+struct Recycle(poll::Return);
 
-impl Recycle {
-    /// Returns a batch; `payload_left` is the number of bytes that the connection's current payload
-    /// still lacks.
-    pub fn put(&self, batch: Batch, payload_left: usize) {
+impl Release for Recycle {
+    fn put(&self, batch: Batch, payload_left: usize) {
         drop(batch);
         self.0.put(payload_left);
     }

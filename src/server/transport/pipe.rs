@@ -5,9 +5,9 @@
 //! buffers, within the same limits as those of sockets. Promises: no pooled buffer is held while
 //! the thread waits for bytes.
 
-use super::buffer_pool::POOLED_BUFFER_BYTES;
 use super::poll::{FEW_BYTES, Return};
-use crate::server::thread::message::{Batch, Message};
+use crate::server::buffer_pool::POOLED_BUFFER_BYTES;
+use crate::server::message::{Batch, Message};
 use std::io::{self, ErrorKind, Read};
 
 /// Reads `input` to its end, no faster than the render thread runs the bytes.

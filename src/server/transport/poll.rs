@@ -22,14 +22,15 @@
 //! of the selector is reported on standard error, and the selector is polled again.
 
 use super::backpressure::Backpressure;
-use super::buffer_pool::{BufferPool, PooledBuffer};
 use super::inline_reader::InlineReader;
 use super::ready_queue::{Member, ReadyQueue};
 use super::report::{Trouble, report};
 use super::selector::Selector;
-use super::{Life, Slot, Socket, Stream};
+use super::{Life, Socket, Stream};
 use crate::command::EndOfInput;
-use crate::server::thread::message::{Batch, Message};
+use crate::server::admission::Slot;
+use crate::server::buffer_pool::{BufferPool, PooledBuffer};
+use crate::server::message::{Batch, Message};
 use crossbeam_channel::Sender;
 use std::collections::HashMap;
 use std::fmt;

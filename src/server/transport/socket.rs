@@ -3,8 +3,9 @@
 //! Reads and sends do not block. A writer that must wait does so until the selector reports that
 //! the socket is writable.
 
+use super::Control;
 use super::selector::{Selector, Writable};
-use super::{Control, Slot};
+use crate::server::admission::Slot;
 use mio::net::TcpStream;
 #[cfg(unix)]
 use mio::net::UnixStream;

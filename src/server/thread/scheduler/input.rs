@@ -6,7 +6,7 @@
 //! deadline. Tested by the latencies of `benches/socket.rs`.
 
 use super::{INTERACTIVE_AT_ONCE, INTERACTIVE_EVERY, Scheduler};
-use crate::server::thread::Finish;
+use crate::server::message::Finish;
 use crate::server::transport::Next;
 use crossbeam_channel::select;
 use std::time::{Duration, Instant};

@@ -7,10 +7,10 @@
 //! beside it.
 
 use super::Scheduler;
+use crate::server::message::{Finish, Id};
 use crate::server::metrics;
 use crate::server::thread::connection::{ClosingConnection, Connection};
-use crate::server::thread::message::Id;
-use crate::server::thread::{CLOSE_WITHIN, Finish, HANG_UP_WITHIN, IDLE_SCAN_EVERY, SHOW_EVERY};
+use crate::server::thread::{CLOSE_WITHIN, HANG_UP_WITHIN, IDLE_SCAN_EVERY, SHOW_EVERY};
 use std::time::{Duration, Instant};
 
 impl Scheduler {

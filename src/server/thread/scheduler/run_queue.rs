@@ -7,8 +7,8 @@
 
 use super::Scheduler;
 use crate::server::Pace;
+use crate::server::message::Id;
 use crate::server::thread::connection::Connection;
-use crate::server::thread::message::Id;
 
 impl Scheduler {
     /// Takes the connection that runs next from its queue, with its pace. While the display is

@@ -4,16 +4,18 @@
 //! scheduler receives. Promises: an in-process client is at most 16,384 commands ahead; its errors
 //! and events are stored up to a limit.
 
-use super::super::jobs::JobResult;
-use super::super::reply_queue::ReplyQueue;
-use super::super::transport::{Medium, PooledBuffer, Recycle};
-use super::super::{Audience, CommandError, InputEvent, Notice};
+use super::buffer_pool::PooledBuffer;
+use super::engine::{Engine, JobResult};
+use super::events::InputEvent;
+use super::reply_queue::ReplyQueue;
+use super::session::Audience;
+use super::stream::{CommandError, Notice};
 use crate::command::{Command, EndOfInput};
 use crate::error::Fault;
-use crate::server::Engine;
 use crossbeam_channel::Sender;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 /// Number of a connection.
 pub(crate) type Id = u64;
@@ -42,6 +44,38 @@ impl Batch {
     }
 }
 
+/// Condition on which the render thread ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finish {
+    /// When every connection has ended and all its commands have run.
+    WhenAllEnded,
+    /// When everything received has run and its replies are sent, and at this time at the latest; a
+    /// command that is still running then is abandoned.
+    By(Instant),
+    /// At once; a running command is abandoned.
+    Now,
+}
+
+/// Kind of a connection's transport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Medium {
+    /// A client in this process.
+    InProcess,
+    /// A file, or a pair of pipes.
+    Pipe,
+    /// A Unix socket.
+    UnixSocket,
+    /// A TCP socket.
+    TcpSocket,
+}
+
+impl Medium {
+    /// Returns whether the client is another program on a socket.
+    pub fn is_socket(self) -> bool {
+        matches!(self, Medium::UnixSocket | Medium::TcpSocket)
+    }
+}
+
 /// A message to the render thread. Those of one connection keep their order; those of different
 /// connections are in order of sending.
 pub(crate) enum Message {
@@ -62,7 +96,7 @@ pub(crate) enum Message {
     /// The window could not be opened: the server runs without it.
     NoDisplay,
     /// The render thread is to end.
-    Finish(super::Finish),
+    Finish(Finish),
 }
 
 impl fmt::Debug for Message {
@@ -97,9 +131,16 @@ pub(crate) struct OpenConnection {
 /// Source of a connection's commands, and destination of its replies.
 pub(crate) enum ConnectionSource {
     /// A stream of bytes.
-    Stream { recycle: Recycle, reply_queue: Arc<ReplyQueue>, port: Box<dyn Port> },
+    Stream { recycle: Box<dyn Release>, reply_queue: Arc<ReplyQueue>, port: Box<dyn Port> },
     /// An in-process client.
     Inbox(Arc<Inbox>),
+}
+
+/// Receiver of a connection's finished batches. Dropping it ends the connection.
+pub(crate) trait Release: Send {
+    /// Returns a batch; `payload_left` is the number of bytes that the connection's current payload
+    /// still lacks.
+    fn put(&self, batch: Batch, payload_left: usize);
 }
 
 /// The render thread's handle on a transport.

@@ -4,10 +4,11 @@
 //! for a line that is not a header, for files that cannot be read, and for a recording that ends
 //! early. The files that the recording contains are held in memory, once each.
 
-use super::super::session::FileAccess;
-use super::super::stream::Resume;
-use super::super::{Audience, Budget, CommandError, Engine, Notice, Output, Stream, StreamState};
-use super::{END_MARK, FileSet, RECORD_MAGIC};
+use super::budget::Budget;
+use super::engine::Engine;
+use super::record::{END_MARK, FileSet, RECORD_MAGIC};
+use super::session::{Audience, FileAccess};
+use super::stream::{CommandError, Notice, Output, Resume, Stream, StreamState};
 use crate::command::{EndOfInput, StreamPosition};
 use crate::error::{Code, Fault};
 use std::collections::HashMap;

@@ -1,0 +1,94 @@
+//! A job: the part of a long command that touches neither the video memory nor the session.
+
+use super::{Engine, FileReader, Progress};
+use crate::cancel::CancelToken;
+use crate::command::Command;
+use crate::error::{Code, Fault};
+use crate::server::record::ReadFile;
+use crate::server::session::Session;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// The part of a job's command that is left to do on the render thread.
+pub(crate) type Apply =
+    Box<dyn FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send>;
+
+type Work = Box<dyn FnOnce(&CancelToken) -> JobResult + Send>;
+
+/// The work of one command on a worker thread.
+pub(crate) struct Job {
+    is_small: bool,
+    work: Work,
+}
+
+/// Result of a job.
+pub(crate) struct JobResult {
+    /// The command as it is recorded; `None` if it was refused.
+    pub(in crate::server) command: Option<Command>,
+    pub(in crate::server) apply: Result<Apply, Fault>,
+    /// The files that it has read, for the recording.
+    pub(in crate::server) files: Vec<ReadFile>,
+}
+
+impl JobResult {
+    /// Creates the result of a refused command.
+    pub fn refused(fault: Fault) -> Self {
+        JobResult { command: None, apply: Err(fault), files: Vec::new() }
+    }
+
+    /// Creates the result of `command`, which takes effect by `apply` unless the work was refused.
+    pub(in crate::server) fn new<A>(command: Command, apply: Result<A, Fault>) -> Self
+    where
+        A: FnOnce(&mut Engine, &mut Session, &mut Vec<u8>) -> Result<Progress, Fault> + Send + 'static,
+    {
+        match apply {
+            Ok(apply) => JobResult { command: Some(command), apply: Ok(Box::new(apply)), files: Vec::new() },
+            Err(fault) => JobResult::refused(fault),
+        }
+    }
+
+    /// Adds the files that the work has read.
+    pub(in crate::server) fn with_files(self, reader: Option<FileReader>) -> Self {
+        JobResult { files: reader.map(FileReader::into_read).unwrap_or_default(), ..self }
+    }
+}
+
+impl Job {
+    pub(in crate::server) fn new(
+        is_small: bool,
+        work: impl FnOnce(&CancelToken) -> JobResult + Send + 'static,
+    ) -> Self {
+        Job { is_small, work: Box::new(work) }
+    }
+
+    /// Returns whether handing it to another thread costs more than running it here.
+    pub fn is_small(&self) -> bool {
+        self.is_small
+    }
+
+    /// Runs the job on the calling thread.
+    pub fn run(self, cancel: &CancelToken) -> JobResult {
+        (self.work)(cancel)
+    }
+
+    /// Runs the job; a panic, which is a defect, refuses the command.
+    pub(in crate::server) fn run_guarded(self, cancel: &CancelToken) -> JobResult {
+        let refused = |_| {
+            let message = "this command met a defect of the server, and was given up";
+            JobResult::refused(Fault::new(Code::Format, message))
+        };
+        catch_unwind(AssertUnwindSafe(|| self.run(cancel))).unwrap_or_else(refused)
+    }
+}
+
+impl fmt::Debug for Job {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Job({})", if self.is_small { "small" } else { "large" })
+    }
+}
+
+impl fmt::Debug for JobResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "JobResult({})", if self.apply.is_ok() { "made" } else { "refused" })
+    }
+}
