@@ -5,7 +5,7 @@
 //! determinant of the given numbers. Sums run from axis 0 upwards, without FMA: the same bits on
 //! every machine.
 //!
-//! How one would know: the tests below compare with the determinant in big integers.
+//! Verified by the tests below, which compare with the determinant in big integers.
 //!
 //! Source of the expansions: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast
 //! Robust Geometric Predicates", 1997, sections 2.2 to 2.5.

@@ -7,7 +7,7 @@
 //! share it bit for bit.
 
 use super::draw_call::DrawStats;
-use super::plane_equation::{FacePlane, PlaneEquation};
+use super::plane_equation::{FacePlane, PlaneEquation, Weights};
 use super::vertex::{Transform, Vertex};
 use super::viewport::ViewportTransform;
 use crate::math::coverage::SnappedTriangle;
@@ -56,6 +56,23 @@ impl Face {
     pub fn crossing(&self, screen: &ViewportTransform) -> Option<PlaneEquation> {
         let is_crossing = !self.wholly_between_near_and_far;
         is_crossing.then(|| self.plane.plane_equation(screen, Interpolation::Perspective))
+    }
+
+    /// Stage 7: returns the weights at the centre of a pixel, with z and 1 - z in 0..=1; `None` if
+    /// the face has no point there between near and far. `crossing` is [`Self::crossing`].
+    #[inline]
+    pub fn point_at(
+        &self,
+        [x, y]: [i32; 2],
+        screen: &ViewportTransform,
+        crossing: Option<&PlaneEquation>,
+    ) -> Option<(Weights, f64, f64)> {
+        let weights = self.plane.clamped(self.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
+        if crossing.is_some_and(|plane| !plane.is_between_near_and_far(self.z_range, x, y)) {
+            return None;
+        }
+        let (z, complement) = self.plane.depth(&weights);
+        Some((weights, z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0)))
     }
 }
 

@@ -210,20 +210,8 @@ impl PreparedDraw<'_> {
             bounds,
             plane,
             is_between: face.wholly_between_near_and_far,
-            z_range: match is_cut {
-                true => [f32::NEG_INFINITY, f32::INFINITY],
-                false => {
-                    let z = corners.map(|v| (v.clip.z / v.clip.w) as f32);
-                    [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])]
-                }
-            },
-            exact_ranges: match is_cut {
-                true => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
-                false => {
-                    let [a, b, c] = corners.map(|v| v.complement / v.clip.w);
-                    [face.z_range, [a.min(b).min(c), a.max(b).max(c)]]
-                }
-            },
+            z_range: face.z_range.map(|z| z as f32),
+            exact_ranges: [face.z_range, complement_range(&corners)],
             is_cut,
             corner_w: match self.call.interp {
                 Interpolation::Perspective => corners.map(|v| v.clip.w as f32),
@@ -262,6 +250,15 @@ impl PreparedDraw<'_> {
             },
         }
     }
+}
+
+/// Returns the minimum and maximum of 1 - z/w at the corners; infinite if some w <= 0.
+fn complement_range(corners: &[Vertex; 3]) -> [f64; 2] {
+    if !corners.iter().all(|v| v.clip.w > 0.0) {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    let [a, b, c] = corners.each_ref().map(|v| v.complement / v.clip.w);
+    [a.min(b).min(c), a.max(b).max(c)]
 }
 
 /// Rounds a vector to f32.

@@ -23,43 +23,53 @@ const KEPT: usize = 2;
 
 /// A pool of read buffers.
 pub(crate) struct BufferPool {
-    /// Free buffers. The one released last, which is likeliest to be cached, is taken first.
-    free: Mutex<Vec<Vec<u8>>>,
+    state: Mutex<State>,
     is_back: Condvar,
     /// Number of readable sockets.
     ready: AtomicUsize,
 }
 
+struct State {
+    /// Free buffers. The one released last, which is likeliest to be cached, is taken first.
+    free: Vec<Vec<u8>>,
+    /// Number of threads that wait for a buffer. Without it each release would be a system call.
+    waiting: usize,
+}
+
 impl BufferPool {
     pub fn new() -> Self {
         BufferPool {
-            free: Mutex::new(vec![Vec::new(); POOLED_BUFFERS]),
+            state: Mutex::new(State { free: vec![Vec::new(); POOLED_BUFFERS], waiting: 0 }),
             is_back: Condvar::new(),
             ready: AtomicUsize::new(0),
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<Vec<u8>>> {
+    fn lock(&self) -> MutexGuard<'_, State> {
         // Buffers are valid after a panic, too.
-        self.free.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes a buffer; blocks until one is free.
     pub fn acquire(self: &Arc<Self>) -> PooledBuffer {
-        let mut free = self.lock();
+        let mut state = self.lock();
         let buffer = loop {
-            match free.pop() {
+            match state.free.pop() {
                 Some(buffer) => break buffer,
-                None => free = self.is_back.wait(free).unwrap_or_else(PoisonError::into_inner),
+                None => {
+                    state.waiting += 1;
+                    state = self.is_back.wait(state).unwrap_or_else(PoisonError::into_inner);
+                    state.waiting -= 1;
+                }
             }
         };
-        drop(free);
+        drop(state);
         self.made(buffer)
     }
 
     /// Takes a buffer if one is free.
     pub fn try_acquire(self: &Arc<Self>) -> Option<PooledBuffer> {
-        let buffer = self.lock().pop();
+        let buffer = self.lock().free.pop();
         buffer.map(|buffer| self.made(buffer))
     }
 
@@ -72,7 +82,7 @@ impl BufferPool {
     /// Frees the memory of buffers that only many sockets at once need. Called when a socket has
     /// ended, which is rare.
     pub fn trim(&self) {
-        let mut free = self.lock();
+        let free = &mut self.lock().free;
         let warm = free.len().saturating_sub(KEPT);
         for buffer in &mut free[..warm] {
             *buffer = Vec::new();
@@ -91,7 +101,7 @@ impl BufferPool {
 
 impl fmt::Debug for BufferPool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "BufferPool({} free)", self.lock().len())
+        write!(f, "BufferPool({} free)", self.lock().free.len())
     }
 }
 
@@ -103,8 +113,13 @@ pub(crate) struct PooledBuffer {
 
 impl Drop for PooledBuffer {
     fn drop(&mut self) {
-        self.buffers.lock().push(std::mem::take(&mut self.buffer));
-        self.buffers.is_back.notify_one();
+        let mut state = self.buffers.lock();
+        state.free.push(std::mem::take(&mut self.buffer));
+        let is_awaited = state.waiting > 0;
+        drop(state);
+        if is_awaited {
+            self.buffers.is_back.notify_one();
+        }
     }
 }
 
@@ -138,8 +153,9 @@ mod tests {
         assert_eq!(buffers.acquire().buffer.as_ptr(), second);
         drop(held);
         buffers.trim();
-        let free = buffers.lock();
-        assert_eq!(free.iter().map(Vec::capacity).collect::<Vec<_>>(), {
+        let state = buffers.lock();
+        assert_eq!(state.waiting, 0);
+        assert_eq!(state.free.iter().map(Vec::capacity).collect::<Vec<_>>(), {
             [vec![0; POOLED_BUFFERS - KEPT], vec![POOLED_BUFFER_BYTES; KEPT]].concat()
         });
     }

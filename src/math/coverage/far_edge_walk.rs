@@ -8,7 +8,7 @@
 //! remainder is compared only where the fixed-point value is too near to an integer to decide its
 //! side.
 //!
-//! How one would know: the tests compare with `EdgeWalk` on the same numbers.
+//! Verified by the tests, which compare with `EdgeWalk` on the same numbers.
 
 use super::edge_walk::Walk;
 use super::exact_int::ExactInt;

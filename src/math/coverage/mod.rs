@@ -9,7 +9,7 @@
 //! an edge cover each pixel of the seam once, whatever their winding, order and size; zero area
 //! covers nothing.
 //!
-//! How one would know: the tests evaluate the three edge functions at each pixel's centre in big
+//! Verified by the tests, which evaluate the three edge functions at each pixel's centre in big
 //! integers.
 //!
 //! The cost is that of the rows in the clip rectangle, not of the area.

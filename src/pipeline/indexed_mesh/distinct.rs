@@ -5,7 +5,7 @@
 //! found by a hash, so that no mesh takes quadratic time. The indices do not depend on the hash:
 //! they are assigned in the order of the corners. Runs on the calling thread.
 //!
-//! How one would know: the test below puts all corners at two positions.
+//! Verified by the test below, which puts all corners at two positions.
 
 use crate::scene::Corner;
 use glam::DVec3;

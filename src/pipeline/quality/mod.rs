@@ -7,9 +7,12 @@
 //! and depth are not changed.
 //!
 //! ```text
-//!   1 draw exactly: which pixels are drawn on, and by what       4 each object takes its cheapest recipe that holds
-//!   2 the truth of a seeded sample of them                       5 the picture of them all is held to a fresh sample
-//!   3 every recipe as a whole picture, held to that sample       6 where that fails, the worst object does otherwise
+//! 1 draw exactly: which pixels are drawn on, and by which object
+//! 2 compute the reference colours of a seeded sample of them
+//! 3 draw a picture with each recipe, and compare it with that sample
+//! 4 each object takes its cheapest recipe within E
+//! 5 compare the picture of all objects with a fresh sample
+//! 6 where that fails, the object with the largest error takes a better recipe
 //! ```
 //!
 //! The search reads no clock: costs come from a fixed table, so a scene gets the same choice

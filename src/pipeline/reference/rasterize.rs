@@ -46,7 +46,7 @@ impl Raster<'_, '_> {
         stats: &mut DrawStats,
     ) {
         let solid = shade.solid();
-        let (plane, screen, lighting) = (&face.plane, self.screen, self.lighting);
+        let (screen, lighting) = (self.screen, self.lighting);
         let (interp, divide, name) = (self.interp, self.divide, self.name);
         let target_rows = &mut *self.target_rows;
         let (width, first_row) = (target_rows.width, target_rows.y0 as i32);
@@ -55,18 +55,16 @@ impl Raster<'_, '_> {
             outline.for_each_span(target_rows.clip, |y, xs| {
                 let mut row_is_written = false;
                 for x in xs {
-                    let ndc = screen.ndc_of_pixel(x, y);
                     // Stage 7: depth
                     stats.pixels_tested += 1;
-                    let Some(weights) = plane.clamped(plane.weights_at(ndc)) else { continue };
-                    if crossing.is_some_and(|plane| !plane.is_between_near_and_far(face.z_range, x, y)) {
+                    let Some((weights, z, complement)) = face.point_at([x, y], screen, crossing.as_ref())
+                    else {
                         continue;
-                    }
-                    let (z, complement) = plane.depth(&weights);
+                    };
                     let index = width * (y - first_row) as usize + x as usize;
                     let mut passed = None;
                     if let Some((format, words)) = &target_rows.depth {
-                        let word = format.encode(z.clamp(0.0, 1.0), complement.clamp(0.0, 1.0));
+                        let word = format.encode(z, complement);
                         if word >= words.word(index) {
                             continue;
                         }

@@ -7,7 +7,7 @@
 //! Promise: the lists' capacity is at most `Scratch::list_bytes` before the last cluster of 16
 //! faces that each thread begins; [`worst_list_bytes`] states the worst case.
 //!
-//! How one would know: tests/allocations/draw_memory.rs measures the memory that draws hold.
+//! Verified by tests/allocations/draw_memory.rs, which measures the memory that draws hold.
 
 use super::bins::{self, Chunk, Grid, ListBytes};
 use super::clusters::{ClusterKernel, CullView};

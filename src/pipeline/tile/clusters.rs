@@ -14,8 +14,7 @@
 //! projection. A corner snaps by at most 1/512 pixel in each axis, so the doubled area of a face no
 //! longer than L changes by at most 4 L / 256 + 2 / 256^2.
 //!
-//! How one would know: `tests` compare every face of a culled cluster with the set-up of single
-//! faces.
+//! Verified by `tests`, which compare every face of a culled cluster with the set-up of single faces.
 
 use super::bins::{ClipRect, Winding};
 use super::vertex::{ROUNDINGS, ToScreen, WIDTH};

@@ -11,7 +11,7 @@ use crate::pipeline::draw_call::{DrawStats, SceneOptions};
 use crate::pipeline::light::SurfacePoint;
 use crate::pipeline::pixel::footprint;
 use crate::pipeline::plan::Part;
-use crate::pipeline::plane_equation::{PlaneEquation, Weights};
+use crate::pipeline::plane_equation::Weights;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::sampler::sample;
 use crate::pipeline::scene::drawing_order;
@@ -59,11 +59,13 @@ pub(super) fn seen_at(
     for (object, triangle) in drawing_order(all, options) {
         let p = &all[object];
         let Some(face) = p.assemble(triangle, &mut DrawStats::default()) else { continue };
-        let Some((_, z, complement)) = point_of(p, &face, at).filter(|_| is_on_frame && covers(p, &face, at))
-        else {
+        if !(is_on_frame && covers(p, &face, at)) {
             continue;
-        };
-        let word = format.encode(z, complement.max(0.0));
+        }
+        let screen = &p.transform().screen;
+        let crossing = face.crossing(screen);
+        let Some((_, z, complement)) = face.point_at(at, screen, crossing.as_ref()) else { continue };
+        let word = format.encode(z, complement);
         if p.plan.uses(Part::DepthMemory) {
             let cleared = || DepthMemory::new(1, 1, format).word(0);
             if word >= nearest.unwrap_or_else(cleared) {
@@ -88,19 +90,6 @@ fn covers(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> bool {
         outline.for_each_span(pixel, |_, _| is_covered = true);
     }
     is_inside && is_covered
-}
-
-/// Returns the weights at a pixel with z and 1 - z; `None` if the face has no point there between
-/// near and far.
-fn point_of(p: &PreparedDraw, face: &Face, [x, y]: [i32; 2]) -> Option<(Weights, f64, f64)> {
-    let screen = &p.transform().screen;
-    let weights = face.plane.clamped(face.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
-    let (z, complement) = face.plane.depth(&weights);
-    let is_beyond = |plane: PlaneEquation| !plane.is_between_near_and_far(face.z_range, x, y);
-    match face.crossing(screen).is_some_and(is_beyond) {
-        true => None,
-        false => Some((weights, z.max(0.0), complement)),
-    }
 }
 
 /// Collects the values of one triangle, and of pixel `at` if given.
@@ -191,7 +180,7 @@ fn pixel(
     format: DepthFormat,
 ) -> Option<PixelTrace> {
     let screen = &p.transform().screen;
-    let (weights, z, complement) = point_of(p, face, at)?;
+    let (weights, z, complement) = face.point_at(at, screen, face.crossing(screen).as_ref())?;
     let divide = p.plan.uses(Part::PerspectiveDivision);
     let shares_of = |w: &Weights| face.plane.barycentrics(w, p.call.interp, divide);
     let barycentrics = shares_of(&weights)?;
@@ -236,7 +225,7 @@ fn pixel(
             .unwrap_or(barycentrics),
         inverse_w: weights.values().iter().sum(),
         z,
-        depth_word: format.encode(z, complement.max(0.0)),
+        depth_word: format.encode(z, complement),
         depth_format: format,
         normal: match &shade.light {
             ShadingFrequency::Pixels { normals, .. } => Some(

@@ -238,7 +238,12 @@ impl Return {
     fn go_on(&self, mut backpressure: MutexGuard<'_, Backpressure>) {
         if self.registered.socket.is_none() {
             self.registered.may_read.notify_one();
-        } else if self.shared.offer(&self.registered, &mut backpressure) {
+            return;
+        }
+        let is_offered = self.shared.offer(&self.registered, &mut backpressure);
+        // Released first: the thread that wakes up takes this lock.
+        drop(backpressure);
+        if is_offered {
             self.shared.wake();
         }
     }
@@ -289,7 +294,9 @@ impl Shared {
         let mut backpressure = lock(&registered.backpressure);
         backpressure.is_taken = false;
         let goes_on = bytes >= MUCH_BYTES && registered.payload_since() > 0;
-        if self.offer(registered, &mut backpressure) && !goes_on {
+        let is_offered = self.offer(registered, &mut backpressure);
+        drop(backpressure);
+        if is_offered && !goes_on {
             self.wake();
         }
     }
