@@ -10,12 +10,12 @@ pub fn give_large_blocks_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         use std::ffi::c_int;
+        // SAFETY: glibc's own signature.
         unsafe extern "C" {
             fn mallopt(parameter: c_int, value: c_int) -> c_int;
         }
         const M_MMAP_THRESHOLD: c_int = -3;
-        // SAFETY: glibc's own function with glibc's own signature, and a parameter and value from
-        // its manual.
+        // SAFETY: glibc's own function, and a parameter and value from its manual.
         unsafe { mallopt(M_MMAP_THRESHOLD, 128 << 10) };
     }
 }

@@ -6,9 +6,9 @@
 //! rounded, in a fixed order, without FMA and without approximate reciprocals, so a kernel that
 //! treats its lanes alike gives the same bytes at every level.
 //!
-//! SAFETY: the token of a level (and with it any vector of that level) is created only inside
-//! [`Level::dispatch`], after the CPU's features were checked. Holding one proves that its
-//! instructions exist.
+//! Safety: the token of a level (and with it any vector of that level) is created only inside
+//! [`Level::dispatch`], after the CPU's features were checked. The trait `Evidence` of `x86.rs` is
+//! the contract.
 #![allow(unsafe_code)]
 
 pub mod allocator;

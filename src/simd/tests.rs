@@ -13,6 +13,187 @@ struct Input {
     bits: u32,
 }
 
+/// Tables that the gathers read.
+struct Tables {
+    floats: Vec<f32>,
+    records: Vec<[f32; 4]>,
+    shorts: Vec<[u16; 4]>,
+    bytes: Vec<u8>,
+}
+
+impl Tables {
+    fn new() -> Tables {
+        let short = |k: u32| ((k * 40_503) >> 4) as u16;
+        Tables {
+            floats: (0..64).map(|k| k as f32 * 1.5).collect(),
+            records: (0..64).map(|k| [k as f32, -(k as f32), 0.5, k as f32 * 3.0]).collect(),
+            shorts: (0..65).map(|k| [4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3].map(short)).collect(),
+            bytes: (0..260u32).map(|k| (k * 151) as u8).collect(),
+        }
+    }
+}
+
+/// Vectors of one part of the input, as many lanes as the level has.
+struct Part<S: Simd> {
+    s: S,
+    x: S::F,
+    y: S::F,
+    p: S::I,
+    q: S::I,
+    m: S::M,
+}
+
+impl<S: Simd> Part<S> {
+    #[inline(always)]
+    fn new(s: S, input: &Input, at: usize) -> Self {
+        Part {
+            s,
+            x: s.load(&input.a[at..]),
+            y: s.load(&input.b[at..]),
+            p: s.load_i(&input.i[at..]),
+            q: s.load_i(&input.j[at..]),
+            m: s.mask(input.bits >> at),
+        }
+    }
+
+    /// Returns the lanes of a vector.
+    #[inline(always)]
+    fn lanes(&self, v: S::I) -> Vec<i32> {
+        let mut lanes = vec![0; S::LANES];
+        self.s.store_i(v, &mut lanes);
+        lanes
+    }
+
+    /// Pushes the results of the operations that give floats.
+    #[inline(always)]
+    fn floats(&self, first: f32, out: &mut Vec<Vec<i32>>) {
+        let Part { s, x, y, p, m, .. } = *self;
+        let floats = [x + y, x - y, x * y, x / y, -x, x.sqrt(), x.floor(), x.abs(), x.min(y), x.max(y)];
+        let more = [s.select(m, x, y), p.to_f32(), p.as_f32(), s.splat(first)];
+        for f in floats.into_iter().chain(more) {
+            // A NaN's payload depends on the machine: only that it is a NaN is compared.
+            let canonical = s.select(f.lt(f) | f.le(f), f, s.splat(f32::NAN));
+            out.push(self.lanes(canonical.bits()));
+        }
+    }
+
+    /// Pushes what the gathers and the lookup read.
+    #[inline(always)]
+    fn gathers(&self, tables: &Tables, out: &mut Vec<Vec<i32>>) {
+        let Part { s, p, m, .. } = *self;
+        let index = s.select_i(m, p & s.splat_i(63), s.splat_i(-1));
+        for v in s.gather_pairs(m, &tables.shorts, index) {
+            out.push(self.lanes(s.select_i(m, v, s.splat_i(0))));
+        }
+        for v in s.gather_byte_pairs(m, &tables.bytes, index) {
+            out.push(self.lanes(s.select_i(m, v, s.splat_i(0))));
+        }
+        for v in s.gather4(m, &tables.records, index) {
+            out.push(self.lanes(s.select(m, v, s.splat(0.0)).bits()));
+        }
+        out.push(self.lanes(s.gather(m, &tables.floats, index).bits()));
+        out.push(self.lanes(s.lookup(&[3, 1, 4, -1, 5, i32::MIN, 2, 6], p)));
+    }
+
+    /// Pushes the results of the operations that give ints.
+    #[inline(always)]
+    fn ints(&self, at: usize, out: &mut Vec<Vec<i32>>) {
+        let Part { s, x, p, q, m, .. } = *self;
+        let arithmetic = [p + q, p - q, p * q, p & q, p | q, p ^ q, p.min(q), p.max(q)];
+        let shifts = [p.shl::<0>(), p.shl::<7>(), p.sar::<9>(), p.sar::<31>(), p.shr::<3>()];
+        let others = [x.to_i32(), s.select_i(m, p, q), s.iota() + s.splat_i(at as i32)];
+        for v in arithmetic.into_iter().chain(shifts).chain(others) {
+            out.push(self.lanes(v));
+        }
+    }
+
+    /// Pushes the results of the comparisons and of the masks' operators.
+    #[inline(always)]
+    fn masks(&self, out: &mut Vec<Vec<i32>>) {
+        let Part { s, x, y, p, q, m } = *self;
+        for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
+            out.push(self.lanes(s.select_i(mask, s.splat_i(-1), s.splat_i(0))));
+            let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));
+            assert_eq!(s.mask(lane_bits).bits(), lane_bits);
+        }
+    }
+
+    /// Pushes what the masked stores write.
+    #[inline(always)]
+    fn masked_stores(&self, out: &mut Vec<Vec<i32>>) {
+        let Part { s, p, q, m, .. } = *self;
+        let mut masked = vec![5; S::LANES];
+        s.store_masked_i(m, p, &mut masked);
+        out.push(masked);
+        let mut bytes = vec![7u8; S::LANES * 4];
+        s.store_masked_bytes(m, q, &mut bytes);
+        let loaded = self.lanes(s.load_bytes(&bytes));
+        assert_eq!(bytes, loaded.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>());
+        out.push(loaded);
+    }
+
+    /// Checks the operations whose results depend on the width against plain loops.
+    #[inline(always)]
+    fn check_across_lanes(&self) {
+        let Part { s, p, q, m, .. } = *self;
+        // Few different numbers, so that some recur.
+        let few = p & s.splat_i(3);
+        let numbers = self.lanes(few);
+        let is_set = |k: usize| m.bits() >> k & 1 != 0;
+        let is_first = |k: &usize| is_set(*k) && !(0..*k).any(|e| is_set(e) && numbers[e] == numbers[*k]);
+        let firsts = (0..S::LANES).filter(is_first).fold(0, |bits, k| bits | 1 << k);
+        assert_eq!(s.first_occurrences(m, few).bits(), firsts);
+        let zipped = s.zip(p, q).map(|half| self.lanes(half)).concat();
+        let in_turn = self.lanes(p).into_iter().zip(self.lanes(q)).flat_map(|(p, q)| [p, q]);
+        assert!(in_turn.eq(zipped));
+    }
+}
+
+/// Checks the stores and loads of blocks of four columns that make up 4x4, in an array of stride 5.
+#[inline(always)]
+fn check_blocks<S: Simd>(s: S, input: &Input) {
+    let field: Vec<i32> = input.i.iter().chain(&input.j).copied().collect();
+    let mut drawn = [7u8; 20 * 4];
+    for at in (0..16).step_by(S::LANES) {
+        let row = at / 4;
+        let block = s.load_block(&field[row * 5..], 5);
+        let m = s.mask(input.bits >> at);
+        s.store_block_bytes(m, block, &mut drawn[row * 20..], 5);
+        // Rows that the mask leaves out are not accessed.
+        s.store_block_bytes(s.mask(0), block, &mut [], 5);
+    }
+    let drawn: Vec<i32> = drawn.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
+    for (k, word) in drawn.iter().enumerate() {
+        let (row, column) = (k / 5, k % 5);
+        let is_set = column < 4 && input.bits >> (row * 4 + column) & 1 == 1;
+        assert_eq!(*word, if is_set { field[k] } else { 0x0707_0707 }, "pixel {k} of a block");
+    }
+}
+
+/// Returns the set lanes packed, as numbers and as records, then the smallest and the largest lane.
+#[inline(always)]
+fn packed<S: Simd>(s: S, Input { i, j, bits, .. }: &Input) -> Vec<i32> {
+    let mut packed = Vec::new();
+    for at in (0..16).step_by(S::LANES) {
+        let mut lanes = vec![0; S::LANES];
+        let n = s.compress_i(s.mask(bits >> at), s.load_i(&i[at..]), &mut lanes);
+        packed.extend_from_slice(&lanes[..n]);
+    }
+    // Records: for each width, those of the set lanes in order, then zeros.
+    let mut least = (i32::MAX, i32::MIN);
+    for at in (0..16).step_by(S::LANES) {
+        let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
+        least = (least.0.min(p.reduce_min()), least.1.max(p.reduce_max()));
+        let mut records = [[5; 8]; 17];
+        let fields = [p, q, p + q, p ^ q, p & q, p | q, p - q, p * q];
+        let n = s.compress8(s.mask(bits >> at), fields, &mut records);
+        packed.extend(records[..n].iter().flatten());
+        assert!(records[n..S::LANES].iter().all(|r| *r == [0; 8]) && records[16] == [5; 8]);
+    }
+    packed.extend([least.0, least.1]);
+    packed
+}
+
 /// Results of every operation, as words, over all 16 lanes (8-lane levels run twice).
 struct AllOperations(Input);
 
@@ -20,126 +201,24 @@ impl Kernel for AllOperations {
     type Output = Vec<i32>;
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Vec<i32> {
-        let Input { a, b, i, j, bits } = self.0;
-        let table_f: Vec<f32> = (0..64).map(|k| k as f32 * 1.5).collect();
-        let records: Vec<[f32; 4]> = (0..64).map(|k| [k as f32, -(k as f32), 0.5, k as f32 * 3.0]).collect();
-        let short = |k: u32| ((k * 40_503) >> 4) as u16;
-        let shorts: Vec<[u16; 4]> =
-            (0..65).map(|k| [4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3].map(short)).collect();
-        let bytes: Vec<u8> = (0..260u32).map(|k| (k * 151) as u8).collect();
+        let input = &self.0;
+        let tables = Tables::new();
         let mut parts: Vec<Vec<i32>> = Vec::new();
         for at in (0..16).step_by(S::LANES) {
-            let (x, y) = (s.load(&a[at..]), s.load(&b[at..]));
-            let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
-            let m = s.mask(bits >> at);
-            let floats = [x + y, x - y, x * y, x / y, -x, x.sqrt(), x.floor(), x.abs(), x.min(y), x.max(y)];
-            let more = [s.select(m, x, y), p.to_f32(), p.as_f32(), s.splat(a[0])];
-            let index = s.select_i(m, p & s.splat_i(63), s.splat_i(-1));
-            let gathered = s.gather4(m, &records, index);
-            let mut out = Vec::new();
-            let mut push = |v: S::I| {
-                let mut lanes = vec![0; S::LANES];
-                s.store_i(v, &mut lanes);
-                out.push(lanes);
-            };
-            for f in floats.into_iter().chain(more) {
-                // A NaN's payload depends on the machine: only that it is a NaN is compared.
-                let canonical = s.select(f.lt(f) | f.le(f), f, s.splat(f32::NAN));
-                push(canonical.bits());
-            }
-            let pairs = (s.gather_pairs(m, &shorts, index), s.gather_byte_pairs(m, &bytes, index));
-            pairs.0.into_iter().chain(pairs.1).for_each(|v| push(s.select_i(m, v, s.splat_i(0))));
-            gathered.into_iter().for_each(|v| push(s.select(m, v, s.splat(0.0)).bits()));
-            let ints = [
-                p + q,
-                p - q,
-                p * q,
-                p & q,
-                p | q,
-                p ^ q,
-                p.min(q),
-                p.max(q),
-                x.to_i32(),
-                s.select_i(m, p, q),
-            ];
-            ints.into_iter().for_each(&mut push);
-            [p.shl::<0>(), p.shl::<7>(), p.sar::<9>(), p.sar::<31>(), p.shr::<3>()]
-                .into_iter()
-                .for_each(&mut push);
-            push(s.gather(m, &table_f, index).bits());
-            push(s.lookup(&[3, 1, 4, -1, 5, i32::MIN, 2, 6], p));
-            push(s.iota() + s.splat_i(at as i32));
-            // Few different numbers, so that some recur; which ones come first depends on the
-            // width.
-            let few = p & s.splat_i(3);
-            let mut numbers = vec![0; S::LANES];
-            s.store_i(few, &mut numbers);
-            let is_set = |k: usize| m.bits() >> k & 1 != 0;
-            let is_first = |k: &usize| is_set(*k) && !(0..*k).any(|e| is_set(e) && numbers[e] == numbers[*k]);
-            let firsts = (0..S::LANES).filter(is_first).fold(0, |bits, k| bits | 1 << k);
-            assert_eq!(s.first_occurrences(m, few).bits(), firsts);
-            let mut zipped = vec![0; 2 * S::LANES];
-            for (half, to) in s.zip(p, q).into_iter().zip(zipped.chunks_mut(S::LANES)) {
-                s.store_i(half, to);
-            }
-            let in_turn = i[at..].iter().zip(&j[at..]).flat_map(|(p, q)| [*p, *q]);
-            assert!(in_turn.take(2 * S::LANES).eq(zipped));
-            for mask in [x.lt(y), x.le(y), p.eq(q), p.gt(q), m & x.lt(y), m | p.gt(q), !m] {
-                push(s.select_i(mask, s.splat_i(-1), s.splat_i(0)));
-                let lane_bits = (0..S::LANES as u32).fold(0, |n, k| n | (mask.bits() & 1 << k));
-                assert_eq!(s.mask(lane_bits).bits(), lane_bits);
-            }
-            let mut masked = vec![5; S::LANES];
-            s.store_masked_i(m, p, &mut masked);
-            out.push(masked);
-            let mut bytes = vec![7u8; S::LANES * 4];
-            s.store_masked_bytes(m, q, &mut bytes);
-            let mut loaded = vec![0; S::LANES];
-            s.store_i(s.load_bytes(&bytes), &mut loaded);
-            assert_eq!(bytes, loaded.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>());
-            out.push(loaded);
-            parts.extend(out);
+            let part = Part::new(s, input, at);
+            part.floats(input.a[0], &mut parts);
+            part.gathers(&tables, &mut parts);
+            part.ints(at, &mut parts);
+            part.masks(&mut parts);
+            part.masked_stores(&mut parts);
+            part.check_across_lanes();
         }
-        // Blocks of four columns that make up 4x4, in an array of stride 5.
-        let field: Vec<i32> = i.iter().chain(&j).copied().collect();
-        let mut drawn = [7u8; 20 * 4];
-        for at in (0..16).step_by(S::LANES) {
-            let row = at / 4;
-            let block = s.load_block(&field[row * 5..], 5);
-            let m = s.mask(bits >> at);
-            s.store_block_bytes(m, block, &mut drawn[row * 20..], 5);
-            // Rows that the mask leaves out are not accessed.
-            s.store_block_bytes(s.mask(0), block, &mut [], 5);
-        }
-        let drawn: Vec<i32> = drawn.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect();
-        for (k, word) in drawn.iter().enumerate() {
-            let (row, column) = (k / 5, k % 5);
-            let is_set = column < 4 && bits >> (row * 4 + column) & 1 == 1;
-            assert_eq!(*word, if is_set { field[k] } else { 0x0707_0707 }, "pixel {k} of a block");
-        }
+        check_blocks(s, input);
         // Lane-major order: the parts of an 8-lane level interleave to what 16 lanes give.
         let per_part = parts.len() * S::LANES / 16;
         let mut words: Vec<i32> =
             (0..per_part).flat_map(|k| parts.iter().skip(k).step_by(per_part).flatten().copied()).collect();
-        let mut packed = Vec::new();
-        for at in (0..16).step_by(S::LANES) {
-            let mut lanes = vec![0; S::LANES];
-            let n = s.compress_i(s.mask(bits >> at), s.load_i(&i[at..]), &mut lanes);
-            packed.extend_from_slice(&lanes[..n]);
-        }
-        // Records: whatever the width, those of the set lanes in order, then zeros.
-        let mut least = (i32::MAX, i32::MIN);
-        for at in (0..16).step_by(S::LANES) {
-            let (p, q) = (s.load_i(&i[at..]), s.load_i(&j[at..]));
-            least = (least.0.min(p.reduce_min()), least.1.max(p.reduce_max()));
-            let mut records = [[5; 8]; 17];
-            let fields = [p, q, p + q, p ^ q, p & q, p | q, p - q, p * q];
-            let n = s.compress8(s.mask(bits >> at), fields, &mut records);
-            packed.extend(records[..n].iter().flatten());
-            assert!(records[n..S::LANES].iter().all(|r| *r == [0; 8]) && records[16] == [5; 8]);
-        }
-        packed.extend([least.0, least.1]);
-        words.extend(packed);
+        words.extend(packed(s, input));
         words
     }
 }

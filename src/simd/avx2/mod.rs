@@ -1,17 +1,23 @@
 //! AVX2: 8 lanes, masks as all-ones lanes.
 
+mod instructions;
 mod lanes;
 mod records;
 
 use super::spill::Spill;
-use super::{Kernel, Mask, Simd};
+use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
+use super::{F32, Kernel, Mask, Simd};
+use instructions::*;
 use lanes::{F, I, M};
-use records::{COMPRESS, check, packed, pixel_pairs, rows_of_four, transposed};
+use records::{COMPRESS, check, index_or_0, packed, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
 
 /// Token of the level; only [`run`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
+
+// SAFETY: only `run` makes the token, and its callers make sure of the features.
+unsafe impl Evidence for Avx2 {}
 
 /// Runs a kernel compiled for AVX2.
 ///
@@ -22,74 +28,32 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx2(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
-// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
-// was checked just before.
 impl Simd for Avx2 {
     const LANES: usize = 8;
     type F = F;
     type I = I;
     type M = M;
 
-    #[inline(always)]
-    fn splat(self, v: f32) -> F {
-        // SAFETY: the token proves the features.
-        unsafe { F(_mm256_set1_ps(v)) }
-    }
-    #[inline(always)]
-    fn splat_i(self, v: i32) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm256_set1_epi32(v)) }
-    }
+    whole_vector_methods!();
+    record_methods!();
+
     #[inline(always)]
     fn iota(self) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)) }
-    }
-    #[inline(always)]
-    fn load(self, from: &[f32]) -> F {
-        let from = &from[..8];
-        // SAFETY: the token proves the features; the slice holds 8 numbers.
-        unsafe { F(_mm256_loadu_ps(from.as_ptr())) }
-    }
-    #[inline(always)]
-    fn load_i(self, from: &[i32]) -> I {
-        let from = &from[..8];
-        // SAFETY: the token proves the features; the slice holds 8 numbers.
-        unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
-    }
-    #[inline(always)]
-    fn store(self, v: F, to: &mut [f32]) {
-        let to = &mut to[..8];
-        // SAFETY: the token proves the features; the target holds 8 elements.
-        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), v.0) }
-    }
-    #[inline(always)]
-    fn store_i(self, v: I, to: &mut [i32]) {
-        let to = &mut to[..8];
-        // SAFETY: the token proves the features; the target holds 8 elements.
-        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), v.0) }
+        registers!(self => I(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)))
     }
     #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..8];
-        // SAFETY: the token proves the features; the target holds 8 elements.
+        // SAFETY: the contract of `Evidence`; the target holds 8 elements.
         unsafe {
             let old = _mm256_loadu_si256(to.as_ptr().cast());
             _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_blendv_epi8(old, v.0, mask.0))
         }
     }
     #[inline(always)]
-    fn load_bytes(self, from: &[u8]) -> I {
-        let from = &from[..32];
-        // SAFETY: the token proves the features; the slice holds 32 bytes, and x86 is
-        // little-endian.
-        unsafe { I(_mm256_loadu_si256(from.as_ptr().cast())) }
-    }
-    #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..32];
-        // SAFETY: the token proves the features; the slice holds 32 bytes, and x86 is
+        // SAFETY: the contract of `Evidence`; the slice holds 32 bytes, and x86 is
         // little-endian.
         unsafe {
             let old = _mm256_loadu_si256(to.as_ptr().cast());
@@ -99,7 +63,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn load_block(self, from: &[i32], stride: usize) -> I {
         let rows = [&from[..4], &from[stride..][..4]];
-        // SAFETY: the token proves the features; each row has 4 numbers.
+        // SAFETY: the contract of `Evidence`; each row has 4 numbers.
         unsafe {
             let v = _mm256_castsi128_si256(_mm_loadu_si128(rows[0].as_ptr().cast()));
             I(_mm256_inserti128_si256::<1>(v, _mm_loadu_si128(rows[1].as_ptr().cast())))
@@ -108,18 +72,17 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], stride: usize) {
         let bits = mask.bits();
-        // SAFETY: the token proves the features.
-        let (rows, masks) = unsafe {
+        let (rows, masks) = registers!(self => {
             (
                 [_mm256_castsi256_si128(v.0), _mm256_extracti128_si256::<1>(v.0)],
                 [_mm256_castsi256_si128(mask.0), _mm256_extracti128_si256::<1>(mask.0)],
             )
-        };
+        });
         let mut r = 0;
         while r < 2 {
             if bits >> (4 * r) & 15 != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; the slice holds 16 bytes, and x86 is
+                // SAFETY: the contract of `Evidence`; the slice holds 16 bytes, and x86 is
                 // little-endian.
                 unsafe {
                     let old = _mm_loadu_si128(row.as_ptr().cast());
@@ -133,7 +96,7 @@ impl Simd for Avx2 {
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;
-        // SAFETY: the token proves the features; the target holds 8 elements; a table row has 8
+        // SAFETY: the contract of `Evidence`; the target holds 8 elements; a table row has 8
         // numbers.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
@@ -143,22 +106,21 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn zip(self, a: I, b: I) -> [I; 2] {
-        // SAFETY: holding the token proves the features.
-        unsafe {
+        registers!(self => {
             let (low, high) = (_mm256_unpacklo_epi32(a.0, b.0), _mm256_unpackhi_epi32(a.0, b.0));
             [I(_mm256_permute2x128_si256::<0x20>(low, high)), I(_mm256_permute2x128_si256::<0x31>(low, high))]
-        }
+        })
     }
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..8];
         let bits = mask.bits() as usize;
         let count = bits.count_ones() as i32;
-        // SAFETY: the token proves the features; the target holds 8 records of 32 bytes, and stores
+        // SAFETY: the contract of `Evidence`; the target holds 8 records of 32 bytes, and stores
         // need no alignment; a table row has 8 numbers.
         unsafe {
-            let order = _mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast());
-            let kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(count), self.iota().0);
+            let order = I(_mm256_loadu_si256(COMPRESS[bits & 255].as_ptr().cast()));
+            let kept = I(_mm256_cmpgt_epi32(_mm256_set1_epi32(count), self.iota().0));
             let f = [
                 packed(fields[0], order, kept),
                 packed(fields[1], order, kept),
@@ -185,8 +147,7 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn first_occurrences(self, mask: M, v: I) -> M {
-        // SAFETY: the token proves the features.
-        unsafe {
+        registers!(self => {
             let iota = self.iota().0;
             let mut again = _mm256_setzero_si256();
             for k in 1..8 {
@@ -199,36 +160,33 @@ impl Simd for Avx2 {
                 again = _mm256_or_si256(again, _mm256_and_si256(same, is_there));
             }
             M(_mm256_andnot_si256(again, mask.0))
-        }
+        })
     }
     #[inline(always)]
     fn mask(self, bits: u32) -> M {
-        // SAFETY: the token proves the features.
-        unsafe {
+        registers!(self => {
             let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             M(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(bits as i32), lane), lane))
-        }
+        })
     }
     #[inline(always)]
     fn select(self, mask: M, a: F, b: F) -> F {
-        // SAFETY: the token proves the features.
-        unsafe { F(_mm256_blendv_ps(b.0, a.0, _mm256_castsi256_ps(mask.0))) }
+        registers!(self => F(_mm256_blendv_ps(b.0, a.0, _mm256_castsi256_ps(mask.0))))
     }
     #[inline(always)]
     fn select_i(self, mask: M, a: I, b: I) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm256_blendv_epi8(b.0, a.0, mask.0)) }
+        registers!(self => I(_mm256_blendv_epi8(b.0, a.0, mask.0)))
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: I) -> I {
-        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no
+        // SAFETY: the contract of `Evidence`; the table's 32 bytes are read, which need no
         // alignment.
         unsafe { I(_mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), index.0)) }
     }
     #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
-        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice;
+        // SAFETY: the contract of `Evidence`; every set lane's pixel was found inside the slice;
         // loads need no alignment.
         unsafe {
             let base = from.as_ptr().cast::<i32>();
@@ -238,7 +196,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn gather(self, mask: M, from: &[f32], index: I) -> F {
         check(mask, index, from.len());
-        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        // SAFETY: the contract of `Evidence`; every set lane's index was found inside the slice.
         unsafe {
             F(_mm256_mask_i32gather_ps::<4>(
                 _mm256_setzero_ps(),
@@ -246,48 +204,6 @@ impl Simd for Avx2 {
                 index.0,
                 _mm256_castsi256_ps(mask.0),
             ))
-        }
-    }
-    #[inline(always)]
-    fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
-        assert!(!from.is_empty(), "records to gather");
-        check(mask, index, from.len());
-        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the
-        // others were checked.
-        let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
-        [F(a), F(b), F(c), F(d)]
-    }
-    #[inline(always)]
-    fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
-        assert!(from.len() > 1, "pairs to gather");
-        check(mask, index, from.len() - 1);
-        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
-        // others were checked: each has a successor.
-        unsafe {
-            let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
-            [
-                I(_mm256_castps_si256(a)),
-                I(_mm256_castps_si256(b)),
-                I(_mm256_castps_si256(c)),
-                I(_mm256_castps_si256(d)),
-            ]
-        }
-    }
-    #[inline(always)]
-    fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
-        assert!(from.len() >= 8, "pairs to gather");
-        check(mask, index, from.len() / 4 - 1);
-        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
-        // others were checked: each has a successor. Loads need no alignment.
-        unsafe {
-            let mut at = Spill([0i32; 8]);
-            _mm256_storeu_si256(at.0.as_mut_ptr().cast(), _mm256_and_si256(mask.0, index.0));
-            // Lanes 4 q + 2 k and the next in half q.
-            let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));
-            [
-                I(_mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(a, b))),
-                I(_mm256_castps_si256(_mm256_shuffle_ps::<0b11_01_11_01>(a, b))),
-            ]
         }
     }
 }

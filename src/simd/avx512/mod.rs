@@ -1,17 +1,23 @@
 //! AVX-512: 16 lanes, masks in mask registers.
 
+mod instructions;
 mod lanes;
 mod records;
 
 use super::spill::Spill;
-use super::{Kernel, Simd};
+use super::x86::{Evidence, record_methods, registers, whole_vector_methods};
+use super::{F32, Kernel, Simd};
+use instructions::*;
 use lanes::{F, I, M};
-use records::{check, pixel_pairs, rows_of_four, transposed};
+use records::{check, index_or_0, pixel_pairs, rows_of_four, transposed};
 use std::arch::x86_64::*;
 
 /// Token of the level; only [`run`] creates it.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(());
+
+// SAFETY: only `run` makes the token, and its callers make sure of the features.
+unsafe impl Evidence for Avx512 {}
 
 /// Runs a kernel compiled for AVX-512.
 ///
@@ -22,78 +28,36 @@ pub unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
 
-// SAFETY (for every block of this file): a vector or token of this module exists only below `run`,
-// whose caller has made sure of the CPU's features; loads and stores go through slices whose length
-// was checked just before.
 impl Simd for Avx512 {
     const LANES: usize = 16;
     type F = F;
     type I = I;
     type M = M;
 
-    #[inline(always)]
-    fn splat(self, v: f32) -> F {
-        // SAFETY: the token proves the features.
-        unsafe { F(_mm512_set1_ps(v)) }
-    }
-    #[inline(always)]
-    fn splat_i(self, v: i32) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm512_set1_epi32(v)) }
-    }
+    whole_vector_methods!();
+    record_methods!();
+
     #[inline(always)]
     fn iota(self) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) }
-    }
-    #[inline(always)]
-    fn load(self, from: &[f32]) -> F {
-        let from = &from[..16];
-        // SAFETY: the token proves the features; the slice holds 16 numbers.
-        unsafe { F(_mm512_loadu_ps(from.as_ptr())) }
-    }
-    #[inline(always)]
-    fn load_i(self, from: &[i32]) -> I {
-        let from = &from[..16];
-        // SAFETY: the token proves the features; the slice holds 16 numbers.
-        unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
-    }
-    #[inline(always)]
-    fn store(self, v: F, to: &mut [f32]) {
-        let to = &mut to[..16];
-        // SAFETY: the token proves the features; the target holds 16 elements.
-        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), v.0) }
-    }
-    #[inline(always)]
-    fn store_i(self, v: I, to: &mut [i32]) {
-        let to = &mut to[..16];
-        // SAFETY: the token proves the features; the target holds 16 elements.
-        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), v.0) }
+        registers!(self => I(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)))
     }
     #[inline(always)]
     fn store_masked_i(self, mask: M, v: I, to: &mut [i32]) {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; the target holds 16 elements.
+        // SAFETY: the contract of `Evidence`; the target holds 16 elements.
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr(), mask.0, v.0) }
-    }
-    #[inline(always)]
-    fn load_bytes(self, from: &[u8]) -> I {
-        let from = &from[..64];
-        // SAFETY: the token proves the features; the slice holds 64 bytes, and x86 is
-        // little-endian.
-        unsafe { I(_mm512_loadu_si512(from.as_ptr().cast())) }
     }
     #[inline(always)]
     fn store_masked_bytes(self, mask: M, v: I, to: &mut [u8]) {
         let to = &mut to[..64];
-        // SAFETY: the token proves the features; the slice holds 64 bytes, and x86 is
+        // SAFETY: the contract of `Evidence`; the slice holds 64 bytes, and x86 is
         // little-endian.
         unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), mask.0, v.0) }
     }
     #[inline(always)]
     fn load_block(self, from: &[i32], stride: usize) -> I {
         let rows = [&from[..4], &from[stride..][..4], &from[stride * 2..][..4], &from[stride * 3..][..4]];
-        // SAFETY: the token proves the features; each row has 4 numbers.
+        // SAFETY: the contract of `Evidence`; each row has 4 numbers.
         unsafe {
             let v = _mm512_castsi128_si512(_mm_loadu_si128(rows[0].as_ptr().cast()));
             let v = _mm512_inserti32x4::<1>(v, _mm_loadu_si128(rows[1].as_ptr().cast()));
@@ -103,21 +67,20 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn store_block_bytes(self, mask: M, v: I, to: &mut [u8], stride: usize) {
-        // SAFETY: the token proves the features.
-        let rows = unsafe {
+        let rows = registers!(self => {
             [
                 _mm512_castsi512_si128(v.0),
                 _mm512_extracti32x4_epi32::<1>(v.0),
                 _mm512_extracti32x4_epi32::<2>(v.0),
                 _mm512_extracti32x4_epi32::<3>(v.0),
             ]
-        };
+        });
         let mut r = 0;
         while r < 4 {
             let lanes = (mask.0 >> (4 * r)) as u8 & 15;
             if lanes != 0 {
                 let row = &mut to[r * stride * 4..][..16];
-                // SAFETY: the token proves the features; the slice holds 16 bytes, and x86 is
+                // SAFETY: the contract of `Evidence`; the slice holds 16 bytes, and x86 is
                 // little-endian.
                 unsafe { _mm_mask_storeu_epi32(row.as_mut_ptr().cast(), lanes, rows[r]) }
             }
@@ -128,35 +91,34 @@ impl Simd for Avx512 {
     fn compress_i(self, mask: M, v: I, to: &mut [i32]) -> usize {
         let to = &mut to[..16];
         // Compress in a register, then store it whole: a compressing store is many times slower on
-        // some CPUs. SAFETY: the token proves the features; 16 places are there.
+        // some CPUs. SAFETY: the contract of `Evidence`; 16 places are there.
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), _mm512_maskz_compress_epi32(mask.0, v.0)) }
         mask.0.count_ones() as usize
     }
     #[inline(always)]
     fn zip(self, a: I, b: I) -> [I; 2] {
-        // SAFETY: holding the token proves the features.
-        unsafe {
+        registers!(self => {
             // Lane indices; those from 16 on select lanes of b.
             let first = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
             let second = _mm512_add_epi32(first, _mm512_set1_epi32(8));
             [I(_mm512_permutex2var_epi32(a.0, first, b.0)), I(_mm512_permutex2var_epi32(a.0, second, b.0))]
-        }
+        })
     }
     #[inline(always)]
     fn compress8(self, mask: M, fields: [I; 8], to: &mut [[i32; 8]]) -> usize {
         let to = &mut to[..16];
-        // SAFETY: the token proves the features; the target holds 16 records of 32 bytes, and
+        // SAFETY: the contract of `Evidence`; the target holds 16 records of 32 bytes, and
         // stores need no alignment.
         unsafe {
             let f = [
-                _mm512_maskz_compress_epi32(mask.0, fields[0].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[1].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[2].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[3].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[4].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[5].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[6].0),
-                _mm512_maskz_compress_epi32(mask.0, fields[7].0),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[0].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[1].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[2].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[3].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[4].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[5].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[6].0)),
+                I(_mm512_maskz_compress_epi32(mask.0, fields[7].0)),
             ];
             // Row r holds in quarter q the halves of record 4 q + r.
             let (low, high) =
@@ -178,11 +140,10 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn first_occurrences(self, mask: M, v: I) -> M {
-        // SAFETY: the token proves the features.
-        unsafe {
+        registers!(self => {
             let earlier = _mm512_conflict_epi32(v.0);
             M(_mm512_mask_testn_epi32_mask(mask.0, earlier, _mm512_set1_epi32(mask.0 as i32)))
-        }
+        })
     }
     #[inline(always)]
     fn mask(self, bits: u32) -> M {
@@ -190,17 +151,15 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn select(self, mask: M, a: F, b: F) -> F {
-        // SAFETY: the token proves the features.
-        unsafe { F(_mm512_mask_blend_ps(mask.0, b.0, a.0)) }
+        registers!(self => F(_mm512_mask_blend_ps(mask.0, b.0, a.0)))
     }
     #[inline(always)]
     fn select_i(self, mask: M, a: I, b: I) -> I {
-        // SAFETY: the token proves the features.
-        unsafe { I(_mm512_mask_blend_epi32(mask.0, b.0, a.0)) }
+        registers!(self => I(_mm512_mask_blend_epi32(mask.0, b.0, a.0)))
     }
     #[inline(always)]
     fn lookup(self, table: &[i32; 8], index: I) -> I {
-        // SAFETY: the token proves the features; the table's 32 bytes are read, which need no
+        // SAFETY: the contract of `Evidence`; the table's 32 bytes are read, which need no
         // alignment.
         unsafe {
             let table = _mm512_broadcast_i64x4(_mm256_loadu_si256(table.as_ptr().cast()));
@@ -210,7 +169,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn gather_bytes(self, mask: M, from: &[u8], index: I) -> I {
         check(mask, index, from.len() / 4);
-        // SAFETY: the token proves the features; every set lane's pixel was found inside the slice;
+        // SAFETY: the contract of `Evidence`; every set lane's pixel was found inside the slice;
         // loads need no alignment.
         unsafe {
             I(_mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), mask.0, index.0, from.as_ptr().cast()))
@@ -219,51 +178,9 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn gather(self, mask: M, from: &[f32], index: I) -> F {
         check(mask, index, from.len());
-        // SAFETY: the token proves the features; every set lane's index was found inside the slice.
+        // SAFETY: the contract of `Evidence`; every set lane's index was found inside the slice.
         unsafe {
             F(_mm512_mask_i32gather_ps::<4>(_mm512_setzero_ps(), mask.0, index.0, from.as_ptr().cast()))
-        }
-    }
-    #[inline(always)]
-    fn gather4(self, mask: M, from: &[[f32; 4]], index: I) -> [F; 4] {
-        assert!(!from.is_empty(), "records to gather");
-        check(mask, index, from.len());
-        // SAFETY: the token proves the features; unset lanes read record 0, which exists, the
-        // others were checked.
-        let [a, b, c, d] = unsafe { transposed::<16>(mask, index, from.as_ptr().cast()) };
-        [F(a), F(b), F(c), F(d)]
-    }
-    #[inline(always)]
-    fn gather_pairs(self, mask: M, from: &[[u16; 4]], index: I) -> [I; 4] {
-        assert!(from.len() > 1, "pairs to gather");
-        check(mask, index, from.len() - 1);
-        // SAFETY: the token proves the features; unset lanes read records 0 and 1, which exist, the
-        // others were checked: each has a successor.
-        unsafe {
-            let [a, b, c, d] = transposed::<8>(mask, index, from.as_ptr().cast());
-            [
-                I(_mm512_castps_si512(a)),
-                I(_mm512_castps_si512(b)),
-                I(_mm512_castps_si512(c)),
-                I(_mm512_castps_si512(d)),
-            ]
-        }
-    }
-    #[inline(always)]
-    fn gather_byte_pairs(self, mask: M, from: &[u8], index: I) -> [I; 2] {
-        assert!(from.len() >= 8, "pairs to gather");
-        check(mask, index, from.len() / 4 - 1);
-        // SAFETY: the token proves the features; unset lanes read pixels 0 and 1, which exist, the
-        // others were checked: each has a successor. Loads need no alignment.
-        unsafe {
-            let mut at = Spill([0i32; 16]);
-            _mm512_storeu_si512(at.0.as_mut_ptr().cast(), _mm512_maskz_mov_epi32(mask.0, index.0));
-            // Lanes 4 q + 2 k and the next in quarter q.
-            let (a, b) = (pixel_pairs(from, &at, 0), pixel_pairs(from, &at, 1));
-            [
-                I(_mm512_castps_si512(_mm512_shuffle_ps::<0b10_00_10_00>(a, b))),
-                I(_mm512_castps_si512(_mm512_shuffle_ps::<0b11_01_11_01>(a, b))),
-            ]
         }
     }
 }
