@@ -168,92 +168,75 @@ fn check_positive(what: &'static str, value: f64) -> Result<DoubleDouble, Camera
     if sound { Ok(value.into()) } else { Err(CameraError::BadExtent { what, value }) }
 }
 
-impl Sight {
-    /// Computes the matrices of a camera for a viewport.
-    ///
-    /// # Errors
-    /// If the view has no direction, or the projection bounds no volume or area.
-    pub fn new(camera: &Camera, viewport: &Viewport) -> Result<Sight, CameraError> {
+/// Matrices of a camera, and V in view space if it is the same everywhere.
+struct CameraMatrices {
+    view: Matrix,
+    projection: Matrix,
+    to_viewer: Option<DoubleDouble3>,
+}
+
+impl CameraMatrices {
+    /// Makes the matrices of a perspective camera.
+    fn perspective(view: Matrix, projection: Matrix) -> CameraMatrices {
+        CameraMatrices { view, projection, to_viewer: None }
+    }
+
+    /// Makes the matrices of a parallel camera that looks along its axis.
+    fn along_axis(view: Matrix, projection: Matrix) -> CameraMatrices {
         let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
+        CameraMatrices { view, projection, to_viewer: Some([o, o, i]) }
+    }
+
+    /// Computes the matrices of a camera for a viewport.
+    fn of(camera: &Camera, viewport: &Viewport) -> Result<CameraMatrices, CameraError> {
         let l = &camera.look_at;
-        let (view, projection, v_view) = match camera.projection {
+        Ok(match camera.projection {
             Projection::Perspective { fov_rad, near, far, on_smaller_side } => {
                 let (n, f) = check_range(near, far, true)?;
-                if !(fov_rad > 0.0 && fov_rad < std::f64::consts::PI) {
-                    return Err(CameraError::BadExtent { what: "field of view", value: fov_rad });
-                }
-                let half = DoubleDouble::new(libm::tan(fov_rad / 2.0));
-                let (w, h) =
-                    (DoubleDouble::new(viewport.width.into()), DoubleDouble::new(viewport.height.into()));
-                let (half_w, half_h) = if on_smaller_side && w < h {
-                    (half * n, half * n * h / w)
-                } else {
-                    (half * n * w / h, half * n)
-                };
-                (look_at(l)?.0, frustum([-half_w, half_w, -half_h, half_h], n, f), None)
+                let window = field_of_view(fov_rad, n, viewport, on_smaller_side)?;
+                Self::perspective(look_at(l)?.0, frustum(window, n, f))
             }
             Projection::Plane { d, near, far } => {
                 let (n, f) = check_range(near, far, true)?;
                 let d = check_positive("view-plane distance", d)?;
+                let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
                 // Rows x, y, w of 001 are 1, 1, -1/d; all three are multiplied by d, so that w is
                 // FRUSTUM's and its z row fits.
                 let p = [[d, o, o, o], [o, d, o, o], perspective_z_row(n, f), [o, o, -i, o]];
-                (look_at(l)?.0, p, None)
+                Self::perspective(look_at(l)?.0, p)
             }
             Projection::Frustum { window, near, far } => {
                 let (n, f) = check_range(near, far, true)?;
-                (look_at(l)?.0, frustum(check_window(window)?, n, f), None)
+                Self::perspective(look_at(l)?.0, frustum(check_window(window)?, n, f))
             }
             Projection::OrthoContain { window, near, far } => {
-                let look = l;
-                let [l, r, b, t] = check_window(window)?;
+                let window = contain(check_window(window)?, viewport);
                 let (n, f) = check_range(near, far, false)?;
-                // Half sizes about the centre; the smaller one relative to the viewport grows.
-                let two = DoubleDouble::new(2.0);
-                let aspect =
-                    DoubleDouble::new(viewport.width.into()) / DoubleDouble::new(viewport.height.into());
-                let (x, y) = ((l + r) / two, (b + t) / two);
-                let (mut half_x, mut half_y) = ((r - l) / two, (t - b) / two);
-                if half_x < half_y * aspect {
-                    half_x = half_y * aspect;
-                } else {
-                    half_y = half_x / aspect;
-                }
-                let window = [x - half_x, x + half_x, y - half_y, y + half_y];
-                (look_at(look)?.0, parallel(window, n, f), Some([o, o, i]))
+                Self::along_axis(look_at(l)?.0, parallel(window, n, f))
             }
             Projection::Ortho { window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
-                (look_at(l)?.0, parallel(check_window(window)?, n, f), Some([o, o, i]))
+                Self::along_axis(look_at(l)?.0, parallel(check_window(window)?, n, f))
             }
             Projection::Oblique { kind, angle_rad, window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
-                let factor = match kind {
-                    ObliqueKind::Cavalier => 1.0,
-                    ObliqueKind::Cabinet => 0.5,
-                };
-                // x' = x - l cos(a) (z - z_ref), y' = y - l sin(a) (z - z_ref), z' = z.
-                let (sin, cos) = libm::sincos(angle_rad);
-                let (a, b) = (DoubleDouble::new(factor) * cos.into(), DoubleDouble::new(factor) * sin.into());
-                let away = sub3(double_double3(l.eye), double_double3(l.reference));
-                let z_ref = -dot3(away, away).sqrt();
-                let shear = [[i, o, -a, a * z_ref], [o, i, -b, b * z_ref], [o, o, i, o], [o, o, o, i]];
-                let p = multiply(&parallel(check_window(window)?, n, f), &shear);
-                (look_at(l)?.0, p, Some([a, b, i]))
+                let (shear, to_viewer) = oblique(l, kind, angle_rad);
+                let projection = multiply(&parallel(check_window(window)?, n, f), &shear);
+                CameraMatrices { view: look_at(l)?.0, projection, to_viewer: Some(to_viewer) }
             }
             Projection::Isometric { window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
                 let view = multiply(&isometric_turns(), &look_at(l)?.0);
-                (view, parallel(check_window(window)?, n, f), Some([o, o, i]))
+                Self::along_axis(view, parallel(check_window(window)?, n, f))
             }
             Projection::PseudoIsometric { window, near, far } => {
                 let (n, f) = check_range(near, far, false)?;
                 let view = multiply(&isometric_turns(), &look_at(l)?.0);
+                let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
                 // Every axis unforeshortened: x and y over sqrt(2/3).
                 let k = (DoubleDouble::new(3.0) / DoubleDouble::new(2.0)).sqrt();
                 let stretch = [[k, o, o, o], [o, k, o, o], [o, o, i, o], [o, o, o, i]];
-                let p = multiply(&parallel(check_window(window)?, n, f), &stretch);
-                (view, p, Some([o, o, i]))
+                Self::along_axis(view, multiply(&parallel(check_window(window)?, n, f), &stretch))
             }
             Projection::Window { vrp, p, vup, center, half, dp, near, far } => {
                 check_range(near, far, true)?;
@@ -261,20 +244,84 @@ impl Sight {
                 check_positive("half height", half[1])?;
                 check_positive("view-plane distance", dp)?;
                 let (view, projection) = window_camera(vrp, p, vup, center, half, dp, near, far)?;
-                (view, projection, None)
+                Self::perspective(view, projection)
             }
-        };
+        })
+    }
+}
+
+/// Returns the window at the near plane of a field of view, of the height or of the smaller side.
+fn field_of_view(
+    fov_rad: f64,
+    near: DoubleDouble,
+    viewport: &Viewport,
+    on_smaller_side: bool,
+) -> Result<[DoubleDouble; 4], CameraError> {
+    if !(fov_rad > 0.0 && fov_rad < std::f64::consts::PI) {
+        return Err(CameraError::BadExtent { what: "field of view", value: fov_rad });
+    }
+    let half = DoubleDouble::new(libm::tan(fov_rad / 2.0));
+    let (w, h) = (DoubleDouble::new(viewport.width.into()), DoubleDouble::new(viewport.height.into()));
+    let (half_w, half_h) = if on_smaller_side && w < h {
+        (half * near, half * near * h / w)
+    } else {
+        (half * near * w / h, half * near)
+    };
+    Ok([-half_w, half_w, -half_h, half_h])
+}
+
+/// Returns the smallest window of the viewport's aspect about the centre of a window that contains
+/// it.
+fn contain([l, r, b, t]: [DoubleDouble; 4], viewport: &Viewport) -> [DoubleDouble; 4] {
+    // Half sizes about the centre; the smaller one relative to the viewport grows.
+    let two = DoubleDouble::new(2.0);
+    let aspect = DoubleDouble::new(viewport.width.into()) / DoubleDouble::new(viewport.height.into());
+    let (x, y) = ((l + r) / two, (b + t) / two);
+    let (mut half_x, mut half_y) = ((r - l) / two, (t - b) / two);
+    if half_x < half_y * aspect {
+        half_x = half_y * aspect;
+    } else {
+        half_y = half_x / aspect;
+    }
+    [x - half_x, x + half_x, y - half_y, y + half_y]
+}
+
+/// Returns the shear of an oblique camera, and its direction of projection towards the viewer:
+/// x' = x - l cos(a) (z - z_ref), y' = y - l sin(a) (z - z_ref), z' = z.
+fn oblique(l: &LookAt, kind: ObliqueKind, angle_rad: f64) -> (Matrix, DoubleDouble3) {
+    let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
+    let factor = match kind {
+        ObliqueKind::Cavalier => 1.0,
+        ObliqueKind::Cabinet => 0.5,
+    };
+    let (sin, cos) = libm::sincos(angle_rad);
+    let (a, b) = (DoubleDouble::new(factor) * cos.into(), DoubleDouble::new(factor) * sin.into());
+    let away = sub3(double_double3(l.eye), double_double3(l.reference));
+    let z_ref = -dot3(away, away).sqrt();
+    let shear = [[i, o, -a, a * z_ref], [o, i, -b, b * z_ref], [o, o, i, o], [o, o, o, i]];
+    (shear, [a, b, i])
+}
+
+impl Sight {
+    /// Computes the matrices of a camera for a viewport.
+    ///
+    /// # Errors
+    /// If the view has no direction, or the projection bounds no volume or area.
+    pub fn new(camera: &Camera, viewport: &Viewport) -> Result<Sight, CameraError> {
+        let CameraMatrices { view, projection, to_viewer } = CameraMatrices::of(camera, viewport)?;
         let eye = match camera.projection {
             Projection::Window { vrp, .. } => vrp,
-            _ => l.eye,
+            _ => camera.look_at.eye,
         };
-        let viewer = match v_view {
+        let viewer = match to_viewer {
             None => ViewerPosition::Eye(eye),
             // The view's rows are the axes of view space in the world: V_world = R^T V_view.
             Some(v) => {
                 let world =
                     std::array::from_fn(|c| view[0][c] * v[0] + view[1][c] * v[1] + view[2][c] * v[2]);
-                ViewerPosition::Axis(narrow3(unit3(world).unwrap_or([o, o, i])))
+                let axis =
+                    unit3(world).unwrap_or([DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ONE]);
+                ViewerPosition::Axis(narrow3(axis))
             }
         };
         Ok(Sight { view, projection, viewer, eye, viewport: *viewport })

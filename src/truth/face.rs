@@ -90,19 +90,9 @@ pub struct Face<'a> {
     pub center_z: DoubleDouble,
     /// Lights that reach the face.
     pub lighting: Rc<ObjectLighting<'a>>,
-    /// Plane of each weight: b_i = plane[i] . (x_ndc, y_ndc, 1) with sum b_i = 1/w, sum b_i w_i =
-    /// 1, all >= 0 inside.
-    plane: [DoubleDouble3; 3],
+    shape: Shape,
     /// Screen pixels per unit of NDC.
     pixels_per_ndc: [f64; 2],
-    /// Snapped outline; `None` for a face with some w <= 0, whose plane decides.
-    outline: Option<Outline>,
-    /// Uncertainty of each snapped corner in pixels, from plain f64 rounding; 0 if its snapping is
-    /// certain.
-    wobble_px: [f64; 3],
-    /// True if the true corners are collinear to 24 digits: only snapping gives such a face an
-    /// area.
-    pub is_degenerate: bool,
     /// Pixels that the outline can reach, x0..x1 and y0..y1, within the viewport.
     pub bounds: [i64; 4],
 }
@@ -127,29 +117,36 @@ impl Weights {
 }
 
 impl<'a> Face<'a> {
+    /// Returns whether the true corners are collinear to 24 digits: only snapping gives such a face
+    /// an area.
+    pub fn is_degenerate(&self) -> bool {
+        self.shape.is_degenerate
+    }
+
     /// Returns the plane's weights at NDC (x, y).
     pub fn weights(&self, [x, y]: [DoubleDouble; 2]) -> Weights {
-        Weights { b: self.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
+        Weights { b: self.shape.plane.map(|p| p[0] * x + p[1] * y + p[2]) }
     }
 
     /// Returns the coverage of the centre of pixel (x, y), at NDC `ndc`.
     pub fn covers(&self, x: i64, y: i64, ndc: [DoubleDouble; 2]) -> Coverage {
-        let Some(outline) = &self.outline else { return self.covers_cut(ndc) };
-        let sure = match (outline.covers(x, y), self.is_degenerate) {
+        let Some(outline) = &self.shape.outline else { return self.covers_cut(ndc) };
+        let sure = match (outline.covers(x, y), self.is_degenerate()) {
             (false, _) => Coverage::No,
             (true, false) => Coverage::Yes,
             // A degenerate face that snapping gave an area: both drawing and omitting it are
             // accepted.
             (true, true) => Coverage::Maybe,
         };
-        if self.wobble_px == [0.0; 3] {
+        if self.shape.wobble_px == [0.0; 3] {
             return sure;
         }
         // An uncertain corner moves its edges, in proportion along each edge.
         let mut low = f64::INFINITY;
         let mut high = f64::INFINITY;
         for (i, (distance, along)) in outline.distances(x, y).into_iter().enumerate() {
-            let margin = (1.0 - along).abs() * self.wobble_px[i] + along.abs() * self.wobble_px[(i + 1) % 3];
+            let margin = (1.0 - along).abs() * self.shape.wobble_px[i]
+                + along.abs() * self.shape.wobble_px[(i + 1) % 3];
             low = low.min(distance - margin);
             high = high.min(distance + margin);
         }
@@ -159,7 +156,7 @@ impl<'a> Face<'a> {
     /// Returns the coverage of a face with some w <= 0: by the signs of the weights, either near
     /// the outline.
     fn covers_cut(&self, [x, y]: [DoubleDouble; 2]) -> Coverage {
-        let nearest = self.plane.iter().fold(f64::INFINITY, |nearest, p| {
+        let nearest = self.shape.plane.iter().fold(f64::INFINITY, |nearest, p| {
             let value = (p[0] * x + p[1] * y + p[2]).to_f64();
             let slope = (p[0].to_f64() / self.pixels_per_ndc[0], p[1].to_f64() / self.pixels_per_ndc[1]);
             let slope = (slope.0 * slope.0 + slope.1 * slope.1).sqrt();
@@ -171,6 +168,53 @@ impl<'a> Face<'a> {
             d if d < -CUT_MARGIN_PX => Coverage::No,
             _ => Coverage::Maybe,
         }
+    }
+}
+
+/// Plane and outline of a face.
+#[derive(Clone, Debug)]
+struct Shape {
+    /// Plane of each weight: b_i = plane[i] . (x_ndc, y_ndc, 1) with sum b_i = 1/w, sum b_i w_i =
+    /// 1, all >= 0 inside.
+    plane: [DoubleDouble3; 3],
+    /// Snapped outline; `None` for a face with some w <= 0, whose plane decides.
+    outline: Option<Outline>,
+    /// Uncertainty of each snapped corner in pixels, from plain f64 rounding; 0 if its snapping is
+    /// certain.
+    wobble_px: [f64; 3],
+    /// True if the true corners are collinear to 24 digits.
+    is_degenerate: bool,
+    /// True if the corners are seen counterclockwise.
+    is_ccw: bool,
+}
+
+impl Shape {
+    /// Returns the shape of a face with these corners, or `None` if nothing of it can be seen.
+    fn new(at: [&TransformedVertex; 3]) -> Option<Shape> {
+        // The plane through the unsnapped corners: rows (x_i, y_i, w_i), inverted by cofactors.
+        let rows: [DoubleDouble3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
+        let cofactors = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
+        let det = super::double_double::dot3(rows[0], cofactors[0]);
+        let scale =
+            rows.iter().fold(1.0, |s, r| s * (0..3).fold(0.0, |m: f64, k| m.max(r[k].to_f64().abs())));
+        let is_degenerate = det.to_f64().abs() <= 1e-24 * scale;
+        if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == DoubleDouble::ZERO {
+            return None;
+        }
+        let mut wobble_px = [0.0; 3];
+        let (outline, is_ccw) = if let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) {
+            wobble_px = [a.1, b.1, c.1];
+            let outline = Outline::new([a.0, b.0, c.0])?;
+            let turn = outline.turn();
+            if turn == Ordering::Equal && wobble_px == [0.0; 3] {
+                return None;
+            }
+            (Some(outline), turn == Ordering::Less)
+        } else {
+            (None, det > DoubleDouble::ZERO)
+        };
+        let plane = cofactors.map(|c| c.map(|v| v / det));
+        Some(Shape { plane, outline, wobble_px, is_degenerate, is_ccw })
     }
 }
 
@@ -251,6 +295,7 @@ impl<'a> ObjectView<'a> {
         ]
     }
 
+    /// Returns triangle `t`, or `None` if it is culled, has no area or lies outside the mask.
     fn face(
         &self,
         t: usize,
@@ -270,50 +315,92 @@ impl<'a> ObjectView<'a> {
         if !mask.is_any_in(bounds) {
             return None;
         }
-        // The plane through the unsnapped corners: rows (x_i, y_i, w_i), inverted by cofactors.
-        let rows: [DoubleDouble3; 3] = at.map(|p| [p.clip[0], p.clip[1], p.clip[3]]);
-        let cofactors = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])];
-        let det = super::double_double::dot3(rows[0], cofactors[0]);
-        let scale =
-            rows.iter().fold(1.0, |s, r| s * (0..3).fold(0.0, |m: f64, k| m.max(r[k].to_f64().abs())));
-        let is_degenerate = det.to_f64().abs() <= 1e-24 * scale;
-        if at.iter().all(|p| p.clip[3].to_f64() <= -p.slack[3]) || det == DoubleDouble::ZERO {
-            return None;
-        }
-        let mut wobble_px = [0.0; 3];
-        let (outline, seen_ccw) = if let [Some(a), Some(b), Some(c)] = at.map(|p| p.screen) {
-            wobble_px = [a.1, b.1, c.1];
-            let outline = Outline::new([a.0, b.0, c.0])?;
-            let turn = outline.turn();
-            if turn == Ordering::Equal && wobble_px == [0.0; 3] {
-                return None;
-            }
-            (Some(outline), turn == Ordering::Less)
-        } else {
-            (None, det > DoubleDouble::ZERO)
-        };
-        let is_front = seen_ccw != is_mirrored(&object.model);
+        let shape = Shape::new(at)?;
+        let is_front = shape.is_ccw != is_mirrored(&object.model);
         match self.settings.cull.unwrap_or(object.cull) {
             Cull::Back if !is_front => return None,
             Cull::Front if is_front => return None,
             _ => {}
         }
-        let polygon_index = mesh.triangle_polygon[t] as usize;
-        let polygon = &mesh.polygons[polygon_index];
+        let polygon = &mesh.polygons[mesh.triangle_polygon[t] as usize];
         let own = (polygon.material != NONE).then_some(polygon.material as usize);
-        let material = match (&object.back_material, own) {
-            (Some(back), _) if !is_front => back,
-            (_, Some(own)) => &mesh.materials[own],
-            _ => &object.material,
+        let material = self.material(own, is_front);
+        let (normal, corners) = self.corners(t, at, normals, is_front);
+        let texture = self.texture(own, &corners);
+        let is_transparent = material.transparency > 0.0
+            || texture.is_some_and(|t| t.has_alpha())
+            || object.style.stages.as_ref().is_some_and(|s| s.may_be_transparent())
+            || corners.iter().any(|c| c.color.w < 1.0);
+        let rules = object.texture.as_ref().map(|t| t.1).unwrap_or_default();
+        let texture =
+            texture.filter(|_| object.style.stages.is_none()).map(|t| (mip_chain(t), t.sampling(rules)));
+        let stages = object.style.stages.as_deref().map(|stages| FaceStages {
+            stages,
+            mip_chains: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *mip_chain)).collect(),
+            corners: ids,
+        });
+        let mut face = Face {
+            corners,
+            object: self.index,
+            triangle: t as u32,
+            material,
+            texture,
+            stages,
+            fill: object.style.fill,
+            shade: object.shade.unwrap_or(self.settings.shade),
+            normal,
+            flat: Vec::new(),
+            flat_color: DVec4::ONE,
+            is_transparent,
+            center_z: (at[0].view[2] + at[1].view[2] + at[2].view[2]) / DoubleDouble::new(3.0),
+            lighting: self.lighting.clone(),
+            shape,
+            pixels_per_ndc: self.sight.pixels_per_ndc(),
+            bounds,
         };
+        self.light_ahead(&mut face, polygon, vertices);
+        Some(face)
+    }
+
+    /// Returns the material of the side that is seen; `own` is the number of the polygon's own.
+    fn material(&self, own: Option<usize>, is_front: bool) -> &'a Material {
+        let object = self.object;
+        match (&object.back_material, own) {
+            (Some(back), _) if !is_front => back,
+            (_, Some(own)) => &object.geometry.mesh.materials[own],
+            _ => &object.material,
+        }
+    }
+
+    /// Returns the texture of a face whose corners all have coordinates: that of the polygon's own
+    /// material, else the object's.
+    fn texture(&self, own: Option<usize>, corners: &[FaceCorner; 3]) -> Option<&'a crate::scene::Texture> {
+        let object = self.object;
+        let own_texture = own.and_then(|m| object.geometry.textures.get(m)).and_then(Option::as_deref);
+        own_texture
+            .or(object.texture.as_ref().map(|t| &*t.0))
+            .filter(|_| corners.iter().all(|c| c.uv.is_some()))
+    }
+
+    /// Returns the world normal of triangle `t`, towards the side that is lit, and its corners.
+    fn corners(
+        &self,
+        t: usize,
+        at: [&TransformedVertex; 3],
+        normals: &Normals,
+        is_front: bool,
+    ) -> (DVec3, [FaceCorner; 3]) {
+        let object = self.object;
+        let mesh = &object.geometry.mesh;
+        let ids = mesh.triangles[t].map(|c| c as usize);
         let to_world = normal_matrix(&object.model);
         let turn = if object.two_sided_lighting && !is_front { -1.0 } else { 1.0 };
-        let mut face_normal = normals.polygon[polygon_index];
+        let mut face_normal = normals.polygon[mesh.triangle_polygon[t] as usize];
         if face_normal == DVec3::ZERO {
             face_normal = area_normal(&ids.map(|c| mesh.positions[mesh.corners[c].position as usize]));
         }
         let world_face = turn * unit(to_world * face_normal).unwrap_or(DVec3::ZERO);
-        let corners: [FaceCorner; 3] = std::array::from_fn(|i| {
+        let corners = std::array::from_fn(|i| {
             let c = &mesh.corners[ids[i]];
             let n = normals.at_corner(mesh, ids[i], face_normal);
             FaceCorner {
@@ -325,47 +412,7 @@ impl<'a> ObjectView<'a> {
                 lit: Vec::new(),
             }
         });
-        let own_texture = own.and_then(|m| object.geometry.textures.get(m)).and_then(Option::as_deref);
-        let rules = object.texture.as_ref().map(|t| t.1).unwrap_or_default();
-        let texture = own_texture
-            .or(object.texture.as_ref().map(|t| &*t.0))
-            .filter(|_| corners.iter().all(|c| c.uv.is_some()));
-        let is_transparent = material.transparency > 0.0
-            || texture.is_some_and(|t| t.has_alpha())
-            || object.style.stages.as_ref().is_some_and(|s| s.may_be_transparent())
-            || corners.iter().any(|c| c.color.w < 1.0);
-        let texture =
-            texture.filter(|_| object.style.stages.is_none()).map(|t| (mip_chain(t), t.sampling(rules)));
-        let stages = object.style.stages.as_deref().map(|stages| FaceStages {
-            stages,
-            mip_chains: stages.stages.iter().map(|s| s.texture.as_deref().map(&mut *mip_chain)).collect(),
-            corners: ids,
-        });
-        let center_z = (at[0].view[2] + at[1].view[2] + at[2].view[2]) / DoubleDouble::new(3.0);
-        let mut face = Face {
-            corners,
-            object: self.index,
-            triangle: t as u32,
-            material,
-            texture,
-            stages,
-            fill: object.style.fill,
-            shade: object.shade.unwrap_or(self.settings.shade),
-            normal: world_face,
-            flat: Vec::new(),
-            flat_color: DVec4::ONE,
-            is_transparent,
-            center_z,
-            lighting: self.lighting.clone(),
-            plane: cofactors.map(|c| c.map(|v| v / det)),
-            pixels_per_ndc: self.sight.pixels_per_ndc(),
-            outline,
-            wobble_px,
-            is_degenerate,
-            bounds,
-        };
-        self.light_ahead(&mut face, polygon, vertices);
-        Some(face)
+        (world_face, corners)
     }
 
     /// Computes the lighting of flat and Gouraud shading: at the centroid, or at the corners.

@@ -176,7 +176,7 @@ impl FragmentContext<'_> {
     fn footprint(&self, face: &Face, x: i64, y: i64, here: &Weights) -> UvFootprint {
         let none = UvFootprint::Steps([[0.0; 2]; 2]);
         let Some((_, rules)) = &face.texture else { return none };
-        if !matches!(rules.filter, Filter::Mipmap | Filter::Trilinear) || face.is_degenerate {
+        if !matches!(rules.filter, Filter::Mipmap | Filter::Trilinear) || face.is_degenerate() {
             return none;
         }
         let uv = |w: &Weights| -> Option<[DoubleDouble; 2]> {
@@ -246,7 +246,7 @@ fn depth(face: &Face, p: DoubleDouble3) -> DoubleDouble {
 /// ones outside.
 fn weight_sets(face: &Face, weights: &Weights) -> Vec<DoubleDouble3> {
     let (o, i) = (DoubleDouble::ZERO, DoubleDouble::ONE);
-    if face.is_degenerate {
+    if face.is_degenerate() {
         return vec![[i, o, o], [o, i, o], [o, o, i]];
     }
     let scaled = |v: DoubleDouble3| {
