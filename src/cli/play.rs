@@ -2,7 +2,7 @@
 
 use super::args::color::color;
 use super::magic;
-use super::movie::{Clock, MovieArgs, MovieWriter};
+use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::{self, Stdout};
 use super::progress::Watched;
 use super::render_args::RenderArgs;
@@ -65,15 +65,36 @@ pub struct Play {
     drawing: RenderArgs,
 }
 
+/// Stream of commands, ready to be played by its engine.
+struct Stream {
+    engine: Engine,
+    input: Box<dyn Read + Send>,
+    /// Name in messages.
+    name: String,
+    end: EndOfInput,
+}
+
+/// Places that frames go to.
+struct Outlets {
+    /// Frames of the window.
+    display: Option<Arc<Display>>,
+    movie: Option<MovieWriter>,
+    /// Recorder by the clock, for a movie of a live stream.
+    sampler: Option<Sampler>,
+    is_live: bool,
+    /// True while there is no window.
+    is_alone: Arc<AtomicBool>,
+}
+
 impl Play {
     /// Plays to the end, and returns the exit status.
     pub(super) fn run(self) -> Status {
         let prepared = self.prepare().and_then(|prepared| {
-            let memory = prepared.0.memory();
+            let memory = prepared.engine.memory();
             Ok((self.movie.open(memory.width(), memory.height())?, prepared))
         });
         match prepared {
-            Ok((movie, (engine, input, name, end))) => self.play(engine, input, &name, end, movie),
+            Ok((movie, stream)) => self.play(stream, movie),
             Err(message) => {
                 say_as_program(message);
                 Status::BadArguments
@@ -82,7 +103,7 @@ impl Play {
     }
 
     /// Opens and validates everything that the arguments name.
-    fn prepare(&self) -> Result<(Engine, Box<dyn Read + Send>, String, EndOfInput), String> {
+    fn prepare(&self) -> Result<Stream, String> {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
@@ -97,29 +118,25 @@ impl Play {
         let (input, name, end): (Box<dyn Read + Send>, _, _) = match &self.file {
             Some(path) if path != Path::new("-") => {
                 let name = path.display().to_string();
-                let refused = |e: io::Error| format!("{name}: {e}");
-                let file = File::open(path).map_err(refused)?;
-                let meta = file.metadata().map_err(refused)?;
-                if meta.is_dir() {
-                    return Err(format!("{name}: is a folder"));
+                let (file, len) = open_stream(path, &name)?;
+                if len.is_some() {
+                    size_of_recording = read_recorded_size(&file).map_err(|e| format!("{name}: {e}"))?;
                 }
-                let end = if meta.is_file() { EndOfInput::File } else { EndOfInput::Stream };
-                if meta.is_file() {
-                    if let Some(content) = magic::of_file(&file).map_err(refused)? {
-                        return Err(format!("{name}: {content}; expected a stream of commands"));
-                    }
-                    (&file).rewind().map_err(refused)?;
-                    size_of_recording = read_recorded_size(&file).map_err(refused)?;
-                }
-                let input: Box<dyn Read + Send> = match self.headless && meta.is_file() {
-                    true => Box::new(Watched::new(file, meta.len())),
-                    false => Box::new(file),
+                let end = if len.is_some() { EndOfInput::File } else { EndOfInput::Stream };
+                let input: Box<dyn Read + Send> = match len {
+                    Some(len) if self.headless => Box::new(Watched::new(file, len)),
+                    _ => Box::new(file),
                 };
                 (input, name, end)
             }
             _ => (Box::new(io::stdin()), "-".to_owned(), EndOfInput::Stream),
         };
-        let FrameSize { width, height } = self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT);
+        let engine = self.engine(self.size.or(size_of_recording).unwrap_or(FrameSize::DEFAULT))?;
+        Ok(Stream { engine, input, name, end })
+    }
+
+    /// Creates the engine according to the arguments.
+    fn engine(&self, FrameSize { width, height }: FrameSize) -> Result<Engine, String> {
         // The stream is the user's own, so it may fill the user's disk.
         let limits = Limits {
             snap_bytes: u64::MAX,
@@ -144,37 +161,13 @@ impl Play {
         if let Some(path) = &self.load_dir {
             engine.set_load_dir(folder(path)?);
         }
-        Ok((engine, input, name, end))
+        Ok(engine)
     }
 
-    fn play(
-        &self,
-        mut engine: Engine,
-        input: Box<dyn Read + Send>,
-        name: &str,
-        end: EndOfInput,
-        movie: Option<MovieWriter>,
-    ) -> Status {
-        let new_display = || Display::new(engine.memory().width(), engine.memory().height());
-        let display = self.wants_window().then(new_display);
-        // A stream that is typed or sent runs in real time; a file has only its PRESENTs.
-        let is_live = movie.is_some() && end == EndOfInput::Stream;
-        let display_is_seen = display.is_some();
-        let seen = display.clone().or_else(|| is_live.then(new_display));
-        if let Some(display) = &seen {
-            display.set_paused(self.paused && display_is_seen);
-            engine.set_display(display.clone());
-        }
-        if let Some(movie) = &movie {
-            engine.set_on_present(movie.on_present());
-        }
-        let is_alone = Arc::new(AtomicBool::new(display.is_none()));
-        let sampler = match (&movie, &seen) {
-            (Some(movie), Some(display)) if is_live => {
-                movie.sample(display.clone(), Clock::UntilPresent, is_alone.clone())
-            }
-            _ => None,
-        };
+    /// Plays a prepared stream and writes what was asked for.
+    fn play(&self, stream: Stream, movie: Option<MovieWriter>) -> Status {
+        let Stream { mut engine, input, name, end } = stream;
+        let outlets = self.outlets(&mut engine, movie, end);
         let has_failed = Arc::new(AtomicBool::new(false));
         let thread = match RenderThread::start(engine) {
             Ok(thread) => thread,
@@ -183,28 +176,16 @@ impl Play {
                 return Status::Failed;
             }
         };
-        let interrupted = watch_signals(&thread, display.clone());
-        let (name, failed) = (name.to_owned(), has_failed.clone());
-        let on_notice = move |notice| match notice {
-            Notice::Refused(refused) => {
-                failed.store(true, Ordering::Release);
-                say(&refused.play_line(&name));
-            }
-            Notice::Warning(warning) => say_as_program(warning),
-            Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
-        };
-        // If the movie is written to standard output, replies go to stderr.
-        let replies: Box<dyn io::Write + Send> = match self.movie.takes_stdout() {
-            true => Box::new(io::stderr()),
-            false => Box::new(Stdout),
-        };
-        let player = match Player::start(&thread, input, replies, end, on_notice) {
-            Ok(player) => player,
-            Err(e) => {
-                say_as_program(format_args!("no thread to read on: {e}"));
-                return Status::Failed;
-            }
-        };
+        let interrupted = watch_signals(&thread, outlets.display.clone());
+        let player =
+            match Player::start(&thread, input, self.replies(), end, notices(name, has_failed.clone())) {
+                Ok(player) => player,
+                Err(e) => {
+                    say_as_program(format_args!("no thread to read on: {e}"));
+                    return Status::Failed;
+                }
+            };
+        let Outlets { display, movie, sampler, is_live, is_alone } = outlets;
         let mut engine = match display {
             Some(display) => self.with_window(thread, player, display, is_live.then_some(&*is_alone)),
             None => {
@@ -212,6 +193,57 @@ impl Play {
                 thread.finish(Finish::WhenAllEnded)
             }
         };
+        self.report(&mut engine, &has_failed);
+        drop(sampler);
+        let mut is_saved = self.save(&engine);
+        if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
+            say_as_program(format_args!("the movie ends early: {e}"));
+            is_saved = false;
+        }
+        if interrupted.load(Ordering::Acquire) {
+            return Status::Interrupted;
+        }
+        match has_failed.load(Ordering::Acquire) || !is_saved {
+            true => Status::Failed,
+            false => Status::Success,
+        }
+    }
+
+    /// Connects the engine to a display and to the movie, where there are any.
+    fn outlets(&self, engine: &mut Engine, movie: Option<MovieWriter>, end: EndOfInput) -> Outlets {
+        let (width, height) = (engine.memory().width(), engine.memory().height());
+        let new_display = || Display::new(width, height);
+        let display = self.wants_window().then(new_display);
+        // A stream that is typed or sent runs in real time; a file has only its PRESENTs.
+        let is_live = movie.is_some() && end == EndOfInput::Stream;
+        let seen = display.clone().or_else(|| is_live.then(new_display));
+        if let Some(seen) = &seen {
+            seen.set_paused(self.paused && display.is_some());
+            engine.set_display(seen.clone());
+        }
+        if let Some(movie) = &movie {
+            engine.set_on_present(movie.on_present());
+        }
+        let is_alone = Arc::new(AtomicBool::new(display.is_none()));
+        let sampler = match (&movie, &seen) {
+            (Some(movie), Some(seen)) if is_live => {
+                movie.sample(seen.clone(), Clock::UntilPresent, is_alone.clone())
+            }
+            _ => None,
+        };
+        Outlets { display, movie, sampler, is_live, is_alone }
+    }
+
+    /// Returns the stream that replies go to: standard error if the movie takes standard output.
+    fn replies(&self) -> Box<dyn io::Write + Send> {
+        match self.movie.takes_stdout() {
+            true => Box::new(io::stderr()),
+            false => Box::new(Stdout),
+        }
+    }
+
+    /// Says at the end what was abandoned, what the trace found and what the file may have been.
+    fn report(&self, engine: &mut Engine, has_failed: &AtomicBool) {
         if let Some(verb) = engine.take_abandoned() {
             say_as_program(format_args!("ended in the middle of {verb}: the picture may hold a part of it"));
         }
@@ -231,19 +263,6 @@ impl Play {
             say_as_program(format_args!(
                 "{path} was read as a stream of commands; as a scene, `fbptr view {path}` shows it"
             ));
-        }
-        drop(sampler);
-        let mut is_saved = self.save(&engine);
-        if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
-            say_as_program(format_args!("the movie ends early: {e}"));
-            is_saved = false;
-        }
-        if interrupted.load(Ordering::Acquire) {
-            return Status::Interrupted;
-        }
-        match has_failed.load(Ordering::Acquire) || !is_saved {
-            true => Status::Failed,
-            false => Status::Success,
         }
     }
 
@@ -320,6 +339,36 @@ impl Play {
             is_saved = false;
         }
         is_saved
+    }
+}
+
+/// Opens a file that holds a stream of commands; the length is `None` for a pipe or device.
+fn open_stream(path: &Path, name: &str) -> Result<(File, Option<u64>), String> {
+    let refused = |e: io::Error| format!("{name}: {e}");
+    let file = File::open(path).map_err(refused)?;
+    let meta = file.metadata().map_err(refused)?;
+    if meta.is_dir() {
+        return Err(format!("{name}: is a folder"));
+    }
+    if !meta.is_file() {
+        return Ok((file, None));
+    }
+    if let Some(content) = magic::of_file(&file).map_err(refused)? {
+        return Err(format!("{name}: {content}; expected a stream of commands"));
+    }
+    (&file).rewind().map_err(refused)?;
+    Ok((file, Some(meta.len())))
+}
+
+/// Returns the receiver of a stream's notices, which sets `has_failed` at a refused command.
+fn notices(name: String, has_failed: Arc<AtomicBool>) -> impl FnMut(Notice) + Send + 'static {
+    move |notice| match notice {
+        Notice::Refused(refused) => {
+            has_failed.store(true, Ordering::Release);
+            say(&refused.play_line(&name));
+        }
+        Notice::Warning(warning) => say_as_program(warning),
+        Notice::Remark { place, verb, text } => say(&format!("{name}:{}: {verb}: {text}", place.line)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::bytes::ByteSize;
 use super::interval::Interval;
-use super::movie::{Clock, MovieArgs};
+use super::movie::{Clock, MovieArgs, MovieWriter, Sampler};
 use super::output::Stdout;
 use super::record_gate::RecordGate;
 use super::render_args::RenderArgs;
@@ -21,6 +21,7 @@ use crossbeam_channel::{Sender, bounded};
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -194,7 +195,20 @@ fn is_loopback(address: &SocketAddr) -> bool {
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "there is no window to tell it"))]
 struct Told {
     addresses: Vec<String>,
-    board: Option<std::sync::Arc<MetricsBoard>>,
+    board: Option<Arc<MetricsBoard>>,
+}
+
+/// Places that frames and counters go to.
+struct Outlets {
+    /// Frames of the window.
+    display: Option<Arc<Display>>,
+    /// Counters, read by the metrics endpoint and the window's overlay.
+    board: Option<Arc<MetricsBoard>>,
+    movie: Option<MovieWriter>,
+    /// Recorder of the movie's frames.
+    sampler: Option<Sampler>,
+    /// True while there is no window.
+    is_alone: Arc<AtomicBool>,
 }
 
 /// Reason for the server's end.
@@ -220,6 +234,61 @@ impl Serve {
     }
 
     fn serve(&self) -> Result<Status, String> {
+        self.check()?;
+        let places = self.places()?;
+        let metrics = self.metrics.as_deref().map(|text| self.checked(text)).transpose()?;
+        let mut engine = self.engine()?;
+        let outlets = self.outlets(&mut engine, metrics.is_some())?;
+        let size = (engine.memory().width(), engine.memory().height());
+        let (endings, ending) = bounded(8);
+        // Before any client is admitted: from here on a signal ends the server in order.
+        watch_signals(endings.clone())?;
+        let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
+        let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
+        if let Some(shortage) = server.fit_descriptors(places.len(), others) {
+            say_as_program(format_args!("warning: {shortage}"));
+        }
+        let gate = RecordGate::close(&server, size);
+        let mut listening = Vec::new();
+        for place in places {
+            listening.push(server.listen(place).map_err(|e| e.to_string())?);
+        }
+        let endpoint = match (metrics, &outlets.board) {
+            (Some(address), Some(board)) => Some(self.serve_metrics(address, board.clone())?),
+            _ => None,
+        };
+        // The sockets first: a server whose port is taken leaves the other one's recording
+        // unchanged.
+        gate.open(self.record.as_deref())?;
+        let mut heard_at = Vec::new();
+        for place in listening {
+            say_as_program(format_args!("listening on {place}"));
+            heard_at.push(place.to_string());
+        }
+        if let Some(endpoint) = &endpoint {
+            say_as_program(format_args!("metrics on http://{}/metrics", endpoint.address()));
+        }
+        let _snapshots = self.periodic_snapshots(&server)?;
+        self.serve_stdin(&server, &endings)?;
+        let Outlets { display, board, movie, sampler, is_alone } = outlets;
+        let why = match display {
+            Some(display) => {
+                let told = Told { addresses: heard_at, board };
+                let recorded = movie.is_some().then_some(&*is_alone);
+                self.with_window(&server, display, told, endings, &ending, recorded)
+            }
+            None => ending.recv().unwrap_or(Ending::Signal),
+        };
+        let mut engine = shut_down(server, why);
+        engine.end();
+        let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
+        drop(sampler);
+        let is_saved = self.save(&engine, movie);
+        Ok(if has_failed || !is_saved { Status::Failed } else { Status::Success })
+    }
+
+    /// Refuses arguments that contradict each other.
+    fn check(&self) -> Result<(), String> {
         if let Some(snap) = &self.snap {
             save::SnapshotFormat::of_path(snap).map_err(|e| e.to_string())?;
         }
@@ -227,12 +296,13 @@ impl Serve {
         if self.movie.takes_stdout() && self.stdin {
             return Err("--movie - and --stdin: both want standard output".to_owned());
         }
-        let places = self.places()?;
-        let metrics = self.metrics.as_deref().map(|text| self.checked(text)).transpose()?;
-        let mut engine = self.engine()?;
-        let display = self.display(&engine);
-        // Read by the metrics endpoint and the window's overlay.
-        let board = (metrics.is_some() || display.is_some()).then(MetricsBoard::new);
+        Ok(())
+    }
+
+    /// Connects the engine to the window's display, the metrics and the movie, where there are any.
+    fn outlets(&self, engine: &mut Engine, has_metrics: bool) -> Result<Outlets, String> {
+        let display = self.display(engine);
+        let board = (has_metrics || display.is_some()).then(MetricsBoard::new);
         if let Some(board) = &board {
             engine.set_metrics(board.clone());
         }
@@ -243,93 +313,44 @@ impl Serve {
         if let Some(display) = &seen {
             engine.set_display(display.clone());
         }
-        let is_alone = std::sync::Arc::new(AtomicBool::new(display.is_none()));
+        let is_alone = Arc::new(AtomicBool::new(display.is_none()));
         let sampler = match (&movie, seen) {
             (Some(movie), Some(display)) => movie.sample(display, Clock::Always, is_alone.clone()),
             _ => None,
         };
-        let (endings, ending) = bounded(8);
-        // Before any client is admitted: from here on a signal ends the server in order.
-        watch_signals(endings.clone())?;
-        let mut server = Server::start(engine).map_err(|e| format!("no thread to render on: {e}"))?;
-        let others = if metrics.is_some() { MetricsServer::MAX_FILES } else { 0 };
-        if let Some(shortage) = server.fit_descriptors(places.len(), others) {
-            say_as_program(format_args!("warning: {shortage}"));
+        Ok(Outlets { display, board, movie, sampler, is_alone })
+    }
+
+    /// Serves standard input, if it is asked for; its end is the server's where nothing else is
+    /// served.
+    fn serve_stdin(&self, server: &Server, endings: &Sender<Ending>) -> Result<(), String> {
+        if !self.stdin {
+            return Ok(());
         }
-        let gate = RecordGate::close(&server, (width, height));
-        let mut listening = Vec::new();
-        let mut heard_at = Vec::new();
-        for place in places {
-            listening.push(server.listen(place).map_err(|e| e.to_string())?);
-        }
-        let endpoint = match (metrics, &board) {
-            (Some(address), Some(board)) => Some(self.serve_metrics(address, board.clone())?),
-            _ => None,
-        };
-        // The sockets first: a server whose port is taken leaves the other one's recording
-        // unchanged.
-        gate.open(self.record.as_deref())?;
-        for place in listening {
-            say_as_program(format_args!("listening on {place}"));
-            heard_at.push(place.to_string());
-        }
-        if let Some(endpoint) = &endpoint {
-            say_as_program(format_args!("metrics on http://{}/metrics", endpoint.address()));
-        }
-        let _snapshots = self.periodic_snapshots(&server)?;
-        if self.stdin {
-            let is_all = self.listen.is_empty() && self.unix.is_empty();
-            let endings = endings.clone();
-            let on_end = move || {
-                if is_all {
-                    let _ = endings.try_send(Ending::InputEnded);
-                }
-            };
-            server
-                .serve_pipe(Box::new(io::stdin()), Box::new(Stdout), on_end)
-                .map_err(|e| format!("no thread to read on: {e}"))?;
-        }
-        let why = match display {
-            Some(display) => {
-                let told = Told { addresses: heard_at, board };
-                self.with_window(
-                    &server,
-                    display,
-                    told,
-                    endings,
-                    &ending,
-                    movie.is_some().then_some(&*is_alone),
-                )
-            }
-            None => ending.recv().unwrap_or(Ending::Signal),
-        };
-        let mut engine = match why {
-            Ending::InputEnded => server.finish(),
-            _ => {
-                let is_rendering = end_at_the_last_moment();
-                let engine = server.shut_down(PATIENCE);
-                is_rendering.store(false, Ordering::Release);
-                engine
+        let is_all = self.listen.is_empty() && self.unix.is_empty();
+        let endings = endings.clone();
+        let on_end = move || {
+            if is_all {
+                let _ = endings.try_send(Ending::InputEnded);
             }
         };
-        if let Some(verb) = engine.take_abandoned() {
-            say_as_program(format_args!(
-                "ended in the middle of {verb}: the memory may hold a part of it, a recording has nothing of it"
-            ));
-        }
-        engine.end();
-        let has_failed = engine.record_failure().is_some() || engine.shared_failure().is_some();
-        let mut status = if has_failed { Status::Failed } else { Status::Success };
-        drop(sampler);
+        server
+            .serve_pipe(Box::new(io::stdin()), Box::new(Stdout), on_end)
+            .map_err(|e| format!("no thread to read on: {e}"))
+    }
+
+    /// Finishes the movie and writes the snapshot, and returns whether both were written.
+    fn save(&self, engine: &Engine, movie: Option<MovieWriter>) -> bool {
+        let mut is_saved = true;
         if let Some(e) = movie.and_then(|movie| movie.finish(engine.memory()).err()) {
             say_as_program(format_args!("the movie ends early: {e}"));
-            status = Status::Failed;
+            is_saved = false;
         }
         if let Some(error) = self.snap.as_ref().and_then(|path| save::to_path(engine.memory(), path).err()) {
             say_as_program(error);
-            status = Status::Failed;
+            is_saved = false;
         }
-        Ok(status)
+        is_saved
     }
 
     /// Returns all addresses to listen on, validated.
@@ -358,11 +379,7 @@ impl Serve {
     }
 
     /// Starts the HTTP endpoint of the metrics.
-    fn serve_metrics(
-        &self,
-        address: SocketAddr,
-        board: std::sync::Arc<MetricsBoard>,
-    ) -> Result<MetricsServer, String> {
+    fn serve_metrics(&self, address: SocketAddr, board: Arc<MetricsBoard>) -> Result<MetricsServer, String> {
         let name = self.metrics.as_deref().and_then(args::address::host_name);
         MetricsServer::start(address, name, board)
             .map_err(|e| format!("cannot serve metrics on {address}: {e}"))
@@ -419,12 +436,12 @@ impl Serve {
     }
 
     #[cfg(feature = "window")]
-    fn display(&self, engine: &Engine) -> Option<std::sync::Arc<Display>> {
+    fn display(&self, engine: &Engine) -> Option<Arc<Display>> {
         (!self.headless).then(|| Display::new(engine.memory().width(), engine.memory().height()))
     }
 
     #[cfg(not(feature = "window"))]
-    fn display(&self, _: &Engine) -> Option<std::sync::Arc<Display>> {
+    fn display(&self, _: &Engine) -> Option<Arc<Display>> {
         if !self.headless {
             say_as_program("built without windows: going on headless");
         }
@@ -437,7 +454,7 @@ impl Serve {
     fn with_window(
         &self,
         server: &Server,
-        display: std::sync::Arc<Display>,
+        display: Arc<Display>,
         told: Told,
         endings: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
@@ -480,7 +497,7 @@ impl Serve {
     fn with_window(
         &self,
         _: &Server,
-        _: std::sync::Arc<Display>,
+        _: Arc<Display>,
         _: Told,
         _: Sender<Ending>,
         ending: &crossbeam_channel::Receiver<Ending>,
@@ -488,6 +505,26 @@ impl Serve {
     ) -> Ending {
         ending.recv().unwrap_or(Ending::Signal)
     }
+}
+
+/// Ends the server and returns its engine: a stream's end lets all commands run, other reasons do
+/// not wait for long.
+fn shut_down(server: Server, why: Ending) -> Engine {
+    let mut engine = match why {
+        Ending::InputEnded => server.finish(),
+        _ => {
+            let is_rendering = end_at_the_last_moment();
+            let engine = server.shut_down(PATIENCE);
+            is_rendering.store(false, Ordering::Release);
+            engine
+        }
+    };
+    if let Some(verb) = engine.take_abandoned() {
+        say_as_program(format_args!(
+            "ended in the middle of {verb}: the memory may hold a part of it, a recording has nothing of it"
+        ));
+    }
+    engine
 }
 
 /// Opens a folder that clients name files in.
@@ -510,8 +547,8 @@ fn watch_signals(endings: Sender<Ending>) -> Result<(), String> {
 /// Ends the process in time even if a command runs for minutes or a disk does not respond.
 ///
 /// The caller clears the returned flag when the render thread has ended.
-fn end_at_the_last_moment() -> std::sync::Arc<AtomicBool> {
-    let is_rendering = std::sync::Arc::new(AtomicBool::new(true));
+fn end_at_the_last_moment() -> Arc<AtomicBool> {
+    let is_rendering = Arc::new(AtomicBool::new(true));
     let flag = is_rendering.clone();
     let watch = move || {
         std::thread::sleep(LAST_MOMENT);

@@ -284,16 +284,7 @@ impl Command {
             Command::Free { .. } => "FREE",
             Command::Load { .. } => "LOAD",
             Command::LookAt { .. } => "LOOKAT",
-            Command::Projection(projection) => match **projection {
-                Projection::Perspective { .. } => "PERSPECTIVE",
-                Projection::Plane { .. } => "PLANE",
-                Projection::Frustum { .. } => "FRUSTUM",
-                Projection::Ortho { .. } | Projection::OrthoContain { .. } => "ORTHO",
-                Projection::Oblique { .. } => "OBLIQUE",
-                Projection::Isometric { .. } => "ISOMETRIC",
-                Projection::PseudoIsometric { .. } => "PSEUDOISO",
-                Projection::Window { .. } => "WINDOW",
-            },
+            Command::Projection(projection) => projection_verb(projection),
             Command::Viewport { .. } => "VIEWPORT",
             Command::Identity => "IDENTITY",
             Command::Push => "PUSH",
@@ -362,6 +353,20 @@ impl Command {
             },
             _ => None,
         }
+    }
+}
+
+/// Returns the verb that sets a projection.
+fn projection_verb(projection: &Projection) -> &'static str {
+    match projection {
+        Projection::Perspective { .. } => "PERSPECTIVE",
+        Projection::Plane { .. } => "PLANE",
+        Projection::Frustum { .. } => "FRUSTUM",
+        Projection::Ortho { .. } | Projection::OrthoContain { .. } => "ORTHO",
+        Projection::Oblique { .. } => "OBLIQUE",
+        Projection::Isometric { .. } => "ISOMETRIC",
+        Projection::PseudoIsometric { .. } => "PSEUDOISO",
+        Projection::Window { .. } => "WINDOW",
     }
 }
 

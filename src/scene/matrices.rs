@@ -84,6 +84,52 @@ fn parallel(window: [f64; 4], near: f64, far: f64) -> Result<DMat4, CameraError>
     ))
 }
 
+/// Returns the scales of x and y for a field of view, of the height or of the smaller side.
+fn field_of_view(fov_rad: f64, aspect: f64, on_smaller_side: bool) -> Result<[f64; 2], CameraError> {
+    check("field of view", fov_rad, fov_rad > 0.0 && fov_rad < std::f64::consts::PI)?;
+    let k = 1.0 / libm::tan(fov_rad / 2.0);
+    check("field of view", fov_rad, k > 0.0 && k.is_finite())?;
+    Ok(if on_smaller_side && aspect < 1.0 { [k, k * aspect] } else { [k / aspect, k] })
+}
+
+/// Returns the axes u, v and n of a WINDOW camera in world space, n into the scene.
+fn window_axes(vrp: DVec3, p: DVec3, vup: DVec3) -> Result<[DVec3; 3], CameraError> {
+    let n = unit(p - vrp).ok_or(CameraError::NoDirection)?;
+    let up = unit(vup).ok_or(CameraError::BadUp)?;
+    let v = Some(up - n * up.dot(n)).filter(|v| v.length() > PARALLEL_SINE);
+    let v = v.and_then(unit).ok_or(CameraError::BadUp)?;
+    Ok([n.cross(v), v, n])
+}
+
+/// Returns the matrices of a WINDOW camera at `eye`, from its viewing transformation.
+fn window_matrices(
+    t: &ViewingTransformation,
+    eye: DVec3,
+    to_viewer: DVec3,
+    near: f64,
+    far: f64,
+) -> CameraMatrices {
+    // The pipeline's view looks along -z: n is negated in the view and again in the projection.
+    let turn = matrix::scale(DVec3::new(1.0, 1.0, -1.0));
+    let sides = t.d * t.c * turn;
+    // P after D: z' = (z - N)/(F - N), h = z/F; written so that the planes are exactly 0.
+    let c = near / (far - near) / far;
+    CameraMatrices {
+        view: turn * t.b * t.a,
+        projection: with_rows(
+            sides.row(0),
+            sides.row(1),
+            proj::parallel_z_row(near, far),
+            DVec4::new(0.0, 0.0, -1.0 / far, 0.0),
+        ),
+        one_minus_z_row: DVec4::new(0.0, 0.0, c, far * c),
+        w_near: near / far,
+        is_parallel: false,
+        eye,
+        to_viewer,
+    }
+}
+
 impl Camera {
     /// Returns the matrices for a viewport of `aspect` = width / height.
     ///
@@ -93,11 +139,7 @@ impl Camera {
         check("aspect", aspect, aspect > 0.0)?;
         match self.projection {
             Projection::Perspective { fov_rad, near, far, on_smaller_side } => {
-                check("field of view", fov_rad, fov_rad > 0.0 && fov_rad < std::f64::consts::PI)?;
-                let k = 1.0 / libm::tan(fov_rad / 2.0);
-                check("field of view", fov_rad, k > 0.0 && k.is_finite())?;
-                let (kx, ky) =
-                    if on_smaller_side && aspect < 1.0 { (k, k * aspect) } else { (k / aspect, k) };
+                let [kx, ky] = field_of_view(fov_rad, aspect, on_smaller_side)?;
                 let (x, y) = (DVec4::X * kx, DVec4::Y * ky);
                 self.perspective(x, y, 1.0, near, far)
             }
@@ -122,20 +164,9 @@ impl Camera {
                 self.parallel_matrices(view, parallel(window, near, far)?, DVec3::Z, near, far)
             }
             Projection::Oblique { kind, angle_rad, window, near, far } => {
-                let l = match kind {
-                    ObliqueKind::Cavalier => 1.0,
-                    ObliqueKind::Cabinet => 0.5,
-                };
                 check("angle", angle_rad, true)?;
                 let view = self.look_at.matrix()?;
-                // Sheared about the plane through the reference point, so that points on it stay in
-                // place.
-                let shear = proj::oblique(l, angle_rad);
-                let to_reference = DVec3::Z * (self.look_at.eye - self.look_at.reference).length();
-                let about = matrix::translate(-to_reference) * shear * matrix::translate(to_reference);
-                // Points along this view vector coincide: the direction of projection, towards the
-                // viewer.
-                let along = DVec3::new(-shear.z_axis.x, -shear.z_axis.y, 1.0);
+                let (about, along) = self.oblique(kind, angle_rad);
                 self.parallel_matrices(view, parallel(window, near, far)? * about, along, near, far)
             }
             Projection::Isometric { window, near, far } => {
@@ -154,35 +185,25 @@ impl Camera {
                 check("window half height", half[1], half[1] > 0.0)?;
                 check("window centre", center[0] + center[1], true)?;
                 check_depth(near, far, 0.0)?;
-                let n = unit(p - vrp).ok_or(CameraError::NoDirection)?;
-                let up = unit(vup).ok_or(CameraError::BadUp)?;
-                let v = Some(up - n * up.dot(n)).filter(|v| v.length() > PARALLEL_SINE);
-                let v = v.and_then(unit).ok_or(CameraError::BadUp)?;
-                let u = n.cross(v);
-                let t = ViewingTransformation::new(vrp, [u, v, n], center, half, dp, [near, far]);
-                // The pipeline's view looks along -z: n is negated in the view and again in the
-                // projection.
-                let turn = matrix::scale(DVec3::new(1.0, 1.0, -1.0));
-                let sides = t.d * t.c * turn;
-                // P after D: z' = (z - N)/(F - N), h = z/F; written so that the planes are exactly
-                // 0.
-                let c = near / (far - near) / far;
-                Ok(CameraMatrices {
-                    view: turn * t.b * t.a,
-                    projection: with_rows(
-                        sides.row(0),
-                        sides.row(1),
-                        proj::parallel_z_row(near, far),
-                        DVec4::new(0.0, 0.0, -1.0 / far, 0.0),
-                    ),
-                    one_minus_z_row: DVec4::new(0.0, 0.0, c, far * c),
-                    w_near: near / far,
-                    is_parallel: false,
-                    eye: vrp,
-                    to_viewer: -n,
-                })
+                let axes = window_axes(vrp, p, vup)?;
+                let t = ViewingTransformation::new(vrp, axes, center, half, dp, [near, far]);
+                Ok(window_matrices(&t, vrp, -axes[2], near, far))
             }
         }
+    }
+
+    /// Returns the shear of an oblique projection about the plane through the reference point, so
+    /// that points on it stay in place, and the view vector along which points coincide: the
+    /// direction of projection, towards the viewer.
+    fn oblique(&self, kind: ObliqueKind, angle_rad: f64) -> (DMat4, DVec3) {
+        let l = match kind {
+            ObliqueKind::Cavalier => 1.0,
+            ObliqueKind::Cabinet => 0.5,
+        };
+        let shear = proj::oblique(l, angle_rad);
+        let to_reference = DVec3::Z * (self.look_at.eye - self.look_at.reference).length();
+        let about = matrix::translate(-to_reference) * shear * matrix::translate(to_reference);
+        (about, DVec3::new(-shear.z_axis.x, -shear.z_axis.y, 1.0))
     }
 
     /// Returns a perspective camera with rows x and y, and w = -z * `w_scale`.

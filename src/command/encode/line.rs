@@ -2,7 +2,7 @@
 
 use super::EncodeError;
 use crate::command::commands::{
-    AreaColors, Command, ErrorMode, FileKind, Quality, RealRect, Rect, SnapTarget,
+    AreaColors, Command, ErrorMode, FileKind, Quality, RampColor, RealRect, Rect, SnapTarget,
 };
 use crate::memory::Rgba;
 use crate::scene::ViewportRule;
@@ -70,168 +70,164 @@ impl<'a> LineWriter<'a> {
         Err(EncodeError::NoText { verb: self.verb, what })
     }
 
+    /// Appends whole numbers and a colour.
+    fn ints_and_color(&mut self, numbers: &[i32], color: Rgba) {
+        self.ints(numbers);
+        self.color(color);
+    }
+
+    /// Appends reals and a colour.
+    fn reals_and_color(&mut self, numbers: &[f64], color: Rgba) {
+        self.reals(numbers);
+        self.color(color);
+    }
+
+    /// Appends the end points of a line and its colours, the second if it has one.
+    fn line(&mut self, p0: [i32; 2], p1: [i32; 2], color: RampColor) {
+        self.ints_and_color([p0, p1].as_flattened(), color.from);
+        color.to.iter().for_each(|c| self.color(*c));
+    }
+
+    /// Appends an offset and the bytes to store there in hex, as one word.
+    fn poke(&mut self, offset: i32, bytes: &[u8]) {
+        self.word(offset);
+        self.out.push(b' ');
+        for b in bytes {
+            write!(self.out, "{b:02x}").expect("a Vec takes all bytes");
+        }
+    }
+
+    /// Appends the kind of a file, the name that it is given and its path.
+    fn load(&mut self, kind: FileKind, name: &str, path: &str) -> Result<(), EncodeError> {
+        self.word(match kind {
+            FileKind::Mesh => "MESH",
+            FileKind::Texture => "TEX",
+            FileKind::Scene => "SCENE",
+        });
+        if kind != FileKind::Scene {
+            self.word(name);
+        } else if !name.is_empty() {
+            return self.no_text("a scene's name");
+        }
+        self.word(path);
+        Ok(())
+    }
+
+    fn viewport(&mut self, rect: Rect, rule: ViewportRule) {
+        self.rect(rect);
+        if rule == ViewportRule::Centres {
+            self.word("centres");
+        }
+    }
+
+    fn draw_scene(&mut self, time: f64, sorted: bool) {
+        self.reals(&[time]);
+        if sorted {
+            self.word("SORTED");
+        }
+    }
+
+    fn quality(&mut self, quality: Quality) {
+        match quality {
+            Quality::Exact => self.word("exact"),
+            Quality::MaxError(e) => {
+                self.word("max-error");
+                self.reals(&[e]);
+            }
+        }
+    }
+
+    fn errors(&mut self, mode: ErrorMode) {
+        self.word(match mode {
+            ErrorMode::Count => "count",
+            ErrorMode::Report => "report",
+            ErrorMode::Close => "close",
+        });
+    }
+
+    fn snap(&mut self, target: &SnapTarget) -> Result<(), EncodeError> {
+        match target {
+            SnapTarget::Connection => self.word(":"),
+            SnapTarget::File(name) if name == ":" => return self.no_text("a file called :"),
+            SnapTarget::File(name) => self.word(name),
+        }
+        Ok(())
+    }
+
     /// Appends the arguments of a text command, without its payload length.
     pub(super) fn arguments(&mut self, command: &Command) -> Result<(), EncodeError> {
+        use Command as C;
         match command {
-            Command::Help
-            | Command::Size
-            | Command::Quit
-            | Command::Stats
-            | Command::Points { .. }
-            | Command::Identity
-            | Command::Push
-            | Command::Pop
-            | Command::Hello
-            | Command::Version
-            | Command::BinaryPixel { .. }
-            | Command::PixelRun { .. } => {}
-            Command::GetPixel { x, y }
-            | Command::Offset { x, y }
-            | Command::DepthAt { x, y }
-            | Command::Pick { x, y } => self.ints(&[*x, *y]),
-            Command::Pixel { x, y, color } => {
+            C::Help | C::Size | C::Quit | C::Stats | C::Points { .. } | C::Hello | C::Version => {}
+            C::Identity | C::Push | C::Pop | C::BinaryPixel { .. } | C::PixelRun { .. } => {}
+            C::GetPixel { x, y } | C::Offset { x, y } | C::DepthAt { x, y } | C::Pick { x, y } => {
                 self.ints(&[*x, *y]);
-                self.color(*color);
             }
-            Command::Poke { offset, bytes } => {
-                self.ints(&[*offset]);
-                self.out.push(b' ');
-                for b in bytes {
-                    write!(self.out, "{b:02x}").expect("a Vec takes all bytes");
-                }
-            }
-            Command::Peek { offset, n } => self.ints(&[*offset, *n]),
-            Command::Blit { rect, .. } | Command::Read { rect } => self.rect(*rect),
-            Command::Copy { source, dx, dy } => {
-                self.rect(*source);
-                self.ints(&[*dx, *dy]);
-            }
-            Command::Crc { rect } => rect.iter().for_each(|r| self.rect(*r)),
-            Command::Clear { color } => self.color(*color),
-            Command::Line { p0, p1, color } => {
-                self.ints([*p0, *p1].as_flattened());
-                self.color(color.from);
-                color.to.iter().for_each(|c| self.color(*c));
-            }
-            Command::Triangle { points, colors } => {
+            C::Pixel { x, y, color } | C::Text { x, y, color, .. } => self.ints_and_color(&[*x, *y], *color),
+            C::Poke { offset, bytes } => self.poke(*offset, bytes),
+            C::Peek { offset, n } => self.ints(&[*offset, *n]),
+            C::Blit { rect, .. } | C::Read { rect } => self.rect(*rect),
+            C::Copy { source: Rect { x, y, w, h }, dx, dy } => self.ints(&[*x, *y, *w, *h, *dx, *dy]),
+            C::Crc { rect } => rect.iter().for_each(|r| self.rect(*r)),
+            C::Clear { color } => self.color(*color),
+            C::Line { p0, p1, color } => self.line(*p0, *p1, *color),
+            C::Triangle { points, colors } => {
                 self.ints(points.as_flattened());
                 self.area(*colors);
             }
-            Command::Fill { points, colors } => {
+            C::Fill { points, colors } => {
                 self.reals(points.as_flattened());
                 self.area(*colors);
             }
-            Command::Rect { rect, color } => {
-                self.rect(*rect);
-                self.color(*color);
+            C::Rect { rect: Rect { x, y, w, h }, color } => self.ints_and_color(&[*x, *y, *w, *h], *color),
+            C::FillRect { rect: RealRect { x, y, w, h }, color } => {
+                self.reals_and_color(&[*x, *y, *w, *h], *color);
             }
-            Command::FillRect { rect: RealRect { x, y, w, h }, color } => {
-                self.reals(&[*x, *y, *w, *h]);
-                self.color(*color);
-            }
-            Command::Circle { cx, cy, r, color } => {
-                self.ints(&[*cx, *cy, *r]);
-                self.color(*color);
-            }
-            Command::FillCircle { cx, cy, r, color } => {
-                self.reals(&[*cx, *cy, *r]);
-                self.color(*color);
-            }
-            Command::Poly { color, points } => {
+            C::Circle { cx, cy, r, color } => self.ints_and_color(&[*cx, *cy, *r], *color),
+            C::FillCircle { cx, cy, r, color } => self.reals_and_color(&[*cx, *cy, *r], *color),
+            C::Poly { color, points } => {
                 self.color(*color);
                 self.ints(points.as_flattened());
             }
-            Command::FillPoly { color, points } => {
+            C::FillPoly { color, points } => {
                 self.color(*color);
                 self.reals(points.as_flattened());
             }
-            Command::Text { x, y, color, .. } => {
-                self.ints(&[*x, *y]);
-                self.color(*color);
-            }
-            Command::LineAa { p0, p1, color } => {
-                self.reals([*p0, *p1].as_flattened());
-                self.color(*color);
-            }
-            Command::Blend { over } => self.word(if *over { "over" } else { "replace" }),
-            Command::Mesh { name, source } => {
+            C::LineAa { p0, p1, color } => self.reals_and_color([*p0, *p1].as_flattened(), *color),
+            C::Blend { over } => self.word(if *over { "over" } else { "replace" }),
+            C::Mesh { name, source } => self.mesh(name, source),
+            C::Texture { name, .. } | C::Eye { name, .. } | C::Free { name } | C::Draw { name } => {
                 self.word(name);
-                self.mesh(source);
             }
-            Command::Texture { name, .. }
-            | Command::Eye { name, .. }
-            | Command::Free { name }
-            | Command::Draw { name } => self.word(name),
-            Command::Scene { .. } => self.word("X3D"),
-            Command::Load { kind, name, path } => {
-                self.word(match kind {
-                    FileKind::Mesh => "MESH",
-                    FileKind::Texture => "TEX",
-                    FileKind::Scene => "SCENE",
-                });
-                if *kind != FileKind::Scene {
-                    self.word(name);
-                } else if !name.is_empty() {
-                    return self.no_text("a scene's name");
-                }
-                self.word(path);
-            }
-            Command::LookAt { eye, reference, up } => self.vectors(&[*eye, *reference, *up]),
-            Command::Projection(projection) => self.projection(projection),
-            Command::Viewport { rect, rule } => {
-                self.rect(*rect);
-                if *rule == ViewportRule::Centres {
-                    self.word("centres");
-                }
-            }
-            Command::Translate(v) | Command::Scale(v) | Command::Ambient(v) => self.vectors(&[*v]),
-            Command::Rotate { axis, angle_rad } => {
-                self.vectors(&[*axis]);
-                self.reals(&[*angle_rad]);
-            }
-            Command::Shear(shears) => self.reals(&shears[..]),
-            Command::Matrix(m) => self.reals(&m.transpose().to_cols_array()),
-            Command::Light { index, light } => {
-                self.ints(&[*index]);
-                self.light(light);
-            }
-            Command::Material(material) => self.material(material)?,
-            Command::UseTexture { name, sampling } => self.texture(name.as_deref(), *sampling)?,
-            Command::Shade(mode) => self.word(mode.as_str()),
-            Command::Cull(mode) => self.word(mode.as_str()),
-            Command::Hide(mode) => self.word(mode.as_str()),
-            Command::Depth(format) => self.word(format.as_str()),
-            Command::Interp(mode) => self.word(mode.as_str()),
-            Command::DrawScene { time, sorted } => {
-                self.reals(&[*time]);
-                if *sorted {
-                    self.word("SORTED");
-                }
-            }
-            Command::DrawEye { name, rect } => {
+            C::Scene { .. } => self.word("X3D"),
+            C::Load { kind, name, path } => self.load(*kind, name, path)?,
+            C::LookAt { eye, reference, up } => self.vectors(&[*eye, *reference, *up]),
+            C::Projection(projection) => self.projection(projection),
+            C::Viewport { rect, rule } => self.viewport(*rect, *rule),
+            C::Translate(v) | C::Scale(v) | C::Ambient(v) => self.vectors(&[*v]),
+            C::Rotate { axis, angle_rad } => self.reals(&[axis.x, axis.y, axis.z, *angle_rad]),
+            C::Shear(shears) => self.reals(&shears[..]),
+            C::Matrix(m) => self.reals(&m.transpose().to_cols_array()),
+            C::Light { index, light } => self.light(*index, light),
+            C::Material(material) => self.material(material)?,
+            C::UseTexture { name, sampling } => self.texture(name.as_deref(), *sampling)?,
+            C::Shade(mode) => self.word(mode.as_str()),
+            C::Cull(mode) => self.word(mode.as_str()),
+            C::Hide(mode) => self.word(mode.as_str()),
+            C::Depth(format) => self.word(format.as_str()),
+            C::Interp(mode) => self.word(mode.as_str()),
+            C::DrawScene { time, sorted } => self.draw_scene(*time, *sorted),
+            C::DrawEye { name, rect } => {
                 self.word(name);
                 self.rect(*rect);
             }
-            Command::Quality(Quality::Exact) => self.word("exact"),
-            Command::Quality(Quality::MaxError(e)) => {
-                self.word("max-error");
-                self.reals(&[*e]);
-            }
-            Command::Sync { tag } => self.word(tag),
-            Command::Auto(on) | Command::Events(on) => self.switch(*on),
-            Command::Present { wait } => {
-                if *wait {
-                    self.word("wait");
-                }
-            }
-            Command::Errors(mode) => self.word(match mode {
-                ErrorMode::Count => "count",
-                ErrorMode::Report => "report",
-                ErrorMode::Close => "close",
-            }),
-            Command::Snap(SnapTarget::Connection) => self.word(":"),
-            Command::Snap(SnapTarget::File(name)) if name == ":" => return self.no_text("a file called :"),
-            Command::Snap(SnapTarget::File(name)) => self.word(name),
+            C::Quality(quality) => self.quality(*quality),
+            C::Sync { tag } => self.word(tag),
+            C::Auto(on) | C::Events(on) => self.switch(*on),
+            C::Present { wait: true } => self.word("wait"),
+            C::Present { wait: false } => {}
+            C::Errors(mode) => self.errors(*mode),
+            C::Snap(target) => self.snap(target)?,
         }
         Ok(())
     }

@@ -13,7 +13,8 @@ impl LineWriter<'_> {
         }
     }
 
-    pub(super) fn mesh(&mut self, source: &MeshSource) {
+    pub(super) fn mesh(&mut self, name: &str, source: &MeshSource) {
+        self.word(name);
         match *source {
             MeshSource::Obj(_) => self.word("OBJ"),
             MeshSource::Box(size) => {
@@ -78,7 +79,8 @@ impl LineWriter<'_> {
         }
     }
 
-    pub(super) fn light(&mut self, light: &LightCommand) {
+    pub(super) fn light(&mut self, index: i32, light: &LightCommand) {
+        self.word(index);
         match *light {
             LightCommand::Point { position, color, attenuation } => {
                 self.word("POINT");
