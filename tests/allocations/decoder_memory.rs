@@ -135,17 +135,16 @@ fn obj_files_are_read_within_what_their_text_asks_for() {
     }
 }
 
-#[test]
-fn x3d_files_are_read_within_what_their_text_asks_for() {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    let scene = |inside: &str| format!("<X3D><Scene>{inside}</Scene></X3D>");
-    let shape = |geometry: &str| format!("<Shape>{geometry}</Shape>");
-    let numbers = "0 0 1 ".repeat(20_000);
-    let file = png(600, 600, ExtendedColorType::Rgba8);
-    let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
-    let texture =
-        format!("<Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Box/></Shape>");
-    let cases = [
+/// Content of a scene, with its name in messages.
+type Content = (&'static str, String);
+
+fn shape(geometry: &str) -> String {
+    format!("<Shape>{geometry}</Shape>")
+}
+
+/// Returns scenes of many nodes.
+fn many_nodes() -> Vec<Content> {
+    vec![
         ("groups", "<Group/>".repeat(20_000)),
         ("blanks", "<a/> ".repeat(33_000)),
         ("unknown nodes", "<a/>".repeat(20_000)),
@@ -161,6 +160,13 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
                 (0..2000).map(|i| format!("0 {i} 0 ")).collect::<String>()
             )),
         ),
+    ]
+}
+
+/// Returns scenes of one large geometry.
+fn large_geometries() -> Vec<Content> {
+    let numbers = "0 0 1 ".repeat(20_000);
+    vec![
         ("points", shape(&format!("<PointSet><Coordinate point='{numbers}'/></PointSet>"))),
         (
             "lines of points",
@@ -195,8 +201,31 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
             )),
         ),
         ("text", shape(&format!("<Text string='\"{}\"'/>", "W".repeat(4_000)))),
+    ]
+}
+
+/// Returns scenes with pictures inside.
+fn pictures() -> Vec<Content> {
+    let file = png(600, 600, ExtendedColorType::Rgba8);
+    let hex: String = file.iter().map(|b| format!("%{b:02x}")).collect();
+    let texture =
+        format!("<Shape><Appearance><ImageTexture url='\"data:,{hex}\"'/></Appearance><Box/></Shape>");
+    vec![
         ("a texture", texture),
         ("a background's picture", format!("<Background frontUrl='\"data:,{hex}\"'/>")),
+        (
+            "a pixel texture",
+            format!(
+                "<Shape><Appearance><PixelTexture image='200 200 1 {}'/></Appearance><Box/></Shape>",
+                "1 ".repeat(40_000)
+            ),
+        ),
+    ]
+}
+
+/// Returns scenes of prototypes.
+fn prototypes() -> Vec<Content> {
+    vec![
         ("instances of a prototype", PROTO.to_owned() + &"<ProtoInstance name='P'/>".repeat(4_000)),
         ("instances with names", {
             let named = |i| {
@@ -216,15 +245,14 @@ fn x3d_files_are_read_within_what_their_text_asks_for() {
                 )
             }) + "<ProtoInstance name='P11'/>",
         ),
-        (
-            "a pixel texture",
-            format!(
-                "<Shape><Appearance><PixelTexture image='200 200 1 {}'/></Appearance><Box/></Shape>",
-                "1 ".repeat(40_000)
-            ),
-        ),
-    ];
-    for (name, inside) in cases {
+    ]
+}
+
+#[test]
+fn x3d_files_are_read_within_what_their_text_asks_for() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let scene = |inside: &str| format!("<X3D><Scene>{inside}</Scene></X3D>");
+    for (name, inside) in [many_nodes(), large_geometries(), pictures(), prototypes()].concat() {
         let text = scene(&inside);
         least_budget(name, |memory| x3d::parse_within(text.as_bytes(), "s", &mut |_| None, memory));
     }

@@ -159,10 +159,14 @@ fn choice<T: Clone + std::fmt::Debug + 'static>(all: &[T]) -> BoxedStrategy<T> {
 
 /// Generates every variant of the enum.
 fn command() -> BoxedStrategy<Command> {
+    let kinds = [plain_commands(), figures(), three_d_commands(), control_commands()];
+    prop::strategy::Union::new(kinds.concat()).boxed()
+}
+
+/// Generates the commands without arguments, and those of pixels and bytes.
+fn plain_commands() -> Vec<BoxedStrategy<Command>> {
     let xy = || (any::<i32>(), any::<i32>());
-    let point = || any::<[i32; 2]>();
-    let real2 = || [real(), real()];
-    prop::strategy::Union::new([
+    vec![
         choice(&[
             Command::Help,
             Command::Size,
@@ -197,6 +201,15 @@ fn command() -> BoxedStrategy<Command> {
             .boxed(),
         prop::option::of(rect()).prop_map(|rect| Command::Crc { rect }).boxed(),
         color().prop_map(|color| Command::Clear { color }).boxed(),
+    ]
+}
+
+/// Generates the commands of lines, areas and text.
+fn figures() -> Vec<BoxedStrategy<Command>> {
+    let xy = || (any::<i32>(), any::<i32>());
+    let point = || any::<[i32; 2]>();
+    let real2 = || [real(), real()];
+    vec![
         (point(), point(), color(), prop::option::of(color()))
             .prop_map(|(p0, p1, from, to)| Command::Line { p0, p1, color: RampColor { from, to } })
             .boxed(),
@@ -227,6 +240,12 @@ fn command() -> BoxedStrategy<Command> {
             .boxed(),
         (real2(), real2(), color()).prop_map(|(p0, p1, color)| Command::LineAa { p0, p1, color }).boxed(),
         any::<bool>().prop_map(|over| Command::Blend { over }).boxed(),
+    ]
+}
+
+/// Generates the commands of resources, cameras, matrices, lights and materials.
+fn three_d_commands() -> Vec<BoxedStrategy<Command>> {
+    vec![
         (name(), mesh()).prop_map(|(name, source)| Command::Mesh { name, source: Box::new(source) }).boxed(),
         (name(), bytes()).prop_map(|(name, file)| Command::Texture { name, file }).boxed(),
         bytes().prop_map(|x3d| Command::Scene { x3d }).boxed(),
@@ -276,6 +295,13 @@ fn command() -> BoxedStrategy<Command> {
                 sampling: Sampling { filter, wrap_s: wrap, wrap_t: wrap },
             })
             .boxed(),
+    ]
+}
+
+/// Generates the commands of modes, drawing, queries and settings.
+fn control_commands() -> Vec<BoxedStrategy<Command>> {
+    let xy = || (any::<i32>(), any::<i32>());
+    vec![
         choice(ShadeMode::ALL).prop_map(Command::Shade).boxed(),
         choice(Cull::ALL).prop_map(Command::Cull).boxed(),
         choice(HiddenSurface::ALL).prop_map(Command::Hide).boxed(),
@@ -293,8 +319,7 @@ fn command() -> BoxedStrategy<Command> {
         any::<bool>().prop_map(Command::Events).boxed(),
         choice(&[ErrorMode::Count, ErrorMode::Report, ErrorMode::Close]).prop_map(Command::Errors).boxed(),
         name().prop_map(|n| Command::Snap(SnapTarget::File(n))).boxed(),
-    ])
-    .boxed()
+    ]
 }
 
 /// Returns the only command of a stream; a pixel is converted back to a command.

@@ -40,10 +40,25 @@ fn area(points: [[f64; 2]; 3], colors: AreaColors) -> Command {
     Command::Fill { points, colors }
 }
 
-fn good() -> Vec<(&'static str, Command)> {
-    let window = [-1.0, 1.0, -2.0, 2.0];
-    let (near, far) = (0.5, 100.0);
-    let sampling = |filter, wrap| Sampling { filter, wrap_s: wrap, wrap_t: wrap };
+/// Valid lines with the commands that they mean.
+type Forms = Vec<(&'static str, Command)>;
+
+fn good() -> Forms {
+    let groups = [
+        memory_verbs(),
+        figure_verbs(),
+        resource_verbs(),
+        camera_verbs(),
+        matrix_verbs(),
+        light_verbs(),
+        surface_verbs(),
+        drawing_verbs(),
+    ];
+    groups.concat()
+}
+
+/// Returns the verbs of pixels and bytes.
+fn memory_verbs() -> Forms {
     vec![
         ("HELP", Command::Help),
         ("size", Command::Size),
@@ -62,6 +77,12 @@ fn good() -> Vec<(&'static str, Command)> {
         ("CRC 1 2 3 4", Command::Crc { rect: Some(rect(1, 2, 3, 4)) }),
         ("CLEAR", Command::Clear { color: [0, 0, 0, 255] }),
         ("CLEAR 01020304", Command::Clear { color: [1, 2, 3, 4] }),
+    ]
+}
+
+/// Returns the verbs of lines, areas and text.
+fn figure_verbs() -> Forms {
+    vec![
         (
             "LINE 1 2 3 4 ff0000",
             Command::Line { p0: [1, 2], p1: [3, 4], color: RampColor { from: RED, to: None } },
@@ -101,6 +122,12 @@ fn good() -> Vec<(&'static str, Command)> {
         ("LINEAA 1 2 3.5 4 red", Command::LineAa { p0: [1.0, 2.0], p1: [3.5, 4.0], color: RED }),
         ("BLEND over", Command::Blend { over: true }),
         ("BLEND REPLACE", Command::Blend { over: false }),
+    ]
+}
+
+/// Returns the verbs of meshes, textures and files.
+fn resource_verbs() -> Forms {
+    vec![
         ("MESH a OBJ :3\nv 1", mesh("a", MeshSource::Obj(b"v 1".to_vec()))),
         ("MESH @a box", mesh("@a", MeshSource::Box(v(2.0, 2.0, 2.0)))),
         ("MESH a BOX 1 2 3", mesh("a", MeshSource::Box(v(1.0, 2.0, 3.0)))),
@@ -126,6 +153,14 @@ fn good() -> Vec<(&'static str, Command)> {
             "LOAD SCENE b.x3d",
             Command::Load { kind: FileKind::Scene, name: String::new(), path: "b.x3d".into() },
         ),
+    ]
+}
+
+/// Returns the verbs of the view.
+fn camera_verbs() -> Forms {
+    let window = [-1.0, 1.0, -2.0, 2.0];
+    let (near, far) = (0.5, 100.0);
+    vec![
         (
             "LOOKAT 1 2 3 4 5 6 7 8 9",
             Command::LookAt { eye: v(1.0, 2.0, 3.0), reference: v(4.0, 5.0, 6.0), up: v(7.0, 8.0, 9.0) },
@@ -179,6 +214,12 @@ fn good() -> Vec<(&'static str, Command)> {
             "VIEWPORT 1 2 3 4 CORNERS",
             Command::Viewport { rect: rect(1, 2, 3, 4), rule: ViewportRule::Corners },
         ),
+    ]
+}
+
+/// Returns the verbs of the model matrix, and the ambient light.
+fn matrix_verbs() -> Forms {
+    vec![
         ("IDENTITY", Command::Identity),
         ("PUSH", Command::Push),
         ("POP", Command::Pop),
@@ -194,6 +235,12 @@ fn good() -> Vec<(&'static str, Command)> {
             ]))),
         ),
         ("AMBIENT .1 .2 2", Command::Ambient(v(0.1, 0.2, 2.0))),
+    ]
+}
+
+/// Returns the forms of LIGHT.
+fn light_verbs() -> Forms {
+    vec![
         (
             "LIGHT 0 POINT 1 2 3 4 5 6",
             light(
@@ -249,6 +296,13 @@ fn good() -> Vec<(&'static str, Command)> {
             ),
         ),
         ("LIGHT 4 OFF", light(4, LightCommand::Off)),
+    ]
+}
+
+/// Returns the verbs of materials, textures and modes.
+fn surface_verbs() -> Forms {
+    let sampling = |filter, wrap| Sampling { filter, wrap_s: wrap, wrap_t: wrap };
+    vec![
         (
             "MATERIAL 1 2 3 4 5 6 7 8 9 10",
             Command::Material(Box::new(Material {
@@ -289,6 +343,12 @@ fn good() -> Vec<(&'static str, Command)> {
         ("HIDE painter", Command::Hide(HiddenSurface::Painter)),
         ("DEPTH U24", Command::Depth(DepthFormat::U24)),
         ("INTERP affine", Command::Interp(Interpolation::Affine)),
+    ]
+}
+
+/// Returns the verbs of drawing, queries and settings.
+fn drawing_verbs() -> Forms {
+    vec![
         ("DRAW a", Command::Draw { name: "a".into() }),
         ("DRAWSCENE", Command::DrawScene { time: 0.0, sorted: false }),
         ("DRAWSCENE 1.5", Command::DrawScene { time: 1.5, sorted: false }),

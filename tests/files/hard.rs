@@ -61,9 +61,17 @@ fn what_is_no_x3d_is_refused_in_plain_words() {
     assert!(parse("\u{feff}<?xml version='1.0'?>\n<!DOCTYPE X3D PUBLIC 'a' 'b' [<!ENTITY w 'white'>]>\n<X3D><Scene/></X3D>").is_ok());
 }
 
+/// Checks how the refusal of each scene begins.
+fn check_refusals(refusals: &[(&str, &str)]) {
+    for (nodes, expected) in refusals {
+        let found = refusal(&format!("<X3D><Scene>\n{nodes}</Scene></X3D>"));
+        assert!(found.starts_with(&format!("t.x3d:{expected}")), "{nodes}: {found}");
+    }
+}
+
 #[test]
-fn numbers_counts_and_indices_are_refused_at_their_byte() {
-    for (nodes, expected) in [
+fn numbers_keys_and_uses_are_refused_at_their_byte() {
+    check_refusals(&[
         ("<Transform translation='0 nan 0'/>", "2:27: translation must be a finite number, found \"nan\""),
         ("<Transform translation='0 0 inf'/>", "2:29: translation must be a finite number"),
         (
@@ -79,6 +87,26 @@ fn numbers_counts_and_indices_are_refused_at_their_byte() {
         ("<Shape><Box solid='maybe'/></Shape>", "2:20: <Box> solid takes true or false, found \"maybe\""),
         ("<Switch whichChoice='1.5'/>", "2:22: <Switch> whichChoice takes one whole number, found \"1.5\""),
         ("<Inline url='\"a'/>", "2:14: <Inline> url takes quoted strings, found \"a quote"),
+        (
+            "<PositionInterpolator key='0 1' keyValue='0 0 0'/>",
+            "2:43: expected 3 numbers in keyValue for each of the 2 keys",
+        ),
+        (
+            "<ScalarInterpolator key='0 1 0.5' keyValue='0 0 0'/>",
+            "2:26: each key must be at least the one before it",
+        ),
+        ("<Group USE='no'/>", "2:8: expected a DEF \"no\" before this USE"),
+        ("<Group USE='later'/><Group DEF='later'/>", "2:8: expected a DEF \"later\" before this USE"),
+        (
+            "<Group DEF='g'><Switch><Group USE='g'/></Switch></Group>",
+            "2:31: expected USE to name a node that is complete",
+        ),
+    ]);
+}
+
+#[test]
+fn counts_and_indices_are_refused_at_their_byte() {
+    check_refusals(&[
         (
             "<Shape><IndexedFaceSet coordIndex='0 1 3 -1'><Coordinate point='0 0 0 1 0 0 0 1 0'/></IndexedFaceSet></Shape>",
             "2:36: coordinate index 3 names none of the 3 there are",
@@ -126,24 +154,7 @@ fn numbers_counts_and_indices_are_refused_at_their_byte() {
             "<Shape><Appearance><PixelTexture image='2 2 1 0'/></Appearance></Shape>",
             "2:34: expected 2 x 2 = 4 pixels, not 1",
         ),
-        (
-            "<PositionInterpolator key='0 1' keyValue='0 0 0'/>",
-            "2:43: expected 3 numbers in keyValue for each of the 2 keys",
-        ),
-        (
-            "<ScalarInterpolator key='0 1 0.5' keyValue='0 0 0'/>",
-            "2:26: each key must be at least the one before it",
-        ),
-        ("<Group USE='no'/>", "2:8: expected a DEF \"no\" before this USE"),
-        ("<Group USE='later'/><Group DEF='later'/>", "2:8: expected a DEF \"later\" before this USE"),
-        (
-            "<Group DEF='g'><Switch><Group USE='g'/></Switch></Group>",
-            "2:31: expected USE to name a node that is complete",
-        ),
-    ] {
-        let found = refusal(&format!("<X3D><Scene>\n{nodes}</Scene></X3D>"));
-        assert!(found.starts_with(&format!("t.x3d:{expected}")), "{nodes}: {found}");
-    }
+    ]);
 }
 
 #[test]

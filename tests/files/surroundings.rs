@@ -174,29 +174,45 @@ fn stray_text_is_a_warning_at_its_first_word() {
     assert_eq!(document.at(0.0).objects.len(), 1);
 }
 
+const QUAD: &str = "coordIndex='0 1 2 -1 0 2 3 -1'";
+const COORDINATES: &str = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0'/>";
+const COLORS: &str = "<Color color='1 0 0 0 1 0 0 0 1 1 1 1'/>";
+
+/// Parses a shape, and checks its number of faces (none if it is left out) and its warning.
+fn check_shape(shape: &str, faces: Option<usize>, warning: Option<&str>) {
+    let text = format!("<Scene>\n <Shape>{shape}</Shape>\n<Shape><Box/></Shape></Scene>");
+    let document = parse(&text).unwrap_or_else(|e| panic!("{e}: {shape}"));
+    let found: Vec<String> =
+        warnings(&document).into_iter().filter(|w| !w.contains("GeoCoordinate")).collect();
+    let expected: Vec<String> = warning.iter().map(|w| format!("t.x3d:2:{w}")).collect();
+    assert_eq!(found, expected, "{shape}");
+    let scene = document.at(0.0);
+    assert_eq!(scene.objects.len(), 1 + usize::from(faces.is_some()), "{shape}");
+    if let Some(faces) = faces {
+        assert_eq!(scene.objects[0].geometry.mesh.polygons.len(), faces, "{shape}");
+    }
+}
+
 #[test]
 fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
-    let quad = "coordIndex='0 1 2 -1 0 2 3 -1'";
-    let coord = "<Coordinate point='0 0 0 1 0 0 1 1 0 0 1 0'/>";
-    let colors = "<Color color='1 0 0 0 1 0 0 0 1 1 1 1'/>";
     let image = "<Appearance><PixelTexture image='1 1 1 9'/></Appearance>";
     let st = "<TextureCoordinate point='0 0 1 0 1 1 0 1'/>";
     for (shape, faces, warning) in [
         (
-            format!("<IndexedFaceSet {quad}><GeoCoordinate point='1 2 3'/></IndexedFaceSet>"),
+            format!("<IndexedFaceSet {QUAD}><GeoCoordinate point='1 2 3'/></IndexedFaceSet>"),
             None,
             Some("9: warning: <IndexedFaceSet> was left out: the node of its coordinates is not known"),
         ),
         (
             format!(
-                "<IndexedFaceSet {quad}><CoordinateDouble point='0 0 0 1 0 0 1 1 0 0 1 0'/></IndexedFaceSet>"
+                "<IndexedFaceSet {QUAD}><CoordinateDouble point='0 0 0 1 0 0 1 1 0 0 1 0'/></IndexedFaceSet>"
             ),
             Some(2),
             None,
         ),
         (
             format!(
-                "<IndexedFaceSet {quad} texCoordIndex='0 1 2 -1 0 2'>{coord}{st}</IndexedFaceSet>{image}"
+                "<IndexedFaceSet {QUAD} texCoordIndex='0 1 2 -1 0 2'>{COORDINATES}{st}</IndexedFaceSet>{image}"
             ),
             Some(2),
             Some(
@@ -205,7 +221,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
         ),
         (
             format!(
-                "<IndexedFaceSet {quad} texCoordIndex='0 1 2 3 -1 0 2 3 -1 1 -1'>{coord}{st}</IndexedFaceSet>{image}"
+                "<IndexedFaceSet {QUAD} texCoordIndex='0 1 2 3 -1 0 2 3 -1 1 -1'>{COORDINATES}{st}</IndexedFaceSet>{image}"
             ),
             Some(2),
             Some(
@@ -213,7 +229,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
             ),
         ),
         (
-            format!("<IndexedFaceSet {quad} colorIndex='0 1 -1'>{coord}{colors}</IndexedFaceSet>"),
+            format!("<IndexedFaceSet {QUAD} colorIndex='0 1 -1'>{COORDINATES}{COLORS}</IndexedFaceSet>"),
             Some(2),
             Some(
                 "9: warning: colorIndex does not have the runs of coordIndex (2 differ): what it lacks is put in",
@@ -221,7 +237,7 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
         ),
         (
             format!(
-                "<IndexedFaceSet {quad} colorPerVertex='false' colorIndex='3'>{coord}{colors}</IndexedFaceSet>"
+                "<IndexedFaceSet {QUAD} colorPerVertex='false' colorIndex='3'>{COORDINATES}{COLORS}</IndexedFaceSet>"
             ),
             Some(2),
             Some("9: warning: colorIndex has 1 indices for 2 faces: the first colour is put in"),
@@ -232,27 +248,21 @@ fn what_a_geometry_lacks_is_a_warning_and_the_rest_is_drawn() {
             Some("9: warning: <ElevationGrid> was left out: it has none of its 9 x 9 heights"),
         ),
     ] {
-        let text = format!("<Scene>\n <Shape>{shape}</Shape>\n<Shape><Box/></Shape></Scene>");
-        let document = parse(&text).unwrap_or_else(|e| panic!("{e}: {shape}"));
-        let found: Vec<String> =
-            warnings(&document).into_iter().filter(|w| !w.contains("GeoCoordinate")).collect();
-        let expected: Vec<String> = warning.iter().map(|w| format!("t.x3d:2:{w}")).collect();
-        assert_eq!(found, expected, "{shape}");
-        let scene = document.at(0.0);
-        assert_eq!(scene.objects.len(), 1 + usize::from(faces.is_some()), "{shape}");
-        if let Some(faces) = faces {
-            assert_eq!(scene.objects[0].geometry.mesh.polygons.len(), faces, "{shape}");
-        }
+        check_shape(&shape, faces, warning);
     }
+}
+
+#[test]
+fn colour_indices_that_are_missing_are_put_in() {
     // The coordinate's own index is inserted.
     let text = format!(
-        "<Scene><Shape><IndexedFaceSet {quad} colorIndex='0 0 0 -1 1'>{coord}{colors}</IndexedFaceSet></Shape></Scene>"
+        "<Scene><Shape><IndexedFaceSet {QUAD} colorIndex='0 0 0 -1 1'>{COORDINATES}{COLORS}</IndexedFaceSet></Shape></Scene>"
     );
     let scene = parse(&text).unwrap().at(0.0);
     let indices: Vec<u32> = scene.objects[0].geometry.mesh.corners.iter().map(|c| c.color).collect();
     assert_eq!(indices, [0, 0, 0, 1, 2, 3]);
     let lines = format!(
-        "<Scene>\n<Shape><IndexedLineSet coordIndex='0 1 2' colorIndex='3'>{coord}{colors}</IndexedLineSet></Shape></Scene>"
+        "<Scene>\n<Shape><IndexedLineSet coordIndex='0 1 2' colorIndex='3'>{COORDINATES}{COLORS}</IndexedLineSet></Shape></Scene>"
     );
     let document = parse(&lines).unwrap();
     let expected =

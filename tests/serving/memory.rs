@@ -82,17 +82,9 @@ fn attack(address: SocketAddr, request: &[u8]) -> String {
     String::from_utf8_lossy(&said).into_owned()
 }
 
-#[cfg(target_os = "linux")]
-#[test]
-fn a_server_under_attack_stays_within_its_budget_and_answers() {
-    let budget = BUDGET.to_string();
-    let arguments =
-        ["--listen", "127.0.0.1:0", "--size", "320x240", "--threads", "2", "--max-memory", &budget];
-    let mut process = Process::start(&arguments);
-    let address = process.address();
-    let mut peaks = Vec::new();
-    let mut note = |what: &str| peaks.push((what.to_owned(), high_water(&process) >> 10));
-    note("start");
+/// Sends resources, scenes and a drawing that no budget allows as a whole; each is refused or done
+/// in pieces.
+fn attack_by_contents(address: SocketAddr, note: &mut dyn FnMut(&str)) {
     let said = attack(address, &scene_of_pictures(10, 2048));
     assert!(said.contains("EQUOTA SCENE"), "{said}");
     note("a scene's pictures");
@@ -102,15 +94,20 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     let said = attack(address, &with_payload("TEX t", &png(4096)));
     assert!(said.contains("EQUOTA TEX"), "{said}");
     note("a picture");
-    let said = attack(
-        address,
-        &[full_frames(40_000), b"CULL none\nHIDE zbuffer\nDRAW m\nDRAW m\nSYNC a\n".to_vec()].concat(),
-    );
+    let draws = b"CULL none\nHIDE zbuffer\nDRAW m\nDRAW m\nSYNC a\n".to_vec();
+    let said = attack(address, &[full_frames(40_000), draws].concat());
     assert!(said.ends_with("SYNC a\n") && !said.contains("ERR "), "drawn in pieces: {said}");
     note("full-frame faces");
     let said = attack(address, &[scene_of_uses(6), b"DRAWSCENE\nSYNC a\n".to_vec()].concat());
     assert!(said.contains("EQUOTA SCENE") && said.ends_with("SYNC a\n"), "{said}");
     note("objects used again and again");
+    let said = attack(address, b"MESH k KNOT 3000 3000\nMESH t TEAPOT 300\n");
+    assert_eq!(said.matches("EQUOTA MESH").count(), 2, "{said}");
+    note("shapes");
+}
+
+/// Sends texts that grow when they are read.
+fn attack_by_texts(address: SocketAddr, note: &mut dyn FnMut(&str)) {
     let bomb = gzip(format!("<Scene><!--{}--></Scene>", " ".repeat(100 << 20)).as_bytes());
     let said = attack(address, &scene(&bomb));
     assert!(said.contains("EQUOTA SCENE"), "{said}");
@@ -118,29 +115,23 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     let said = attack(address, &scene(doubling(40).as_bytes()));
     assert!(said.contains("EQUOTA SCENE"), "{said}");
     note("instances of prototypes");
-    let said = attack(address, b"MESH k KNOT 3000 3000\nMESH t TEAPOT 300\n");
-    assert_eq!(said.matches("EQUOTA MESH").count(), 2, "{said}");
-    note("shapes");
     let said = attack(address, &with_payload("EYE e", "[".repeat(100).as_bytes()));
     assert!(said.contains("ERR"), "{said}");
-    let said = attack(
-        address,
-        &with_payload("EYE e", format!("{{\"facets\":[{}0]}}", "[],".repeat(2_000_000)).as_bytes()),
-    );
+    let arrays = format!("{{\"facets\":[{}0]}}", "[],".repeat(2_000_000));
+    let said = attack(address, &with_payload("EYE e", arrays.as_bytes()));
     assert!(said.contains("EQUOTA EYE"), "{said}");
     note("arrays");
-    let said = attack(
-        address,
-        &with_payload(
-            "SCENE X3D",
-            format!("<X3D><Scene>{}</Scene></X3D>", "<a/>".repeat(1 << 20)).as_bytes(),
-        ),
-    );
+    let elements = format!("<X3D><Scene>{}</Scene></X3D>", "<a/>".repeat(1 << 20));
+    let said = attack(address, &with_payload("SCENE X3D", elements.as_bytes()));
     assert!(said.contains("EQUOTA SCENE"), "{said}");
     note("elements");
     let said = attack(address, &with_payload("MESH o OBJ", "v 0 0 0\n".repeat(1 << 19).as_bytes()));
     assert!(said.contains("EQUOTA MESH"), "{said}");
     note("vertices");
+}
+
+/// Holds memory by many connections at once.
+fn attack_by_connections(address: SocketAddr, note: &mut dyn FnMut(&str)) {
     // Many small resources of several connections: their sum is bounded.
     let mut wires: Vec<Wire> = (0..8).map(|_| Wire::connect(address)).collect();
     let texture = with_payload("TEX", &png(256))[4..].to_vec();
@@ -172,7 +163,22 @@ fn a_server_under_attack_stays_within_its_budget_and_answers() {
     }
     answers(address);
     note("replies");
-    drop(wires);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_server_under_attack_stays_within_its_budget_and_answers() {
+    let budget = BUDGET.to_string();
+    let arguments =
+        ["--listen", "127.0.0.1:0", "--size", "320x240", "--threads", "2", "--max-memory", &budget];
+    let mut process = Process::start(&arguments);
+    let address = process.address();
+    let mut peaks = Vec::new();
+    let mut note = |what: &str| peaks.push((what.to_owned(), high_water(&process) >> 10));
+    note("start");
+    attack_by_contents(address, &mut note);
+    attack_by_texts(address, &mut note);
+    attack_by_connections(address, &mut note);
     let connections = 130;
     let bound = BUDGET + OVERHEAD + CONNECTION * connections;
     let high = high_water(&process);

@@ -92,16 +92,15 @@ fn golden_mip_level() {
     }
 }
 
-/// Every number printed in notes 003, computed from the pipeline's planes, logarithm and cameras.
-#[test]
-fn golden_printed_numbers() {
-    let inputs = golden("seed003_mip_level")["inputs"].clone();
-    let z = [9.5, 10.5, 10.0];
-    let plane = golden_plane(&inputs, z);
-    let uv = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 1.0)];
-    let mut found: Vec<(String, f64)> = Vec::new();
-    let mut say = |what: &str, value: f64| found.push((what.to_owned(), value));
-    let w = barycentrics(&plane, [28.0, 22.0], Interpolation::Affine);
+/// Receiver of computed numbers, each with the words that name it.
+type Say<'a> = dyn FnMut(&str, f64) + 'a;
+
+/// Weights of notes 003 rounded as they are printed.
+const PRINTED_WEIGHTS: [f64; 3] = [0.668, 0.194, 0.139];
+
+/// Computes the printed areas, weights, depths and colours.
+fn say_weights(inputs: &Value, plane: &FacePlane, z: [f64; 3], say: &mut Say) {
+    let w = barycentrics(plane, [28.0, 22.0], Interpolation::Affine);
     let p = |i: usize, k: usize| number(&inputs[["P0", "P1", "P2"][i]][k]);
     let double_area = (p(1, 0) - p(0, 0)) * (p(2, 1) - p(0, 1)) - (p(2, 0) - p(0, 0)) * (p(1, 1) - p(0, 1));
     let area = double_area.abs() / 2.0;
@@ -111,7 +110,7 @@ fn golden_printed_numbers() {
     for (i, what) in ["alpha", "beta", "gamma = A2/A"].into_iter().enumerate() {
         say(what, w[i]);
     }
-    let rounded = [0.668, 0.194, 0.139];
+    let rounded = PRINTED_WEIGHTS;
     say("gamma = 1 - alpha - beta (from the 3-decimal weights)", 1.0 - rounded[0] - rounded[1]);
     for (i, what) in ["alpha/Z0", "beta/Z1", "gamma/Z2"].into_iter().enumerate() {
         say(what, rounded[i] / z[i]);
@@ -119,16 +118,22 @@ fn golden_printed_numbers() {
     say("Z (rounded weights)", 1.0 / (0..3).map(|i| rounded[i] / z[i]).sum::<f64>());
     let b = plane.weights_at(ndc([28.5, 22.5])).b;
     say("Z (exact weights)", 1.0 / (b[0] + b[1] + b[2]));
-    let exact = barycentrics(&plane, [28.0, 22.0], Interpolation::Perspective);
+    let exact = barycentrics(plane, [28.0, 22.0], Interpolation::Perspective);
     for (i, c) in ["CR", "CG", "CB"].into_iter().enumerate() {
         say(&format!("{c} (printed Z=9.74 and rounded weights)"), 9.74 * rounded[i] / z[i]);
         say(&format!("{c} (exact weights)"), exact[i]);
     }
+}
+
+/// Computes the printed texture coordinates, their derivatives and mip levels.
+fn say_uvs(plane: &FacePlane, say: &mut Say) {
+    let uv = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 1.0)];
+    let rounded = PRINTED_WEIGHTS;
     let by_rounded = uv[1] * rounded[1] + uv[2] * rounded[2];
     say("uv p00.u affine with the 3-decimal weights", by_rounded.x);
     say("uv p00.v affine with the 3-decimal weights", by_rounded.y);
     let places = [("p00", [28.0, 22.0]), ("p10", [29.0, 22.0]), ("p01", [28.0, 23.0])];
-    let right = places.map(|(_, p)| uv_from_first(&uv, barycentrics(&plane, p, Interpolation::Perspective)));
+    let right = places.map(|(_, p)| uv_from_first(&uv, barycentrics(plane, p, Interpolation::Perspective)));
     for ((name, _), uv) in places.iter().zip(right) {
         say(&format!("uv {name}.u perspective-correct"), uv.x);
         say(&format!("uv {name}.v perspective-correct"), uv.y);
@@ -149,6 +154,10 @@ fn golden_printed_numbers() {
     say("L perspective-correct", length(cx, cy));
     say("D = log2 L (L=4.83)", level(DVec2::new(4.83, 0.0), DVec2::ZERO));
     say("D perspective-correct", level(cx, cy));
+}
+
+/// Computes the printed depths.
+fn say_depths(say: &mut Say) {
     for (range, near, far) in [("n=0.01 f=1000", 0.01, 1000.0), ("n=5 f=10", 5.0, 10.0)] {
         for (face, d) in [("red", 8.0), ("blue", 9.0)] {
             let projection =
@@ -165,6 +174,19 @@ fn golden_printed_numbers() {
             }
         }
     }
+}
+
+/// Every number printed in notes 003, computed from the pipeline's planes, logarithm and cameras.
+#[test]
+fn golden_printed_numbers() {
+    let inputs = golden("seed003_mip_level")["inputs"].clone();
+    let z = [9.5, 10.5, 10.0];
+    let plane = golden_plane(&inputs, z);
+    let mut found: Vec<(String, f64)> = Vec::new();
+    let mut say = |what: &str, value: f64| found.push((what.to_owned(), value));
+    say_weights(&inputs, &plane, z, &mut say);
+    say_uvs(&plane, &mut say);
+    say_depths(&mut say);
     let table = golden("seed003_printed_numbers_check");
     let table = table["expected"].as_array().unwrap();
     assert_eq!(table.len(), found.len());
