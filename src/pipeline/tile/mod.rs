@@ -24,6 +24,7 @@ mod depth_f64;
 mod edges;
 mod exact_faces;
 mod face_tables;
+mod face_vectors;
 mod fog;
 mod fragments;
 mod hierarchical_z;
