@@ -254,46 +254,9 @@ fn colors<S: Simd>(
     y: i32,
     under: &[u8],
 ) -> (S::I, S::M) {
-    let zero = s.splat(0.0);
-    let mut off = s.mask(0);
-    let mut barycentrics = [zero; 3];
-    let is_solid = matches!(blended_face.face_lighting, FaceLighting::Solid(_))
-        && blended_face.vertex_colors.is_none()
-        && blended_face.fog.is_none();
-    if !is_solid && blended_face.exact_face.is_smooth {
-        let [b0, b1, b2] = exact_faces::weights(s, &blended_face.exact_face, x, y);
-        let sum = (b0 + b1) + b2;
-        let inverse = s.splat(1.0) / sum;
-        // Beside the face the plain path clamps barycentrics in its own way.
-        let is_beside = b0.lt(zero) | b1.lt(zero) | b2.lt(zero);
-        off = mask & (is_beside | !s.splat(1e-30).lt(sum));
-        barycentrics = [b0 * inverse, b1 * inverse, b2 * inverse];
-    } else if !is_solid {
-        let (exact, beside) = exact_faces::exact_barycentrics(s, &blended_face.exact_face, x, y);
-        (barycentrics, off) = (exact, mask & beside);
-    }
-    let (mut diffuse, specular) = match &blended_face.face_lighting {
-        FaceLighting::Solid([diffuse, specular]) => (splat3(s, *diffuse), splat3(s, *specular)),
-        FaceLighting::Corners(parts) => (
-            between(s, [parts[0][0], parts[1][0], parts[2][0]], barycentrics),
-            between(s, [parts[0][1], parts[1][1], parts[2][1]], barycentrics),
-        ),
-        FaceLighting::Pixels { lighting, normals, positions, to_viewer } => {
-            let n = between(s, *normals, barycentrics);
-            let length2 = dot::<S>(n, n);
-            // Normals that cancel fall back to the face's, in f64.
-            off = off | (mask & !s.splat(1e-4).le(length2));
-            let normal = scale::<S>(n, s.splat(1.0) / length2.sqrt());
-            let position = between(s, *positions, barycentrics);
-            let to_viewer = match to_viewer {
-                Some(v) => splat3(s, *v),
-                None => scale::<S>(position, s.splat(-1.0) / dot::<S>(position, position).sqrt()),
-            };
-            let lit = light(s, lighting, position, normal, to_viewer);
-            off = off | (lit.needs_f64 & mask);
-            (lit.diffuse, lit.specular)
-        }
-    };
+    let (barycentrics, mut off) = barycentrics(s, blended_face, mask, x, y);
+    let (mut diffuse, specular, needs_f64) = face_light(s, &blended_face.face_lighting, mask, barycentrics);
+    off = off | needs_f64;
     let mut opacity = s.splat(blended_face.opacity);
     if let Some(vertex_colors) = &blended_face.vertex_colors {
         let tint = between(s, vertex_colors.map(|[r, g, b, _]| [r, g, b]), barycentrics);
@@ -316,22 +279,100 @@ fn colors<S: Simd>(
         edge = s.splat(FOG_EDGE) * own[0].abs().max(own[1].abs()).max(own[2].abs()).max(s.splat(1.0));
         own = fog.over(s, own, between(s, *positions, barycentrics));
     }
+    let (packed, is_near) =
+        bytes_over(s, own, opacity, blended_face.is_transparent, s.load_bytes(under), edge);
+    (packed, off | (mask & is_near))
+}
+
+/// Returns the barycentrics of a vector of pixels from `(x, y)` on, 0 if the face has one colour,
+/// and the lanes where f32 lacks the digits.
+#[inline(always)]
+fn barycentrics<S: Simd>(
+    s: S,
+    blended_face: &BlendedFace<'_>,
+    mask: S::M,
+    x: i32,
+    y: i32,
+) -> ([S::F; 3], S::M) {
+    let zero = s.splat(0.0);
+    let is_solid = matches!(blended_face.face_lighting, FaceLighting::Solid(_))
+        && blended_face.vertex_colors.is_none()
+        && blended_face.fog.is_none();
+    if is_solid {
+        return ([zero; 3], s.mask(0));
+    }
+    if !blended_face.exact_face.is_smooth {
+        let (exact, beside) = exact_faces::exact_barycentrics(s, &blended_face.exact_face, x, y);
+        return (exact, mask & beside);
+    }
+    let [b0, b1, b2] = exact_faces::weights(s, &blended_face.exact_face, x, y);
+    let sum = (b0 + b1) + b2;
+    let inverse = s.splat(1.0) / sum;
+    // Beside the face the plain path clamps barycentrics in its own way.
+    let is_beside = b0.lt(zero) | b1.lt(zero) | b2.lt(zero);
+    ([b0 * inverse, b1 * inverse, b2 * inverse], mask & (is_beside | !s.splat(1e-30).lt(sum)))
+}
+
+/// Returns the diffuse and the specular light of pixels, and the lanes where f32 lacks the digits.
+#[inline(always)]
+fn face_light<S: Simd>(
+    s: S,
+    face_lighting: &FaceLighting<'_>,
+    mask: S::M,
+    barycentrics: [S::F; 3],
+) -> (V3<S>, V3<S>, S::M) {
+    match face_lighting {
+        FaceLighting::Solid([diffuse, specular]) => (splat3(s, *diffuse), splat3(s, *specular), s.mask(0)),
+        FaceLighting::Corners(parts) => (
+            between(s, [parts[0][0], parts[1][0], parts[2][0]], barycentrics),
+            between(s, [parts[0][1], parts[1][1], parts[2][1]], barycentrics),
+            s.mask(0),
+        ),
+        FaceLighting::Pixels { lighting, normals, positions, to_viewer } => {
+            let n = between(s, *normals, barycentrics);
+            let length2 = dot::<S>(n, n);
+            // Normals that cancel fall back to the face's, in f64.
+            let is_cancelled = mask & !s.splat(1e-4).le(length2);
+            let normal = scale::<S>(n, s.splat(1.0) / length2.sqrt());
+            let position = between(s, *positions, barycentrics);
+            let to_viewer = match to_viewer {
+                Some(v) => splat3(s, *v),
+                None => scale::<S>(position, s.splat(-1.0) / dot::<S>(position, position).sqrt()),
+            };
+            let lit = light(s, lighting, position, normal, to_viewer);
+            (lit.diffuse, lit.specular, is_cancelled | (lit.needs_f64 & mask))
+        }
+    }
+}
+
+/// Returns colours as bytes, over the pixels in `old` if the face is transparent, and the lanes
+/// where a byte is within `edge` of the boundary to the next.
+#[inline(always)]
+fn bytes_over<S: Simd>(
+    s: S,
+    own: V3<S>,
+    opacity: S::F,
+    is_transparent: bool,
+    old: S::I,
+    edge: S::F,
+) -> (S::I, S::M) {
+    let zero = s.splat(0.0);
     let opacity = opacity.max(zero).min(s.splat(1.0));
     let share = opacity * s.splat(255.0);
     let clear = s.splat(1.0) - opacity;
-    let old = s.load_bytes(under);
     let low = s.splat_i(255);
     let mut packed = s.splat_i(255 << 24);
+    let mut is_near = s.mask(0);
     let channels = [(old & low).to_f32(), (old.shr::<8>() & low).to_f32(), (old.shr::<16>() & low).to_f32()];
     for c in 0..3 {
-        let value = match blended_face.is_transparent {
+        let value = match is_transparent {
             true => channels[c] * clear + own[c] * share,
             false => own[c] * s.splat(255.0),
         };
         let value = value.max(zero).min(s.splat(255.0)) + s.splat(0.5);
         let integer = value.floor();
         let rest = value - integer;
-        off = off | (mask & (rest.lt(edge) | (s.splat(1.0) - edge).lt(rest)));
+        is_near = is_near | rest.lt(edge) | (s.splat(1.0) - edge).lt(rest);
         let byte = integer.to_i32();
         packed = packed
             | match c {
@@ -340,7 +381,7 @@ fn colors<S: Simd>(
                 _ => byte.shl::<16>(),
             };
     }
-    (packed, off)
+    (packed, is_near)
 }
 
 /// Interpolates three numbers of each corner.

@@ -79,81 +79,101 @@ impl Faces<'_> {
         binding: &MaterialBinding<'_>,
         inputs: &FragmentInputs<'_, S>,
     ) -> (ReflectedLight<S>, S::M) {
-        let FragmentInputs { faces, corners, barycentrics, turn, at: (column, row), .. } = inputs;
-        let (column, row) = (*column, *row);
         let shading = self.shading;
         let lighting = &binding.lighting;
         let mut needs_f64 = s.mask(0);
-        let b = barycentrics.weights();
-        let zero = s.splat(0.0);
+        let b = inputs.barycentrics.weights();
         let (mut diffuse, specular) = match shading.source {
             ColorSource::Constant => (splat3(s, lighting.diffuse), splat3(s, lighting.specular)),
             ColorSource::Faces(diffuse, specular) => {
-                let [r, g, b, _] = s.gather4(mask, diffuse, *faces);
+                let [r, g, b, _] = s.gather4(mask, diffuse, inputs.faces);
                 let specular = match specular.is_empty() {
-                    true => [zero; 3],
+                    true => [s.splat(0.0); 3],
                     false => {
-                        let [r, g, b, _] = s.gather4(mask, specular, *faces);
+                        let [r, g, b, _] = s.gather4(mask, specular, inputs.faces);
                         [r, g, b]
                     }
                 };
                 ([r, g, b], specular)
             }
             ColorSource::Vertices(diffuse, specular) => {
-                let diffuse = blend(s, mask, diffuse, corners, b);
-                let specular =
-                    if specular.is_empty() { [zero; 3] } else { blend(s, mask, specular, corners, b) };
+                let diffuse = blend(s, mask, diffuse, &inputs.corners, b);
+                let specular = match specular.is_empty() {
+                    true => [s.splat(0.0); 3],
+                    false => blend(s, mask, specular, &inputs.corners, b),
+                };
                 (diffuse, specular)
             }
             ColorSource::Pixels(_) if lighting.lights.is_empty() => {
                 (splat3(s, lighting.diffuse), splat3(s, lighting.specular))
             }
             ColorSource::Pixels(normals) => {
-                let n = blend(s, mask, normals, corners, b);
+                let n = blend(s, mask, normals, &inputs.corners, b);
                 let length2 = dot::<S>(n, n);
                 // Normals that cancel fall back to the face's, in f64.
                 needs_f64 = mask & !s.splat(1e-4).le(length2);
                 let n_inverse = s.splat(1.0) / length2.sqrt();
-                let n_inverse = s.select(*turn, zero - n_inverse, n_inverse);
+                let n_inverse = s.select(inputs.turn, s.splat(0.0) - n_inverse, n_inverse);
                 let normal = scale::<S>(n, n_inverse);
-                let (position, to_viewer) = match shading.eye {
-                    Eye::Perspective { ray } => {
-                        let ray = ray_at(s, ray, column, row);
-                        let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
-                        let position = match shading.is_affine {
-                            false => scale::<S>(ray, barycentrics.w),
-                            true => blend(s, mask, shading.positions, corners, b),
-                        };
-                        let to_viewer = match shading.is_affine {
-                            false => scale::<S>(ray, back),
-                            true => {
-                                let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
-                                scale::<S>(position, back)
-                            }
-                        };
-                        (position, to_viewer)
-                    }
-                    Eye::Parallel { to_viewer } => {
-                        (blend(s, mask, shading.positions, corners, b), splat3(s, to_viewer))
-                    }
-                };
+                let (position, to_viewer) = self.position_and_viewer(s, mask, inputs, b);
                 let lit = light(s, lighting, position, normal, to_viewer);
                 needs_f64 = needs_f64 | (lit.needs_f64 & mask);
                 (lit.diffuse, lit.specular)
             }
         };
         if !shading.colors.is_empty() {
-            let color = blend(s, mask, shading.colors, corners, b);
+            let color = blend(s, mask, shading.colors, &inputs.corners, b);
             diffuse = [diffuse[0] * color[0], diffuse[1] * color[1], diffuse[2] * color[2]];
         }
-        let position = match (&shading.fog, shading.eye) {
-            (None, _) => [zero; 3],
-            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
-                scale::<S>(ray_at(s, ray, column, row), barycentrics.w)
-            }
-            (Some(_), _) => blend(s, mask, shading.positions, corners, b),
-        };
+        let position = self.fog_position(s, mask, inputs, b);
         (ReflectedLight { diffuse, specular, position }, needs_f64)
+    }
+
+    /// Returns the positions of pixels in shading space, and the unit vectors to the viewer; `b` are
+    /// the corners' weights.
+    #[inline(always)]
+    fn position_and_viewer<S: Simd>(
+        &self,
+        s: S,
+        mask: S::M,
+        inputs: &FragmentInputs<'_, S>,
+        b: [S::F; 3],
+    ) -> (V3<S>, V3<S>) {
+        let shading = self.shading;
+        match shading.eye {
+            Eye::Perspective { ray } => {
+                let ray = ray_at(s, ray, inputs.at.0, inputs.at.1);
+                let back = s.splat(-1.0) / dot::<S>(ray, ray).sqrt();
+                let position = match shading.is_affine {
+                    false => scale::<S>(ray, inputs.barycentrics.w),
+                    true => blend(s, mask, shading.positions, &inputs.corners, b),
+                };
+                let to_viewer = match shading.is_affine {
+                    false => scale::<S>(ray, back),
+                    true => {
+                        let back = s.splat(-1.0) / dot::<S>(position, position).sqrt();
+                        scale::<S>(position, back)
+                    }
+                };
+                (position, to_viewer)
+            }
+            Eye::Parallel { to_viewer } => {
+                (blend(s, mask, shading.positions, &inputs.corners, b), splat3(s, to_viewer))
+            }
+        }
+    }
+
+    /// Returns the positions of pixels in shading space for fog, 0 without fog.
+    #[inline(always)]
+    fn fog_position<S: Simd>(&self, s: S, mask: S::M, inputs: &FragmentInputs<'_, S>, b: [S::F; 3]) -> V3<S> {
+        let shading = self.shading;
+        match (&shading.fog, shading.eye) {
+            (None, _) => [s.splat(0.0); 3],
+            (Some(_), Eye::Perspective { ray }) if !shading.is_affine => {
+                scale::<S>(ray_at(s, ray, inputs.at.0, inputs.at.1), inputs.barycentrics.w)
+            }
+            (Some(_), _) => blend(s, mask, shading.positions, &inputs.corners, b),
+        }
     }
 
     /// Returns the coordinates at which pixels sample a texture.

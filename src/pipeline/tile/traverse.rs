@@ -71,30 +71,13 @@ pub(super) fn traverse<S: Simd, R: FaceRaster>(
     raster: &mut R,
 ) -> RasterStats {
     let mut done = RasterStats::default();
-    let (mut from, mut drawn, mut placed) = (0, 0, 0);
-    while from <= bin.larger.len() {
-        // Fragments and tiny faces up to the next larger face, or the last ones.
-        let next = bin.larger.get(from);
-        let fragments = next.map_or(bin.fragments.len(), |l| l.fragments_before as usize);
-        if placed < fragments {
-            for fragment in bin.fragments.some(placed..fragments) {
-                done.passed += u64::from(raster.fragment(fragment));
-            }
-            placed = fragments;
-        }
-        let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
-        for words in &bin.tiny[drawn..until] {
-            let face = &Tiny::of(*words);
-            match raster.hides_tiny(face) {
-                true => done.hidden += 1,
-                false => done.passed += raster.tiny(s, face),
-            }
-        }
-        (from, drawn) = (from + 1, until);
-        raster.has_passed(s, done.passed);
-        let index = match next.map(|l| l.entry) {
+    let mut at = Position { larger: 0, tiny: 0, fragments: 0 };
+    while at.larger <= bin.larger.len() {
+        let next = bin.larger.get(at.larger);
+        at.draw_before(s, bin, next, raster, &mut done);
+        match next.map(|l| l.entry) {
             None => break,
-            Some(BinEntry::OrderBreak) => continue,
+            Some(BinEntry::OrderBreak) => {}
             Some(BinEntry::Small(index)) => {
                 let face = &bin.small[index as usize];
                 if raster.hides_small(face) {
@@ -103,37 +86,90 @@ pub(super) fn traverse<S: Simd, R: FaceRaster>(
                 }
                 let (t, p) = raster.small(s, face);
                 (done.tested, done.passed) = (done.tested + t, done.passed + p);
-                continue;
             }
-            Some(BinEntry::Exact(index)) => index as usize,
-        };
-        let face = &exact_faces[index];
-        if raster.hides_exact(face) {
-            done.hidden += 1;
-            continue;
+            Some(BinEntry::Exact(index)) => {
+                let face = &exact_faces[index as usize];
+                if raster.hides_exact(face) {
+                    done.hidden += 1;
+                    continue;
+                }
+                if raster.filling(face) != Filling::All {
+                    let (t, p) = raster.exact_face(s, face);
+                    (done.tested, done.passed) = (done.tested + t, done.passed + p);
+                    continue;
+                }
+                at.draw_stack(s, bin, exact_faces, face, raster, &mut done);
+            }
         }
-        if raster.filling(face) != Filling::All {
-            let (t, p) = raster.exact_face(s, face);
-            (done.tested, done.passed) = (done.tested + t, done.passed + p);
-            continue;
+    }
+    done
+}
+
+/// Numbers of a bin's faces that are drawn, of each kind.
+struct Position {
+    larger: usize,
+    tiny: usize,
+    fragments: usize,
+}
+
+impl Position {
+    /// Draws the fragments and tiny faces up to the next larger face, or the last ones, and goes on
+    /// to that face.
+    #[inline(always)]
+    fn draw_before<S: Simd, R: FaceRaster>(
+        &mut self,
+        s: S,
+        bin: &Bin,
+        next: Option<&Larger>,
+        raster: &mut R,
+        done: &mut RasterStats,
+    ) {
+        let fragments = next.map_or(bin.fragments.len(), |l| l.fragments_before as usize);
+        if self.fragments < fragments {
+            for fragment in bin.fragments.some(self.fragments..fragments) {
+                done.passed += u64::from(raster.fragment(fragment));
+            }
+            self.fragments = fragments;
         }
-        // Together with the faces behind it that also fill the tile.
-        let mut stack = [face; MOST_STACKED];
+        let until = next.map_or(bin.tiny.len(), |l| l.tiny_before as usize);
+        for words in &bin.tiny[self.tiny..until] {
+            let face = &Tiny::of(*words);
+            match raster.hides_tiny(face) {
+                true => done.hidden += 1,
+                false => done.passed += raster.tiny(s, face),
+            }
+        }
+        (self.larger, self.tiny) = (self.larger + 1, until);
+        raster.has_passed(s, done.passed);
+    }
+
+    /// Draws a face that fills the tile, together with the faces behind it that also do.
+    #[inline(always)]
+    fn draw_stack<'f, S: Simd, R: FaceRaster>(
+        &mut self,
+        s: S,
+        bin: &Bin,
+        exact_faces: &'f [ExactFace],
+        first: &'f ExactFace,
+        raster: &mut R,
+        done: &mut RasterStats,
+    ) {
+        let mut stack = [first; MOST_STACKED];
         let mut count = 1;
-        raster.will_fill(face);
+        raster.will_fill(first);
         while count < stack.len() {
             let Some(&Larger { fragments_before, tiny_before, entry: BinEntry::Exact(index) }) =
-                bin.larger.get(from)
+                bin.larger.get(self.larger)
             else {
                 break;
             };
-            if fragments_before as usize != placed || tiny_before as usize != drawn {
+            if fragments_before as usize != self.fragments || tiny_before as usize != self.tiny {
                 break;
             }
             let face = &exact_faces[index as usize];
             if raster.hides_exact(face) {
                 done.hidden += 1;
-                from += 1;
+                self.larger += 1;
                 continue;
             }
             match raster.filling(face) {
@@ -145,10 +181,9 @@ pub(super) fn traverse<S: Simd, R: FaceRaster>(
                     count += 1;
                 }
             }
-            from += 1;
+            self.larger += 1;
         }
         done.tested += count as u64 * raster.pixels();
         done.passed += raster.stack(s, &stack[..count]);
     }
-    done
 }
