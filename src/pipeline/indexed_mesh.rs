@@ -14,8 +14,8 @@ use crate::memory::OverBudget;
 use crate::scene::{Corner, Mesh, NONE};
 use crate::simd::allocator::prefer_huge_pages;
 pub(crate) use clusters::{BLOCK_VERTICES, CLUSTER_BYTES, CLUSTER_FACES, Clusters, LEAST_FACES};
-use distinct::{DISTINCT_BYTES, Distinct};
-use glam::{DVec3, DVec4};
+use distinct::{DISTINCT_BYTES, Distinct, VertexKey};
+use glam::{DVec2, DVec3, DVec4};
 
 /// The index lists are padded to a multiple of this with faces without area.
 const PADDING: usize = 16;
@@ -114,17 +114,28 @@ impl IndexedMesh {
         mut room: impl FnMut(u64) -> Result<(), OverBudget>,
         cancel: &CancelToken,
     ) -> Result<Self, OverBudget> {
-        let mut prepared =
-            IndexedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
-        let has_colors = !mesh.colors.is_empty();
         // Number of vertices if corners differ in one attribute only.
         let distinct = [mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len(), mesh.colors.len()];
         let most = distinct.into_iter().max().unwrap_or(0).min(mesh.corners.len());
-        let mut granted = most;
-        room(Self::most_bytes(mesh, granted as u64))?;
-        let mut slots = vec![u32::MAX; mesh.materials.len() + 1];
-        let mut distinct = Distinct::new(mesh.positions.len());
-        let mut face_materials = Vec::with_capacity(mesh.triangles.len());
+        room(Self::most_bytes(mesh, most as u64))?;
+        let mut builder = Builder::new(mesh, most);
+        for t in 0..mesh.triangles.len() {
+            if t % CHUNK_FACES == 0 && cancel.is_cancelled() {
+                return Ok(Self::default());
+            }
+            builder.add_triangle(t, &normal_of, &mut room)?;
+        }
+        let mut prepared = builder.finish(most);
+        prepared.count_asked();
+        prepared.clusters =
+            Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count, cancel);
+        Ok(if cancel.is_cancelled() { Self::default() } else { prepared })
+    }
+
+    /// Makes lists for a mesh with `most` vertices.
+    fn with_lists(mesh: &Mesh, most: usize) -> Self {
+        let mut prepared =
+            IndexedMesh { triangle_count: mesh.triangles.len(), has_all_texcoords: true, ..Self::default() };
         for list in &mut prepared.corners {
             list.reserve(mesh.triangles.len() + PADDING);
             prefer_huge_pages(list);
@@ -136,111 +147,25 @@ impl IndexedMesh {
         for (list, is_used) in [
             (&mut prepared.normals, true),
             (&mut prepared.texcoords, !mesh.texcoords.is_empty()),
-            (&mut prepared.colors, has_colors),
+            (&mut prepared.colors, !mesh.colors.is_empty()),
         ] {
             list.reserve(if is_used { most } else { 0 });
             prefer_huge_pages(list);
         }
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            if t % CHUNK_FACES == 0 && cancel.is_cancelled() {
-                return Ok(Self::default());
-            }
-            let polygon = mesh.triangle_polygon[t];
-            let material = mesh.polygons[polygon as usize].material as usize;
-            let slot = &mut slots[material.min(mesh.materials.len())];
-            if *slot == u32::MAX {
-                *slot = prepared.materials.len() as u32;
-                prepared.materials.push(polygon);
-            }
-            let slot = *slot;
-            face_materials.push(slot as i32);
-            let mut low = DVec4::INFINITY;
-            let mut high = DVec4::NEG_INFINITY;
-            let mut least_run: f64 = 0.0;
-            for (k, &at) in triangle.iter().enumerate() {
-                let corner = mesh.corners[at as usize];
-                let normal = normal_of(t as u32, &corner);
-                let key = (Corner { normal: NONE, ..corner }, slot, normal);
-                let found = distinct.find(&key);
-                let vertex = found.unwrap_or(distinct.len() as i32);
-                let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
-                if found.is_none() {
-                    if distinct.len() == granted {
-                        granted = 2 * granted.max(4);
-                        room(Self::most_bytes(mesh, granted as u64))?;
-                    }
-                    distinct.add(key);
-                    let p = mesh.positions[corner.position as usize];
-                    for (axis, list) in prepared.positions.iter_mut().enumerate() {
-                        list.push(p[axis]);
-                    }
-                    prepared.normals.push(normal.extend(0.0).as_vec4().to_array());
-                    if !mesh.texcoords.is_empty() {
-                        let uv = uv.unwrap_or_default();
-                        let near = [uv.x as f32, uv.y as f32];
-                        let rest = [uv.x - near[0] as f64, uv.y - near[1] as f64];
-                        prepared.texcoords.push([near[0], near[1], rest[0] as f32, rest[1] as f32]);
-                    }
-                    if has_colors {
-                        let c = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
-                        prepared.colors.push(c.as_vec4().to_array());
-                    }
-                    match prepared.vertex_runs.last_mut() {
-                        Some((end, last)) if *last == slot as usize => *end += 1,
-                        _ => prepared.vertex_runs.push((vertex as usize + 1, slot as usize)),
-                    }
-                }
-                prepared.corners[k].push(vertex);
-                match uv {
-                    Some(uv) => {
-                        // A range that f32 does not reach, or NaN, counts as infinite however
-                        // little it changes.
-                        let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
-                        least_run = if is_carried { least_run } else { f64::INFINITY };
-                        let uv = uv.extend(0.0).extend(0.0);
-                        (low, high) = (low.min(uv), high.max(uv));
-                    }
-                    None => prepared.has_all_texcoords = false,
-                }
-            }
-            let run = least_run.max((high - low).max_element());
-            if prepared.has_all_texcoords {
-                prepared.longest_texcoord_run = prepared.longest_texcoord_run.max(run);
-            }
-        }
-        if prepared.vertex_count() > most {
-            prepared.positions.iter_mut().for_each(Vec::shrink_to_fit);
-            [&mut prepared.normals, &mut prepared.texcoords, &mut prepared.colors]
-                .into_iter()
-                .for_each(Vec::shrink_to_fit);
-        }
-        prepared.screen_vertices.reserve_exact(mesh.triangles.len());
-        prefer_huge_pages(&mut prepared.screen_vertices);
-        prepared.screen_vertices.extend((0..mesh.triangles.len()).map(|t| {
-            let bits = |v: i32| f32::from_bits(v as u32);
-            let [a, b, c] = &prepared.corners;
-            [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
-        }));
-        for list in &mut prepared.corners {
-            list.resize(mesh.triangles.len().next_multiple_of(PADDING), 0);
-        }
-        if prepared.materials.len() > 1 {
-            prepared.face_materials = face_materials;
-        }
-        let far = |list: &Vec<f64>| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
-        prepared.farthest = prepared.positions.each_ref().map(far);
-        let size = chunk_faces(prepared.triangle_count);
+        prepared
+    }
+
+    /// Counts the vertices that each chunk and the chunks before it use.
+    fn count_asked(&mut self) {
+        let size = chunk_faces(self.triangle_count);
         let mut asked = 0;
-        for start in (0..prepared.triangle_count).step_by(size) {
-            let end = (start + size).min(prepared.triangle_count);
-            for list in &prepared.corners {
+        for start in (0..self.triangle_count).step_by(size) {
+            let end = (start + size).min(self.triangle_count);
+            for list in &self.corners {
                 asked = list[start..end].iter().fold(asked, |asked, &v| asked.max(v as u32 + 1));
             }
-            prepared.asked.push(asked);
+            self.asked.push(asked);
         }
-        prepared.clusters =
-            Clusters::of(&prepared.positions, &prepared.corners, prepared.triangle_count, cancel);
-        Ok(if cancel.is_cancelled() { Self::default() } else { prepared })
     }
 
     /// Returns the corners of a triangle in object space.
@@ -263,6 +188,149 @@ impl IndexedMesh {
             + self.vertex_count() * 24
             + (self.normals.len() + self.texcoords.len() + self.colors.len()) * 16
             + (self.corners[0].len() * 7 + self.face_materials.len() + self.materials.len()) * 4
+    }
+}
+
+/// Indexed mesh while its triangles are added.
+struct Builder<'m> {
+    mesh: &'m Mesh,
+    prepared: IndexedMesh,
+    /// Distinct corners so far: the vertices.
+    distinct: Distinct,
+    /// Number of vertices that there is room for.
+    granted: usize,
+    /// Index in `prepared.materials` of each of the mesh's materials, `u32::MAX` before it occurs;
+    /// the last one is that of faces without a material.
+    slots: Vec<u32>,
+    /// Index in `prepared.materials` of each triangle.
+    face_materials: Vec<i32>,
+}
+
+impl<'m> Builder<'m> {
+    /// Makes lists for `most` vertices, for which there is room.
+    fn new(mesh: &'m Mesh, most: usize) -> Self {
+        Builder {
+            mesh,
+            slots: vec![u32::MAX; mesh.materials.len() + 1],
+            distinct: Distinct::new(mesh.positions.len()),
+            face_materials: Vec::with_capacity(mesh.triangles.len()),
+            prepared: IndexedMesh::with_lists(mesh, most),
+            granted: most,
+        }
+    }
+
+    /// Adds a triangle and those of its corners that are new vertices.
+    fn add_triangle(
+        &mut self,
+        t: usize,
+        normal_of: &impl Fn(u32, &Corner) -> DVec3,
+        room: &mut impl FnMut(u64) -> Result<(), OverBudget>,
+    ) -> Result<(), OverBudget> {
+        let mesh = self.mesh;
+        let slot = self.slot_of(mesh.triangle_polygon[t]);
+        self.face_materials.push(slot as i32);
+        let mut low = DVec4::INFINITY;
+        let mut high = DVec4::NEG_INFINITY;
+        let mut least_run: f64 = 0.0;
+        for (k, &at) in mesh.triangles[t].iter().enumerate() {
+            let corner = mesh.corners[at as usize];
+            let key = (Corner { normal: NONE, ..corner }, slot, normal_of(t as u32, &corner));
+            let uv = mesh.texcoords.get(corner.texcoord as usize).copied();
+            let vertex = match self.distinct.find(&key) {
+                Some(vertex) => vertex,
+                None => {
+                    if self.distinct.len() == self.granted {
+                        self.granted = 2 * self.granted.max(4);
+                        room(IndexedMesh::most_bytes(mesh, self.granted as u64))?;
+                    }
+                    self.add_vertex(key, uv)
+                }
+            };
+            self.prepared.corners[k].push(vertex);
+            match uv {
+                Some(uv) => {
+                    // A range that f32 does not reach, or NaN, counts as infinite however little it
+                    // changes.
+                    let is_carried = [uv.x, uv.y].iter().all(|c| c.abs() <= f64::from(f32::MAX));
+                    least_run = if is_carried { least_run } else { f64::INFINITY };
+                    let uv = uv.extend(0.0).extend(0.0);
+                    (low, high) = (low.min(uv), high.max(uv));
+                }
+                None => self.prepared.has_all_texcoords = false,
+            }
+        }
+        let run = least_run.max((high - low).max_element());
+        if self.prepared.has_all_texcoords {
+            self.prepared.longest_texcoord_run = self.prepared.longest_texcoord_run.max(run);
+        }
+        Ok(())
+    }
+
+    /// Returns the index of a polygon's material in the list of those that occur.
+    fn slot_of(&mut self, polygon: u32) -> u32 {
+        let material = self.mesh.polygons[polygon as usize].material as usize;
+        let slot = &mut self.slots[material.min(self.mesh.materials.len())];
+        if *slot == u32::MAX {
+            *slot = self.prepared.materials.len() as u32;
+            self.prepared.materials.push(polygon);
+        }
+        *slot
+    }
+
+    /// Adds a vertex with its attributes, and returns its index.
+    fn add_vertex(&mut self, key: VertexKey, uv: Option<DVec2>) -> i32 {
+        let (mesh, prepared) = (self.mesh, &mut self.prepared);
+        let (corner, slot, normal) = key;
+        let vertex = self.distinct.len() as i32;
+        self.distinct.add(key);
+        let p = mesh.positions[corner.position as usize];
+        for (axis, list) in prepared.positions.iter_mut().enumerate() {
+            list.push(p[axis]);
+        }
+        prepared.normals.push(normal.extend(0.0).as_vec4().to_array());
+        if !mesh.texcoords.is_empty() {
+            let uv = uv.unwrap_or_default();
+            let near = [uv.x as f32, uv.y as f32];
+            let rest = [uv.x - near[0] as f64, uv.y - near[1] as f64];
+            prepared.texcoords.push([near[0], near[1], rest[0] as f32, rest[1] as f32]);
+        }
+        if !mesh.colors.is_empty() {
+            let c = mesh.colors.get(corner.color as usize).copied().unwrap_or(DVec4::ONE);
+            prepared.colors.push(c.as_vec4().to_array());
+        }
+        match prepared.vertex_runs.last_mut() {
+            Some((end, last)) if *last == slot as usize => *end += 1,
+            _ => prepared.vertex_runs.push((vertex as usize + 1, slot as usize)),
+        }
+        vertex
+    }
+
+    /// Returns the mesh with its lists as long as the kernels expect them; there was room for
+    /// `most` vertices at first.
+    fn finish(self, most: usize) -> IndexedMesh {
+        let Builder { mesh, mut prepared, face_materials, .. } = self;
+        if prepared.vertex_count() > most {
+            prepared.positions.iter_mut().for_each(Vec::shrink_to_fit);
+            [&mut prepared.normals, &mut prepared.texcoords, &mut prepared.colors]
+                .into_iter()
+                .for_each(Vec::shrink_to_fit);
+        }
+        prepared.screen_vertices.reserve_exact(mesh.triangles.len());
+        prefer_huge_pages(&mut prepared.screen_vertices);
+        prepared.screen_vertices.extend((0..mesh.triangles.len()).map(|t| {
+            let bits = |v: i32| f32::from_bits(v as u32);
+            let [a, b, c] = &prepared.corners;
+            [bits(a[t]), bits(b[t]), bits(c[t]), bits(face_materials[t])]
+        }));
+        for list in &mut prepared.corners {
+            list.resize(mesh.triangles.len().next_multiple_of(PADDING), 0);
+        }
+        if prepared.materials.len() > 1 {
+            prepared.face_materials = face_materials;
+        }
+        let far = |list: &Vec<f64>| list.iter().fold(0.0f64, |far, v| far.max(v.abs()));
+        prepared.farthest = prepared.positions.each_ref().map(far);
+        prepared
     }
 }
 
