@@ -7,7 +7,7 @@
 mod common;
 
 use common::{Motion, show};
-use fbptr::command::Command;
+use fbptr::command::{Command, Figure};
 use fbptr::pipeline::{ClipVertex, clip_line, clip_polygon};
 use fbptr::scene::{Camera, LookAt, Projection};
 use fbptr::server::Client;
@@ -36,7 +36,7 @@ fn line(client: &Client, from_outside: &DMat4, a: DVec3, b: DVec3, color: [u8; 4
     let clip = |p: DVec3| vertex(*from_outside * p.extend(1.0));
     if let Some(seen) = clip_line(clip(a), clip(b)) {
         let [p0, p1] = seen.ends.map(|v| on_screen(v.pos_clip));
-        client.send(Command::LineAa { p0, p1, color });
+        client.send(Command::Figure(Figure::LineAa { p0, p1, color }));
     }
 }
 
@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         let left: Vec<DVec3> =
             ring.iter().map(|v| back.project_point3(v.pos_clip.truncate() / v.pos_clip.w)).collect();
         let points = left.iter().map(|p| on_screen(outside * p.extend(1.0))).collect();
-        client.send(Command::FillPoly { color: [40, 120, 60, 255], points });
+        client.send(Command::Figure(Figure::FillPoly { color: [40, 120, 60, 255], points }));
         for i in 0..left.len() {
             line(client, &outside, left[i], left[(i + 1) % left.len()], [110, 255, 140, 255]);
         }

@@ -97,6 +97,35 @@ pub enum SnapTarget {
     Connection,
 }
 
+/// Line, area or text of two dimensions. Each variant is the verb of that name; its doc comment gives
+/// the text form.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields carry the names of the text form in each variant's doc")]
+pub enum Figure {
+    /// `LINE x0 y0 x1 y1 c0 [c1]`
+    Line { p0: [i32; 2], p1: [i32; 2], color: RampColor },
+    /// `TRI x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
+    Triangle { points: [[i32; 2]; 3], colors: AreaColors },
+    /// `FILL x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
+    Fill { points: [[f64; 2]; 3], colors: AreaColors },
+    /// `RECT x y w h c`
+    Rect { rect: Rect, color: Rgba },
+    /// `FILLRECT x y w h c`
+    FillRect { rect: RealRect, color: Rgba },
+    /// `CIRCLE cx cy r c`
+    Circle { cx: i32, cy: i32, r: i32, color: Rgba },
+    /// `FILLCIRCLE cx cy r c`
+    FillCircle { cx: f64, cy: f64, r: f64, color: Rgba },
+    /// `POLY c x0 y0 x1 y1 ...`
+    Poly { color: Rgba, points: Vec<[i32; 2]> },
+    /// `FILLPOLY c x0 y0 ...`
+    FillPoly { color: Rgba, points: Vec<[f64; 2]> },
+    /// `TEXT x y c :N`
+    Text { x: i32, y: i32, color: Rgba, utf8: Vec<u8> },
+    /// `LINEAA x0 y0 x1 y1 c`
+    LineAa { p0: [f64; 2], p1: [f64; 2], color: Rgba },
+}
+
 /// One command. Each variant is the verb of that name; its doc comment gives the text form.
 ///
 /// Numbers are parsed and finite, names are text without blanks, payloads are complete. When it
@@ -139,28 +168,9 @@ pub enum Command {
     Crc { rect: Option<Rect> },
     /// `CLEAR [colour]`
     Clear { color: Rgba },
-    /// `LINE x0 y0 x1 y1 c0 [c1]`
-    Line { p0: [i32; 2], p1: [i32; 2], color: RampColor },
-    /// `TRI x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
-    Triangle { points: [[i32; 2]; 3], colors: AreaColors },
-    /// `FILL x0 y0 x1 y1 x2 y2 c0 [c1 c2]`
-    Fill { points: [[f64; 2]; 3], colors: AreaColors },
-    /// `RECT x y w h c`
-    Rect { rect: Rect, color: Rgba },
-    /// `FILLRECT x y w h c`
-    FillRect { rect: RealRect, color: Rgba },
-    /// `CIRCLE cx cy r c`
-    Circle { cx: i32, cy: i32, r: i32, color: Rgba },
-    /// `FILLCIRCLE cx cy r c`
-    FillCircle { cx: f64, cy: f64, r: f64, color: Rgba },
-    /// `POLY c x0 y0 x1 y1 ...`
-    Poly { color: Rgba, points: Vec<[i32; 2]> },
-    /// `FILLPOLY c x0 y0 ...`
-    FillPoly { color: Rgba, points: Vec<[f64; 2]> },
-    /// `TEXT x y c :N`
-    Text { x: i32, y: i32, color: Rgba, utf8: Vec<u8> },
-    /// `LINEAA x0 y0 x1 y1 c`
-    LineAa { p0: [f64; 2], p1: [f64; 2], color: Rgba },
+    /// `LINE`, `TRI`, `FILL`, `RECT`, `FILLRECT`, `CIRCLE`, `FILLCIRCLE`, `POLY`, `FILLPOLY`, `TEXT`,
+    /// `LINEAA`
+    Figure(Figure),
     /// `BLEND replace|over`: `over` composes source-over.
     Blend { over: bool },
     /// `MESH name ...`
@@ -265,17 +275,7 @@ impl Command {
             Command::Points { .. } => "POINTS",
             Command::Crc { .. } => "CRC",
             Command::Clear { .. } => "CLEAR",
-            Command::Line { .. } => "LINE",
-            Command::Triangle { .. } => "TRI",
-            Command::Fill { .. } => "FILL",
-            Command::Rect { .. } => "RECT",
-            Command::FillRect { .. } => "FILLRECT",
-            Command::Circle { .. } => "CIRCLE",
-            Command::FillCircle { .. } => "FILLCIRCLE",
-            Command::Poly { .. } => "POLY",
-            Command::FillPoly { .. } => "FILLPOLY",
-            Command::Text { .. } => "TEXT",
-            Command::LineAa { .. } => "LINEAA",
+            Command::Figure(figure) => figure.verb(),
             Command::Blend { .. } => "BLEND",
             Command::Mesh { .. } => "MESH",
             Command::Texture { .. } => "TEX",
@@ -326,7 +326,7 @@ impl Command {
         match self {
             Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
             Command::Points { packed } => Some(packed),
-            Command::Text { utf8, .. } => Some(utf8),
+            Command::Figure(Figure::Text { utf8, .. }) => Some(utf8),
             Command::Texture { file, .. } => Some(file),
             Command::Scene { x3d } => Some(x3d),
             Command::Eye { json, .. } => Some(json),
@@ -343,7 +343,7 @@ impl Command {
         match self {
             Command::PixelRun { rgba, .. } | Command::Blit { rgba, .. } => Some(rgba),
             Command::Points { packed } => Some(packed),
-            Command::Text { utf8, .. } => Some(utf8),
+            Command::Figure(Figure::Text { utf8, .. }) => Some(utf8),
             Command::Texture { file, .. } => Some(file),
             Command::Scene { x3d } => Some(x3d),
             Command::Eye { json, .. } => Some(json),
@@ -352,6 +352,25 @@ impl Command {
                 _ => None,
             },
             _ => None,
+        }
+    }
+}
+
+impl Figure {
+    /// Returns the verb's name in the table.
+    fn verb(&self) -> &'static str {
+        match self {
+            Figure::Line { .. } => "LINE",
+            Figure::Triangle { .. } => "TRI",
+            Figure::Fill { .. } => "FILL",
+            Figure::Rect { .. } => "RECT",
+            Figure::FillRect { .. } => "FILLRECT",
+            Figure::Circle { .. } => "CIRCLE",
+            Figure::FillCircle { .. } => "FILLCIRCLE",
+            Figure::Poly { .. } => "POLY",
+            Figure::FillPoly { .. } => "FILLPOLY",
+            Figure::Text { .. } => "TEXT",
+            Figure::LineAa { .. } => "LINEAA",
         }
     }
 }

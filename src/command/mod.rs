@@ -23,8 +23,8 @@ mod verb;
 
 pub use crate::memory::{parse_color, parse_light_color};
 pub use commands::{
-    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect, Rect,
-    Shears, SnapTarget,
+    AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
+    Rect, Shears, SnapTarget,
 };
 pub use decoder::{Decoder, EndOfInput, Limits, MAX_LINE_BYTES};
 pub use encode::{EncodeError, encode};

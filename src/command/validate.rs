@@ -9,7 +9,7 @@
 //! - EARGS: a name that cannot stand in a line; no byte to write, no point to join.
 
 use super::args::is_name;
-use super::commands::{Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
+use super::commands::{Command, Figure, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget};
 use crate::error::{Code, Fault};
 use crate::scene::{Attenuation, Projection};
 use glam::DVec3;
@@ -31,8 +31,8 @@ impl Command {
             Command::Poke { bytes, .. } if bytes.is_empty() => {
                 Err(Fault::new(Code::Args, "there must be a byte to write"))
             }
-            Command::Poly { points, .. } if points.is_empty() => no_points(),
-            Command::FillPoly { points, .. } if points.is_empty() => no_points(),
+            Command::Figure(Figure::Poly { points, .. }) if points.is_empty() => no_points(),
+            Command::Figure(Figure::FillPoly { points, .. }) if points.is_empty() => no_points(),
             _ => self.validate_text(),
         }
     }
@@ -40,7 +40,7 @@ impl Command {
     /// Refuses text that is not UTF-8.
     pub(super) fn validate_text(&self) -> Result<(), Fault> {
         match self {
-            Command::Text { utf8, .. } => utf8_or_fault(utf8),
+            Command::Figure(Figure::Text { utf8, .. }) => utf8_or_fault(utf8),
             _ => Ok(()),
         }
     }
@@ -75,18 +75,18 @@ impl Command {
             | Command::Read { rect }
             | Command::Copy { source: rect, .. }
             | Command::Crc { rect: Some(rect) }
-            | Command::Rect { rect, .. }
+            | Command::Figure(Figure::Rect { rect, .. })
             | Command::Viewport { rect, .. }
             | Command::DrawEye { rect, .. } => {
                 from_zero("width", rect.w)?;
                 from_zero("height", rect.h)
             }
-            Command::FillRect { rect, .. } => {
+            Command::Figure(Figure::FillRect { rect, .. }) => {
                 from_zero("width", rect.w)?;
                 from_zero("height", rect.h)
             }
-            Command::Circle { r, .. } => from_zero("radius", *r),
-            Command::FillCircle { r, .. } => from_zero("radius", *r),
+            Command::Figure(Figure::Circle { r, .. }) => from_zero("radius", *r),
+            Command::Figure(Figure::FillCircle { r, .. }) => from_zero("radius", *r),
             Command::Peek { n, .. } => from_zero("byte count", *n),
             Command::Light { index, .. } => from_zero("light's index", *index),
             Command::Quality(Quality::MaxError(e)) => from_zero("error", *e),
@@ -138,11 +138,13 @@ impl Command {
         };
         let vectors = |vectors: &[DVec3]| vectors.iter().try_for_each(|v| reals(&v.to_array()));
         match self {
-            Command::Fill { points, .. } => reals(points.as_flattened()),
-            Command::FillRect { rect: RealRect { x, y, w, h }, .. } => reals(&[*x, *y, *w, *h]),
-            Command::FillCircle { cx, cy, r, .. } => reals(&[*cx, *cy, *r]),
-            Command::FillPoly { points, .. } => reals(points.as_flattened()),
-            Command::LineAa { p0, p1, .. } => reals([*p0, *p1].as_flattened()),
+            Command::Figure(Figure::Fill { points, .. }) => reals(points.as_flattened()),
+            Command::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, .. }) => {
+                reals(&[*x, *y, *w, *h])
+            }
+            Command::Figure(Figure::FillCircle { cx, cy, r, .. }) => reals(&[*cx, *cy, *r]),
+            Command::Figure(Figure::FillPoly { points, .. }) => reals(points.as_flattened()),
+            Command::Figure(Figure::LineAa { p0, p1, .. }) => reals([*p0, *p1].as_flattened()),
             Command::Mesh { source, .. } => match **source {
                 MeshSource::Obj(_) | MeshSource::Teapot(_) | MeshSource::Knot(..) => Ok(()),
                 MeshSource::Box(size) => vectors(&[size]),

@@ -17,7 +17,7 @@
 
 use super::message::{Id, Inbox, Item, Message};
 use super::{CommandError, InputEvent};
-use crate::command::{AreaColors, Command, EndOfInput, MeshSource, RampColor, RealRect, Rect};
+use crate::command::{AreaColors, Command, EndOfInput, Figure, MeshSource, RampColor, RealRect, Rect};
 use crate::error::{Code, Fault};
 use crate::memory::{Rgba, VideoMemory};
 use crossbeam_channel::{Sender, bounded};
@@ -140,23 +140,23 @@ impl Client {
 
     /// Sends `LINE` in one colour.
     pub fn line(&self, p0: [i32; 2], p1: [i32; 2], color: Rgba) {
-        self.send(Command::Line { p0, p1, color: RampColor { from: color, to: None } });
+        self.send(Command::Figure(Figure::Line { p0, p1, color: RampColor { from: color, to: None } }));
     }
 
     /// Sends `LINE` with a colour ramp.
     pub fn ramp(&self, p0: [i32; 2], p1: [i32; 2], from: Rgba, to: Rgba) {
-        self.send(Command::Line { p0, p1, color: RampColor { from, to: Some(to) } });
+        self.send(Command::Figure(Figure::Line { p0, p1, color: RampColor { from, to: Some(to) } }));
     }
 
     /// Sends `FILL` with a colour at each corner.
     pub fn fill(&self, points: [[f64; 2]; 3], colors: [Rgba; 3]) {
-        self.send(Command::Fill { points, colors: AreaColors::Three(colors) });
+        self.send(Command::Figure(Figure::Fill { points, colors: AreaColors::Three(colors) }));
     }
 
     /// Sends `FILLRECT`: fills the pixels whose centres lie in [x, x + w) x [y, y + h).
     pub fn fill_rect<T: Into<f64>>(&self, x: T, y: T, w: T, h: T, color: Rgba) {
         let [x, y, w, h] = [x, y, w, h].map(Into::into);
-        self.send(Command::FillRect { rect: RealRect { x, y, w, h }, color });
+        self.send(Command::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, color }));
     }
 
     /// Sends `BLIT` with `h` rows of `w` RGBA pixels.
@@ -166,7 +166,7 @@ impl Client {
 
     /// Sends `TEXT`.
     pub fn text(&self, x: i32, y: i32, color: Rgba, text: &str) {
-        self.send(Command::Text { x, y, color, utf8: text.as_bytes().to_vec() });
+        self.send(Command::Figure(Figure::Text { x, y, color, utf8: text.as_bytes().to_vec() }));
     }
 
     /// Sends `MESH`.

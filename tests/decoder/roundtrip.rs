@@ -2,8 +2,8 @@
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{
-    AreaColors, Command, EncodeError, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor,
-    RealRect, Rect, SnapTarget, Verb, encode,
+    AreaColors, Command, EncodeError, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality,
+    RampColor, RealRect, Rect, SnapTarget, Verb, encode,
 };
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{
@@ -211,34 +211,42 @@ fn figures() -> Vec<BoxedStrategy<Command>> {
     let real2 = || [real(), real()];
     vec![
         (point(), point(), color(), prop::option::of(color()))
-            .prop_map(|(p0, p1, from, to)| Command::Line { p0, p1, color: RampColor { from, to } })
+            .prop_map(|(p0, p1, from, to)| {
+                Command::Figure(Figure::Line { p0, p1, color: RampColor { from, to } })
+            })
             .boxed(),
         ([point(), point(), point()], area())
-            .prop_map(|(points, colors)| Command::Triangle { points, colors })
+            .prop_map(|(points, colors)| Command::Figure(Figure::Triangle { points, colors }))
             .boxed(),
         ([real2(), real2(), real2()], area())
-            .prop_map(|(points, colors)| Command::Fill { points, colors })
+            .prop_map(|(points, colors)| Command::Figure(Figure::Fill { points, colors }))
             .boxed(),
-        (rect(), color()).prop_map(|(rect, color)| Command::Rect { rect, color }).boxed(),
+        (rect(), color()).prop_map(|(rect, color)| Command::Figure(Figure::Rect { rect, color })).boxed(),
         (real2(), size(), size(), color())
-            .prop_map(|([x, y], w, h, color)| Command::FillRect { rect: RealRect { x, y, w, h }, color })
+            .prop_map(|([x, y], w, h, color)| {
+                Command::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, color })
+            })
             .boxed(),
         (xy(), 0..=i32::MAX, color())
-            .prop_map(|((cx, cy), r, color)| Command::Circle { cx, cy, r, color })
+            .prop_map(|((cx, cy), r, color)| Command::Figure(Figure::Circle { cx, cy, r, color }))
             .boxed(),
         (real2(), size(), color())
-            .prop_map(|([cx, cy], r, color)| Command::FillCircle { cx, cy, r, color })
+            .prop_map(|([cx, cy], r, color)| Command::Figure(Figure::FillCircle { cx, cy, r, color }))
             .boxed(),
         (color(), prop::collection::vec(point(), 1..100))
-            .prop_map(|(color, points)| Command::Poly { color, points })
+            .prop_map(|(color, points)| Command::Figure(Figure::Poly { color, points }))
             .boxed(),
         (color(), prop::collection::vec(real2(), 1..60))
-            .prop_map(|(color, points)| Command::FillPoly { color, points })
+            .prop_map(|(color, points)| Command::Figure(Figure::FillPoly { color, points }))
             .boxed(),
         (xy(), color(), any::<String>())
-            .prop_map(|((x, y), color, text)| Command::Text { x, y, color, utf8: text.into_bytes() })
+            .prop_map(|((x, y), color, text)| {
+                Command::Figure(Figure::Text { x, y, color, utf8: text.into_bytes() })
+            })
             .boxed(),
-        (real2(), real2(), color()).prop_map(|(p0, p1, color)| Command::LineAa { p0, p1, color }).boxed(),
+        (real2(), real2(), color())
+            .prop_map(|(p0, p1, color)| Command::Figure(Figure::LineAa { p0, p1, color }))
+            .boxed(),
         any::<bool>().prop_map(|over| Command::Blend { over }).boxed(),
     ]
 }
@@ -378,8 +386,8 @@ fn what_has_no_bytes_says_why_and_leaves_the_buffer_alone() {
         }),
         (Command::Draw { name: "two words".into() }, |e| e.code().as_str() == "EARGS"),
         (Command::Draw { name: ":5".into() }, |e| e.code().as_str() == "EARGS"),
-        (Command::Poly { color: [0; 4], points: vec![] }, |e| e.code().as_str() == "EARGS"),
-        (Command::Poly { color: [0; 4], points: vec![[-1_000_000, 0]; 400] }, |e| {
+        (Command::Figure(Figure::Poly { color: [0; 4], points: vec![] }), |e| e.code().as_str() == "EARGS"),
+        (Command::Figure(Figure::Poly { color: [0; 4], points: vec![[-1_000_000, 0]; 400] }), |e| {
             matches!(e, EncodeError::LineTooLong { verb: "POLY", .. })
         }),
         (Command::UseTexture { name: Some("Off".into()), sampling: Sampling::default() }, |e| {

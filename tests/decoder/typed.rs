@@ -5,11 +5,27 @@
 //! can express.
 
 use fbptr::command::{
-    AreaColors, Command, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget, Verb,
+    AreaColors, Command, Figure, LightCommand, MeshSource, Quality, RealRect, Rect, SnapTarget, Verb,
 };
 use fbptr::error::Code;
 use fbptr::scene::{Attenuation, Material, ObliqueKind, Projection};
 use glam::{DMat4, DVec3};
+
+/// Returns the lines and areas that hold real numbers, each of them taken from `n`.
+fn figures_with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
+    let color = [1, 2, 3, 4];
+    let white = [[9; 4]; 3];
+    vec![
+        Command::Figure(Figure::Fill {
+            points: [[n(), n()], [n(), n()], [n(), n()]],
+            colors: AreaColors::Three(white),
+        }),
+        Command::Figure(Figure::FillRect { rect: RealRect { x: n(), y: n(), w: n(), h: n() }, color }),
+        Command::Figure(Figure::FillCircle { cx: n(), cy: n(), r: n(), color }),
+        Command::Figure(Figure::FillPoly { color, points: vec![[n(), n()], [n(), n()]] }),
+        Command::Figure(Figure::LineAa { p0: [n(), n()], p1: [n(), n()], color }),
+    ]
+}
 
 /// Returns every command that holds real numbers, each of them taken from `n`.
 fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
@@ -22,17 +38,10 @@ fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
     fn four(n: &mut dyn FnMut() -> f64) -> [f64; 4] {
         [n(), n(), n(), n()]
     }
-    let color = [1, 2, 3, 4];
-    let white = [[9; 4]; 3];
     let mesh = |source| Command::Mesh { name: "m".into(), source: Box::new(source) };
     let view = |projection| Command::Projection(Box::new(projection));
     let light = |light| Command::Light { index: 0, light: Box::new(light) };
-    vec![
-        Command::Fill { points: [[n(), n()], [n(), n()], [n(), n()]], colors: AreaColors::Three(white) },
-        Command::FillRect { rect: RealRect { x: n(), y: n(), w: n(), h: n() }, color },
-        Command::FillCircle { cx: n(), cy: n(), r: n(), color },
-        Command::FillPoly { color, points: vec![[n(), n()], [n(), n()]] },
-        Command::LineAa { p0: [n(), n()], p1: [n(), n()], color },
+    let others = vec![
         mesh(MeshSource::Box(v(n))),
         mesh(MeshSource::Sphere(n())),
         mesh(MeshSource::Cone(n(), n())),
@@ -89,7 +98,8 @@ fn with_reals(n: &mut dyn FnMut() -> f64) -> Vec<Command> {
         })),
         Command::DrawScene { time: n(), sorted: true },
         Command::Quality(Quality::MaxError(n())),
-    ]
+    ];
+    [figures_with_reals(n), others].concat()
 }
 
 /// Returns every command that holds sizes, each of them taken from `n`; values that may be negative
@@ -107,12 +117,15 @@ fn with_sizes(n: &mut dyn FnMut() -> i32) -> Vec<Command> {
         Command::Read { rect: rect(n) },
         Command::Copy { source: rect(n), dx: -1, dy: -1 },
         Command::Crc { rect: Some(rect(n)) },
-        Command::Rect { rect: rect(n), color },
+        Command::Figure(Figure::Rect { rect: rect(n), color }),
         Command::Viewport { rect: rect(n), rule: fbptr::scene::ViewportRule::Corners },
         Command::DrawEye { name: "e".into(), rect: rect(n) },
-        Command::FillRect { rect: RealRect { x: -5.5, y: -6.5, w: real(n), h: real(n) }, color },
-        Command::Circle { cx: -7, cy: -8, r: n(), color },
-        Command::FillCircle { cx: -7.0, cy: -8.0, r: real(n), color },
+        Command::Figure(Figure::FillRect {
+            rect: RealRect { x: -5.5, y: -6.5, w: real(n), h: real(n) },
+            color,
+        }),
+        Command::Figure(Figure::Circle { cx: -7, cy: -8, r: n(), color }),
+        Command::Figure(Figure::FillCircle { cx: -7.0, cy: -8.0, r: real(n), color }),
         Command::Peek { offset: 0, n: n() },
         Command::Light { index: n(), light: Box::new(LightCommand::Off) },
         Command::Quality(Quality::MaxError(real(n))),
@@ -167,7 +180,7 @@ fn every_size_must_be_from_zero() {
 fn lengths_texts_and_names_are_checked_too() {
     let color = [1, 2, 3, 4];
     let blit = |w, h, bytes| Command::Blit { rect: Rect { x: 0, y: 0, w, h }, rgba: vec![0; bytes] };
-    let text = |utf8: &[u8]| Command::Text { x: 0, y: 0, color, utf8: utf8.to_vec() };
+    let text = |utf8: &[u8]| Command::Figure(Figure::Text { x: 0, y: 0, color, utf8: utf8.to_vec() });
     let named = |name: &str| {
         let name = name.to_owned();
         [
@@ -187,8 +200,8 @@ fn lengths_texts_and_names_are_checked_too() {
         Command::Points { packed: vec![0; 16] },
         Command::PixelRun { x: 0, y: 0, rgba: vec![0; 12] },
         Command::Poke { offset: 0, bytes: vec![0] },
-        Command::Poly { color, points: vec![[0, 0]] },
-        Command::FillPoly { color, points: vec![[0.0, 0.0]] },
+        Command::Figure(Figure::Poly { color, points: vec![[0, 0]] }),
+        Command::Figure(Figure::FillPoly { color, points: vec![[0.0, 0.0]] }),
         Command::Mesh { name: "m".into(), source: Box::new(MeshSource::Knot(i32::MAX as u32, 3)) },
     ];
     assert_eq!(refusals(&good), []);
@@ -202,8 +215,8 @@ fn lengths_texts_and_names_are_checked_too() {
         (Command::Points { packed: vec![0; 12] }, Code::Format),
         (Command::PixelRun { x: 0, y: 0, rgba: vec![0; 6] }, Code::Format),
         (Command::Poke { offset: 0, bytes: Vec::new() }, Code::Args),
-        (Command::Poly { color, points: Vec::new() }, Code::Args),
-        (Command::FillPoly { color, points: Vec::new() }, Code::Args),
+        (Command::Figure(Figure::Poly { color, points: Vec::new() }), Code::Args),
+        (Command::Figure(Figure::FillPoly { color, points: Vec::new() }), Code::Args),
         (Command::Mesh { name: "m".into(), source: Box::new(MeshSource::Knot(3, u32::MAX)) }, Code::Range),
         (Command::Mesh { name: "m".into(), source: Box::new(MeshSource::Teapot(u32::MAX)) }, Code::Range),
     ];

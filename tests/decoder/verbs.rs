@@ -2,8 +2,8 @@
 
 use crate::recorder::{Event, hear};
 use fbptr::command::{
-    AreaColors, Command, ErrorMode, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect, Rect,
-    SnapTarget, Verb,
+    AreaColors, Command, ErrorMode, Figure, FileKind, LightCommand, MeshSource, Quality, RampColor, RealRect,
+    Rect, SnapTarget, Verb,
 };
 use fbptr::memory::DepthFormat;
 use fbptr::scene::{
@@ -37,7 +37,7 @@ fn projection(projection: Projection) -> Command {
 }
 
 fn area(points: [[f64; 2]; 3], colors: AreaColors) -> Command {
-    Command::Fill { points, colors }
+    Command::Figure(Figure::Fill { points, colors })
 }
 
 /// Valid lines with the commands that they mean.
@@ -85,41 +85,76 @@ fn figure_verbs() -> Forms {
     vec![
         (
             "LINE 1 2 3 4 ff0000",
-            Command::Line { p0: [1, 2], p1: [3, 4], color: RampColor { from: RED, to: None } },
+            Command::Figure(Figure::Line {
+                p0: [1, 2],
+                p1: [3, 4],
+                color: RampColor { from: RED, to: None },
+            }),
         ),
         (
             "LINE 1 2 3 4 red Lime",
-            Command::Line { p0: [1, 2], p1: [3, 4], color: RampColor { from: RED, to: Some(GREEN) } },
+            Command::Figure(Figure::Line {
+                p0: [1, 2],
+                p1: [3, 4],
+                color: RampColor { from: RED, to: Some(GREEN) },
+            }),
         ),
         (
             "TRI 1 2 3 4 5 6 red",
-            Command::Triangle { points: [[1, 2], [3, 4], [5, 6]], colors: AreaColors::One(RED) },
+            Command::Figure(Figure::Triangle {
+                points: [[1, 2], [3, 4], [5, 6]],
+                colors: AreaColors::One(RED),
+            }),
         ),
         (
             "TRI 1 2 3 4 5 6 red lime blue",
-            Command::Triangle {
+            Command::Figure(Figure::Triangle {
                 points: [[1, 2], [3, 4], [5, 6]],
                 colors: AreaColors::Three([RED, GREEN, BLUE]),
-            },
+            }),
         ),
         ("FILL 1 2 3.5 4e0 -5 .6 red", area([[1.0, 2.0], [3.5, 4.0], [-5.0, 0.6]], AreaColors::One(RED))),
         (
             "FILL 1 2 3 4 5 1e9 red lime blue",
             area([[1.0, 2.0], [3.0, 4.0], [5.0, 1e9]], AreaColors::Three([RED, GREEN, BLUE])),
         ),
-        ("RECT 1 2 3 4 ff0000ff", Command::Rect { rect: rect(1, 2, 3, 4), color: RED }),
-        ("FILLRECT 1 2 0 4 red", Command::FillRect { rect: rect(1, 2, 0, 4).into(), color: RED }),
+        ("RECT 1 2 3 4 ff0000ff", Command::Figure(Figure::Rect { rect: rect(1, 2, 3, 4), color: RED })),
+        (
+            "FILLRECT 1 2 0 4 red",
+            Command::Figure(Figure::FillRect { rect: rect(1, 2, 0, 4).into(), color: RED }),
+        ),
         (
             "FILLRECT -1.5 .25 1e3 4 red",
-            Command::FillRect { rect: RealRect { x: -1.5, y: 0.25, w: 1e3, h: 4.0 }, color: RED },
+            Command::Figure(Figure::FillRect {
+                rect: RealRect { x: -1.5, y: 0.25, w: 1e3, h: 4.0 },
+                color: RED,
+            }),
         ),
-        ("CIRCLE 1 2 3 80", Command::Circle { cx: 1, cy: 2, r: 3, color: [128, 128, 128, 255] }),
-        ("FILLCIRCLE 1.5 2 3 red", Command::FillCircle { cx: 1.5, cy: 2.0, r: 3.0, color: RED }),
-        ("POLY red 1 2", Command::Poly { color: RED, points: vec![[1, 2]] }),
-        ("POLY red 1 2 3 4 5 6", Command::Poly { color: RED, points: vec![[1, 2], [3, 4], [5, 6]] }),
-        ("FILLPOLY red 1 2.5 3 4", Command::FillPoly { color: RED, points: vec![[1.0, 2.5], [3.0, 4.0]] }),
-        ("TEXT 1 2 red :2\n\u{e9}", Command::Text { x: 1, y: 2, color: RED, utf8: "\u{e9}".into() }),
-        ("LINEAA 1 2 3.5 4 red", Command::LineAa { p0: [1.0, 2.0], p1: [3.5, 4.0], color: RED }),
+        (
+            "CIRCLE 1 2 3 80",
+            Command::Figure(Figure::Circle { cx: 1, cy: 2, r: 3, color: [128, 128, 128, 255] }),
+        ),
+        (
+            "FILLCIRCLE 1.5 2 3 red",
+            Command::Figure(Figure::FillCircle { cx: 1.5, cy: 2.0, r: 3.0, color: RED }),
+        ),
+        ("POLY red 1 2", Command::Figure(Figure::Poly { color: RED, points: vec![[1, 2]] })),
+        (
+            "POLY red 1 2 3 4 5 6",
+            Command::Figure(Figure::Poly { color: RED, points: vec![[1, 2], [3, 4], [5, 6]] }),
+        ),
+        (
+            "FILLPOLY red 1 2.5 3 4",
+            Command::Figure(Figure::FillPoly { color: RED, points: vec![[1.0, 2.5], [3.0, 4.0]] }),
+        ),
+        (
+            "TEXT 1 2 red :2\n\u{e9}",
+            Command::Figure(Figure::Text { x: 1, y: 2, color: RED, utf8: "\u{e9}".into() }),
+        ),
+        (
+            "LINEAA 1 2 3.5 4 red",
+            Command::Figure(Figure::LineAa { p0: [1.0, 2.0], p1: [3.5, 4.0], color: RED }),
+        ),
         ("BLEND over", Command::Blend { over: true }),
         ("BLEND REPLACE", Command::Blend { over: false }),
     ]

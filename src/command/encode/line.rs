@@ -2,7 +2,7 @@
 
 use super::EncodeError;
 use crate::command::commands::{
-    AreaColors, Command, ErrorMode, FileKind, Quality, RampColor, RealRect, Rect, SnapTarget,
+    AreaColors, Command, ErrorMode, Figure, FileKind, Quality, RampColor, RealRect, Rect, SnapTarget,
 };
 use crate::memory::Rgba;
 use crate::scene::ViewportRule;
@@ -97,6 +97,39 @@ impl<'a> LineWriter<'a> {
         }
     }
 
+    /// Appends the arguments of a line, area or text.
+    fn figure(&mut self, figure: &Figure) {
+        match figure {
+            Figure::Line { p0, p1, color } => self.line(*p0, *p1, *color),
+            Figure::Triangle { points, colors } => {
+                self.ints(points.as_flattened());
+                self.area(*colors);
+            }
+            Figure::Fill { points, colors } => {
+                self.reals(points.as_flattened());
+                self.area(*colors);
+            }
+            Figure::Rect { rect: Rect { x, y, w, h }, color } => {
+                self.ints_and_color(&[*x, *y, *w, *h], *color)
+            }
+            Figure::FillRect { rect: RealRect { x, y, w, h }, color } => {
+                self.reals_and_color(&[*x, *y, *w, *h], *color);
+            }
+            Figure::Circle { cx, cy, r, color } => self.ints_and_color(&[*cx, *cy, *r], *color),
+            Figure::FillCircle { cx, cy, r, color } => self.reals_and_color(&[*cx, *cy, *r], *color),
+            Figure::Poly { color, points } => {
+                self.color(*color);
+                self.ints(points.as_flattened());
+            }
+            Figure::FillPoly { color, points } => {
+                self.color(*color);
+                self.reals(points.as_flattened());
+            }
+            Figure::LineAa { p0, p1, color } => self.reals_and_color([*p0, *p1].as_flattened(), *color),
+            Figure::Text { x, y, color, .. } => self.ints_and_color(&[*x, *y], *color),
+        }
+    }
+
     /// Appends the kind of a file, the name that it is given and its path.
     fn load(&mut self, kind: FileKind, name: &str, path: &str) -> Result<(), EncodeError> {
         self.word(match kind {
@@ -163,37 +196,14 @@ impl<'a> LineWriter<'a> {
             C::GetPixel { x, y } | C::Offset { x, y } | C::DepthAt { x, y } | C::Pick { x, y } => {
                 self.ints(&[*x, *y]);
             }
-            C::Pixel { x, y, color } | C::Text { x, y, color, .. } => self.ints_and_color(&[*x, *y], *color),
+            C::Pixel { x, y, color } => self.ints_and_color(&[*x, *y], *color),
             C::Poke { offset, bytes } => self.poke(*offset, bytes),
             C::Peek { offset, n } => self.ints(&[*offset, *n]),
             C::Blit { rect, .. } | C::Read { rect } => self.rect(*rect),
             C::Copy { source: Rect { x, y, w, h }, dx, dy } => self.ints(&[*x, *y, *w, *h, *dx, *dy]),
             C::Crc { rect } => rect.iter().for_each(|r| self.rect(*r)),
             C::Clear { color } => self.color(*color),
-            C::Line { p0, p1, color } => self.line(*p0, *p1, *color),
-            C::Triangle { points, colors } => {
-                self.ints(points.as_flattened());
-                self.area(*colors);
-            }
-            C::Fill { points, colors } => {
-                self.reals(points.as_flattened());
-                self.area(*colors);
-            }
-            C::Rect { rect: Rect { x, y, w, h }, color } => self.ints_and_color(&[*x, *y, *w, *h], *color),
-            C::FillRect { rect: RealRect { x, y, w, h }, color } => {
-                self.reals_and_color(&[*x, *y, *w, *h], *color);
-            }
-            C::Circle { cx, cy, r, color } => self.ints_and_color(&[*cx, *cy, *r], *color),
-            C::FillCircle { cx, cy, r, color } => self.reals_and_color(&[*cx, *cy, *r], *color),
-            C::Poly { color, points } => {
-                self.color(*color);
-                self.ints(points.as_flattened());
-            }
-            C::FillPoly { color, points } => {
-                self.color(*color);
-                self.reals(points.as_flattened());
-            }
-            C::LineAa { p0, p1, color } => self.reals_and_color([*p0, *p1].as_flattened(), *color),
+            C::Figure(figure) => self.figure(figure),
             C::Blend { over } => self.word(if *over { "over" } else { "replace" }),
             C::Mesh { name, source } => self.mesh(name, source),
             C::Texture { name, .. } | C::Eye { name, .. } | C::Free { name } | C::Draw { name } => {

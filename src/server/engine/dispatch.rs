@@ -9,7 +9,10 @@ use super::{Effect, Engine, Progress};
 use crate::cancel::CancelToken;
 use crate::command::Command;
 use crate::error::Fault;
+use crate::math::matrix;
+use crate::scene::LookAt;
 use crate::server::{Budget, Session};
+use glam::DMat4;
 
 impl Engine {
     /// Runs one command of `session` to its end. Replies are appended to `replies`, which is left
@@ -147,17 +150,7 @@ impl Engine {
             C::Crc { rect } => self.crc(rect, out)?,
             C::Clear { color } => self.clear(s, color),
 
-            C::Line { .. }
-            | C::Triangle { .. }
-            | C::Fill { .. }
-            | C::Rect { .. }
-            | C::FillRect { .. }
-            | C::Circle { .. }
-            | C::FillCircle { .. }
-            | C::Poly { .. }
-            | C::FillPoly { .. }
-            | C::Text { .. }
-            | C::LineAa { .. } => self.figure(s, &command)?,
+            C::Figure(figure) => self.figure(s, &figure)?,
             C::Blend { over } => {
                 s.blend = if over { crate::draw2d::Blend::Over } else { crate::draw2d::Blend::Replace };
             }
@@ -169,15 +162,17 @@ impl Engine {
             C::Free { name } => self.free(s, &name)?,
             C::Load { kind, name, path } => return self.load_job(s, kind, name, path),
 
-            C::LookAt { .. } | C::Projection(_) | C::Viewport { .. } => self.set_camera(s, command)?,
-            C::Identity
-            | C::Push
-            | C::Pop
-            | C::Translate(_)
-            | C::Rotate { .. }
-            | C::Scale(_)
-            | C::Shear(_)
-            | C::Matrix(_) => self.model_matrix(s, command)?,
+            C::LookAt { eye, reference, up } => self.look_at(s, LookAt { eye, reference, up })?,
+            C::Projection(projection) => self.set_projection(s, *projection)?,
+            C::Viewport { rect, rule } => self.set_viewport(s, rect, rule)?,
+            C::Identity => s.model = DMat4::IDENTITY,
+            C::Push => self.push_matrix(s)?,
+            C::Pop => self.pop_matrix(s)?,
+            C::Translate(by) => self.multiply_model(s, matrix::translate(by))?,
+            C::Rotate { axis, angle_rad } => self.rotate_model(s, axis, angle_rad)?,
+            C::Scale(by) => self.multiply_model(s, matrix::scale(by))?,
+            C::Shear(by) => self.shear_model(s, &by)?,
+            C::Matrix(by) => self.multiply_affine(s, &by)?,
             C::Ambient(color) => s.ambient = color,
             C::Light { index, light } => self.set_light(s, index, *light)?,
             C::Material(material) => s.material = *material,

@@ -3,7 +3,7 @@
 //! In: pixels, rectangles and figures of one session. Out: changed video memory, replies, counters.
 
 use super::Engine;
-use crate::command::{BINARY_PIXEL_BYTES, Command, Rect};
+use crate::command::{BINARY_PIXEL_BYTES, Command, Figure, Rect};
 use crate::draw2d::{self, Blend, Line};
 use crate::error::{Code, Fault};
 use crate::executor::Executor;
@@ -273,23 +273,23 @@ impl Engine {
         }
     }
 
-    pub(super) fn figure(&mut self, s: &mut Session, figure: &Command) -> Result<(), Fault> {
+    /// Draws a line, area or text.
+    pub(super) fn figure(&mut self, s: &mut Session, figure: &Figure) -> Result<(), Fault> {
         let (memory, blend) = (&mut self.memory, s.blend);
         match *figure {
-            Command::Line { p0, p1, color } => draw2d::line(memory, p0, p1, color, blend),
-            Command::Triangle { points, colors } => draw2d::triangle_outline(memory, points, colors, blend),
-            Command::Fill { points, colors } => draw2d::fill(memory, points, colors, blend),
-            Command::Rect { rect, color } => draw2d::rect(memory, rect, color, blend)?,
-            Command::FillRect { rect, color } => draw2d::fill_rect(memory, rect, color, blend)?,
-            Command::Circle { cx, cy, r, color } => draw2d::circle(memory, [cx, cy], r, color, blend)?,
-            Command::FillCircle { cx, cy, r, color } => {
+            Figure::Line { p0, p1, color } => draw2d::line(memory, p0, p1, color, blend),
+            Figure::Triangle { points, colors } => draw2d::triangle_outline(memory, points, colors, blend),
+            Figure::Fill { points, colors } => draw2d::fill(memory, points, colors, blend),
+            Figure::Rect { rect, color } => draw2d::rect(memory, rect, color, blend)?,
+            Figure::FillRect { rect, color } => draw2d::fill_rect(memory, rect, color, blend)?,
+            Figure::Circle { cx, cy, r, color } => draw2d::circle(memory, [cx, cy], r, color, blend)?,
+            Figure::FillCircle { cx, cy, r, color } => {
                 draw2d::fill_circle(memory, [cx, cy], r, color, blend)?;
             }
-            Command::Poly { color, ref points } => draw2d::poly(memory, points, color, blend),
-            Command::FillPoly { color, ref points } => draw2d::fill_poly(memory, points, color, blend),
-            Command::Text { x, y, color, ref utf8 } => draw2d::text(memory, [x, y], utf8, color, blend)?,
-            Command::LineAa { p0, p1, color } => draw2d::line_aa(memory, p0, p1, color),
-            _ => unreachable!("dispatch sends figures only"),
+            Figure::Poly { color, ref points } => draw2d::poly(memory, points, color, blend),
+            Figure::FillPoly { color, ref points } => draw2d::fill_poly(memory, points, color, blend),
+            Figure::Text { x, y, color, ref utf8 } => draw2d::text(memory, [x, y], utf8, color, blend)?,
+            Figure::LineAa { p0, p1, color } => draw2d::line_aa(memory, p0, p1, color),
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 use super::empty_draw::{self, EmptyDraw};
 use super::quality::{Found, QualityRequest};
 use super::{Effect, Engine, IdNames, Progress};
-use crate::command::{Command, LightCommand, Quality};
+use crate::command::{Command, LightCommand, Quality, Rect, Shears};
 use crate::error::{Code, Fault};
 use crate::load::x3d::X3dDocument;
 use crate::math::matrix;
@@ -14,8 +14,8 @@ use crate::memory::{DepthFormat, MemoryUse, PickBuffer};
 use crate::pipeline::quality::BudgetKind;
 use crate::pipeline::{DrawCall, DrawStats, PipelineError, Renderer, SceneOptions, Target};
 use crate::scene::{
-    Camera, CameraError, HiddenSurface, Light, LightKind, LookAt, Object, QualityUse, Sampling, Scene,
-    TextureUse, TransparencyOrder, Viewport,
+    Camera, CameraError, HiddenSurface, Light, LightKind, LookAt, Object, Projection, QualityUse, Sampling,
+    Scene, TextureUse, TransparencyOrder, Viewport, ViewportRule,
 };
 use crate::server::Session;
 use crate::server::resources::ResourceKind;
@@ -44,73 +44,74 @@ impl From<PipelineError> for Fault {
 }
 
 impl Engine {
-    pub(super) fn set_camera(&mut self, s: &mut Session, command: Command) -> Result<(), Fault> {
-        let camera = match command {
-            Command::LookAt { eye, reference, up } => {
-                Camera { look_at: LookAt { eye, reference, up }, ..s.camera }
-            }
-            Command::Projection(projection) => Camera { projection: *projection, ..s.camera },
-            Command::Viewport { rect, rule } => {
-                let side = |n: i32| {
-                    u32::try_from(n).map_err(|_| {
-                        Fault::new(Code::Range, "a viewport's sides are 0 or more").got(n.to_string())
-                    })
-                };
-                let (width, height) = (side(rect.w)?, side(rect.h)?);
-                s.viewport = Some(Viewport { x: rect.x, y: rect.y, width, height, rule });
-                return Ok(());
-            }
-            _ => unreachable!("dispatch sends camera verbs only"),
-        };
-        // A camera without an image is refused here, where its author sees the error, not at a
-        // later DRAW.
+    pub(super) fn look_at(&self, s: &mut Session, look_at: LookAt) -> Result<(), Fault> {
+        self.set_camera(s, Camera { look_at, ..s.camera })
+    }
+
+    pub(super) fn set_projection(&self, s: &mut Session, projection: Projection) -> Result<(), Fault> {
+        self.set_camera(s, Camera { projection, ..s.camera })
+    }
+
+    /// Sets the camera. One without an image is refused here, where its author sees the error, not
+    /// at a later DRAW.
+    fn set_camera(&self, s: &mut Session, camera: Camera) -> Result<(), Fault> {
         camera.matrices(1.0)?;
         s.camera = camera;
         s.has_own_camera = true;
         Ok(())
     }
 
-    pub(super) fn model_matrix(&mut self, s: &mut Session, command: Command) -> Result<(), Fault> {
-        let by = match command {
-            Command::Identity => {
-                s.model = DMat4::IDENTITY;
-                return Ok(());
-            }
-            Command::Push => {
-                if !s.has_stack_room(&self.limits) {
-                    let message = format!("the matrix stack holds at most {}", self.limits.matrix_stack);
-                    return Err(Fault::new(Code::Quota, message));
-                }
-                if s.stack.len() == s.stack.capacity() {
-                    // The list's capacity doubles when it grows.
-                    let bytes = 2 * (s.stack.len().max(4) * size_of::<DMat4>()) as u64;
-                    let held = s.held.get_or_insert_with(|| self.budget.empty(MemoryUse::Resources));
-                    held.try_cover(bytes)?;
-                }
-                s.stack.push(s.model);
-                return Ok(());
-            }
-            Command::Pop => {
-                s.model =
-                    s.stack.pop().ok_or_else(|| Fault::new(Code::Range, "the matrix stack is empty"))?;
-                return Ok(());
-            }
-            Command::Translate(by) => matrix::translate(by),
-            Command::Rotate { axis, angle_rad } => matrix::rotate(axis, angle_rad).ok_or_else(|| {
-                Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none")
-            })?,
-            Command::Scale(by) => matrix::scale(by),
-            Command::Shear(by) => matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]),
-            Command::Matrix(by) => {
-                let row = by.row(3);
-                if row != DVec4::W {
-                    let found = format!("{} {} {} {}", row.x, row.y, row.z, row.w);
-                    return Err(Fault::new(Code::Range, "a model matrix's last row is 0 0 0 1").got(found));
-                }
-                *by
-            }
-            _ => unreachable!("dispatch sends matrix verbs only"),
+    pub(super) fn set_viewport(&self, s: &mut Session, rect: Rect, rule: ViewportRule) -> Result<(), Fault> {
+        let side = |n: i32| {
+            u32::try_from(n)
+                .map_err(|_| Fault::new(Code::Range, "a viewport's sides are 0 or more").got(n.to_string()))
         };
+        let (width, height) = (side(rect.w)?, side(rect.h)?);
+        s.viewport = Some(Viewport { x: rect.x, y: rect.y, width, height, rule });
+        Ok(())
+    }
+
+    pub(super) fn push_matrix(&mut self, s: &mut Session) -> Result<(), Fault> {
+        if !s.has_stack_room(&self.limits) {
+            let message = format!("the matrix stack holds at most {}", self.limits.matrix_stack);
+            return Err(Fault::new(Code::Quota, message));
+        }
+        if s.stack.len() == s.stack.capacity() {
+            // The list's capacity doubles when it grows.
+            let bytes = 2 * (s.stack.len().max(4) * size_of::<DMat4>()) as u64;
+            let held = s.held.get_or_insert_with(|| self.budget.empty(MemoryUse::Resources));
+            held.try_cover(bytes)?;
+        }
+        s.stack.push(s.model);
+        Ok(())
+    }
+
+    pub(super) fn pop_matrix(&self, s: &mut Session) -> Result<(), Fault> {
+        s.model = s.stack.pop().ok_or_else(|| Fault::new(Code::Range, "the matrix stack is empty"))?;
+        Ok(())
+    }
+
+    pub(super) fn rotate_model(&self, s: &mut Session, axis: DVec3, angle_rad: f64) -> Result<(), Fault> {
+        let by = matrix::rotate(axis, angle_rad)
+            .ok_or_else(|| Fault::new(Code::Range, "a rotation's axis has a direction, 0 0 0 has none"))?;
+        self.multiply_model(s, by)
+    }
+
+    pub(super) fn shear_model(&self, s: &mut Session, by: &Shears) -> Result<(), Fault> {
+        self.multiply_model(s, matrix::shear(by[0], by[1], by[2], by[3], by[4], by[5]))
+    }
+
+    /// Multiplies the model matrix by one whose last row is checked.
+    pub(super) fn multiply_affine(&self, s: &mut Session, by: &DMat4) -> Result<(), Fault> {
+        let row = by.row(3);
+        if row != DVec4::W {
+            let found = format!("{} {} {} {}", row.x, row.y, row.z, row.w);
+            return Err(Fault::new(Code::Range, "a model matrix's last row is 0 0 0 1").got(found));
+        }
+        self.multiply_model(s, *by)
+    }
+
+    pub(super) fn multiply_model(&self, s: &mut Session, by: DMat4) -> Result<(), Fault> {
         let product = s.model * by;
         if !product.is_finite() {
             return Err(Fault::new(Code::Range, "the model matrix would hold a number that is not finite"));

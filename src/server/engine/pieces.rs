@@ -21,7 +21,7 @@
 //! below), or from those of a replay.
 
 use super::{Effect, Engine, Progress};
-use crate::command::{AreaColors, Command, RealRect, Rect};
+use crate::command::{AreaColors, Command, Figure, RealRect, Rect};
 use crate::draw2d::{self, Blend, DrawError, TextCursor};
 use crate::error::{Code, Fault};
 use crate::memory::{MemoryUse, Reservation};
@@ -70,13 +70,13 @@ impl Engine {
             C::Crc { rect: Some(rect) } => self.visible(*rect) / 4,
             C::Read { rect } => self.visible(*rect),
             C::Copy { source, .. } => self.visible(*source),
-            C::FillRect { rect: RealRect { x, y, w, h }, .. } => {
+            C::Figure(Figure::FillRect { rect: RealRect { x, y, w, h }, .. }) => {
                 self.visible_box([*x, *y], [x + w, y + h]).0 * composed / 2
             }
-            C::FillCircle { cx, cy, r, .. } => {
+            C::Figure(Figure::FillCircle { cx, cy, r, .. }) => {
                 self.visible_box([cx - r, cy - r], [cx + r, cy + r]).0 * composed / 2
             }
-            C::Fill { points, colors } => {
+            C::Figure(Figure::Fill { points, colors }) => {
                 let (pixels, is_near) = self.visible_of(points);
                 let per_pixel = if matches!(colors, AreaColors::Three(_)) { 2 } else { 1 };
                 match is_near {
@@ -85,12 +85,12 @@ impl Engine {
                     false => pixels * 64,
                 }
             }
-            C::FillPoly { points, .. } => {
+            C::Figure(Figure::FillPoly { points, .. }) => {
                 let (pixels, _) = self.visible_of(points);
                 pixels * composed + u64::from(self.memory.height()) * points.len() as u64 * 32
             }
             C::Points { packed } => packed.len() as u64,
-            C::Text { utf8, .. } => utf8.len() as u64 * 8,
+            C::Figure(Figure::Text { utf8, .. }) => utf8.len() as u64 * 8,
             _ => return false,
         };
         cost > LONG_NS
@@ -119,13 +119,13 @@ impl Engine {
         s.has_used_other_verbs = true;
         let next = match &command {
             Command::Points { .. } => Next::Record(0),
-            Command::Text { x, y, .. } => Next::Letter(TextCursor::new([*x, *y])),
+            Command::Figure(Figure::Text { x, y, .. }) => Next::Letter(TextCursor::new([*x, *y])),
             Command::Crc { .. } => Next::CrcRow(0, crc32fast::Hasher::new()),
             _ => Next::Row(0),
         };
         let payload = match &command {
             Command::Points { packed } => packed.capacity(),
-            Command::Text { utf8, .. } => utf8.capacity(),
+            Command::Figure(Figure::Text { utf8, .. }) => utf8.capacity(),
             _ => 0,
         };
         let taken_over = s.payload_held.take();
@@ -226,7 +226,7 @@ impl Engine {
                 Ok(end == packed.len())
             }
             Next::Letter(cursor) => {
-                let Command::Text { color, utf8, .. } = command else { return Ok(true) };
+                let Command::Figure(Figure::Text { color, utf8, .. }) = command else { return Ok(true) };
                 if cursor.bytes() == 0 {
                     // Checked before the first piece, so that nothing is drawn if the text is
                     // refused.
@@ -258,12 +258,14 @@ impl Engine {
             }
             Command::Read { rect } => self.read_band(*rect, rows, reply),
             Command::Copy { source, dx, dy } => self.copy_band(*source, [*dx, *dy], rows),
-            figure => {
+            Command::Figure(figure) => {
                 self.memory.set_window(rows);
                 let drawn = self.figure(s, figure);
                 self.end_band();
                 drawn
             }
+            // The other commands have no bands.
+            _ => Ok(()),
         }
     }
 
@@ -346,7 +348,7 @@ mod tests {
     fn commands() -> Vec<Command> {
         let [a, b, c] = [[255, 0, 9, 200], [0, 255, 0, 90], [3, 4, 255, 255]];
         let rect = |x, y, w, h| Rect { x, y, w, h };
-        let fill = |points| Command::Fill { points, colors: AreaColors::Three([a, b, c]) };
+        let fill = |points| Command::Figure(Figure::Fill { points, colors: AreaColors::Three([a, b, c]) });
         let records = (0..300_000u32).flat_map(|i| {
             let [x, y] = [i * 7 % 720, i * 13 % 340].map(|v| (v as u16).to_le_bytes());
             [x[0], x[1], y[0], y[1], i as u8, 7, 9, 100]
@@ -354,25 +356,31 @@ mod tests {
         vec![
             fill([[-30.0, -20.0], [900.0, 10.0], [40.5, 600.25]]),
             fill([[-3e9, -2e9], [3e9, 1.5], [-1.25, 4e9]]),
-            Command::Fill { points: [[0.5, 0.5], [690.0, 7.0], [5.0, 329.0]], colors: AreaColors::One(b) },
-            Command::FillPoly {
+            Command::Figure(Figure::Fill {
+                points: [[0.5, 0.5], [690.0, 7.0], [5.0, 329.0]],
+                colors: AreaColors::One(b),
+            }),
+            Command::Figure(Figure::FillPoly {
                 color: b,
                 points: vec![[0.0, 0.0], [699.0, 300.0], [3.0, 320.0], [600.0, 9.5]],
-            },
-            Command::FillRect { rect: rect(-5, 7, 400, 300).into(), color: b },
-            Command::FillRect { rect: RealRect { x: 0.25, y: -1e9, w: 699.5, h: 2e9 }, color: b },
-            Command::FillCircle { cx: 300.25, cy: 100.5, r: 250.0, color: a },
+            }),
+            Command::Figure(Figure::FillRect { rect: rect(-5, 7, 400, 300).into(), color: b }),
+            Command::Figure(Figure::FillRect {
+                rect: RealRect { x: 0.25, y: -1e9, w: 699.5, h: 2e9 },
+                color: b,
+            }),
+            Command::Figure(Figure::FillCircle { cx: 300.25, cy: 100.5, r: 250.0, color: a }),
             Command::Clear { color: c },
             Command::Copy { source: rect(3, 0, 600, 300), dx: 9, dy: 11 },
             Command::Copy { source: rect(3, 20, 600, 300), dx: 1, dy: -40 },
             Command::Copy { source: rect(3, 20, 600, 300), dx: 7, dy: 20 },
             Command::Points { packed: records.collect() },
-            Command::Text {
+            Command::Figure(Figure::Text {
                 x: -20,
                 y: 3,
                 color: a,
                 utf8: ("W\u{e9}g\r\u{1f600}Q".repeat(4000) + "\nabc").into_bytes(),
-            },
+            }),
             Command::Read { rect: rect(10, 20, 600, 300) },
             Command::Crc { rect: None },
             Command::Crc { rect: Some(rect(10, 20, 600, 300)) },
@@ -419,9 +427,9 @@ mod tests {
             Command::Copy { source: rect(0, 100, 600, 300), dx: 1, dy: 2 },
             Command::Read { rect: rect(0, -1, 5, 5) },
             Command::Crc { rect: Some(rect(0, 0, -1, 5)) },
-            Command::FillRect { rect: rect(0, 0, 5, -5).into(), color: [1; 4] },
+            Command::Figure(Figure::FillRect { rect: rect(0, 0, 5, -5).into(), color: [1; 4] }),
             Command::Points { packed: vec![0; 8 * 200_000 + 1] },
-            Command::Text { x: 0, y: 0, color: [1; 4], utf8 },
+            Command::Figure(Figure::Text { x: 0, y: 0, color: [1; 4], utf8 }),
         ] {
             let (mut engine, mut session, mut out) = (engine(), Session::new(1, Audience::Owner), Vec::new());
             let before = engine.memory.bytes().to_vec();

@@ -380,7 +380,7 @@ fn a_full_disk_is_told_at_once_and_the_commands_go_on() {
 
 #[test]
 fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
-    use crate::command::Command;
+    use crate::command::{Command, Figure};
     use crate::server::Session;
     let mut engine = Engine::new(8, 6).unwrap();
     let bytes_written = WrittenBytes::default();
@@ -393,7 +393,7 @@ fn a_command_without_text_ends_the_recording_unless_it_was_refused() {
     let _ = engine.run(&mut session, pixel.clone(), &mut replies).unwrap();
     engine.tick(std::time::Instant::now());
     assert_eq!(engine.record_failure(), None);
-    let long = Command::Poly { color: [9; 4], points: vec![[1, 1]; 5000] };
+    let long = Command::Figure(Figure::Poly { color: [9; 4], points: vec![[1, 1]; 5000] });
     let _ = engine.run(&mut session, long, &mut replies).unwrap();
     let _ = engine.run(&mut session, pixel, &mut replies).unwrap();
     engine.tick(std::time::Instant::now());

@@ -7,7 +7,7 @@
 
 use super::{CommandError, Notice, Output, Resume, StreamState, Suspended};
 use crate::cancel::CancelToken;
-use crate::command::{Command, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
+use crate::command::{Command, Figure, Flow, Rect, Sink, StreamError, StreamPosition, format_fault};
 use crate::draw2d::Line;
 use crate::error::{Code, Fault};
 use crate::memory::{Reservation, Rgba};
@@ -269,7 +269,7 @@ impl Sink for CommandExecutor<'_> {
     }
 
     fn command(&mut self, command: Command, place: StreamPosition) -> Flow {
-        if let Command::Line { p0, p1, color } = command
+        if let Command::Figure(Figure::Line { p0, p1, color }) = command
             && self.batches_lines
         {
             return self.enqueue(Line { p0, p1, color }, &command);
