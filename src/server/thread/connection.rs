@@ -261,68 +261,19 @@ impl Connection {
             if self.work.is_empty() && self.has_mail {
                 self.fetch_mail();
             }
-            let state = match self.work.pop_front() {
-                None => return StreamState::Ready,
-                // A pooled batch is run in one slice: otherwise the rest of it would have to be
-                // copied.
-                Some(Work::Bytes { batch, at: 0 })
-                    if batch.pooled.is_some() && left < bytes.min(batch.filled) =>
-                {
-                    self.work.push_front(Work::Bytes { batch, at: 0 });
-                    return StreamState::Yields;
-                }
-                Some(Work::Bytes { batch, at }) => {
-                    let end = batch.filled.min(at + left);
-                    if std::mem::take(&mut self.may_replay) && batch.bytes()[..end].starts_with(RECORD_MAGIC)
-                    {
-                        self.replay = Some(Replay::new());
-                    }
-                    let piece = &batch.bytes()[at..end];
-                    let place = self.stream.place().byte;
-                    match self.sniffer.as_mut().map(|sniffer| sniffer.look(place, piece)) {
-                        None | Some(Verdict::Undecided) => {}
-                        Some(Verdict::Ours) => self.sniffer = None,
-                        Some(Verdict::Foreign(foreign)) => {
-                            self.give_back(batch);
-                            return self.refuse_foreign(foreign, engine, out);
-                        }
-                    }
-                    let (used, state) = match &mut self.replay {
-                        Some(replay) => replay.feed(engine, piece, out, budget),
-                        None => self.stream.feed(engine, piece, out, budget),
-                    };
-                    left -= used;
-                    self.queued_bytes -= used as u64;
-                    match at + used < batch.filled && state != StreamState::Ended {
-                        true => self.work.push_front(Work::Bytes { batch, at: at + used }),
-                        false => self.give_back(batch),
-                    }
-                    state
-                }
-                Some(work @ (Work::Resume(_) | Work::End(_))) if self.is_held => {
-                    self.work.push_front(work);
-                    return StreamState::Yields;
-                }
-                Some(Work::Item(item)) if self.is_held && !item.only_asks() => {
-                    self.work.push_front(Work::Item(item));
-                    return StreamState::Yields;
-                }
-                Some(Work::Item(item)) => {
+            let Some(work) = self.work.pop_front() else { return StreamState::Ready };
+            if self.has_to_wait(&work, left, bytes) {
+                self.work.push_front(work);
+                return StreamState::Yields;
+            }
+            let state = match work {
+                Work::Bytes { batch, at } => self.run_bytes(engine, batch, at, &mut left, budget, out),
+                Work::Item(item) => {
                     left -= left.min(64);
                     self.run_item(engine, item, out, budget)
                 }
-                Some(Work::Resume(resume)) => {
-                    self.is_in_pieces = false;
-                    let state = match &mut self.replay {
-                        Some(replay) => replay.resume(engine, resume, out, budget),
-                        None => self.stream.resume(engine, resume, out, budget),
-                    };
-                    if matches!(self.source, ConnectionSource::Inbox(_)) {
-                        self.answer(state, out);
-                    }
-                    state
-                }
-                Some(Work::End(end)) => {
+                Work::Resume(resume) => self.resume(engine, resume, out, budget),
+                Work::End(end) => {
                     if let Some(replay) = &mut self.replay {
                         replay.finish(engine, out);
                     }
@@ -345,6 +296,74 @@ impl Connection {
             }
         }
         StreamState::Yields
+    }
+
+    /// Returns whether work has to wait for another slice, of which `left` bytes of `bytes` are
+    /// left.
+    fn has_to_wait(&self, work: &Work, left: usize, bytes: usize) -> bool {
+        match work {
+            // A pooled batch is run in one slice: otherwise the rest of it would have to be copied.
+            Work::Bytes { batch, at: 0 } => batch.pooled.is_some() && left < bytes.min(batch.filled),
+            Work::Bytes { .. } => false,
+            Work::Resume(_) | Work::End(_) => self.is_held,
+            Work::Item(item) => self.is_held && !item.only_asks(),
+        }
+    }
+
+    /// Runs a batch from `at` on, at most `left` bytes, and counts them off.
+    fn run_bytes(
+        &mut self,
+        engine: &mut Engine,
+        batch: Batch,
+        at: usize,
+        left: &mut usize,
+        budget: Budget,
+        out: &mut Output,
+    ) -> StreamState {
+        let end = batch.filled.min(at + *left);
+        if std::mem::take(&mut self.may_replay) && batch.bytes()[..end].starts_with(RECORD_MAGIC) {
+            self.replay = Some(Replay::new());
+        }
+        let piece = &batch.bytes()[at..end];
+        let place = self.stream.place().byte;
+        match self.sniffer.as_mut().map(|sniffer| sniffer.look(place, piece)) {
+            None | Some(Verdict::Undecided) => {}
+            Some(Verdict::Ours) => self.sniffer = None,
+            Some(Verdict::Foreign(foreign)) => {
+                self.give_back(batch);
+                return self.refuse_foreign(foreign, engine, out);
+            }
+        }
+        let (used, state) = match &mut self.replay {
+            Some(replay) => replay.feed(engine, piece, out, budget),
+            None => self.stream.feed(engine, piece, out, budget),
+        };
+        *left -= used;
+        self.queued_bytes -= used as u64;
+        match at + used < batch.filled && state != StreamState::Ended {
+            true => self.work.push_front(Work::Bytes { batch, at: at + used }),
+            false => self.give_back(batch),
+        }
+        state
+    }
+
+    /// Goes on with a command that was interrupted.
+    fn resume(
+        &mut self,
+        engine: &mut Engine,
+        resume: Resume,
+        out: &mut Output,
+        budget: Budget,
+    ) -> StreamState {
+        self.is_in_pieces = false;
+        let state = match &mut self.replay {
+            Some(replay) => replay.resume(engine, resume, out, budget),
+            None => self.stream.resume(engine, resume, out, budget),
+        };
+        if matches!(self.source, ConnectionSource::Inbox(_)) {
+            self.answer(state, out);
+        }
+        state
     }
 
     /// Ends the connection of a client that speaks another protocol, with one error. None of its
