@@ -6,6 +6,8 @@ use std::ops::Range;
 use super::super::blend::Paint;
 use super::super::color_ramp::ColorRamp;
 use super::super::{Blend, RampColor, over};
+use crate::math::bresenham::BresenhamLine;
+use crate::math::coverage::PixelRect;
 use crate::memory::Rgba;
 
 /// An empty range of rows, as the initial value of a union.
@@ -38,69 +40,6 @@ pub(super) struct VisibleRun {
     y_ends: [u32; 2],
 }
 
-/// One coordinate along the line: from `start`, in the direction of `sign`.
-#[derive(Clone, Copy)]
-struct Axis {
-    start: i64,
-    sign: i64,
-    steps: u64,
-    limit: i64,
-}
-
-impl Axis {
-    /// Creates the axis from coordinate `a` to `b`, on which the frame is 0..`limit`.
-    fn new(a: i64, b: i64, limit: u32) -> Self {
-        let sign = if b < a { -1 } else { 1 };
-        Axis { start: a, sign, steps: a.abs_diff(b), limit: limit.into() }
-    }
-
-    /// Returns the half-open range of steps along the axis that lie inside the frame.
-    fn visible(self) -> Range<i64> {
-        let range = match self.sign {
-            1 => -self.start..self.limit - self.start,
-            _ => self.start - (self.limit - 1)..self.start + 1,
-        };
-        range.start.max(0)..range.end.min(self.steps as i64 + 1)
-    }
-
-    /// Returns the coordinate at a step.
-    fn at(self, step: u64) -> i64 {
-        self.start + self.sign * step as i64
-    }
-}
-
-/// Number of steps below which lines are clipped in 64 bits: 2 n t, with t at most n + 1, stays
-/// below 2^62.
-const MODEST: u64 = 1 << 30;
-
-/// Returns the least k at which the minor coordinate has made t > 0 of its m steps: ceil((2 n t - n
-/// + 1) / 2 m).
-fn step_that_reaches(t: i64, n: u64, m: u64) -> u64 {
-    if n < MODEST {
-        // t and n are at least 1, so the numerator is positive.
-        (2 * n * t as u64 - n + 1).div_ceil(2 * m)
-    } else {
-        let numerator = 2 * i128::from(n) * i128::from(t) - i128::from(n) + 1;
-        let quotient = numerator.div_euclid(2 * i128::from(m));
-        let k = quotient + i128::from(numerator.rem_euclid(2 * i128::from(m)) != 0);
-        u64::try_from(k).unwrap_or(u64::MAX)
-    }
-}
-
-/// Divides 2 k m + n - 1 by 2 n: returns the minor steps made at step k, and the remainder.
-fn minor_at(k: u64, n: u64, m: u64) -> (u64, u64) {
-    if k == 0 {
-        (0, n.saturating_sub(1))
-    } else if n < MODEST {
-        let numerator = 2 * k * m + n - 1;
-        (numerator / (2 * n), numerator % (2 * n))
-    } else {
-        let numerator = 2 * u128::from(k) * u128::from(m) + u128::from(n) - 1;
-        let divisor = 2 * u128::from(n);
-        ((numerator / divisor) as u64, (numerator % divisor) as u64)
-    }
-}
-
 impl VisibleRun {
     /// Creates the run of a line with both ends inside the frame.
     #[inline(always)]
@@ -128,36 +67,21 @@ impl VisibleRun {
     /// Creates the run of any line: divisions give the range of its steps inside the frame; `None`
     /// if there are none. Both coordinates are within 2^32 of 0.
     pub fn clipped(p0: [i64; 2], p1: [i64; 2], width: u32, height: u32) -> Option<Self> {
-        let (x, y) = (Axis::new(p0[0], p1[0], width), Axis::new(p0[1], p1[1], height));
-        let x_is_major = x.steps >= y.steps;
-        let (major, minor) = if x_is_major { (x, y) } else { (y, x) };
+        let line = BresenhamLine::new(p0, p1);
+        let BresenhamLine { major, minor, is_x_major } = line;
+        let frame = PixelRect { x0: 0, y0: 0, x1: width as i32, y1: height as i32 };
+        let Range { start: first, end } = line.steps_inside(frame)?;
         let (n, m) = (major.steps, minor.steps);
-        let (along, across) = (major.visible(), minor.visible());
-        if along.is_empty() || across.is_empty() {
-            return None;
-        }
-        let (mut first, mut end) = (along.start as u64, along.end as u64);
-        if across.start > 0 {
-            first = first.max(step_that_reaches(across.start, n, m));
-        }
-        if across.end <= m as i64 {
-            end = end.min(step_that_reaches(across.end, n, m));
-        }
-        if first >= end {
-            return None;
-        }
-        let (made, rest) = minor_at(first, n, m);
+        let (made, rest) = line.minor_at(first);
         let count = (end - first) as u32;
         let last_made = if n == 0 { 0 } else { made + (rest + 2 * m * u64::from(count - 1)) / (2 * n) };
         let (a, b) = (major.at(first), minor.at(made));
-        let (px, py) = if x_is_major { (a, b) } else { (b, a) };
+        let (px, py) = if is_x_major { (a, b) } else { (b, a) };
         let stride = width as isize;
-        let (major_step, minor_step) = if x_is_major {
-            (x.sign as isize, y.sign as isize * stride)
-        } else {
-            (y.sign as isize * stride, x.sign as isize)
-        };
-        let y_last = if x_is_major { minor.at(last_made) } else { major.at(end - 1) };
+        let (major_sign, minor_sign) = (major.sign as isize, minor.sign as isize);
+        let (major_step, minor_step) =
+            if is_x_major { (major_sign, minor_sign * stride) } else { (major_sign * stride, minor_sign) };
+        let y_last = if is_x_major { minor.at(last_made) } else { major.at(end - 1) };
         Some(VisibleRun {
             length: n,
             first,

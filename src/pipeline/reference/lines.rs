@@ -12,6 +12,7 @@
 //! into the depth memory only, and a line's pixel is visible if its depth, or that of one of its
 //! own faces there, is not behind the stored one.
 
+use crate::math::bresenham::BresenhamLine;
 use crate::pipeline::blend::{blend, opaque};
 use crate::pipeline::clip::{ClipVertex, ClippedLine, clip_line};
 use crate::pipeline::draw_call::{DrawStats, Target};
@@ -215,28 +216,29 @@ impl PreparedDraw<'_> {
         let [wa, wb] = [a.pos_clip.w, b.pos_clip.w];
         let (za, zb) = (a.pos_clip.z / wa, b.pos_clip.z / wb);
         let (ca, cb) = (a.varyings[0] / wa, b.varyings[0] / wb);
-        let steps = Steps::new(self.pixel(a.pos_clip), self.pixel(b.pos_clip));
+        let line = BresenhamLine::new(self.pixel(a.pos_clip), self.pixel(b.pos_clip));
+        let length = line.major.steps;
         let LineStyle { width, kind } = pen.style;
         let first = pen.step;
-        pen.step += steps.length as u64;
-        for k in steps.visible(self.assembler.transform.screen.clip) {
-            if !kind.is_on(first + k as u64, width) {
+        pen.step += length;
+        for k in line.steps_along(self.assembler.transform.screen.clip) {
+            if !kind.is_on(first + k, width) {
                 continue;
             }
-            let [x, y] = steps.at(k);
-            let s = if steps.length == 0 { 0.0 } else { k as f64 / steps.length as f64 };
+            let [x, y] = line.at(k);
+            let s = if length == 0 { 0.0 } else { k as f64 / length as f64 };
             // Perspective-correct: linear in space, not on the screen.
             let t = if self.is_affine() { s } else { (s / wb) / ((1.0 - s) / wa + s / wb) };
             let varyings = std::array::from_fn(|i| a.varyings[i] + (b.varyings[i] - a.varyings[i]) * t);
             let (z, complement) = (za + (zb - za) * s, ca + (cb - ca) * s);
             let clip = self.assembler.transform.screen.clip;
-            let (at, low, high) = match steps.major {
-                0 => (y, i64::from(clip.y0), i64::from(clip.y1)),
-                _ => (x, i64::from(clip.x0), i64::from(clip.x1)),
+            let (at, low, high) = match line.is_x_major {
+                true => (y, i64::from(clip.y0), i64::from(clip.y1)),
+                false => (x, i64::from(clip.x0), i64::from(clip.x1)),
             };
             let start = at - i64::from(width - 1) / 2;
             for across in start.max(low)..(start + i64::from(width)).min(high) {
-                let [x, y] = if steps.major == 0 { [x, across] } else { [across, y] };
+                let [x, y] = if line.is_x_major { [x, across] } else { [across, y] };
                 self.put(LinePixel { x, y, z, complement }, &varyings, material, rule, target, stats);
             }
         }
@@ -332,98 +334,4 @@ struct LinePixel {
     y: i64,
     z: f64,
     complement: f64,
-}
-
-/// Bresenham's line as a function of the step: k along the major axis, ceil(k m / n - 1/2) along
-/// the minor one, so a tie stays on the major axis in the direction of travel.
-#[derive(Clone, Copy, Debug)]
-struct Steps {
-    from: [i64; 2],
-    sign: [i64; 2],
-    /// Major axis: 0 for x, 1 for y.
-    major: usize,
-    /// n: steps along the major axis.
-    length: i64,
-    /// m: steps along the minor one.
-    rise: i64,
-}
-
-impl Steps {
-    fn new(a: [i64; 2], b: [i64; 2]) -> Self {
-        let d = [b[0].saturating_sub(a[0]), b[1].saturating_sub(a[1])];
-        let n = d.map(i64::saturating_abs);
-        let major = if n[0] >= n[1] { 0 } else { 1 };
-        Steps {
-            from: a,
-            sign: d.map(|d| if d < 0 { -1 } else { 1 }),
-            major,
-            length: n[major],
-            rise: n[1 - major],
-        }
-    }
-
-    /// Returns the steps whose major coordinate is inside the rectangle.
-    fn visible(&self, clip: crate::math::coverage::PixelRect) -> std::ops::RangeInclusive<i64> {
-        let (low, high) = match self.major {
-            0 => (clip.x0 as i64, clip.x1 as i64 - 1),
-            _ => (clip.y0 as i64, clip.y1 as i64 - 1),
-        };
-        let from = self.from[self.major];
-        let (first, last) = match self.sign[self.major] {
-            1 => (low.saturating_sub(from), high.saturating_sub(from)),
-            _ => (from.saturating_sub(high), from.saturating_sub(low)),
-        };
-        first.max(0)..=last.min(self.length)
-    }
-
-    /// Returns the pixel (x, y) at step k.
-    fn at(&self, k: i64) -> [i64; 2] {
-        let (n, m) = (self.length as i128, self.rise as i128);
-        let up = if n == 0 { 0 } else { ((2 * k as i128 * m + n - 1) / (2 * n)) as i64 };
-        let mut p = self.from;
-        p[self.major] += self.sign[self.major] * k;
-        p[1 - self.major] += self.sign[1 - self.major] * up;
-        p
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::coverage::PixelRect;
-
-    #[test]
-    fn steps_are_bresenhams_in_all_octants() {
-        let clip = PixelRect { x0: -100, y0: -100, x1: 100, y1: 100 };
-        let walk = |a, b| {
-            let s = Steps::new(a, b);
-            s.visible(clip).map(|k| s.at(k)).collect::<Vec<_>>()
-        };
-        // The midpoint variable, updated step by step.
-        let naive = |a: [i64; 2], b: [i64; 2]| {
-            let (dx, dy) = ((b[0] - a[0]).abs(), (b[1] - a[1]).abs());
-            let s = [(b[0] - a[0]).signum(), (b[1] - a[1]).signum()];
-            let (n, m, x_major) = if dx >= dy { (dx, dy, true) } else { (dy, dx, false) };
-            let (mut p, mut d, mut out) = (a, 2 * m - n, vec![a]);
-            for _ in 0..n {
-                let (i, j) = if x_major { (0, 1) } else { (1, 0) };
-                p[i] += s[i];
-                if d > 0 {
-                    p[j] += s[j];
-                    d -= 2 * n;
-                }
-                d += 2 * m;
-                out.push(p);
-            }
-            out
-        };
-        for x in -7..=7 {
-            for y in -7..=7 {
-                assert_eq!(walk([2, -1], [2 + x, -1 + y]), naive([2, -1], [2 + x, -1 + y]), "{x} {y}");
-            }
-        }
-        let far = Steps::new([-4_000_000_000, 0], [4_000_000_000, 50]);
-        assert_eq!(far.visible(PixelRect { x0: 0, y0: 0, x1: 10, y1: 60 }).count(), 10);
-        assert_eq!(far.at(4_000_000_000), [0, 25]);
-    }
 }
