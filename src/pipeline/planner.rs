@@ -127,77 +127,14 @@ fn plan_faces(
     faces: u64,
     wire: bool,
 ) {
-    let mesh = &call.geometry.mesh;
-    let parallel = call.is_parallel();
-    match call.cull {
-        Cull::None => plan.leave_out(Part::CullFaces, "CULL none"),
-        _ => plan.add(Part::CullFaces, "by the sign of the screen area", faces, 0),
-    }
-    match parallel {
-        true => plan.leave_out(Part::CutFaces, "a parallel projection has no eye plane"),
-        false => plan.add(Part::CutFaces, "only faces with some w <= 0", faces, 0),
-    }
-    if wire && call.hide != HiddenSurface::ZBuffer {
-        plan.leave_out(Part::Coverage, "SHADE wire without depth: lines alone");
-    } else {
-        plan.add(
-            Part::Coverage,
-            if wire { "depth that hides lines" } else { "every face that is seen" },
-            faces,
-            0,
-        );
-    }
+    plan_coverage(call, plan, faces, wire);
     if wire {
         return;
     }
     let asks = asks_of(call, lighting, geometry_info);
-    let prepared_lights = lighting.light_count() as u64;
-    let polygons = mesh.polygons.len() as u64;
-    let normal_bytes = size_of::<DVec3>() as u64;
-    if asks.light {
-        let flat = call.shade == ShadeMode::Flat;
-        // A corner without a normal of its own takes the mean of its faces' normals.
-        let all_given = geometry_info.all_normals_given;
-        if flat || !all_given {
-            let reason = if flat { "SHADE flat lights with them" } else { "vertex normals are their means" };
-            plan.add(Part::FaceNormals, reason, polygons, polygons * normal_bytes);
-        } else {
-            plan.leave_out(Part::FaceNormals, "the file gives every normal");
-        }
-        if !flat && !all_given {
-            let positions = mesh.positions.len() as u64;
-            let bytes = positions * (normal_bytes * 2 + 8);
-            plan.add(Part::VertexNormals, "the file does not give them", positions, bytes);
-        } else {
-            let reason = if flat { "SHADE flat uses the faces'" } else { "the file gives every normal" };
-            plan.leave_out(Part::VertexNormals, reason);
-        }
-        match call.shade {
-            ShadeMode::Flat => plan.add(Part::LightFaces, "SHADE flat: once a face", faces, 0),
-            ShadeMode::Gouraud => plan.add(Part::LightVertices, "SHADE gouraud: once a corner", faces * 3, 0),
-            _ => {
-                plan.add(Part::LightPixels, "SHADE phong: once a pixel", prepared_lights, 0);
-                plan.add(Part::InterpolateNormals, "lit per pixel", faces, 0);
-                plan.add(Part::InterpolatePositions, "lit per pixel", faces, 0);
-            }
-        }
-        if call.shade == ShadeMode::Gouraud {
-            plan.add(Part::InterpolateColors, "lit at the corners", faces, 0);
-        }
-    } else {
-        let reason = if prepared_lights == 0 { "no light" } else { "no material answers the lights" };
-        for part in [
-            Part::FaceNormals,
-            Part::VertexNormals,
-            Part::LightFaces,
-            Part::LightVertices,
-            Part::LightPixels,
-            Part::InterpolateNormals,
-            Part::InterpolatePositions,
-        ] {
-            plan.leave_out(part, reason);
-        }
-        plan.leave_out(Part::InterpolateColors, "one colour a face");
+    match asks.light {
+        true => plan_lighting(call, lighting, geometry_info, plan, faces),
+        false => leave_lighting_out(lighting, plan),
     }
     if has_colors(call) && call.shade != ShadeMode::Flat {
         plan.add(Part::InterpolateColors, "the mesh has vertex colours", faces, 0);
@@ -220,6 +157,83 @@ fn plan_faces(
     } else {
         plan.leave_out(Part::ReadBack, "every face is opaque");
     }
+}
+
+/// Adds culling, clipping and coverage of faces.
+fn plan_coverage(call: &DrawCall, plan: &mut Plan, faces: u64, wire: bool) {
+    match call.cull {
+        Cull::None => plan.leave_out(Part::CullFaces, "CULL none"),
+        _ => plan.add(Part::CullFaces, "by the sign of the screen area", faces, 0),
+    }
+    match call.is_parallel() {
+        true => plan.leave_out(Part::CutFaces, "a parallel projection has no eye plane"),
+        false => plan.add(Part::CutFaces, "only faces with some w <= 0", faces, 0),
+    }
+    if wire && call.hide != HiddenSurface::ZBuffer {
+        plan.leave_out(Part::Coverage, "SHADE wire without depth: lines alone");
+    } else {
+        let reason = if wire { "depth that hides lines" } else { "every face that is seen" };
+        plan.add(Part::Coverage, reason, faces, 0);
+    }
+}
+
+/// Adds normals, lighting and what is interpolated for it.
+fn plan_lighting(
+    call: &DrawCall,
+    lighting: &Lighting,
+    geometry_info: &GeometryInfo,
+    plan: &mut Plan,
+    faces: u64,
+) {
+    let mesh = &call.geometry.mesh;
+    let normal_bytes = size_of::<DVec3>() as u64;
+    let flat = call.shade == ShadeMode::Flat;
+    // A corner without a normal of its own takes the mean of its faces' normals.
+    let all_given = geometry_info.all_normals_given;
+    if flat || !all_given {
+        let polygons = mesh.polygons.len() as u64;
+        let reason = if flat { "SHADE flat lights with them" } else { "vertex normals are their means" };
+        plan.add(Part::FaceNormals, reason, polygons, polygons * normal_bytes);
+    } else {
+        plan.leave_out(Part::FaceNormals, "the file gives every normal");
+    }
+    if !flat && !all_given {
+        let positions = mesh.positions.len() as u64;
+        let bytes = positions * (normal_bytes * 2 + 8);
+        plan.add(Part::VertexNormals, "the file does not give them", positions, bytes);
+    } else {
+        let reason = if flat { "SHADE flat uses the faces'" } else { "the file gives every normal" };
+        plan.leave_out(Part::VertexNormals, reason);
+    }
+    match call.shade {
+        ShadeMode::Flat => plan.add(Part::LightFaces, "SHADE flat: once a face", faces, 0),
+        ShadeMode::Gouraud => {
+            plan.add(Part::LightVertices, "SHADE gouraud: once a corner", faces * 3, 0);
+            plan.add(Part::InterpolateColors, "lit at the corners", faces, 0);
+        }
+        _ => {
+            plan.add(Part::LightPixels, "SHADE phong: once a pixel", lighting.light_count() as u64, 0);
+            plan.add(Part::InterpolateNormals, "lit per pixel", faces, 0);
+            plan.add(Part::InterpolatePositions, "lit per pixel", faces, 0);
+        }
+    }
+}
+
+/// Leaves out everything that lighting needs: nothing depends on the lights.
+fn leave_lighting_out(lighting: &Lighting, plan: &mut Plan) {
+    let reason = if lighting.light_count() == 0 { "no light" } else { "no material answers the lights" };
+    for part in [
+        Part::FaceNormals,
+        Part::VertexNormals,
+        Part::LightFaces,
+        Part::LightVertices,
+        Part::LightPixels,
+        Part::InterpolateNormals,
+        Part::InterpolatePositions,
+    ] {
+        plan.leave_out(part, reason);
+    }
+    plan.leave_out(Part::InterpolateColors, "one colour a face");
 }
 
 fn has_colors(call: &DrawCall) -> bool {
