@@ -19,7 +19,7 @@ pub fn text(
 ) -> Result<(), DrawError> {
     str::from_utf8(utf8).map_err(|e| DrawError::NotUtf8 { at: e.valid_up_to() as u64 })?;
     let mut cursor = TextCursor::new([x, y]);
-    text_piece(memory, &mut cursor, utf8, (color, blend), usize::MAX).map(drop)
+    text_piece(memory, &mut cursor, utf8, color, blend, usize::MAX).map(drop)
 }
 
 /// Position of a text that is drawn in pieces.
@@ -53,7 +53,8 @@ pub fn text_piece(
     memory: &mut VideoMemory,
     cursor: &mut TextCursor,
     utf8: &[u8],
-    (color, blend): (Rgba, Blend),
+    color: Rgba,
+    blend: Blend,
     most: usize,
 ) -> Result<bool, DrawError> {
     let Some(paint) = Paint::new(color, blend) else { return Ok(true) };

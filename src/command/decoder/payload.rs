@@ -60,12 +60,12 @@ impl Decoder {
                 false => self.make_large_room(length),
             };
             if result.is_err() {
-                let why = (Code::TooBig, "there is no memory for the payload".to_owned());
-                return self.give_up_payload(bytes, why, sink);
+                let why = "there is no memory for the payload".to_owned();
+                return self.give_up_payload(bytes, Code::TooBig, why, sink);
             }
         }
         if let Err(e) = self.reserve_payload(held + taken.len(), length) {
-            return self.give_up_payload(bytes, (e.code(), e.to_string()), sink);
+            return self.give_up_payload(bytes, e.code(), e.to_string(), sink);
         }
         self.pass(taken);
         self.payload.extend_from_slice(taken);
@@ -116,7 +116,7 @@ impl Decoder {
 
     /// Reports that there is no memory for the current payload, and skips the rest of it. Returns
     /// the number of bytes read.
-    fn give_up_payload(&mut self, bytes: &[u8], (code, why): (Code, String), sink: &mut impl Sink) -> usize {
+    fn give_up_payload(&mut self, bytes: &[u8], code: Code, why: String, sink: &mut impl Sink) -> usize {
         let DecoderState::Collect { command, length } =
             std::mem::replace(&mut self.state, DecoderState::Head)
         else {

@@ -323,9 +323,9 @@ impl<'d, 'r> Builder<'d, 'r> {
         ty: &'static NodeType,
         depth: usize,
     ) -> Result<NodeId, LoadError> {
-        let fields = self.begin_node(file, element, ty, depth)?;
-        let (children, missing) = self.children(file, element, ty, depth)?;
-        self.end_node(file, element, (ty, depth), fields, (children, missing))
+        let mut node = self.begin_node(file, element, ty, depth)?;
+        (node.children, node.missing) = self.children(file, element, ty, depth)?;
+        self.end_node(file, element, node)
     }
 
     /// Checks a node, reserves its memory, and reads its fields.
@@ -336,7 +336,7 @@ impl<'d, 'r> Builder<'d, 'r> {
         element: Element<'d, 'd>,
         ty: &'static NodeType,
         depth: usize,
-    ) -> Result<(Vec<Value>, Vec<usize>), LoadError> {
+    ) -> Result<OpenNode, LoadError> {
         if depth > xml::MAX_DEPTH {
             let source = self.sources[file.source];
             let (start, limit) = (element.range().start, xml::MAX_DEPTH as u64);
@@ -345,7 +345,8 @@ impl<'d, 'r> Builder<'d, 'r> {
         self.charge_node(file, element, ty)?;
         self.stray_text(file, element);
         self.open_def(file, element, def_of(element));
-        self.fields(file, element, ty)
+        let (values, written) = self.fields(file, element, ty)?;
+        Ok(OpenNode { ty, depth, values, written, children: Vec::new(), missing: Vec::new() })
     }
 
     /// Adds a node whose fields and children are read, with the values from IS and the data from
@@ -355,12 +356,11 @@ impl<'d, 'r> Builder<'d, 'r> {
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
-        (ty, depth): (&'static NodeType, usize),
-        (mut values, written): (Vec<Value>, Vec<usize>),
-        (mut children, missing): (Vec<Child>, Vec<&'static str>),
+        mut node: OpenNode,
     ) -> Result<NodeId, LoadError> {
         let def = def_of(element);
-        let links = self.connect(file, element, (ty, depth), &mut values, &mut children)?;
+        let links = self.connect(file, element, &mut node)?;
+        let OpenNode { ty, depth, values, written, children, missing } = node;
         let inlined = self.inline(file, element, ty, &values, depth)?;
         let picture = self.picture(file, element, ty, &values)?;
         let sky = self.sky_pictures(file, element, ty, &values)?;
@@ -438,6 +438,19 @@ impl<'d, 'r> Builder<'d, 'r> {
         }
         Ok((children, missing))
     }
+}
+
+/// Node whose element is being read.
+pub(super) struct OpenNode {
+    pub ty: &'static NodeType,
+    /// Depth of the element in its file and in the instances around it.
+    pub depth: usize,
+    pub values: Vec<Value>,
+    /// Indices of the fields that the element gives.
+    pub written: Vec<usize>,
+    pub children: Vec<Child>,
+    /// Fields that unknown child nodes were meant for.
+    pub missing: Vec<&'static str>,
 }
 
 /// Returns the DEF name of an element, unless it is empty.

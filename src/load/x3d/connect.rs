@@ -5,14 +5,12 @@
 //! get the nodes themselves, if they are of the kind that the field takes. Connections are recorded
 //! for routes too.
 
-use super::build::{Builder, File};
+use super::build::{Builder, File, OpenNode};
 use super::graph::{Child, NodeId};
 use super::instance::{FieldType, Gift, Given, LINK_BYTES};
 use super::names::{container_of, is_taken};
-use super::schema::NodeType;
 use super::units::in_radians;
 use super::unknown;
-use super::value::Value;
 use crate::load::LoadError;
 use roxmltree::Node as Element;
 use std::rc::Rc;
@@ -128,21 +126,20 @@ impl<'d> Builder<'d, '_> {
         &mut self,
         file: &mut File<'d>,
         element: Element<'d, 'd>,
-        (ty, depth): (&'static NodeType, usize),
-        values: &mut [Value],
-        children: &mut Vec<Child>,
+        node: &mut OpenNode,
     ) -> Result<Vec<(usize, &'d str)>, LoadError> {
+        let ty = node.ty;
         let mut links = Vec::new();
         for is in element.children().filter(|c| c.tag_name().name() == "IS") {
             for (connect, number, field) in self.connections(file, is) {
                 self.count_expanded(file, connect, 1)?;
                 self.hold(file, connect, LINK_BYTES + field.len())?;
                 links.push((number, field));
-                match self.gift(file, number, depth)? {
+                match self.gift(file, number, node.depth)? {
                     Gift::Nothing | Gift::DefaultNodes => {}
                     Gift::Value(value, kind, angle) => match ty.field(field) {
                         Some(i) if ty.fields[i].kind == kind => {
-                            values[i] = in_radians(value, ty.name, field, angle);
+                            node.values[i] = in_radians(value, ty.name, field, angle);
                         }
                         Some(i) => {
                             let (own, given) = (ty.fields[i].kind.describe(), kind.describe());
@@ -153,7 +150,7 @@ impl<'d> Builder<'d, '_> {
                         None if unknown::is_group(ty) => {}
                         None => self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name)),
                     },
-                    Gift::Nodes(nodes) => self.connect_nodes(file, connect, (ty, field), &nodes, children),
+                    Gift::Nodes(nodes) => self.connect_nodes(file, connect, field, &nodes, node),
                 }
             }
         }
@@ -165,10 +162,11 @@ impl<'d> Builder<'d, '_> {
         &mut self,
         file: &File<'d>,
         connect: Element<'d, 'd>,
-        (ty, field): (&'static NodeType, &str),
+        field: &str,
         nodes: &[NodeId],
-        children: &mut Vec<Child>,
+        open: &mut OpenNode,
     ) {
+        let ty = open.ty;
         let Some(container) = ty.accepts.iter().copied().find(|a| *a == field) else {
             if field != "metadata" {
                 self.warn(file, connect, format!("<{}> has no field {field:?}", ty.name));
@@ -180,11 +178,11 @@ impl<'d> Builder<'d, '_> {
             if given.container != container_of(container) {
                 let message = format!("<{}> takes no <{}> as its {field}", ty.name, given.name);
                 self.warn(file, connect, message);
-            } else if is_taken(ty, children, container) {
+            } else if is_taken(ty, &open.children, container) {
                 let message = format!("<{}> takes one {field}: a <{}> was skipped", ty.name, given.name);
                 self.warn(file, connect, message);
             } else {
-                children.push(Child { container, node });
+                open.children.push(Child { container, node });
             }
         }
     }

@@ -218,7 +218,7 @@ impl<'a> Flattener<'a> {
             Some(name) => name.replace(|c: char| c.is_whitespace() || c.is_control(), "_"),
             None => format!("Shape:{}", node.line),
         };
-        if let Some(object) = shapes::object(&view, &parts, prepared, (model, self.viewer.as_ref()), name) {
+        if let Some(object) = shapes::object(&view, &parts, prepared, model, self.viewer.as_ref(), name) {
             self.scene.objects.push(Object { lights: Some(lights.to_vec()), ..object });
         }
     }

@@ -150,7 +150,8 @@ pub(super) fn object(
     view: &GraphView,
     parts: &ShapeParts,
     prepared: &Prepared,
-    (model, viewer): (DMat4, Option<&Camera>),
+    model: DMat4,
+    viewer: Option<&Camera>,
     name: String,
 ) -> Option<Object> {
     let mesh: &Mesh = &prepared.geometry.mesh;
@@ -170,10 +171,8 @@ pub(super) fn object(
     let is_solid = geometry::is_solid(view, parts.geometry);
     let appearance = appearance::read(view, parts.appearance, prepared.stuff, prepared.colors);
     let multi = parts.multi.filter(|_| prepared.stuff == Stuff::Faces);
-    let stages = multi.map(|multi| {
-        let of = (parts.geometry, parts.transform);
-        Arc::new(stages::read(view, multi, of, mesh, &place))
-    });
+    let stages =
+        multi.map(|multi| Arc::new(stages::read(view, multi, parts.geometry, parts.transform, mesh, &place)));
     let generated = match multi {
         None => generated(view, parts, prepared, &place),
         Some(_) => None,

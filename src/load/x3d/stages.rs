@@ -28,11 +28,13 @@ fn textures(view: &GraphView, multi: NodeId) -> Vec<NodeId> {
     all.map(|c| c.node).take(MAX_STAGES).collect()
 }
 
-/// Reads the stages of a MultiTexture on a geometry whose mesh is `mesh`.
+/// Reads the stages of a MultiTexture on a geometry whose mesh is `mesh`, with the texture transform
+/// of its appearance.
 pub(super) fn read(
     view: &GraphView,
     multi: NodeId,
-    (geometry, transform): (NodeId, Option<NodeId>),
+    geometry: NodeId,
+    transform: Option<NodeId>,
     mesh: &Mesh,
     place: &SurfaceFrame,
 ) -> TextureStages {

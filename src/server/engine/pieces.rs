@@ -233,7 +233,7 @@ impl Engine {
                     let not_utf8 = |e: std::str::Utf8Error| DrawError::NotUtf8 { at: e.valid_up_to() as u64 };
                     std::str::from_utf8(utf8).map_err(not_utf8)?;
                 }
-                Ok(draw2d::text_piece(&mut self.memory, cursor, utf8, (*color, s.blend), PIECE_LETTERS)?)
+                Ok(draw2d::text_piece(&mut self.memory, cursor, utf8, *color, s.blend, PIECE_LETTERS)?)
             }
         }
     }
