@@ -3,7 +3,6 @@
 
 mod demos;
 mod docs;
-mod functions;
 mod layers;
 mod movie;
 mod play;

@@ -10,4 +10,5 @@ mod page;
 mod recorder;
 mod roundtrip;
 mod typed;
+mod valid_forms;
 mod verbs;
