@@ -4,8 +4,8 @@
 #![no_main]
 
 use fbptr::command::{
-    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, StreamPosition, Sink, StreamError, binary_pixel,
-    encode,
+    BINARY_PIXEL_BYTES, Command, Decoder, EndOfInput, Flow, Limits, Sink, StreamError, StreamPosition,
+    binary_pixel, encode,
 };
 use libfuzzer_sys::fuzz_target;
 

@@ -85,7 +85,7 @@ fn check_turns(case: &Case, folders: &Folders) -> Outcome {
     let cuts = Cuts::of(case.piece_bytes);
     let second = run::run(case, cuts, &case.options[1], folders, &SharedBuffer::default());
     for (id, connection) in case.connections.iter().enumerate() {
-        let [a, b] = [&first, &second].map(|outcome| replies::without_stats(&outcome.replies[id]));
+        let [a, b] = [&first, &second].map(|outcome| replies::without_usage(&outcome.replies[id]));
         let text = |bytes: &[u8]| bytes.escape_ascii().to_string();
         assert!(a == b, "connection {id} hears {}, and with other cuts {}", text(&a), text(&b));
         if connection.is_matched {

@@ -3,14 +3,20 @@
 
 use super::case::Connection;
 
-/// Removes replies to `STATS` and refusals of it, whose sizes depend on time. They may follow a
-/// payload, so they are searched at any position.
-pub fn without_stats(replies: &[u8]) -> Vec<u8> {
+/// Removes replies to `STATS` and refusals of it, and the bytes in use of a refusal for memory: they
+/// depend on time and on other connections. They may follow a payload, so they are searched at any
+/// position.
+pub fn without_usage(replies: &[u8]) -> Vec<u8> {
+    const LINES: [&[u8]; 2] = [b"STATS bytes=", b"EQUOTA STATS:"];
+    const BEFORE_USED: &[u8] = b" are needed, and ";
     let mut out = Vec::new();
     let mut rest = replies;
     while let Some((&byte, after)) = rest.split_first() {
-        if [&b"STATS bytes="[..], b"EQUOTA STATS:"].iter().any(|mark| rest.starts_with(mark)) {
+        if LINES.iter().any(|mark| rest.starts_with(mark)) {
             rest = &rest[rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len())..];
+        } else if let Some(after) = rest.strip_prefix(BEFORE_USED) {
+            out.extend_from_slice(BEFORE_USED);
+            rest = &after[after.iter().take_while(|b| b.is_ascii_digit()).count()..];
         } else {
             out.push(byte);
             rest = after;

@@ -10,8 +10,8 @@ use fbptr::command::EndOfInput;
 use fbptr::load::SandboxDir;
 use fbptr::pipeline::{RenderOptions, Renderer};
 use fbptr::server::{
-    Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, StreamState,
-    Stream,
+    Audience, Budget, Engine, Finish, Notice, Output, Pace, Player, Recorder, RenderThread, Server, Stream,
+    StreamState,
 };
 use std::io::{self, Cursor, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};
