@@ -1,6 +1,6 @@
 //! Blending of a source colour with the frame: stored unchanged, or composited over it.
 
-use crate::memory::Rgba;
+use crate::memory::{Rgba, over};
 use crate::simd::fill_pixels;
 
 /// Blend mode, set by the `BLEND` command.
@@ -11,17 +11,6 @@ pub enum Blend {
     Replace,
     /// Composites the source over the destination, see [`over`].
     Over,
-}
-
-/// Composites `source` over `dest`: each channel is (s a + d (255 - a) + 127) / 255 in integers,
-/// with s = 255 for alpha itself.
-///
-/// An opaque source gives itself; a source of alpha 0 gives `dest`.
-#[inline]
-pub fn over(source: Rgba, dest: Rgba) -> Rgba {
-    let a = u16::from(source[3]);
-    let mix = |s: u8, d: u8| ((u16::from(s) * a + u16::from(d) * (255 - a) + 127) / 255) as u8;
-    [mix(source[0], dest[0]), mix(source[1], dest[1]), mix(source[2], dest[2]), mix(255, dest[3])]
 }
 
 /// The effect of one colour on every pixel it is drawn to, decided once for each call so that inner

@@ -28,7 +28,8 @@ mod pixels;
 mod rect;
 mod text;
 
-pub use blend::{Blend, over};
+pub use crate::memory::over;
+pub use blend::Blend;
 pub use blit::{blit, copy, read, rows};
 pub use circle::circle;
 pub use disc::fill_circle;

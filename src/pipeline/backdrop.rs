@@ -8,10 +8,10 @@
 //! pixel is computed independently, so the bytes do not depend on the threads. A cancelled executor
 //! leaves rows out.
 
-use super::blend::{blend, opaque};
 use super::draw_call::Target;
 use super::viewport::ViewportTransform;
 use crate::executor::Executor;
+use crate::memory::{blend, opaque};
 use crate::scene::{Camera, CameraMatrices, Sky, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 

@@ -5,11 +5,11 @@ use crate::cancel::CancelToken;
 use crate::scene::ShadeMode;
 use std::cmp::Ordering;
 
-/// Reuses an empty list's allocation for items of another lifetime. Both types must have the same
-/// size.
+/// Reuses a list's allocation for items of another lifetime, without its items. Both types must
+/// have the same size.
 pub(crate) fn recycle<T, U>(list: Vec<T>) -> Vec<U> {
-    debug_assert!(list.is_empty() && size_of::<T>() == size_of::<U>());
-    list.into_iter().map(|_| -> U { unreachable!("the list is empty") }).collect()
+    debug_assert!(size_of::<T>() == size_of::<U>());
+    list.into_iter().filter_map(|_| None).collect()
 }
 
 /// List of faces as (object index, triangle index), and the buffer for sorting it.

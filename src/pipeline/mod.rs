@@ -19,7 +19,6 @@
 
 mod assemble;
 mod backdrop;
-mod blend;
 mod clip;
 mod depth_sort;
 mod draw_call;

@@ -13,6 +13,18 @@ use super::viewport::ViewportTransform;
 use crate::scene::Interpolation;
 use glam::{DVec2, DVec3};
 
+/// Rules of a draw by which a face's attributes and colour at a pixel are found.
+#[derive(Clone, Copy)]
+pub(crate) struct PixelRules<'r> {
+    /// NDC to pixels.
+    pub screen: &'r ViewportTransform,
+    pub lighting: &'r Lighting,
+    /// Interpolation of attributes.
+    pub interp: Interpolation,
+    /// True unless w is 1 everywhere.
+    pub divide: bool,
+}
+
 impl Face {
     /// Returns the colour and opacity of the face at the centre of a pixel; `None` where its plane
     /// has no point in front of the eye.
@@ -20,35 +32,31 @@ impl Face {
         &self,
         shade: &FaceShade,
         [x, y]: [i32; 2],
-        screen: &ViewportTransform,
-        lighting: &Lighting,
-        (interp, divide): (Interpolation, bool),
+        rules: &PixelRules,
         stats: &mut DrawStats,
     ) -> Option<(DVec3, f64)> {
         if let Some(solid) = shade.solid() {
             return Some(solid);
         }
-        let weights = self.plane.clamped(self.plane.weights_at(screen.ndc_of_pixel(x, y)))?;
-        self.color_at(&weights, shade, [x, y], screen, lighting, (interp, divide), stats)
+        let weights = self.plane.clamped(self.plane.weights_at(rules.screen.ndc_of_pixel(x, y)))?;
+        self.color_at(&weights, shade, [x, y], rules, stats)
     }
 
     /// Stages 8 and 9: returns the interpolated colour at these weights.
     #[inline]
-    #[expect(clippy::too_many_arguments, reason = "a pixel's whole surroundings")]
     pub fn color_at(
         &self,
         weights: &Weights,
         shade: &FaceShade,
-        [x, y]: [i32; 2],
-        screen: &ViewportTransform,
-        lighting: &Lighting,
-        (interp, divide): (Interpolation, bool),
+        at: [i32; 2],
+        rules: &PixelRules,
         stats: &mut DrawStats,
     ) -> Option<(DVec3, f64)> {
+        let PixelRules { screen, lighting, interp, divide } = *rules;
         let plane = &self.plane;
         let shares_of = |weights: &Weights| plane.barycentrics(weights, interp, divide);
         let barycentrics = shares_of(weights)?;
-        let footprint = |uv: &[DVec2; 3]| footprint(plane, screen, shares_of, [x, y], uv);
+        let footprint = |uv: &[DVec2; 3]| footprint(plane, screen, shares_of, at, uv);
         Some(shade.at(barycentrics, footprint, lighting, stats))
     }
 }

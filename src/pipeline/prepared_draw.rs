@@ -13,6 +13,7 @@ use crate::pipeline::draw_call::{DrawCall, DrawStats, PipelineError, Target};
 use crate::pipeline::geometry_cache::{GeometryInfo, Needs};
 use crate::pipeline::light::{Lighting, PreparedLight, ViewerPosition};
 use crate::pipeline::normals::{NormalMatrix, Normals};
+use crate::pipeline::pixel::PixelRules;
 use crate::pipeline::plan::{Part, Plan};
 use crate::pipeline::planner::plan_draw;
 use crate::pipeline::target_rows::TargetRows;
@@ -202,6 +203,16 @@ impl<'a> PreparedDraw<'a> {
     /// Returns the transformation of positions.
     pub fn transform(&self) -> &Transform {
         &self.assembler.transform
+    }
+
+    /// Returns the rules by which the draw's faces are coloured at a pixel.
+    pub fn pixel_rules(&self) -> PixelRules<'_> {
+        PixelRules {
+            screen: &self.transform().screen,
+            lighting: &self.lighting,
+            interp: self.call.interp,
+            divide: self.plan.uses(Part::PerspectiveDivision),
+        }
     }
 
     /// Creates the depth memory if the plan requires it and the target has none that fits.

@@ -13,7 +13,6 @@ mod memory_estimate;
 mod shading_space;
 
 use super::assemble::{Face, Facing};
-use super::blend::opaque;
 use super::draw_call::{CoarseDepth, DrawCall, DrawStats, Target};
 use super::indexed_mesh::IndexedMesh;
 use super::plan::{Part, Plan};
@@ -23,6 +22,7 @@ use super::shade::ShadingFrequency;
 use super::tile::{self, ExactFace, FRAME_LIMITS, FrameSlices, Scratch};
 use super::vertex::Vertex;
 use crate::executor::Executor;
+use crate::memory::opaque;
 use crate::scene::{Cull, FillStyle, HiddenSurface, Interpolation, ShadeMode};
 use crate::simd::Level;
 pub(crate) use blended_setup::{BlendedSetup, blended_unsupported_reason};
@@ -230,15 +230,7 @@ impl PreparedDraw<'_> {
         let stats = &mut DrawStats::default();
         let Some(face) = self.assemble(triangle, stats) else { return [0, 0, 0, 255] };
         let shade = self.shade(triangle, face.side, stats);
-        let divide = self.plan.uses(Part::PerspectiveDivision);
-        match face.pixel(
-            &shade,
-            [x, y],
-            &self.transform().screen,
-            &self.lighting,
-            (self.call.interp, divide),
-            stats,
-        ) {
+        match face.pixel(&shade, [x, y], &self.pixel_rules(), stats) {
             Some((rgb, _)) => opaque(rgb),
             // Beyond the horizon of the face's plane: use the colour at the face's middle.
             None => match shade.light {

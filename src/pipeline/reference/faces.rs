@@ -4,7 +4,6 @@ use super::rasterize::{Raster, WriteMask};
 use crate::pipeline::assemble::Face;
 use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::light::LitColor;
-use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::{Layer, PreparedDraw};
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::target_rows::TargetRows;
@@ -64,13 +63,6 @@ impl PreparedDraw<'_> {
 
     /// Returns the rasterizer of this draw's faces.
     pub fn raster<'r, 't>(&'r self, target_rows: &'r mut TargetRows<'t>) -> Raster<'r, 't> {
-        Raster {
-            target_rows,
-            screen: &self.transform().screen,
-            lighting: &self.lighting,
-            interp: self.call.interp,
-            divide: self.plan.uses(Part::PerspectiveDivision),
-            name: self.call.name,
-        }
+        Raster { target_rows, rules: self.pixel_rules(), name: self.call.name }
     }
 }

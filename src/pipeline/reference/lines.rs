@@ -13,7 +13,7 @@
 //! own faces there, is not behind the stored one.
 
 use crate::math::bresenham::BresenhamLine;
-use crate::pipeline::blend::{blend, opaque};
+use crate::memory::{blend, opaque};
 use crate::pipeline::clip::{ClipVertex, ClippedLine, clip_line};
 use crate::pipeline::draw_call::{DrawStats, Target};
 use crate::pipeline::light::LitColor;

@@ -3,25 +3,18 @@
 //! Each covered pixel is evaluated independently at its centre, in f64: no value is carried from
 //! pixel to pixel.
 
+use crate::memory::{blend, opaque};
 use crate::pipeline::assemble::Face;
-use crate::pipeline::blend::{blend, opaque};
 use crate::pipeline::draw_call::DrawStats;
-use crate::pipeline::light::Lighting;
+use crate::pipeline::pixel::PixelRules;
 use crate::pipeline::shade::FaceShade;
 use crate::pipeline::target_rows::TargetRows;
-use crate::pipeline::viewport::ViewportTransform;
-use crate::scene::{Filling, Interpolation};
+use crate::scene::Filling;
 
 /// Rasterizer state that all faces of a draw share.
 pub(crate) struct Raster<'r, 't> {
     pub target_rows: &'r mut TargetRows<'t>,
-    /// NDC to pixels.
-    pub screen: &'r ViewportTransform,
-    pub lighting: &'r Lighting,
-    /// Interpolation of attributes.
-    pub interp: Interpolation,
-    /// True unless w is 1 everywhere.
-    pub divide: bool,
+    pub rules: PixelRules<'r>,
     /// First word of the pick-buffer ids; the second is the triangle.
     pub name: u32,
 }
@@ -46,8 +39,8 @@ impl Raster<'_, '_> {
         stats: &mut DrawStats,
     ) {
         let solid = shade.solid();
-        let (screen, lighting) = (self.screen, self.lighting);
-        let (interp, divide, name) = (self.interp, self.divide, self.name);
+        let (rules, name) = (self.rules, self.name);
+        let screen = rules.screen;
         let target_rows = &mut *self.target_rows;
         let (width, first_row) = (target_rows.width, target_rows.y0 as i32);
         let crossing = face.crossing(screen);
@@ -80,16 +73,7 @@ impl Raster<'_, '_> {
                         (Filling::Hatch(color), _) => (color, 1.0),
                         (Filling::Face, Some(solid)) => solid,
                         (Filling::Face, None) => {
-                            let at = [x, y];
-                            match face.color_at(
-                                &weights,
-                                shade,
-                                at,
-                                screen,
-                                lighting,
-                                (interp, divide),
-                                stats,
-                            ) {
+                            match face.color_at(&weights, shade, [x, y], &rules, stats) {
                                 Some(color) => color,
                                 None => continue,
                             }

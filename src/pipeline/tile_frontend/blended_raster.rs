@@ -1,10 +1,8 @@
 //! Rasterizes a blended face by the vector kernels, in rows of a render target.
 
-use crate::memory::DepthWords;
+use crate::memory::{DepthWords, blend, opaque};
 use crate::pipeline::assemble::Face;
-use crate::pipeline::blend::{blend, opaque};
 use crate::pipeline::draw_call::DrawStats;
-use crate::pipeline::plan::Part;
 use crate::pipeline::prepared_draw::PreparedDraw;
 use crate::pipeline::shade::{FaceShade, ShadingFrequency};
 use crate::pipeline::target_rows::TargetRows;
@@ -21,11 +19,10 @@ impl PreparedDraw<'_> {
         triangle: u32,
         (target_rows, stats): (&mut TargetRows, &mut DrawStats),
     ) {
-        let (screen, lighting) = (&self.transform().screen, &self.lighting);
-        let rules = (self.call.interp, self.plan.uses(Part::PerspectiveDivision));
+        let rules = self.pixel_rules();
         let exact = |x: i32, y: i32, pixel: &mut [u8]| {
             let own = &mut DrawStats::default();
-            match face.pixel(shade, [x, y], screen, lighting, rules, own) {
+            match face.pixel(shade, [x, y], &rules, own) {
                 Some((rgb, opacity)) if shade.is_transparent => blend(pixel, rgb, opacity),
                 Some((rgb, _)) => pixel.copy_from_slice(&opaque(rgb)),
                 None => {}

@@ -3,9 +3,8 @@
 use super::{CornerTrace, LitAt, PixelTrace, Texel, Trace};
 use crate::math::coverage::{PixelRect, SnappedTriangle};
 use crate::math::matrix::unit;
-use crate::memory::{DepthFormat, DepthMemory, FbPtr};
+use crate::memory::{DepthFormat, DepthMemory, FbPtr, blend, opaque};
 use crate::pipeline::assemble::{Face, Facing};
-use crate::pipeline::blend::{blend, opaque};
 use crate::pipeline::clip::{ClipVertex, clip_polygon};
 use crate::pipeline::draw_call::{DrawStats, SceneOptions};
 use crate::pipeline::light::SurfacePoint;
