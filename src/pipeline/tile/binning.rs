@@ -212,7 +212,7 @@ impl Binning {
         while begun < chunk_count && !is_stopped {
             let chunks = begun..(begun + round).min(chunk_count);
             self.place_vertices(level, executor, scratch, job, faces_of(chunks.end - 1).end);
-            self.set_up(level, executor, scratch, job, (chunks.clone(), &faces_of));
+            self.set_up(level, executor, scratch, job, chunks.clone(), &faces_of);
             if executor.is_cancelled() {
                 // The lists may still hold another draw.
                 return None;
@@ -283,7 +283,8 @@ impl Binning {
         executor: &Executor,
         scratch: &mut Scratch,
         job: &DrawJob<'_>,
-        (chunks, faces_of): (Range<usize>, &(impl Fn(usize) -> Range<usize> + Sync)),
+        chunks: Range<usize>,
+        faces_of: &(impl Fn(usize) -> Range<usize> + Sync),
     ) {
         let (mesh, grid) = (job.mesh, self.grid);
         let (most_bytes, is_shared) = (scratch.list_bytes, scratch.is_shared);
